@@ -1,0 +1,1 @@
+"""The harness: experiments, the evaluation loop, metrics, results and the command line."""

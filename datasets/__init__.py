@@ -1,0 +1,1 @@
+"""Sequences: recorded ones behind readers, synthetic ones behind a renderer."""

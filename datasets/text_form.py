@@ -1,0 +1,52 @@
+"""The text form of a thing with options: `name:key=value:key=value`.
+
+Trackers and sequences are both written so, on the command line, in labels and in results.
+"""
+
+from collections.abc import Mapping
+
+__all__ = ["format_text", "parse_text"]
+
+
+def parse_text(text: str) -> tuple[str, dict[str, str]]:
+    """Split a text form into its name and its options.
+
+    Examples
+    --------
+    >>> parse_text("multipart/1:scene=2:light=even")
+    ('multipart/1', {'scene': '2', 'light': 'even'})
+
+    Raises
+    ------
+    ValueError
+        For an option without `=`, without a key, or given twice.
+    """
+    name, *parts = text.strip().split(":")
+    options: dict[str, str] = {}
+    for part in parts:
+        key, equals, value = part.partition("=")
+        if not (key and equals):
+            raise ValueError(f"{text!r}: {part!r} is not key=value.")
+        if key in options:
+            raise ValueError(f"{text!r}: {key!r} is given twice.")
+        options[key] = value
+    return name, options
+
+
+def format_text(name: str, options: Mapping[str, object]) -> str:
+    """Write a name and its options, in the order given.
+
+    Examples
+    --------
+    >>> format_text("multipart", {"preset": "robust", "particles": 400, "adaptive": False})
+    'multipart:preset=robust:particles=400:adaptive=false'
+    """
+    return ":".join([name, *(f"{key}={_value(value)}" for key, value in options.items())])
+
+
+def _value(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
+        return str(int(value))
+    return str(value)

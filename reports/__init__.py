@@ -1,0 +1,1 @@
+"""Tables, plots and pictures: data frames in, files out."""

@@ -1,0 +1,22 @@
+"""Pluggable single-object trackers: a file here is a tracker, a folder holds shared parts."""
+
+from trackers.base.catalogue import Specification, create, describe, names, resolve
+from trackers.base.interface import Box, Estimate, Image, Mask, Randomness, Tracker, TrackerPlugin
+from trackers.base.parameters import Parameters, TrackerError
+
+__all__ = [
+    "Box",
+    "Estimate",
+    "Image",
+    "Mask",
+    "Parameters",
+    "Randomness",
+    "Specification",
+    "Tracker",
+    "TrackerError",
+    "TrackerPlugin",
+    "create",
+    "describe",
+    "names",
+    "resolve",
+]

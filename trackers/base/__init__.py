@@ -1,0 +1,1 @@
+"""What every tracker stands on: the interface, its parameters, and shared work on a frame."""

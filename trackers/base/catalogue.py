@@ -1,0 +1,209 @@
+"""Trackers by name: found by their files, imported only when asked for."""
+
+import ast
+import importlib
+import importlib.util
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trackers.base.interface import Randomness, Tracker, TrackerPlugin
+from trackers.base.parameters import Parameters, TrackerError, unknown
+
+__all__ = ["Specification", "create", "describe", "names", "resolve"]
+
+FOLDER = Path(__file__).parents[1]
+ENTRY_POINTS = "trackmark.trackers"
+DEFAULT_PRESET = "recommended"
+
+
+@dataclass(frozen=True)
+class Specification:
+    """A tracker with all its parameters settled, ready to be made with any seed.
+
+    Attributes
+    ----------
+    name : str
+        The tracker's name without parameters; seeds depend on it.
+    preset : str
+        Name of the preset that the parameters start from.
+    parameters : Parameters
+        The values, frozen.
+    options : mapping of str to value
+        What sets it apart in labels: `preset` unless it is the default, then every
+        parameter that differs from the preset's value, by name.
+    plugin : type
+        The class.
+    file : Path
+        Where the class is defined.
+    """
+
+    name: str
+    preset: str
+    parameters: Parameters
+    options: Mapping[str, Any]
+    plugin: type[TrackerPlugin]
+    file: Path
+
+    @property
+    def randomness(self) -> Randomness:
+        """Where its random numbers come from."""
+        return self.plugin.randomness
+
+    def create(self, seed: int | np.random.SeedSequence = 0) -> Tracker:
+        """Make the tracker; equal seeds give equal trackers."""
+        if not isinstance(seed, np.random.SeedSequence):
+            seed = np.random.SeedSequence(seed)
+        return self.plugin(self.parameters, seed)
+
+
+def names() -> list[str]:
+    """Names of all trackers: files of this package, then those of installed third parties.
+
+    Nothing is imported; a tracker whose optional dependency is missing is listed too.
+    """
+    own = sorted(_name(file) for file in FOLDER.glob("*.py") if file.stem != "__init__")
+    return own + sorted({entry.name for entry in metadata.entry_points(group=ENTRY_POINTS)})
+
+
+def create(name: str, seed: int | np.random.SeedSequence = 0, **parameters: Any) -> Tracker:
+    """Make a tracker.
+
+    Parameters
+    ----------
+    name : str
+        One of `names()`, or `path/to/file.py:ClassName`.
+    seed : int or numpy.random.SeedSequence
+        Same seed, same boxes.
+    **parameters
+        `preset`, and values that override the preset's.
+
+    Raises
+    ------
+    TrackerError
+        For an unknown name, preset or parameter, a value out of bounds, or an optional
+        dependency that is not installed.
+    """
+    return resolve(name, **parameters).create(seed)
+
+
+def resolve(name: str, **parameters: Any) -> Specification:
+    """Settle a tracker's parameters without making it; see `create`."""
+    plugin, file = _load(name)
+    label = f"{file.name}:{plugin.__name__}" if ".py:" in name else name
+    preset = str(parameters.pop("preset", DEFAULT_PRESET))
+    presets = {DEFAULT_PRESET: {}, **plugin.presets}
+    if preset not in presets:
+        raise unknown(f"preset of {label}", preset, presets)
+    base = plugin.Parameters.checked(label, presets[preset])
+    settled = plugin.Parameters.checked(label, {**presets[preset], **parameters})
+    options: dict[str, Any] = {} if preset == DEFAULT_PRESET else {"preset": preset}
+    for key in sorted(plugin.Parameters.model_fields):
+        if getattr(settled, key) != getattr(base, key):
+            options[key] = getattr(settled, key)
+    return Specification(label, preset, settled, options, plugin, file)
+
+
+def describe(name: str) -> dict[str, Any]:
+    """Say what a tracker is.
+
+    Returns
+    -------
+    dict
+        `name`, `summary`, `paper`, `randomness`, `presets`, and `parameters`: a list of
+        dicts with `name`, `type`, `default` (of the recommended preset) and `meaning`
+        (unit in brackets).
+    """
+    specification = resolve(name)
+    plugin = specification.plugin
+    return {
+        "name": specification.name,
+        "summary": (plugin.__doc__ or "").strip(),
+        "paper": plugin.paper,
+        "randomness": str(plugin.randomness),
+        "presets": {DEFAULT_PRESET: {}, **{key: dict(v) for key, v in plugin.presets.items()}},
+        "parameters": [
+            {
+                "name": key,
+                "type": _type_text(field.annotation),
+                "default": getattr(specification.parameters, key),
+                "meaning": field.description or "",
+            }
+            for key, field in plugin.Parameters.model_fields.items()
+        ],
+    }
+
+
+def summary(name: str) -> str:
+    """First line of a tracker file's docstring, read without importing it."""
+    file = FOLDER / f"{name.replace('-', '_')}.py"
+    if not file.is_file():
+        entries = metadata.entry_points(group=ENTRY_POINTS, name=name)
+        return "; ".join(f"third party: {entry.value}" for entry in entries)
+    return (ast.get_docstring(ast.parse(file.read_bytes())) or "").partition("\n")[0]
+
+
+def _name(file: Path) -> str:
+    return file.stem.replace("_", "-")
+
+
+def _type_text(annotation: Any) -> str:
+    values = getattr(annotation, "__args__", None)
+    if values and not isinstance(values[0], type):
+        return " | ".join(str(value) for value in values)
+    return getattr(annotation, "__name__", str(annotation))
+
+
+@cache
+def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
+    """Class and file of a tracker."""
+    path, separator, class_name = name.partition(".py:")
+    if separator:
+        return _load_file(Path(f"{path}.py"), class_name)
+    file = FOLDER / f"{name.replace('-', '_')}.py"
+    if name == _name(file) and file.is_file() and file.stem != "__init__":
+        try:
+            module = importlib.import_module(f"trackers.{file.stem}")
+        except ImportError as error:
+            raise TrackerError(f"tracker {name!r} can't be used here: {error}") from error
+        (exported,) = module.__all__
+        return _checked(getattr(module, exported), name), file
+    entries = tuple(metadata.entry_points(group=ENTRY_POINTS, name=name))
+    if len(entries) > 1:
+        owners = ", ".join(entry.value for entry in entries)
+        raise TrackerError(f"tracker {name!r} is offered more than once: {owners}.")
+    if not entries:
+        raise unknown("tracker", name, names())
+    plugin = _checked(entries[0].load(), name)
+    return plugin, Path(str(sys.modules[plugin.__module__].__file__))
+
+
+def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
+    """Class from a file anywhere."""
+    if not file.is_file():
+        raise TrackerError(f"{file}: there is no such tracker file.")
+    module_name = f"trackmark_plugin_{file.stem}"
+    spec = importlib.util.spec_from_file_location(module_name, file)
+    if spec is None or spec.loader is None:
+        raise TrackerError(f"{file}: not a Python source file.")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[module_name] = module
+    spec.loader.exec_module(module)
+    if not hasattr(module, class_name):
+        classes = [key for key, value in vars(module).items() if isinstance(value, type)]
+        raise unknown(f"class in {file}", class_name, classes)
+    return _checked(getattr(module, class_name), f"{file.name}:{class_name}"), file.resolve()
+
+
+def _checked(plugin: Any, name: str) -> type[TrackerPlugin]:
+    if not (isinstance(plugin, type) and issubclass(plugin, TrackerPlugin)):
+        raise TrackerError(
+            f"tracker {name!r}: {plugin!r} is not a class derived from trackers.TrackerPlugin."
+        )
+    return plugin

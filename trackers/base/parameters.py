@@ -1,0 +1,58 @@
+"""Parameters of a tracker: declared once, frozen, checked, said in words."""
+
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+from typing import Any, Self
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+__all__ = ["Parameters", "TrackerError", "unknown"]
+
+
+class TrackerError(ValueError):
+    """A tracker, preset or parameter that cannot be; the message says which and what to do."""
+
+
+def unknown(kind: str, name: str, known: Iterable[str]) -> TrackerError:
+    """Error for a name that is not known: the closest match, then all that are known."""
+    names = sorted(known)
+    close = get_close_matches(name, names, n=1)
+    hint = f" Did you mean {close[0]!r}?" if close else ""
+    return TrackerError(f"unknown {kind} {name!r}.{hint} Known: {', '.join(names) or 'none'}.")
+
+
+class Parameters(BaseModel):
+    """Base of every tracker's parameters.
+
+    A field is a parameter: its type and bounds are checked, text as typed on the command
+    line is accepted, and its description says meaning and unit (`[pixels]`, `[frames]`, …).
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    @classmethod
+    def checked(cls, owner: str, values: Mapping[str, Any]) -> Self:
+        """Parameters from values or their text.
+
+        Parameters
+        ----------
+        owner : str
+            Name of the tracker, for messages.
+        values : mapping of str to value
+            Values by name; the rest take their defaults.
+
+        Raises
+        ------
+        TrackerError
+            For an unknown name or a value outside the declared type or bounds.
+        """
+        for name in values:
+            if name not in cls.model_fields:
+                raise unknown(f"parameter of {owner}", name, cls.model_fields)
+        try:
+            return cls.model_validate(dict(values))
+        except ValidationError as error:
+            first = error.errors()[0]
+            name = str(first["loc"][0]) if first["loc"] else "values"
+            message = f"{owner}: parameter {name}={first['input']}: {first['msg']}."
+            raise TrackerError(message) from None

@@ -1,0 +1,66 @@
+"""Work on one frame that several trackers want, done once."""
+
+from abc import abstractmethod
+from collections.abc import Callable, Hashable
+from typing import Any, Concatenate, ParamSpec, TypeVar
+
+from trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin
+
+__all__ = ["SharedFrame", "SharingTracker"]
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class SharedFrame:
+    """A frame and what has been computed of it so far; lives for one frame.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (height, width, 3)
+        The frame. It is handed on read-only.
+    """
+
+    __slots__ = ("_computed", "image")
+
+    def __init__(self, image: Image) -> None:
+        self.image = image.view()
+        self.image.flags.writeable = False
+        self._computed: dict[Hashable, Any] = {}
+
+    def compute(
+        self, function: Callable[Concatenate[Image, P], R], *args: P.args, **kwargs: P.kwargs
+    ) -> R:
+        """Give `function(image, ...)`: computed by the first that asks, kept for the others.
+
+        `function` must depend on its arguments alone; whoever takes the result must not
+        change what another would see in it.
+        """
+        key = (function, args, tuple(sorted(kwargs.items())))
+        if key not in self._computed:
+            self._computed[key] = function(self.image, *args, **kwargs)
+        return self._computed[key]  # type: ignore[no-any-return]  # kept under its function's key
+
+
+class SharingTracker(TrackerPlugin):
+    """A tracker that can share work on a frame with others in lock step.
+
+    It implements `init_shared` and `update_shared`; the plain calls go through the same
+    code with a frame of its own, so that both give the same boxes to the bit.
+    """
+
+    @abstractmethod
+    def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
+        """See `Tracker.init`; `frame` may hold work that others did."""
+
+    @abstractmethod
+    def update_shared(self, frame: SharedFrame) -> Estimate:
+        """See `Tracker.update`; `frame` may hold work that others did."""
+
+    def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
+        """See `Tracker.init`."""
+        self.init_shared(SharedFrame(image), box, mask)
+
+    def update(self, image: Image) -> Estimate:
+        """See `Tracker.update`."""
+        return self.update_shared(SharedFrame(image))
