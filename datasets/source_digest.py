@@ -1,4 +1,4 @@
-"""What a module's behaviour depends on: its source, its package's modules that it imports, libraries.
+"""What a module's behaviour depends on: its source, the modules it imports, libraries.
 
 Nothing is imported to find out: the import statements are read.
 """
