@@ -1,1 +1,53 @@
-"""The harness: experiments, the evaluation loop, metrics, results and the command line."""
+"""The harness: experiments, the evaluation loop, metrics, results and the command line.
+
+>>> import bench
+>>> run = bench.evaluate("static", "samples/face")
+>>> 0 < bench.score(run, "samples/face")["mean_overlap"] < 1
+True
+"""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from bench.packages import check_place
+
+if TYPE_CHECKING:
+    from bench.evaluation import evaluate
+    from bench.experiment import Experiment, read_experiment
+    from bench.index import load_results
+    from bench.record import Run
+    from bench.runner import run
+    from bench.scoring import score, score_boxes
+
+__all__ = [
+    "Experiment",
+    "Run",
+    "evaluate",
+    "load_results",
+    "read_experiment",
+    "run",
+    "score",
+    "score_boxes",
+]
+
+check_place()
+
+# What a name is found in; imported when it is asked for, so that `trackmark --help` waits
+# for no numerics.
+_HOMES = {
+    "Experiment": "bench.experiment",
+    "Run": "bench.record",
+    "evaluate": "bench.evaluation",
+    "load_results": "bench.index",
+    "read_experiment": "bench.experiment",
+    "run": "bench.runner",
+    "score": "bench.scoring",
+    "score_boxes": "bench.scoring",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its home."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'bench' has no attribute {name!r}")
+    return getattr(importlib.import_module(_HOMES[name]), name)

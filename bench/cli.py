@@ -1,0 +1,96 @@
+"""The command `trackmark`. A command is a file in `bench/commands`; nothing else is imported."""
+
+import ast
+import importlib
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+__all__ = ["EXIT_ANSWER_IS_NO", "EXIT_INTERRUPTED", "EXIT_WRONG_INPUT", "main"]
+
+EXIT_ANSWER_IS_NO = 1
+EXIT_WRONG_INPUT = 2
+EXIT_INTERRUPTED = 130
+
+_COMMANDS = Path(__file__).parent / "commands"
+
+
+class _Commands(click.Group):
+    """Commands by their files; a command's module is imported when it is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return sorted(file.stem.replace("_", "-") for file in _COMMANDS.glob("[!_]*.py"))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in self.list_commands(ctx):
+            return None
+        module = importlib.import_module(f"bench.commands.{cmd_name.replace('-', '_')}")
+        command: click.Command = module.command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, _summary(name)) for name in self.list_commands(ctx)])
+
+
+def _summary(name: str) -> str:
+    """First line of a command file's docstring, read without importing it."""
+    source = (_COMMANDS / f"{name.replace('-', '_')}.py").read_bytes()
+    return (ast.get_docstring(ast.parse(source)) or "").partition("\n")[0]
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="trackmark", message="%(prog)s %(version)s")
+def trackmark() -> None:
+    """A benchmark harness for classic visual trackers.
+
+    Exit status: 0 fine; 1 the answer is no (failed runs, a regression); 2 wrong usage or input.
+    """
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and exit.
+
+    What is wrong with the input is said in one line; a traceback is a defect of ours.
+    """
+    try:
+        from bench.packages import check_ownership
+
+        check_ownership()
+        status = _invoke(arguments)
+    except ImportError as error:
+        click.echo(f"trackmark: {error}", err=True)
+        status = EXIT_WRONG_INPUT
+    sys.exit(status)
+
+
+def _invoke(arguments: Sequence[str] | None) -> int:
+    try:
+        answer: Any = trackmark.main(arguments, prog_name="trackmark", standalone_mode=False)
+    except click.exceptions.Abort:
+        return EXIT_INTERRUPTED
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except BrokenPipeError:  # the reader of our output went away: `trackmark list | head`
+        sys.stderr.close()
+        return 0
+    except ValueError as error:
+        if not _is_input_error(error):
+            raise
+        click.echo(f"trackmark: {error}", err=True)
+        return EXIT_WRONG_INPUT
+    return answer if isinstance(answer, int) else 0
+
+
+def _is_input_error(error: ValueError) -> bool:
+    """Whether it is one of our errors about the user's input, not a defect."""
+    from bench.experiment import ExperimentError
+    from bench.files import ResultsError
+    from datasets import SequenceError
+    from trackers import TrackerError
+
+    return isinstance(error, (ExperimentError, ResultsError, SequenceError, TrackerError))

@@ -1,0 +1,1 @@
+"""One file a command: `<name>.py` defines the click command `command`."""

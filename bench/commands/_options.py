@@ -1,0 +1,88 @@
+"""Options and texts that several commands share."""
+
+import fnmatch
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import click
+
+from bench.experiment import ExperimentError, SequenceSource
+
+__all__ = [
+    "chosen_sequences",
+    "jobs_option",
+    "json_option",
+    "output_option",
+    "progress_bar",
+    "split_list",
+    "truth_option",
+]
+
+DEFAULT_OUTPUT = Path("results")
+
+output_option = click.option(
+    "--output",
+    type=click.Path(path_type=Path, file_okay=True),
+    default=DEFAULT_OUTPUT,
+    show_default=True,
+    help="Folder of results; each experiment gets a folder in it.",
+)
+jobs_option = click.option(
+    "--jobs",
+    type=click.IntRange(1),
+    default=None,
+    help="Worker processes.  [default: one a core]",
+)
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for a script.")
+truth_option = click.option(
+    "--truth",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    default=None,
+    help="Truth of recorded data that has none of its own: CSV frame,x,y,width,height.",
+)
+
+
+def split_list(text: str) -> list[str]:
+    """Items of a comma-separated list."""
+    return [item.strip() for item in text.split(",") if item.strip()]
+
+
+def chosen_sequences(text: str, truth: Path | None) -> tuple[SequenceSource, ...]:
+    """Sequences of a comma-separated list; `*` and `?` match built-in names.
+
+    Raises
+    ------
+    ExperimentError
+        For a pattern that matches nothing, or a truth file for several sequences.
+    """
+    import datasets
+
+    names: list[str] = []
+    for item in split_list(text):
+        if any(sign in item for sign in "*?") and not Path(item).exists():
+            known = datasets.names()
+            names += fnmatch.filter(known, item)
+            if not fnmatch.filter(known, item):
+                raise ExperimentError(f"{item!r} matches none of {', '.join(known)}.")
+        else:
+            names.append(item)
+    if truth is not None and len(names) != 1:
+        raise ExperimentError(f"--truth goes with one sequence; there are {len(names)}.")
+    return tuple(SequenceSource(name, truth) for name in names)
+
+
+@contextmanager
+def progress_bar(total: int, unit: str) -> Iterator[Callable[[int], None]]:
+    """A progress bar with the time left; none where the output is no terminal.
+
+    Gives a function that takes the work done so far.
+    """
+    from tqdm import tqdm
+
+    with tqdm(total=total, unit=unit, unit_scale=True, disable=None, delay=1.0) as bar:
+
+        def show(done: int) -> None:
+            bar.update(done - bar.n)
+
+        yield show

@@ -1,0 +1,122 @@
+"""Check this installation: versions, name clashes, caches, what optional trackers need."""
+
+import json
+import os
+import platform
+import sys
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import click
+
+from bench.commands._options import json_option
+
+__all__ = ["command"]
+
+LIBRARIES = ("numpy", "numba", "pandas", "pyarrow", "matplotlib", "av", "scikit-video")
+OPENCV = "opencv"
+
+
+@click.command("doctor")
+@json_option
+def command(as_json: bool) -> int:
+    """Check this installation; exit status 1 where something is wrong."""
+    about = {
+        "environment": _environment(),
+        "versions": _versions(),
+        "caches": _caches(),
+        "trackers": _trackers(),
+        "problems": _problems(),
+    }
+    if as_json:
+        click.echo(json.dumps(about, indent=1))
+    else:
+        for heading, items in about.items():
+            click.echo(heading)
+            if isinstance(items, list):
+                for item in items or ["none"]:
+                    click.echo(f"  {item}")
+                continue
+            width = max(len(key) for key in items)
+            for key, value in items.items():
+                click.echo(f"  {key:{width}}  {value}")
+    return 1 if about["problems"] else 0
+
+
+def _environment() -> dict[str, str]:
+    import bench
+
+    return {
+        "trackmark": metadata.version("trackmark"),
+        "python": f"{platform.python_version()} ({sys.executable})",
+        "platform": platform.platform(),
+        "cores": str(os.cpu_count()),
+        "packages": str(Path(str(bench.__file__)).parents[1]),
+    }
+
+
+def _versions() -> dict[str, str]:
+    opencv = sorted(
+        str(found.metadata["Name"])
+        for found in metadata.distributions()
+        if str(found.metadata["Name"]).startswith(OPENCV)
+    )
+    return {name: metadata.version(name) for name in (*LIBRARIES, *opencv)}
+
+
+def _caches() -> dict[str, str]:
+    from datasets.file_digest import cache_folder
+
+    package = Path(__file__).parents[2] / "trackers"
+    compiled = list(package.rglob("*.nbi"))
+    own = cache_folder()
+    return {
+        "file digests": f"{own} ({_size(own)})",
+        "compiled kernels": f"{len(compiled)} beside their sources in {package}",
+    }
+
+
+def _size(folder: Path) -> str:
+    if not folder.is_dir():
+        return "not there yet"
+    files = [file for file in folder.rglob("*") if file.is_file()]
+    return f"{len(files)} files, {sum(file.stat().st_size for file in files) / 1e6:.1f} MB"
+
+
+def _trackers() -> dict[str, str]:
+    import trackers
+
+    def state(name: str) -> str:
+        try:
+            trackers.resolve(name)
+        except trackers.TrackerError as error:
+            return str(error)
+        return "ready"
+
+    return {name: state(name) for name in trackers.names()}
+
+
+def _problems() -> list[str]:
+    from datasets.file_digest import cache_folder
+
+    import datasets
+    from bench.packages import NameClashError, check_ownership, check_place
+
+    problems: list[str] = []
+    checks: list[Any] = [check_place, check_ownership, lambda: datasets.load("samples/face")]
+    for check in checks:
+        try:
+            check()
+        except (NameClashError, datasets.SequenceError) as error:
+            problems.append(str(error))
+    opencv = [name for name in _versions() if name.startswith(OPENCV)]
+    if len(opencv) != 1:
+        problems.append(
+            f"{len(opencv)} distributions provide cv2 ({', '.join(opencv)}): install exactly one."
+        )
+    folder = cache_folder()
+    nearest = next(path for path in (folder, *folder.parents) if path.exists())
+    if not os.access(nearest, os.W_OK):
+        problems.append(f"{folder} can't be written: file digests are computed anew every time.")
+    return problems

@@ -1,0 +1,48 @@
+"""List trackers, sequences and experiments."""
+
+import json
+
+import click
+
+from bench.commands._options import json_option
+
+__all__ = ["command"]
+
+KINDS = ("trackers", "sequences", "experiments")
+
+
+@click.command("list")
+@click.argument("kind", type=click.Choice(KINDS), required=False)
+@json_option
+def command(kind: str | None, as_json: bool) -> None:
+    """List what there is: trackers, built-in sequences, experiments.
+
+    A tracker that needs something which is not installed is listed too; `describe` says
+    what it needs.
+    """
+    found = {name: _items(name) for name in ((kind,) if kind else KINDS)}
+    if as_json:
+        click.echo(json.dumps(found, indent=1))
+        return
+    width = max(len(name) for items in found.values() for name in items)
+    for position, (heading, items) in enumerate(found.items()):
+        if kind is None:
+            click.echo(("\n" if position else "") + heading)
+        for name, summary in items.items():
+            click.echo(f"  {name:{width}}  {summary}".rstrip())
+
+
+def _items(kind: str) -> dict[str, str]:
+    """What there is of a kind, with a line about each."""
+    if kind == "trackers":
+        import trackers
+        from trackers.base.catalogue import summary
+
+        return {name: summary(name) for name in trackers.names()}
+    if kind == "sequences":
+        import datasets
+
+        return {name: datasets.summary(name) for name in datasets.names()}
+    from bench.experiment import experiment_names, read_experiment
+
+    return {name: read_experiment(name).title for name in experiment_names()}

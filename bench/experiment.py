@@ -1,0 +1,181 @@
+"""Experiments: which trackers run on which sequences, how often. Data, read from TOML.
+
+```toml
+version = 1
+title = "Window rules on an easy target"
+repetitions = 5                          # of trackers that draw random numbers
+trackers = [
+    "static",
+    { name = "camshift", window = ["fixed", "adaptive"] },       # a list is swept
+]
+sequences = [
+    "samples/face",
+    { name = "plain/target", scene = [0, 1, 2], occlusion = [0, 0.5] },
+]
+```
+"""
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from datasets.text_form import format_text
+
+__all__ = ["Experiment", "ExperimentError", "SequenceSource", "experiment_names", "read_experiment"]
+
+FOLDER = Path(__file__).parent / "experiments"
+VERSION = 1
+
+
+class ExperimentError(ValueError):
+    """An experiment that can't be read; the message names file and key."""
+
+
+@dataclass(frozen=True)
+class SequenceSource:
+    """Where a sequence comes from.
+
+    Attributes
+    ----------
+    text : str
+        Name with variant, or path; as for `datasets.load`.
+    truth : Path or None
+        Truth file for recorded data that has none of its own.
+    """
+
+    text: str
+    truth: Path | None = None
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What to run.
+
+    Attributes
+    ----------
+    name : str
+        Folder of its results.
+    trackers : tuple of str
+        Text forms.
+    sequences : tuple of SequenceSource
+        Paths among them are relative to where the command is typed.
+    repetitions : int
+        Of every tracker that draws random numbers; the others run once.
+    timing : bool
+        Whether runs are timed, one by one, instead of scored in lock step.
+    title : str
+        Headline of its report.
+    """
+
+    name: str
+    trackers: tuple[str, ...]
+    sequences: tuple[SequenceSource, ...]
+    repetitions: int = 1
+    timing: bool = False
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.name or "/" in self.name or self.name.startswith((".", "_")):
+            raise ExperimentError(f"{self.name!r} can't name a folder of results.")
+        if self.repetitions < 1:
+            raise ExperimentError(
+                f"{self.name}: repetitions is {self.repetitions}; give 1 or more."
+            )
+        if not self.trackers or not self.sequences:
+            raise ExperimentError(f"{self.name}: there must be a tracker and a sequence to run.")
+
+
+def experiment_names() -> list[str]:
+    """Names of the experiments that come with trackmark."""
+    return sorted(file.stem for file in FOLDER.glob("*.toml"))
+
+
+def read_experiment(name_or_path: str | Path) -> Experiment:
+    """Read an experiment: one of `experiment_names()`, or a TOML file.
+
+    Raises
+    ------
+    ExperimentError
+        Naming the file and the key that is missing, unknown or of the wrong kind.
+    """
+    path = Path(name_or_path)
+    if path.suffix != ".toml":
+        path = FOLDER / f"{name_or_path}.toml"
+        if not path.is_file():
+            known = experiment_names()
+            close = get_close_matches(str(name_or_path), known, n=1)
+            hint = f" Did you mean {close[0]!r}?" if close else ""
+            raise ExperimentError(
+                f"unknown experiment {str(name_or_path)!r}.{hint} "
+                f"Known: {', '.join(known)}; or give a .toml file."
+            )
+    try:
+        table = tomllib.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise ExperimentError(f"{path}: {error.strerror}.") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ExperimentError(f"{path}: {error}.") from None
+    return _experiment(path, table)
+
+
+_KINDS: Mapping[str, type] = {
+    "version": int,
+    "title": str,
+    "repetitions": int,
+    "timing": bool,
+    "trackers": list,
+    "sequences": list,
+}
+
+
+def _experiment(path: Path, table: Mapping[str, Any]) -> Experiment:
+    for key, value in table.items():
+        if key not in _KINDS:
+            raise ExperimentError(f"{path}: unknown key {key!r}. Known: {', '.join(_KINDS)}.")
+        if type(value) is not _KINDS[key]:
+            raise ExperimentError(f"{path}: {key} must be of type {_KINDS[key].__name__}.")
+    for key in ("version", "trackers", "sequences"):
+        if key not in table:
+            raise ExperimentError(f"{path}: the key {key!r} is missing.")
+    if table["version"] != VERSION:
+        raise ExperimentError(
+            f"{path}: version {table['version']} is not the version {VERSION} that is known here."
+        )
+    return Experiment(
+        name=path.stem,
+        title=table.get("title", path.stem),
+        trackers=tuple(_texts(path, "trackers", table["trackers"])),
+        sequences=tuple(
+            SequenceSource(text) for text in _texts(path, "sequences", table["sequences"])
+        ),
+        repetitions=table.get("repetitions", 1),
+        timing=table.get("timing", False),
+    )
+
+
+def _texts(path: Path, key: str, entries: Iterable[Any]) -> Iterable[str]:
+    """Text forms of entries; a table with lists is swept over their product."""
+    seen = set()
+    for entry in entries:
+        if isinstance(entry, str):
+            texts = [entry]
+        elif isinstance(entry, dict) and isinstance(entry.get("name"), str):
+            options = {name: value for name, value in entry.items() if name != "name"}
+            values = [value if isinstance(value, list) else [value] for value in options.values()]
+            texts = [
+                format_text(entry["name"], dict(zip(options, chosen, strict=True)))
+                for chosen in product(*values)
+            ]
+        else:
+            raise ExperimentError(
+                f"{path}: {key}: {entry!r} is neither a text nor a table with a name."
+            )
+        for text in texts:
+            if text in seen:
+                raise ExperimentError(f"{path}: {key}: {text!r} is named twice.")
+            seen.add(text)
+            yield text

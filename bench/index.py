@@ -1,0 +1,183 @@
+"""A row a run: what plans, reports and checks read instead of opening every file.
+
+The index is a cache of the folder. Its rows are matched to the files by size and time of
+change; what is new is read and scored, what is gone is dropped. So it may be lost, be old,
+or be written by two at once: it is never wrong, only made anew.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pyarrow as pa
+import pyarrow.feather as feather
+
+from bench import metrics
+from bench.files import ResultsError, write_atomically
+from bench.record import Run
+from bench.results import Results
+from bench.scoring import score
+from bench.stored_truth import read_truth
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["experiment_folders", "index_row", "load_results", "read_index", "write_index"]
+
+_FILE = "index.arrow"
+
+
+def read_index(results: Results) -> list[dict[str, Any]]:
+    """One row a finished or failed run, in the order of the files.
+
+    Returns
+    -------
+    list of dict
+        `path` (relative), `digest`, `tracker`, `tracker_name`, `preset`, `parameters`
+        (JSON), `sequence`, `fingerprint`, `repetition`, `protocol`, `status`, `failure`,
+        `frames`, `date`, `host`, and `scores`: a mapping by the preset `native`.
+
+    Raises
+    ------
+    ResultsError
+        Naming a file that can't be read.
+    """
+    known = _stored(results)
+    rows: list[dict[str, Any]] = []
+    changed = False
+    for file in results.files():
+        row = known.pop(_stamp(results.folder, file), None)
+        if row is None:
+            row = _row_of_file(results, file)
+            changed = True
+        rows.append(row)
+    if changed or known:
+        write_index(results, rows)
+    return rows
+
+
+def index_row(results: Results, path: Path, run: Run, truth: Any) -> dict[str, Any]:
+    """The index's row of a run that lies in `path`."""
+    key = run.identity
+    return {
+        "stamp": _stamp(results.folder, path),
+        "path": str(path.relative_to(results.folder)),
+        "digest": key.digest,
+        "tracker": key.tracker,
+        "tracker_name": key.tracker_name,
+        "preset": key.preset,
+        "parameters": json.dumps(key.parameters, sort_keys=True),
+        "sequence": key.sequence,
+        "fingerprint": key.fingerprint,
+        "repetition": key.repetition,
+        "protocol": key.protocol,
+        "status": run.status,
+        "failure": run.failure,
+        "frames": len(run.boxes),
+        "scores": {} if run.failure else score(run, truth),
+    }
+
+
+def write_index(results: Results, rows: Iterable[Mapping[str, Any]]) -> None:
+    """Store the rows, in one piece."""
+    table = pa.table({"row": [json.dumps(row) for row in rows]}, pa.schema({"row": pa.string()}))
+    write_atomically(
+        results.folder / _FILE,
+        lambda file: feather.write_feather(table, str(file), compression="zstd"),
+    )
+
+
+def experiment_folders(folder: Path) -> list[Path]:
+    """Experiments in a folder: itself, or those right below it.
+
+    Raises
+    ------
+    ResultsError
+        Where there are none.
+    """
+    candidates = [folder, *sorted(folder.glob("*/"))] if folder.is_dir() else []
+    found = [path for path in candidates if (path / "plan.json").is_file()]
+    if not found:
+        raise ResultsError(f"{folder}: there are no results here. `trackmark run` makes some.")
+    return found
+
+
+def load_results(folder: str | Path) -> "pd.DataFrame":
+    """All runs of an experiment, or of all experiments in a folder.
+
+    Parameters
+    ----------
+    folder : str or Path
+        `results/<experiment>` or `results`.
+
+    Returns
+    -------
+    DataFrame
+        One row a run: `experiment`, what `bench.index.read_index` gives, and one float
+        column a score. Runs that were asked for last and are not there have the status
+        `missing`.
+
+    Raises
+    ------
+    ResultsError
+        Where there are no results, or a file is damaged.
+    """
+    import pandas as pd  # half a second that only this function's callers pay
+
+    rows = []
+    for path in experiment_folders(Path(folder)):
+        results = Results(path)
+        found = read_index(results)
+        there = {(r["tracker"], r["sequence"], r["repetition"], r["protocol"]) for r in found}
+        for row in found:
+            plain = {key: value for key, value in row.items() if key not in ("scores", "stamp")}
+            rows.append({"experiment": path.name, **plain, **row["scores"]})
+        for tracker, sequence, repetition, protocol in results.plan().get("cells", []):
+            if (tracker, sequence, repetition, protocol) not in there:
+                rows.append(
+                    {
+                        "experiment": path.name,
+                        "tracker": tracker,
+                        "sequence": sequence,
+                        "repetition": repetition,
+                        "protocol": protocol,
+                        "status": "missing",
+                        "failure": "",
+                    }
+                )
+    return pd.DataFrame(rows)
+
+
+def _stored(results: Results) -> dict[str, dict[str, Any]]:
+    """Rows of the index file by stamp; none where it is missing or unreadable."""
+    try:
+        table = feather.read_table(results.folder / _FILE, memory_map=False)
+        rows = [json.loads(text) for text in table.column("row").to_pylist()]
+        return {row["stamp"]: row for row in rows}
+    except (OSError, pa.ArrowException, ValueError, KeyError):
+        return {}  # it is a cache: it is made anew from the files
+
+
+def _row_of_file(results: Results, file: Path) -> dict[str, Any]:
+    run = results.read(file)
+    truth = read_truth(results.folder, run.identity.sequence, run.identity.fingerprint)
+    if results.path(run.identity) != file:
+        raise ResultsError(
+            f"{file} holds the run of another place, {results.path(run.identity)}. Move it there."
+        )
+    return index_row(results, file, run, truth)
+
+
+def _stamp(folder: Path, file: Path) -> str:
+    """Changes with the file, and with the definition of the scores."""
+    status = file.stat()
+    return f"{file.relative_to(folder)}|{status.st_size}|{status.st_mtime_ns}|{_scorer_version()}"
+
+
+@cache
+def _scorer_version() -> str:
+    files = sorted(Path(str(metrics.__file__)).parent.glob("*.py"))
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]

@@ -1,0 +1,1 @@
+"""Scores of boxes against truth: arrays in, numbers out. Truth is always the first argument."""

@@ -1,0 +1,55 @@
+"""Distance of box centres, in pixels, and whether a centre lies inside a box."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bench.metrics.overlap import is_well_formed
+
+__all__ = ["centre_error", "centre_inside", "centres"]
+
+
+def centres(boxes: ArrayLike) -> NDArray[np.float64]:
+    """Centres (x, y) of boxes, shape (n, 2), in pixels.
+
+    Examples
+    --------
+    >>> centres([[10, 20, 4, 6]])
+    array([[12., 23.]])
+    """
+    b = np.asarray(boxes, np.float64).reshape(-1, 4)
+    return b[:, :2] + b[:, 2:] / 2
+
+
+def centre_error(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.float64]:
+    """Euclidean distance of box centres, row by row.
+
+    Parameters
+    ----------
+    truth, estimate : array of float64, shape (n, 4)
+        Boxes in pixels.
+
+    Returns
+    -------
+    ndarray of float64, shape (n,)
+        In pixels. NaN where the truth is absent; infinite where the estimate is malformed:
+        such a frame is a miss at every tolerance.
+    """
+    t = np.asarray(truth, np.float64).reshape(-1, 4)
+    e = np.asarray(estimate, np.float64).reshape(-1, 4)
+    good = is_well_formed(e)
+    difference = centres(t) - centres(np.where(good[:, None], e, 0.0))
+    distance = np.hypot(difference[:, 0], difference[:, 1])
+    return np.where(good | np.isnan(distance), distance, np.inf)
+
+
+def centre_inside(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.bool_]:
+    """Whether the estimate's centre lies inside the truth box, row by row, shape (n,).
+
+    The box is half open: its left and top edges belong to it. False where the truth is
+    absent or the estimate malformed.
+    """
+    t = np.asarray(truth, np.float64).reshape(-1, 4)
+    e = np.asarray(estimate, np.float64).reshape(-1, 4)
+    low, high, centre = t[:, :2], t[:, :2] + t[:, 2:], centres(e)
+    inside = ((low <= centre) & (centre < high)).all(axis=1)
+    return np.asarray(inside & is_well_formed(e))

@@ -1,0 +1,66 @@
+"""Whether the packages `datasets`, `trackers` and `reports` are really trackmark's own.
+
+Other distributions install packages of the same names. With one of those in the way an
+import would fail far from the cause, or quietly mix two projects.
+"""
+
+import sys
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+
+__all__ = ["NameClashError", "check_ownership", "check_place"]
+
+NAMES = ("bench", "datasets", "reports", "trackers")
+DISTRIBUTION = "trackmark"
+ADVICE = "Give trackmark an environment of its own: `make setup` in a fresh clone makes one."
+
+
+class NameClashError(ImportError):
+    """Another distribution's package stands where trackmark's should."""
+
+
+def check_place() -> None:
+    """Check that the other packages lie beside this one.
+
+    Raises
+    ------
+    NameClashError
+        Naming the package that would be imported instead, and what to do.
+    """
+    home = Path(__file__).resolve().parents[1]
+    for name in NAMES[1:]:
+        loaded = sys.modules.get(name)
+        spec = loaded.__spec__ if loaded is not None else find_spec(name)
+        origin = getattr(spec, "origin", None)
+        if origin is None or Path(origin).resolve().parents[1] != home:
+            raise NameClashError(
+                f"the package {name!r} would come from {origin or 'nowhere'}, not from {home}. "
+                + ADVICE
+            )
+
+
+def check_ownership() -> None:
+    """Check that no other installed distribution claims one of the names.
+
+    This sees what `check_place` can't: two distributions written into one folder.
+
+    Raises
+    ------
+    NameClashError
+        Naming the distributions.
+    """
+    for distribution in metadata.distributions():
+        name = distribution.metadata["Name"]
+        if name == DISTRIBUTION:
+            continue
+        for claimed in NAMES:
+            path = distribution.locate_file(f"{claimed}/__init__.py")
+            if Path(str(path)).is_file() and _claims(distribution, claimed):
+                raise NameClashError(
+                    f"the distribution {name!r} also installs a package {claimed!r} here. {ADVICE}"
+                )
+
+
+def _claims(distribution: metadata.Distribution, package: str) -> bool:
+    return any(str(file) == f"{package}/__init__.py" for file in distribution.files or ())

@@ -1,0 +1,193 @@
+"""One tracker in a pass: made, asked frame by frame, its answers checked and kept.
+
+Here, and only here, a tracker's exceptions are caught: they are the result of its run.
+"""
+
+import traceback
+from collections.abc import Callable, Mapping
+from math import inf, isfinite, nan
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.contestant import Contestant, identify, run_seed
+from bench.record import RESERVED_COLUMNS, Protocol, Run, Times
+from datasets import Sequence
+from trackers import Box, Estimate, Mask, Tracker
+from trackers.base.sharing import SharedFrame, SharingTracker
+
+__all__ = ["MalformedEstimateError", "Recorder", "checked_box"]
+
+
+class MalformedEstimateError(ValueError):
+    """What a tracker returned is no estimate."""
+
+
+class Recorder:
+    """One tracker in a pass, and what it has said so far.
+
+    Parameters
+    ----------
+    chosen : Contestant
+        The tracker.
+    repetition : int
+        From 0.
+    sequence : Sequence
+        Only its name and length are used here.
+    protocol : {'accuracy', 'timing'}
+        What is asked.
+    share : bool
+        Let the tracker share work on a frame, where it can.
+    keep_arrays : bool
+        Keep arrays and masks.
+    """
+
+    def __init__(
+        self,
+        chosen: Contestant,
+        repetition: int,
+        sequence: Sequence,
+        *,
+        protocol: Protocol = "accuracy",
+        share: bool,
+        keep_arrays: bool,
+    ) -> None:
+        self.failure = ""
+        self.seconds_in_tracker = 0.0
+        self._chosen = chosen
+        self._repetition = repetition
+        self._protocol = protocol
+        self._sequence = sequence
+        self._share = share
+        self._keep_arrays = keep_arrays
+        n = len(sequence)
+        self._boxes = np.full((n, 4), nan)
+        self._visible = np.zeros(n, np.bool_)
+        self._confidence = np.full(n, nan)
+        self._details: dict[str, NDArray[np.float64]] = {}
+        self._arrays: dict[int, dict[str, NDArray[Any]]] = {}
+        self._revisions: dict[int, Box] = {}
+        self._update: Callable[[SharedFrame], Estimate]
+
+    def start(self, shown: SharedFrame, frame: int, box: Box, mask: Mask | None) -> None:
+        """Make the tracker and give it the target."""
+        self._boxes[frame] = box
+        self._visible[frame] = True
+        try:
+            self._initialise(shown, box.copy(), mask)
+        except Exception as error:  # noqa: BLE001  # whatever a tracker raises is its result
+            self._fail(frame, error)
+
+    def follow(self, shown: SharedFrame, frame: int) -> None:
+        """Ask for the next estimate, unless the run has failed."""
+        if self.failure:
+            return
+        try:
+            self._take(frame, self._ask(shown, frame))
+        except Exception as error:  # noqa: BLE001  # whatever a tracker raises is its result
+            self._fail(frame, error)
+
+    def result(self, times: Times | None = None) -> Run:
+        """The run as it stands."""
+        revised = None
+        if self._revisions:
+            revised = self._boxes.copy()
+            for frame, box in self._revisions.items():
+                revised[frame] = box
+        return Run(
+            identity=identify(self._chosen, self._sequence, self._repetition, self._protocol),
+            boxes=self._boxes,
+            visible=self._visible,
+            confidence=self._confidence,
+            details=self._details,
+            failure=self.failure,
+            revised=revised,
+            arrays=self._arrays,
+            times=times,
+        )
+
+    def _make(self) -> Tracker:
+        seed = run_seed(self._chosen.name, self._sequence.name, self._repetition)
+        return self._chosen.make(seed)
+
+    def _initialise(self, shown: SharedFrame, box: Box, mask: Mask | None) -> None:
+        asked = perf_counter()
+        tracker = self._make()
+        if self._share and isinstance(tracker, SharingTracker):
+            self._update = tracker.update_shared
+            tracker.init_shared(shown, box, mask)
+        else:
+            plain = tracker.update
+            self._update = lambda shown: plain(shown.image)
+            tracker.init(shown.image, box, mask)
+        self.seconds_in_tracker += perf_counter() - asked
+
+    def _ask(self, shown: SharedFrame, frame: int) -> Estimate:
+        """Call the tracker; nothing but this call counts as the tracker's time."""
+        asked = perf_counter()
+        estimate = self._update(shown)
+        self.seconds_in_tracker += perf_counter() - asked
+        return estimate
+
+    def _take(self, frame: int, estimate: Estimate) -> None:
+        """Check an estimate and keep it."""
+        box, confidence = _checked(estimate)
+        self._boxes[frame] = box
+        self._visible[frame] = bool(estimate.visible)
+        self._confidence[frame] = confidence
+        for key, value in estimate.details.items():
+            if key not in self._details:
+                if key in RESERVED_COLUMNS:
+                    raise MalformedEstimateError(f"a detail can't be called {key!r}")
+                self._details[key] = np.full(len(self._boxes), nan)
+            self._details[key][frame] = value
+        if estimate.revised:
+            self._take_revision(frame, estimate.revised)
+        if self._keep_arrays and (estimate.arrays or estimate.mask is not None):
+            kept = {key: np.array(value) for key, value in estimate.arrays.items()}
+            if estimate.mask is not None:
+                kept["mask"] = np.array(estimate.mask)
+            self._arrays[frame] = kept
+
+    def _take_revision(self, frame: int, revised: Mapping[int, Box]) -> None:
+        for earlier, box in revised.items():
+            if not 0 <= earlier <= frame:
+                raise MalformedEstimateError(
+                    f"revised frame {earlier} is not one of the frames 0 to {frame}"
+                )
+            self._revisions[earlier] = np.array(checked_box(box))
+
+    def _fail(self, frame: int, error: Exception) -> None:
+        reason = f"{self._sequence.frame_name(frame)}: {type(error).__name__}: {error}"
+        trace = "".join(traceback.format_exception(error))
+        self.failure = f"{reason}\n{trace}"
+
+
+def checked_box(box: Any) -> list[float]:
+    """The four numbers of a box.
+
+    Raises
+    ------
+    MalformedEstimateError
+        Unless it is four finite numbers with positive width and height.
+    """
+    if not isinstance(box, np.ndarray) or box.shape != (4,):
+        raise MalformedEstimateError(f"the box is {box!r}, not an array [x, y, width, height]")
+    numbers: list[float] = box.tolist()
+    x, y, width, height = numbers
+    # A NaN fails every comparison, so these also tell finite from not.
+    if not (-inf < x < inf and -inf < y < inf and 0 < width < inf and 0 < height < inf):
+        raise MalformedEstimateError(f"the box {numbers} is not finite with a positive size")
+    return numbers
+
+
+def _checked(estimate: Any) -> tuple[list[float], float]:
+    """Box and confidence of an estimate."""
+    if not isinstance(estimate, Estimate):
+        raise MalformedEstimateError(f"update returned {estimate!r}, not an Estimate")
+    confidence = float(estimate.confidence)
+    if isfinite(confidence) and not 0.0 <= confidence <= 1.0:
+        raise MalformedEstimateError(f"the confidence {confidence} is not in [0, 1]")
+    return checked_box(estimate.box), confidence

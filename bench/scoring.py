@@ -1,0 +1,89 @@
+"""Scores of runs and of anybody's boxes, by named presets."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+import datasets
+from bench.metrics.native import Truth, native
+from bench.metrics.times import time_scores
+from bench.record import Run
+
+__all__ = ["PRESETS", "score", "score_boxes"]
+
+PRESETS: Mapping[str, Callable[..., dict[str, float]]] = {"native": native}
+"""Scoring function by preset name: `(truth, boxes, visible) -> scores`."""
+
+
+def score(
+    run: Run, sequence: str | Truth, preset: str = "native", trace: str = "online"
+) -> dict[str, float]:
+    """Score a run.
+
+    Parameters
+    ----------
+    run : Run
+        A finished run.
+    sequence : str or Sequence
+        What it ran on.
+    preset : str
+        Whose definitions; see `bench.metrics`.
+    trace : {'online', 'revised'}
+        Score what the tracker said at once, or what it said in the end.
+
+    Returns
+    -------
+    dict of str to float
+        The preset's scores; for timing runs the times too.
+
+    Raises
+    ------
+    ValueError
+        For a failed run, an unknown preset or trace, or a sequence of another length.
+    """
+    if run.failure:
+        raise ValueError(f"{run!r} can't be scored: {run.failure.splitlines()[0]}")
+    if trace not in ("online", "revised"):
+        raise ValueError(f"unknown trace {trace!r}. Known: online, revised.")
+    boxes = run.revised if trace == "revised" and run.revised is not None else run.boxes
+    scores = _scorer(preset)(_truth(sequence), boxes, run.visible)
+    return scores if run.times is None else {**scores, **time_scores(run.times)}
+
+
+def score_boxes(
+    boxes: ArrayLike, sequence: str | Truth, preset: str = "native"
+) -> dict[str, float]:
+    """Score anybody's boxes.
+
+    Parameters
+    ----------
+    boxes : array of float64, shape (n, 4)
+        `[x, y, width, height]` in pixels from 0, one row a frame of the sequence.
+    sequence : str or Sequence
+        What they are boxes of.
+    preset : str
+        Whose definitions.
+
+    Returns
+    -------
+    dict of str to float
+        The preset's scores (`mean_overlap`, `success_frames`, `centre_error`, …).
+
+    Examples
+    --------
+    >>> truth = datasets.load("samples/face")
+    >>> score_boxes(truth.boxes, truth)["mean_overlap"]
+    1.0
+    """
+    return _scorer(preset)(_truth(sequence), np.asarray(boxes, np.float64))
+
+
+def _scorer(preset: str) -> Callable[..., dict[str, float]]:
+    if preset not in PRESETS:
+        raise ValueError(f"unknown metrics preset {preset!r}. Known: {', '.join(PRESETS)}.")
+    return PRESETS[preset]
+
+
+def _truth(sequence: str | Truth) -> Truth:
+    return datasets.load(sequence) if isinstance(sequence, str) else sequence

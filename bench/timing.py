@@ -1,0 +1,103 @@
+"""Timing runs: one tracker at a time, one thread, warmed up, frames decoded outside."""
+
+import gc
+from collections.abc import Callable
+from math import nan
+from time import perf_counter, thread_time
+
+import cv2
+import numpy as np
+
+from bench.contestant import Contestant
+from bench.record import Run, Times
+from bench.recorder import Recorder
+from datasets import Sequence
+from trackers import Box, Estimate, Mask
+from trackers.base.sharing import SharedFrame
+
+__all__ = ["time_run"]
+
+WARM_UP_FRAMES = 10
+
+
+def time_run(
+    chosen: Contestant,
+    repetition: int,
+    sequence: Sequence,
+    *,
+    progress: Callable[[int], None] | None = None,
+) -> Run:
+    """Time one tracker on one sequence.
+
+    A tracker of the same kind first runs through some frames and is thrown away, so that
+    neither compilation nor cold caches are measured. OpenCV's own threads are switched off
+    for the pass, and so is Python's garbage collector.
+
+    Returns
+    -------
+    Run
+        With `times`. `bench.metrics.times.is_disturbed` tells whether they can be printed as speed.
+
+    Raises
+    ------
+    SequenceError
+        As `bench.evaluation.run_in_lock_step`.
+    """
+    sequence.check_runnable()
+    first, n = sequence.first_frame, len(sequence)
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        _pass(_Timer(chosen, repetition, sequence), sequence, min(n, first + WARM_UP_FRAMES), None)
+        gc.collect()
+        gc.disable()
+        timer = _Timer(chosen, repetition, sequence)
+        _pass(timer, sequence, n, progress)
+    finally:
+        gc.enable()
+        cv2.setNumThreads(threads)
+    return timer.result(timer.times())
+
+
+def _pass(
+    timer: "_Timer", sequence: Sequence, stop: int, progress: Callable[[int], None] | None
+) -> None:
+    first = sequence.first_frame
+    timer.start(SharedFrame(sequence[first]), first, sequence.boxes[first], sequence.mask(first))
+    for frame in range(first + 1, stop):
+        timer.follow(SharedFrame(sequence[frame]), frame)
+        if progress is not None:
+            progress(frame - first + 1)
+
+
+class _Timer(Recorder):
+    """A recorder that clocks the tracker's calls."""
+
+    def __init__(self, chosen: Contestant, repetition: int, sequence: Sequence) -> None:
+        super().__init__(
+            chosen, repetition, sequence, protocol="timing", share=False, keep_arrays=False
+        )
+        self._wall = np.full(len(sequence), nan)
+        self._cpu = np.full(len(sequence), nan)
+        self._initialisation = (nan, nan)
+
+    def times(self) -> Times:
+        """What the clocks said."""
+        return Times(self._wall, self._cpu, *self._initialisation)
+
+    def _initialise(self, shown: SharedFrame, box: Box, mask: Mask | None) -> None:
+        tracker = self._make()
+        self._plain_update = tracker.update
+        cpu, wall = thread_time(), perf_counter()
+        tracker.init(shown.image, box, mask)
+        self._initialisation = (perf_counter() - wall, thread_time() - cpu)
+
+    def _ask(self, shown: SharedFrame, frame: int) -> Estimate:
+        image = shown.image
+        # The wall clock inside the CPU clock: reading them must not look like waiting.
+        cpu, wall = thread_time(), perf_counter()
+        estimate = self._plain_update(image)
+        wall_end, cpu_end = perf_counter(), thread_time()
+        self._wall[frame] = wall_end - wall
+        self._cpu[frame] = cpu_end - cpu
+        return estimate

@@ -1,0 +1,253 @@
+"""The loop over frames: who is called when, what is kept, what a bad tracker costs."""
+
+import numpy as np
+import pytest
+
+import bench
+from bench.contestant import contestant
+from bench.evaluation import run_in_lock_step
+from datasets import SequenceError
+from trackers import Estimate
+from trackers.base.sharing import SharingTracker
+
+
+class Walker:
+    """Takes a random step a frame; writes down what it was shown."""
+
+    def __init__(self, seed):
+        self.random = np.random.default_rng(seed)
+        self.shown = []
+
+    def init(self, image, box, mask=None):
+        self.box = box.copy()
+        self.shown.append(int(image.sum()))
+
+    def update(self, image):
+        self.shown.append(int(image.sum()))
+        self.box = self.box + [*self.random.normal(size=2), 0, 0]
+        return Estimate(self.box, details={"brightness": image.mean()})
+
+
+def misbehaving(act, at=3):
+    """A maker of trackers that do `act` in their call number `at`."""
+
+    class Misbehaving(Walker):
+        def __init__(self, seed):
+            super().__init__(seed)
+            self.calls = 0
+
+        def update(self, image):
+            self.calls += 1
+            return act(image, self) if self.calls == at else super().update(image)
+
+    return Misbehaving
+
+
+def boxes_of(maker, sequence, repetition=0):
+    return bench.evaluate(maker, sequence, repetition).boxes
+
+
+def test_the_tracker_starts_in_the_first_frame_with_a_target_and_sees_every_later_one(
+    make_sequence,
+):
+    made = []
+
+    def maker(seed):
+        made.append(Walker(seed))
+        return made[-1]
+
+    sequence = make_sequence(n=8, absent=(0, 1, 5))
+    run = bench.evaluate(maker, sequence)
+    assert made[0].shown == [int(sequence[i].sum()) for i in range(2, 8)]
+    assert np.isnan(run.boxes[:2]).all()
+    np.testing.assert_array_equal(run.boxes[2], sequence.boxes[2])
+    assert np.isfinite(run.boxes[3:]).all()
+    assert run.visible.tolist() == [False] * 2 + [True] * 6
+    np.testing.assert_allclose(
+        run.details["brightness"][3:], [sequence[i].mean() for i in range(3, 8)]
+    )
+    assert np.isnan(run.details["brightness"][:3]).all()
+
+
+def test_same_repetition_same_boxes_and_another_repetition_other_boxes(make_sequence):
+    sequence = make_sequence()
+    np.testing.assert_array_equal(boxes_of(Walker, sequence), boxes_of(Walker, sequence))
+    assert not np.array_equal(boxes_of(Walker, sequence), boxes_of(Walker, sequence, 1))
+
+
+def test_the_seed_depends_on_tracker_sequence_and_repetition_as_documented(make_sequence):
+    seen = []
+
+    def noting(seed):
+        seen.append(seed)
+        return Walker(seed)
+
+    bench.evaluate(noting, make_sequence(name="a/b"), 7)
+    from zlib import crc32
+
+    name = noting.__qualname__
+    assert seen[0].entropy == 7
+    assert seen[0].spawn_key == (crc32(name.encode()), crc32(b"a/b"))
+
+
+def test_lock_step_gives_every_tracker_the_boxes_that_it_has_alone(make_sequence):
+    sequence = make_sequence()
+    entries = [(contestant(Walker), r) for r in range(3)] + [(contestant("static"), 0)]
+    together = run_in_lock_step(entries, sequence).runs
+    for (entry, repetition), run in zip(entries, together, strict=True):
+        (alone,) = run_in_lock_step([(entry, repetition)], sequence).runs
+        np.testing.assert_array_equal(run.boxes, alone.boxes)
+
+
+def test_a_frame_is_fetched_once_for_all_trackers(make_sequence):
+    sequence = make_sequence(n=6)
+    frames = sequence._frames
+    sequence.check_runnable()
+    frames.asked.clear()
+    run_in_lock_step([(contestant(Walker), r) for r in range(4)], sequence)
+    fetched = [frame for frame in frames.asked if frame > 0]
+    assert fetched == [1, 2, 3, 4, 5]
+
+
+computed = []
+
+
+def costly(image, power):
+    computed.append(power)
+    return (image.astype(np.int64) ** power).sum()
+
+
+class Sharer(SharingTracker):
+    """Moves by something that it shares with others."""
+
+    def init_shared(self, frame, box, mask=None):
+        self.box = box
+
+    def update_shared(self, frame):
+        self.box = self.box + [float(frame.compute(costly, 2) % 3), 0, 0, 0]
+        return Estimate(self.box)
+
+
+def make_sharer(seed):
+    return Sharer(Sharer.Parameters(), seed)
+
+
+@pytest.mark.parametrize("share", [True, False])
+def test_shared_work_is_done_once_a_frame_and_the_boxes_are_the_same_without(make_sequence, share):
+    sequence = make_sequence(n=5)
+    entry = contestant(make_sharer)
+    computed.clear()
+    runs = run_in_lock_step([(entry, 0), (entry, 1)], sequence, share=share).runs
+    assert len(computed) == (4 if share else 8)
+    np.testing.assert_array_equal(runs[0].boxes, runs[1].boxes)
+    np.testing.assert_array_equal(runs[0].boxes, boxes_of(make_sharer, sequence))
+
+
+def raise_error(image, tracker):
+    raise ZeroDivisionError("of my own making")
+
+
+BAD = {
+    "raises": (raise_error, "ZeroDivisionError: of my own making"),
+    "returns nothing": (lambda i, t: None, "not an Estimate"),
+    "returns NaN": (lambda i, t: Estimate(np.array([np.nan, 0, 1, 1])), "not finite"),
+    "returns infinity": (lambda i, t: Estimate(np.array([0, 0, np.inf, 1])), "not finite"),
+    "returns no size": (lambda i, t: Estimate(np.array([0, 0, 0.0, 1])), "positive size"),
+    "returns three numbers": (lambda i, t: Estimate(np.array([0, 0, 1.0])), "not an array"),
+    "returns a list": (lambda i, t: Estimate([0, 0, 1, 1]), "not an array"),
+    "is too confident": (lambda i, t: Estimate(t.box, confidence=1.5), "confidence 1.5"),
+    "details a word": (lambda i, t: Estimate(t.box, details={"k": "word"}), "ValueError"),
+    "calls a column x": (lambda i, t: Estimate(t.box, details={"x": 1.0}), "'x'"),
+    "revises the future": (lambda i, t: Estimate(t.box, revised={9: t.box}), "revised frame 9"),
+    "revises badly": (lambda i, t: Estimate(t.box, revised={1: t.box * 0}), "positive size"),
+    "writes to the image": (lambda i, t: i.fill(0), "read-only"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_what_a_tracker_does_wrong_ends_its_own_run_alone(make_sequence, case):
+    act, reason = BAD[case]
+    sequence = make_sequence(n=8)
+    entries = [(contestant(Walker), 0), (contestant(misbehaving(act)), 0), (contestant(Walker), 1)]
+    first, bad, last = run_in_lock_step(entries, sequence).runs
+    assert bad.status == "failed"
+    headline = bad.failure.splitlines()[0]
+    assert headline.startswith("frame 3: ")
+    assert reason in headline
+    assert "Traceback" in bad.failure
+    assert np.isfinite(bad.boxes[:3]).all()
+    assert np.isnan(bad.boxes[4:]).all()
+    for run, repetition in ((first, 0), (last, 1)):
+        assert run.status == "finished"
+        np.testing.assert_array_equal(run.boxes, boxes_of(Walker, sequence, repetition))
+
+
+def test_a_tracker_that_fails_to_start_is_a_failed_run(make_sequence):
+    def unmakeable(seed):
+        raise RuntimeError("no licence")
+
+    run = bench.evaluate(unmakeable, make_sequence())
+    assert run.failure.startswith("frame 0: RuntimeError: no licence")
+    with pytest.raises(ValueError, match="no licence"):
+        bench.score(run, make_sequence())
+
+
+def test_revisions_are_kept_beside_what_was_said_online(make_sequence):
+    def revise(image, tracker):
+        return Estimate(tracker.box, revised={1: tracker.box, 2: tracker.box + [1, 0, 0, 0]})
+
+    sequence = make_sequence(n=6)
+    run = bench.evaluate(misbehaving(revise), sequence)
+    plain = bench.evaluate(misbehaving(lambda i, t: Estimate(t.box)), sequence)
+    np.testing.assert_array_equal(run.boxes, plain.boxes)
+    np.testing.assert_array_equal(run.revised[1], run.boxes[3])
+    np.testing.assert_array_equal(run.revised[3:], run.boxes[3:])
+    online = bench.score(run, sequence)
+    assert online == bench.score_boxes(run.boxes, sequence) | {
+        "absence_reported": online["absence_reported"]
+    }
+    assert bench.score(run, sequence, trace="revised")["centre_error"] != online["centre_error"]
+
+
+def test_arrays_and_masks_are_kept_only_when_asked_for(make_sequence):
+    def draw(image, tracker):
+        mask = np.ones(image.shape[:2], bool)
+        return Estimate(tracker.box, mask=mask, arrays={"cloud": np.arange(3)})
+
+    maker = misbehaving(draw)
+    assert bench.evaluate(maker, make_sequence()).arrays == {}
+    kept = bench.evaluate(maker, make_sequence(), keep_arrays=True).arrays
+    assert list(kept) == [3]
+    np.testing.assert_array_equal(kept[3]["cloud"], [0, 1, 2])
+    assert kept[3]["mask"].all()
+
+
+def test_a_ready_tracker_is_refused_because_its_seed_is_unknown(make_sequence):
+    with pytest.raises(TypeError, match="seed is unknown"):
+        bench.evaluate(Walker(0), make_sequence())
+
+
+def test_a_sequence_without_truth_is_refused(make_sequence):
+    sequence = make_sequence(n=4, absent=range(4))
+    with pytest.raises(SequenceError, match="no truth"):
+        bench.evaluate("static", sequence)
+
+
+def test_static_scores_what_standing_still_scores(make_sequence):
+    sequence = make_sequence(n=9)
+    scores = bench.score(bench.evaluate("static", sequence), sequence)
+    distance = np.arange(1, 9) * 0.5
+    assert scores["centre_error"] == pytest.approx(distance.mean())
+    assert scores["mean_overlap"] == pytest.approx(np.mean((8 - distance) / (8 + distance)))
+
+
+def test_the_harness_reports_its_own_time_without_that_of_trackers_and_images(make_sequence):
+    import time
+
+    def slow(image, tracker):
+        time.sleep(0.2)
+        return Estimate(tracker.box)
+
+    sequence = make_sequence(n=50)
+    passed = run_in_lock_step([(contestant(misbehaving(slow)), 0)], sequence)
+    assert 0 < passed.overhead * 50 < 0.1
