@@ -51,6 +51,7 @@ SIDE_SUFFIXES = (".revised.arrow", ".arrays.npz")
 """What may lie beside a run."""
 
 METADATA_KEY = b"trackmark"
+_CHECKSUM_KEY = b"trackmark.sha256"  # Parquet checks its pages, not its metadata
 BOX_COLUMNS = ("x", "y", "width", "height")
 _LONGEST_NAME = 200  # bytes; file systems take 255
 
@@ -142,8 +143,9 @@ class Results:
         # What lies beside a run is written first: a run that is there is complete.
         _write_beside(path, ".revised.arrow", _revised_writer(run))
         _write_beside(path, ".arrays.npz", _arrays_writer(run))
+        text = json.dumps(metadata).encode()
         table = pa.table(columns).replace_schema_metadata(
-            {METADATA_KEY: json.dumps(metadata).encode()}
+            {METADATA_KEY: text, _CHECKSUM_KEY: _checksum(text)}
         )
         write_atomically(
             path,
@@ -173,8 +175,7 @@ class Results:
         """
         try:
             table = parquet.read_table(path, page_checksum_verification=True)
-            metadata = json.loads(table.schema.metadata[METADATA_KEY])
-            return _run(path, table, metadata)
+            return _run(path, table, _metadata(table))
         except (OSError, pa.ArrowException, KeyError, TypeError, ValueError) as error:
             if isinstance(error, ResultsError):
                 raise
@@ -216,6 +217,18 @@ def check_schema(file: Path, schema: object) -> None:
             f"{file} has the layout version {schema}; this trackmark reads version {SCHEMA}. "
             "Read it with the trackmark that wrote it, or run again into another folder."
         )
+
+
+def _metadata(table: pa.Table) -> dict[str, Any]:
+    text = table.schema.metadata[METADATA_KEY]
+    if table.schema.metadata[_CHECKSUM_KEY] != _checksum(text):
+        raise ValueError("its metadata have changed")
+    metadata: dict[str, Any] = json.loads(text)
+    return metadata
+
+
+def _checksum(text: bytes) -> bytes:
+    return hashlib.sha256(text).hexdigest().encode()
 
 
 def _write_text(path: Path, text: str) -> None:

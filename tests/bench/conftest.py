@@ -1,5 +1,6 @@
 """Small sequences and trackers that misbehave, for the harness's tests."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -36,3 +37,43 @@ def make_sequence():
         )
 
     return make
+
+
+KNOB_TRACKER = '''
+"""A tracker with a knob."""
+from pydantic import Field
+from trackers.base.interface import Estimate, Randomness, TrackerPlugin
+from trackers.base.parameters import Parameters
+
+
+class KnobParameters(Parameters):
+    knob: int = Field(1, description="knob [frames]")
+
+
+class Knob(TrackerPlugin):
+    """Draws."""
+
+    randomness = Randomness.GENERATOR
+    Parameters = KnobParameters
+
+    def init(self, image, box, mask=None):
+        import numpy
+        self.random = numpy.random.default_rng(self.seed)
+        self.box = box
+
+    def update(self, image):
+        return Estimate(self.box + [self.random.random(), 0, 0, 0])
+'''
+
+
+@pytest.fixture
+def here(tmp_path):
+    """A folder with an OTB sequence and a tracker in a file."""
+    folder = tmp_path / "data" / "Small"
+    (folder / "img").mkdir(parents=True)
+    for i in range(5):
+        image = np.random.default_rng(i).integers(0, 256, (40, 50, 3), dtype=np.uint8)
+        cv2.imwrite(str(folder / "img" / f"{i + 1:04}.png"), image)
+    (folder / "groundtruth_rect.txt").write_text("5,6,10,12\n" * 5)
+    (tmp_path / "knob.py").write_text(KNOB_TRACKER)
+    return tmp_path

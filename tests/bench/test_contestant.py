@@ -1,0 +1,92 @@
+"""Trackers as the harness names, seeds and versions them."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from bench.contestant import contestant, run_seed
+from trackers import TrackerError
+
+PLUGIN = '''
+"""A tracker of my own."""
+from trackers.base.interface import Estimate, TrackerPlugin
+
+class Own(TrackerPlugin):
+    """Stays."""
+
+    def init(self, image, box, mask=None):
+        self.box = box
+
+    def update(self, image):
+        return Estimate(self.box)
+'''
+
+
+@pytest.mark.parametrize(
+    ("text", "label"),
+    [
+        ("camshift", "camshift"),
+        (" camshift ", "camshift"),
+        ("camshift:window=fixed", "camshift"),
+        ("camshift:window=adaptive", "camshift:window=adaptive"),
+        ("camshift:preset=recommended:hue_bins=032", "camshift"),
+        ("camshift:window=adaptive:hue_bins=16", "camshift:hue_bins=16:window=adaptive"),
+        ("camshift:preset=as-written", "camshift:preset=as-written"),
+    ],
+)
+def test_what_is_the_same_has_the_same_label(text, label):
+    chosen = contestant(text)
+    assert chosen.label == label
+    assert contestant(chosen.label).label == label
+    assert contestant(chosen.label).parameters == chosen.parameters
+
+
+@pytest.mark.parametrize(
+    "text", ["camshift:window", "camshift:=3", "camshift:window=fixed:window=fixed"]
+)
+def test_a_malformed_text_is_refused(text):
+    with pytest.raises(TrackerError, match="camshift"):
+        contestant(text)
+
+
+def test_the_seed_ignores_parameters_and_depends_on_everything_else():
+    def state(*arguments):
+        return run_seed(*arguments).generate_state(4).tolist()
+
+    base = state("a", "s", 0)
+    assert contestant("camshift:hue_bins=8").name == "camshift"
+    assert base == state("a", "s", 0)
+    assert all(
+        base != other for other in (state("b", "s", 0), state("a", "t", 0), state("a", "s", 1))
+    )
+    expected = np.random.SeedSequence(5, spawn_key=(0xE8B7BE43, 0x71BEEFF9))  # crc32 of "a", "b"
+    assert state("a", "b", 5) == expected.generate_state(4).tolist()
+
+
+def test_a_tracker_in_a_file_is_named_by_file_and_class(tmp_path):
+    file = tmp_path / "own.py"
+    file.write_text(PLUGIN)
+    chosen = contestant(f"{file}:Own")
+    assert chosen.label == chosen.name == "own.py:Own"
+    assert chosen.file == file
+
+
+def test_the_version_changes_with_the_source_of_the_tracker(tmp_path):
+    file = tmp_path / "own.py"
+    file.write_text(PLUGIN)
+    before = contestant(f"{file}:Own").version
+    file.write_text(PLUGIN + "\n# changed\n")
+    after = contestant(f"{file}:Own").version
+    assert before["source"] != after["source"]
+    assert before["libraries"] == after["libraries"]
+    assert "numpy" in before["libraries"]
+
+
+def test_a_callable_is_named_by_its_qualified_name():
+    def maker(seed):
+        raise NotImplementedError
+
+    assert contestant(maker).label.endswith("<locals>.maker")
+    assert contestant(maker).version["source"] != "unknown"
+    assert contestant(functools.partial(maker)).label == "partial"

@@ -1,0 +1,183 @@
+"""Processes: same boxes on one core and two, a worker that dies, a kill at any moment."""
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pyarrow.parquet as parquet
+import pytest
+
+import bench
+from bench.experiment import Experiment, SequenceSource
+from bench.index import read_index
+from bench.results import Results
+from bench.runner import Execution, run
+
+TRACKMARK = [sys.executable, "-c", "from bench.cli import main; main()"]
+
+
+@pytest.fixture
+def data(here):
+    """Four sequences of 60 frames, so that there is something to interrupt."""
+    small = here / "data" / "Small"
+    for name in ("A", "B", "C", "D"):
+        folder = here / "data" / name
+        shutil.copytree(small, folder)
+        for i in range(60):
+            shutil.copy(small / "img" / f"{i % 5 + 1:04}.png", folder / "img" / f"{i + 1:04}.png")
+        (folder / "groundtruth_rect.txt").write_text("5,6,10,12\n" * 60)
+    return here
+
+
+def experiment(data, name="trial", trackers=("static", "{}/knob.py:Knob", "camshift"), seeds=3):
+    return Experiment(
+        name,
+        tuple(text.format(data) for text in trackers),
+        tuple(SequenceSource(str(data / "data" / s)) for s in "ABCD"),
+        repetitions=seeds,
+    )
+
+
+def contents(folder):
+    """Everything that determines and says a run, by path."""
+    results = Results(folder)
+    found = {}
+    for file in results.files():
+        stored = results.read(file)
+        table = parquet.read_table(file)
+        columns = {name: table.column(name).to_numpy().tobytes() for name in table.column_names}
+        found[str(file.relative_to(folder))] = (stored.identity, stored.failure, columns)
+    return found
+
+
+def test_one_process_or_two_make_the_same_results(data):
+    one = run(experiment(data, "one"), data / "results", jobs=1)
+    two = run(experiment(data, "two"), data / "results", jobs=2)
+    assert len(contents(one)) == 4 * 5
+    assert contents(one) == contents(two)
+
+
+def test_results_are_those_of_evaluating_one_by_one(data):
+    folder = run(experiment(data, seeds=2), data / "results")
+    results = Results(folder)
+    for row in read_index(results):
+        stored = results.read(folder / row["path"])
+        tracker = row["tracker"].replace("knob.py", f"{data}/knob.py")
+        path = data / "data" / row["sequence"]
+        alone = bench.evaluate(tracker, str(path), row["repetition"])
+        assert alone.identity == stored.identity
+        np.testing.assert_array_equal(alone.boxes, stored.boxes)
+
+
+def test_nothing_is_run_again(data):
+    chosen = experiment(data)
+    folder = run(chosen, data / "results")
+    times = {file: file.stat().st_mtime_ns for file in Results(folder).files()}
+    assert Execution(chosen, data / "results").units == []
+    run(chosen, data / "results")
+    assert {file: file.stat().st_mtime_ns for file in Results(folder).files()} == times
+
+
+def test_progress_ends_at_the_whole_work(data):
+    execution = Execution(experiment(data), data / "results", jobs=2)
+    seen = []
+    list(execution.rows(seen.append))
+    assert seen == sorted(seen) or max(seen) <= execution.work
+    assert execution.work == 4 * 60 * 5
+    assert all(0 < overhead < 0.01 for overhead in execution.overheads)
+
+
+@pytest.mark.parametrize("death", ["import os; os._exit(3)", "import ctypes; ctypes.string_at(0)"])
+def test_a_tracker_that_kills_its_process_costs_its_own_runs_alone(data, death):
+    deadly = data / "deadly.py"
+    source = (
+        (data / "knob.py")
+        .read_text()
+        .replace("return Estimate", f"{death}\n        return Estimate")
+    )
+    deadly.write_text(source)
+    trackers = ("static", "{}/deadly.py:Knob", "{}/knob.py:Knob")
+    folder = run(experiment(data, "deadly", trackers, seeds=1), data / "results", jobs=2)
+    rows = read_index(Results(folder))
+    assert len(rows) == 4 * 3
+    failed = [row for row in rows if row["status"] == "failed"]
+    assert {row["tracker"] for row in failed} == {"deadly.py:Knob"}
+    assert len(failed) == 4
+    assert all(row["failure"].startswith("its process died") for row in failed)
+    healthy = run(experiment(data, "healthy", trackers[::2], seeds=1), data / "results")
+    alive = {path: found for path, found in contents(folder).items() if "deadly" not in path}
+    assert alive == contents(healthy)
+
+
+def kill_and_resume(data, kills, seed):
+    """Kill the command `kills` times at random moments; then let it finish."""
+    undisturbed = contents(run(experiment(data, "undisturbed"), data / "results"))
+    names = ",".join(str(data / "data" / s) for s in "ABCD")
+    command = [
+        *TRACKMARK,
+        *("run", "--name", "killed", "--seeds", "3", "--sequences", names),
+        *("--trackers", f"static,{data}/knob.py:Knob,camshift", "--output", str(data / "results")),
+    ]
+    moments = random.Random(seed)
+    kept = {}
+    folder = data / "results" / "killed"
+    for _ in range(kills):
+        process = subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL)
+        time.sleep(moments.uniform(0.3, 3.5))
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        now = {file: file.stat().st_mtime_ns for file in Results(folder).files()}
+        assert kept.items() <= now.items(), "a finished run was lost or done again"
+        kept = now
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, timeout=120)
+    now = {file: file.stat().st_mtime_ns for file in Results(folder).files()}
+    assert kept.items() <= now.items()
+    assert contents(folder) == undisturbed
+    assert not list(folder.rglob("*.tmp"))
+
+
+def test_a_killed_command_goes_on_where_it_was(data):
+    kill_and_resume(data, kills=3, seed=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(5))
+def test_a_command_killed_again_and_again_ends_like_an_undisturbed_one(data, seed):
+    kill_and_resume(data, kills=8, seed=seed)
+
+
+def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(data):
+    file = data / "knob.py"
+    file.write_text(
+        file.read_text().replace(
+            "return Estimate", "__import__('time').sleep(0.01)\n        return Estimate"
+        )
+    )
+    names = ",".join(str(data / "data" / s) for s in "ABCD")
+    process = subprocess.Popen(
+        [
+            *TRACKMARK,
+            *("run", "--name", "stopped", "--jobs", "1", "--sequences", names),
+            *("--trackers", f"{data}/knob.py:Knob", "--output", str(data / "results")),
+        ],
+        start_new_session=True,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    folder = data / "results" / "stopped"
+    deadline = time.monotonic() + 60
+    while not Results(folder).files() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    done = len(Results(folder).files())
+    assert 1 <= done < 4
+    assert f"{done} of 4 runs are done" in said
+    assert "same command" in said
+    assert "Traceback" not in said

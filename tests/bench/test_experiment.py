@@ -1,0 +1,95 @@
+"""Experiments as files: what is swept, and what is refused with which words."""
+
+import pytest
+
+from bench.experiment import (
+    Experiment,
+    ExperimentError,
+    SequenceSource,
+    experiment_names,
+    read_experiment,
+)
+
+GOOD = """
+version = 1
+title = "A title"
+repetitions = 4
+trackers = ["static", { name = "camshift", window = ["fixed", "adaptive"], hue_bins = 16 }]
+sequences = ["samples/face", { name = "plain/target", scene = [0, 1], occlusion = [0, 0.5] }]
+"""
+
+
+def written(tmp_path, text):
+    path = tmp_path / "trial.toml"
+    path.write_text(text)
+    return path
+
+
+def test_lists_are_swept_in_the_order_written(tmp_path):
+    experiment = read_experiment(written(tmp_path, GOOD))
+    assert experiment.name == "trial"
+    assert experiment.title == "A title"
+    assert experiment.repetitions == 4
+    assert experiment.trackers == (
+        "static",
+        "camshift:window=fixed:hue_bins=16",
+        "camshift:window=adaptive:hue_bins=16",
+    )
+    assert [source.text for source in experiment.sequences] == [
+        "samples/face",
+        "plain/target:scene=0:occlusion=0",
+        "plain/target:scene=0:occlusion=0.5",
+        "plain/target:scene=1:occlusion=0",
+        "plain/target:scene=1:occlusion=0.5",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("version = 1", ""), "'version' is missing"),
+        (("version = 1", "version = 2"), "version 2 is not"),
+        (("version = 1", "version = true"), "version must be of type int"),
+        (('title = "A title"', "titel = 3"), "unknown key 'titel'"),
+        (("repetitions = 4", 'repetitions = "4"'), "repetitions must be of type int"),
+        (("repetitions = 4", "repetitions = 0"), "repetitions is 0"),
+        (('["static", ', '["static", "static", '), "'static' is named twice"),
+        (('["static", ', "[7, "), "7 is neither a text nor a table"),
+        (("version = 1", "version = = 1"), "trial.toml"),
+    ],
+)
+def test_a_mistake_is_named_with_file_and_key(tmp_path, change, words):
+    assert change[0] in GOOD
+    path = written(tmp_path, GOOD.replace(*change))
+    with pytest.raises(ExperimentError) as caught:
+        read_experiment(path)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert "trial" in str(caught.value)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(ExperimentError, match=r"nothing\.toml: No such file"):
+        read_experiment(tmp_path / "nothing.toml")
+
+
+def test_an_unknown_experiment_gets_the_closest_match():
+    with pytest.raises(ExperimentError, match=r"Did you mean 'demo'\?"):
+        read_experiment("dmo")
+
+
+@pytest.mark.parametrize("name", ["", "a/b", ".hidden", "_truth"])
+def test_a_name_that_is_no_folder_is_refused(name):
+    with pytest.raises(ExperimentError, match="can't name a folder"):
+        Experiment(name, ("static",), (SequenceSource("samples/face"),))
+
+
+@pytest.mark.parametrize("name", experiment_names())
+def test_every_experiment_that_comes_along_reads_and_can_be_planned(name, tmp_path):
+    from bench.plan import make_plan
+    from bench.results import Results
+
+    experiment = read_experiment(name)
+    plan = make_plan(experiment, Results(tmp_path / "none"))
+    keys = [cell.identity.digest for cell in plan.cells]
+    assert len(keys) == len(set(keys)) > 0

@@ -1,0 +1,154 @@
+"""Plans: what is done, what is stale, and how the rest is shared out."""
+
+import shutil
+from pathlib import Path
+
+import cv2
+import pytest
+
+import trackers
+from bench.experiment import Experiment, ExperimentError, SequenceSource
+from bench.plan import State, make_plan
+from bench.results import Results
+from bench.runner import run
+
+
+def append(file, text):
+    file.write_text(file.read_text() + text)
+
+
+def experiment(here, **changes):
+    settings = {
+        "name": "trial",
+        "trackers": ("static", f"{here / 'knob.py'}:Knob"),
+        "sequences": (SequenceSource(str(here / "data" / "Small")),),
+        "repetitions": 3,
+    } | changes
+    return Experiment(**settings)
+
+
+def states(here, **changes):
+    chosen = experiment(here, **changes)
+    cells = make_plan(chosen, Results(here / "results" / chosen.name)).cells
+    return {(cell.identity.tracker, cell.identity.repetition): cell.state.value for cell in cells}
+
+
+@pytest.fixture
+def finished(here):
+    run(experiment(here), here / "results", jobs=1)
+    assert set(states(here).values()) == {"done"}
+    return here
+
+
+def test_a_tracker_that_never_draws_runs_once_and_the_others_as_often_as_asked(here):
+    assert states(here) == {
+        ("static", 0): "left",
+        **{("knob.py:Knob", repetition): "left" for repetition in range(3)},
+    }
+
+
+def test_more_repetitions_leave_the_old_ones_done(finished):
+    found = states(finished, repetitions=5)
+    assert [found["knob.py:Knob", i] for i in range(5)] == ["done"] * 3 + ["left"] * 2
+
+
+def test_a_changed_tracker_makes_its_own_runs_stale_and_no_others(finished):
+    append(finished / "knob.py", "# a change\n")
+    found = states(finished)
+    assert found.pop(("static", 0)) == "done"
+    assert set(found.values()) == {"stale"}
+
+
+def test_a_changed_shared_module_makes_runs_stale(finished, monkeypatch, tmp_path):
+    copy = tmp_path / "copy" / "trackers"
+    shutil.copytree(Path(trackers.__file__).parent, copy)
+    monkeypatch.setattr("bench.contestant.PACKAGE", copy)
+    assert set(states(finished).values()) == {"done"}
+    interface = copy / "base" / "interface.py"
+    append(interface, "# a change\n")
+    assert states(finished)["knob.py:Knob", 0] == "stale"
+    catalogue = copy / "base" / "catalogue.py"
+    shutil.copy(Path(trackers.__file__).parent / "base" / "interface.py", interface)
+    catalogue.write_text("# nobody's boxes depend on it\n")
+    assert states(finished)["knob.py:Knob", 0] == "done"
+
+
+def test_a_changed_parameter_is_another_run(finished):
+    knob = f"{finished / 'knob.py'}:Knob:knob=2"
+    assert set(states(finished, trackers=(knob,)).values()) == {"left"}
+    assert set(states(finished).values()) == {"done"}
+
+
+def test_a_changed_pixel_makes_runs_on_the_sequence_stale(finished):
+    file = finished / "data" / "Small" / "img" / "0003.png"
+    image = cv2.imread(str(file))
+    image[7, 9, 1] ^= 1
+    cv2.imwrite(str(file), image)
+    assert set(states(finished).values()) == {"stale"}
+
+
+def test_a_changed_truth_value_makes_runs_on_the_sequence_stale(finished):
+    file = finished / "data" / "Small" / "groundtruth_rect.txt"
+    file.write_text(file.read_text().replace("5,6,10,12", "5,6,10,13", 1))
+    assert set(states(finished).values()) == {"stale"}
+
+
+def test_touching_files_changes_nothing(finished):
+    for file in finished.rglob("*"):
+        if file.is_file():
+            file.touch()
+    assert set(states(finished).values()) == {"done"}
+
+
+def test_timing_runs_are_runs_of_their_own(finished):
+    assert set(states(finished, timing=True).values()) == {"left"}
+    run(experiment(finished, timing=True), finished / "results")
+    assert set(states(finished, timing=True).values()) == {"done"}
+    assert set(states(finished).values()) == {"done"}
+
+
+def test_a_unit_is_a_sequence_with_all_trackers_that_may_share_a_process(here):
+    chosen = experiment(here, trackers=("static", "camshift", "opencv-mil"), repetitions=2)
+    plan = make_plan(chosen, Results(here / "none"))
+    entries = [unit.entries for unit in plan.units()]
+    assert entries == [
+        (("opencv-mil", 0),),
+        (("opencv-mil", 1),),
+        (("static", 0), ("camshift", 0)),
+    ]
+
+
+def test_what_is_the_same_tracker_is_planned_once(here):
+    chosen = ("camshift", "camshift:window=fixed", "camshift:hue_bins=32")
+    assert list(states(here, trackers=chosen)) == [("camshift", 0)]
+
+
+def test_two_sequences_of_one_name_are_refused(here):
+    other = here / "other" / "Small"
+    shutil.copytree(here / "data" / "Small", other)
+    sources = tuple(SequenceSource(str(path)) for path in (here / "data" / "Small", other))
+    assert len(states(here, sequences=sources)) == 4
+    (other / "groundtruth_rect.txt").write_text("6,6,10,12\n" * 5)
+    with pytest.raises(ExperimentError, match="two different sequences are called 'Small'"):
+        states(here, sequences=sources)
+
+
+def test_two_trackers_of_one_name_are_refused(here):
+    (here / "elsewhere").mkdir()
+    shutil.copy(here / "knob.py", here / "elsewhere")
+    both = tuple(f"{here / place / 'knob.py'}:Knob" for place in ("", "elsewhere"))
+    with pytest.raises(ExperimentError, match=r"two trackers are called 'knob\.py:Knob'"):
+        states(here, trackers=both)
+
+
+def test_failed_runs_are_repeated_only_when_asked_for(here):
+    file = here / "knob.py"
+    file.write_text(file.read_text().replace("return Estimate", "raise ValueError  #"))
+    run(experiment(here), here / "results")
+    found = states(here)
+    assert found["static", 0] == "done"
+    assert found["knob.py:Knob", 1] == "failed"
+    plan = make_plan(experiment(here), Results(here / "results" / "trial"))
+    assert plan.units() == []
+    assert len(plan.units(retry_failed=True)[0].entries) == 3
+    assert plan.count(State.FAILED) == 3
