@@ -1,1 +1,6 @@
 """Sequences: recorded ones behind readers, synthetic ones behind a renderer."""
+
+from datasets.catalogue import load, names
+from datasets.interface import Sequence, SequenceError
+
+__all__ = ["Sequence", "SequenceError", "load", "names"]

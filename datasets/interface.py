@@ -177,6 +177,29 @@ class Sequence:
             )
         return int(present[0])
 
+    def check_runnable(self) -> None:
+        """Refuse a sequence that no tracker can be started on; reads the first image.
+
+        Raises
+        ------
+        SequenceError
+            Where there is no truth, or where the box that trackers are initialised with
+            has no size or lies wholly outside its image.
+        """
+        frame = self.first_frame
+        x, y, width, height = self.boxes[frame].tolist()
+        image_height, image_width = self[frame].shape[:2]
+        if width <= 0.0 or height <= 0.0:
+            fault = "has no size"
+        elif x >= image_width or y >= image_height or x + width <= 0.0 or y + height <= 0.0:
+            fault = f"lies outside the image ({image_width}x{image_height})"
+        else:
+            return
+        raise SequenceError(
+            f"{self.truth_source}: the first box, of {self.frame_name(frame)}, {fault}: "
+            f"x={x:g} y={y:g} width={width:g} height={height:g} (from 0). Mend it there."
+        )
+
     def mask(self, frame: int) -> Mask | None:
         """Target's pixels in a frame, shape (height, width); None where unknown."""
         return None if self._masks is None else self._masks(frame)

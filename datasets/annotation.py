@@ -1,0 +1,87 @@
+"""From boxes marked in some frames to the truth of all frames."""
+
+from collections.abc import Iterable, Mapping
+from math import nan
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from datasets.interface import SequenceError
+from datasets.truth_file import Truth
+
+__all__ = ["interpolate"]
+
+
+def interpolate(
+    keys: Mapping[int, ArrayLike], n_frames: int, absent: Iterable[tuple[int, int]] = ()
+) -> Truth:
+    """Truth of all frames from the boxes of some.
+
+    Between two key frames x, y, width and height change linearly, also across frames where
+    the target is absent. Nothing is extrapolated: before the first key frame and after the
+    last the target counts as absent; whoever knows better marks those frames.
+
+    Parameters
+    ----------
+    keys : mapping of int to box
+        Marked boxes `[x, y, width, height]`, in pixels, by frame.
+    n_frames : int
+        Number of frames, at least 1.
+    absent : iterable of (int, int)
+        First and last frame, both included, of every stretch in which nothing of the target
+        is seen.
+
+    Returns
+    -------
+    Truth
+        With `n_frames` rows; `sources` tells the marked from the interpolated.
+
+    Raises
+    ------
+    SequenceError
+        For no key frames, a frame outside the sequence, a box without size, a stretch that
+        ends before it begins, and a key frame in which the target is said to be absent.
+
+    Examples
+    --------
+    >>> truth = interpolate({1: [0, 0, 10, 10], 3: [4, 2, 10, 14]}, n_frames=5)
+    >>> truth.boxes[2].tolist()
+    [2.0, 1.0, 10.0, 12.0]
+    >>> truth.sources
+    ('', 'marked', 'interpolated', 'marked', '')
+    """
+    if not keys:
+        raise SequenceError("there are no key frames: mark the target in at least one.")
+    frames = sorted(keys)
+    marked = np.array([np.asarray(keys[frame], dtype=np.float64) for frame in frames])
+    for frame, box in zip(frames, marked, strict=True):
+        _check_frame(frame, n_frames)
+        if not (np.isfinite(box).all() and (box[2:] > 0.0).all()):
+            raise SequenceError(f"frame {frame}: {box.tolist()} is not a box with a size.")
+    every = np.arange(n_frames)
+    boxes = np.column_stack(
+        [np.interp(every, frames, column, left=nan, right=nan) for column in marked.T]
+    )
+    for first, last in absent:
+        _check_frame(first, n_frames)
+        _check_frame(last, n_frames)
+        if last < first:
+            raise SequenceError(f"absent {first}-{last}: the stretch ends before it begins.")
+        inside = [frame for frame in frames if first <= frame <= last]
+        if inside:
+            raise SequenceError(
+                f"frame {inside[0]} has a box, but is within absent {first}-{last}."
+            )
+        boxes[first : last + 1] = nan
+    sources = ("" if np.isnan(box[0]) else "interpolated" for box in boxes)
+    return Truth(
+        boxes,
+        sources=tuple(
+            "marked" if frame in keys else source for frame, source in enumerate(sources)
+        ),
+    )
+
+
+def _check_frame(frame: int, n_frames: int) -> None:
+    if not 0 <= frame < n_frames:
+        raise SequenceError(f"frame {frame} is outside the sequence: 0 to {n_frames - 1}.")

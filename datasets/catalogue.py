@@ -1,0 +1,108 @@
+"""Names of sequences, and where each comes from."""
+
+import importlib
+from collections.abc import Mapping
+from difflib import get_close_matches
+from functools import cache
+from pathlib import Path
+from typing import Protocol, cast
+
+from datasets.interface import Sequence, SequenceError
+from datasets.text_form import parse_text
+
+__all__ = ["load", "names"]
+
+FOLDER = Path(__file__).parent
+
+
+class Suite(Protocol):
+    """A module that offers built-in sequences: `samples`, or a file in `synthetic/`."""
+
+    def names(self) -> list[str]:
+        """Full names, `suite/sequence`."""
+        ...
+
+    def load(self, name: str, options: Mapping[str, str]) -> Sequence:
+        """Sequence of one of `names()`, in the variant that the options say."""
+        ...
+
+
+def names() -> list[str]:
+    """List the built-in sequences, sorted."""
+    return sorted(name for suite in _suites() for name in _suite(suite).names())
+
+
+def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
+    """Open a sequence; no image is read or rendered before it is asked for.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        One of `names()`, options after colons (`multipart/1:scene=2:light=even`); or the
+        path of recorded data. A built-in name wins over a path of the same text, unless
+        that begins with `/`, `./` or `../` or is a `Path`.
+    truth : str or Path, optional
+        CSV file `frame,x,y,width,height` for recorded data; it wins over their own truth.
+
+    Raises
+    ------
+    SequenceError
+        For an unknown name, option or path, and for data that can't be read; the message
+        names what was looked for, and where.
+
+    Examples
+    --------
+    >>> load("samples/bow-tie")
+    <Sequence samples/bow-tie: 120 frames>
+    """
+    text = str(name_or_path)
+    suite = text.partition("/")[0] if isinstance(name_or_path, str) and "/" in text else ""
+    if suite in _suites():
+        return _load_built_in(suite, text, truth)
+    path = Path(name_or_path).expanduser()
+    if not path.exists():
+        raise _unknown(text)
+    truth_file = None if truth is None else Path(truth).expanduser()
+    if truth_file is not None and not truth_file.is_file():
+        raise SequenceError(f"{truth_file}: there is no such truth file.")
+    from datasets import readers  # decoders are loaded only for recorded data
+
+    return readers.read(path, truth_file)
+
+
+def _load_built_in(suite: str, text: str, truth: str | Path | None) -> Sequence:
+    try:
+        name, options = parse_text(text)
+    except ValueError as error:
+        raise SequenceError(f"sequence {error}") from None
+    module = _suite(suite)
+    if name not in module.names():
+        raise _unknown(text)
+    if truth is not None:
+        raise SequenceError(f"{name}: a built-in sequence has its own truth; leave out {truth}.")
+    return module.load(name, options)
+
+
+def _unknown(text: str) -> SequenceError:
+    name = text.partition(":")[0]
+    close = get_close_matches(name, names(), n=1)
+    hint = f" Did you mean {close[0]!r}?" if close else ""
+    return SequenceError(
+        f"unknown sequence {text!r}.{hint} It is no built-in name (`trackmark list` shows them) "
+        f"and there is no file or folder {Path(text).expanduser().absolute()}."
+    )
+
+
+@cache
+def _suites() -> dict[str, str]:
+    """Module by name of suite; finding them imports none."""
+    files = (FOLDER / "synthetic").glob("*.py")
+    stems = sorted(file.stem for file in files if file.stem != "__init__")
+    return {
+        "samples": "datasets.samples",
+        **{stem.replace("_", "-"): f"datasets.synthetic.{stem}" for stem in stems},
+    }
+
+
+def _suite(name: str) -> Suite:
+    return cast(Suite, importlib.import_module(_suites()[name]))

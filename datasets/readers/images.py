@@ -1,0 +1,30 @@
+"""A folder of images, in the natural order of their names."""
+
+from pathlib import Path
+
+from datasets import truth_file
+from datasets.image_files import SUFFIXES, ImageFiles, image_files
+from datasets.interface import Sequence
+from datasets.recorded import recorded
+
+__all__ = ["EXPECTS", "GENERAL", "read", "recognises"]
+
+EXPECTS = f"a folder of images ({', '.join(SUFFIXES)}), its truth in truth.csv or given"
+GENERAL = True
+
+
+def recognises(path: Path) -> bool:
+    """Whether it is a folder with images directly in it."""
+    return path.is_dir() and bool(image_files(path))
+
+
+def read(path: Path, truth: Path | None) -> Sequence:
+    """Open the folder; without `truth`, its own `truth.csv` is taken where there is one."""
+    files = image_files(path)
+    return recorded(
+        path.resolve().name,
+        ImageFiles(files),
+        files,
+        *truth_file.given_or_own(truth, path / "truth.csv"),
+        frame_names=[file.name for file in files],
+    )

@@ -1,0 +1,31 @@
+"""A video file, its truth in a CSV file."""
+
+from pathlib import Path
+
+from datasets import truth_file
+from datasets.interface import Sequence
+from datasets.recorded import recorded
+from datasets.video_frames import VideoFrames
+
+__all__ = ["EXPECTS", "GENERAL", "read", "recognises"]
+
+SUFFIXES = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".webm", ".mpg")
+EXPECTS = f"a video file ({', '.join(SUFFIXES)}), its truth in a .csv of the same name or given"
+GENERAL = False
+
+
+def recognises(path: Path) -> bool:
+    """Whether it is a file with a video's suffix."""
+    return path.suffix.lower() in SUFFIXES and path.is_file()
+
+
+def read(path: Path, truth: Path | None) -> Sequence:
+    """Open the file; without `truth`, a `.csv` of the same name beside it is taken."""
+    frames = VideoFrames(path)
+    return recorded(
+        path.resolve().name,
+        frames,
+        [path],
+        *truth_file.given_or_own(truth, path.with_suffix(".csv")),
+        fps=frames.fps,
+    )

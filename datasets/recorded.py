@@ -1,0 +1,76 @@
+"""What all recorded sequences have in common: truth from a file, a fingerprint of files."""
+
+import hashlib
+from collections.abc import Callable, Mapping
+from collections.abc import Sequence as SequenceOf
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.file_digest import file_digests
+from datasets.interface import Frames, Sequence
+from datasets.truth_file import Truth
+
+__all__ = ["recorded"]
+
+
+def recorded(
+    name: str,
+    frames: Frames,
+    files: SequenceOf[Path],
+    truth: Truth | None,
+    truth_source: Path | None,
+    *,
+    fps: float | None = None,
+    frame_names: list[str] | None = None,
+    attributes: Mapping[str, NDArray[np.bool_]] | None = None,
+    digests: Callable[[SequenceOf[Path]], list[str]] = file_digests,
+) -> Sequence:
+    """Sequence of recorded images.
+
+    Parameters
+    ----------
+    name : str
+        Canonical name.
+    frames : Frames
+        The images.
+    files : sequence of Path
+        Files that hold them: one a frame, or one for all.
+    truth : Truth or None
+        What is known of the target.
+    truth_source : Path or None
+        File that the truth comes from.
+    fps, frame_names, attributes
+        As for `Sequence`.
+    digests : callable
+        Gives the digests of the files that were read.
+    """
+    boxes = None if truth is None else truth.boxes
+    visibility = None if truth is None else truth.visibility
+    # One file a frame: those of images beyond the truth are never read.
+    read = files if boxes is None else files[: len(boxes)]
+
+    def fingerprint() -> str:
+        digest = hashlib.sha256()
+        for values in (sequence.boxes, sequence.visibility):
+            # Adding 0 makes -0 the 0 that it equals.
+            digest.update((values + 0.0).astype("<f8").tobytes() + b"\0")
+        for tag, flags in sorted(sequence.attributes.items()):
+            digest.update(tag.encode() + b"\0" + flags.tobytes())
+        for file_digest in digests(read):
+            digest.update(file_digest.encode())
+        return digest.hexdigest()
+
+    sequence = Sequence(
+        name,
+        frames,
+        boxes,
+        fingerprint=fingerprint,
+        visibility=visibility,
+        attributes=attributes,
+        fps=fps,
+        frame_names=frame_names,
+        truth_source=str(truth_source or ""),
+    )
+    return sequence

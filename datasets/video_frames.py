@@ -1,0 +1,138 @@
+"""Frames of a video file: fast in order, exact to the bit in any order."""
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator
+from pathlib import Path
+
+import av
+import numpy as np
+from av.video.frame import VideoFrame
+from av.video.reformatter import VideoReformatter
+
+from datasets.interface import Image, SequenceError
+
+__all__ = ["VideoFrames"]
+
+
+class _DecodeError(Exception):
+    """A frame came damaged, or did not come."""
+
+
+class VideoFrames:
+    """Frames of a video file's first video stream, as BGR.
+
+    Opening reads the file's packets once and decodes none: frames are numbered in the order
+    of their presentation times, which also says where decoding may begin. Where a file has
+    no such times to rely on (AVI stores none, which shows when frames are reordered), the
+    frames are counted by decoding, and a step back decodes from the start.
+
+    Parameters
+    ----------
+    file : Path
+        The video file.
+
+    Attributes
+    ----------
+    fps : float or None
+        Mean frames a second.
+
+    Raises
+    ------
+    SequenceError
+        For a file that holds no video.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+        self._times: list[int] = []
+        self._keys = [0]
+        self._next = 0
+        self._decoding: Iterator[VideoFrame] = iter(())
+        self._converter = VideoReformatter()
+        try:
+            self._index()
+        except av.FFmpegError as error:
+            raise SequenceError(f"{file}: this can't be read as video ({error}).") from error
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __getitem__(self, frame: int) -> Image:
+        """See `Frames`."""
+        key = self._keys[bisect_right(self._keys, frame) - 1]
+        if not key <= self._next <= frame:
+            self._start(key)
+        try:
+            try:
+                decoded = self._advance(frame)
+            except (av.FFmpegError, _DecodeError):
+                # Not every container finds a key frame by its time.
+                self._start(0)
+                decoded = self._advance(frame)
+        except (av.FFmpegError, _DecodeError) as error:
+            raise SequenceError(
+                f"{self._file}: frame {frame} can't be decoded ({error}). "
+                "Get the file anew, or end the truth before this frame."
+            ) from error
+        image = self._converter.reformat(decoded, format="bgr24").to_ndarray()
+        return np.ascontiguousarray(image, dtype=np.uint8)
+
+    def _index(self) -> None:
+        """Find out how many frames there are, when each is shown, and which are key frames."""
+        with av.open(self._file) as container:
+            if not container.streams.video:
+                raise SequenceError(f"{self._file}: there is no video in this file.")
+            stream = container.streams.video[0]
+            rate = stream.average_rate
+            self.fps = None if rate is None else float(rate)
+            reordered = stream.codec_context.has_b_frames
+            packets = [
+                (packet.pts, packet.is_keyframe)
+                for packet in container.demux(stream)
+                if packet.size and not packet.is_discard
+            ]
+        times = [time for time, _ in packets if time is not None]
+        keys = sorted(time for time, is_key in packets if is_key and time is not None)
+        guessed = len(set(times)) < len(packets) or (reordered and times == sorted(times))
+        if guessed or not keys:
+            self._count = sum(1 for _ in self._decode(0))
+            return
+        # A cut may leave frames before the first key frame: nothing to decode them from.
+        self._times = sorted(time for time in times if time >= keys[0])
+        self._keys = [bisect_left(self._times, time) for time in keys]
+        self._count = len(self._times)
+
+    def _start(self, key: int) -> None:
+        """Decode from a key frame on."""
+        self._decoding = self._decode(key)
+        self._next = key
+
+    def _advance(self, frame: int) -> VideoFrame:
+        """Decode up to a frame."""
+        while True:
+            decoded = next(self._decoding, None)
+            if decoded is None:
+                raise _DecodeError("the file ends before")
+            self._next += 1
+            if self._next > frame:
+                return decoded
+
+    def _decode(self, key: int) -> Iterator[VideoFrame]:
+        """Frames in order from a key frame on."""
+        with av.open(self._file) as container:
+            stream = container.streams.video[0]
+            stream.thread_type = "NONE"
+            # Without this the decoder conceals damage with pixels of its own.
+            stream.codec_context.options = {"err_detect": "explode"}
+            if key:
+                container.seek(self._times[key], stream=stream)
+            expected = key
+            for decoded in container.decode(stream):
+                if self._times and decoded.pts != self._times[expected]:
+                    if expected == key:
+                        continue  # shown before the key frame, so perhaps lacking what it needs
+                    raise _DecodeError("it is missing")
+                if decoded.is_corrupt:
+                    raise _DecodeError("it is damaged")
+                yield decoded
+                expected += 1
