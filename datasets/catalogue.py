@@ -29,7 +29,7 @@ class Suite(Protocol):
 
 def names() -> list[str]:
     """List the built-in sequences, sorted."""
-    return sorted(name for suite in _suites() for name in _suite(suite).names())
+    return sorted(name for suite in _suites().values() for name in _suite(suite).names())
 
 
 def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
@@ -56,12 +56,19 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     <Sequence samples/bow-tie: 120 frames>
     """
     text = str(name_or_path)
-    suite = text.partition("/")[0] if isinstance(name_or_path, str) and "/" in text else ""
-    if suite in _suites():
-        return _load_built_in(suite, text, truth)
+    name = text.partition(":")[0]
+    suite = _suites().get(name.partition("/")[0]) if isinstance(name_or_path, str) else None
+    if suite is not None and name in _suite(suite).names():
+        if truth is not None:
+            raise SequenceError(f"{name}: a built-in sequence has its own truth; omit {truth}.")
+        try:
+            _, options = parse_text(text)
+        except ValueError as error:
+            raise SequenceError(f"sequence {error}") from None
+        return _suite(suite).load(name, options)
     path = Path(name_or_path).expanduser()
     if not path.exists():
-        raise _unknown(text)
+        raise _unknown(text, path)
     truth_file = None if truth is None else Path(truth).expanduser()
     if truth_file is not None and not truth_file.is_file():
         raise SequenceError(f"{truth_file}: there is no such truth file.")
@@ -70,26 +77,14 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     return readers.read(path, truth_file)
 
 
-def _load_built_in(suite: str, text: str, truth: str | Path | None) -> Sequence:
-    try:
-        name, options = parse_text(text)
-    except ValueError as error:
-        raise SequenceError(f"sequence {error}") from None
-    module = _suite(suite)
-    if name not in module.names():
-        raise _unknown(text)
-    if truth is not None:
-        raise SequenceError(f"{name}: a built-in sequence has its own truth; leave out {truth}.")
-    return module.load(name, options)
-
-
-def _unknown(text: str) -> SequenceError:
-    name = text.partition(":")[0]
-    close = get_close_matches(name, names(), n=1)
+def _unknown(text: str, path: Path) -> SequenceError:
+    beside = path.parent.iterdir() if path.parent.is_dir() else ()
+    candidates = [*names(), *(str(sibling) for sibling in beside)]
+    close = get_close_matches(text.partition(":")[0], candidates, n=1)
     hint = f" Did you mean {close[0]!r}?" if close else ""
     return SequenceError(
         f"unknown sequence {text!r}.{hint} It is no built-in name (`trackmark list` shows them) "
-        f"and there is no file or folder {Path(text).expanduser().absolute()}."
+        f"and there is no file or folder {path.absolute()}."
     )
 
 
@@ -104,5 +99,5 @@ def _suites() -> dict[str, str]:
     }
 
 
-def _suite(name: str) -> Suite:
-    return cast(Suite, importlib.import_module(_suites()[name]))
+def _suite(module: str) -> Suite:
+    return cast(Suite, importlib.import_module(module))

@@ -19,7 +19,7 @@ class _DecodeError(Exception):
 
 
 class VideoFrames:
-    """Frames of a video file's first video stream, as BGR.
+    """Frames of a video file's first video stream, as BGR, upright as a player shows them.
 
     Opening reads the file's packets once and decodes none: frames are numbered in the order
     of their presentation times, which also says where decoding may begin. Where a file has
@@ -51,7 +51,7 @@ class VideoFrames:
         self._converter = VideoReformatter()
         try:
             self._index()
-        except av.FFmpegError as error:
+        except (av.FFmpegError, _DecodeError) as error:
             raise SequenceError(f"{file}: this can't be read as video ({error}).") from error
 
     def __len__(self) -> int:
@@ -75,7 +75,8 @@ class VideoFrames:
                 "Get the file anew, or end the truth before this frame."
             ) from error
         image = self._converter.reformat(decoded, format="bgr24").to_ndarray()
-        return np.ascontiguousarray(image, dtype=np.uint8)
+        # A telephone held upright stores frames that lie on their side, and says so.
+        return np.ascontiguousarray(np.rot90(image, round(decoded.rotation / 90)), dtype=np.uint8)
 
     def _index(self) -> None:
         """Find out how many frames there are, when each is shown, and which are key frames."""
@@ -84,7 +85,7 @@ class VideoFrames:
                 raise SequenceError(f"{self._file}: there is no video in this file.")
             stream = container.streams.video[0]
             rate = stream.average_rate
-            self.fps = None if rate is None else float(rate)
+            self.fps = float(rate) if rate else None
             reordered = stream.codec_context.has_b_frames
             packets = [
                 (packet.pts, packet.is_keyframe)

@@ -1,0 +1,95 @@
+"""Images in files."""
+
+import cv2
+import numpy as np
+import pytest
+
+from datasets import SequenceError
+from datasets.image_files import ImageFiles, decode_image, image_files
+
+SMOOTH = cv2.GaussianBlur(
+    np.random.default_rng(0).integers(0, 255, (40, 60, 3), dtype=np.uint8), (0, 0), 3
+)
+
+
+def encoded(suffix, image=SMOOTH):
+    return cv2.imencode(suffix, image)[1].tobytes()
+
+
+@pytest.mark.parametrize("suffix", [".png", ".bmp", ".ppm", ".tif"])
+def test_lossless_files_give_their_pixels_back(suffix):
+    np.testing.assert_array_equal(decode_image(encoded(suffix)), SMOOTH)
+
+
+def test_a_jpeg_is_decoded_as_opencv_decodes_it():
+    data = encoded(".jpg")
+    expected = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    np.testing.assert_array_equal(decode_image(data), expected)
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".png", ".tif"])
+def test_grey_images_get_three_equal_channels(suffix):
+    image = decode_image(encoded(suffix, SMOOTH[..., 0]))
+    assert image.shape == (40, 60, 3)
+    assert (image == image[..., :1]).all()
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+def test_of_16_bits_the_upper_eight_are_kept(suffix):
+    image = decode_image(encoded(suffix, SMOOTH.astype(np.uint16) * 256 + 77))
+    assert image.dtype == np.uint8
+    np.testing.assert_array_equal(image, SMOOTH)
+
+
+def test_alpha_is_dropped():
+    transparent = np.dstack([SMOOTH, np.zeros((40, 60), np.uint8)])
+    np.testing.assert_array_equal(decode_image(encoded(".png", transparent)), SMOOTH)
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".png", ".bmp", ".ppm", ".tif"])
+@pytest.mark.parametrize("kept", [0.0, 0.3, 0.6, 0.95])
+def test_a_file_cut_short_is_an_error(suffix, kept):
+    data = encoded(suffix)
+    with pytest.raises(ValueError, match=r"\w"):
+        decode_image(data[: int(len(data) * kept)])
+
+
+def test_names_are_in_natural_order_and_others_are_left_out(tmp_path, write_images):
+    write_images(tmp_path, ["img10.png", "img9.png", "img1.JPG", "img09b.bmp", "a2b10.png"])
+    for other in ("notes.txt", "._img1.png", "Thumbs.db"):
+        (tmp_path / other).write_text("")
+    names = [file.name for file in image_files(tmp_path)]
+    assert names == ["a2b10.png", "img1.JPG", "img9.png", "img09b.bmp", "img10.png"]
+
+
+def test_a_folder_of_bare_numbers_is_in_the_order_of_the_numbers(tmp_path, write_images):
+    write_images(tmp_path, [f"{i}.png" for i in range(12)])
+    assert [int(file.stem) for file in image_files(tmp_path)] == list(range(12))
+
+
+def test_a_damaged_image_is_named_with_its_frame_and_the_others_can_be_read(tmp_path, write_images):
+    images = write_images(tmp_path, ["1.png", "2.jpg", "3.png"])
+    data = (tmp_path / "2.jpg").read_bytes()
+    (tmp_path / "2.jpg").write_bytes(data[: len(data) // 2])
+    frames = ImageFiles(image_files(tmp_path))
+    with pytest.raises(SequenceError, match=r"2\.jpg: frame 1 can't be read .* Get the file anew"):
+        frames[1]
+    np.testing.assert_array_equal(frames[2], images[2])
+
+
+def test_a_file_that_went_away_is_named(tmp_path, write_images):
+    write_images(tmp_path, ["1.png", "2.png"])
+    frames = ImageFiles(image_files(tmp_path))
+    (tmp_path / "2.png").unlink()
+    with pytest.raises(SequenceError, match=r"2\.png: frame 1 can't be read"):
+        frames[1]
+
+
+def test_the_image_of_another_size_is_blamed_whichever_is_asked_for_first(tmp_path, write_images):
+    write_images(tmp_path, ["1.png", "2.png"])
+    write_images(tmp_path / "x", ["3.png"], size=(20, 10))
+    (tmp_path / "x" / "3.png").rename(tmp_path / "3.png")
+    frames = ImageFiles(image_files(tmp_path))
+    with pytest.raises(SequenceError, match=r"3\.png: frame 2 has 20x10 pixels, .* 48x32"):
+        frames[2]
+    assert frames[1].shape == (32, 48, 3)

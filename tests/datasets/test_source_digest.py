@@ -1,0 +1,68 @@
+"""What a module's behaviour depends on."""
+
+import sys
+from importlib import metadata
+
+import pytest
+
+from datasets.source_digest import library_versions, source_digest
+
+
+@pytest.fixture
+def package(tmp_path):
+    """A package: `entry` imports `shared`, which imports `deep.leaf`; `other` is apart."""
+    folder = tmp_path / "animals"
+    (folder / "deep").mkdir(parents=True)
+    (folder / "__init__.py").write_text("")
+    (folder / "deep" / "__init__.py").write_text("")
+    (folder / "entry.py").write_text("import numpy\nfrom animals.shared import thing\n")
+    (folder / "shared.py").write_text("def thing():\n    import animals.deep.leaf\n")
+    (folder / "deep" / "leaf.py").write_text("from animals import entry\nVALUE = 1\n")
+    (folder / "other.py").write_text("VALUE = 1\n")
+    return folder
+
+
+@pytest.mark.parametrize("name", ["entry.py", "shared.py", "deep/leaf.py"])
+def test_the_digest_changes_with_every_module_that_is_reached(package, name):
+    before, _ = source_digest(package / "entry.py", package)
+    file = package / name
+    file.write_text(file.read_text() + "# changed\n")
+    after, _ = source_digest(package / "entry.py", package)
+    assert after != before
+
+
+def test_the_digest_ignores_modules_that_are_not_reached(package):
+    before, _ = source_digest(package / "entry.py", package)
+    (package / "other.py").write_text("VALUE = 2\n")
+    assert source_digest(package / "entry.py", package)[0] == before
+
+
+def test_the_digest_does_not_depend_on_where_the_package_lies(package, tmp_path):
+    before, _ = source_digest(package / "entry.py", package)
+    (tmp_path / "elsewhere").mkdir()
+    moved = package.rename(tmp_path / "elsewhere" / "animals")
+    assert source_digest(moved / "entry.py", moved)[0] == before
+
+
+def test_nothing_is_imported(package):
+    (package / "shared.py").write_text("raise RuntimeError\n")
+    source_digest(package / "entry.py", package)
+    assert not any(name.startswith("animals") for name in sys.modules)
+
+
+def test_libraries_are_named_with_their_versions(package):
+    _, libraries = source_digest(package / "entry.py", package)
+    assert libraries == {"numpy": metadata.version("numpy")}
+
+
+def test_an_import_name_may_differ_from_its_distribution():
+    (name,) = library_versions({"cv2", "json", "no_such_library"})
+    assert name.startswith("opencv")
+
+
+def test_a_file_outside_the_package_counts_too(package, tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text("import animals.shared\n")
+    before, _ = source_digest(file, package)
+    (package / "deep" / "leaf.py").write_text("VALUE = 3\n")
+    assert source_digest(file, package)[0] != before

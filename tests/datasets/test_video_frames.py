@@ -1,0 +1,167 @@
+"""Frames of a video file."""
+
+import av
+import cv2
+import numpy as np
+import pytest
+
+from datasets import SequenceError
+from datasets.video_frames import VideoFrames
+
+# Codec, container, B-frames and options, each with its own way to number frames.
+KINDS = {
+    "clip.mp4": ("libx264", 3, ()),
+    "open-gop.mp4": ("libx264", 3, (("x264-params", "open-gop=1:b-pyramid=normal"),)),
+    "refresh.mp4": ("libx264", 2, (("x264-params", "intra-refresh=1"),)),
+    "clip.mkv": ("libx264", 2, ()),
+    "no-times.avi": ("libx264", 2, ()),
+    "divx.avi": ("mpeg4", 2, ()),
+    "plain.avi": ("mpeg4", 0, ()),
+    "clip.mpg": ("mpeg2video", 2, ()),
+    "clip.webm": ("libvpx-vp9", 0, (("deadline", "realtime"), ("cpu-used", "8"))),
+}
+
+
+def decoded_in_order(path):
+    """All frames, by nothing but decoding the file from its start."""
+    with av.open(path) as container:
+        return [frame.to_ndarray(format="bgr24") for frame in container.decode(video=0)]
+
+
+@pytest.fixture(params=KINDS)
+def video(request, tmp_path, write_video):
+    codec, b_frames, options = KINDS[request.param]
+    return write_video(tmp_path / request.param, codec, b_frames=b_frames, options=options)
+
+
+def test_the_videos_of_these_tests_really_have_frames_out_of_order(tmp_path, write_video):
+    with av.open(write_video(tmp_path / "clip.mp4", b_frames=3)) as container:
+        times = [packet.pts for packet in container.demux(video=0) if packet.size]
+    assert times != sorted(times)
+
+
+def test_frames_in_order_are_all_frames(video):
+    frames, expected = VideoFrames(video), decoded_in_order(video)
+    assert len(frames) == len(expected) == 40
+    for i, image in enumerate(expected):
+        np.testing.assert_array_equal(frames[i], image)
+
+
+def test_any_order_gives_the_same_to_the_bit(video):
+    frames, expected = VideoFrames(video), decoded_in_order(video)
+    rng = np.random.default_rng(0)
+    for i in [39, 0, 0, *rng.permutation(40)]:
+        np.testing.assert_array_equal(frames[i], expected[i], err_msg=f"frame {i}")
+
+
+def test_reading_in_order_opens_the_file_twice_and_a_jump_decodes_from_a_key_frame(
+    tmp_path, write_video, monkeypatch
+):
+    opened = []
+    open_ = av.open
+    video = write_video(tmp_path / "clip.mkv", n=60)
+    monkeypatch.setattr(av, "open", lambda *args: opened.append(1) or open_(*args))
+    frames = VideoFrames(video)
+    for i in range(60):
+        frames[i]
+    assert len(opened) == 2  # once for the index, once to decode
+    decoded = []
+    decode = frames._decode
+    monkeypatch.setattr(
+        frames, "_decode", lambda key: (decoded.append(1) or frame for frame in decode(key))
+    )
+    frames[30]
+    assert 1 <= len(decoded) <= 12
+
+
+@pytest.mark.parametrize("video", sorted(KINDS.keys() - {"no-times.avi"}), indirect=True)
+def test_opening_decodes_no_frame(video, monkeypatch):
+    monkeypatch.setattr(VideoFrames, "_decode", lambda *args: pytest.fail("decoded"))
+    assert len(VideoFrames(video)) == 40
+
+
+def test_frames_a_second_are_known(video):
+    assert VideoFrames(video).fps == pytest.approx(25)
+
+
+@pytest.mark.parametrize("rotation", [90, 180, 270])
+def test_a_video_recorded_on_its_side_comes_upright(tmp_path, write_video, rotation):
+    path = write_video(tmp_path / "phone.mp4", rotation=rotation)
+    capture = cv2.VideoCapture(str(path))
+    _, expected = capture.read()
+    capture.release()
+    image = VideoFrames(path)[0]
+    assert image.shape == expected.shape
+    assert image.flags.c_contiguous
+    # The two convert colours with different rounding.
+    assert np.abs(image.astype(int) - expected).mean() < 3
+
+
+@pytest.fixture
+def damaged(tmp_path, write_video):
+    """A video in whose file the data of frame 20 are zeros, and its frames before that."""
+    path = write_video(tmp_path / "clip.mp4", b_frames=0)
+    expected = decoded_in_order(path)
+    with av.open(path) as container:
+        places = [(packet.pos, packet.size) for packet in container.demux(video=0)]
+    start, size = places[20]
+    data = bytearray(path.read_bytes())
+    data[start : start + size] = bytes(size)
+    path.write_bytes(data)
+    return path, expected
+
+
+def test_a_damaged_frame_is_told_by_file_and_number(damaged):
+    path, expected = damaged
+    frames = VideoFrames(path)
+    for i in range(20):
+        np.testing.assert_array_equal(frames[i], expected[i])
+    message = r"clip\.mp4: frame 20 can't be decoded \(.*\)\. Get the file anew, or end the truth"
+    with pytest.raises(SequenceError, match=message):
+        frames[20]
+
+
+def test_after_a_damaged_frame_the_others_can_still_be_read(damaged):
+    path, expected = damaged
+    frames = VideoFrames(path)
+    with pytest.raises(SequenceError):
+        frames[20]
+    for i in (0, 19, 39):
+        np.testing.assert_array_equal(frames[i], expected[i])
+
+
+def test_no_frame_after_a_damaged_one_is_made_up(damaged):
+    path, _ = damaged
+    frames = VideoFrames(path)
+    with pytest.raises(SequenceError, match="frame 21 can't be decoded"):
+        frames[21]
+
+
+def test_a_file_cut_short_has_the_frames_that_are_left(tmp_path, write_video):
+    path = write_video(tmp_path / "clip.mkv")
+    expected = decoded_in_order(path)
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) // 2])
+    frames = VideoFrames(path)
+    assert 5 < len(frames) < 40
+    np.testing.assert_array_equal(frames[5], expected[5])
+
+
+@pytest.mark.parametrize("content", [b"", b"this is no video", bytes(5000)])
+def test_what_is_no_video_is_named(tmp_path, content):
+    path = tmp_path / "clip.mp4"
+    path.write_bytes(content)
+    with pytest.raises(SequenceError, match=r"clip\.mp4: this can't be read as video"):
+        VideoFrames(path)
+
+
+def test_a_file_with_sound_alone_is_named(tmp_path):
+    path = tmp_path / "sound.mkv"
+    with av.open(path, "w") as container:
+        stream = container.add_stream("pcm_s16le", rate=8000)
+        frame = av.AudioFrame.from_ndarray(np.zeros((1, 800), np.int16), "s16", "mono")
+        frame.rate = 8000
+        container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    with pytest.raises(SequenceError, match=r"sound\.mkv: there is no video"):
+        VideoFrames(path)
