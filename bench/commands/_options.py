@@ -14,6 +14,7 @@ __all__ = [
     "jobs_option",
     "json_option",
     "output_option",
+    "parse_box",
     "progress_bar",
     "split_list",
     "truth_option",
@@ -86,3 +87,15 @@ def progress_bar(total: int, unit: str) -> Iterator[Callable[[int], None]]:
             bar.update(done - bar.n)
 
         yield show
+
+
+def parse_box(text: str) -> tuple[int, list[float]]:
+    """Frame and box of `FRAME:X,Y,WIDTH,HEIGHT`."""
+    frame, _, numbers = text.partition(":")
+    try:
+        box = [float(number) for number in numbers.split(",")]
+        if len(box) == 4:
+            return int(frame), box
+    except ValueError:
+        pass
+    raise click.BadParameter(f"{text!r} is not FRAME:X,Y,WIDTH,HEIGHT.", param_hint="--box")

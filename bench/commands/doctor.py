@@ -22,7 +22,7 @@ OPENCV = "opencv"
 @json_option
 def command(as_json: bool) -> int:
     """Check this installation; exit status 1 where something is wrong."""
-    about = {
+    about: dict[str, Any] = {
         "environment": _environment(),
         "versions": _versions(),
         "caches": _caches(),
@@ -98,10 +98,9 @@ def _trackers() -> dict[str, str]:
 
 
 def _problems() -> list[str]:
-    from datasets.file_digest import cache_folder
-
     import datasets
     from bench.packages import NameClashError, check_ownership, check_place
+    from datasets.file_digest import cache_folder
 
     problems: list[str] = []
     checks: list[Any] = [check_place, check_ownership, lambda: datasets.load("samples/face")]

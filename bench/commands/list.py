@@ -42,7 +42,7 @@ def _items(kind: str) -> dict[str, str]:
     if kind == "sequences":
         import datasets
 
-        return {name: datasets.summary(name) for name in datasets.names()}
+        return {name: f"{len(datasets.load(name))} frames" for name in datasets.names()}
     from bench.experiment import experiment_names, read_experiment
 
     return {name: read_experiment(name).title for name in experiment_names()}

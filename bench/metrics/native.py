@@ -68,7 +68,7 @@ def native(
     -------
     dict of str to float
         `evaluated_frames`, `mean_overlap`, `success_frames`, `success_share`,
-        `frames_inside`, `first_loss`, `centre_error` (mean), `centre_error_median`,
+        `frames_inside`, `inside_share`, `first_loss`, `centre_error` (mean), `centre_error_median`,
         `centre_error_p90`, `normalised_centre_error` (mean of the error divided by the
         truth's diagonal), `malformed`, `absent_frames`, and `absence_reported`: the share
         of absent frames reported as not visible (NaN where nothing is known).
@@ -103,6 +103,7 @@ def native(
         "success_frames": float((overlaps >= SUCCESS_OVERLAP).sum()),
         "success_share": _mean(overlaps >= SUCCESS_OVERLAP),
         "frames_inside": float((inside & evaluated).sum()),
+        "inside_share": _mean(inside[evaluated]),
         "first_loss": float(first_loss(inside, evaluated, truth.visibility)),
         "centre_error": _mean(errors),
         "centre_error_median": _quantile(errors, 0.5),

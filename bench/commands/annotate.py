@@ -1,0 +1,118 @@
+"""Write the truth of a video from boxes marked on some of its frames."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from bench.commands._options import parse_box
+from bench.experiment import ExperimentError
+
+__all__ = ["command"]
+
+STRIP_FRAMES = 24
+
+
+@click.command("annotate")
+@click.argument("video", type=click.Path(path_type=Path, exists=True))
+@click.option(
+    "--box",
+    "boxes",
+    multiple=True,
+    metavar="FRAME:X,Y,WIDTH,HEIGHT",
+    help="A box on a key frame, in pixels; frames count from 0. Give it for every key frame.",
+)
+@click.option(
+    "--keys",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    help="CSV frame,x,y,width,height with more key frames.",
+)
+@click.option(
+    "--absent",
+    multiple=True,
+    metavar="FIRST-LAST",
+    help="Frames, both included, in which nothing of the target is seen.",
+)
+@click.option(
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Truth file.  [default: beside the video, its name with .csv, where `run` finds it]",
+)
+@click.option("--note", help="A line for the truth file's head: who marked what, how.")
+@click.option("--force", is_flag=True, help="Replace a truth file that is there.")
+def command(
+    video: Path,
+    boxes: tuple[str, ...],
+    keys: Path | None,
+    absent: tuple[str, ...],
+    output: Path | None,
+    note: str | None,
+    force: bool,
+) -> None:
+    r"""Write the truth of VIDEO (a video file or a folder of images).
+
+    Boxes between key frames are interpolated linearly, and marked so in the file. Frames
+    before the first key frame and after the last are without target. A check strip is drawn
+    beside the truth file: look at it, mark more frames where a box is off, and repeat.
+
+    \b
+    trackmark annotate cup.mp4 --box 0:310,120,64,80 --box 12:298,131,64,80 --absent 40-55
+    """
+    import datasets
+    from datasets import truth_file
+    from datasets.annotation import interpolate
+
+    marked = dict(parse_box(text) for text in boxes)
+    if keys is not None:
+        from_file = enumerate(truth_file.read(keys).boxes.tolist())
+        # A row of NaN is a frame that the file says nothing about; --box wins over the file.
+        marked = {frame: box for frame, box in from_file if box[0] == box[0]} | marked
+    sequence = datasets.load(video)
+    target = output or (video / "truth.csv" if video.is_dir() else video.with_suffix(".csv"))
+    if target.exists() and not force:
+        raise ExperimentError(f"{target} is there already; --force replaces it.")
+    n = len(sequence) + sequence.images_beyond_truth
+    truth = interpolate(marked, n, [_stretch(text) for text in absent])
+    comments = [
+        f"Truth of {video.name}, {n} frames. Boxes marked by hand on {len(marked)} key frames,",
+        "interpolated linearly between them; the column source tells which is which.",
+        *([note] if note else []),
+    ]
+    try:
+        truth_file.write(target, truth, comments)
+        strip = _check_strip(sequence, truth, target.with_suffix(".png"))
+    except OSError as error:
+        raise ExperimentError(f"{target}: {error.strerror}. Choose another --output.") from error
+    sources = list(truth.sources or ())
+    click.echo(
+        f"{target}: {len(marked)} boxes marked, {sources.count('interpolated')} interpolated, "
+        f"{sources.count('')} frames without target."
+    )
+    click.echo(f"{strip}: look whether the boxes fit; --force replaces the file.")
+
+
+def _check_strip(sequence: Any, truth: Any, path: Path) -> Path:
+    """Draw frames with their boxes: the key frames, or every so often where they are few."""
+    import numpy as np
+
+    from reports.film_strip import evenly_spaced, film_strip, write_film_strip
+
+    sources = np.array(truth.sources)
+    boxes = {
+        source: np.where((sources == source)[:, None], truth.boxes, np.nan)
+        for source in ("marked", "interpolated")
+    }
+    with_box = np.flatnonzero(sources != "")
+    numbers = [
+        int(with_box[position]) for position in evenly_spaced(0, len(with_box) - 1, STRIP_FRAMES)
+    ]
+    title = f"{path.stem}: look whether every box fits"
+    return write_film_strip(path, film_strip(sequence.__getitem__, numbers, boxes, title, 6))
+
+
+def _stretch(text: str) -> tuple[int, int]:
+    first, dash, last = text.partition("-")
+    try:
+        return int(first), int(last if dash else first)
+    except ValueError:
+        raise click.BadParameter(f"{text!r} is not FIRST-LAST.", param_hint="--absent") from None

@@ -1,0 +1,44 @@
+"""Run four trackers on a synthetic and two recorded sequences, with tables and pictures."""
+
+from pathlib import Path
+
+import click
+
+from bench.commands._options import jobs_option
+from bench.commands.report import write_report
+from bench.commands.run import execute
+from bench.experiment import read_experiment
+
+__all__ = ["command"]
+
+
+@click.command("demo")
+@click.option(
+    "--output",
+    type=click.Path(path_type=Path),
+    default=Path("out"),
+    show_default=True,
+    help="Folder for results and report.",
+)
+@jobs_option
+def command(output: Path, jobs: int | None) -> int:
+    """Show what trackmark does, in less than a minute, without a download.
+
+    What it runs is the experiment `demo`: bench/experiments/demo.toml.
+    """
+    experiment = read_experiment("demo")
+    results = output / "results"
+    status = execute(experiment, results, jobs)
+    if status:
+        return status
+    folder = output / "demo"
+    paths = write_report(results / experiment.name, folder)
+    click.echo(f"\nTables, plots and film strips are in {folder}:")
+    for path in paths:
+        if path.suffix == ".png":
+            click.echo(f"  {path}")
+    click.echo(
+        "\nNext: `trackmark list`, `trackmark describe camshift`, or your own video: "
+        "`trackmark annotate --help`."
+    )
+    return 0

@@ -1,0 +1,110 @@
+"""From stored results to what `reports` draws: data frames, tables, boxes by label.
+
+Reads the folder of results alone; only film strips and videos open sequences, for pixels.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from bench.index import experiment_folders, load_results, read_index
+from bench.measures import PER_SEQUENCE, SUMMARY, TIMES
+from bench.metrics.centre_error import centre_error
+from bench.metrics.overlap import overlap
+from bench.results import Results
+from bench.stored_truth import read_truth
+from reports.overlay import TRUTH
+from reports.tables import Table, sequence_table, summary_table
+from reports.text import to_text
+
+__all__ = ["boxes_of", "frame_table", "summary_text", "tables", "timing_runs", "title_of"]
+
+PRESET = "native"
+
+
+def title_of(folder: Path) -> str:
+    """Title of an experiment's results."""
+    return str(Results(folder).plan().get("title") or folder.name)
+
+
+def tables(folder: Path) -> list[Table]:
+    """Tables of one experiment: summary and sequences, and times where runs were timed."""
+    runs = load_results(folder)
+    title = title_of(folder)
+    made = []
+    scored = runs[runs["protocol"] == "accuracy"]
+    if len(scored):
+        if len(scored["sequence"].unique()) > 1:
+            made.append(summary_table(scored, SUMMARY, title, PRESET))
+        made.append(sequence_table(scored, PER_SEQUENCE, title, PRESET))
+    timed = timing_runs(runs)
+    if len(timed):
+        table = sequence_table(timed, TIMES, f"{title}, timing runs", PRESET)
+        made.append(replace(table, name="times"))
+    return made
+
+
+def summary_text(folder: Path) -> str:
+    """The tables of an experiment for a terminal."""
+    return "\n".join(to_text(table) for table in tables(folder))
+
+
+def timing_runs(runs: pd.DataFrame) -> pd.DataFrame:
+    """Those of the runs that were timed."""
+    return runs[runs["protocol"] == "timing"]
+
+
+def frame_table(folder: Path) -> pd.DataFrame:
+    """A row an evaluated frame of every finished run that was scored.
+
+    Returns
+    -------
+    DataFrame
+        `tracker`, `sequence`, `repetition`, `frame`, `overlap` in [0, 1], `centre_error` in
+        pixels.
+    """
+    results = Results(folder)
+    pieces = []
+    for row in read_index(results):
+        if row["status"] != "finished" or row["protocol"] != "accuracy":
+            continue
+        run = results.read(folder / row["path"])
+        truth = read_truth(folder, row["sequence"], row["fingerprint"])
+        present = np.isfinite(truth.boxes).all(axis=1)
+        evaluated = np.flatnonzero(present)[1:]
+        pieces.append(
+            pd.DataFrame(
+                {
+                    "tracker": row["tracker"],
+                    "sequence": row["sequence"],
+                    "repetition": row["repetition"],
+                    "frame": evaluated,
+                    "overlap": overlap(truth.boxes[evaluated], run.boxes[evaluated]),
+                    "centre_error": centre_error(truth.boxes[evaluated], run.boxes[evaluated]),
+                }
+            )
+        )
+    return pd.concat(pieces, ignore_index=True) if pieces else pd.DataFrame()
+
+
+def boxes_of(folder: Path, sequence: str, repetition: int = 0) -> dict[str, NDArray[Any]]:
+    """Boxes on a sequence by tracker, the truth first; failed runs as far as they got.
+
+    A tracker whose `repetition` is not there (one that never draws) shows its first.
+    """
+    found: dict[str, NDArray[Any]] = {}
+    for experiment in experiment_folders(folder):
+        results = Results(experiment)
+        rows = [row for row in read_index(results) if row["sequence"] == sequence]
+        for row in rows:
+            wanted = row["repetition"] == repetition or row["tracker"] not in found
+            if not wanted or row["protocol"] != "accuracy":
+                continue
+            if TRUTH not in found:
+                found[TRUTH] = read_truth(experiment, sequence, row["fingerprint"]).boxes
+            found[row["tracker"]] = results.read(experiment / row["path"]).boxes
+    return found

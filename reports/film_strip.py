@@ -1,0 +1,102 @@
+"""Film strips: chosen frames of a sequence side by side, with everybody's boxes."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from reports.files import write_file
+from reports.overlay import TRUTH, legend, overlay, write_words
+from reports.palette import colours
+
+__all__ = ["evenly_spaced", "film_strip", "write_film_strip"]
+
+WIDTH = 1680
+COLUMNS = 5
+_GAP = 4
+
+
+def evenly_spaced(first: int, last: int, count: int) -> list[int]:
+    """At most `count` frame numbers from `first` to `last`, both included."""
+    count = min(count, last - first + 1)
+    return sorted({int(number) for number in np.linspace(first, last, count).round()})
+
+
+def film_strip(
+    image_of: Callable[[int], NDArray[np.uint8]],
+    numbers: Sequence[int],
+    boxes: Mapping[str, NDArray[np.float64]],
+    title: str = "",
+    columns: int = COLUMNS,
+    width: int = WIDTH,
+) -> NDArray[np.uint8]:
+    """Draw a film strip.
+
+    Parameters
+    ----------
+    image_of : callable
+        Gives the BGR image of a frame.
+    numbers : sequence of int
+        Frames to show, in order; at least one.
+    boxes : mapping of str to ndarray of shape (n, 4)
+        Boxes by label, a row a frame; `truth` is drawn white and dashed.
+    title : str
+        Written above.
+    columns : int
+        Most frames in a row.
+    width : int
+        About the picture's width, in pixels.
+
+    Returns
+    -------
+    ndarray of uint8, shape (height, width, 3)
+        BGR.
+    """
+    columns = min(columns, len(numbers))
+    shades = colours([label for label in boxes if label != TRUTH])
+    tiles = []
+    for number in numbers:
+        image = image_of(number)
+        scale = (width - _GAP * (columns - 1)) / columns / image.shape[1]
+        here = {label: rows[number] for label, rows in boxes.items()}
+        tiles.append(overlay(image, here, shades, scale, str(number)))
+    blank = np.full_like(tiles[0], 40)
+    tiles += [blank] * (-len(tiles) % columns)
+    gap = np.full((tiles[0].shape[0], _GAP, 3), 40, np.uint8)
+    rows = []
+    for start in range(0, len(tiles), columns):
+        pieces: list[NDArray[np.uint8]] = []
+        for tile in tiles[start : start + columns]:
+            pieces += [gap, tile]
+        rows.append(np.hstack(pieces[1:]))
+    band = np.full((_GAP, rows[0].shape[1], 3), 40, np.uint8)
+    parts: list[NDArray[np.uint8]] = []
+    if title:
+        head = np.full((28, band.shape[1], 3), 40, np.uint8)
+        write_words(head, title, (10, 19))
+        parts.append(head)
+    for row in rows:
+        parts += [row, band]
+    if boxes:
+        parts.append(legend({label: shades.get(label, "") for label in boxes}, band.shape[1]))
+    return np.vstack(parts)
+
+
+def write_film_strip(path: Path, strip: NDArray[np.uint8]) -> Path:
+    """Write a strip as PNG, whole or not at all.
+
+    Raises
+    ------
+    OSError
+        Where it can't be written.
+    """
+
+    def write(file: Path) -> None:
+        encoded, data = cv2.imencode(".png", strip)
+        if not encoded:
+            raise OSError(f"{path}: the picture can't be encoded as PNG")
+        file.write_bytes(data.tobytes())
+
+    return write_file(path, write)

@@ -1,0 +1,134 @@
+"""Boxes drawn on an image, at their exact place, with a legend that tells them apart."""
+
+from collections.abc import Mapping
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from reports.palette import TRUTH_COLOUR, to_bgr
+
+__all__ = ["TRUTH", "enlarge", "legend", "overlay", "write_words"]
+
+TRUTH = "truth"
+"""Label of the boxes that are drawn dashed, beneath the others."""
+
+_FONT = cv2.FONT_HERSHEY_SIMPLEX
+_SHIFT = 4  # cv2 takes coordinates in sixteenths of a pixel
+_DASH = 4.0
+
+
+def enlarge(image: NDArray[np.uint8], scale: float) -> NDArray[np.uint8]:
+    """Image enlarged (or made smaller) by a factor; its left top corner stays in place."""
+    interpolation = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
+    height, width = image.shape[:2]
+    size = (max(1, round(width * scale)), max(1, round(height * scale)))
+    return np.asarray(cv2.resize(image, size, interpolation=interpolation), np.uint8)
+
+
+def overlay(
+    image: NDArray[np.uint8],
+    boxes: Mapping[str, NDArray[np.float64]],
+    colours: Mapping[str, str],
+    scale: float = 1.0,
+    words: str = "",
+) -> NDArray[np.uint8]:
+    """An enlarged copy of an image with boxes on it.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (height, width, 3)
+        BGR.
+    boxes : mapping of str to ndarray of shape (4,)
+        `[x, y, width, height]` in pixels of `image`, by label; NaN boxes are not drawn.
+    colours : mapping of str to str
+        `#rrggbb` by label; `truth` is white and dashed.
+    scale : float
+        Enlargement.
+    words : str
+        Written into the left top corner.
+
+    Returns
+    -------
+    ndarray of uint8
+        BGR, height and width times `scale`.
+    """
+    drawn = enlarge(image, scale)
+    # The truth first, so that it never hides what is compared with it.
+    for label in sorted(boxes, key=lambda label: label != TRUTH):
+        box = np.asarray(boxes[label], np.float64) * scale
+        if np.isfinite(box).all():
+            shade = TRUTH_COLOUR if label == TRUTH else colours[label]
+            _draw_box(drawn, box, to_bgr(shade), dashed=label == TRUTH)
+    if words:
+        write_words(drawn, words, (5, 17))
+    return drawn
+
+
+def legend(labels: Mapping[str, str], width: int) -> NDArray[np.uint8]:
+    """A dark band of the given width that names every label beside its colour; wraps."""
+    line_height, margin, key = 24, 10, 26
+    rows: list[list[tuple[int, str]]] = [[]]
+    x = margin
+    for label in labels:
+        needed = key + 8 + cv2.getTextSize(label, _FONT, 0.5, 1)[0][0] + 22
+        if x + needed > width and rows[-1]:
+            rows.append([])
+            x = margin
+        rows[-1].append((x, label))
+        x += needed
+    band = np.full((line_height * len(rows) + 6, width, 3), 40, np.uint8)
+    for number, row in enumerate(rows):
+        y = 3 + line_height * number + line_height // 2
+        for x, label in row:
+            shade = to_bgr(TRUTH_COLOUR if label == TRUTH else labels[label])
+            ends = np.array([[x, y], [x + key, y]], np.float64)
+            _draw_line(band, ends, shade, 2, dashed=label == TRUTH)
+            write_words(band, label, (x + key + 8, y + 5))
+    return band
+
+
+def write_words(image: NDArray[np.uint8], words: str, at: tuple[int, int]) -> None:
+    """Write light words with a dark rim, left end of the base line at `at` (x, y)."""
+    cv2.putText(image, words, at, _FONT, 0.5, (0, 0, 0), 3, cv2.LINE_AA)
+    cv2.putText(image, words, at, _FONT, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
+
+
+def _draw_box(
+    image: NDArray[np.uint8],
+    box: NDArray[np.float64],
+    shade: tuple[int, int, int],
+    *,
+    dashed: bool,
+) -> None:
+    x, y, width, height = box
+    corners = np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height], [x, y]])
+    # A dark rim beneath keeps every colour readable on every ground.
+    _draw_line(image, corners, (0, 0, 0), 3, dashed=False) if not dashed else None
+    _draw_line(image, corners, shade, 2 if not dashed else 1, dashed=dashed)
+
+
+def _draw_line(
+    image: NDArray[np.uint8],
+    points: NDArray[np.float64],
+    shade: tuple[int, int, int],
+    thickness: int,
+    *,
+    dashed: bool,
+) -> None:
+    """A line through points given in continuous coordinates (pixel i spans [i, i + 1))."""
+    for start, stop in pairwise(points):
+        length = float(np.hypot(*(stop - start)))
+        pieces = max(1, int(length / (2 * _DASH))) if dashed else 1
+        for piece in range(pieces):
+            first = start + (stop - start) * piece / pieces
+            last = start + (stop - start) * (piece + (0.5 if dashed else 1.0)) / pieces
+            ends = [_fixed_point(end) for end in (first, last)]
+            cv2.line(image, ends[0], ends[1], shade, thickness, cv2.LINE_AA, _SHIFT)
+
+
+def _fixed_point(point: NDArray[np.float64]) -> tuple[int, int]:
+    """Half a pixel less: cv2 counts from pixel centres. Kept within what cv2 can hold."""
+    x, y = np.clip(np.round((point - 0.5) * (1 << _SHIFT)), -(1 << 24), 1 << 24).astype(int)
+    return int(x), int(y)

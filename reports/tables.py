@@ -1,0 +1,261 @@
+"""Tables of scores: one model, which every renderer shows in its own way.
+
+A mean is taken over repetitions first and over sequences then, so that each sequence counts
+once. A run that is missing or failed never disappears from a mean: the mean is shown as
+missing, with the count of what is missing.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+
+from reports.measure import Measure
+
+__all__ = ["MISSING", "Cell", "Table", "complete", "sequence_table", "summary_table"]
+
+MISSING = "—"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One entry of a table.
+
+    Attributes
+    ----------
+    text : str
+        What is shown.
+    best : bool
+        Whether it is the best of its column; ties are all best.
+    """
+
+    text: str
+    best: bool = False
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table before it has a format.
+
+    Attributes
+    ----------
+    name : str
+        File name without suffix.
+    caption : str
+        What is shown, over what, by which metrics preset.
+    heads : list of str
+        Heads of the columns.
+    n_labels : int
+        How many columns, from the left, name the row.
+    rows : list of list of Cell
+        The body.
+    notes : list of str
+        What a reader has to know beneath it: failures, what is missing.
+    data : DataFrame
+        The same at full precision, a row a value, for machines.
+    """
+
+    name: str
+    caption: str
+    heads: list[str]
+    n_labels: int
+    rows: list[list[Cell]]
+    notes: list[str] = field(default_factory=list)
+    data: pd.DataFrame = field(default_factory=pd.DataFrame)
+
+
+def complete(runs: pd.DataFrame) -> pd.DataFrame:
+    """Runs with a `missing` row for every tracker and sequence that have none together."""
+    there = set(zip(runs["tracker"], runs["sequence"], strict=True))
+    lacking = [
+        {"tracker": tracker, "sequence": sequence, "repetition": 0, "status": "missing"}
+        for tracker in runs["tracker"].unique()
+        for sequence in runs["sequence"].unique()
+        if (tracker, sequence) not in there
+    ]
+    return pd.concat([runs, pd.DataFrame(lacking)], ignore_index=True) if lacking else runs
+
+
+def summary_table(
+    runs: pd.DataFrame, measures: Sequence[Measure], title: str, preset: str
+) -> Table:
+    """Trackers by measures, averaged over the sequences.
+
+    Parameters
+    ----------
+    runs : DataFrame
+        A row a run: `tracker`, `sequence`, `repetition`, `status` (`finished`, `failed` or
+        `missing`), `failure`, and a column a measure.
+    measures : sequence of Measure
+        The columns.
+    title : str
+        Begins the caption.
+    preset : str
+        Metrics preset, named in the caption.
+    """
+    runs = complete(runs)
+    sequences = list(runs["sequence"].unique())
+    trackers = list(runs["tracker"].unique())
+    entries = [
+        [_summary(runs[runs["tracker"] == tracker], measure) for measure in measures]
+        for tracker in trackers
+    ]
+    names = ", ".join(sequences) if len(sequences) <= 4 else f"{len(sequences)} sequences"
+    return Table(
+        name="summary",
+        caption=(
+            f"{title}: means over {names}, each counting once; metrics preset {preset}. "
+            "± standard deviation over repetitions."
+        ),
+        heads=["tracker", *(measure.head for measure in measures)],
+        n_labels=1,
+        rows=_rows([[tracker] for tracker in trackers], entries, measures),
+        notes=_notes(runs),
+        data=_tidy([{"tracker": tracker} for tracker in trackers], entries, measures),
+    )
+
+
+def sequence_table(
+    runs: pd.DataFrame, measures: Sequence[Measure], title: str, preset: str
+) -> Table:
+    """Trackers by measures on every single sequence; parameters as `summary_table`.
+
+    The best of a column is marked among the trackers of one sequence.
+    """
+    runs = complete(runs)
+    trackers = list(runs["tracker"].unique())
+    labels: list[list[str]] = []
+    entries: list[list[_Entry]] = []
+    rows: list[list[Cell]] = []
+    for sequence in runs["sequence"].unique():
+        here = runs[runs["sequence"] == sequence]
+        block = [
+            [_one_sequence(here[here["tracker"] == tracker], measure) for measure in measures]
+            for tracker in trackers
+        ]
+        block_labels = [[str(sequence), tracker] for tracker in trackers]
+        rows += _rows(block_labels, block, measures)
+        labels += block_labels
+        entries += block
+    return Table(
+        name="sequences",
+        caption=(
+            f"{title}: every sequence; metrics preset {preset}. Means and ± standard deviations "
+            "over repetitions."
+        ),
+        heads=["sequence", "tracker", *(measure.head for measure in measures)],
+        n_labels=2,
+        rows=rows,
+        notes=_notes(runs),
+        data=_tidy([dict(zip(("sequence", "tracker"), x, strict=True)) for x in labels],
+                   entries, measures),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """A mean with its spread over repetitions; NaN where a run it needs is not there."""
+
+    mean: float
+    spread: float = float("nan")
+    lacking: int = 0
+    runs: int = 0
+    out_of: float = float("nan")
+
+
+def _summary(runs: pd.DataFrame, measure: Measure) -> _Entry:
+    lacking = int((runs["status"] != "finished").sum())
+    if lacking or measure.name not in runs:
+        return _Entry(float("nan"), lacking=lacking, runs=len(runs))
+    by_sequence = runs.groupby("sequence")[measure.name]
+    # Over repetitions: the spread of the mean over sequences. Where sequences were
+    # repeated unequally often (trackers that never draw run once), there is none to tell.
+    counts = by_sequence.size()
+    spread = float("nan")
+    if counts.min() == counts.max() > 1:
+        spread = float(runs.groupby("repetition")[measure.name].mean().std())
+    mean = float(by_sequence.apply(_mean).mean(skipna=False))
+    return _Entry(mean, spread, runs=len(runs))
+
+
+def _one_sequence(runs: pd.DataFrame, measure: Measure) -> _Entry:
+    lacking = int((runs["status"] != "finished").sum())
+    if lacking or measure.name not in runs:
+        return _Entry(float("nan"), lacking=lacking, runs=len(runs))
+    values = runs[measure.name]
+    out_of = float(runs[measure.out_of].mean()) if measure.out_of else float("nan")
+    return _Entry(_mean(values), float(values.std()), runs=len(runs), out_of=out_of)
+
+
+def _mean(values: pd.Series) -> float:
+    """Mean in which a missing value is not passed over."""
+    return float(values.mean(skipna=False))
+
+
+def _rows(
+    labels: list[list[str]], entries: list[list[_Entry]], measures: Sequence[Measure]
+) -> list[list[Cell]]:
+    best = [
+        _best([row[column].mean for row in entries], measure)
+        for column, measure in enumerate(measures)
+    ]
+    return [
+        [Cell(text) for text in names]
+        + [
+            Cell(_shown(entry, measure), entry.mean == best[column])
+            for column, (entry, measure) in enumerate(zip(row, measures, strict=True))
+        ]
+        for names, row in zip(labels, entries, strict=True)
+    ]
+
+
+def _best(means: Iterable[float], measure: Measure) -> float | None:
+    """The best mean as it is; None where there is no choice or no better."""
+    known = [mean for mean in means if np.isfinite(mean)]
+    if measure.direction is None or len(known) < 2:
+        return None
+    return max(known) if measure.direction == "higher" else min(known)
+
+
+def _shown(entry: _Entry, measure: Measure) -> str:
+    if entry.lacking:
+        return f"{MISSING} ({entry.lacking} of {entry.runs} runs missing)"
+    if np.isnan(entry.mean):
+        return MISSING
+    digits = measure.decimals
+    text = f"{entry.mean * measure.scale:.{digits}f}"
+    if np.isfinite(entry.spread):
+        text += f" ±{entry.spread * measure.scale:.{digits}f}"
+    if np.isfinite(entry.out_of):
+        text += f" of {entry.out_of * measure.scale:.0f}"
+    return text
+
+
+def _notes(runs: pd.DataFrame) -> list[str]:
+    """Every failure with its reason, then what is missing by tracker."""
+    failed = runs[runs["status"] == "failed"]
+    notes = [
+        f"failed: {run.tracker} on {run.sequence}, repetition {run.repetition}: "
+        + str(run.failure).partition("\n")[0]
+        for run in failed.itertuples()
+    ]
+    missing = runs[runs["status"] == "missing"].groupby("tracker", sort=False).size()
+    return notes + [f"missing: {count} runs of {tracker}" for tracker, count in missing.items()]
+
+
+def _tidy(
+    labels: list[dict[str, str]], entries: list[list[_Entry]], measures: Sequence[Measure]
+) -> pd.DataFrame:
+    return pd.DataFrame(
+        {
+            **label,
+            "measure": measure.name,
+            "mean": entry.mean,
+            "standard_deviation": entry.spread,
+            "runs": entry.runs,
+            "lacking": entry.lacking,
+        }
+        for label, row in zip(labels, entries, strict=True)
+        for measure, entry in zip(measures, row, strict=True)
+    )

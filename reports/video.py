@@ -1,0 +1,76 @@
+"""A sequence with everybody's boxes as an MP4 video (H.264)."""
+
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import numpy as np
+from numpy.typing import NDArray
+
+from reports.files import write_file
+from reports.overlay import TRUTH, legend, overlay
+from reports.palette import colours
+
+__all__ = ["write_video"]
+
+DEFAULT_FPS = 25.0
+LEAST_WIDTH = 480
+"""Narrower images are enlarged to at least this width, so that boxes and words are readable."""
+
+
+def write_video(
+    path: Path,
+    images: Iterable[tuple[int, NDArray[np.uint8]]],
+    boxes: Mapping[str, NDArray[np.float64]],
+    fps: float | None = None,
+) -> Path:
+    """Write a video, one frame in memory at a time.
+
+    Parameters
+    ----------
+    path : Path
+        An .mp4 file.
+    images : iterable of (int, ndarray)
+        Frame numbers and their BGR images, all of one size.
+    boxes : mapping of str to ndarray of shape (n, 4)
+        Boxes by label, a row a frame; `truth` is drawn white and dashed.
+    fps : float, optional
+        Frames a second; 25 where it is not known.
+
+    Raises
+    ------
+    OSError
+        Where it can't be written.
+    """
+    shades = colours([label for label in boxes if label != TRUTH])
+
+    def write(file: Path) -> None:
+        with av.open(str(file), "w", format="mp4") as container:
+            stream = None
+            for number, image in images:
+                scale = max(1.0, LEAST_WIDTH / image.shape[1])
+                here = {label: rows[number] for label, rows in boxes.items()}
+                drawn = overlay(image, here, shades, scale, str(number))
+                if boxes:
+                    band = legend({label: shades.get(label, "") for label in boxes}, drawn.shape[1])
+                    drawn = np.vstack([drawn, band])
+                drawn = _even(drawn)
+                if stream is None:
+                    rate = Fraction(fps or DEFAULT_FPS).limit_denominator(100_000)
+                    stream = container.add_stream("libx264", rate=rate)
+                    stream.height, stream.width = drawn.shape[:2]
+                    stream.pix_fmt = "yuv420p"
+                    stream.options = {"crf": "18"}
+                container.mux(stream.encode(av.VideoFrame.from_ndarray(drawn, format="bgr24")))
+            if stream is None:
+                raise OSError(f"{path}: there are no frames to write")
+            container.mux(stream.encode())
+
+    return write_file(path, write)
+
+
+def _even(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Pad to even height and width, which the pixel format needs."""
+    height, width = image.shape[:2]
+    return np.ascontiguousarray(np.pad(image, ((0, height % 2), (0, width % 2), (0, 0)), "edge"))
