@@ -12,7 +12,7 @@ from reports.palette import TRUTH_COLOUR, to_bgr
 __all__ = ["TRUTH", "enlarge", "legend", "overlay", "write_words"]
 
 TRUTH = "truth"
-"""Label of the boxes that are drawn dashed, beneath the others."""
+"""Label of the boxes that are drawn white and dashed."""
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _SHIFT = 4  # cv2 takes coordinates in sixteenths of a pixel
@@ -55,8 +55,8 @@ def overlay(
         BGR, height and width times `scale`.
     """
     drawn = enlarge(image, scale)
-    # The truth first, so that it never hides what is compared with it.
-    for label in sorted(boxes, key=lambda label: label != TRUTH):
+    # The truth last: its dashes hide little, and show also where a box is right on it.
+    for label in sorted(boxes, key=lambda label: label == TRUTH):
         box = np.asarray(boxes[label], np.float64) * scale
         if np.isfinite(box).all():
             shade = TRUTH_COLOUR if label == TRUTH else colours[label]
@@ -91,7 +91,9 @@ def legend(labels: Mapping[str, str], width: int) -> NDArray[np.uint8]:
 
 def write_words(image: NDArray[np.uint8], words: str, at: tuple[int, int]) -> None:
     """Write light words with a dark rim, left end of the base line at `at` (x, y)."""
-    cv2.putText(image, words, at, _FONT, 0.5, (0, 0, 0), 3, cv2.LINE_AA)
+    x, y = at
+    for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
+        cv2.putText(image, words, (x + dx, y + dy), _FONT, 0.5, (0, 0, 0), 1, cv2.LINE_AA)
     cv2.putText(image, words, at, _FONT, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
 
 

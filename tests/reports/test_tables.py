@@ -1,0 +1,234 @@
+"""The table model and its four renderers, against sums done by hand."""
+
+import io
+import shutil
+import subprocess
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from reports.comma_separated import to_csv
+from reports.latex import to_latex
+from reports.markdown import to_markdown
+from reports.measure import Measure
+from reports.tables import complete, sequence_table, summary_table
+from reports.text import to_text
+
+OVERLAP = Measure("overlap", "overlap", direction="higher", decimals=3)
+ERROR = Measure("error", "error", "px", "lower", 1)
+COUNT = Measure("count", "success", "frames", "higher", 1, out_of="total")
+
+
+def runs(*rows):
+    columns = ["tracker", "sequence", "repetition", "status", "overlap", "error"]
+    table = pd.DataFrame(rows, columns=columns)
+    table["failure"] = np.where(table["status"] == "failed", "frame 3: ValueError: why\ntrace", "")
+    table["count"] = table["overlap"] * 100
+    table["total"] = 100.0
+    return table
+
+
+def done(tracker, sequence, repetition, overlap, error=1.0):
+    return (tracker, sequence, repetition, "finished", overlap, error)
+
+
+def texts(table):
+    return [[cell.text for cell in row] for row in table.rows]
+
+
+def test_each_sequence_counts_once_however_often_it_was_repeated():
+    table = summary_table(
+        runs(done("a", "s", 0, 0.2), done("a", "s", 1, 0.4), done("a", "t", 0, 0.9)),
+        [OVERLAP],
+        "T",
+        "native",
+    )
+    assert texts(table) == [["a", "0.600"]]  # (0.3 + 0.9) / 2, not (0.2 + 0.4 + 0.9) / 3
+
+
+def test_the_spread_is_the_standard_deviation_of_the_mean_over_repetitions():
+    table = summary_table(
+        runs(
+            done("a", "s", 0, 0.2),
+            done("a", "s", 1, 0.4),
+            done("a", "t", 0, 0.6),
+            done("a", "t", 1, 0.4),
+        ),
+        [OVERLAP],
+        "T",
+        "native",
+    )
+    assert texts(table) == [["a", "0.400 ±0.000"]]
+    one = sequence_table(
+        runs(done("a", "s", 0, 0.2), done("a", "s", 1, 0.4)), [OVERLAP], "T", "native"
+    )
+    assert texts(one) == [["s", "a", f"0.300 ±{np.std([0.2, 0.4], ddof=1):.3f}"]]
+
+
+def test_a_failed_run_makes_the_mean_missing_and_is_listed_with_its_reason():
+    table = summary_table(
+        runs(
+            done("a", "s", 0, 0.2), ("a", "s", 1, "failed", np.nan, np.nan), done("b", "s", 0, 0.5)
+        ),
+        [OVERLAP],
+        "T",
+        "native",
+    )
+    assert texts(table) == [["a", "— (1 of 2 runs missing)"], ["b", "0.500"]]
+    assert table.notes == ["failed: a on s, repetition 1: frame 3: ValueError: why"]
+
+
+def test_a_tracker_that_lacks_a_sequence_has_no_mean():
+    table = summary_table(
+        runs(done("a", "s", 0, 0.2), done("a", "t", 0, 0.2), done("b", "s", 0, 0.9)),
+        [OVERLAP],
+        "T",
+        "native",
+    )
+    assert texts(table) == [["a", "0.200"], ["b", "— (1 of 2 runs missing)"]]
+    assert table.notes == ["missing: 1 runs of b"]
+
+
+def test_a_missing_score_is_not_passed_over():
+    table = summary_table(
+        runs(done("a", "s", 0, np.nan), done("a", "s", 1, 0.5)), [OVERLAP], "T", "native"
+    )
+    assert texts(table) == [["a", "—"]]
+
+
+def test_complete_adds_what_lacks_and_nothing_else():
+    full = runs(done("a", "s", 0, 0.1), done("b", "s", 0, 0.1))
+    assert complete(full) is full
+    added = complete(runs(done("a", "s", 0, 0.1), done("b", "t", 0, 0.1)))
+    assert added.groupby(["tracker", "sequence"])["status"].first().to_dict() == {
+        ("a", "s"): "finished", ("a", "t"): "missing", ("b", "s"): "missing", ("b", "t"): "finished"
+    }  # fmt: skip
+
+
+def test_best_follows_the_direction_and_ties_are_all_best():
+    table = summary_table(
+        runs(done("a", "s", 0, 0.9, 5.0), done("b", "s", 0, 0.9, 2.0), done("c", "s", 0, 0.1, 9.0)),
+        [OVERLAP, ERROR],
+        "T",
+        "native",
+    )
+    assert [[cell.best for cell in row[1:]] for row in table.rows] == [
+        [True, False], [True, True], [False, False]
+    ]  # fmt: skip
+
+
+def test_a_single_tracker_is_not_the_best():
+    table = summary_table(runs(done("a", "s", 0, 0.9)), [OVERLAP], "T", "native")
+    assert not table.rows[0][1].best
+
+
+def test_best_is_chosen_within_each_sequence():
+    table = sequence_table(
+        runs(
+            done("a", "s", 0, 0.9),
+            done("b", "s", 0, 0.8),
+            done("a", "t", 0, 0.1),
+            done("b", "t", 0, 0.2),
+        ),
+        [OVERLAP],
+        "T",
+        "native",
+    )
+    assert [(row[0].text, row[1].text) for row in table.rows if row[2].best] == [
+        ("s", "a"),
+        ("t", "b"),
+    ]
+
+
+def test_counts_are_shown_out_of_the_frames_there_are():
+    table = sequence_table(runs(done("a", "s", 0, 0.5)), [COUNT], "T", "native")
+    assert texts(table) == [["s", "a", "50.0 of 100"]]
+
+
+def test_a_scale_changes_what_is_shown_and_not_the_data():
+    table = summary_table(
+        runs(done("a", "s", 0, 0.25)),
+        [Measure("overlap", "o", "%", "higher", 1, scale=100)],
+        "T",
+        "native",
+    )
+    assert texts(table) == [["a", "25.0"]]
+    assert table.data["mean"].tolist() == [0.25]
+
+
+@pytest.fixture
+def table():
+    return summary_table(
+        runs(
+            done("static", "s", 0, 0.25, 12.0),
+            done("camshift:hue_bins=16", "s", 0, 0.75, 3.25),
+            ("odd|_*&%$#{}~^\\", "s", 0, "failed", np.nan, np.nan),
+        ),
+        [OVERLAP, ERROR],
+        "A & B_c",
+        "native",
+    )
+
+
+def test_text_is_aligned_and_marks_the_best(table):
+    assert to_text(table).splitlines()[2:] == [
+        "tracker                               overlap                error [px]",
+        "--------------------  ------------------------  ------------------------",
+        "static                                  0.250                      12.0",
+        "camshift:hue_bins=16                    0.750*                      3.2*",
+        "odd|_*&%$#{}~^\\       — (1 of 1 runs missing)   — (1 of 1 runs missing)",
+        "failed: odd|_*&%$#{}~^\\ on s, repetition 0: frame 3: ValueError: why",
+    ]
+
+
+def test_wide_signs_do_not_break_the_alignment():
+    made = summary_table(
+        runs(done("追跡", "s", 0, 0.5), done("abcd", "s", 0, 0.25)), [OVERLAP], "T", "native"
+    )
+    lines = to_text(made).splitlines()[4:]
+    assert lines == ["追跡       0.500*", "abcd       0.250"]
+
+
+def test_markdown_has_as_many_cells_in_every_row(table):
+    lines = [line for line in to_markdown(table).splitlines() if line.startswith("|")]
+    unescaped = [line.replace("\\\\", "").replace("\\|", "") for line in lines]
+    assert {line.count("|") for line in unescaped} == {4}
+    assert "**0.750**" in lines[3]
+
+
+def test_csv_comes_back_at_full_precision():
+    value = 0.1 + 0.2
+    made = summary_table(runs(done("a,b", "s", 0, value)), [OVERLAP, ERROR], "T", "native")
+    back = pd.read_csv(io.StringIO(to_csv(made)))
+    assert back["mean"].tolist() == [value, 1.0]
+    assert back["tracker"].tolist() == ["a,b", "a,b"]
+
+
+def test_latex_escapes_what_latex_would_read_as_commands(table):
+    text = to_latex(table)
+    assert r"\caption{A \& B\_c:" in text
+    assert r"odd|\_*\&\%\$\#\{\}\textasciitilde{}\textasciicircum{}\textbackslash{}" in text
+    assert r"\textbf{0.750}" in text
+    body = [line for line in text.splitlines() if line.endswith(r"\\")]
+    assert {line.replace(r"\&", "").count("&") for line in body} == {2}
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
+def test_latex_compiles(table, tmp_path):
+    document = "\\documentclass{article}\\usepackage{booktabs}\\begin{document}%s\\end{document}"
+    (tmp_path / "t.tex").write_text(document % to_latex(table))
+    subprocess.run(["pdflatex", "-halt-on-error", "t.tex"], cwd=tmp_path, check=True)
+
+
+@given(
+    st.lists(st.floats(0, 1), min_size=1, max_size=6),
+    st.lists(st.floats(0, 1), min_size=1, max_size=6),
+)
+def test_the_mean_is_that_of_the_sequences_means(first, second):
+    rows = [done("a", "s", i, v) for i, v in enumerate(first)]
+    rows += [done("a", "t", i, v) for i, v in enumerate(second)]
+    made = summary_table(runs(*rows), [OVERLAP], "T", "native")
+    assert made.data["mean"][0] == pytest.approx((np.mean(first) + np.mean(second)) / 2)
