@@ -1,0 +1,78 @@
+"""Smooth trajectories as functions of time."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["POSITION_STEP", "Loop", "quantised", "random_loop"]
+
+POSITION_STEP = 1 / 64
+"""Positions are multiples of it [pixels]: truth and image agree to the bit everywhere."""
+
+SAMPLES_PER_SPAN = 64
+
+
+def quantised(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Positions rounded to multiples of `POSITION_STEP`."""
+    return np.round(positions / POSITION_STEP) * POSITION_STEP
+
+
+class Loop:
+    """A closed smooth curve, travelled at constant speed for ever.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (k, 2)
+        Control points of the uniform cubic B-spline, in pixels; the curve stays within
+        their convex hull.
+    speed : float
+        Along the curve [pixels/frame].
+    """
+
+    def __init__(self, points: NDArray[np.float64], speed: float) -> None:
+        u = (np.arange(SAMPLES_PER_SPAN) / SAMPLES_PER_SPAN)[:, None]
+        v = 1 - u
+        a, b, c, d = (np.roll(points, -shift, axis=0)[:, None] for shift in range(4))
+        spans = (
+            v * v * v * a
+            + (3 * u * u * u - 6 * u * u + 4) * b
+            + (3 * v * v * v - 6 * v * v + 4) * c
+            + u * u * u * d
+        ) / 6
+        curve = spans.reshape(-1, 2)
+        self._curve = np.vstack([curve, curve[:1]])
+        steps = np.diff(self._curve, axis=0)
+        chords = np.sqrt(steps[:, 0] * steps[:, 0] + steps[:, 1] * steps[:, 1])
+        self._travelled = np.concatenate([[0.0], np.cumsum(chords)])
+        self._speed = speed
+
+    def at(self, times: ArrayLike) -> NDArray[np.float64]:
+        """Positions (x, y) [pixels] at times [frames], shape `times.shape + (2,)`."""
+        travelled = np.mod(np.asarray(times, np.float64) * self._speed, self._travelled[-1])
+        coordinates = [
+            np.interp(travelled, self._travelled, self._curve[:, axis]) for axis in range(2)
+        ]
+        return np.stack(coordinates, axis=-1)
+
+
+def random_loop(
+    generator: np.random.Generator, low: ArrayLike, high: ArrayLike, speed: float, corners: int = 7
+) -> Loop:
+    """Loop around the middle of a rectangle, within it, in either direction.
+
+    Parameters
+    ----------
+    generator : numpy.random.Generator
+        Draws the control points.
+    low, high : array of shape (2,)
+        Corners (x, y) of the rectangle, in pixels.
+    speed : float
+        Along the curve [pixels/frame].
+    corners : int
+        Number of control points.
+    """
+    angles = (np.arange(corners) + generator.uniform(-0.3, 0.3, corners)) * (2 * np.pi / corners)
+    angles = generator.choice([-1.0, 1.0]) * angles + generator.uniform(0, 2 * np.pi)
+    radius = generator.uniform(0.35, 1.0, corners)[:, None]
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    low, high = np.asarray(low, np.float64), np.asarray(high, np.float64)
+    return Loop(quantised((low + high) / 2 + radius * directions * (high - low) / 2), speed)

@@ -1,0 +1,107 @@
+"""A scene: what is drawn and what is true of it, frame by frame and without memory."""
+
+import hashlib
+import json
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.interface import Image, Mask, Sequence
+from datasets.source_digest import source_digest
+from datasets.synthetic.engine.knobs import Knobs
+
+__all__ = ["Scene", "Truth", "open_scene", "part_generator"]
+
+PACKAGE = Path(__file__).parents[2]
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What is true of the target in every frame.
+
+    Attributes
+    ----------
+    boxes : ndarray of float64, shape (n, 4)
+        Extents of the whole silhouette at mid-exposure, hidden parts included, in pixels;
+        NaN rows where nothing of it is in view.
+    visibility : ndarray of float64, shape (n,)
+        Fraction of the silhouette's area that is in view and not hidden, in [0, 1].
+    attributes : mapping of str to ndarray of bool, shape (n,)
+        What happens when.
+    """
+
+    boxes: NDArray[np.float64]
+    visibility: NDArray[np.float64]
+    attributes: Mapping[str, NDArray[np.bool_]]
+
+
+class Scene(ABC):
+    """A renderer with its truth; as `Frames` it gives its images.
+
+    `render` and `mask` depend on the frame's number alone: any order, any process and any
+    number of threads give the same bytes. Making a scene costs neither textures nor images.
+    """
+
+    fps: float = 25.0
+
+    @abstractmethod
+    def __len__(self) -> int:
+        """Number of frames."""
+
+    @abstractmethod
+    def truth(self) -> Truth:
+        """Truth of all frames; renders nothing."""
+
+    @abstractmethod
+    def render(self, frame: int) -> Image:
+        """Image of a frame, a fresh array."""
+
+    @abstractmethod
+    def mask(self, frame: int) -> Mask:
+        """Pixels that show the target at mid-exposure, at least to one half."""
+
+    def __getitem__(self, frame: int) -> Image:
+        return self.render(frame)
+
+
+def open_scene(sequence: str, knobs: Knobs, scene: Scene, suite: Path) -> Sequence:
+    """Make a scene a sequence.
+
+    Parameters
+    ----------
+    sequence : str
+        Name without options; the canonical name adds the knobs.
+    knobs : Knobs
+        All that the scene depends on.
+    scene : Scene
+        The renderer.
+    suite : Path
+        Source file of the suite; it and all that it imports here enter the fingerprint.
+    """
+
+    def fingerprint() -> str:
+        digest, libraries = source_digest(suite, PACKAGE)
+        identity = [sequence, knobs.model_dump(), digest, libraries]
+        return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
+
+    truth = scene.truth()
+    return Sequence(
+        knobs.canonical_name(sequence),
+        scene,
+        truth.boxes,
+        fingerprint=fingerprint,
+        visibility=truth.visibility,
+        attributes=truth.attributes,
+        fps=scene.fps,
+        masks=scene.mask,
+    )
+
+
+def part_generator(seed: int, part: str) -> np.random.Generator:
+    """Random numbers of one part of a scene: a new part changes no other's."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(crc32(part.encode()),)))

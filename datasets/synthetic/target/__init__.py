@@ -1,0 +1,3 @@
+"""A textured target on a textured ground, with one knob a difficulty."""
+
+__all__: list[str] = []

@@ -1,0 +1,13 @@
+"""Opens `plain/target` with some knobs set."""
+
+import pytest
+
+from datasets.synthetic import plain
+
+
+@pytest.fixture(scope="session")
+def target():
+    def open_target(**knobs):
+        return plain.load("plain/target", {key: str(value) for key, value in knobs.items()})
+
+    return open_target

@@ -1,0 +1,72 @@
+"""Frames as they were when they were last looked at.
+
+A change here changes every result on these sequences. If it is meant, look at the pictures
+and write the file anew: `python tests/datasets/synthetic/test_golden_frames.py`.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import datasets
+
+FILE = Path(__file__).with_name("golden_frames.json")
+SEQUENCES = (
+    "plain/target",
+    "plain/target:height=480:scene=1:width=640",
+    "plain/target:noise=0:scene=2",
+    "plain/target:light=0.6:scene=3",
+    "plain/target:clutter=5:scene=4:speed=5",
+    "plain/target:occlusion=0.7:scene=5",
+    "plain/target:absence=20:blur=0.8:pan=6:scene=6:speed=9",
+    "plain/target:scale=2.5:scene=7",
+    "plain/target:blur=0.5:scale=0.4:scene=8",
+)
+FRAMES = (0, 41, 60, 119)
+
+
+def digest(sequence):
+    """Checksum of images and masks, and of the truth."""
+    images = hashlib.sha256()
+    for frame in FRAMES:
+        images.update(sequence[frame].tobytes() + sequence.mask(frame).tobytes())
+    truth = np.column_stack([sequence.boxes, sequence.visibility]).round(6) + 0.0
+    return {
+        "images": images.hexdigest()[:32],
+        "truth": hashlib.sha256(truth.tobytes()).hexdigest()[:32],
+        "thumbnails": [thumbnail(sequence[frame]).tolist() for frame in FRAMES],
+    }
+
+
+def thumbnail(image):
+    """Mean colours of 4 x 4 tiles: tells a changed picture from a changed last bit."""
+    height, width = image.shape[:2]
+    tiles = image.reshape(4, height // 4, 4, width // 4, 3).mean(axis=(1, 3))
+    return tiles.round(1).reshape(-1)
+
+
+@pytest.mark.parametrize("name", SEQUENCES)
+def test_frames_and_truth_are_those_that_were_stored(name):
+    stored, found = json.loads(FILE.read_text())[name], digest(datasets.load(name))
+    difference = np.abs(np.subtract(stored["thumbnails"], found["thumbnails"])).max()
+    assert difference < 0.5, f"the pictures changed, tiles by up to {difference:.1f} grey levels"
+    assert found["truth"] == stored["truth"], "the truth changed, though the pictures look alike"
+    assert found["images"] == stored["images"], (
+        "the pictures look alike but differ in their bytes: another platform's arithmetic, or a "
+        "small change of the renderer"
+    )
+
+
+def test_the_stored_names_are_canonical_and_all_are_tested():
+    assert [datasets.load(name).name for name in SEQUENCES] == list(SEQUENCES)
+    assert list(json.loads(FILE.read_text())) == list(SEQUENCES)
+
+
+if __name__ == "__main__":
+    golden = {name: digest(datasets.load(name)) for name in SEQUENCES}
+    FILE.write_text(
+        "{\n" + ",\n".join(f'"{k}": {json.dumps(v)}' for k, v in golden.items()) + "\n}\n"
+    )

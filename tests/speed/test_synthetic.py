@@ -1,0 +1,42 @@
+"""Time of a rendered frame; `make bench` prints it."""
+
+from time import thread_time
+
+import numpy as np
+import pytest
+import simplejpeg
+
+from datasets.synthetic import plain
+
+KNOBS = {
+    "default": {},
+    "occluded, blurred": {"occlusion": "0.7", "blur": "0.5", "scene": "1"},
+    "everything": {
+        "occlusion": "0.7", "blur": "0.5", "clutter": "10", "speed": "5", "pan": "3",
+        "light": "0.5", "scale": "1.5", "scene": "2",
+    },
+}  # fmt: skip
+SIZES = {"320x240": {}, "640x480": {"width": "640", "height": "480"}}
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("knobs", KNOBS)
+def test_a_frame_is_rendered(benchmark, knobs, size):
+    sequence = plain.load("plain/target", {**KNOBS[knobs], **SIZES[size]})
+    sequence[0]  # textures are made once
+    assert benchmark(lambda: sequence[40]).shape[0] == (480 if size == "640x480" else 240)
+
+
+def test_a_rendered_frame_costs_less_than_three_decoded_ones():
+    """Rendering is no reason to store images: measured beside JPEG decoding, 0.4 of it."""
+    sequence = plain.load("plain/target", SIZES["640x480"])
+    jpeg = simplejpeg.encode_jpeg(np.ascontiguousarray(sequence[0]), 90, "BGR")
+    rendered, decoded = [], []
+    for frame in range(60):
+        start = thread_time()
+        sequence[frame]
+        between = thread_time()
+        simplejpeg.decode_jpeg(jpeg, "BGR")
+        rendered.append(between - start)
+        decoded.append(thread_time() - between)
+    assert np.median(rendered) < 3 * np.median(decoded)
