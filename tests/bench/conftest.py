@@ -1,5 +1,10 @@
 """Small sequences and trackers that misbehave, for the harness's tests."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
@@ -77,3 +82,24 @@ def here(tmp_path):
     (folder / "groundtruth_rect.txt").write_text("5,6,10,12\n" * 5)
     (tmp_path / "knob.py").write_text(KNOB_TRACKER)
     return tmp_path
+
+
+@pytest.fixture
+def trackmark(here):
+    """The command as a user types it, in a folder with data."""
+    script = Path(sys.executable).parent / "trackmark"
+
+    def call(*arguments, status=0):
+        done = subprocess.run(
+            [script, *map(str, arguments)],
+            cwd=here,
+            capture_output=True,
+            text=True,
+            timeout=300,
+            env=os.environ | {"TRACKMARK_CACHE": str(here / "cache")},
+        )
+        assert "Traceback" not in done.stderr, done.stderr
+        assert done.returncode == status, done.stdout + done.stderr
+        return done
+
+    return call
