@@ -1,0 +1,114 @@
+"""Scores of runs and boxes through the public functions; times of timing runs."""
+
+import numpy as np
+import pytest
+
+import bench
+from bench.contestant import contestant
+from bench.metrics.times import DISTURBED_RATIO, is_disturbed, time_scores
+from bench.record import Times
+from bench.timing import WARM_UP_FRAMES, time_run
+from trackers import Estimate
+
+
+def times(wall, cpu):
+    return Times(np.array(wall, float), np.array(cpu, float), 0.5, 0.25)
+
+
+def test_anybodys_boxes_are_scored():
+    import datasets
+
+    face = datasets.load("samples/face")
+    scores = bench.score_boxes(face.boxes, "samples/face")
+    assert scores["success_frames"] == scores["evaluated_frames"] == 119
+    shifted = face.boxes + [3, 4, 0, 0]
+    assert bench.score_boxes(shifted.tolist(), face)["centre_error"] == pytest.approx(5)
+
+
+def test_unknown_presets_and_traces_are_refused_with_the_known_ones(make_sequence):
+    sequence = make_sequence()
+    with pytest.raises(ValueError, match=r"unknown metrics preset 'otbx'\. Known: native"):
+        bench.score_boxes(sequence.boxes, sequence, "otbx")
+    with pytest.raises(ValueError, match="unknown trace"):
+        bench.score(bench.evaluate("static", sequence), sequence, trace="later")
+
+
+def test_time_scores_are_quantiles_over_the_updates_alone():
+    wall = [np.nan, *np.arange(1, 101) / 1000]
+    scores = time_scores(times(wall, wall))
+    assert scores["cpu_seconds_median"] == pytest.approx(0.0505)
+    assert scores["wall_seconds_p95"] == pytest.approx(np.quantile(wall[1:], 0.95))
+    assert scores["cpu_seconds_p99"] == pytest.approx(np.quantile(wall[1:], 0.99))
+    assert scores["initialisation_seconds"] == 0.25
+    assert scores["disturbed"] == 0.0
+
+
+def test_a_disturbed_pass_has_no_speed():
+    cpu = [np.nan, 0.01, 0.01]
+    assert not is_disturbed(times(np.multiply(cpu, DISTURBED_RATIO * 0.99), cpu))
+    disturbed = times(np.multiply(cpu, DISTURBED_RATIO * 1.01), cpu)
+    assert is_disturbed(disturbed)
+    scores = time_scores(disturbed)
+    assert scores.pop("disturbed") == 1.0
+    assert all(np.isnan(value) for value in scores.values())
+
+
+class Counting:
+    """Counts its instances' calls."""
+
+    made: list["Counting"] = []  # noqa: RUF012  # the test looks at all of them
+
+    def __init__(self, seed):
+        self.updates = 0
+        self.random = np.random.default_rng(seed)
+        Counting.made.append(self)
+
+    def init(self, image, box, mask=None):
+        self.box = box
+
+    def update(self, image):
+        self.updates += 1
+        return Estimate(self.box + [self.random.random(), 0, 0, 0])
+
+
+def test_a_timing_run_is_warmed_up_by_another_instance_and_gives_the_same_boxes(make_sequence):
+    sequence = make_sequence(n=30)
+    Counting.made.clear()
+    run = time_run(contestant(Counting), 0, sequence)
+    assert [tracker.updates for tracker in Counting.made] == [WARM_UP_FRAMES - 1, 29]
+    assert run.identity.protocol == "timing"
+    np.testing.assert_array_equal(run.boxes, bench.evaluate(Counting, sequence).boxes)
+    assert np.isnan(run.times.cpu[0])
+    assert (run.times.cpu[1:] > 0).all()
+    assert (run.times.wall[1:] > 0).all()
+
+
+def test_only_the_update_is_timed(make_sequence):
+    sequence = make_sequence(n=8)
+    slow = sequence._frames
+    original = type(slow).__getitem__
+
+    class SlowFrames(type(slow)):
+        def __getitem__(self, frame):
+            sum(i * i for i in range(300_000))
+            return original(self, frame)
+
+    slow.__class__ = SlowFrames
+    run = time_run(contestant("static"), 0, sequence)
+    assert np.nanmax(run.times.cpu) < 0.005
+
+
+def test_a_tracker_that_fails_while_it_is_timed_is_a_failed_run(make_sequence):
+    class Failing(Counting):
+        def update(self, image):
+            raise RuntimeError("no")
+
+    run = time_run(contestant(Failing), 0, make_sequence(n=5))
+    assert run.failure.startswith("frame 1: RuntimeError: no")
+
+
+def test_the_garbage_collector_is_on_again_after_a_timing_run(make_sequence):
+    import gc
+
+    time_run(contestant("static"), 0, make_sequence(n=5))
+    assert gc.isenabled()
