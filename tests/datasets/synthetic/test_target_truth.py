@@ -86,6 +86,18 @@ def test_a_difference_to_the_scene_without_target_lies_in_box_and_shadow(target)
     assert changed[target(**still).mask(0)].mean() > 0.99
 
 
+@pytest.mark.parametrize("frame", [0, 60, 119])
+def test_the_vivid_target_is_seen_where_box_and_mask_say(target, frame):
+    """Orange and blue on grey stones: the image alone tells where the target is."""
+    sequence = target(scene=2, scale=2.5, noise=0)
+    image, mask = sequence[frame].astype(int), sequence.mask(frame)
+    vivid = image.max(axis=2) - image.min(axis=2) > 0.45 * (image.max(axis=2) + 10)
+    assert vivid[mask].mean() > 0.85
+    assert vivid[~mask].mean() < 0.005
+    x, y, width, height = sequence.boxes[frame]
+    assert np.abs(corners(vivid) - [x, y, x + width, y + height]).max() <= 1.2
+
+
 @settings(max_examples=60, deadline=None)
 @given(knobs=knobs())
 def test_boxes_are_finite_where_present_and_absent_as_long_as_asked(knobs):
