@@ -114,11 +114,12 @@ def run_in_lock_step(
     for frame in range(first, n):
         asked = perf_counter()
         image = sequence[frame]
+        mask = sequence.mask(frame) if frame == first else None
         fetching += perf_counter() - asked
         shown = SharedFrame(image)
         if frame == first:
             for recorder in recorders:
-                recorder.start(shown, frame, sequence.boxes[frame], sequence.mask(frame))
+                recorder.start(shown, frame, sequence.boxes[frame], mask)
         else:
             for recorder in recorders:
                 recorder.follow(shown, frame)

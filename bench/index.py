@@ -25,7 +25,14 @@ from bench.stored_truth import read_truth
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["experiment_folders", "index_row", "load_results", "read_index", "write_index"]
+__all__ = [
+    "experiment_folders",
+    "index_row",
+    "load_results",
+    "ordered_index",
+    "read_index",
+    "write_index",
+]
 
 _FILE = "index.arrow"
 
@@ -57,6 +64,13 @@ def read_index(results: Results) -> list[dict[str, Any]]:
     if changed or known:
         write_index(results, rows)
     return rows
+
+
+def ordered_index(results: Results) -> list[dict[str, Any]]:
+    """`read_index` in the order in which the runs were last asked for; others come after."""
+    cells = results.plan().get("cells", [])
+    rank = {tuple(cell): position for position, cell in enumerate(cells)}
+    return sorted(read_index(results), key=lambda row: rank.get(_key(row), len(rank)))
 
 
 def index_row(results: Results, path: Path, run: Run, truth: Any) -> dict[str, Any]:
@@ -130,8 +144,8 @@ def load_results(folder: str | Path) -> "pd.DataFrame":
     rows = []
     for path in experiment_folders(Path(folder)):
         results = Results(path)
-        found = read_index(results)
-        there = {(r["tracker"], r["sequence"], r["repetition"], r["protocol"]) for r in found}
+        found = ordered_index(results)
+        there = {_key(row) for row in found}
         for row in found:
             plain = {key: value for key, value in row.items() if key not in ("scores", "stamp")}
             rows.append({"experiment": path.name, **plain, **row["scores"]})
@@ -149,6 +163,10 @@ def load_results(folder: str | Path) -> "pd.DataFrame":
                     }
                 )
     return pd.DataFrame(rows)
+
+
+def _key(row: Mapping[str, Any]) -> tuple[str, str, int, str]:
+    return row["tracker"], row["sequence"], row["repetition"], row["protocol"]
 
 
 def _stored(results: Results) -> dict[str, dict[str, Any]]:

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.index import experiment_folders, load_results, read_index
+from bench.index import experiment_folders, load_results, ordered_index
 from bench.measures import PER_SEQUENCE, SUMMARY, TIMES
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
@@ -69,7 +69,7 @@ def frame_table(folder: Path) -> pd.DataFrame:
     """
     results = Results(folder)
     pieces = []
-    for row in read_index(results):
+    for row in ordered_index(results):
         if row["status"] != "finished" or row["protocol"] != "accuracy":
             continue
         run = results.read(folder / row["path"])
@@ -99,7 +99,7 @@ def boxes_of(folder: Path, sequence: str, repetition: int = 0) -> dict[str, NDAr
     found: dict[str, NDArray[Any]] = {}
     for experiment in experiment_folders(folder):
         results = Results(experiment)
-        rows = [row for row in read_index(results) if row["sequence"] == sequence]
+        rows = [row for row in ordered_index(results) if row["sequence"] == sequence]
         for row in rows:
             wanted = row["repetition"] == repetition or row["tracker"] not in found
             if not wanted or row["protocol"] != "accuracy":

@@ -1,5 +1,6 @@
 """Running an experiment: plan, perform what is left, keep the index."""
 
+import math
 import os
 import time
 from collections.abc import Callable, Iterator
@@ -72,8 +73,9 @@ class Execution:
         What was there and what was left when it began.
     errors : list of str
         Sequences that could not be read to their end; the other runs went on.
-    overheads : list of float
-        The harness's own seconds per frame and tracker, one a pass.
+    overhead : float
+        The harness's own seconds per frame and tracker, over all passes so far; NaN where
+        there was none.
     """
 
     experiment: Experiment
@@ -81,7 +83,6 @@ class Execution:
     jobs: int | None = None
     retry_failed: bool = False
     errors: list[str] = field(default_factory=list)
-    overheads: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.folder = self.output / self.experiment.name
@@ -89,6 +90,13 @@ class Execution:
         self.plan: Plan = make_plan(self.experiment, self._results)
         self.units = self.plan.units(retry_failed=self.retry_failed)
         self.work = sum(unit.work for unit in self.units)
+        self._own_seconds = 0.0
+        self._shown_frames = 0
+
+    @property
+    def overhead(self) -> float:
+        """See the class."""
+        return self._own_seconds / self._shown_frames if self._shown_frames else math.nan
 
     def rows(self, progress: Callable[[int], None] | None = None) -> Iterator[dict[str, Any]]:
         """Perform what is left; give the index's row of every run as it is finished.
@@ -103,7 +111,7 @@ class Execution:
         jobs = 1 if self.experiment.timing else self.jobs or os.cpu_count() or 1
         written = time.monotonic()
         try:
-            for _, outcome in execute(self.units, self.folder, jobs, progress):
+            for unit, outcome in execute(self.units, self.folder, jobs, progress):
                 if isinstance(outcome, ResultsError):
                     raise outcome
                 if isinstance(outcome, SequenceError):
@@ -111,7 +119,9 @@ class Execution:
                     continue
                 if isinstance(outcome, Exception):
                     raise outcome
-                self.overheads.append(outcome.overhead)
+                if math.isfinite(outcome.overhead):
+                    self._own_seconds += outcome.overhead * unit.work
+                    self._shown_frames += unit.work
                 index |= {row["path"]: row for row in outcome.rows}
                 yield from outcome.rows
                 if time.monotonic() - written > _INDEX_SECONDS:
