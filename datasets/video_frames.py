@@ -93,14 +93,12 @@ class VideoFrames:
                 if packet.size and not packet.is_discard
             ]
         times = [time for time, _ in packets if time is not None]
-        keys = sorted(time for time, is_key in packets if is_key and time is not None)
-        guessed = len(set(times)) < len(packets) or (reordered and times == sorted(times))
-        if guessed or not keys:
+        keys = [time for time, is_key in packets if is_key and time is not None]
+        if len(set(times)) < len(packets) or (reordered and times == sorted(times)):
             self._count = sum(1 for _ in self._decode(0))
             return
-        # A cut may leave frames before the first key frame: nothing to decode them from.
-        self._times = sorted(time for time in times if time >= keys[0])
-        self._keys = [bisect_left(self._times, time) for time in keys]
+        self._times = sorted(times)
+        self._keys = sorted({0, *(bisect_left(self._times, time) for time in keys)})
         self._count = len(self._times)
 
     def _start(self, key: int) -> None:
@@ -123,7 +121,7 @@ class VideoFrames:
         with av.open(self._file) as container:
             stream = container.streams.video[0]
             stream.thread_type = "NONE"
-            # Without this the decoder conceals damage with pixels of its own.
+            # Else frames that refer to a damaged one, but are shown before it, come as if whole.
             stream.codec_context.options = {"err_detect": "explode"}
             if key:
                 container.seek(self._times[key], stream=stream)
@@ -131,7 +129,7 @@ class VideoFrames:
             for decoded in container.decode(stream):
                 if self._times and decoded.pts != self._times[expected]:
                     if expected == key:
-                        continue  # shown before the key frame, so perhaps lacking what it needs
+                        continue  # a seek may land early
                     raise _DecodeError("it is missing")
                 if decoded.is_corrupt:
                     raise _DecodeError("it is damaged")

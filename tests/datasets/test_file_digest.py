@@ -49,6 +49,13 @@ def test_a_second_time_reads_no_file(files, reads):
     assert len(reads) == 3
 
 
+def test_what_is_known_of_other_files_is_kept(files, reads):
+    file_digests(files[:1])
+    file_digests(files[:2])
+    file_digests(files[:1])
+    assert reads == ["1.bin", "2.bin"]
+
+
 def test_other_bytes_of_the_same_size_are_noticed(files):
     before = file_digests(files)
     files[1].write_bytes(b"x" * 100)

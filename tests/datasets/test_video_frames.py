@@ -74,6 +74,37 @@ def test_reading_in_order_opens_the_file_twice_and_a_jump_decodes_from_a_key_fra
     assert 1 <= len(decoded) <= 12
 
 
+def test_a_seek_that_lands_early_costs_no_second_one(tmp_path, write_video, monkeypatch):
+    path = write_video(tmp_path / "clip.mkv")
+    expected = decoded_in_order(path)
+    opened = []
+
+    class Early:
+        """A container that goes to its start whatever it is asked for."""
+
+        def __init__(self, path):
+            opened.append(path)
+            self.container = open_(path)
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *error):
+            self.container.close()
+
+        def __getattr__(self, name):
+            return getattr(self.container, name)
+
+        def seek(self, time, stream):
+            self.container.seek(0, stream=stream)
+
+    open_ = av.open
+    frames = VideoFrames(path)
+    monkeypatch.setattr(av, "open", Early)
+    np.testing.assert_array_equal(frames[30], expected[30])
+    assert len(opened) == 1
+
+
 @pytest.mark.parametrize("video", sorted(KINDS.keys() - {"no-times.avi"}), indirect=True)
 def test_opening_decodes_no_frame(video, monkeypatch):
     monkeypatch.setattr(VideoFrames, "_decode", lambda *args: pytest.fail("decoded"))
@@ -135,6 +166,58 @@ def test_no_frame_after_a_damaged_one_is_made_up(damaged):
     frames = VideoFrames(path)
     with pytest.raises(SequenceError, match="frame 21 can't be decoded"):
         frames[21]
+
+
+@pytest.mark.parametrize("b_frames", [0, 2])
+@pytest.mark.parametrize("hit", [18, 19, 20])
+@pytest.mark.parametrize("filling", [b"\0", b"\xff", b"\x5a"])
+def test_no_frame_is_silently_wrong(tmp_path, write_video, b_frames, hit, filling):
+    path = write_video(tmp_path / "clip.avi", "mpeg4", b_frames=b_frames)
+    expected = decoded_in_order(path)
+    with av.open(path) as container:
+        places = [(packet.pos, packet.size) for packet in container.demux(video=0)]
+    start, size = places[hit]
+    data = bytearray(path.read_bytes())
+    data[start + size // 2 : start + size] = filling * (size - size // 2)
+    path.write_bytes(data)
+    frames = VideoFrames(path)
+    refused = 0
+    for i in range(40):
+        try:
+            image = frames[i]
+        except SequenceError:
+            refused += 1
+        else:
+            np.testing.assert_array_equal(image, expected[i], err_msg=f"frame {i}")
+    assert 0 < refused < 20
+
+
+@pytest.mark.parametrize("hit", [21, 24, 35])
+def test_a_damaged_file_that_must_be_counted_by_decoding_is_refused(tmp_path, write_video, hit):
+    path = write_video(tmp_path / "no-times.avi")
+    with av.open(path) as container:
+        start, size = [(packet.pos, packet.size) for packet in container.demux(video=0)][hit]
+    data = bytearray(path.read_bytes())
+    data[start + size // 2 : start + size] = b"\xff" * (size - size // 2)
+    path.write_bytes(data)
+    with pytest.raises(SequenceError, match=r"no-times\.avi: this can't be read as video"):
+        VideoFrames(path)
+
+
+def test_a_file_that_begins_between_key_frames_is_read_from_the_next(tmp_path, write_video):
+    whole = write_video(tmp_path / "whole.mkv", b_frames=0)
+    expected = decoded_in_order(whole)
+    with av.open(whole) as source, av.open(tmp_path / "cut.mkv", "w") as target:
+        stream = target.add_stream_from_template(source.streams.video[0])
+        for i, packet in enumerate(source.demux(video=0)):
+            if i >= 5 and packet.size:
+                packet.stream = stream
+                target.mux(packet)
+    frames = VideoFrames(tmp_path / "cut.mkv")
+    assert len(frames) == 35
+    with pytest.raises(SequenceError, match="frame 2 can't be decoded"):
+        frames[2]
+    np.testing.assert_array_equal(frames[34], expected[39])
 
 
 def test_a_file_cut_short_has_the_frames_that_are_left(tmp_path, write_video):

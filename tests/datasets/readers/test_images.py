@@ -63,7 +63,7 @@ def test_opening_reads_no_image(folder, monkeypatch):
 
 class TestFingerprint:
     @pytest.fixture(autouse=True)
-    def truth(self, folder):
+    def own_truth(self, folder):
         (folder / "truth.csv").write_text(TRUTH)
 
     def test_it_is_the_same_for_the_same_data_wherever_they_lie(self, folder, tmp_path):
@@ -79,7 +79,7 @@ class TestFingerprint:
     def test_another_way_to_write_the_same_truth_leaves_it(self, folder):
         before = datasets.load(folder).fingerprint
         (folder / "truth.csv").write_text(
-            "# by me\nframe,x,y,width,height\n0,1.0,2.0,3,4\n1,,,,\n2,5,6,7,8\n"
+            "# by me\nframe,x,y,width,height\n0,1.0,2.0,3,4\n1,,,,\n2,5,6.00,7,8\n"
         )
         assert datasets.load(folder).fingerprint == before
 
@@ -95,6 +95,12 @@ class TestFingerprint:
         before = datasets.load(folder).fingerprint
         (folder / "truth.csv").write_text(truth)
         assert datasets.load(folder).fingerprint != before
+
+    def test_a_zero_has_no_sign(self, folder):
+        (folder / "truth.csv").write_text("frame,x,y,width,height\n0,0,2,3,4\n")
+        before = datasets.load(folder).fingerprint
+        (folder / "truth.csv").write_text("frame,x,y,width,height\n0,-0.0,2,3,4\n")
+        assert datasets.load(folder).fingerprint == before
 
     def test_one_changed_byte_changes_it(self, folder):
         before = datasets.load(folder).fingerprint

@@ -92,6 +92,12 @@ def test_attributes_hold_for_every_frame(write_otb, tmp_path):
     assert all(flags.tolist() == [True] * 3 for flags in sequence.attributes.values())
 
 
+def test_attributes_belong_to_the_fingerprint(write_otb, tmp_path):
+    before = datasets.load(write_otb(tmp_path / "Dog", rows(","), attrs="SV")).fingerprint
+    (tmp_path / "Dog" / "attrs.txt").write_text("SV, FM")
+    assert datasets.load(tmp_path / "Dog").fingerprint != before
+
+
 def test_frames_are_known_by_their_files(write_otb, tmp_path):
     assert datasets.load(write_otb(tmp_path / "Dog", rows(","))).frame_name(2) == "0003.jpg"
 
@@ -108,6 +114,8 @@ def test_the_truth_of_david_begins_with_its_300th_image(write_otb, tmp_path):
     sequence = datasets.load(folder)
     assert [sequence.frame_name(i) for i in range(3)] == ["0300.jpg", "0301.jpg", "0302.jpg"]
     assert sequence.images_beyond_truth == 2
+    whole = datasets.load(write_otb(tmp_path / "just" / "David", rows(","), n=302))
+    assert (whole.frame_name(0), whole.images_beyond_truth) == ("0300.jpg", 0)
     cut = datasets.load(write_otb(tmp_path / "cut" / "David", rows(","), n=4))
     assert cut.frame_name(0) == "0001.jpg"
 
