@@ -1,6 +1,6 @@
 """Pluggable single-object trackers: a file here is a tracker, a folder holds shared parts."""
 
-from trackers.base.catalogue import Specification, create, describe, names, resolve
+from trackers.base.catalogue import Specification, create, describe, names, resolve, summary
 from trackers.base.interface import Box, Estimate, Image, Mask, Randomness, Tracker, TrackerPlugin
 from trackers.base.parameters import Parameters, TrackerError
 
@@ -19,4 +19,5 @@ __all__ = [
     "describe",
     "names",
     "resolve",
+    "summary",
 ]

@@ -16,7 +16,7 @@ import numpy as np
 from trackers.base.interface import Randomness, Tracker, TrackerPlugin
 from trackers.base.parameters import Parameters, TrackerError, unknown
 
-__all__ = ["Specification", "create", "describe", "names", "resolve"]
+__all__ = ["Specification", "create", "describe", "names", "resolve", "summary"]
 
 FOLDER = Path(__file__).parents[1]
 ENTRY_POINTS = "trackmark.trackers"
@@ -163,25 +163,26 @@ def _type_text(annotation: Any) -> str:
 @cache
 def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
     """Class and file of a tracker."""
-    path, separator, class_name = name.partition(".py:")
-    if separator:
-        return _load_file(Path(f"{path}.py"), class_name)
-    file = FOLDER / f"{name.replace('-', '_')}.py"
-    if name == _name(file) and file.is_file() and file.stem != "__init__":
-        try:
+    try:
+        path, separator, class_name = name.partition(".py:")
+        if separator:
+            return _load_file(Path(f"{path}.py"), class_name)
+        file = FOLDER / f"{name.replace('-', '_')}.py"
+        entries = tuple(metadata.entry_points(group=ENTRY_POINTS, name=name))
+        own = name == _name(file) and file.is_file() and file.stem != "__init__"
+        if own + len(entries) > 1:
+            owners = ["trackmark"] * own + [entry.value for entry in entries]
+            raise TrackerError(f"tracker {name!r} is offered more than once: {', '.join(owners)}.")
+        if own:
             module = importlib.import_module(f"trackers.{file.stem}")
-        except ImportError as error:
-            raise TrackerError(f"tracker {name!r} can't be used here: {error}") from error
-        (exported,) = module.__all__
-        return _checked(getattr(module, exported), name), file
-    entries = tuple(metadata.entry_points(group=ENTRY_POINTS, name=name))
-    if len(entries) > 1:
-        owners = ", ".join(entry.value for entry in entries)
-        raise TrackerError(f"tracker {name!r} is offered more than once: {owners}.")
-    if not entries:
-        raise unknown("tracker", name, names())
-    plugin = _checked(entries[0].load(), name)
-    return plugin, Path(str(sys.modules[plugin.__module__].__file__))
+            (exported,) = module.__all__
+            return _checked(getattr(module, exported), name), file
+        if entries:
+            plugin = _checked(entries[0].load(), name)
+            return plugin, Path(str(sys.modules[plugin.__module__].__file__))
+    except ImportError as error:
+        raise TrackerError(f"tracker {name!r} can't be used here: {error}") from error
+    raise unknown("tracker", name, names())
 
 
 def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:

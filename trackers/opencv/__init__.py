@@ -1,0 +1,1 @@
+"""OpenCV's own trackers, brought to our interface."""

@@ -1,0 +1,129 @@
+"""One adapter for all of OpenCV's trackers."""
+
+import ctypes
+from collections.abc import Callable
+from math import floor
+from typing import Any, ClassVar
+
+import cv2
+import numpy as np
+
+from trackers.base.interface import Box, Estimate, Image, Mask, Randomness, TrackerPlugin
+from trackers.base.parameters import TrackerError
+
+__all__ = ["OpenCVTracker", "factory", "pixel_rectangle"]
+
+
+def factory(name: str) -> Callable[..., Any]:
+    """OpenCV's function that makes a tracker: `cv2.Tracker<name>_create`, or `cv2.legacy`'s.
+
+    Raises
+    ------
+    ImportError
+        Where the installed OpenCV has neither.
+    """
+    for module in (cv2, getattr(cv2, "legacy", None)):
+        create = getattr(module, f"Tracker{name}_create", None)
+        if create is not None:
+            return create  # type: ignore[no-any-return]  # OpenCV's stubs know only some of them
+    raise ImportError(
+        f"the installed OpenCV {cv2.__version__} has no Tracker{name}; "
+        "install opencv-contrib-python-headless in place of opencv-python-headless."
+    )
+
+
+def pixel_rectangle(box: Box, image: Image) -> tuple[int, int, int, int]:
+    """Pixels of the image that a box covers, its edges rounded: x, y, width, height.
+
+    At least one pixel a side.
+
+    Raises
+    ------
+    TrackerError
+        Where the box lies outside the image.
+    """
+    height, width = image.shape[:2]
+    x, y = box[0], box[1]
+    right, bottom = x + box[2], y + box[3]
+    if x >= width or y >= height or right <= 0 or bottom <= 0:
+        raise TrackerError(
+            f"the first box {np.round(box, 1).tolist()} lies outside the image "
+            f"of {width} x {height} pixels."
+        )
+    left, columns = _pixels(x, right, width)
+    top, rows = _pixels(y, bottom, height)
+    return left, top, columns, rows
+
+
+def _pixels(start: float, end: float, n_pixels: int) -> tuple[int, int]:
+    """First pixel of an axis between two edges, and their number."""
+    first = min(max(floor(start + 0.5), 0), n_pixels - 1)
+    return first, min(max(floor(end + 0.5), first + 1), n_pixels) - first
+
+
+class OpenCVTracker(TrackerPlugin):
+    """A tracker of OpenCV's behind our interface.
+
+    It is handed the first box as whole pixels inside the image. Where it says that it lost
+    the target, or returns a box without area, the estimate is the last good box and not
+    visible.
+
+    Attributes
+    ----------
+    create_tracker : callable
+        Makes OpenCV's object; see `factory`.
+    smallest_side : int
+        Least width and height of the first box, in pixels: below it OpenCV's `init` fails
+        or never returns (found by experiment with OpenCV 4.14 and 5.0).
+    """
+
+    create_tracker: ClassVar[Callable[..., Any]]
+    smallest_side: ClassVar[int] = 1
+
+    def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
+        """See `Tracker.init`.
+
+        Raises
+        ------
+        TrackerError
+            For a box outside the image, too small or otherwise refused by OpenCV.
+        """
+        rectangle = pixel_rectangle(box, image)
+        if min(rectangle[2:]) < self.smallest_side:
+            raise TrackerError(
+                f"{type(self).__name__} needs a first box of at least {self.smallest_side} x "
+                f"{self.smallest_side} pixels inside the image, not "
+                f"{rectangle[2]} x {rectangle[3]}."
+            )
+        self._tracker = self._make()
+        try:
+            if self.randomness is Randomness.PROCESS:
+                self._seed_process()
+            self._tracker.init(image, rectangle)
+            if self.randomness is Randomness.PROCESS:
+                # Boosting's init seeds the process itself, always alike.
+                self._seed_process()
+        except cv2.error as error:
+            raise TrackerError(
+                f"OpenCV's {type(self).__name__} refuses the first box {rectangle} in an image "
+                f"of {image.shape[1]} x {image.shape[0]} pixels: {error.err}"
+            ) from error
+        self._box = np.array(box, dtype=np.float64)
+
+    def update(self, image: Image) -> Estimate:
+        """See `Tracker.update`."""
+        found, rectangle = self._tracker.update(image)
+        box = np.array(rectangle, dtype=np.float64)
+        good = bool(found and np.isfinite(box).all() and (box[2:] > 0).all())
+        if good:
+            self._box = box
+        return Estimate(self._box.copy(), visible=good)
+
+    def _make(self) -> Any:
+        return type(self).create_tracker()
+
+    def _seed_process(self) -> None:
+        """Seed both generators that OpenCV's trackers draw from: libc's `rand` and its own."""
+        libc_seed, opencv_seed = self.seed.generate_state(2).tolist()
+        ctypes.CDLL(None).srand(ctypes.c_uint(libc_seed))
+        cv2.setRNGSeed(opencv_seed >> 1)  # takes a signed 32-bit integer

@@ -1,0 +1,66 @@
+"""OpenCV's MIL: boosting over bags of instances."""
+
+from typing import Any
+
+import cv2
+from pydantic import Field
+
+from trackers.base.interface import Randomness
+from trackers.base.parameters import Parameters
+from trackers.opencv.adapter import OpenCVTracker, factory
+
+__all__ = ["MIL"]
+
+
+class MILParameters(Parameters):
+    """Parameters of `MIL`, with OpenCV's defaults."""
+
+    initial_radius: float = Field(
+        3.0, gt=0, description="radius of the positive bag in the first frame [pixels]"
+    )
+    initial_negatives: int = Field(
+        65, ge=1, description="negative samples in the first frame [count]"
+    )
+    search_window: float = Field(
+        25.0, gt=0, description="radius around the last place that is searched [pixels]"
+    )
+    track_radius: float = Field(
+        4.0, gt=0, description="radius of the positive bag while tracking [pixels]"
+    )
+    track_positives: int = Field(
+        100_000, ge=1, description="most positive samples while tracking [count]"
+    )
+    track_negatives: int = Field(65, ge=1, description="negative samples while tracking [count]")
+    features: int = Field(250, ge=1, description="Haar features to choose from [count]")
+
+
+class MIL(OpenCVTracker):
+    """OpenCV's MIL: boosting over bags of instances.
+
+    A classifier learnt from bags of patches around the last place, so that a box that is
+    slightly off does no harm. It keeps the first size and never says that it lost the target.
+
+    Its features are drawn when it is initialised, from libc's `rand` and from OpenCV's own
+    generator, both of them state of the process.
+    """
+
+    paper = (
+        "B. Babenko, M.-H. Yang, S. Belongie, Visual tracking with online multiple instance "
+        "learning, CVPR 2009"
+    )
+    randomness = Randomness.PROCESS
+    Parameters = MILParameters
+    create_tracker = factory("MIL")
+    smallest_side = 5
+
+    def _make(self) -> Any:
+        settings = self.parameters
+        parameters = cv2.TrackerMIL_Params()  # type: ignore[attr-defined]  # not in OpenCV's stubs
+        parameters.samplerInitInRadius = settings.initial_radius
+        parameters.samplerInitMaxNegNum = settings.initial_negatives
+        parameters.samplerSearchWinSize = settings.search_window
+        parameters.samplerTrackInRadius = settings.track_radius
+        parameters.samplerTrackMaxPosNum = settings.track_positives
+        parameters.samplerTrackMaxNegNum = settings.track_negatives
+        parameters.featureSetNumFeatures = settings.features
+        return type(self).create_tracker(parameters)
