@@ -1,0 +1,80 @@
+"""What the pages show works as shown."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import bench
+import datasets
+import trackers
+from bench.experiment import read_experiment
+from bench.plan import make_plan
+from bench.results import Results
+
+ROOT = Path(__file__).parents[1]
+PAGES = sorted(ROOT.glob("*.md"))
+
+
+def blocks(page, language):
+    return re.findall(rf"```{language}\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_file_that_a_page_links_or_shows_is_there(page):
+    for target in re.findall(r"\]\(([^)#]+)\)", page.read_text()):
+        assert target.startswith("http") or (ROOT / target).is_file(), target
+
+
+def test_the_tracker_of_the_recipe_runs(tmp_path):
+    file = tmp_path / "nearest_colour.py"
+    file.write_text(next(block for block in blocks("CONTRIBUTING.md", "python") if "init" in block))
+    name = f"{file}:NearestColour"
+    run = bench.evaluate(f"{name}:preset=far", "samples/bow-tie")
+    assert run.status == "finished", run.failure
+    assert (run.details["distance"][1:] >= 0).all()
+    about = trackers.describe(name)
+    assert about["parameters"][0]["meaning"].endswith("[pixels]")
+
+
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])
+def test_the_experiments_shown_can_be_planned(page, tmp_path):
+    for number, block in enumerate(blocks(page, "toml")):
+        tomllib.loads(block)
+        file = tmp_path / f"shown{number}.toml"
+        file.write_text(block)
+        assert make_plan(read_experiment(file), Results(tmp_path / "none")).cells
+
+
+def test_the_python_of_the_readme_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    bench.run(
+        bench.Experiment("adhoc", ("static",), (bench.experiment.SequenceSource("samples/face"),))
+    )
+    (code,) = blocks("README.md", "python")
+    exec(code, {"my_boxes": datasets.load("samples/face").boxes})
+
+
+def test_every_tracker_and_built_in_sequence_is_in_the_readme():
+    text = (ROOT / "README.md").read_text()
+    for name in trackers.names():
+        short = name.removeprefix("opencv")
+        assert f"`{name}`" in text or f"`{short}`" in text, name
+    for name in datasets.names():
+        assert f"`{name}`" in text, name
+
+
+def test_every_command_of_the_pages_exists():
+    known = {file.stem for file in (ROOT / "bench" / "commands").glob("[!_]*.py")}
+    for page in PAGES:
+        code = "\n".join(re.findall(r"```.*?```|`[^`\n]+`", page.read_text(), re.DOTALL))
+        shown = re.findall(r"(?:^|`|/)trackmark ([a-z-]+)", code, re.MULTILINE)
+        assert set(shown) <= known, page.name
+
+
+def test_every_make_goal_of_the_pages_exists():
+    goals = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    for page in PAGES:
+        shown = re.findall(r"`make ([a-z-]+)|^make ([a-z-]+)", page.read_text(), re.MULTILINE)
+        assert {a or b for a, b in shown} <= goals
