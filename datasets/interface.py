@@ -62,6 +62,14 @@ class Sequence:
     truth_source : str
         File or generator that the truth comes from, for messages.
 
+    Attributes
+    ----------
+    frames : Frames
+        All images, those beyond the last truth row too; indexing the sequence gives only
+        its own.
+    images_beyond_truth : int
+        Number of the others.
+
     Raises
     ------
     SequenceError
@@ -86,7 +94,7 @@ class Sequence:
         self.name = name
         self.fps = fps
         self.truth_source = truth_source or name
-        self._frames = frames
+        self.frames = frames
         self._masks = masks
         self._frame_names = frame_names
         self._fingerprint = fingerprint
@@ -136,7 +144,7 @@ class Sequence:
         frame = index + len(self) if index < 0 else index
         if not 0 <= frame < len(self):
             raise IndexError(f"{self.name}: no frame {index}; there are {len(self)}.")
-        image = self._frames[frame]
+        image = self.frames[frame]
         image.flags.writeable = False
         return image
 
@@ -214,7 +222,7 @@ class Sequence:
         masks = self._masks
         return Sequence(
             f"{self.name}[{chosen.start}:{chosen.stop}:{chosen.step}]",
-            _Chosen(self._frames, chosen),
+            _Chosen(self.frames, chosen),
             self.boxes[numbers],
             fingerprint=lambda: f"{self.fingerprint}[{chosen.start}:{chosen.stop}:{chosen.step}]",
             regions={key: value[numbers] for key, value in self.regions.items()},

@@ -71,7 +71,8 @@ def command(
     target = output or (video / "truth.csv" if video.is_dir() else video.with_suffix(".csv"))
     if target.exists() and not force:
         raise ExperimentError(f"{target} is there already; --force replaces it.")
-    n = len(sequence) + sequence.images_beyond_truth
+    # A truth file that is there already must not hide the images that follow its last row.
+    n = len(sequence.frames)
     truth = interpolate(marked, n, [_stretch(text) for text in absent])
     comments = [
         f"Truth of {video.name}, {n} frames. Boxes marked by hand on {len(marked)} key frames,",
@@ -80,7 +81,7 @@ def command(
     ]
     try:
         truth_file.write(target, truth, comments)
-        strip = _check_strip(sequence, truth, target.with_suffix(".png"))
+        strip = _check_strip(sequence, truth, _strip_path(video, target))
     except OSError as error:
         raise ExperimentError(f"{target}: {error.strerror}. Choose another --output.") from error
     sources = list(truth.sources or ())
@@ -107,7 +108,14 @@ def _check_strip(sequence: Any, truth: Any, path: Path) -> Path:
         int(with_box[position]) for position in evenly_spaced(0, len(with_box) - 1, STRIP_FRAMES)
     ]
     title = f"{path.stem}: look whether every box fits"
-    return write_film_strip(path, film_strip(sequence.__getitem__, numbers, boxes, title, 6))
+    return write_film_strip(path, film_strip(sequence.frames.__getitem__, numbers, boxes, title, 6))
+
+
+def _strip_path(video: Path, target: Path) -> Path:
+    """Beside the truth file, but never among the images, where it would be one of them."""
+    if target.resolve().parent == video.resolve():
+        return video.resolve().with_name(f"{video.resolve().name}-check.png")
+    return target.with_name(f"{target.stem}-check.png")
 
 
 def _stretch(text: str) -> tuple[int, int]:

@@ -101,7 +101,7 @@ def test_lock_step_gives_every_tracker_the_boxes_that_it_has_alone(make_sequence
 
 def test_a_frame_is_fetched_once_for_all_trackers(make_sequence):
     sequence = make_sequence(n=6)
-    frames = sequence._frames
+    frames = sequence.frames
     sequence.check_runnable()
     frames.asked.clear()
     run_in_lock_step([(contestant(Walker), r) for r in range(4)], sequence)

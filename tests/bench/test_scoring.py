@@ -85,7 +85,7 @@ def test_a_timing_run_is_warmed_up_by_another_instance_and_gives_the_same_boxes(
 
 def test_only_the_update_is_timed(make_sequence):
     sequence = make_sequence(n=8)
-    slow = sequence._frames
+    slow = sequence.frames
     original = type(slow).__getitem__
 
     class SlowFrames(type(slow)):

@@ -98,4 +98,4 @@ def test_the_fingerprint_tells_every_knob_apart_and_renders_nothing(target):
     sequences = [target(**base), *(target(**{**base, key: v}) for key, v in others.items())]
     assert len({sequence.fingerprint for sequence in sequences}) == len(sequences)
     assert target(**base).fingerprint == sequences[0].fingerprint
-    assert all("_ground" not in vars(sequence._frames) for sequence in sequences)
+    assert all("_ground" not in vars(sequence.frames) for sequence in sequences)

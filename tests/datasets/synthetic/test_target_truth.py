@@ -38,7 +38,7 @@ def corners(mask):
 @given(knobs=knobs())
 def test_the_mask_fills_the_box_and_its_area_is_the_visibility(target, knobs):
     sequence = target(**knobs)
-    area_of_unit = np.pi if sequence._frames.motion.power == 2 else 3.7081493546
+    area_of_unit = np.pi if sequence.frames.motion.power == 2 else 3.7081493546
     for frame in range(0, len(sequence), 3):
         mask, box = sequence.mask(frame), sequence.boxes[frame]
         assert mask.shape == (96, 128)
@@ -155,7 +155,7 @@ def test_loading_a_long_sequence_renders_nothing_and_costs_only_its_truth(target
         short[frame]
     rendered = (thread_time() - loaded) / 50
     assert len(sequence) == 100_000
-    assert "_ground" not in vars(sequence._frames)
+    assert "_ground" not in vars(sequence.frames)
     assert loaded - start < 5_000 * rendered  # of 100 000 frames; about 60 measured
     tracemalloc.start()
     target(**knobs)

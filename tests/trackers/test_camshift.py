@@ -1,0 +1,245 @@
+"""CamShift against the paper's equations, OpenCV's CamShift and what must hold of any."""
+
+from math import sqrt
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import trackers
+from trackers.base.parameters import TrackerError
+
+# In the middle of a hue bin each, so that sensor noise moves no pixel to the next.
+RED, BLUE, GREEN = (20, 72, 200), (200, 56, 30), (60, 180, 40)
+
+
+def scene(centre, size=(24, 36), height=120, width=160):
+    """A red and blue target on green; `centre` and `size` in whole or half pixels."""
+    image = np.full((height, width, 3), GREEN, np.uint8)
+    left, top = round(centre[0] - size[0] / 2), round(centre[1] - size[1] / 2)
+    rows = slice(max(top, 0), max(top + size[1], 0))
+    columns = slice(max(left, 0), max(left + size[0], 0))
+    image[rows, columns] = RED
+    image[max(top + size[1] // 2, 0) : rows.stop, columns] = BLUE
+    return image, np.array([left, top, *size], float)
+
+
+def track(images, box, **parameters):
+    tracker = trackers.create("camshift", **parameters)
+    tracker.init(images[0], np.asarray(box, float))
+    return [tracker.update(image) for image in images[1:]]
+
+
+def clean_sequence(n_frames=25):
+    """Smooth motion of a target on ground of another hue, with sensor noise."""
+    rng = np.random.default_rng(1)
+    images, boxes = [], []
+    for frame in range(n_frames):
+        image, box = scene((60 + 30 * np.sin(frame / 6), 60 + 15 * np.cos(frame / 5)))
+        noise = rng.normal(0, 4, image.shape)
+        images.append(np.clip(image + noise, 0, 255).astype(np.uint8))
+        boxes.append(box)
+    return images, np.array(boxes)
+
+
+def test_a_fixed_window_follows_a_clean_target_with_the_boxs_own_size():
+    images, boxes = clean_sequence()
+    found = np.array([estimate.box for estimate in track(images, boxes[0])])
+    assert np.abs(found[:, :2] - boxes[1:, :2]).max() < 2
+    np.testing.assert_array_equal(found[:, 2:], boxes[1:, 2:])
+
+
+def test_a_box_between_pixels_keeps_its_own_size():
+    image, _ = scene((60, 60))
+    (estimate,) = track([image, image], [48.3, 41.8, 23.6, 36.4])
+    assert estimate.box[2:].tolist() == [23.6, 36.4]
+    assert estimate.box[:2] + estimate.box[2:] / 2 == pytest.approx([60, 60], abs=0.5)
+
+
+def test_the_centre_is_the_centroid_of_the_back_projection():
+    # Of the red block that is two thirds of the target's colours, and of half its rows.
+    template = np.full((40, 40, 3), GREEN, np.uint8)
+    template[10:14, 10:16] = RED  # 24 pixels
+    template[14:16, 10:16] = BLUE  # 12 pixels: they weigh half
+    moved = np.full((40, 40, 3), GREEN, np.uint8)
+    moved[11, 12] = RED
+    moved[13, 15] = BLUE
+    (estimate,) = track([template, moved], [10, 10, 6, 6], stop_distance=99)
+    centre = estimate.box[:2] + estimate.box[2:] / 2
+    expected = (np.array([12.5, 11.5]) + 0.5 * np.array([15.5, 13.5])) / 1.5
+    assert centre == pytest.approx(expected, abs=1e-9)
+    assert estimate.details["iterations"] == 1
+    assert estimate.details["mean_back_projection"] == pytest.approx(1.5 / 36, abs=1e-9)
+    assert estimate.confidence == estimate.details["mean_back_projection"]
+
+
+@pytest.mark.parametrize(("stop_distance", "iterations"), [(0.0, 3), (1.0, 1), (99.0, 1)])
+def test_a_step_shorter_than_the_stop_distance_is_still_taken(stop_distance, iterations):
+    images = [scene((60, 60))[0], scene((60.5 + 0.25, 60))[0]]
+    (estimate,) = track(images, [48, 42, 24, 36], stop_distance=stop_distance, max_iterations=3)
+    assert estimate.details["iterations"] == iterations
+    assert estimate.box[0] > 48  # moved all the same
+
+
+def test_bradskis_rule_sets_the_window_from_the_mass():
+    image, box = scene((60, 60))
+    (estimate,) = track([image, image], box, window="adaptive")
+    mass = 24 * 36  # both colours fill half the template: every pixel weighs 1
+    ratio = 24 / 36
+    expected = [2 * sqrt(mass * ratio), 2 * sqrt(mass / ratio)]  # 48 x 72
+    assert estimate.box[2:] == pytest.approx(expected, abs=0.5)
+    assert estimate.box[:2] + estimate.box[2:] / 2 == pytest.approx([60, 60], abs=1e-9)
+    assert estimate.confidence == 1.0
+
+
+def test_an_adaptive_window_stays_between_three_pixels_and_the_image():
+    full = np.full((50, 40, 3), RED, np.uint8)
+    estimates = track([full] * 8, [10, 10, 20, 20], window="adaptive")
+    assert estimates[-1].box.tolist() == [0, 0, 40, 50]
+    dot = np.full((50, 40, 3), GREEN, np.uint8)
+    dot[20, 20] = RED
+    (estimate,) = track([full, dot], [15, 15, 10, 10], window="adaptive")
+    assert estimate.box.tolist() == [19, 19, 3, 3]
+
+
+def test_an_adaptive_window_has_the_centre_of_opencvs():
+    """Same template, same 32 hues, same stopping rule; what differs is not the place.
+
+    OpenCV's hue has steps of 2 degrees of its own, its size comes from second moments
+    over an enlarged window where Bradski's comes from the mass, and it enlarges the
+    window for those by its own tolerance: sizes are not compared.
+    """
+    images, boxes = clean_sequence()
+    left, top, width, height = boxes[0].astype(int)
+    hsv = cv2.cvtColor(images[0], cv2.COLOR_BGR2HSV)
+    template = hsv[top : top + height, left : left + width, 0].copy()
+    counts = np.bincount(template.ravel().astype(int) * 32 // 180, minlength=32)
+    table = np.round(255 * counts / counts.max()).astype(np.uint8)
+    window = (left, top, width, height)
+    stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 10, 0.5)
+    theirs = []
+    for image in images[1:]:
+        hue = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)[..., 0].astype(int)
+        rotated, window = cv2.CamShift(table[hue * 32 // 180], window, stop)
+        # Centre of mass, pixel centres at integers.
+        theirs.append(np.array(rotated[0]) + 0.5)
+    ours = [
+        estimate.box[:2] + estimate.box[2:] / 2
+        for estimate in track(images, boxes[0], window="adaptive", stop_distance=0.5)
+    ]
+    truth = boxes[1:, :2] + boxes[1:, 2:] / 2
+    assert np.abs(np.array(ours) - truth).max() < 1
+    assert np.abs(np.array(ours) - theirs).max() < 1
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    st.integers(-20, 20),
+    st.integers(-15, 15),
+    st.sampled_from(["fixed", "adaptive"]),
+    st.integers(0, 99),
+)
+def test_moving_the_scene_by_whole_pixels_moves_the_track(dx, dy, window, seed):
+    rng = np.random.default_rng(seed)
+    pictures = []
+    for frame in range(4):  # on grey, which weighs nothing beside a target without red
+        image = np.full((120, 160, 3), GREEN, np.uint8)
+        image[45 + frame : 65 + frame, 60 + frame : 84 + frame] = rng.integers(
+            (120, 0, 0), (256, 110, 110), (20, 24, 3), dtype=np.uint8
+        )
+        pictures.append(image)
+    moved = [np.roll(image, (dy, dx), (0, 1)) for image in pictures]
+    here = track(pictures, [60, 45, 24, 20], window=window)
+    there = track(moved, [60 + dx, 45 + dy, 24, 20], window=window)
+    for one, other in zip(here, there, strict=True):
+        np.testing.assert_allclose(other.box - one.box, [dx, dy, 0, 0], atol=1e-9)
+        assert other.details == one.details
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    st.integers(0, 999),
+    st.tuples(st.floats(-10, 60), st.floats(-10, 40), st.floats(0.3, 40), st.floats(0.3, 40)),
+    st.sampled_from(["fixed", "adaptive"]),
+)
+def test_the_centre_stays_in_the_image_once_it_has_seen_the_target(seed, box, window):
+    rng = np.random.default_rng(seed)
+    images = rng.integers(0, 256, (5, 50, 70, 3), dtype=np.uint8)
+    box = np.array(box)
+    try:
+        estimates = track(list(images), box, window=window)
+    except TrackerError:  # a box that covers no pixel
+        assert (box[:2] + box[2:] < 0.5 + 1e-9).any()
+        return
+    for estimate in estimates:
+        if estimate.visible:
+            centre = estimate.box[:2] + estimate.box[2:] / 2
+            assert (centre > 0).all()
+            assert (centre < [70, 50]).all()
+        assert 0 <= estimate.confidence <= 1
+
+
+def test_a_template_half_outside_is_learnt_from_what_is_visible():
+    image = np.full((60, 60, 3), GREEN, np.uint8)
+    image[20:40, :10] = RED
+    moved = np.roll(image, 6, axis=1)
+    (estimate,) = track([image, moved], [-10, 20, 20, 20], stop_distance=0.1)
+    assert estimate.box[0] + 10 == pytest.approx(6 + 5, abs=1e-9)
+    assert estimate.visible
+
+
+def test_a_grey_target_is_the_first_hue_bin():
+    image = np.full((60, 60, 3), GREEN, np.uint8)
+    image[20:30, 20:30] = 128
+    moved = np.full((60, 60, 3), GREEN, np.uint8)
+    moved[22:32, 23:33] = (0, 0, 200)  # pure red's hue is 0 as well
+    (estimate,) = track([image, moved], [20, 20, 10, 10], stop_distance=0.1)
+    assert estimate.box.tolist() == [23, 22, 10, 10]
+
+
+def test_without_weight_the_window_stays_and_finds_a_target_that_comes_back():
+    here, box = scene((60, 60))
+    empty = np.full_like(here, GREEN)
+    gone, back = track([here, empty, here], box, window="adaptive")
+    assert not gone.visible
+    assert gone.confidence == 0
+    assert gone.box.tolist() == box.tolist()
+    assert back.visible
+    assert back.box[:2] + back.box[2:] / 2 == pytest.approx([60, 60], abs=0.5)
+
+
+def test_a_mask_hides_the_pale_and_the_dark():
+    image, box = scene((60, 60))
+    clean, _ = scene((64, 60))
+    pale = (180, 186, 200)  # red's hue, saturation 0.1
+    dark = (2, 8, 20)  # red's hue, value 0.08
+    for patch, mask in ((pale, "minimum_saturation"), (dark, "minimum_value")):
+        distracted = clean.copy()
+        distracted[60:70, 42:52] = patch
+        (plain,) = track([image, distracted], box)
+        (masked,) = track([image, distracted], box, **{mask: 0.2})
+        (expected,) = track([image, clean], box)
+        assert masked.box.tolist() == expected.box.tolist()
+        assert plain.box[0] < masked.box[0] - 0.1
+
+
+def test_a_target_without_a_usable_pixel_is_refused():
+    image, box = scene((60, 60))
+    with pytest.raises(TrackerError, match="minimum_saturation"):
+        track([image], box, minimum_saturation=0.95)
+    with pytest.raises(TrackerError, match=r"\[200.0, 10.0, 20.0, 20.0\] lies in the image"):
+        track([image], [200, 10, 20, 20])
+
+
+def test_trackers_in_lock_step_see_one_frame_and_get_their_own_boxes():
+    images, boxes = clean_sequence(8)
+    variants = [{}, {"window": "adaptive"}, {"hue_bins": 16}, {"minimum_value": 0.3}]
+    alone = [[e.box for e in track(images, boxes[0], **variant)] for variant in variants]
+    together = [trackers.create("camshift", **variant) for variant in variants]
+    shared = [trackers.base.sharing.SharedFrame(image) for image in images]
+    for tracker in together:
+        tracker.init_shared(shared[0], boxes[0])
+    found = [[tracker.update_shared(frame).box for tracker in together] for frame in shared[1:]]
+    np.testing.assert_array_equal(np.swapaxes(found, 0, 1), alone)

@@ -1,0 +1,204 @@
+"""The hue kernels against the paper's equations written out slowly."""
+
+import colorsys
+from fractions import Fraction
+from math import floor
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from trackers.back_projection.hue import (
+    HueBins,
+    bin_counts,
+    first_pixel,
+    hue_bin,
+    mean_shift,
+    moments,
+    saturation_bin,
+    unvisited_hues,
+)
+from trackers.base.sharing import SharedFrame
+
+byte = st.integers(0, 255)
+colour = st.tuples(byte, byte, byte)
+bins = st.integers(1, 254)
+
+
+def exact_hue(blue, green, red):
+    """MATLAB's `rgb2hsv` hue in [0, 1), as a fraction; grey is 0."""
+    largest, smallest = max(blue, green, red), min(blue, green, red)
+    if largest == smallest:
+        return Fraction(0)
+    spread = largest - smallest
+    if red == largest:
+        hue = Fraction(green - blue, spread)
+    elif green == largest:
+        hue = 2 + Fraction(blue - red, spread)
+    else:
+        hue = 4 + Fraction(red - green, spread)
+    return hue / 6 % 1
+
+
+@given(colour, bins)
+@example((0, 0, 255), 32)
+@example((1, 0, 255), 32)  # just below red: the last bin
+@example((255, 255, 0), 12)
+def test_the_hue_bin_is_the_exact_fractions(bgr, n_bins):
+    pixel = tuple(np.uint8(value) for value in bgr)  # as an image hands them over
+    assert hue_bin(*pixel, n_bins) == floor(n_bins * exact_hue(*bgr))
+
+
+@given(colour)
+def test_the_exact_hue_is_that_of_the_standard_library(bgr):
+    blue, green, red = bgr
+    assert float(exact_hue(*bgr)) == pytest.approx(
+        colorsys.rgb_to_hsv(red / 255, green / 255, blue / 255)[0], abs=1e-9
+    )
+
+
+@given(colour, bins)
+@example((0, 0, 0), 32)
+@example((0, 0, 1), 32)
+@example((5, 10, 10), 32)
+def test_the_saturation_bin_is_the_exact_fractions(bgr, n_bins):
+    pixel = tuple(np.uint8(value) for value in bgr)
+    largest = max(bgr)
+    saturation = Fraction(largest - min(bgr), largest) if largest else 0
+    assert saturation_bin(*pixel, n_bins) == min(floor(n_bins * saturation), n_bins - 1)
+
+
+# From here on images of few colours, small enough for loops in Python.
+
+
+def picture(seed, height=17, width=23):
+    return np.random.default_rng(seed).integers(0, 256, (height, width, 3), dtype=np.uint8)
+
+
+def slow_bins(image, n_bins, minimum_saturation, minimum_value):
+    found = np.empty(image.shape[:2], int)
+    for row, column in np.ndindex(found.shape):
+        bgr = [int(value) for value in image[row, column]]
+        largest, spread = max(bgr), max(bgr) - min(bgr)
+        saturation = spread / largest if largest else 0.0
+        masked = saturation < minimum_saturation or largest / 255 < minimum_value
+        found[row, column] = n_bins if masked else floor(n_bins * exact_hue(*bgr))
+    return found
+
+
+def slow_moments(weight_of_pixel, left, top, width, height):
+    total = np.zeros(3)
+    for row, column in np.ndindex(weight_of_pixel.shape):
+        if left <= column < left + width and top <= row < top + height:
+            total += weight_of_pixel[row, column] * np.array([1, column, row])
+    return total
+
+
+window = st.tuples(st.integers(-8, 25), st.integers(-8, 20), st.integers(1, 30), st.integers(1, 30))
+
+
+@given(st.integers(0, 99), st.integers(1, 254), window)
+def test_template_counts_are_those_of_the_visible_window(seed, n_bins, window):
+    image = picture(seed)
+    left, top, width, height = window
+    expected = np.zeros(n_bins + 1, int)
+    for (row, column), found in np.ndenumerate(slow_bins(image, n_bins, 0, 0)):
+        if left <= column < left + width and top <= row < top + height:
+            expected[found] += 1
+    np.testing.assert_array_equal(bin_counts(hues_of(image, n_bins), *window), expected)
+
+
+@given(st.integers(0, 99), window)
+def test_window_moments_are_the_sums_over_visible_pixels(seed, window):
+    image = picture(seed)
+    weights = np.append(np.random.default_rng(seed).integers(0, 900, 32), 0)
+    expected = slow_moments(weights[slow_bins(image, 32, 0, 0)], *window)
+    np.testing.assert_array_equal(moments(hues_of(image), weights, *window), expected)
+
+
+@given(st.integers(0, 99), st.floats(0, 1), st.floats(0, 1))
+def test_masked_pixels_weigh_nothing(seed, minimum_saturation, minimum_value):
+    image = picture(seed)
+    hues = hues_of(image, 32, minimum_saturation, minimum_value)
+    counts = bin_counts(hues, 0, 0, 23, 17)
+    expected = slow_bins(image, 32, minimum_saturation, minimum_value)
+    np.testing.assert_array_equal(hues.bins, expected)
+    np.testing.assert_array_equal(counts[:32], np.bincount(expected.ravel(), minlength=33)[:32])
+    assert counts[32] == 0
+
+
+def hues_of(image, n_bins=32, minimum_saturation=0.0, minimum_value=0.0) -> HueBins:
+    return SharedFrame(image).compute(unvisited_hues, n_bins, minimum_saturation, minimum_value)
+
+
+def test_only_visited_pixels_are_binned():
+    hues = hues_of(picture(0))
+    bin_counts(hues, 3, 4, 5, 6)
+    visited = hues.bins != 255
+    assert visited[4:10, 3:8].all()
+    assert visited.sum() == 30
+
+
+@given(st.integers(0, 99), window, window)
+def test_moments_do_not_depend_on_who_was_there_before(seed, window, before):
+    weights = np.append(np.random.default_rng(seed).integers(0, 900, 32), 0)
+    fresh, used = hues_of(picture(seed)), hues_of(picture(seed))
+    moments(used, weights, *before)
+    assert moments(used, weights, *window) == moments(fresh, weights, *window)
+
+
+@given(st.integers(-90, 90), st.integers(1, 40))
+def test_a_window_on_whole_pixels_covers_exactly_them(first, size):
+    assert first_pixel(first + size / 2, size) == first
+    assert first_pixel(first + size / 2 + 0.49, size) == first
+    assert first_pixel(first + size / 2 + 0.5, size) == first + 1
+
+
+def slow_mean_shift(projection, centre, size, stop_distance, max_iterations):
+    """Section 4 of the specification, in its own coordinates: pixel centres at integers."""
+
+    def sums(x, y):
+        left = floor(x - (size[0] - 1) / 2 + 0.5)
+        top = floor(y - (size[1] - 1) / 2 + 0.5)
+        return slow_moments(projection, left, top, *size)
+
+    x, y = centre
+    n = 0
+    while True:
+        m00, m10, m01 = sums(x, y)
+        n += 1
+        if m00 <= 1e-9:
+            break
+        step = np.hypot(m10 / m00 - x, m01 / m00 - y)
+        x, y = m10 / m00, m01 / m00
+        if step < stop_distance or n == max_iterations:
+            break
+    return x, y, n, sums(x, y)[0]
+
+
+@given(
+    st.integers(0, 999),
+    st.tuples(st.floats(-5, 28), st.floats(-5, 22)),
+    st.tuples(st.integers(1, 14), st.integers(1, 14)),
+    st.sampled_from([0.0, 0.1, 0.5, 2.0]),
+    st.integers(1, 10),
+)
+@example(0, (500.0, 400.0), (5, 5), 2.0, 10)  # nothing there: it stays
+def test_mean_shift_is_the_specifications(seed, centre, size, stop_distance, max_iterations):
+    image = picture(seed)
+    weights = np.append(np.random.default_rng(seed).integers(0, 900, 32), 0)
+    projection = weights[slow_bins(image, 32, 0, 0)] / weights.max()
+    expected = slow_mean_shift(projection, centre, size, stop_distance, max_iterations)
+    x, y, n_iterations, total = mean_shift(
+        hues_of(image),
+        weights,
+        centre[0] + 0.5,
+        centre[1] + 0.5,
+        *size,
+        stop_distance,
+        max_iterations,
+    )
+    assert (x - 0.5, y - 0.5) == pytest.approx(expected[:2], abs=1e-9)
+    assert n_iterations == expected[2]
+    assert total / weights.max() == pytest.approx(expected[3], abs=1e-9)
