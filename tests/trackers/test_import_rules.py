@@ -1,0 +1,33 @@
+"""A tracker stands on the shared parts; these know no tracker."""
+
+from pathlib import Path
+
+import grimp
+import pytest
+
+import trackers
+
+
+@pytest.fixture(scope="module")
+def imports():
+    return grimp.build_graph("trackers", cache_dir=None)
+
+
+TRACKERS = {f"trackers.{file.stem}" for file in Path(trackers.__file__).parent.glob("[!_]*.py")}
+
+
+def test_shared_parts_never_import_a_tracker(imports):
+    assert "trackers.static" in TRACKERS
+    guilty = {
+        f"{module} imports {found}"
+        for module in imports.modules - TRACKERS
+        for found in imports.find_modules_directly_imported_by(module) & TRACKERS
+    }
+    assert not guilty
+
+
+def test_every_module_of_the_package_is_seen(imports):
+    folder = Path(trackers.__file__).parent
+    files = {file.relative_to(folder.parent).with_suffix("") for file in folder.rglob("*.py")}
+    names = {".".join(file.parts).removesuffix(".__init__") for file in files}
+    assert imports.modules == names

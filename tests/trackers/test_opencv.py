@@ -1,0 +1,184 @@
+"""OpenCV's trackers behind our interface."""
+
+import ctypes
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import trackers
+from trackers.base.parameters import Parameters, TrackerError
+from trackers.opencv.adapter import OpenCVTracker, factory, pixel_rectangle
+
+
+def boxes_of(tracker, clip):
+    tracker.init(clip.images[0], clip.boxes[0])
+    return np.array([tracker.update(image).box for image in clip.images[1:]])
+
+
+class Scripted(OpenCVTracker):
+    """Says what a test wants of it."""
+
+    def _make(self):
+        return self.script
+
+
+def scripted(*answers):
+    class Script:
+        def init(self, image, rectangle):
+            self.rectangle = rectangle
+            self.left = list(answers)
+
+        def update(self, image):
+            return self.left.pop(0)
+
+    tracker = Scripted(Parameters(), np.random.SeedSequence(0))
+    tracker.script = Script()
+    return tracker
+
+
+IMAGE = np.zeros((60, 80, 3), np.uint8)
+
+
+def test_a_box_that_opencv_gives_is_taken_as_it_is():
+    tracker = scripted((True, (10, 20, 30, 40)), (True, (10.5, 20.5, 3.25, 4.0)))
+    tracker.init(IMAGE, np.array([1.0, 2.0, 10.0, 10.0]))
+    assert tracker.update(IMAGE).box.tolist() == [10, 20, 30, 40]
+    estimate = tracker.update(IMAGE)
+    assert estimate.box.tolist() == [10.5, 20.5, 3.25, 4.0]
+    assert estimate.visible
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [(False, (0, 0, 0, 0)), (False, (9, 9, 9, 9)), (True, (5, 5, 0, 7)), (True, (5, 5, 7, -1))]
+    + [(True, (np.nan, 5, 7, 7)), (True, (5, np.inf, 7, 7))],
+)
+def test_a_lost_target_or_a_box_without_area_is_the_last_good_box_not_visible(answer):
+    tracker = scripted(answer, (True, (4, 4, 4, 4)), answer)
+    first = np.array([1.5, 2.5, 10.25, 10.0])
+    tracker.init(IMAGE, first)
+    for expected in (first.tolist(), [4, 4, 4, 4]):
+        lost = tracker.update(IMAGE)
+        assert lost.box.tolist() == expected
+        assert not lost.visible
+        if expected == first.tolist():
+            assert tracker.update(IMAGE).visible
+
+
+@given(st.tuples(*[st.floats(-99, 99)] * 2, *[st.floats(0.01, 120)] * 2))
+def test_the_first_box_becomes_whole_pixels_inside_the_image(box):
+    x, y, width, height = box
+    try:
+        left, top, columns, rows = pixel_rectangle(np.array(box), IMAGE)
+    except TrackerError:
+        assert x >= 80 or y >= 60 or x + width <= 0 or y + height <= 0
+        return
+    assert 0 <= left < left + columns <= 80
+    assert 0 <= top < top + rows <= 60
+    # Half a pixel at most from the visible part, unless that is narrower than a pixel.
+    assert abs(left - min(max(x, 0), 79)) <= 0.5
+    assert abs(left + columns - min(max(x + width, left + 1), 80)) <= 0.5
+
+
+@pytest.mark.parametrize(
+    ("box", "expected"),
+    [
+        ((3, 4, 5, 6), (3, 4, 5, 6)),
+        ((3.4, 4.6, 5, 6), (3, 5, 5, 6)),
+        ((-5, -5, 20, 20), (0, 0, 15, 15)),
+        ((70, 50, 20, 20), (70, 50, 10, 10)),
+        ((79.8, 59.9, 0.1, 0.1), (79, 59, 1, 1)),
+    ],
+)
+def test_first_boxes_by_hand(box, expected):
+    assert pixel_rectangle(np.array(box, float), IMAGE) == expected
+
+
+def test_a_target_too_small_for_opencv_is_refused_in_one_line():
+    # OpenCV's own init would never return.
+    tracker = trackers.create("opencv-mil")
+    with pytest.raises(TrackerError, match="MIL needs a first box of at least 5 x 5 pixels"):
+        tracker.init(IMAGE, np.array([10.0, 10.0, 30.0, 4.0]))
+
+
+def test_what_opencv_refuses_is_a_clear_error(moving_target):
+    clip = moving_target(size=(120, 90), start=(0, 0), velocity=(0, 0))
+    with pytest.raises(TrackerError, match=r"MIL refuses the first box \(0, 0, 120, 90\)"):
+        trackers.create("opencv-mil").init(clip.images[0], clip.boxes[0])
+
+
+def test_a_tracker_that_the_installed_opencv_lacks_says_what_to_install():
+    with pytest.raises(ImportError, match="has no TrackerOfTheFuture; install opencv-contrib"):
+        factory("OfTheFuture")
+
+
+def test_every_opencv_tracker_is_listed_and_either_there_or_says_what_to_install():
+    listed = [name for name in trackers.names() if name.startswith("opencv-")]
+    kinds = ["boosting", "csrt", "kcf", "median-flow", "mil", "mosse", "tld"]
+    assert listed == [f"opencv-{kind}" for kind in kinds]
+    for name in listed:
+        try:
+            assert trackers.resolve(name).plugin.__base__ is OpenCVTracker
+        except TrackerError as error:
+            assert "opencv-contrib-python-headless" in str(error)  # noqa: PT017
+
+
+@pytest.mark.parametrize("name", ["opencv-mil", "opencv-tld", "opencv-boosting"])
+def test_the_seed_alone_decides_whatever_the_process_drew_before(name, moving_target):
+    try:
+        specification = trackers.resolve(name)
+    except TrackerError as error:
+        pytest.skip(str(error))
+    assert specification.randomness is trackers.Randomness.PROCESS
+    clip = moving_target(12, velocity=(3, 1), seed=3)
+    found = boxes_of(specification.create(1), clip)
+    ctypes.CDLL(None).srand(99)
+    cv2.setRNGSeed(99)
+    np.testing.assert_array_equal(boxes_of(specification.create(1), clip), found)
+    others = (boxes_of(specification.create(seed), clip) for seed in range(2, 8))
+    assert any((other != found).any() for other in others)
+
+
+@pytest.mark.parametrize(
+    "name", ["opencv-kcf", "opencv-csrt", "opencv-mosse", "opencv-median-flow"]
+)
+def test_a_tracker_that_declares_no_randomness_ignores_the_process(name, moving_target):
+    try:
+        specification = trackers.resolve(name)
+    except TrackerError as error:
+        pytest.skip(str(error))
+    assert specification.randomness is trackers.Randomness.NONE
+    clip = moving_target(12, velocity=(3, 1), seed=3)
+    found = boxes_of(specification.create(1), clip)
+    tracker = specification.create(2)
+    tracker.init(clip.images[0], clip.boxes[0])
+    for image, expected in zip(clip.images[1:], found, strict=True):
+        ctypes.CDLL(None).srand(5)
+        cv2.setRNGSeed(5)
+        np.testing.assert_array_equal(tracker.update(image).box, expected)
+
+
+def test_mil_has_opencvs_defaults_and_hands_its_parameters_on(monkeypatch):
+    handed = []
+    plugin = trackers.resolve("opencv-mil").plugin
+    monkeypatch.setattr(plugin, "create_tracker", handed.append)
+    names = [name for name in dir(cv2.TrackerMIL_Params) if not name.startswith("_")]
+    trackers.create("opencv-mil")._make()
+    defaults = cv2.TrackerMIL_Params()
+    assert all(getattr(handed[0], name) == getattr(defaults, name) for name in names)
+    fields = list(plugin.Parameters.model_fields)
+    assert len(fields) == len(names)
+    for number, field in enumerate(fields):
+        trackers.create("opencv-mil", **{field: 200 + number})._make()
+        changed = {n for n in names if getattr(handed[-1], n) != getattr(defaults, n)}
+        assert len(changed) == 1, field
+        assert getattr(handed[-1], changed.pop()) == 200 + number
+
+
+def test_mil_follows_an_easy_target(moving_target):
+    clip = moving_target(10, velocity=(2, 1))
+    found = boxes_of(trackers.create("opencv-mil", seed=1), clip)
+    assert np.abs(found - clip.boxes[1:]).max() <= 6

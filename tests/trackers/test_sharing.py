@@ -1,0 +1,92 @@
+"""Work on a frame, done once for all that want it."""
+
+import numpy as np
+import pytest
+
+from trackers.base.interface import Estimate
+from trackers.base.parameters import Parameters
+from trackers.base.sharing import SharedFrame, SharingTracker
+
+IMAGE = np.arange(60, dtype=np.uint8).reshape(4, 5, 3)
+
+
+def counting(calls):
+    def scaled(image, factor, offset=0):
+        calls.append((factor, offset))
+        return image.astype(int) * factor + offset
+
+    return scaled
+
+
+def test_the_first_that_asks_computes_for_all():
+    calls = []
+    scaled = counting(calls)
+    frame = SharedFrame(IMAGE)
+    first = frame.compute(scaled, 3)
+    assert frame.compute(scaled, 3) is first
+    assert calls == [(3, 0)]
+    np.testing.assert_array_equal(first, IMAGE.astype(int) * 3)
+
+
+def test_other_arguments_or_another_function_are_other_work():
+    calls = []
+    scaled = counting(calls)
+    frame = SharedFrame(IMAGE)
+    assert frame.compute(scaled, 2).max() == 118
+    assert frame.compute(scaled, 3).max() == 177
+    assert frame.compute(scaled, 2, offset=1).max() == 119
+    assert frame.compute(counting(calls), 2).max() == 118
+    assert calls == [(2, 0), (3, 0), (2, 1), (2, 0)]
+
+
+def test_the_order_of_keywords_does_not_matter():
+    calls = []
+    frame = SharedFrame(IMAGE)
+
+    def both(image, *, one, two):
+        calls.append((one, two))
+        return one
+
+    frame.compute(both, one=1, two=2)
+    frame.compute(both, two=2, one=1)
+    assert calls == [(1, 2)]
+
+
+def test_a_result_that_is_none_is_kept_too():
+    calls = []
+    frame = SharedFrame(IMAGE)
+    for _ in range(2):
+        frame.compute(calls.append)  # `append` is handed the image
+    assert len(calls) == 1
+
+
+def test_another_frame_starts_with_nothing():
+    calls = []
+    scaled = counting(calls)
+    for _ in range(2):
+        SharedFrame(IMAGE).compute(scaled, 2)
+    assert len(calls) == 2
+
+
+def test_the_image_is_handed_on_read_only_and_the_callers_stays_as_it_was():
+    image = IMAGE.copy()
+    frame = SharedFrame(image)
+    with pytest.raises(ValueError, match="read-only"):
+        frame.image[0, 0, 0] = 1
+    assert np.shares_memory(frame.image, image)
+    assert image.flags.writeable
+
+
+def test_plain_calls_go_through_the_shared_ones_with_a_frame_of_their_own():
+    class Brightness(SharingTracker):
+        def init_shared(self, frame, box, mask=None):
+            self.seen = [frame]
+
+        def update_shared(self, frame):
+            self.seen.append(frame)
+            return Estimate(np.full(4, frame.image.mean()))
+
+    tracker = Brightness(Parameters(), np.random.SeedSequence(0))
+    tracker.init(IMAGE, np.zeros(4))
+    assert tracker.update(IMAGE).box[0] == IMAGE.mean()
+    assert len({id(frame) for frame in tracker.seen}) == 2
