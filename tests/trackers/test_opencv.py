@@ -133,7 +133,8 @@ def test_the_seed_alone_decides_whatever_the_process_drew_before(name, moving_ta
     except TrackerError as error:
         pytest.skip(str(error))
     assert specification.randomness is trackers.Randomness.PROCESS
-    clip = moving_target(12, velocity=(3, 1), seed=3)
+    # Fast enough to be nearly lost: on an easy clip every seed of Boosting gives the same.
+    clip = moving_target(12, 140, 200, velocity=(10, 5), seed=4)
     found = boxes_of(specification.create(1), clip)
     ctypes.CDLL(None).srand(99)
     cv2.setRNGSeed(99)
