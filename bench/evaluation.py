@@ -6,6 +6,8 @@ wrong ends its own run and nobody else's.
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from math import nan
+from statistics import median
 from time import perf_counter
 
 import datasets
@@ -67,7 +69,8 @@ class Pass:
         In the order of the contestants.
     overhead : float
         Seconds that the harness itself took, per frame and tracker: everything but
-        decoding and the trackers' own calls.
+        decoding and the trackers' own calls. The median over frames, which other load on
+        the machine hardly touches; NaN for a sequence of a single frame.
     """
 
     runs: list[Run]
@@ -109,22 +112,20 @@ def run_in_lock_step(
         Recorder(chosen, repetition, sequence, share=share, keep_arrays=keep_arrays)
         for chosen, repetition in entries
     ]
-    fetching = 0.0
-    began = perf_counter()
-    for frame in range(first, n):
-        asked = perf_counter()
+    shown = SharedFrame(sequence[first])
+    mask = sequence.mask(first)
+    for recorder in recorders:
+        recorder.start(shown, first, sequence.boxes[first], mask)
+    own_seconds = []
+    for frame in range(first + 1, n):
         image = sequence[frame]
-        mask = sequence.mask(frame) if frame == first else None
-        fetching += perf_counter() - asked
+        began = perf_counter()
         shown = SharedFrame(image)
-        if frame == first:
-            for recorder in recorders:
-                recorder.start(shown, frame, sequence.boxes[frame], mask)
-        else:
-            for recorder in recorders:
-                recorder.follow(shown, frame)
+        in_trackers = 0.0
+        for recorder in recorders:
+            in_trackers += recorder.follow(shown, frame)
         if progress is not None:
             progress(frame - first + 1)
-    own = perf_counter() - began - fetching - sum(r.seconds_in_tracker for r in recorders)
-    overhead = own / max(1, (n - first) * len(recorders))
+        own_seconds.append(perf_counter() - began - in_trackers)
+    overhead = median(own_seconds) / len(recorders) if own_seconds else nan
     return Pass([recorder.result() for recorder in recorders], overhead)

@@ -55,7 +55,6 @@ class Recorder:
         keep_arrays: bool,
     ) -> None:
         self.failure = ""
-        self.seconds_in_tracker = 0.0
         self._chosen = chosen
         self._repetition = repetition
         self._protocol = protocol
@@ -80,14 +79,18 @@ class Recorder:
         except Exception as error:  # noqa: BLE001  # whatever a tracker raises is its result
             self._fail(frame, error)
 
-    def follow(self, shown: SharedFrame, frame: int) -> None:
-        """Ask for the next estimate, unless the run has failed."""
+    def follow(self, shown: SharedFrame, frame: int) -> float:
+        """Ask for the next estimate, unless the run has failed; give the tracker's seconds."""
         if self.failure:
-            return
+            return 0.0
+        asked = answered = perf_counter()
         try:
-            self._take(frame, self._ask(shown, frame))
+            estimate = self._ask(shown, frame)
+            answered = perf_counter()
+            self._take(frame, estimate)
         except Exception as error:  # noqa: BLE001  # whatever a tracker raises is its result
             self._fail(frame, error)
+        return answered - asked
 
     def result(self, times: Times | None = None) -> Run:
         """The run as it stands."""
@@ -113,7 +116,6 @@ class Recorder:
         return self._chosen.make(seed)
 
     def _initialise(self, shown: SharedFrame, box: Box, mask: Mask | None) -> None:
-        asked = perf_counter()
         tracker = self._make()
         if self._share and isinstance(tracker, SharingTracker):
             self._update = tracker.update_shared
@@ -122,14 +124,10 @@ class Recorder:
             plain = tracker.update
             self._update = lambda shown: plain(shown.image)
             tracker.init(shown.image, box, mask)
-        self.seconds_in_tracker += perf_counter() - asked
 
     def _ask(self, shown: SharedFrame, frame: int) -> Estimate:
-        """Call the tracker; nothing but this call counts as the tracker's time."""
-        asked = perf_counter()
-        estimate = self._update(shown)
-        self.seconds_in_tracker += perf_counter() - asked
-        return estimate
+        """Call the tracker; the call alone counts as the tracker's time."""
+        return self._update(shown)
 
     def _take(self, frame: int, estimate: Estimate) -> None:
         """Check an estimate and keep it."""

@@ -68,7 +68,7 @@ class CamShift(SharingTracker):
         "Intel Technology Journal Q2, 1998; as the baseline of Wang & Tang, An improved "
         "CamShift-based particle filter, J. Image and Graphics 15(10), 2010"
     )
-    presets = {"as-written": {}, "recommended": {}}  # noqa: RUF012  # a ClassVar in the base
+    presets = {"as-written": {}, "recommended": {}}
     Parameters = CamShiftParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:

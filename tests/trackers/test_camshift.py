@@ -58,6 +58,13 @@ def test_a_box_between_pixels_keeps_its_own_size():
     assert estimate.box[:2] + estimate.box[2:] / 2 == pytest.approx([60, 60], abs=0.5)
 
 
+def test_the_window_has_the_rounded_size_of_the_box():
+    image, _ = scene((60, 60))  # columns 48 to 72
+    (estimate,) = track([image, image], [48, 42, 24.6, 35.5])
+    # 25 columns of 36 rows: one column is ground, whose hue has 36 pixels to red's 432.
+    assert estimate.confidence == pytest.approx((24 * 36 + 36 * 36 / 432) / (25 * 36), abs=1e-9)
+
+
 def test_the_centre_is_the_centroid_of_the_back_projection():
     # Of the red block that is two thirds of the target's colours, and of half its rows.
     template = np.full((40, 40, 3), GREEN, np.uint8)
