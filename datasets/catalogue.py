@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
-from typing import Protocol, cast
+from typing import Any, Protocol, cast
 
 from datasets.interface import Sequence, SequenceError
 from datasets.text_form import parse_text
 
-__all__ = ["load", "names"]
+__all__ = ["load", "names", "options"]
 
 FOLDER = Path(__file__).parent
 
@@ -22,6 +22,10 @@ class Suite(Protocol):
         """Full names, `suite/sequence`."""
         ...
 
+    def options(self, name: str) -> list[dict[str, Any]]:
+        """What can be set of one of `names()`: dicts with `name`, `default` and `meaning`."""
+        ...
+
     def load(self, name: str, options: Mapping[str, str]) -> Sequence:
         """Sequence of one of `names()`, in the variant that the options say."""
         ...
@@ -30,6 +34,21 @@ class Suite(Protocol):
 def names() -> list[str]:
     """List the built-in sequences, sorted."""
     return sorted(name for suite in _suites().values() for name in _suite(suite).names())
+
+
+def options(name: str) -> list[dict[str, Any]]:
+    """What can be set of a sequence by `name:key=value`.
+
+    Returns
+    -------
+    list of dict
+        `name`, `default` and `meaning` (unit in brackets); empty for recorded data.
+    """
+    bare = name.partition(":")[0]
+    suite = _suites().get(bare.partition("/")[0])
+    if suite is None or bare not in _suite(suite).names():
+        return []
+    return _suite(suite).options(bare)
 
 
 def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:

@@ -25,7 +25,9 @@ def command(name: str, truth: Path | None, as_json: bool) -> None:
         lines = _tracker_lines(about)
     else:
         about = _sequence(name, truth)
-        lines = [f"{key:12} {value}" for key, value in about.items() if value not in (None, "")]
+        said = {key: value for key, value in about.items() if value and key != "knobs"}
+        lines = [f"{key:12} {value}" for key, value in said.items()]
+        lines += _setting_lines("knobs", about["knobs"])
     click.echo(json.dumps(about, indent=1, default=str) if as_json else "\n".join(lines))
 
 
@@ -38,13 +40,20 @@ def _tracker_lines(about: dict[str, Any]) -> list[str]:
     for preset, values in about["presets"].items():
         changed = ", ".join(f"{key}={value}" for key, value in values.items())
         lines.append(f"  {preset:14} {changed or 'the defaults'}")
-    lines.append("parameters")
-    if not about["parameters"]:
-        lines.append("  none")
-    for parameter in about["parameters"]:
-        text = f"{parameter['name']}={parameter['default']}"
-        lines.append(f"  {text:28} {parameter['type']}: {parameter['meaning']}")
-    return lines
+    return lines + _setting_lines("parameters", about["parameters"])
+
+
+def _setting_lines(heading: str, settings: list[dict[str, Any]]) -> list[str]:
+    """Lines about what can be set: value by default, type and meaning."""
+    if not settings:
+        return []
+    texts = [f"{setting['name']}={setting['default']}" for setting in settings]
+    width = max(len(text) for text in texts)
+    return [heading] + [
+        f"  {text:{width}}  {setting['meaning']}"
+        + (f" ({setting['type']})" if "|" in setting.get("type", "") else "")
+        for text, setting in zip(texts, settings, strict=True)
+    ]
 
 
 def _sequence(name: str, truth: Path | None) -> dict[str, Any]:
@@ -70,4 +79,5 @@ def _sequence(name: str, truth: Path | None) -> dict[str, Any]:
             if flags.any()
         ),
         "fingerprint": sequence.fingerprint,
+        "knobs": datasets.options(name),
     }

@@ -8,6 +8,7 @@ import importlib.util
 from collections.abc import Mapping
 from collections.abc import Sequence as SequenceOf
 from pathlib import Path
+from typing import Any
 
 from datasets import truth_file
 from datasets.file_digest import file_digests
@@ -15,7 +16,7 @@ from datasets.interface import Sequence, SequenceError
 from datasets.recorded import recorded
 from datasets.video_frames import VideoFrames
 
-__all__ = ["load", "names"]
+__all__ = ["load", "names", "options"]
 
 CLIP = "datasets/data/carphone_pristine.mp4"
 CLIP_SHA256 = "1c4add7838b07b4d65ad9d66e9491758c7dbb6c717490db4b79ecf9ff82bab28"
@@ -27,6 +28,11 @@ FOLDER = Path(__file__).parent
 def names() -> list[str]:
     """See `datasets.catalogue.Suite`."""
     return sorted(f"{SUITE}/{file.stem}" for file in FOLDER.glob("*.csv"))
+
+
+def options(name: str) -> list[dict[str, Any]]:
+    """See `datasets.catalogue.Suite`; there are none."""
+    return []
 
 
 def load(name: str, options: Mapping[str, str]) -> Sequence:

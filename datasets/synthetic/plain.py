@@ -6,16 +6,22 @@ nothing is hard about it; each knob makes one thing hard.
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from datasets.interface import Sequence
 from datasets.synthetic.target.knobs import TargetKnobs
 
-__all__ = ["load", "names"]
+__all__ = ["load", "names", "options"]
 
 
 def names() -> list[str]:
     """Names of the sequences, without options."""
     return ["plain/target"]
+
+
+def options(name: str) -> list[dict[str, Any]]:
+    """What can be set of a sequence: `name`, `default` and `meaning` of every knob."""
+    return TargetKnobs.described()
 
 
 def load(name: str, options: Mapping[str, str]) -> Sequence:

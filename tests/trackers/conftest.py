@@ -1,4 +1,3 @@
-import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,23 +46,3 @@ def moving_target(
 def _moving_target():
     """Make a `Clip`: `moving_target(n_frames=..., height=..., size=..., ...)`."""
     return moving_target
-
-
-def forget_failed_imports():
-    """Clean up after pytest's doctest collection, which leaves half a module behind.
-
-    It imports the files of `trackers` too, and keeps in `sys.modules` those that lack a
-    dependency: whoever asks for them then would get the rest instead of an ImportError.
-    """
-    for name in [name for name in sys.modules if name.startswith("trackers.opencv_")]:
-        module = sys.modules[name]
-        if not all(hasattr(module, exported) for exported in module.__all__):
-            del sys.modules[name]
-
-
-def pytest_collectstart():
-    forget_failed_imports()
-
-
-def pytest_collection_finish():
-    forget_failed_imports()

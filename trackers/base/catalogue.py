@@ -3,6 +3,7 @@
 import ast
 import importlib
 import importlib.util
+import inspect
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -124,7 +125,7 @@ def describe(name: str) -> dict[str, Any]:
     plugin = specification.plugin
     return {
         "name": specification.name,
-        "summary": (plugin.__doc__ or "").strip(),
+        "summary": inspect.cleandoc(plugin.__doc__ or ""),
         "paper": plugin.paper,
         "randomness": str(plugin.randomness),
         "presets": {DEFAULT_PRESET: {}, **{key: dict(v) for key, v in plugin.presets.items()}},

@@ -51,6 +51,14 @@ class Knobs(BaseModel):
             message = first["msg"].removeprefix("Value error, ")
             raise SequenceError(f"{sequence}: {where}{message}.") from None
 
+    @classmethod
+    def described(cls) -> list[dict[str, Any]]:
+        """What can be set: dicts with `name`, `default` and `meaning` (unit in brackets)."""
+        return [
+            {"name": name, "default": field.default, "meaning": field.description or ""}
+            for name, field in cls.model_fields.items()
+        ]
+
     def canonical_name(self, sequence: str) -> str:
         """Text form with the knobs that are not at their default, sorted by name."""
         defaults = type(self)()
