@@ -7,9 +7,11 @@ True
 """
 
 import importlib
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bench.packages import check_place
+from bench.packages import NameClashError, check_place
 
 if TYPE_CHECKING:
     from bench.evaluation import evaluate
@@ -30,7 +32,13 @@ __all__ = [
     "score_boxes",
 ]
 
-check_place()
+try:
+    check_place()
+except NameClashError as error:
+    if Path(sys.argv[0]).name == "trackmark":  # the command: a line, no traceback
+        print(f"trackmark: {error}", file=sys.stderr)  # noqa: T201
+        sys.exit(2)
+    raise
 
 # What a name is found in; imported when it is asked for, so that `trackmark --help` waits
 # for no numerics.

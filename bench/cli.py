@@ -59,7 +59,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         from bench.packages import check_ownership
 
-        check_ownership()
+        # `doctor` tells what is wrong with an installation, this too.
+        if list(arguments or sys.argv[1:])[:1] != ["doctor"]:
+            check_ownership()
         status = _invoke(arguments)
     except ImportError as error:
         click.echo(f"trackmark: {error}", err=True)

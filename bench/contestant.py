@@ -87,7 +87,7 @@ def contestant(tracker: str | TrackerMaker) -> Contestant:
     name = getattr(tracker, "__qualname__", type(tracker).__qualname__)
     try:
         source = inspect.getsourcefile(inspect.unwrap(tracker))
-    except TypeError:  # an object without source of its own, such as functools.partial
+    except (TypeError, OSError):  # no source of its own: functools.partial, a prompt's lambda
         source = None
     return Contestant(
         label=name,
@@ -96,7 +96,7 @@ def contestant(tracker: str | TrackerMaker) -> Contestant:
         parameters={},
         randomness=getattr(tracker, "randomness", Randomness.GENERATOR),
         make=tracker,
-        file=None if source is None else Path(source),
+        file=Path(source) if source and Path(source).is_file() else None,
     )
 
 

@@ -121,11 +121,14 @@ def run_in_lock_step(
         image = sequence[frame]
         began = perf_counter()
         shown = SharedFrame(image)
-        in_trackers = 0.0
+        in_trackers, running = 0.0, 0
         for recorder in recorders:
-            in_trackers += recorder.follow(shown, frame)
+            if not recorder.failure:
+                in_trackers += recorder.follow(shown, frame)
+                running += 1
         if progress is not None:
             progress(frame - first + 1)
-        own_seconds.append(perf_counter() - began - in_trackers)
-    overhead = median(own_seconds) / len(recorders) if own_seconds else nan
+        if running:
+            own_seconds.append((perf_counter() - began - in_trackers) / running)
+    overhead = median(own_seconds) if own_seconds else nan
     return Pass([recorder.result() for recorder in recorders], overhead)

@@ -50,6 +50,12 @@ class SequenceSource:
     text: str
     truth: Path | None = None
 
+    def absolute(self) -> "SequenceSource":
+        """The same, wherever it is opened from."""
+        path = Path(self.text)
+        text = str(path.absolute()) if path.exists() else self.text
+        return SequenceSource(text, self.truth.absolute() if self.truth else None)
+
 
 @dataclass(frozen=True)
 class Experiment:
@@ -87,6 +93,10 @@ class Experiment:
             )
         if not self.trackers or not self.sequences:
             raise ExperimentError(f"{self.name}: there must be a tracker and a sequence to run.")
+        for named in (self.trackers, [source.text for source in self.sequences]):
+            for text in named:
+                if list(named).count(text) > 1:
+                    raise ExperimentError(f"{self.name}: {text!r} is named twice.")
 
 
 def experiment_names() -> list[str]:
@@ -149,23 +159,33 @@ def _experiment(path: Path, table: Mapping[str, Any]) -> Experiment:
         name=path.stem,
         title=table.get("title", path.stem),
         trackers=tuple(_texts(path, "trackers", table["trackers"])),
-        sequences=tuple(
-            SequenceSource(text) for text in _texts(path, "sequences", table["sequences"])
-        ),
+        sequences=tuple(_sources(path, table["sequences"])),
         repetitions=table.get("repetitions", 1),
         timing=table.get("timing", False),
     )
 
 
+def _sources(path: Path, entries: Iterable[Any]) -> Iterable[SequenceSource]:
+    """Sequences; a table's `truth` is no variant but the file of recorded data's truth."""
+    for entry in entries:
+        truth = None
+        if isinstance(entry, dict) and "truth" in entry:
+            truth = Path(str(entry["truth"]))
+            entry = {key: value for key, value in entry.items() if key != "truth"}
+        for text in _texts(path, "sequences", [entry]):
+            yield SequenceSource(text, truth)
+
+
 def _texts(path: Path, key: str, entries: Iterable[Any]) -> Iterable[str]:
     """Text forms of entries; a table with lists is swept over their product."""
-    seen = set()
     for entry in entries:
         if isinstance(entry, str):
             texts = [entry]
         elif isinstance(entry, dict) and isinstance(entry.get("name"), str):
             options = {name: value for name, value in entry.items() if name != "name"}
             values = [value if isinstance(value, list) else [value] for value in options.values()]
+            if not all(values):
+                raise ExperimentError(f"{path}: {key}: {entry!r} sweeps over an empty list.")
             texts = [
                 format_text(entry["name"], dict(zip(options, chosen, strict=True)))
                 for chosen in product(*values)
@@ -174,8 +194,4 @@ def _texts(path: Path, key: str, entries: Iterable[Any]) -> Iterable[str]:
             raise ExperimentError(
                 f"{path}: {key}: {entry!r} is neither a text nor a table with a name."
             )
-        for text in texts:
-            if text in seen:
-                raise ExperimentError(f"{path}: {key}: {text!r} is named twice.")
-            seen.add(text)
-            yield text
+        yield from texts

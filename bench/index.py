@@ -8,7 +8,9 @@ or be written by two at once: it is never wrong, only made anew.
 import hashlib
 import json
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from functools import cache
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +20,7 @@ import pyarrow.feather as feather
 from bench import metrics
 from bench.files import ResultsError, write_atomically
 from bench.record import Run
-from bench.results import Results
+from bench.results import Cell, Results
 from bench.scoring import score
 from bench.stored_truth import read_truth
 
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "experiment_folders",
+    "for_json",
     "index_row",
     "load_results",
     "ordered_index",
@@ -35,6 +38,7 @@ __all__ = [
 ]
 
 _FILE = "index.arrow"
+_CELL = ("tracker", "sequence", "repetition", "protocol")
 
 
 def read_index(results: Results) -> list[dict[str, Any]]:
@@ -62,15 +66,16 @@ def read_index(results: Results) -> list[dict[str, Any]]:
             changed = True
         rows.append(row)
     if changed or known:
-        write_index(results, rows)
+        # A folder that can only be read is read all the same, only not as quickly.
+        with suppress(ResultsError):
+            write_index(results, rows)
     return rows
 
 
 def ordered_index(results: Results) -> list[dict[str, Any]]:
     """`read_index` in the order in which the runs were last asked for; others come after."""
-    cells = results.plan().get("cells", [])
-    rank = {tuple(cell): position for position, cell in enumerate(cells)}
-    return sorted(read_index(results), key=lambda row: rank.get(_key(row), len(rank)))
+    rank = {cell: position for position, cell in enumerate(results.asked().cells)}
+    return sorted(read_index(results), key=lambda row: rank.get(_cell(row), len(rank)))
 
 
 def index_row(results: Results, path: Path, run: Run, truth: Any) -> dict[str, Any]:
@@ -80,6 +85,7 @@ def index_row(results: Results, path: Path, run: Run, truth: Any) -> dict[str, A
         "stamp": _stamp(results.folder, path),
         "path": str(path.relative_to(results.folder)),
         "digest": key.digest,
+        "version": key.version,
         "tracker": key.tracker,
         "tracker_name": key.tracker_name,
         "preset": key.preset,
@@ -91,8 +97,16 @@ def index_row(results: Results, path: Path, run: Run, truth: Any) -> dict[str, A
         "status": run.status,
         "failure": run.failure,
         "frames": len(run.boxes),
+        "source": run.circumstances.get("source", ""),
+        "truth": run.circumstances.get("truth", ""),
         "scores": {} if run.failure else score(run, truth),
     }
+
+
+def for_json(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A row for a script: null for a score that is no finite number, which JSON has not."""
+    scores = {key: value if isfinite(value) else None for key, value in row["scores"].items()}
+    return {key: value for key, value in row.items() if key != "stamp"} | {"scores": scores}
 
 
 def write_index(results: Results, rows: Iterable[Mapping[str, Any]]) -> None:
@@ -131,8 +145,9 @@ def load_results(folder: str | Path) -> "pd.DataFrame":
     -------
     DataFrame
         One row a run: `experiment`, what `bench.index.read_index` gives, and one float
-        column a score. Runs that were asked for last and are not there have the status
-        `missing`.
+        column a score. Runs that were asked for and are not there have the status
+        `missing`; those made with another version of tracker or sequence than was asked for
+        last have the status `stale`.
 
     Raises
     ------
@@ -144,28 +159,21 @@ def load_results(folder: str | Path) -> "pd.DataFrame":
     rows = []
     for path in experiment_folders(Path(folder)):
         results = Results(path)
-        found = ordered_index(results)
-        there = {_key(row) for row in found}
-        for row in found:
+        asked = results.asked().cells
+        found = {_cell(row): row for row in ordered_index(results)}
+        for cell, row in found.items():
             plain = {key: value for key, value in row.items() if key not in ("scores", "stamp")}
+            if asked.get(cell, row["version"]) != row["version"]:
+                plain["status"] = "stale"
             rows.append({"experiment": path.name, **plain, **row["scores"]})
-        for tracker, sequence, repetition, protocol in results.plan().get("cells", []):
-            if (tracker, sequence, repetition, protocol) not in there:
-                rows.append(
-                    {
-                        "experiment": path.name,
-                        "tracker": tracker,
-                        "sequence": sequence,
-                        "repetition": repetition,
-                        "protocol": protocol,
-                        "status": "missing",
-                        "failure": "",
-                    }
-                )
-    return pd.DataFrame(rows)
+        for cell in (cell for cell in asked if cell not in found):
+            missing = dict(zip(_CELL, cell, strict=True))
+            rows.append({"experiment": path.name, **missing, "status": "missing", "failure": ""})
+    columns = ["experiment", *_CELL, "status", "failure"]
+    return pd.DataFrame(rows, columns=None if rows else columns)
 
 
-def _key(row: Mapping[str, Any]) -> tuple[str, str, int, str]:
+def _cell(row: Mapping[str, Any]) -> Cell:
     return row["tracker"], row["sequence"], row["repetition"], row["protocol"]
 
 

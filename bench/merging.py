@@ -35,13 +35,12 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     """
     into = Results(target)
     there = {row["path"]: (row["digest"], target) for row in read_index(into)}
-    cells = into.plan().get("cells", [])
-    title = into.plan().get("title", target.name)
+    asked = into.asked()
     wanted: list[tuple[Path, Path]] = []
     conflicts: list[str] = []
     for folder in [found for source in sources for found in experiment_folders(source)]:
         results = Results(folder)
-        cells += [cell for cell in results.plan().get("cells", []) if cell not in cells]
+        asked = results.asked().and_then(asked)
         for row in read_index(results):
             path = row["path"]
             if path in there:
@@ -60,7 +59,7 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
             wanted.append((folder, Path(path)))
     if conflicts:
         return 0, conflicts
-    into.prepare({"title": title, "cells": cells})
+    into.prepare(asked)
     for folder, path in wanted:
         _copy(folder / path, target / path)
     read_index(into)

@@ -10,7 +10,8 @@ from bench.contestant import Contestant, contestant, identify
 from bench.experiment import Experiment, ExperimentError, SequenceSource
 from bench.index import read_index
 from bench.record import Identity, Protocol
-from bench.results import Results
+from bench.results import Asked, Results
+from bench.results import Cell as StoredCell
 from datasets import Sequence
 from trackers import Randomness
 
@@ -55,6 +56,8 @@ class Unit:
         The sequence.
     entries : tuple of (str, int)
         Trackers, as they were asked for, with their repetitions.
+    digests : tuple of str
+        What was planned: `Identity.digest` of every entry.
     protocol : {'accuracy', 'timing'}
         Timing units hold a single entry.
     frames : int
@@ -63,6 +66,7 @@ class Unit:
 
     source: SequenceSource
     entries: tuple[tuple[str, int], ...]
+    digests: tuple[str, ...]
     protocol: Protocol
     frames: int
 
@@ -73,7 +77,10 @@ class Unit:
 
     def split(self) -> "list[Unit]":
         """The same work, one run at a time."""
-        return [Unit(self.source, (e,), self.protocol, self.frames) for e in self.entries]
+        return [
+            Unit(self.source, (entry,), (digest,), self.protocol, self.frames)
+            for entry, digest in zip(self.entries, self.digests, strict=True)
+        ]
 
 
 @dataclass(frozen=True)
@@ -116,13 +123,13 @@ class Plan:
                 together.setdefault(cell.source, []).append(cell)
         return alone + [_unit(cells) for cells in together.values()]
 
-    def summary(self) -> dict[str, Any]:
+    def asked(self) -> Asked:
         """What is noted down with the results."""
         keys = [cell.identity for cell in self.cells]
-        return {
-            "title": self.experiment.title or self.experiment.name,
-            "cells": [[k.tracker, k.sequence, k.repetition, k.protocol] for k in keys],
+        cells: dict[StoredCell, str] = {
+            (k.tracker, k.sequence, k.repetition, k.protocol): k.version for k in keys
         }
+        return Asked(self.experiment.title or self.experiment.name, cells)
 
 
 def make_plan(experiment: Experiment, results: Results) -> Plan:
@@ -161,7 +168,8 @@ def _state(key: Identity, row: dict[str, Any] | None) -> State:
 def _unit(cells: Iterable[Cell]) -> Unit:
     cells = list(cells)
     entries = tuple((cell.tracker, cell.identity.repetition) for cell in cells)
-    return Unit(cells[0].source, entries, cells[0].identity.protocol, cells[0].frames)
+    digests = tuple(cell.identity.digest for cell in cells)
+    return Unit(cells[0].source, entries, digests, cells[0].identity.protocol, cells[0].frames)
 
 
 def _distinct_trackers(experiment: Experiment) -> list[tuple[str, Contestant]]:

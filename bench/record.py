@@ -59,8 +59,17 @@ class Identity:
     @cached_property
     def digest(self) -> str:
         """16 hexadecimal digits over all of it."""
-        text = json.dumps(asdict(self), sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
+        return _digest(asdict(self))
+
+    @cached_property
+    def version(self) -> str:
+        """16 hexadecimal digits over all but the repetition: what a mean may be taken over."""
+        return _digest({key: value for key, value in asdict(self).items() if key != "repetition"})
+
+
+def _digest(determining: Mapping[str, Any]) -> str:
+    text = json.dumps(determining, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 @dataclass(frozen=True)
@@ -106,6 +115,8 @@ class Run:
         By frame, where they were asked for; masks are among them as `mask`.
     times : Times or None
         In timing runs.
+    circumstances : mapping of str to value
+        What did not determine it: date, host, where the sequence was opened from, …
     """
 
     identity: Identity
@@ -117,6 +128,7 @@ class Run:
     revised: NDArray[Any] | None = None
     arrays: Mapping[int, Mapping[str, NDArray[Any]]] = field(default_factory=dict)
     times: Times | None = None
+    circumstances: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def status(self) -> Literal["finished", "failed"]:

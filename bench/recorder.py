@@ -5,7 +5,7 @@ Here, and only here, a tracker's exceptions are caught: they are the result of i
 
 import traceback
 from collections.abc import Callable, Mapping
-from math import inf, isfinite, nan
+from math import inf, isnan, nan
 from time import perf_counter
 from typing import Any
 
@@ -19,6 +19,10 @@ from trackers import Box, Estimate, Mask, Tracker
 from trackers.base.sharing import SharedFrame, SharingTracker
 
 __all__ = ["MalformedEstimateError", "Recorder", "checked_box"]
+
+
+# Ctrl-C is the user's; everything else that escapes a tracker, sys.exit too, is its own.
+_OURS = (KeyboardInterrupt, GeneratorExit)
 
 
 class MalformedEstimateError(ValueError):
@@ -55,9 +59,11 @@ class Recorder:
         keep_arrays: bool,
     ) -> None:
         self.failure = ""
+        if repetition < 0:
+            raise ValueError(f"repetition is {repetition}; they count from 0.")
+        # Settled before the tracker runs: what changes meanwhile is not what was run.
+        self.identity = identify(chosen, sequence, repetition, protocol)
         self._chosen = chosen
-        self._repetition = repetition
-        self._protocol = protocol
         self._sequence = sequence
         self._share = share
         self._keep_arrays = keep_arrays
@@ -76,19 +82,21 @@ class Recorder:
         self._visible[frame] = True
         try:
             self._initialise(shown, box.copy(), mask)
-        except Exception as error:  # noqa: BLE001  # whatever a tracker raises is its result
+        except _OURS:
+            raise
+        except BaseException as error:  # noqa: BLE001  # what a tracker raises is its result
             self._fail(frame, error)
 
     def follow(self, shown: SharedFrame, frame: int) -> float:
-        """Ask for the next estimate, unless the run has failed; give the tracker's seconds."""
-        if self.failure:
-            return 0.0
+        """Ask for the next estimate; give the seconds that the tracker took."""
         asked = answered = perf_counter()
         try:
             estimate = self._ask(shown, frame)
             answered = perf_counter()
             self._take(frame, estimate)
-        except Exception as error:  # noqa: BLE001  # whatever a tracker raises is its result
+        except _OURS:
+            raise
+        except BaseException as error:  # noqa: BLE001  # what a tracker raises is its result
             self._fail(frame, error)
         return answered - asked
 
@@ -100,7 +108,7 @@ class Recorder:
             for frame, box in self._revisions.items():
                 revised[frame] = box
         return Run(
-            identity=identify(self._chosen, self._sequence, self._repetition, self._protocol),
+            identity=self.identity,
             boxes=self._boxes,
             visible=self._visible,
             confidence=self._confidence,
@@ -112,7 +120,7 @@ class Recorder:
         )
 
     def _make(self) -> Tracker:
-        seed = run_seed(self._chosen.name, self._sequence.name, self._repetition)
+        seed = run_seed(self._chosen.name, self._sequence.name, self.identity.repetition)
         return self._chosen.make(seed)
 
     def _initialise(self, shown: SharedFrame, box: Box, mask: Mask | None) -> None:
@@ -137,7 +145,7 @@ class Recorder:
         self._confidence[frame] = confidence
         for key, value in estimate.details.items():
             if key not in self._details:
-                if key in RESERVED_COLUMNS:
+                if not isinstance(key, str) or key in RESERVED_COLUMNS:
                     raise MalformedEstimateError(f"a detail can't be called {key!r}")
                 self._details[key] = np.full(len(self._boxes), nan)
             self._details[key][frame] = value
@@ -157,10 +165,11 @@ class Recorder:
                 )
             self._revisions[earlier] = np.array(checked_box(box))
 
-    def _fail(self, frame: int, error: Exception) -> None:
-        reason = f"{self._sequence.frame_name(frame)}: {type(error).__name__}: {error}"
+    def _fail(self, frame: int, error: BaseException) -> None:
+        # The traceback module guards against errors that can't even be printed.
+        said = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
         trace = "".join(traceback.format_exception(error))
-        self.failure = f"{reason}\n{trace}"
+        self.failure = f"{self._sequence.frame_name(frame)}: {said}\n{trace}"
 
 
 def checked_box(box: Any) -> list[float]:
@@ -186,6 +195,6 @@ def _checked(estimate: Any) -> tuple[list[float], float]:
     if not isinstance(estimate, Estimate):
         raise MalformedEstimateError(f"update returned {estimate!r}, not an Estimate")
     confidence = float(estimate.confidence)
-    if isfinite(confidence) and not 0.0 <= confidence <= 1.0:
+    if not (0.0 <= confidence <= 1.0 or isnan(confidence)):
         raise MalformedEstimateError(f"the confidence {confidence} is not in [0, 1]")
     return checked_box(estimate.box), confidence

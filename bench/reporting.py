@@ -3,6 +3,7 @@
 Reads the folder of results alone; only film strips and videos open sequences, for pixels.
 """
 
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from bench.index import experiment_folders, load_results, ordered_index
 from bench.measures import PER_SEQUENCE, SUMMARY, TIMES
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
-from bench.results import Results
+from bench.results import Cell, Results
 from bench.stored_truth import read_truth
 from reports.overlay import TRUTH
 from reports.tables import Table, sequence_table, summary_table
@@ -28,12 +29,18 @@ PRESET = "native"
 
 def title_of(folder: Path) -> str:
     """Title of an experiment's results."""
-    return str(Results(folder).plan().get("title") or folder.name)
+    return Results(folder).asked().title or folder.name
 
 
-def tables(folder: Path) -> list[Table]:
-    """Tables of one experiment: summary and sequences, and times where runs were timed."""
+def tables(folder: Path, cells: Collection[Cell] | None = None) -> list[Table]:
+    """Tables of one experiment: summary and sequences, and times where runs were timed.
+
+    With `cells` they show these runs alone.
+    """
     runs = load_results(folder)
+    if cells is not None:
+        filed = runs[["tracker", "sequence", "repetition", "protocol"]].itertuples(index=False)
+        runs = runs[[tuple(cell) in cells for cell in filed]]
     title = title_of(folder)
     made = []
     scored = runs[runs["protocol"] == "accuracy"]
@@ -48,9 +55,9 @@ def tables(folder: Path) -> list[Table]:
     return made
 
 
-def summary_text(folder: Path) -> str:
-    """The tables of an experiment for a terminal."""
-    return "\n".join(to_text(table) for table in tables(folder))
+def summary_text(folder: Path, cells: Collection[Cell]) -> str:
+    """Tables of some runs of an experiment for a terminal."""
+    return "\n".join(to_text(table) for table in tables(folder, cells))
 
 
 def timing_runs(runs: pd.DataFrame) -> pd.DataFrame:

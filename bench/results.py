@@ -17,10 +17,10 @@ import json
 import platform
 import socket
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 from urllib.parse import quote
 
 import numpy as np
@@ -37,6 +37,8 @@ __all__ = [
     "METADATA_KEY",
     "SCHEMA",
     "SIDE_SUFFIXES",
+    "Asked",
+    "Cell",
     "Results",
     "beside",
     "check_schema",
@@ -56,6 +58,37 @@ BOX_COLUMNS = ("x", "y", "width", "height")
 _LONGEST_NAME = 200  # bytes; file systems take 255
 
 
+Cell: TypeAlias = tuple[str, str, int, str]
+"""Tracker, sequence, repetition, protocol: what a run is filed under."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What an experiment was asked for.
+
+    Attributes
+    ----------
+    title : str
+        Headline of its report.
+    cells : mapping of Cell to str
+        The version (`Identity.version`) that was asked for last, by cell.
+    """
+
+    title: str
+    cells: Mapping[Cell, str]
+
+    def and_then(self, later: "Asked") -> "Asked":
+        """What was asked for, with what is asked for later; the later version of a cell counts."""
+        now = {_series(cell): version for cell, version in later.cells.items()}
+        cells = {cell: now.get(_series(cell), version) for cell, version in self.cells.items()}
+        return Asked(later.title or self.title, {**cells, **later.cells})
+
+
+def _series(cell: Cell) -> tuple[str, str, str]:
+    tracker, sequence, _, protocol = cell
+    return tracker, sequence, protocol
+
+
 class Results:
     """The results of one experiment.
 
@@ -68,30 +101,44 @@ class Results:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    def prepare(self, plan: Mapping[str, Any]) -> None:
-        """Make the folder, and note down what is going to be run.
+    def prepare(self, asked: Asked) -> None:
+        """Make the folder, and add to what was asked for so far.
 
         Raises
         ------
         ResultsError
             Where the folder can't be written, or was written by a newer version.
         """
-        self.plan()
-        text = json.dumps({"schema": SCHEMA, **plan}, indent=1)
-        write_atomically(self.folder / "plan.json", lambda path: _write_text(path, text))
+        self._write_asked(self.asked().and_then(asked))
         remove_leftovers(self.folder)
 
-    def plan(self) -> dict[str, Any]:
-        """What was last asked for: `title` and `cells`; empty for a new folder."""
+    def asked(self) -> Asked:
+        """What was asked for so far; empty for a new folder.
+
+        Raises
+        ------
+        ResultsError
+            Where the file is damaged or was written by a newer version.
+        """
         file = self.folder / "plan.json"
         if not file.is_file():
-            return {}
+            return Asked("", {})
         try:
-            plan: dict[str, Any] = json.loads(file.read_text("utf-8"))
-        except ValueError as error:
-            raise ResultsError(f"{file} is damaged ({error}). Remove it and run again.") from None
-        check_schema(file, plan.get("schema"))
-        return plan
+            plan = json.loads(file.read_text("utf-8"))
+            check_schema(file, plan["schema"])
+            cells = {tuple(cell[:4]): cell[4] for cell in plan["cells"]}
+            return Asked(plan["title"], cells)
+        except (ValueError, KeyError, TypeError, IndexError) as error:
+            if isinstance(error, ResultsError):
+                raise
+            raise ResultsError(
+                f"{file} is damaged ({type(error).__name__}: {error}). Remove it and run again."
+            ) from None
+
+    def _write_asked(self, asked: Asked) -> None:
+        cells = [[*cell, version] for cell, version in asked.cells.items()]
+        text = json.dumps({"schema": SCHEMA, "title": asked.title, "cells": cells}, indent=1)
+        write_atomically(self.folder / "plan.json", lambda path: _write_text(path, text))
 
     def path(self, identity: Identity) -> Path:
         """File of a run."""
@@ -103,16 +150,8 @@ class Results:
         """Files of all finished runs, in order."""
         return sorted(self.folder.glob("[!_.]*/*/*.parquet"))
 
-    def write(self, run: Run, circumstances: Mapping[str, Any] | None = None) -> Path:
-        """Write a run; whatever lay there under its name is replaced.
-
-        Parameters
-        ----------
-        run : Run
-            Finished or failed.
-        circumstances : mapping, optional
-            What does not determine the run and is worth keeping all the same.
-        """
+    def write(self, run: Run) -> Path:
+        """Write a run; whatever lay there under its name is replaced."""
         path = self.path(run.identity)
         n = len(run.boxes)
         columns: dict[str, Any] = {"frame": np.arange(n, dtype=np.int32)}
@@ -131,7 +170,7 @@ class Results:
                 "host": socket.gethostname(),
                 "platform": platform.platform(),
                 "python": platform.python_version(),
-                **(circumstances or {}),
+                **run.circumstances,
             },
         }
         if run.times is not None:
@@ -156,7 +195,14 @@ class Results:
         return path
 
     def remove(self, path: str) -> None:
-        """Remove a run and what lies beside it; `path` is relative to the folder."""
+        """Remove a run and what lies beside it; `path` is relative to the folder.
+
+        It is no longer asked for, either.
+        """
+        asked = self.asked()
+        kept = {cell: v for cell, v in asked.cells.items() if str(run_path(*cell)) != path}
+        if len(kept) < len(asked.cells):
+            self._write_asked(Asked(asked.title, kept))
         file = self.folder / path
         file.unlink(missing_ok=True)
         for suffix in SIDE_SUFFIXES:
@@ -193,6 +239,8 @@ def run_path(tracker: str, sequence: str, repetition: int, protocol: str) -> Pat
 def folder_name(label: str) -> str:
     """A label as one folder name: percent-encoded, and cut with a digest where it is long."""
     name = quote(label, safe="=")
+    if name[:1] in ("_", "."):  # these begin the names of what is no run
+        name = f"%{ord(name[0]):02X}{name[1:]}"
     if len(name) <= _LONGEST_NAME:
         return name
     digest = hashlib.sha256(label.encode()).hexdigest()[:16]
@@ -283,6 +331,7 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
         revised=_read_revised(path),
         arrays=_read_arrays(path),
         times=times,
+        circumstances=metadata["circumstances"],
     )
 
 

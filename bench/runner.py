@@ -106,7 +106,7 @@ class Execution:
         ResultsError
             Where results can't be written.
         """
-        self._results.prepare(self.plan.summary())
+        self._results.prepare(self.plan.asked())
         index = {row["path"]: row for row in read_index(self._results)}
         jobs = 1 if self.experiment.timing else self.jobs or os.cpu_count() or 1
         written = time.monotonic()
@@ -115,7 +115,8 @@ class Execution:
                 if isinstance(outcome, ResultsError):
                     raise outcome
                 if isinstance(outcome, SequenceError):
-                    self.errors.append(str(outcome))
+                    if str(outcome) not in self.errors:
+                        self.errors.append(str(outcome))
                     continue
                 if isinstance(outcome, Exception):
                     raise outcome

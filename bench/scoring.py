@@ -40,14 +40,20 @@ def score(
     Raises
     ------
     ValueError
-        For a failed run, an unknown preset or trace, or a sequence of another length.
+        For a failed run, an unknown preset or trace, or a sequence that it was not made on.
     """
     if run.failure:
         raise ValueError(f"{run!r} can't be scored: {run.failure.splitlines()[0]}")
     if trace not in ("online", "revised"):
         raise ValueError(f"unknown trace {trace!r}. Known: online, revised.")
+    scored = _truth(sequence)
+    fingerprint = getattr(scored, "fingerprint", run.identity.fingerprint)
+    if fingerprint != run.identity.fingerprint:
+        raise ValueError(
+            f"{run!r} was made on another sequence, or on another version of it; run it again."
+        )
     boxes = run.revised if trace == "revised" and run.revised is not None else run.boxes
-    scores = _scorer(preset)(_truth(sequence), boxes, run.visible)
+    scores = _scorer(preset)(scored, boxes, run.visible)
     return scores if run.times is None else {**scores, **time_scores(run.times)}
 
 

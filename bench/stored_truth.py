@@ -45,7 +45,12 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
     """
     path = truth_path(folder, sequence.name, sequence.fingerprint)
     if path.is_file():
-        return
+        try:
+            read_truth(folder, sequence.name, sequence.fingerprint)
+        except ResultsError:
+            pass  # damaged: it is written anew
+        else:
+            return
     regions = {"boxes": sequence.boxes, **sequence.regions}
     columns: dict[str, Any] = {"visibility": sequence.visibility}
     for region, boxes in regions.items():

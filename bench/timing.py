@@ -65,6 +65,8 @@ def _pass(
     first = sequence.first_frame
     timer.start(SharedFrame(sequence[first]), first, sequence.boxes[first], sequence.mask(first))
     for frame in range(first + 1, stop):
+        if timer.failure:
+            break
         timer.follow(SharedFrame(sequence[frame]), frame)
         if progress is not None:
             progress(frame - first + 1)

@@ -1,8 +1,11 @@
 """What a worker process does: one unit of work, from opening the sequence to the files."""
 
+import os
 import signal
+import threading
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +21,11 @@ from bench.record import Run
 from bench.results import Results
 from bench.stored_truth import write_truth
 from bench.timing import time_run
-from datasets import Sequence
+from datasets import Sequence, SequenceError
 
 __all__ = ["Outcome", "perform", "prepare_worker", "record_death"]
+
+_PARENT_SECONDS = 1.0
 
 
 @dataclass(frozen=True)
@@ -39,10 +44,18 @@ class Outcome:
     overhead: float
 
 
-def prepare_worker() -> None:
-    """Set up a worker process: Ctrl-C is the parent's business, one thread a process."""
+def prepare_worker(parent: int) -> None:
+    """Set up a worker of the process `parent`: Ctrl-C is its business, one thread each."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     cv2.setNumThreads(1)
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: int) -> None:
+    """End this process when its parent is gone: nobody waits for what it would still do."""
+    while os.getppid() == parent:
+        time.sleep(_PARENT_SECONDS)
+    os._exit(1)
 
 
 def perform(unit: Unit, folder: Path, progress: Callable[[int], None] | None = None) -> Outcome:
@@ -56,14 +69,18 @@ def perform(unit: Unit, folder: Path, progress: Callable[[int], None] | None = N
         Where the results can't be written.
     """
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
-    entries = [(contestant(text), repetition) for text, repetition in unit.entries]
+    chosen = {text: contestant(text) for text, _ in unit.entries}
+    entries = [(chosen[text], repetition) for text, repetition in unit.entries]
+    _check_unchanged(unit)
     overhead = float("nan")
     if unit.protocol == "timing":
         runs = [time_run(*entry, sequence, progress=progress) for entry in entries]
     else:
         passed = run_in_lock_step(entries, sequence, progress=progress)
         runs, overhead = passed.runs, passed.overhead
-    return Outcome(_store(runs, sequence, Results(folder), {"overhead": overhead}), overhead)
+    _check_unchanged(unit)
+    runs = [replace(run, circumstances={"overhead": overhead}) for run in runs]
+    return Outcome(_store(runs, unit, sequence, Results(folder)), overhead)
 
 
 def record_death(unit: Unit, folder: Path, reason: str) -> Outcome:
@@ -80,11 +97,33 @@ def record_death(unit: Unit, folder: Path, reason: str) -> Outcome:
         confidence=np.full(n, np.nan),
         failure=reason,
     )
-    return Outcome(_store([run], sequence, Results(folder), {}), float("nan"))
+    return Outcome(_store([run], unit, sequence, Results(folder)), float("nan"))
 
 
 def _store(
-    runs: list[Run], sequence: Sequence, results: Results, circumstances: dict[str, Any]
+    runs: list[Run], unit: Unit, sequence: Sequence, results: Results
 ) -> list[dict[str, Any]]:
     write_truth(results.folder, sequence)
-    return [index_row(results, results.write(run, circumstances), run, sequence) for run in runs]
+    origin = unit.source.absolute()
+    source = {"source": origin.text, "truth": str(origin.truth or "")}
+    rows = []
+    for run in runs:
+        told = replace(run, circumstances={**run.circumstances, **source})
+        rows.append(index_row(results, results.write(told), told, sequence))
+    return rows
+
+
+def _check_unchanged(unit: Unit) -> None:
+    """Check that trackers and sequence are still what was planned.
+
+    Asked before the pass and after it: boxes of one version must never be kept as another's.
+    """
+    sequence = datasets.load(unit.source.text, truth=unit.source.truth)
+    chosen = {text: contestant(text) for text, _ in unit.entries}
+    for (text, repetition), planned in zip(unit.entries, unit.digests, strict=True):
+        key = identify(chosen[text], sequence, repetition, unit.protocol)
+        if key.digest != planned:
+            raise SequenceError(
+                f"{key.tracker} on {key.sequence}: the tracker or the sequence changed while it "
+                "ran, so nothing was kept. Run the same command again."
+            )

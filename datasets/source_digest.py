@@ -22,7 +22,8 @@ def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
     file : Path
         The source file; it may lie inside or outside `package`.
     package : Path
-        Folder of the top-level package whose modules are followed (`.../trackers`).
+        Folder of the top-level package whose modules are followed (`.../trackers`). Modules
+        of the file's own package, or beside a file that is in none, are followed too.
 
     Returns
     -------
@@ -32,6 +33,10 @@ def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
     libraries : dict of str to str
         Version by distribution of every third-party library imported by these files.
     """
+    own = _dotted_package(file).partition(".")[0]
+    roots = {package.name: package.parent}
+    if own:
+        roots[own] = file.parents[_dotted_package(file).count(".") + 1]
     modules: dict[str, Path] = {}
     libraries: set[str] = set()
     todo = [("", file)]
@@ -40,14 +45,16 @@ def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
         if name in modules:
             continue
         modules[name] = path
-        for imported in _imports(path):
+        for imported in _imports(path, _dotted_package(path)):
             top = imported.partition(".")[0]
-            if top == package.name:
-                found = _module(imported, package)
-                if found is not None and found[1] != file:
-                    todo.append(found)
-            else:
+            root = roots.get(top)
+            if root is None and top not in _distributions() and top not in sys.stdlib_module_names:
+                root = file.parent if not _dotted_package(file) else None
+            found = _module(imported, root) if root is not None else None
+            if found is None and root is None:
                 libraries.add(top)
+            elif found is not None and found[1] != file:
+                todo.append(found)
     digest = hashlib.sha256()
     for name in sorted(modules):
         digest.update(name.encode() + b"\0" + modules[name].read_bytes() + b"\0")
@@ -71,20 +78,32 @@ def _distributions() -> dict[str, list[str]]:
     return dict(metadata.packages_distributions())
 
 
-def _imports(path: Path) -> Iterator[str]:
-    """Dotted names that a file imports; of `from a import b` both `a.b` and `a`."""
+def _dotted_package(file: Path) -> str:
+    """Dotted name of the package that a file lies in; empty where it is in none."""
+    parts: list[str] = []
+    folder = file.parent
+    while (folder / "__init__.py").is_file():
+        parts.insert(0, folder.name)
+        folder = folder.parent
+    return ".".join(parts)
+
+
+def _imports(path: Path, dotted: str) -> Iterator[str]:
+    """Dotted names that a file imports, `dotted` being its package; of `from a import b` `a.b`."""
     for node in ast.walk(ast.parse(path.read_bytes(), filename=str(path))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = dotted.split(".")[: len(dotted.split(".")) - node.level + 1]
+            prefix = [*(base if node.level else []), *([node.module] if node.module else [])]
+            yield from (".".join([*prefix, alias.name]) for alias in node.names)
 
 
-def _module(dotted: str, package: Path) -> tuple[str, Path] | None:
+def _module(dotted: str, root: Path) -> tuple[str, Path] | None:
     """Module and file that a dotted name comes from: itself, or the module that holds it."""
     parts = dotted.split(".")
     while parts:
-        base = package.parent.joinpath(*parts)
+        base = root.joinpath(*parts)
         for candidate in (base.with_suffix(".py"), base / "__init__.py"):
             if candidate.is_file():
                 return ".".join(parts), candidate

@@ -4,7 +4,7 @@ They take a frame table: a row an evaluated frame of a run, with the columns `tr
 `sequence`, `repetition`, `frame`, `overlap` (in [0, 1]) and `centre_error` (pixels).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -63,44 +63,73 @@ def share_curve(
     return np.asarray(np.mean(curves, axis=0))
 
 
-def success_plot(frames: pd.DataFrame, title: str) -> Figure:
+def success_plot(
+    frames: pd.DataFrame, title: str, trackers: Sequence[str], incomplete: Collection[str] = ()
+) -> Figure:
     """Share of frames with at least an overlap, for every overlap.
 
     The legend gives the area beneath each curve, which is the mean overlap.
+
+    Parameters
+    ----------
+    frames : DataFrame
+        Frame table.
+    title : str
+        Headline.
+    trackers : sequence of str
+        All trackers of the report, in order: each keeps its colour in every plot.
+    incomplete : collection of str
+        Trackers some of whose runs failed or are missing; they get no curve, but a word.
     """
     thresholds = np.linspace(0.0, 1.0, 1001)
     figure, axes = _figure(title)
-    for position, (tracker, values) in enumerate(_by_tracker(frames)):
-        curve = share_curve(values, "overlap", thresholds, at_least=True)
-        area = values.groupby("sequence")["overlap"].mean().mean()
-        axes.plot(thresholds, curve, label=f"{tracker} ({area:.3f})", **_style(position))
+    for position, tracker, values in _by_tracker(frames, trackers, incomplete):
+        curve, label = np.full(len(thresholds), np.nan), f"{tracker} (incomplete)"
+        if len(values):
+            curve = share_curve(values, "overlap", thresholds, at_least=True)
+            area = values.groupby("sequence")["overlap"].mean().mean()
+            label = f"{tracker} ({area:.3f})"
+        axes.plot(thresholds, curve, label=label, **_style(position))
     axes.set(xlabel="overlap", ylabel="share of frames with at least that", xlim=(0, 1))
     _finish(figure, axes, title="tracker (area)")
     return figure
 
 
-def precision_plot(frames: pd.DataFrame, title: str) -> Figure:
-    """Share of frames with at most a centre error, for every error up to 50 pixels."""
+def precision_plot(
+    frames: pd.DataFrame, title: str, trackers: Sequence[str], incomplete: Collection[str] = ()
+) -> Figure:
+    """Share of frames with at most a centre error, for every error up to 50 pixels.
+
+    Parameters as `success_plot`.
+    """
     thresholds = np.linspace(0.0, ERROR_LIMIT, 501)
     figure, axes = _figure(title)
-    for position, (tracker, values) in enumerate(_by_tracker(frames)):
-        curve = share_curve(values, "centre_error", thresholds, at_least=False)
-        at_20 = share_curve(values, "centre_error", np.array([20.0]), at_least=False)[0]
-        axes.plot(thresholds, curve, label=f"{tracker} ({at_20:.3f})", **_style(position))
+    for position, tracker, values in _by_tracker(frames, trackers, incomplete):
+        curve, label = np.full(len(thresholds), np.nan), f"{tracker} (incomplete)"
+        if len(values):
+            curve = share_curve(values, "centre_error", thresholds, at_least=False)
+            at_20 = share_curve(values, "centre_error", np.array([20.0]), at_least=False)[0]
+            label = f"{tracker} ({at_20:.3f})"
+        axes.plot(thresholds, curve, label=label, **_style(position))
     axes.set(xlabel="centre error [px]", ylabel="share of frames with at most that")
     axes.set_xlim(0, ERROR_LIMIT)
     _finish(figure, axes, title="tracker (at 20 px)")
     return figure
 
 
-def frame_plot(frames: pd.DataFrame, sequence: str) -> Figure:
-    """Overlap and centre error against the frame: median and quartiles over repetitions."""
+def frame_plot(frames: pd.DataFrame, sequence: str, trackers: Sequence[str]) -> Figure:
+    """Overlap and centre error against the frame: median and quartiles over repetitions.
+
+    Parameters as `success_plot`; runs that failed are not in the frame table.
+    """
     figure = Figure(figsize=(9.0, 5.6), dpi=140, layout="constrained")
     FigureCanvasAgg(figure)
     figure.suptitle(sequence, fontsize=11)
     upper, lower = figure.subplots(2, 1, sharex=True)
     here = frames[frames["sequence"] == sequence]
-    for position, (tracker, values) in enumerate(_by_tracker(here)):
+    for position, tracker, values in _by_tracker(here, trackers):
+        if values.empty:
+            continue
         for axes, column in ((upper, "overlap"), (lower, "centre_error")):
             by_frame = values.groupby("frame")[column]
             median = by_frame.median()
@@ -128,21 +157,25 @@ def speed_plot(runs: pd.DataFrame, title: str) -> Figure:
     ----------
     runs : DataFrame
         Timing runs with `tracker`, `cpu_seconds_median` and `cpu_seconds_p95`; disturbed
-        passes have NaN there and are left out: they are no speed.
+        and failed passes have NaN there, and their trackers get no dot: a mean over the
+        rest would be another one.
     title : str
         Headline.
     """
     figure, axes = _figure(title)
-    usable = runs.dropna(subset=["cpu_seconds_median"])
-    means = usable.groupby("tracker", sort=False)[["cpu_seconds_median", "cpu_seconds_p95"]].mean()
-    for position, (_, row) in enumerate(means.iterrows()):
+    columns = ["cpu_seconds_median", "cpu_seconds_p95"]
+    trackers = list(runs["tracker"].unique())
+    for position, tracker in enumerate(trackers):
+        row = runs.loc[runs["tracker"] == tracker, columns].mean(skipna=False)
+        if not np.isfinite(row["cpu_seconds_median"]):
+            continue
         median, tail = row["cpu_seconds_median"] * 1e3, row["cpu_seconds_p95"] * 1e3
         axes.plot([median, tail], [position] * 2, color=colour(position), linewidth=2)
         axes.plot([median], [position], "o", color=colour(position))
         axes.annotate(f"{median:.3g} ms", (median, position), (0, 7), textcoords="offset points",
                       ha="center", fontsize=9)  # fmt: skip
-    axes.set_yticks(range(len(means)), [str(tracker) for tracker in means.index])
-    axes.set_ylim(len(means) - 0.4, -0.6)
+    axes.set_yticks(range(len(trackers)), trackers)
+    axes.set_ylim(len(trackers) - 0.4, -0.6)
     axes.set_xscale("log")
     axes.set_xlabel("CPU time a frame [ms]: median, bar to the 95th percentile")
     axes.grid(alpha=0.3, axis="x")
@@ -164,9 +197,14 @@ def write_figure(path: Path, figure: Figure) -> Path:
     return write_file(path, write)
 
 
-def _by_tracker(frames: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """Trackers in order of appearance, so that each keeps its colour in every plot."""
-    return [(str(tracker), values) for tracker, values in frames.groupby("tracker", sort=False)]
+def _by_tracker(
+    frames: pd.DataFrame, trackers: Sequence[str], incomplete: Collection[str] = ()
+) -> list[tuple[int, str, pd.DataFrame]]:
+    """Position, name and frames of every tracker; no frames for one that is incomplete."""
+    return [
+        (position, tracker, frames[(frames["tracker"] == tracker) & (tracker not in incomplete)])
+        for position, tracker in enumerate(trackers)
+    ]
 
 
 def _figure(title: str) -> tuple[Figure, Axes]:

@@ -16,6 +16,7 @@ from reports.measure import Measure
 __all__ = ["MISSING", "Cell", "Table", "complete", "sequence_table", "summary_table"]
 
 MISSING = "—"
+NOT_RUN = "not run"
 
 
 @dataclass(frozen=True)
@@ -66,10 +67,13 @@ class Table:
 
 
 def complete(runs: pd.DataFrame) -> pd.DataFrame:
-    """Runs with a `missing` row for every tracker and sequence that have none together."""
+    """Runs with a `not run` row for every tracker and sequence that have none together.
+
+    Means over other sequences than another tracker's would compare what can't be compared.
+    """
     there = set(zip(runs["tracker"], runs["sequence"], strict=True))
     lacking = [
-        {"tracker": tracker, "sequence": sequence, "repetition": 0, "status": "missing"}
+        {"tracker": tracker, "sequence": sequence, "repetition": 0, "status": NOT_RUN}
         for tracker in runs["tracker"].unique()
         for sequence in runs["sequence"].unique()
         if (tracker, sequence) not in there
@@ -85,8 +89,9 @@ def summary_table(
     Parameters
     ----------
     runs : DataFrame
-        A row a run: `tracker`, `sequence`, `repetition`, `status` (`finished`, `failed` or
-        `missing`), `failure`, and a column a measure.
+        A row a run: `tracker`, `sequence`, `repetition`, `status` (`finished`; or `failed`,
+        `missing`, `stale`, which a mean can't be taken over), `failure`, and a column a
+        measure.
     measures : sequence of Measure
         The columns.
     title : str
@@ -123,13 +128,12 @@ def sequence_table(
 
     The best of a column is marked among the trackers of one sequence.
     """
-    runs = complete(runs)
-    trackers = list(runs["tracker"].unique())
     labels: list[list[str]] = []
     entries: list[list[_Entry]] = []
     rows: list[list[Cell]] = []
     for sequence in runs["sequence"].unique():
         here = runs[runs["sequence"] == sequence]
+        trackers = list(here["tracker"].unique())
         block = [
             [_one_sequence(here[here["tracker"] == tracker], measure) for measure in measures]
             for tracker in trackers
@@ -153,19 +157,26 @@ def sequence_table(
     )  # fmt: skip
 
 
+_WORDS = {
+    "missing": "runs that were asked for are not there",
+    "stale": "runs were made with another version of the tracker or the sequence",
+    NOT_RUN: "of the sequences were not asked for",
+}
+
+
 @dataclass(frozen=True)
 class _Entry:
     """A mean with its spread over repetitions; NaN where a run it needs is not there."""
 
     mean: float
     spread: float = float("nan")
-    lacking: int = 0
+    lacking: str = ""
     runs: int = 0
     out_of: float = float("nan")
 
 
 def _summary(runs: pd.DataFrame, measure: Measure) -> _Entry:
-    lacking = int((runs["status"] != "finished").sum())
+    lacking = _lacking(runs)
     if lacking or measure.name not in runs:
         return _Entry(float("nan"), lacking=lacking, runs=len(runs))
     by_sequence = runs.groupby("sequence")[measure.name]
@@ -180,12 +191,19 @@ def _summary(runs: pd.DataFrame, measure: Measure) -> _Entry:
 
 
 def _one_sequence(runs: pd.DataFrame, measure: Measure) -> _Entry:
-    lacking = int((runs["status"] != "finished").sum())
+    lacking = _lacking(runs)
     if lacking or measure.name not in runs:
         return _Entry(float("nan"), lacking=lacking, runs=len(runs))
     values = runs[measure.name]
     out_of = float(runs[measure.out_of].mean()) if measure.out_of else float("nan")
     return _Entry(_mean(values), float(values.std()), runs=len(runs), out_of=out_of)
+
+
+def _lacking(runs: pd.DataFrame) -> str:
+    """Why no mean can be taken: `2 of 5 failed`; empty where one can."""
+    others = runs[runs["status"] != "finished"]
+    kinds = " or ".join(others["status"].unique())
+    return f"{len(others)} of {len(runs)} {kinds}" if len(others) else ""
 
 
 def _mean(values: pd.Series) -> float:
@@ -220,7 +238,7 @@ def _best(means: Iterable[float], measure: Measure) -> float | None:
 
 def _shown(entry: _Entry, measure: Measure) -> str:
     if entry.lacking:
-        return f"{MISSING} ({entry.lacking} of {entry.runs} runs missing)"
+        return f"{MISSING} ({entry.lacking})"
     if np.isnan(entry.mean):
         return MISSING
     digits = measure.decimals
@@ -240,8 +258,12 @@ def _notes(runs: pd.DataFrame) -> list[str]:
         + str(run.failure).partition("\n")[0]
         for run in failed.itertuples()
     ]
-    missing = runs[runs["status"] == "missing"].groupby("tracker", sort=False).size()
-    return notes + [f"missing: {count} runs of {tracker}" for tracker, count in missing.items()]
+    for status in ("missing", "stale", NOT_RUN):
+        counts = runs[runs["status"] == status].groupby("tracker", sort=False).size()
+        notes += [
+            f"{status}: {tracker}, {count} {_WORDS[status]}" for tracker, count in counts.items()
+        ]
+    return notes
 
 
 def _tidy(

@@ -1,6 +1,6 @@
 """A whole report in a folder: tables in every format, plots and film strips."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -43,7 +43,14 @@ def write_tables(
     return paths
 
 
-def write_plots(folder: Path, frames: pd.DataFrame, timing: pd.DataFrame, title: str) -> list[Path]:
+def write_plots(
+    folder: Path,
+    frames: pd.DataFrame,
+    timing: pd.DataFrame,
+    title: str,
+    trackers: Sequence[str],
+    incomplete: Collection[str] = (),
+) -> list[Path]:
     """Draw all plots that the data allow.
 
     Parameters
@@ -56,13 +63,21 @@ def write_plots(folder: Path, frames: pd.DataFrame, timing: pd.DataFrame, title:
         Timing runs; may be empty.
     title : str
         Headline.
+    trackers, incomplete
+        See `reports.plots.success_plot`.
     """
     paths = []
     if len(frames):
-        paths.append(write_figure(folder / "success.png", success_plot(frames, title)))
-        paths.append(write_figure(folder / "precision.png", precision_plot(frames, title)))
+        paths.append(
+            write_figure(folder / "success.png", success_plot(frames, title, trackers, incomplete))
+        )
+        paths.append(
+            write_figure(
+                folder / "precision.png", precision_plot(frames, title, trackers, incomplete)
+            )
+        )
         for sequence in frames["sequence"].unique():
-            figure = frame_plot(frames, sequence)
+            figure = frame_plot(frames, sequence, trackers)
             paths.append(write_figure(folder / f"frames-{file_name(sequence)}.png", figure))
     if len(timing) and timing["cpu_seconds_median"].notna().any():
         paths.append(write_figure(folder / "speed.png", speed_plot(timing, title)))

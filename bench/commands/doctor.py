@@ -16,6 +16,7 @@ __all__ = ["command"]
 
 LIBRARIES = ("numpy", "numba", "pandas", "pyarrow", "matplotlib", "av", "scikit-video")
 OPENCV = "opencv"
+MISSING = "not installed"
 
 
 @click.command("doctor")
@@ -62,7 +63,14 @@ def _versions() -> dict[str, str]:
         for found in metadata.distributions()
         if str(found.metadata["Name"]).startswith(OPENCV)
     )
-    return {name: metadata.version(name) for name in (*LIBRARIES, *opencv)}
+    return {name: _version(name) for name in (*LIBRARIES, *opencv)}
+
+
+def _version(distribution: str) -> str:
+    try:
+        return metadata.version(distribution)
+    except metadata.PackageNotFoundError:
+        return MISSING
 
 
 def _caches() -> dict[str, str]:
@@ -99,17 +107,19 @@ def _trackers() -> dict[str, str]:
 
 def _problems() -> list[str]:
     import datasets
-    from bench.packages import NameClashError, check_ownership, check_place
+    from bench.packages import NameClashError, check_ownership
     from datasets.file_digest import cache_folder
 
     problems: list[str] = []
-    checks: list[Any] = [check_place, check_ownership, lambda: datasets.load("samples/face")]
+    checks: list[Any] = [check_ownership, lambda: datasets.load("samples/face")]
     for check in checks:
         try:
             check()
         except (NameClashError, datasets.SequenceError) as error:
             problems.append(str(error))
-    opencv = [name for name in _versions() if name.startswith(OPENCV)]
+    versions = _versions()
+    problems += [f"{name} is {MISSING}." for name, found in versions.items() if found == MISSING]
+    opencv = [name for name in versions if name.startswith(OPENCV)]
     if len(opencv) != 1:
         problems.append(
             f"{len(opencv)} distributions provide cv2 ({', '.join(opencv)}): install exactly one."

@@ -1,8 +1,12 @@
 """Make tables and plots of stored results."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from datasets import Sequence
 
 __all__ = ["command", "write_report"]
 
@@ -48,13 +52,22 @@ def write_report(experiment: Path, folder: Path, *, pictures: bool = True) -> li
     from bench.files import ResultsError
     from bench.index import load_results
     from bench.reporting import frame_table, tables, timing_runs, title_of
+    from reports.tables import complete
     from reports.write import write_plots, write_tables
 
     try:
         paths = write_tables(folder, tables(experiment))
         if pictures:
-            timing = timing_runs(load_results(experiment))
-            paths += write_plots(folder, frame_table(experiment), timing, title_of(experiment))
+            runs = load_results(experiment)
+            scored = complete(runs[runs["protocol"] == "accuracy"])
+            paths += write_plots(
+                folder,
+                frame_table(experiment),
+                timing_runs(runs),
+                title_of(experiment),
+                trackers=list(scored["tracker"].unique()),
+                incomplete=set(scored[scored["status"] != "finished"]["tracker"]),
+            )
             paths += _film_strips(experiment, folder)
     except OSError as error:
         raise ResultsError(str(error.strerror or error)) from error
@@ -63,7 +76,6 @@ def write_report(experiment: Path, folder: Path, *, pictures: bool = True) -> li
 
 def _film_strips(experiment: Path, folder: Path) -> list[Path]:
     """A strip of every sequence whose pixels can be had here as they were."""
-    import datasets
     from bench.index import read_index
     from bench.reporting import boxes_of
     from bench.results import Results
@@ -71,15 +83,24 @@ def _film_strips(experiment: Path, folder: Path) -> list[Path]:
     from reports.write import file_name
 
     paths = []
-    for name in sorted({str(row["sequence"]) for row in read_index(Results(experiment))}):
-        try:
-            sequence = datasets.load(name)
-        except datasets.SequenceError:
-            click.echo(
-                f"{name}: no film strip; `trackmark show` draws one from its path.", err=True
-            )
+    rows = {str(row["sequence"]): row for row in read_index(Results(experiment))}
+    for name, row in sorted(rows.items()):
+        sequence = _opened(row)
+        if sequence is None:
+            click.echo(f"{name}: no film strip: it is not at {row['source']} as it was.", err=True)
             continue
         numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, 10)
         strip = film_strip(sequence.__getitem__, numbers, boxes_of(experiment, name), name)
         paths.append(write_film_strip(folder / f"strip-{file_name(name)}.png", strip))
     return paths
+
+
+def _opened(row: dict[str, Any]) -> "Sequence | None":
+    """The sequence of a run, where it is still there and the same."""
+    import datasets
+
+    try:
+        sequence = datasets.load(row["source"], truth=row["truth"] or None)
+    except datasets.SequenceError:
+        return None
+    return sequence if sequence.fingerprint == row["fingerprint"] else None

@@ -30,14 +30,14 @@ def list_results(folder: Path, as_json: bool) -> None:
 
     With --json a line a run, with its scores.
     """
-    from bench.index import experiment_folders, read_index
+    from bench.index import experiment_folders, for_json, read_index
     from bench.results import Results
 
     for experiment in experiment_folders(folder):
         rows = read_index(Results(experiment))
         if as_json:
             for row in rows:
-                click.echo(json.dumps({"experiment": experiment.name, **row}))
+                click.echo(json.dumps({"experiment": experiment.name, **for_json(row)}))
             continue
         click.echo(f"{experiment}: {len(rows)} runs")
         counts = Counter(_key(row) for row in rows)

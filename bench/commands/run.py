@@ -85,7 +85,7 @@ def execute(
     as_json: bool = False,
 ) -> int:
     """Run an experiment, say what came of it, and give the exit status."""
-    from bench.index import read_index
+    from bench.index import for_json, read_index
     from bench.plan import State
     from bench.results import Results
     from bench.runner import Execution
@@ -98,14 +98,23 @@ def execute(
                 "row are not read.",
                 err=True,
             )
+    stale = execution.plan.count(State.STALE)
+    if stale:
+        click.echo(
+            f"{stale} stored runs were made with another version of their tracker or sequence "
+            "and are done again.",
+            err=True,
+        )
     total = len(execution.plan.cells)
-    done = execution.plan.count(State.DONE) + execution.plan.count(State.FAILED)
+    done = execution.plan.count(State.DONE)
+    if not retry_failed:
+        done += execution.plan.count(State.FAILED)
     try:
         with progress_bar(execution.work, "frame") as progress:
             for row in execution.rows(progress):
                 done += 1
                 if as_json:
-                    click.echo(json.dumps(_finite(row)))
+                    click.echo(json.dumps(for_json(row), allow_nan=False))
     except KeyboardInterrupt:
         click.echo(
             f"Stopped: {done} of {total} runs are done and kept in {execution.folder}. "
@@ -121,7 +130,7 @@ def execute(
     if not as_json:
         from bench.reporting import summary_text
 
-        click.echo(summary_text(execution.folder))
+        click.echo(summary_text(execution.folder, execution.plan.asked().cells))
         click.echo(f"{done} of {total} runs are in {execution.folder}.")
         if math.isfinite(execution.overhead):
             microseconds = execution.overhead * 1e6
@@ -129,11 +138,3 @@ def execute(
     if execution.errors:
         return EXIT_WRONG_INPUT
     return EXIT_ANSWER_IS_NO if failed else 0
-
-
-def _finite(row: dict[str, object]) -> dict[str, object]:
-    """A row with null for what is not a number: JSON has no NaN."""
-    scores = row["scores"]
-    assert isinstance(scores, dict)
-    finite = {key: value if math.isfinite(value) else None for key, value in scores.items()}
-    return {key: value for key, value in row.items() if key != "stamp"} | {"scores": finite}

@@ -65,18 +65,23 @@ def command(
 
 
 def _boxes(results: Path, sequence: Any, repetition: int) -> dict[str, Any]:
+    import numpy as np
+
     from bench.files import ResultsError
     from bench.reporting import boxes_of
+    from reports.overlay import TRUTH
 
     found = boxes_of(results, sequence.name, repetition)
     if not found:
         raise ResultsError(f"{results}: there are no runs on {sequence.name}.")
-    for label, rows in found.items():
-        if len(rows) != len(sequence):
-            raise ResultsError(
-                f"{results}: {label} has {len(rows)} frames, {sequence.name} has {len(sequence)}. "
-                "Run it again on the sequence as it is."
-            )
+    known = sequence.present.any()
+    if len(found[TRUTH]) != len(sequence) or (
+        known and not np.array_equal(found[TRUTH], sequence.boxes, equal_nan=True)
+    ):
+        raise ResultsError(
+            f"{results}: the runs on {sequence.name} were made on another version of it. "
+            "Run them again on the sequence as it is."
+        )
     return found
 
 

@@ -5,7 +5,8 @@ import functools
 import numpy as np
 import pytest
 
-from bench.contestant import contestant, run_seed
+from bench.contestant import PACKAGE, contestant, run_seed
+from datasets.source_digest import source_digest
 from trackers import TrackerError
 
 PLUGIN = '''
@@ -81,6 +82,47 @@ def test_the_version_changes_with_the_source_of_the_tracker(tmp_path):
     assert before["source"] != after["source"]
     assert before["libraries"] == after["libraries"]
     assert "numpy" in before["libraries"]
+
+
+@pytest.mark.parametrize(
+    ("statement", "file"),
+    [
+        ("import helper", "helper.py"),
+        ("from helper import OFFSET", "helper.py"),
+        ("from parts.deep import x", "parts/deep.py"),
+        ("from trackers.base import sharing", None),
+    ],
+)
+def test_the_version_follows_modules_beside_the_file(tmp_path, statement, file):
+    (tmp_path / "helper.py").write_text("OFFSET = 1\n")
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "deep.py").write_text("x = 1\n")
+    own = tmp_path / "own.py"
+    own.write_text(f"{statement}\n")
+    before = source_digest(own, PACKAGE)
+    for changed in ("helper.py", "parts/deep.py"):
+        text = (tmp_path / changed).read_text()
+        (tmp_path / changed).write_text(f"{text}# a change\n")
+        assert (source_digest(own, PACKAGE) != before) == (changed == file)
+        (tmp_path / changed).write_text(text)
+
+
+def test_the_version_follows_relative_imports_within_a_package(tmp_path):
+    package = tmp_path / "mine"
+    (package / "sub").mkdir(parents=True)
+    for folder in (package, package / "sub"):
+        (folder / "__init__.py").write_text("")
+    (package / "tool.py").write_text("a = 1\n")
+    (package / "sub" / "near.py").write_text("b = 1\n")
+    own = package / "sub" / "own.py"
+    own.write_text("from ..tool import a\nfrom . import near\n")
+    before = source_digest(own, PACKAGE)
+    for changed in (package / "tool.py", package / "sub" / "near.py"):
+        text = changed.read_text()
+        changed.write_text(f"{text}# a change\n")
+        assert source_digest(own, PACKAGE) != before
+        changed.write_text(text)
+    assert source_digest(own, PACKAGE) == before
 
 
 def test_a_callable_is_named_by_its_qualified_name():

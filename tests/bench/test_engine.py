@@ -13,10 +13,15 @@ import pyarrow.parquet as parquet
 import pytest
 
 import bench
+import datasets
+from bench.engine import execute
 from bench.experiment import Experiment, SequenceSource
+from bench.files import remove_leftovers
 from bench.index import read_index
 from bench.results import Results
 from bench.runner import Execution, run
+from bench.stored_truth import write_truth
+from datasets import SequenceError
 
 TRACKMARK = [sys.executable, "-c", "from bench.cli import main; main()"]
 
@@ -87,8 +92,10 @@ def test_progress_ends_at_the_whole_work(data):
     execution = Execution(experiment(data), data / "results", jobs=2)
     seen = []
     list(execution.rows(seen.append))
-    assert seen == sorted(seen) or max(seen) <= execution.work
     assert execution.work == 4 * 60 * 5
+    assert seen[-1] == execution.work
+    assert min(seen) >= 0
+    assert max(seen) <= execution.work
     assert 0 < execution.overhead < 0.01
 
 
@@ -112,6 +119,133 @@ def test_a_tracker_that_kills_its_process_costs_its_own_runs_alone(data, death):
     healthy = run(experiment(data, "healthy", trackers[::2], seeds=1), data / "results")
     alive = {path: found for path, found in contents(folder).items() if "deadly" not in path}
     assert alive == contents(healthy)
+
+
+def test_two_workers_are_at_work_at_once(data):
+    file = data / "knob.py"
+    file.write_text(file.read_text().replace("return Estimate", PAUSE))
+    both = experiment(data, "both", ("{}/knob.py:Knob",), seeds=1)
+    execution = Execution(both, data / "results", jobs=2)
+    rows = list(execution.rows())
+    processes = {
+        Results(execution.folder).read(execution.folder / row["path"]).details["process"][5]
+        for row in rows
+    }
+    assert len(processes) == 2
+
+
+PAUSE = """import os, time; time.sleep(0.01)
+        return Estimate(self.box, details={"process": float(os.getpid())})  #"""
+
+
+def test_units_that_were_waiting_when_a_worker_died_stay_whole(data, monkeypatch):
+    deadly = data / "deadly.py"
+    death = "import os; os._exit(3)\n        return Estimate"
+    deadly.write_text((data / "knob.py").read_text().replace("return Estimate", death))
+    chosen = Experiment(
+        "mixed",
+        ("static", f"{deadly}:Knob"),
+        (SequenceSource(str(data / "data" / "A")),),
+    )
+    healthy = experiment(data, "mixed", ("static", "camshift"), seeds=1)
+    units = (
+        Execution(chosen, data / "results").units + Execution(healthy, data / "results").units[1:]
+    )
+    done = [unit for unit, _ in execute(units, data / "results" / "mixed", 1)]
+    assert sorted(len(unit.entries) for unit in done) == [1, 1, 2, 2, 2]
+
+
+def test_a_tracker_that_changes_while_it_runs_leaves_nothing(data):
+    file = data / "knob.py"
+    edit = "import pathlib; pathlib.Path(__file__).write_text('#')\n        return Estimate"
+    file.write_text(file.read_text().replace("return Estimate", edit))
+    chosen = experiment(data, "edited", ("{}/knob.py:Knob",), seeds=1)
+    with pytest.raises(SequenceError, match="changed while it ran"):
+        run(chosen, data / "results")
+    assert Results(data / "results" / "edited").files() == []
+
+
+def test_workers_end_soon_after_a_command_that_was_killed_alone(data):
+    file = data / "knob.py"
+    file.write_text(file.read_text().replace("return Estimate", PAUSE.replace("0.01", "30")))
+    process = subprocess.Popen(
+        [
+            *TRACKMARK,
+            *("run", "--sequences", f"{data}/data/A,{data}/data/B", "--name", "orphans"),
+            *("--trackers", f"{file}:Knob", "--output", str(data / "results")),
+        ],
+        start_new_session=True,
+    )
+    try:
+        wait_until(lambda: len(members(process.pid)) >= 3)
+        process.kill()
+        process.wait()
+        # The resource tracker ends with the last worker.
+        wait_until(lambda: not members(process.pid))
+    finally:
+        for left in members(process.pid):
+            os.kill(left, signal.SIGKILL)
+
+
+def members(session):
+    """Living processes of a session."""
+    listed = subprocess.run(
+        ["ps", "-o", "pid=,stat=", "-s", str(session)], capture_output=True, text=True, check=False
+    )
+    rows = [line.split() for line in listed.stdout.splitlines()]
+    return [int(pid) for pid, state in rows if not state.startswith("Z")]
+
+
+def wait_until(condition, seconds=30):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+
+
+@pytest.mark.parametrize("call", range(1, 14, 2))
+def test_killed_at_any_write_of_a_run_the_store_holds_old_or_new_and_nothing_half(data, call):
+    """Kill at the n-th `replace` or `write` of storing a run; then store it again."""
+    code = f"""
+import os, pathlib, sys
+import bench, datasets
+from bench.results import Results
+from bench.stored_truth import write_truth
+left = {call}
+def deadly(name, target):
+    plain = getattr(target, name)
+    def counted(*a, **k):
+        global left
+        left -= 1
+        if left == 0:
+            os.kill(os.getpid(), 9)
+        done = plain(*a, **k)
+        left -= 1
+        if left == 0:
+            os.kill(os.getpid(), 9)
+        return done
+    setattr(target, name, counted)
+deadly("replace", pathlib.Path)
+import bench.files, pyarrow.parquet, pyarrow.feather
+deadly("_sync", bench.files)
+deadly("write_table", pyarrow.parquet)
+deadly("write_feather", pyarrow.feather)
+sequence = datasets.load({str(data / "data" / "A")!r})
+write_truth(pathlib.Path({str(data / "store")!r}), sequence)
+Results(pathlib.Path({str(data / "store")!r})).write(bench.evaluate("static", sequence))
+"""
+    done = subprocess.run([sys.executable, "-c", code], check=False)
+    assert done.returncode == -signal.SIGKILL
+    results = Results(data / "store")
+    for file in results.files():
+        assert results.read(file).status == "finished"
+    sequence = datasets.load(data / "data" / "A")
+    write_truth(results.folder, sequence)
+    results.write(bench.evaluate("static", sequence))
+    (row,) = read_index(results)
+    assert row["scores"]["mean_overlap"] == 1.0
+    remove_leftovers(results.folder)
+    assert not list(results.folder.rglob("*.tmp"))
 
 
 def kill_and_resume(data, kills, seed):

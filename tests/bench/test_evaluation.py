@@ -1,5 +1,7 @@
 """The loop over frames: who is called when, what is kept, what a bad tracker costs."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -147,7 +149,20 @@ def raise_error(image, tracker):
     raise ZeroDivisionError("of my own making")
 
 
+class UnprintableError(Exception):
+    def __str__(self):
+        raise ZeroDivisionError
+
+
+def raise_unprintable(image, tracker):
+    raise UnprintableError
+
+
 BAD = {
+    "ends the interpreter": (lambda i, t: sys.exit(0), "SystemExit: 0"),
+    "raises what can't be printed": (raise_unprintable, "UnprintableError"),
+    "is infinitely confident": (lambda i, t: Estimate(t.box, confidence=np.inf), "confidence inf"),
+    "details a number": (lambda i, t: Estimate(t.box, details={1: 1.0}), "can't be called 1"),
     "raises": (raise_error, "ZeroDivisionError: of my own making"),
     "returns nothing": (lambda i, t: None, "not an Estimate"),
     "returns NaN": (lambda i, t: Estimate(np.array([np.nan, 0, 1, 1])), "not finite"),
@@ -180,6 +195,43 @@ def test_what_a_tracker_does_wrong_ends_its_own_run_alone(make_sequence, case):
     for run, repetition in ((first, 0), (last, 1)):
         assert run.status == "finished"
         np.testing.assert_array_equal(run.boxes, boxes_of(Walker, sequence, repetition))
+
+
+def test_ctrl_c_is_not_the_trackers(make_sequence):
+    def interrupt(image, tracker):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        bench.evaluate(misbehaving(interrupt), make_sequence())
+
+
+def test_a_negative_repetition_is_refused(make_sequence):
+    with pytest.raises(ValueError, match="repetition is -1"):
+        bench.evaluate(Walker, make_sequence(), -1)
+
+
+def test_a_tracker_typed_at_a_prompt_runs(make_sequence):
+    names = {"Walker": Walker}
+    exec(compile("make = lambda seed: Walker(seed)", "<stdin>", "exec"), names)
+    assert bench.evaluate(names["make"], make_sequence()).status == "finished"
+
+
+def test_what_determines_a_run_is_settled_before_it_begins(make_sequence, tmp_path):
+    file = tmp_path / "editing.py"
+    file.write_text(
+        "from pathlib import Path\n"
+        "from trackers import Estimate, TrackerPlugin\n"
+        "class Editing(TrackerPlugin):\n"
+        "    def init(self, image, box, mask=None):\n"
+        "        self.box = box\n"
+        "    def update(self, image):\n"
+        "        Path(__file__).write_text(Path(__file__).read_text() + '#')\n"
+        "        return Estimate(self.box)\n"
+    )
+    before = contestant(f"{file}:Editing").version
+    run = bench.evaluate(f"{file}:Editing", make_sequence())
+    assert run.identity.tracker_version == before
+    assert contestant(f"{file}:Editing").version != before
 
 
 def test_a_tracker_that_fails_to_start_is_a_failed_run(make_sequence):
@@ -241,13 +293,26 @@ def test_static_scores_what_standing_still_scores(make_sequence):
     assert scores["mean_overlap"] == pytest.approx(np.mean((8 - distance) / (8 + distance)))
 
 
-def test_the_harness_reports_its_own_time_without_that_of_trackers_and_images(make_sequence):
-    import time
+def test_the_harness_reports_its_own_time_without_that_of_trackers_and_images(
+    make_sequence, monkeypatch
+):
+    """By a clock that ticks once a reading: 1 in the loop, 1 in each tracker's own call."""
+    ticks = iter(range(10**6))
+    now = lambda: next(ticks)  # noqa: E731
+    monkeypatch.setattr("bench.evaluation.perf_counter", now)
+    monkeypatch.setattr("bench.recorder.perf_counter", now)
+    (entry,) = [contestant(Walker)]
+    for n_trackers in (1, 4):
+        entries = [(entry, repetition) for repetition in range(n_trackers)]
+        overhead = run_in_lock_step(entries, make_sequence(n=9)).overhead
+        # A frame reads the clock 2 + 2 a tracker: so much passes, of which 1 a tracker is its own.
+        assert overhead == pytest.approx((1 + 2 * n_trackers - n_trackers) / n_trackers)
 
-    def slow(image, tracker):
-        time.sleep(0.2)
-        return Estimate(tracker.box)
 
-    sequence = make_sequence(n=50)
-    passed = run_in_lock_step([(contestant(misbehaving(slow)), 0)], sequence)
-    assert 0 < passed.overhead * 50 < 0.1
+def test_trackers_that_failed_do_not_make_the_harness_look_quicker(make_sequence, monkeypatch):
+    clock = iter(range(10**6))
+    monkeypatch.setattr("bench.evaluation.perf_counter", lambda: next(clock))
+    monkeypatch.setattr("bench.recorder.perf_counter", lambda: 0.0)
+    failing = contestant(misbehaving(raise_error, at=1))
+    entries = [(contestant(Walker), 0)] + [(failing, i) for i in range(9)]
+    assert run_in_lock_step(entries, make_sequence(n=9)).overhead == 1.0

@@ -44,9 +44,17 @@ def test_lists_are_swept_in_the_order_written(tmp_path):
     ]
 
 
+def test_a_table_can_give_recorded_data_its_truth(tmp_path):
+    entry = '{ name = "a.mp4", truth = "b.csv" }'
+    path = written(tmp_path, GOOD.replace('"samples/face"', entry))
+    source = read_experiment(path).sequences[0]
+    assert (source.text, str(source.truth)) == ("a.mp4", "b.csv")
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
+        (("hue_bins = 16", "hue_bins = []"), "sweeps over an empty list"),
         (("version = 1", ""), "'version' is missing"),
         (("version = 1", "version = 2"), "version 2 is not"),
         (("version = 1", "version = true"), "version must be of type int"),

@@ -13,14 +13,14 @@ from bench.contestant import contestant, identify
 from bench.files import ResultsError, remove_leftovers, write_atomically
 from bench.index import read_index
 from bench.record import Run, Times
-from bench.results import Results, folder_name, run_path
+from bench.results import Asked, Results, folder_name, run_path
 from bench.stored_truth import read_truth, truth_path, write_truth
 
 
 @pytest.fixture
 def results(tmp_path):
     results = Results(tmp_path / "trial")
-    results.prepare({"title": "Trial", "cells": []})
+    results.prepare(Asked("Trial", {}))
     return results
 
 
@@ -98,6 +98,7 @@ def test_different_labels_get_different_folders_of_bearable_length(a, b):
     assert (folder_name(a) == folder_name(b)) == (a == b)
     assert len(folder_name(a * 50).encode()) <= 200
     assert "/" not in folder_name(a)
+    assert folder_name(a)[0] not in "_."
 
 
 def test_timing_runs_lie_apart_from_scored_ones():
@@ -153,7 +154,7 @@ def test_results_of_a_newer_layout_are_refused(results):
     plan = results.folder / "plan.json"
     plan.write_text(json.dumps({"schema": 99, "cells": []}))
     with pytest.raises(ResultsError, match="layout version 99"):
-        results.prepare({})
+        results.prepare(Asked("", {}))
 
 
 def test_the_index_is_made_anew_when_it_is_lost_damaged_or_old(results, sequence):
@@ -184,14 +185,17 @@ def test_scores_in_the_index_are_those_of_the_run(results, sequence):
     }
 
 
+def asked_for(results, *cells):
+    results.prepare(Asked("", {cell[:4]: cell[4] for cell in cells}))
+
+
 def test_load_results_gives_a_row_a_run_and_a_row_for_what_is_missing(results, sequence):
-    results.prepare(
-        {
-            "title": "t",
-            "cells": [["static", "line", 0, "accuracy"], ["gone", "line", 0, "accuracy"]],
-        }
+    run, _ = store(results, sequence)
+    asked_for(
+        results,
+        ("static", "line", 0, "accuracy", run.identity.version),
+        ("gone", "line", 0, "accuracy", "v"),
     )
-    store(results, sequence)
     table = bench.load_results(results.folder)
     assert table.set_index("tracker")["status"].to_dict() == {
         "static": "finished",
@@ -199,6 +203,54 @@ def test_load_results_gives_a_row_a_run_and_a_row_for_what_is_missing(results, s
     }
     assert bench.load_results(results.folder.parent).equals(table)
     assert table["experiment"].unique().tolist() == ["trial"]
+
+
+def test_what_was_asked_for_is_not_forgotten_when_something_else_is(results, sequence):
+    asked_for(results, ("a", "line", 0, "accuracy", "1"), ("a", "line", 1, "accuracy", "1"))
+    asked_for(results, ("b", "line", 0, "accuracy", "1"))
+    assert bench.load_results(results.folder)["tracker"].tolist() == ["a", "a", "b"]
+
+
+def test_runs_of_an_earlier_version_than_was_asked_for_last_are_stale(results, sequence):
+    runs = [store(results, sequence, "static", repetition)[0] for repetition in (0, 1)]
+    old = runs[0].identity.version
+    asked_for(results, *(("static", "line", i, "accuracy", old) for i in (0, 1)))
+    assert bench.load_results(results.folder)["status"].tolist() == ["finished"] * 2
+    asked_for(results, ("static", "line", 0, "accuracy", "new"))
+    assert bench.load_results(results.folder)["status"].tolist() == ["stale"] * 2
+
+
+def test_a_run_that_was_removed_is_not_missing(results, sequence):
+    run, path = store(results, sequence)
+    asked_for(results, ("static", "line", 0, "accuracy", run.identity.version))
+    results.remove(str(path.relative_to(results.folder)))
+    assert len(bench.load_results(results.folder)) == 0
+
+
+def test_a_damaged_truth_is_written_anew(results, sequence):
+    store(results, sequence)
+    path = truth_path(results.folder, sequence.name, sequence.fingerprint)
+    path.write_bytes(path.read_bytes()[:50])
+    write_truth(results.folder, sequence)
+    back = read_truth(results.folder, sequence.name, sequence.fingerprint)
+    np.testing.assert_array_equal(back.boxes, sequence.boxes)
+
+
+def test_results_that_can_only_be_read_are_read(results, sequence, monkeypatch):
+    store(results, sequence)
+
+    def refuse(path, write):
+        raise ResultsError(f"{path} can't be written")
+
+    monkeypatch.setattr("bench.index.write_atomically", refuse)
+    assert len(read_index(results)) == 1
+
+
+@pytest.mark.parametrize("damage", ["[]", "{", '{"schema": 1}', '{"schema": 1, "cells": [[1]]}'])
+def test_a_damaged_plan_is_named(results, damage):
+    (results.folder / "plan.json").write_text(damage)
+    with pytest.raises(ResultsError, match=r"plan\.json is damaged"):
+        bench.load_results(results.folder)
 
 
 def test_a_folder_without_results_is_named(tmp_path):
@@ -236,7 +288,7 @@ def test_a_write_that_fails_leaves_the_old_file_and_no_litter(tmp_path):
 def test_a_folder_that_is_a_file_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(ResultsError, match=r"file/trial/plan\.json can't be written"):
-        Results(tmp_path / "file" / "trial").prepare({})
+        Results(tmp_path / "file" / "trial").prepare(Asked("", {}))
 
 
 def test_leftovers_of_processes_that_are_gone_are_removed_and_no_others(tmp_path):

@@ -107,6 +107,41 @@ def test_a_tracker_that_fails_while_it_is_timed_is_a_failed_run(make_sequence):
     assert run.failure.startswith("frame 1: RuntimeError: no")
 
 
+def test_a_timing_run_has_one_thread_no_collector_and_shares_nothing(make_sequence):
+    import gc
+
+    import cv2
+
+    from trackers.base.sharing import SharingTracker
+
+    seen = []
+
+    class Sharing(SharingTracker):
+        def init_shared(self, frame, box, mask=None):
+            self.box = box
+
+        def update_shared(self, frame):
+            seen.append((gc.isenabled(), cv2.getNumThreads(), id(frame)))
+            return Estimate(self.box)
+
+        def update(self, image):
+            seen.append("plain")
+            return super().update(image)
+
+    threads = cv2.getNumThreads()
+    time_run(contestant(lambda seed: Sharing(Sharing.Parameters(), seed)), 0, make_sequence(n=5))
+    timed = seen[-8:]
+    assert timed[::2] == ["plain"] * 4
+    assert {(collected, used) for collected, used, _ in timed[1::2]} == {(False, 1)}
+    assert cv2.getNumThreads() == threads
+
+
+def test_a_run_is_scored_on_its_own_sequence_alone(make_sequence):
+    run = bench.evaluate("static", make_sequence(n=9))
+    with pytest.raises(ValueError, match="another sequence"):
+        bench.score(run, make_sequence(n=9, absent=(3,)))
+
+
 def test_the_garbage_collector_is_on_again_after_a_timing_run(make_sequence):
     import gc
 

@@ -58,38 +58,55 @@ def test_curves_include_their_thresholds_and_count_each_sequence_once():
 
 def test_plots_draw_a_line_a_tracker_and_name_it_with_its_figure():
     table = pd.concat([frame_table([0.25, 0.75]), frame_table([1.0, 1.0], tracker="b")])
-    (axes,) = success_plot(table, "T").axes
+    (axes,) = success_plot(table, "T", ["a", "b"]).axes
     assert [line.get_label() for line in axes.lines] == ["a (0.500)", "b (1.000)"]
     assert axes.lines[1].get_ydata()[-1] == 1.0
-    (axes,) = precision_plot(table, "T").axes
+    (axes,) = precision_plot(table, "T", ["a", "b"]).axes
     assert [line.get_label() for line in axes.lines] == ["a (0.500)", "b (1.000)"]
 
 
 def test_the_frame_plot_shows_the_median_over_repetitions_with_a_band():
     table = pd.concat([frame_table([o, 0.5], repetition=i) for i, o in enumerate([0.1, 0.2, 0.9])])
-    upper, lower = frame_plot(table, "s").axes
+    upper, lower = frame_plot(table, "s", ["a"]).axes
     np.testing.assert_allclose(upper.lines[0].get_ydata(), [0.2, 0.5])
     np.testing.assert_allclose(lower.lines[0].get_ydata(), [24.0, 15.0])
     assert len(upper.collections) == 1
-    assert not frame_plot(frame_table([0.1]), "s").axes[0].collections
+    assert not frame_plot(frame_table([0.1]), "s", ["a"]).axes[0].collections
 
 
-def test_the_speed_plot_leaves_disturbed_passes_out():
+def test_a_tracker_keeps_its_colour_and_an_incomplete_one_gets_no_curve():
+    table = pd.concat([frame_table([0.25, 0.75]), frame_table([1.0, 1.0], tracker="b")])
+    (axes,) = success_plot(table, "T", ["x", "a", "b"], incomplete={"a"}).axes
+    assert [line.get_label() for line in axes.lines] == [
+        "x (incomplete)",
+        "a (incomplete)",
+        "b (1.000)",
+    ]
+    assert np.isnan(axes.lines[1].get_ydata()).all()
+    assert axes.lines[2].get_color() == colour(2)
+    upper, _ = frame_plot(table, "s", ["x", "a", "b"]).axes
+    assert [line.get_color() for line in upper.lines] == [colour(1), colour(2)]
+
+
+def test_the_speed_plot_shows_no_tracker_of_which_a_pass_was_disturbed():
     timing = pd.DataFrame(
         {
-            "tracker": ["a", "b"],
-            "cpu_seconds_median": [0.002, np.nan],
-            "cpu_seconds_p95": [0.003, np.nan],
+            "tracker": ["a", "a", "b", "b"],
+            "cpu_seconds_median": [0.001, 0.003, np.nan, 0.1],
+            "cpu_seconds_p95": [0.003, 0.003, np.nan, 0.1],
         }
     )
     (axes,) = speed_plot(timing, "T").axes
-    assert [label.get_text() for label in axes.get_yticklabels()] == ["a"]
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["a", "b"]
+    assert len(axes.lines) == 2
     np.testing.assert_allclose(axes.lines[0].get_xdata(), [2.0, 3.0])
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_figures_are_written_whole_by_their_suffix(tmp_path, suffix):
-    path = write_figure(tmp_path / "deep" / f"plot{suffix}", success_plot(frame_table([0.5]), "T"))
+    path = write_figure(
+        tmp_path / "deep" / f"plot{suffix}", success_plot(frame_table([0.5]), "T", ["a"])
+    )
     start = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}[suffix]
     assert path.read_bytes().startswith(start)
     assert list(path.parent.iterdir()) == [path]
@@ -97,27 +114,28 @@ def test_figures_are_written_whole_by_their_suffix(tmp_path, suffix):
 
 def test_a_figure_has_the_same_bytes_twice(tmp_path):
     paths = [
-        write_figure(tmp_path / f"{i}.png", success_plot(frame_table([0.5]), "T")) for i in "ab"
+        write_figure(tmp_path / f"{i}.png", success_plot(frame_table([0.5]), "T", ["a"]))
+        for i in "ab"
     ]
     assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
 def test_write_plots_draws_what_the_data_allow(tmp_path):
     timing = pd.DataFrame({"tracker": ["a"], "cpu_seconds_median": [0.1], "cpu_seconds_p95": [0.2]})
-    paths = write_plots(tmp_path, frame_table([0.5], sequence="x/y:z=1"), timing, "T")
+    paths = write_plots(tmp_path, frame_table([0.5], sequence="x/y:z=1"), timing, "T", ["a"])
     assert [path.name for path in paths] == [
         "success.png",
         "precision.png",
         "frames-x-y-z-1.png",
         "speed.png",
     ]
-    assert write_plots(tmp_path / "none", pd.DataFrame(), timing[:0], "T") == []
+    assert write_plots(tmp_path / "none", pd.DataFrame(), timing[:0], "T", ["a"]) == []
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OSError, match=r"file/p\.png can't be written"):
-        write_figure(tmp_path / "file" / "p.png", success_plot(frame_table([0.5]), "T"))
+        write_figure(tmp_path / "file" / "p.png", success_plot(frame_table([0.5]), "T", ["a"]))
 
 
 def changed(drawn):

@@ -50,22 +50,27 @@ def test_each_sequence_counts_once_however_often_it_was_repeated():
 
 
 def test_the_spread_is_the_standard_deviation_of_the_mean_over_repetitions():
-    table = summary_table(
-        runs(
-            done("a", "s", 0, 0.2),
-            done("a", "s", 1, 0.4),
-            done("a", "t", 0, 0.6),
-            done("a", "t", 1, 0.4),
-        ),
-        [OVERLAP],
-        "T",
-        "native",
-    )
-    assert texts(table) == [["a", "0.400 ±0.000"]]
-    one = sequence_table(
-        runs(done("a", "s", 0, 0.2), done("a", "s", 1, 0.4)), [OVERLAP], "T", "native"
-    )
+    rows = [done("a", "s", 0, 0.2), done("a", "s", 1, 0.4)]
+    rows += [done("a", "t", 0, 0.6), done("a", "t", 1, 0.5)]
+    table = summary_table(runs(*rows), [OVERLAP], "T", "native")
+    assert texts(table) == [["a", f"0.425 ±{np.std([0.4, 0.45], ddof=1):.3f}"]]
+    one = sequence_table(runs(*rows[:2]), [OVERLAP], "T", "native")
     assert texts(one) == [["s", "a", f"0.300 ±{np.std([0.2, 0.4], ddof=1):.3f}"]]
+
+
+@pytest.mark.parametrize("status", ["missing", "stale"])
+def test_runs_that_are_not_there_or_of_another_version_are_in_no_mean(status):
+    rows = [done("a", "s", 0, 0.2), ("a", "s", 1, status, 0.9, 0.0)]
+    table = sequence_table(runs(*rows), [OVERLAP], "T", "native")
+    assert texts(table) == [["s", "a", f"— (1 of 2 {status})"]]
+    assert table.notes[0].startswith(f"{status}: a, 1 runs")
+
+
+def test_a_table_of_sequences_shows_no_row_for_what_was_not_asked_for():
+    table = sequence_table(
+        runs(done("a", "s", 0, 0.2), done("b", "t", 0, 0.3)), [OVERLAP], "T", "native"
+    )
+    assert texts(table) == [["s", "a", "0.200"], ["t", "b", "0.300"]]
 
 
 def test_a_failed_run_makes_the_mean_missing_and_is_listed_with_its_reason():
@@ -77,7 +82,7 @@ def test_a_failed_run_makes_the_mean_missing_and_is_listed_with_its_reason():
         "T",
         "native",
     )
-    assert texts(table) == [["a", "— (1 of 2 runs missing)"], ["b", "0.500"]]
+    assert texts(table) == [["a", "— (1 of 2 failed)"], ["b", "0.500"]]
     assert table.notes == ["failed: a on s, repetition 1: frame 3: ValueError: why"]
 
 
@@ -88,8 +93,8 @@ def test_a_tracker_that_lacks_a_sequence_has_no_mean():
         "T",
         "native",
     )
-    assert texts(table) == [["a", "0.200"], ["b", "— (1 of 2 runs missing)"]]
-    assert table.notes == ["missing: 1 runs of b"]
+    assert texts(table) == [["a", "0.200"], ["b", "— (1 of 2 not run)"]]
+    assert table.notes == ["not run: b, 1 of the sequences were not asked for"]
 
 
 def test_a_missing_score_is_not_passed_over():
@@ -104,7 +109,7 @@ def test_complete_adds_what_lacks_and_nothing_else():
     assert complete(full) is full
     added = complete(runs(done("a", "s", 0, 0.1), done("b", "t", 0, 0.1)))
     assert added.groupby(["tracker", "sequence"])["status"].first().to_dict() == {
-        ("a", "s"): "finished", ("a", "t"): "missing", ("b", "s"): "missing", ("b", "t"): "finished"
+        ("a", "s"): "finished", ("a", "t"): "not run", ("b", "s"): "not run", ("b", "t"): "finished"
     }  # fmt: skip
 
 
@@ -175,11 +180,11 @@ def table():
 
 def test_text_is_aligned_and_marks_the_best(table):
     assert to_text(table).splitlines()[2:] == [
-        "tracker                               overlap                error [px]",
-        "--------------------  ------------------------  ------------------------",
-        "static                                  0.250                      12.0",
-        "camshift:hue_bins=16                    0.750*                      3.2*",
-        "odd|_*&%$#{}~^\\       — (1 of 1 runs missing)   — (1 of 1 runs missing)",
+        "tracker                         overlap          error [px]",
+        "--------------------  ------------------  ------------------",
+        "static                            0.250                12.0",
+        "camshift:hue_bins=16              0.750*                3.2*",
+        "odd|_*&%$#{}~^\\       — (1 of 1 failed)   — (1 of 1 failed)",
         "failed: odd|_*&%$#{}~^\\ on s, repetition 0: frame 3: ValueError: why",
     ]
 
