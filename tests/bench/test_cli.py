@@ -15,6 +15,7 @@ import pytest
 import bench
 
 SCRIPT = Path(sys.executable).parent / "trackmark"
+COMMANDS = sorted(file.stem for file in (Path(bench.__file__).parent / "commands").glob("[!_]*.py"))
 
 
 def one_line(done):
@@ -71,7 +72,7 @@ def test_help_imports_no_numerics():
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-@pytest.mark.parametrize("command", sorted(p.stem for p in Path("bench/commands").glob("[!_]*.py")))
+@pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_help(command):
     done = subprocess.run([SCRIPT, command, "--help"], capture_output=True, text=True, check=True)
     assert f"Usage: trackmark {command}" in done.stdout
@@ -138,6 +139,7 @@ def test_timing_runs_store_times(trackmark, here):
     table = bench.load_results(here / "results")
     assert (table["protocol"] == "timing").all()
     steady = table[table["disturbed"] == 0]
+    assert len(table) == 2
     assert (steady["cpu_seconds_median"] > 0).all()
     assert (steady["cpu_seconds_p99"] >= steady["cpu_seconds_median"]).all()
     assert table[table["disturbed"] == 1]["cpu_seconds_median"].isna().all()
@@ -418,3 +420,97 @@ def test_annotate_names_what_is_wrong(trackmark, here, arguments, words):
     said = trackmark("annotate", here / "data" / "Small" / "img", *arguments, status=2).stderr
     assert words in said
     assert not (here / "data" / "Small" / "img" / "truth.csv").exists()
+
+
+def test_a_table_shows_what_was_asked_for_now_and_the_report_everything(trackmark, here):
+    shutil.copytree(here / "data" / "Small", here / "data" / "Other")
+    trackmark(*RUN, "data/Small")
+    said = trackmark("run", "--trackers", "camshift", "--sequences", "data/Other").stdout
+    assert "static" not in said
+    assert "1 of 1 runs" in said
+    said = trackmark("report", "results/adhoc").stdout
+    assert "not run: static" in said
+    assert "not run: camshift" in said
+
+
+def test_runs_of_an_older_tracker_are_announced_replaced_and_never_averaged(trackmark, here):
+    knob = ("run", "--trackers", "knob.py:Knob", "--sequences", "data/Small", "--seeds")
+    trackmark(*knob, "3")
+    with (here / "knob.py").open("a") as file:
+        file.write("# another version\n")
+    said = trackmark(*knob, "2")
+    assert "2 stored runs were made with another version" in said.stderr
+    assert "2 of 2 runs" in said.stdout
+    assert "1 of 3 stale" in trackmark("report", "results/adhoc").stdout
+
+
+def test_a_retried_run_is_counted_once(trackmark, here):
+    file = here / "knob.py"
+    file.write_text(file.read_text().replace("return Estimate", "raise ValueError  #"))
+    chosen = ("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small")
+    assert "2 of 2 runs" in trackmark(*chosen, status=1).stdout
+    assert "2 of 2 runs" in trackmark(*chosen, "--retry-failed", status=1).stdout
+
+
+def test_a_tracker_file_may_begin_with_an_underscore(trackmark, here):
+    shutil.copy(here / "knob.py", here / "_knob.py")
+    chosen = ("run", "--trackers", "_knob.py:Knob", "--sequences", "data/Small")
+    assert "missing" not in trackmark(*chosen).stdout
+    assert trackmark(*chosen, "--json").stdout == ""
+
+
+def test_one_bad_image_is_one_line_however_many_runs_it_costs(trackmark, here):
+    file = here / "data" / "Small" / "img" / "0004.png"
+    file.write_bytes(file.read_bytes()[:90])
+    chosen = ("--trackers", "static,knob.py:Knob", "--sequences", "data/Small", "--seeds", "3")
+    done = trackmark("run", *chosen, "--timing", status=2)
+    ours = [line for line in done.stderr.splitlines() if line.startswith("trackmark: ")]
+    assert len(ours) == 1
+    assert "0004.png" in ours[0]
+
+
+def refuse(constant):
+    raise AssertionError(f"{constant} is no JSON")
+
+
+def test_json_is_json(trackmark):
+    rows = trackmark("run", "--trackers", "static", "--sequences", "data/Small", "--json").stdout
+    rows += trackmark("results", "list", "--json").stdout
+    for line in rows.splitlines():
+        assert "stamp" not in json.loads(line, parse_constant=refuse)
+
+
+def test_a_report_draws_strips_of_recorded_data_and_only_while_they_are_the_same(trackmark, here):
+    trackmark(*RUN, "data/Small,samples/face")
+    trackmark("report", "results/adhoc", "--folder", "first")
+    assert (here / "first" / "strip-Small.png").is_file()
+    assert (here / "first" / "strip-samples-face.png").is_file()
+    truth = here / "data" / "Small" / "groundtruth_rect.txt"
+    truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
+    said = trackmark("report", "results/adhoc", "--folder", "second").stderr
+    assert "Small: no film strip" in said
+    assert not (here / "second" / "strip-Small.png").exists()
+    done = trackmark("show", "data/Small", "--results", "results", "--output", "a.png", status=2)
+    assert "another version" in one_line(done)
+
+
+def test_a_foreign_package_of_our_name_is_one_line(here):
+    (here / "clash" / "datasets").mkdir(parents=True)
+    (here / "clash" / "datasets" / "__init__.py").write_text("")
+    environment = os.environ | {"PYTHONPATH": str(here / "clash")}
+    done = subprocess.run(
+        [SCRIPT, "list"], env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert one_line(done).startswith("trackmark: the package 'datasets' would come from")
+
+
+@pytest.mark.slow
+def test_the_demo_runs_and_draws_its_pictures(trackmark, here):
+    said = trackmark("demo", "--output", "out").stdout
+    for tracker in ("static", "camshift", "camshift:window=adaptive", "opencv-mil"):
+        assert f"{tracker} " in said
+    shown = [line.strip() for line in said.splitlines() if line.strip().endswith(".png")]
+    assert len(shown) == 8
+    assert all(cv2.imread(str(here / path)) is not None for path in shown)
+    assert "18 of 18 runs" in said
