@@ -18,7 +18,12 @@ def write_file(path: Path, write: Callable[[Path], None]) -> Path:
     Raises
     ------
     OSError
-        Where it can't be written; the message names the file, and nothing is left behind.
+        Where it can't be written; the message names the file.
+
+    Notes
+    -----
+    Whatever ends it, an interrupt or a damaged frame too, leaves `path` as it was and
+    nothing beside it.
     """
     # The suffix stays the last part of the name: writers choose the format by it.
     temporary = path.with_name(f".{os.getpid()}-{path.name}")
@@ -27,7 +32,8 @@ def write_file(path: Path, write: Callable[[Path], None]) -> Path:
         write(temporary)
         temporary.replace(path)
     except OSError as error:
+        raise OSError(error.errno, f"{path} can't be written: {error.strerror or error}") from error
+    finally:
         if temporary.parent.is_dir():
             temporary.unlink(missing_ok=True)
-        raise OSError(error.errno, f"{path} can't be written: {error.strerror or error}") from error
     return path

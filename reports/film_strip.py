@@ -96,7 +96,7 @@ def write_film_strip(path: Path, strip: NDArray[np.uint8]) -> Path:
     def write(file: Path) -> None:
         encoded, data = cv2.imencode(".png", strip)
         if not encoded:
-            raise OSError(f"{path}: the picture can't be encoded as PNG")
+            raise OSError("OpenCV can't encode it as PNG")
         file.write_bytes(data.tobytes())
 
     return write_file(path, write)

@@ -12,11 +12,12 @@ from reports.palette import TRUTH_COLOUR, to_bgr
 __all__ = ["TRUTH", "enlarge", "legend", "overlay", "write_words"]
 
 TRUTH = "truth"
-"""Label of the boxes that are drawn white and dashed."""
+"""Label of the boxes that are drawn as white dashes on a thin black line."""
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _SHIFT = 4  # cv2 takes coordinates in sixteenths of a pixel
 _DASH = 4.0
+_DARK = (0, 0, 0)
 
 
 def enlarge(image: NDArray[np.uint8], scale: float) -> NDArray[np.uint8]:
@@ -55,12 +56,21 @@ def overlay(
         BGR, height and width times `scale`.
     """
     drawn = enlarge(image, scale)
-    # The truth last: its dashes hide little, and show also where a box is right on it.
-    for label in sorted(boxes, key=lambda label: label == TRUTH):
-        box = np.asarray(boxes[label], np.float64) * scale
-        if np.isfinite(box).all():
-            shade = TRUTH_COLOUR if label == TRUTH else colours[label]
-            _draw_box(drawn, box, to_bgr(shade), dashed=label == TRUTH)
+    # Sizes are whole pixels: the factors that came out differ a little from the one asked for.
+    factors = np.tile(np.divide(drawn.shape[1::-1], image.shape[1::-1]), 2)
+    placed = {label: np.asarray(box, np.float64) * factors for label, box in boxes.items()}
+    placed = {label: box for label, box in placed.items() if np.isfinite(box).all()}
+    truth = placed.pop(TRUTH, None)
+    # Truth's dark line lies beneath all, its light dashes above all: seen on any ground, and
+    # where a box is right on it, both are seen.
+    if truth is not None:
+        _draw_box(drawn, truth, _DARK, 1)
+    for label, box in placed.items():
+        # A dark rim beneath keeps every colour readable on every ground.
+        _draw_box(drawn, box, _DARK, 3)
+        _draw_box(drawn, box, to_bgr(colours[label]), 2)
+    if truth is not None:
+        _draw_box(drawn, truth, to_bgr(TRUTH_COLOUR), 1, dashed=True)
     if words:
         write_words(drawn, words, (5, 17))
     return drawn
@@ -93,7 +103,7 @@ def write_words(image: NDArray[np.uint8], words: str, at: tuple[int, int]) -> No
     """Write light words with a dark rim, left end of the base line at `at` (x, y)."""
     x, y = at
     for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
-        cv2.putText(image, words, (x + dx, y + dy), _FONT, 0.5, (0, 0, 0), 1, cv2.LINE_AA)
+        cv2.putText(image, words, (x + dx, y + dy), _FONT, 0.5, _DARK, 1, cv2.LINE_AA)
     cv2.putText(image, words, at, _FONT, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
 
 
@@ -101,14 +111,13 @@ def _draw_box(
     image: NDArray[np.uint8],
     box: NDArray[np.float64],
     shade: tuple[int, int, int],
+    thickness: int,
     *,
-    dashed: bool,
+    dashed: bool = False,
 ) -> None:
     x, y, width, height = box
     corners = np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height], [x, y]])
-    # A dark rim beneath keeps every colour readable on every ground.
-    _draw_line(image, corners, (0, 0, 0), 3, dashed=False) if not dashed else None
-    _draw_line(image, corners, shade, 2 if not dashed else 1, dashed=dashed)
+    _draw_line(image, corners, shade, thickness, dashed=dashed)
 
 
 def _draw_line(

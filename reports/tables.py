@@ -5,6 +5,7 @@ once. A run that is missing or failed never disappears from a mean: the mean is 
 missing, with the count of what is missing.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
@@ -117,7 +118,7 @@ def summary_table(
         n_labels=1,
         rows=_rows([[tracker] for tracker in trackers], entries, measures),
         notes=_notes(runs),
-        data=_tidy([{"tracker": tracker} for tracker in trackers], entries, measures),
+        data=_tidy([{"tracker": tracker} for tracker in trackers], entries, measures, preset),
     )
 
 
@@ -153,7 +154,7 @@ def sequence_table(
         rows=rows,
         notes=_notes(runs),
         data=_tidy([dict(zip(("sequence", "tracker"), x, strict=True)) for x in labels],
-                   entries, measures),
+                   entries, measures, preset),
     )  # fmt: skip
 
 
@@ -221,7 +222,7 @@ def _rows(
     return [
         [Cell(text) for text in names]
         + [
-            Cell(_shown(entry, measure), entry.mean == best[column])
+            Cell(_shown(entry, measure), _equals(entry.mean, best[column]))
             for column, (entry, measure) in enumerate(zip(row, measures, strict=True))
         ]
         for names, row in zip(labels, entries, strict=True)
@@ -234,6 +235,11 @@ def _best(means: Iterable[float], measure: Measure) -> float | None:
     if measure.direction is None or len(known) < 2:
         return None
     return max(known) if measure.direction == "higher" else min(known)
+
+
+def _equals(mean: float, best: float | None) -> bool:
+    """Whether a mean ties with the best: the order of a sum changes its last digits."""
+    return best is not None and math.isclose(mean, best, rel_tol=1e-9, abs_tol=1e-12)
 
 
 def _shown(entry: _Entry, measure: Measure) -> str:
@@ -267,14 +273,19 @@ def _notes(runs: pd.DataFrame) -> list[str]:
 
 
 def _tidy(
-    labels: list[dict[str, str]], entries: list[list[_Entry]], measures: Sequence[Measure]
+    labels: list[dict[str, str]],
+    entries: list[list[_Entry]],
+    measures: Sequence[Measure],
+    preset: str,
 ) -> pd.DataFrame:
     return pd.DataFrame(
         {
             **label,
+            "preset": preset,
             "measure": measure.name,
             "mean": entry.mean,
             "standard_deviation": entry.spread,
+            "out_of": entry.out_of,
             "runs": entry.runs,
             "lacking": entry.lacking,
         }

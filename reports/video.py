@@ -64,7 +64,7 @@ def write_video(
                     stream.options = {"crf": "18"}
                 container.mux(stream.encode(av.VideoFrame.from_ndarray(drawn, format="bgr24")))
             if stream is None:
-                raise OSError(f"{path}: there are no frames to write")
+                raise OSError("there are no frames")
             container.mux(stream.encode())
 
     return write_file(path, write)

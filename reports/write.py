@@ -6,10 +6,11 @@ from pathlib import Path
 import pandas as pd
 
 from reports.comma_separated import to_csv
+from reports.figures import write_figure
 from reports.files import write_file
 from reports.latex import to_latex
 from reports.markdown import to_markdown
-from reports.plots import frame_plot, precision_plot, speed_plot, success_plot, write_figure
+from reports.plots import frame_plot, precision_plot, speed_plot, success_plot
 from reports.tables import Table
 from reports.text import to_text
 
@@ -77,10 +78,12 @@ def write_plots(
             )
         )
         for sequence in frames["sequence"].unique():
-            figure = frame_plot(frames, sequence, trackers)
+            figure = frame_plot(frames, sequence, trackers, incomplete)
             paths.append(write_figure(folder / f"frames-{file_name(sequence)}.png", figure))
     if len(timing) and timing["cpu_seconds_median"].notna().any():
-        paths.append(write_figure(folder / "speed.png", speed_plot(timing, title)))
+        # Those that were timed alone come last: the others keep their colours.
+        everybody = list(dict.fromkeys([*trackers, *timing["tracker"]]))
+        paths.append(write_figure(folder / "speed.png", speed_plot(timing, title, everybody)))
     return paths
 
 

@@ -105,36 +105,34 @@ def execute(
             "and are done again.",
             err=True,
         )
-    total = len(execution.plan.cells)
-    done = execution.plan.count(State.DONE)
-    if not retry_failed:
-        done += execution.plan.count(State.FAILED)
+    stopped = False
     try:
         with progress_bar(execution.work, "frame") as progress:
             for row in execution.rows(progress):
-                done += 1
                 if as_json:
                     click.echo(json.dumps(for_json(row), allow_nan=False))
     except KeyboardInterrupt:
+        stopped = True
+    # Counted on disk: a worker may have finished a run that nobody heard of any more.
+    asked = {cell.identity.digest for cell in execution.plan.cells}
+    there = [row for row in read_index(Results(execution.folder)) if row["digest"] in asked]
+    if stopped:
         click.echo(
-            f"Stopped: {done} of {total} runs are done and kept in {execution.folder}. "
-            "The same command goes on from there.",
+            f"Stopped: {len(there)} of {len(asked)} runs are done and kept in "
+            f"{execution.folder}. The same command goes on from there.",
             err=True,
         )
         return EXIT_INTERRUPTED
     for error in execution.errors:
         click.echo(f"trackmark: {error}", err=True)
-    rows = read_index(Results(execution.folder))
-    asked = {cell.identity.digest for cell in execution.plan.cells}
-    failed = [row for row in rows if row["status"] == "failed" and row["digest"] in asked]
     if not as_json:
         from bench.reporting import summary_text
 
         click.echo(summary_text(execution.folder, execution.plan.asked().cells))
-        click.echo(f"{done} of {total} runs are in {execution.folder}.")
+        click.echo(f"{len(there)} of {len(asked)} runs are in {execution.folder}.")
         if math.isfinite(execution.overhead):
             microseconds = execution.overhead * 1e6
             click.echo(f"The harness itself took {microseconds:.1f} µs a frame and tracker.")
     if execution.errors:
         return EXIT_WRONG_INPUT
-    return EXIT_ANSWER_IS_NO if failed else 0
+    return EXIT_ANSWER_IS_NO if any(row["status"] == "failed" for row in there) else 0

@@ -289,7 +289,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(data):
     file = data / "knob.py"
     file.write_text(
         file.read_text().replace(
-            "return Estimate", "__import__('time').sleep(0.01)\n        return Estimate"
+            "return Estimate", "__import__('time').sleep(0.05)\n        return Estimate"
         )
     )
     names = ",".join(str(data / "data" / s) for s in "ABCD")

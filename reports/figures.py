@@ -1,0 +1,103 @@
+"""Figures as all plots have them: title, legend that hides nothing, files with equal bytes."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from reports.files import write_file
+from reports.palette import LINE_STYLES, colour
+
+__all__ = ["add_legend", "fold", "line_style", "new_figure", "write_figure"]
+
+_SVG_AND_PDF = {
+    "svg.hashsalt": "trackmark",  # else ids are drawn at random, and no file is like another
+    "pdf.fonttype": 42,  # TrueType: publishers refuse the default, Type 3
+}
+
+
+def new_figure(title: str, height: float, rows: int = 1) -> tuple[Figure, list[Axes]]:
+    """A figure 8 inches wide with axes one above the other, which share their abscissa.
+
+    Parameters
+    ----------
+    title : str
+        Headline; folded where it is long.
+    height : float
+        In inches, without the legend.
+    rows : int
+        How many axes.
+    """
+    figure = Figure(figsize=(8.0, height), dpi=140, layout="constrained")
+    FigureCanvasAgg(figure)
+    figure.suptitle(fold(title, 80), fontsize=11)
+    all_axes = list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
+    for axes in all_axes:
+        axes.grid(alpha=0.3)
+        axes.spines[["top", "right"]].set_visible(False)
+    return figure, all_axes
+
+
+def add_legend(figure: Figure, axes: Axes, heading: str = "") -> None:
+    """Name the lines of `axes` beneath the plot, in as many columns as there is room for.
+
+    The figure grows by the legend's height, so that labels, which hold a tracker's every
+    parameter, take no room from the data.
+    """
+    handles, labels = axes.get_legend_handles_labels()
+    for columns in (4, 3, 2, 1):
+        legend = figure.legend(
+            handles,
+            [fold(label, 100) for label in labels],
+            title=heading,
+            loc="outside lower center",
+            ncols=columns,
+            fontsize=9,
+            title_fontsize=9,
+            alignment="left",
+            frameon=False,
+        )
+        extent = legend.get_window_extent()
+        if columns == 1 or extent.width <= figure.bbox.width:
+            break
+        legend.remove()
+    figure.set_figheight(figure.get_figheight() + extent.height / figure.dpi)
+
+
+def line_style(position: int) -> dict[str, Any]:
+    """Colour, dashes and width of the tracker in a position of the report."""
+    return {
+        "color": colour(position),
+        "linestyle": LINE_STYLES[position % len(LINE_STYLES)],
+        "linewidth": 1.8,
+    }
+
+
+def fold(text: str, width: int) -> str:
+    """Text in lines of about `width` signs, broken after a colon, a slash or a space."""
+    lines = [""]
+    for piece in re.split(r"(?<=[:/ ])", text):
+        if lines[-1] and len(lines[-1]) + len(piece.rstrip()) > width:
+            lines.append("")
+        lines[-1] += piece
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def write_figure(path: Path, figure: Figure) -> Path:
+    """Write a figure as PNG, SVG or PDF by its suffix; the same figure gives the same bytes.
+
+    Raises
+    ------
+    OSError
+        Where it can't be written.
+    """
+    key = {".svg": "Date", ".pdf": "CreationDate"}.get(path.suffix)
+    metadata: dict[str, str | None] = {key: None} if key else {"Software": None}
+    write: Callable[[Path], None] = lambda file: figure.savefig(file, metadata=metadata)  # noqa: E731
+    with mpl.rc_context(_SVG_AND_PDF):
+        return write_file(path, write)
