@@ -15,11 +15,6 @@ from reports.palette import LINE_STYLES, colour
 
 __all__ = ["add_legend", "fold", "line_style", "new_figure", "write_figure"]
 
-_SVG_AND_PDF = {
-    "svg.hashsalt": "trackmark",  # else ids are drawn at random, and no file is like another
-    "pdf.fonttype": 42,  # TrueType: publishers refuse the default, Type 3
-}
-
 
 def new_figure(title: str, height: float, rows: int = 1) -> tuple[Figure, list[Axes]]:
     """A figure 8 inches wide with axes one above the other, which share their abscissa.
@@ -99,5 +94,6 @@ def write_figure(path: Path, figure: Figure) -> Path:
     key = {".svg": "Date", ".pdf": "CreationDate"}.get(path.suffix)
     metadata: dict[str, str | None] = {key: None} if key else {"Software": None}
     write: Callable[[Path], None] = lambda file: figure.savefig(file, metadata=metadata)  # noqa: E731
-    with mpl.rc_context(_SVG_AND_PDF):
+    # Without the salt SVG's ids are drawn at random. PDF's default, Type 3, publishers refuse.
+    with mpl.rc_context({"svg.hashsalt": "trackmark", "pdf.fonttype": 42}):
         return write_file(path, write)

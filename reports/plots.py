@@ -161,12 +161,15 @@ def speed_plot(runs: pd.DataFrame, title: str, trackers: Sequence[str]) -> Figur
     trackers : sequence of str
         All trackers of the report, in order; those that were not timed get no row.
     """
-    times = runs.groupby("tracker")[["cpu_seconds_median", "cpu_seconds_p95"]]
-    means = times.agg(lambda seconds: seconds.mean(skipna=False)) * 1e3
-    timed = [(position, name) for position, name in enumerate(trackers) if name in means.index]
+    columns = ["cpu_seconds_median", "cpu_seconds_p95"]
+    means = {
+        str(tracker): times[columns].mean(skipna=False).to_numpy() * 1e3
+        for tracker, times in runs.groupby("tracker")
+    }
+    timed = [(position, name) for position, name in enumerate(trackers) if name in means]
     figure, (axes,) = new_figure(title, 1.4 + 0.42 * len(timed))
     for row, (position, tracker) in enumerate(timed):
-        median, tail = means.loc[tracker]
+        median, tail = means[tracker]
         if np.isfinite(median):
             _time_bar(axes, row, median, tail, colour(position))
         else:
@@ -178,7 +181,7 @@ def speed_plot(runs: pd.DataFrame, title: str, trackers: Sequence[str]) -> Figur
     axes.xaxis.set_major_formatter("{x:g}")
     axes.margins(x=0.12)
     axes.grid(visible=False, axis="y")
-    figure.supxlabel("CPU time a frame [ms]: median, bar to the 95th percentile", fontsize=10)
+    axes.set_xlabel("CPU time a frame [ms]: median, bar to the 95th percentile")
     return figure
 
 

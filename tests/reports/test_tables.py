@@ -125,6 +125,15 @@ def test_best_follows_the_direction_and_ties_are_all_best():
     ]  # fmt: skip
 
 
+def test_means_that_differ_by_rounding_alone_are_ties():
+    rows = [done("a", "s", i, v) for i, v in enumerate([0.1, 0.2, 0.3])]
+    rows += [done("b", "s", i, v) for i, v in enumerate([0.3, 0.2, 0.1])]
+    rows += [done("c", "s", i, 0.2 - 1e-6) for i in range(3)]
+    table = summary_table(runs(*rows), [OVERLAP], "T", "native")
+    assert len(set(table.data["mean"])) == 3
+    assert [row[1].best for row in table.rows] == [True, True, False]
+
+
 def test_a_single_tracker_is_not_the_best():
     table = summary_table(runs(done("a", "s", 0, 0.9)), [OVERLAP], "T", "native")
     assert not table.rows[0][1].best
@@ -170,7 +179,7 @@ def table():
         runs(
             done("static", "s", 0, 0.25, 12.0),
             done("camshift:hue_bins=16", "s", 0, 0.75, 3.25),
-            ("odd|_*&%$#{}~^\\", "s", 0, "failed", np.nan, np.nan),
+            ("odd|_*&%$#{}~^\\<", "s", 0, "failed", np.nan, np.nan),
         ),
         [OVERLAP, ERROR],
         "A & B_c",
@@ -184,8 +193,8 @@ def test_text_is_aligned_and_marks_the_best(table):
         "--------------------  ------------------  ------------------",
         "static                            0.250                12.0",
         "camshift:hue_bins=16              0.750*                3.2*",
-        "odd|_*&%$#{}~^\\       — (1 of 1 failed)   — (1 of 1 failed)",
-        "failed: odd|_*&%$#{}~^\\ on s, repetition 0: frame 3: ValueError: why",
+        "odd|_*&%$#{}~^\\<      — (1 of 1 failed)   — (1 of 1 failed)",
+        "failed: odd|_*&%$#{}~^\\< on s, repetition 0: frame 3: ValueError: why",
     ]
 
 
@@ -212,10 +221,19 @@ def test_csv_comes_back_at_full_precision():
     assert back["tracker"].tolist() == ["a,b", "a,b"]
 
 
+def test_csv_names_the_preset_and_what_a_count_is_out_of():
+    made = sequence_table(runs(done("a", "s", 0, 0.5)), [COUNT, OVERLAP], "T", "native")
+    back = pd.read_csv(io.StringIO(to_csv(made)))
+    assert back["preset"].tolist() == ["native"] * 2
+    assert back["out_of"].tolist()[0] == 100
+    assert np.isnan(back["out_of"][1])
+
+
 def test_latex_escapes_what_latex_would_read_as_commands(table):
     text = to_latex(table)
     assert r"\caption{A \& B\_c:" in text
-    assert r"odd|\_*\&\%\$\#\{\}\textasciitilde{}\textasciicircum{}\textbackslash{}" in text
+    assert r"odd\textbar{}\_*\&\%\$\#\{\}\textasciitilde{}\textasciicircum{}" in text
+    assert r"\textbackslash{}\textless{}" in text
     assert r"\textbf{0.750}" in text
     body = [line for line in text.splitlines() if line.endswith(r"\\")]
     assert {line.replace(r"\&", "").count("&") for line in body} == {2}

@@ -1,0 +1,230 @@
+"""Plots: that their lines are the data, and that everything is inside the picture."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from reports.figures import fold, write_figure
+from reports.palette import colour
+from reports.plots import frame_plot, precision_plot, share_curve, speed_plot, success_plot
+from reports.write import write_plots
+
+LONG = "multipart:preset=robust:particles=400:half_width=3.5:resampling=systematic"
+
+
+def frame_table(overlaps, tracker="a", sequence="s", repetition=0):
+    n = len(overlaps)
+    return pd.DataFrame(
+        {
+            "tracker": tracker,
+            "sequence": sequence,
+            "repetition": repetition,
+            "frame": np.arange(1, n + 1),
+            "overlap": overlaps,
+            "centre_error": 30.0 * (1 - np.asarray(overlaps, float)),
+        }
+    )
+
+
+@given(st.lists(st.floats(0, 1), min_size=1, max_size=30))
+def test_the_area_under_the_success_curve_is_the_mean_overlap(overlaps):
+    thresholds = np.linspace(0, 1, 4001)
+    curve = share_curve(frame_table(overlaps), "overlap", thresholds, at_least=True)
+    assert np.trapezoid(curve, thresholds) == pytest.approx(np.mean(overlaps), abs=1e-3)
+    assert curve[0] == 1.0
+    assert (np.diff(curve) <= 0).all()
+
+
+def test_curves_include_their_thresholds_and_count_each_sequence_once():
+    table = pd.concat([frame_table([0.5, 0.7]), frame_table([0.1] * 8, sequence="t")])
+    share = share_curve(table, "overlap", np.array([0.5, 0.500001]), at_least=True)
+    np.testing.assert_allclose(share, [0.5, 0.25])
+    share = share_curve(table, "centre_error", np.array([15.0, 14.9999]), at_least=False)
+    np.testing.assert_allclose(share, [0.5, 0.25])
+
+
+def test_plots_draw_a_line_a_tracker_and_name_it_with_its_figure():
+    table = pd.concat([frame_table([0.25, 0.75]), frame_table([1.0, 1.0], tracker="b")])
+    (axes,) = success_plot(table, "T", ["a", "b"]).axes
+    assert [line.get_label() for line in axes.lines] == ["a (0.500)", "b (1.000)"]
+    assert axes.lines[1].get_ydata()[-1] == 1.0
+    (axes,) = precision_plot(table, "T", ["a", "b"]).axes
+    assert [line.get_label() for line in axes.lines] == ["a (0.500)", "b (1.000)"]
+
+
+def test_the_frame_plot_shows_the_median_over_repetitions_with_a_band():
+    table = pd.concat([frame_table([o, 0.5], repetition=i) for i, o in enumerate([0.1, 0.2, 0.9])])
+    upper, lower = frame_plot(table, "s", ["a"]).axes
+    np.testing.assert_allclose(upper.lines[0].get_ydata(), [0.2, 0.5])
+    np.testing.assert_allclose(lower.lines[0].get_ydata(), [24.0, 15.0])
+    assert len(upper.collections) == 1
+    assert not frame_plot(frame_table([0.1]), "s", ["a"]).axes[0].collections
+
+
+def test_a_tracker_keeps_its_colour_and_an_incomplete_one_gets_no_curve():
+    table = pd.concat([frame_table([0.25, 0.75]), frame_table([1.0, 1.0], tracker="b")])
+    (axes,) = success_plot(table, "T", ["x", "a", "b"], incomplete={"a"}).axes
+    assert [line.get_label() for line in axes.lines] == [
+        "x (incomplete)",
+        "a (incomplete)",
+        "b (1.000)",
+    ]
+    assert np.isnan(axes.lines[1].get_ydata()).all()
+    assert axes.lines[2].get_color() == colour(2)
+    upper, _ = frame_plot(table, "s", ["x", "a", "b"]).axes
+    assert [line.get_color() for line in upper.lines] == [colour(1), colour(2)]
+
+
+def test_the_speed_plot_shows_no_tracker_of_which_a_pass_was_disturbed():
+    timing = pd.DataFrame(
+        {
+            "tracker": ["a", "a", "b", "b"],
+            "cpu_seconds_median": [0.001, 0.003, np.nan, 0.1],
+            "cpu_seconds_p95": [0.003, 0.003, np.nan, 0.1],
+        }
+    )
+    (axes,) = speed_plot(timing, "T", ["x", "a", "b"]).axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["a", "b"]
+    assert len(axes.lines) == 2
+    np.testing.assert_allclose(axes.lines[0].get_xdata(), [2.0, 3.0])
+    assert axes.lines[0].get_color() == colour(1)
+    (word,) = [text for text in axes.texts if text.get_text() == "disturbed or failed"]
+    assert word.get_position()[1] == 1
+
+
+def test_a_frame_without_a_value_is_a_miss_at_every_threshold():
+    table = frame_table([0.5, np.nan])
+    share = share_curve(table, "overlap", np.array([0.0, 0.5, 1.0]), at_least=True)
+    np.testing.assert_allclose(share, [0.5, 0.5, 0.0])
+    share = share_curve(table, "centre_error", np.array([0.0, 15.0, 50.0]), at_least=False)
+    np.testing.assert_allclose(share, [0.0, 0.5, 0.5])
+    (axes,) = success_plot(table, "T", ["a"]).axes
+    assert axes.lines[0].get_label() == "a (0.250)"
+
+
+def test_frames_without_target_are_gaps_and_not_bridged():
+    table = pd.concat([frame_table([0.5] * 9, repetition=i) for i in range(2)])
+    absent = table["frame"].between(4, 6)
+    for axes in frame_plot(table[~absent], "s", ["a"]).axes:
+        line = axes.lines[0]
+        assert line.get_xdata().tolist() == list(range(1, 10))
+        assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == [3, 4, 5]
+        assert len(axes.collections[0].get_paths()) == 2
+
+
+def test_the_frame_plot_says_how_many_runs_a_median_is_over():
+    table = pd.concat(
+        [frame_table([0.5], repetition=i, tracker="a") for i in (0, 2)]
+        + [frame_table([0.5], tracker="b"), frame_table([0.5], tracker="c")]
+    )
+    figure = frame_plot(table, "s", ["a", "b", "c", "d", "e"], incomplete={"c", "d"})
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert words == ["a (2 runs)", "b", "c (1 run)", "d (0 runs)"]
+
+
+def pictures(labels):
+    table = pd.concat([frame_table([0.2, 0.7], tracker=label) for label in labels])
+    timing = pd.DataFrame(
+        {"tracker": labels, "cpu_seconds_median": 0.001, "cpu_seconds_p95": 0.003}
+    )
+    title = "a headline of some length over a sequence: " + LONG
+    table["sequence"] = title
+    return [
+        success_plot(table, title, labels),
+        precision_plot(table, title, labels),
+        frame_plot(table, title, labels),
+        speed_plot(timing, title, labels),
+    ]
+
+
+@pytest.mark.parametrize("labels", [["a"], ["a", LONG], [f"{LONG}:seed={i}" for i in range(12)]])
+def test_labels_however_long_are_inside_the_picture_and_leave_the_data_room(labels):
+    for figure in pictures(labels):
+        figure.draw_without_rendering()
+        width, height = figure.bbox.size
+        for axes in figure.axes:
+            assert axes.bbox.width > 0.5 * width
+            assert axes.bbox.height > 100
+            for legend in figure.legends:
+                assert not legend.get_window_extent().overlaps(axes.bbox)
+        for artist in (*figure.axes, *figure.legends, *figure.texts):
+            drawn = artist.get_tightbbox()
+            assert min(drawn.x0, drawn.y0) >= -1
+            assert drawn.x1 <= width + 1
+            assert drawn.y1 <= height + 1
+
+
+def test_a_legend_has_as_many_columns_as_there_is_room_for():
+    def lines(label):
+        labels = [f"{label}{i}" for i in range(4)]
+        table = pd.concat([frame_table([0.5], tracker=label) for label in labels])
+        figure = success_plot(table, "T", labels)
+        figure.draw_without_rendering()
+        texts = figure.legends[0].get_texts()
+        return len({round(text.get_window_extent().y0) for text in texts})
+
+    assert [lines("a"), lines("a" * 32), lines(LONG)] == [1, 2, 4]
+
+
+@given(st.text("ab:/ ", max_size=60), st.integers(1, 30))
+def test_folding_loses_nothing_but_spaces_at_line_ends(text, width):
+    folded = fold(text, width)
+    assert folded.replace("\n", "").replace(" ", "") == text.replace(" ", "")
+    for line in folded.split("\n"):
+        assert len(line) <= width or not any(sign in line.rstrip(":/ ") for sign in ":/ ")
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_figures_are_written_whole_by_their_suffix(tmp_path, suffix):
+    path = write_figure(
+        tmp_path / "deep" / f"plot{suffix}", success_plot(frame_table([0.5]), "T", ["a"])
+    )
+    start = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}[suffix]
+    assert path.read_bytes().startswith(start)
+    assert list(path.parent.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_a_figure_has_the_same_bytes_twice(tmp_path, suffix):
+    paths = [
+        write_figure(tmp_path / f"{i}{suffix}", success_plot(frame_table([0.5]), "T", ["a"]))
+        for i in "ab"
+    ]
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+def test_write_plots_draws_what_the_data_allow(tmp_path):
+    timing = pd.DataFrame({"tracker": ["a"], "cpu_seconds_median": [0.1], "cpu_seconds_p95": [0.2]})
+    paths = write_plots(tmp_path, frame_table([0.5], sequence="x/y:z=1"), timing, "T", ["a"])
+    assert [path.name for path in paths] == [
+        "success.png",
+        "precision.png",
+        "frames-x-y-z-1.png",
+        "speed.png",
+    ]
+    assert write_plots(tmp_path / "none", pd.DataFrame(), timing[:0], "T", ["a"]) == []
+
+
+def test_a_report_keeps_colours_and_counts_runs_in_every_plot(tmp_path, monkeypatch):
+    drawn = {}
+    monkeypatch.setattr("reports.write.write_figure", lambda path, fig: drawn.setdefault(path, fig))
+    table = pd.concat([frame_table([0.5], tracker="b"), frame_table([0.5], tracker="c")])
+    timing = pd.DataFrame(
+        {"tracker": ["t", "c"], "cpu_seconds_median": 0.1, "cpu_seconds_p95": 0.2}
+    )
+    write_plots(tmp_path, table, timing, "T", ["a", "b", "c"], incomplete={"a", "b"})
+    figures = {path.stem: figure for path, figure in drawn.items()}
+    words = [text.get_text() for text in figures["frames-s"].legends[0].get_texts()]
+    assert words == ["a (0 runs)", "b (1 run)", "c"]
+    assert [line.get_color() for line in figures["speed"].axes[0].lines[::2]] == [
+        colour(2),
+        colour(3),
+    ]
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OSError, match=r"file/p\.png can't be written"):
+        write_figure(tmp_path / "file" / "p.png", success_plot(frame_table([0.5]), "T", ["a"]))
