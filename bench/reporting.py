@@ -50,7 +50,12 @@ def tables(folder: Path, cells: Collection[Cell] | None = None) -> list[Table]:
         made.append(sequence_table(scored, PER_SEQUENCE, title, PRESET))
     timed = timing_runs(runs)
     if len(timed):
-        table = sequence_table(timed, TIMES, f"{title}, timing runs", PRESET)
+        table = sequence_table(
+            timed,
+            TIMES,
+            f"{title}, timing runs (none where load disturbed a pass: remove it and run again)",
+            PRESET,
+        )
         made.append(replace(table, name="times"))
     return made
 

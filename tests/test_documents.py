@@ -38,6 +38,30 @@ def test_the_tracker_of_the_recipe_runs(tmp_path):
     assert about["parameters"][0]["meaning"].endswith("[pixels]")
 
 
+def test_the_reader_of_the_recipe_reads(tmp_path):
+    import importlib.util
+
+    import cv2
+    import numpy as np
+
+    (code,) = (block for block in blocks("CONTRIBUTING.md", "python") if "recognises" in block)
+    file = tmp_path / "numbered.py"
+    file.write_text(code)
+    spec = importlib.util.spec_from_file_location("numbered", file)
+    reader = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(reader)
+    folder = tmp_path / "clip"
+    folder.mkdir()
+    assert not reader.recognises(folder)
+    for i in range(3):
+        cv2.imwrite(str(folder / f"{i}.png"), np.full((20, 30, 3), i, np.uint8))
+    (folder / "boxes.txt").write_text("1 2 3 4\n" * 3)
+    sequence = reader.read(folder, None)
+    assert reader.recognises(folder)
+    assert sequence.boxes.tolist() == [[1, 2, 3, 4]] * 3
+    assert sequence[2].max() == 2
+
+
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])
 def test_the_experiments_shown_can_be_planned(page, tmp_path):
     for number, block in enumerate(blocks(page, "toml")):

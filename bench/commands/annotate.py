@@ -49,14 +49,13 @@ def command(
     note: str | None,
     force: bool,
 ) -> None:
-    r"""Write the truth of VIDEO (a video file or a folder of images).
+    """Write the truth of VIDEO (a video file or a folder of images).
 
     Boxes between key frames are interpolated linearly, and marked so in the file. Frames
     before the first key frame and after the last are without target. A check strip is drawn
     beside the truth file: look at it, mark more frames where a box is off, and repeat.
 
-    \b
-    trackmark annotate cup.mp4 --box 0:310,120,64,80 --box 12:298,131,64,80 --absent 40-55
+    Example: trackmark annotate cup.mp4 --box 0:310,120,64,80 --box 12:298,131,64,80
     """
     import datasets
     from datasets import truth_file
@@ -69,6 +68,12 @@ def command(
         marked = {frame: box for frame, box in from_file if box[0] == box[0]} | marked
     sequence = datasets.load(video)
     target = output or (video / "truth.csv" if video.is_dir() else video.with_suffix(".csv"))
+    if target.suffix != ".csv":
+        raise ExperimentError(f"{target}: a truth file's name ends in .csv.")
+    if len(marked) == 1 and len(sequence.frames) > 1:
+        raise ExperimentError(
+            "one key frame says nothing of the others: mark the target in at least two frames."
+        )
     if target.exists() and not force:
         raise ExperimentError(f"{target} is there already; --force replaces it.")
     # A truth file that is there already must not hide the images that follow its last row.

@@ -1,5 +1,7 @@
 """Run four trackers on a synthetic and two recorded sequences, with tables and pictures."""
 
+import os
+import sys
 from pathlib import Path
 
 import click
@@ -37,8 +39,9 @@ def command(output: Path, jobs: int | None) -> int:
     for path in paths:
         if path.suffix == ".png":
             click.echo(f"  {path}")
+    command_path = os.path.relpath(sys.argv[0])
     click.echo(
-        "\nNext: `trackmark list`, `trackmark describe camshift`, or your own video: "
-        "`trackmark annotate --help`."
+        f"\nNext: `{command_path} list`, `{command_path} describe camshift`, or your own video: "
+        f"`{command_path} annotate --help`."
     )
     return 0

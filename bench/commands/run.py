@@ -53,8 +53,8 @@ def command(
 ) -> int:
     """Run EXPERIMENT (a name or a .toml file), or --trackers on --sequences.
 
-    What is done already is not done again. With --json a line a finished run with its
-    scores; else a table of all runs. Exit status 1 where runs failed.
+    What is done already is not done again. With --json a line with its scores for every run
+    asked for; else tables of them. Exit status 1 where runs failed.
     """
     if experiment is None and not (trackers and sequences):
         raise click.UsageError("Give an experiment, or --trackers and --sequences.")
@@ -106,11 +106,13 @@ def execute(
             err=True,
         )
     stopped = False
+    printed: set[str] = set()
     try:
         with progress_bar(execution.work, "frame") as progress:
             for row in execution.rows(progress):
                 if as_json:
                     click.echo(json.dumps(for_json(row), allow_nan=False))
+                    printed.add(row["path"])
     except KeyboardInterrupt:
         stopped = True
     # Counted on disk: a worker may have finished a run that nobody heard of any more.
@@ -125,7 +127,11 @@ def execute(
         return EXIT_INTERRUPTED
     for error in execution.errors:
         click.echo(f"trackmark: {error}", err=True)
-    if not as_json:
+    if as_json:
+        for row in there:  # what was done before is an answer too
+            if row["path"] not in printed:
+                click.echo(json.dumps(for_json(row), allow_nan=False))
+    else:
         from bench.reporting import summary_text
 
         click.echo(summary_text(execution.folder, execution.plan.asked().cells))

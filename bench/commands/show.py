@@ -47,6 +47,11 @@ def command(
     if output.suffix not in (".png", ".mp4"):
         raise click.BadParameter(f"{output} is neither .png nor .mp4.", param_hint="--output")
     opened = datasets.load(sequence, truth=truth)
+    source = Path(sequence).resolve()
+    if output.exists() and source in (output.resolve(), *output.resolve().parents):
+        raise click.BadParameter(
+            f"{output} is part of the sequence and would be overwritten.", param_hint="--output"
+        )
     end = len(opened) - 1 if last is None else last
     if not first <= end < len(opened):
         raise click.BadParameter(

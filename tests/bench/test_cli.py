@@ -120,9 +120,8 @@ def test_run_json_is_a_line_a_finished_run_with_its_scores(trackmark):
     static = next(row for row in rows if row["tracker"] == "static")
     assert static["scores"]["mean_overlap"] == 1.0
     assert static["scores"]["absence_reported"] is None
-    assert (
-        trackmark("run", "--trackers", "static", "--sequences", "data/Small", "--json").stdout == ""
-    )
+    again = trackmark("run", "--trackers", "static", "--sequences", "data/Small", "--json").stdout
+    assert [json.loads(line) for line in again.splitlines()] == [static]
 
 
 def test_run_an_experiment_file(trackmark, here):
@@ -410,9 +409,11 @@ def test_annotating_again_reaches_beyond_the_last_row_of_the_old_truth(trackmark
     [
         (("--box", "0:1,2,3"), "FRAME:X,Y,WIDTH,HEIGHT"),
         (("--box", "x"), "FRAME:X,Y,WIDTH,HEIGHT"),
-        (("--box", "9:1,2,3,4"), "frame 9"),
-        (("--box", "0:1,2,3,0"), "frame 0"),
-        (("--box", "0:1,2,3,4", "--absent", "x"), "FIRST-LAST"),
+        (("--box", "0:1,2,3,4"), "at least two"),
+        (("--box", "0:1,2,3,4", "--box", "1:1,2,3,4", "--output", "a.jpg"), ".csv"),
+        (("--box", "0:1,2,3,4", "--box", "9:1,2,3,4"), "frame 9"),
+        (("--box", "0:1,2,3,0", "--box", "1:1,2,3,4"), "frame 0"),
+        (("--box", "0:1,2,3,4", "--box", "1:1,2,3,4", "--absent", "x"), "FIRST-LAST"),
         ((), "key frames"),
     ],
 )
@@ -456,7 +457,7 @@ def test_a_tracker_file_may_begin_with_an_underscore(trackmark, here):
     shutil.copy(here / "knob.py", here / "_knob.py")
     chosen = ("run", "--trackers", "_knob.py:Knob", "--sequences", "data/Small")
     assert "missing" not in trackmark(*chosen).stdout
-    assert trackmark(*chosen, "--json").stdout == ""
+    assert len(trackmark(*chosen, "--json").stdout.splitlines()) == 1
 
 
 def test_one_bad_image_is_one_line_however_many_runs_it_costs(trackmark, here):
@@ -514,3 +515,12 @@ def test_the_demo_runs_and_draws_its_pictures(trackmark, here):
     assert len(shown) == 8
     assert all(cv2.imread(str(here / path)) is not None for path in shown)
     assert "18 of 18 runs" in said
+
+
+def test_show_never_overwrites_what_it_shows(trackmark, here):
+    trackmark("show", "data/Small/img", "--output", "mine.mp4")
+    whole = (here / "mine.mp4").read_bytes()
+    assert "overwritten" in trackmark("show", "mine.mp4", "--output", "mine.mp4", status=2).stderr
+    assert (here / "mine.mp4").read_bytes() == whole
+    image = "data/Small/img/0001.png"
+    assert "overwritten" in trackmark("show", "data/Small", "--output", image, status=2).stderr
