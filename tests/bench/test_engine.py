@@ -300,6 +300,8 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(data):
             *("--trackers", f"{data}/knob.py:Knob", "--output", str(data / "results")),
         ],
         start_new_session=True,
+        # A terminal's child listens to Ctrl-C; one of a job in the background does not.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         stderr=subprocess.PIPE,
         text=True,
     )
