@@ -36,7 +36,7 @@ try:
     check_place()
 except NameClashError as error:
     if Path(sys.argv[0]).name == "trackmark":  # the command: a line, no traceback
-        print(f"trackmark: {error}", file=sys.stderr)  # noqa: T201
+        print(f"trackmark: {error}", file=sys.stderr)  # noqa: T201  # click is not there yet
         sys.exit(2)
     raise
 

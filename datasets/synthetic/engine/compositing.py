@@ -13,7 +13,7 @@ __all__ = ["blend_sprite", "develop", "window"]
 @njit(cache=True)
 def window(
     texture: NDArray[np.uint8], x: int, y: int, height: int, width: int
-) -> NDArray[np.uint8]:  # pragma: no cover
+) -> NDArray[np.uint8]:
     """Cut a picture out of a texture at a sub-pixel place, bilinear.
 
     Parameters
@@ -39,9 +39,7 @@ def window(
 
 
 @njit(cache=True)
-def _span(
-    lowest: int, highest: int, size: int, step: int, limit: int
-) -> tuple[int, int]:  # pragma: no cover
+def _span(lowest: int, highest: int, size: int, step: int, limit: int) -> tuple[int, int]:
     """First pixel and the one after the last within `limit` that a sprite of `size` touches.
 
     Its corner lies between `lowest` and `highest`; where nothing is touched both are equal.
@@ -59,7 +57,7 @@ def blend_sprite(
     left: NDArray[np.int64],
     top: NDArray[np.int64],
     step: int,
-) -> None:  # pragma: no cover
+) -> None:
     """Lay a sprite over a canvas, averaged over its places during the exposure.
 
     Parameters
@@ -124,7 +122,7 @@ def develop(
     column_gain: NDArray[np.int32],
     table: NDArray[np.int32],
     random: NDArray[np.uint8],
-) -> None:  # pragma: no cover
+) -> None:
     """Apply light and sensor noise to a canvas, in place.
 
     Parameters
