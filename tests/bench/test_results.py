@@ -98,7 +98,6 @@ def test_different_labels_get_different_folders_of_bearable_length(a, b):
     assert (folder_name(a) == folder_name(b)) == (a == b)
     assert len(folder_name(a * 50).encode()) <= 200
     assert "/" not in folder_name(a)
-    assert folder_name(a)[0] not in "_."
 
 
 def test_timing_runs_lie_apart_from_scored_ones():
@@ -307,3 +306,10 @@ def test_leftovers_of_processes_that_are_gone_are_removed_and_no_others(tmp_path
         file.touch()
     remove_leftovers(tmp_path)
     assert sorted(tmp_path.iterdir()) == sorted([alive, elsewhere])
+
+
+@pytest.mark.parametrize(
+    ("label", "folder"), [("_a.py:T", "%5Fa.py%3AT"), (".", "%2E"), ("a_b", "a_b")]
+)
+def test_no_run_lies_where_what_is_no_run_lies(label, folder):
+    assert folder_name(label) == folder
