@@ -12,6 +12,7 @@ import numpy as np
 
 import trackers
 from bench.record import Identity, Protocol
+from bench.reference import BOXES
 from datasets import Sequence
 from datasets.source_digest import source_digest
 from datasets.text_form import format_text, parse_text
@@ -31,7 +32,7 @@ class Contestant:
     Attributes
     ----------
     label : str
-        Canonical text form, without what equals the defaults.
+        Canonical text form, without what equals the defaults; `init` stands last in it.
     name : str
         Name without parameters.
     preset, parameters
@@ -42,6 +43,8 @@ class Contestant:
         Gives a fresh tracker from a seed sequence.
     file : Path or None
         Source file; None for a callable without one.
+    init : str
+        Truth that it is initialised with: `boxes`, or the name of a region.
     """
 
     label: str
@@ -51,6 +54,7 @@ class Contestant:
     randomness: Randomness
     make: TrackerMaker
     file: Path | None
+    init: str = BOXES
 
     @cached_property
     def version(self) -> dict[str, Any]:
@@ -67,8 +71,8 @@ def contestant(tracker: str | TrackerMaker) -> Contestant:
     Parameters
     ----------
     tracker : str or callable
-        `name:key=value:…`, with `preset` among the keys; `path/to/file.py:ClassName:…`;
-        or a callable that takes a `numpy.random.SeedSequence`.
+        `name:key=value:…`, with `preset` and `init` among the keys;
+        `path/to/file.py:ClassName:…`; or a callable that takes a `numpy.random.SeedSequence`.
 
     Raises
     ------
@@ -124,20 +128,25 @@ def identify(
         fingerprint=sequence.fingerprint,
         repetition=repetition,
         protocol=protocol,
+        init=chosen.init,
     )
 
 
 def _from_text(text: str) -> Contestant:
     name, options = _split(text)
+    # What a run starts from is the harness's business: no tracker has such a parameter.
+    init = options.pop("init", BOXES)
     specification = trackers.resolve(name, **options)
+    shown = {} if init == BOXES else {"init": init}
     return Contestant(
-        label=format_text(specification.name, specification.options),
+        label=format_text(specification.name, {**specification.options, **shown}),
         name=specification.name,
         preset=specification.preset,
         parameters=specification.parameters.model_dump(),
         randomness=specification.randomness,
         make=specification.create,
         file=specification.file,
+        init=init,
     )
 
 

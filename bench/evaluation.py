@@ -30,7 +30,8 @@ def evaluate(
     """Run one tracker through one sequence, once (one-pass evaluation).
 
     The tracker is initialised with the truth of the first frame in which the target is
-    present, and updated on every later frame.
+    present, and updated on every later frame. With `init=REGION` in its text it is
+    initialised with, and scored by, that region of the sequence instead of its boxes.
 
     Parameters
     ----------
@@ -115,7 +116,7 @@ def run_in_lock_step(
     shown = SharedFrame(sequence[first])
     mask = sequence.mask(first)
     for recorder in recorders:
-        recorder.start(shown, first, sequence.boxes[first], mask)
+        recorder.start(shown, first, mask)
     own_seconds = []
     for frame in range(first + 1, n):
         image = sequence[frame]

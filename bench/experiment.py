@@ -7,6 +7,7 @@ repetitions = 5                          # of trackers that draw random numbers
 trackers = [
     "static",
     { name = "camshift", window = ["fixed", "adaptive"] },       # a list is swept
+    { name = "opencv-mil", init = "full", repetitions = 2 },     # by another truth; less often
 ]
 sequences = [
     "samples/face",
@@ -17,7 +18,7 @@ sequences = [
 
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from itertools import product
 from pathlib import Path
@@ -71,6 +72,8 @@ class Experiment:
         Paths among them are relative to where the command is typed.
     repetitions : int
         Of every tracker that draws random numbers; the others run once.
+    repeated : mapping of str to int
+        Repetitions of those trackers, by their text, that have a number of their own.
     timing : bool
         Whether runs are timed, one by one, instead of scored in lock step.
     title : str
@@ -81,16 +84,16 @@ class Experiment:
     trackers: tuple[str, ...]
     sequences: tuple[SequenceSource, ...]
     repetitions: int = 1
+    repeated: Mapping[str, int] = field(default_factory=dict)
     timing: bool = False
     title: str = ""
 
     def __post_init__(self) -> None:
         if not self.name or "/" in self.name or self.name.startswith((".", "_")):
             raise ExperimentError(f"{self.name!r} can't name a folder of results.")
-        if self.repetitions < 1:
-            raise ExperimentError(
-                f"{self.name}: repetitions is {self.repetitions}; give 1 or more."
-            )
+        for number in (self.repetitions, *self.repeated.values()):
+            if number < 1:
+                raise ExperimentError(f"{self.name}: repetitions is {number}; give 1 or more.")
         if not self.trackers or not self.sequences:
             raise ExperimentError(f"{self.name}: there must be a tracker and a sequence to run.")
         for named in (self.trackers, [source.text for source in self.sequences]):
@@ -155,14 +158,29 @@ def _experiment(path: Path, table: Mapping[str, Any]) -> Experiment:
         raise ExperimentError(
             f"{path}: version {table['version']} is not the version {VERSION} that is known here."
         )
+    entrants = list(_entrants(path, table["trackers"]))
     return Experiment(
         name=path.stem,
         title=table.get("title", path.stem),
-        trackers=tuple(_texts(path, "trackers", table["trackers"])),
+        trackers=tuple(text for text, _ in entrants),
         sequences=tuple(_sources(path, table["sequences"])),
+        repeated={text: number for text, number in entrants if number is not None},
         repetitions=table.get("repetitions", 1),
         timing=table.get("timing", False),
     )
+
+
+def _entrants(path: Path, entries: Iterable[Any]) -> Iterable[tuple[str, int | None]]:
+    """Trackers; a table's `repetitions` is no parameter but how often they are run."""
+    for entry in entries:
+        number = None
+        if isinstance(entry, dict) and "repetitions" in entry:
+            number = entry["repetitions"]
+            if type(number) is not int:
+                raise ExperimentError(f"{path}: trackers: {entry!r}: repetitions must be a number.")
+            entry = {key: value for key, value in entry.items() if key != "repetitions"}
+        for text in _texts(path, "trackers", [entry]):
+            yield text, number
 
 
 def _sources(path: Path, entries: Iterable[Any]) -> Iterable[SequenceSource]:
@@ -181,13 +199,13 @@ def _texts(path: Path, key: str, entries: Iterable[Any]) -> Iterable[str]:
     for entry in entries:
         if isinstance(entry, str):
             texts = [entry]
-        elif isinstance(entry, dict) and isinstance(entry.get("name"), str):
-            options = {name: value for name, value in entry.items() if name != "name"}
+        elif isinstance(entry, dict) and isinstance(entry.get("name"), str | list):
+            options = {"name": entry["name"], **entry}
             values = [value if isinstance(value, list) else [value] for value in options.values()]
             if not all(values):
                 raise ExperimentError(f"{path}: {key}: {entry!r} sweeps over an empty list.")
             texts = [
-                format_text(entry["name"], dict(zip(options, chosen, strict=True)))
+                format_text(str(chosen[0]), dict(zip(list(options)[1:], chosen[1:], strict=True)))
                 for chosen in product(*values)
             ]
         else:

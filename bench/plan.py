@@ -10,6 +10,7 @@ from bench.contestant import Contestant, contestant, identify
 from bench.experiment import Experiment, ExperimentError, SequenceSource
 from bench.index import read_index
 from bench.record import Identity, Protocol
+from bench.reference import reference
 from bench.results import Asked, Results
 from bench.results import Cell as StoredCell
 from datasets import Sequence
@@ -147,8 +148,10 @@ def make_plan(experiment: Experiment, results: Results) -> Plan:
     cells = []
     for source, sequence in sequences:
         for text, entry in chosen:
+            reference(sequence, entry.init, sequence.name)
             deterministic = entry.randomness is Randomness.NONE and not experiment.timing
-            for repetition in range(1 if deterministic else experiment.repetitions):
+            repetitions = experiment.repeated.get(text, experiment.repetitions)
+            for repetition in range(1 if deterministic else repetitions):
                 key = identify(entry, sequence, repetition, protocol)
                 row = rows.get(str(results.path(key).relative_to(results.folder)))
                 cells.append(

@@ -44,6 +44,9 @@ class Identity:
         From 0.
     protocol : {'accuracy', 'timing'}
         What was asked: boxes, or times.
+    init : str
+        Truth that the tracker was initialised with and is scored by: `boxes`, or the name
+        of one of the sequence's regions.
     """
 
     tracker: str
@@ -55,6 +58,7 @@ class Identity:
     fingerprint: str
     repetition: int
     protocol: Protocol
+    init: str = "boxes"
 
     @cached_property
     def digest(self) -> str:

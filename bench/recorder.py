@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from bench.contestant import Contestant, identify, run_seed
 from bench.record import RESERVED_COLUMNS, Protocol, Run, Times
+from bench.reference import reference
 from datasets import Sequence
 from trackers import Box, Estimate, Mask, Tracker
 from trackers.base.sharing import SharedFrame, SharingTracker
@@ -39,7 +40,7 @@ class Recorder:
     repetition : int
         From 0.
     sequence : Sequence
-        Only its name and length are used here.
+        Its images are not asked for here.
     protocol : {'accuracy', 'timing'}
         What is asked.
     share : bool
@@ -65,6 +66,7 @@ class Recorder:
         self.identity = identify(chosen, sequence, repetition, protocol)
         self._chosen = chosen
         self._sequence = sequence
+        self._given = reference(sequence, chosen.init, sequence.name).boxes
         self._share = share
         self._keep_arrays = keep_arrays
         n = len(sequence)
@@ -76,8 +78,9 @@ class Recorder:
         self._revisions: dict[int, Box] = {}
         self._update: Callable[[SharedFrame], Estimate]
 
-    def start(self, shown: SharedFrame, frame: int, box: Box, mask: Mask | None) -> None:
+    def start(self, shown: SharedFrame, frame: int, mask: Mask | None) -> None:
         """Make the tracker and give it the target."""
+        box = self._given[frame]
         self._boxes[frame] = box
         self._visible[frame] = True
         try:

@@ -16,6 +16,7 @@ from bench.index import experiment_folders, load_results, ordered_index
 from bench.measures import PER_SEQUENCE, SUMMARY, TIMES
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
+from bench.reference import reference
 from bench.results import Cell, Results
 from bench.stored_truth import read_truth
 from reports.overlay import TRUTH
@@ -85,7 +86,8 @@ def frame_table(folder: Path) -> pd.DataFrame:
         if row["status"] != "finished" or row["protocol"] != "accuracy":
             continue
         run = results.read(folder / row["path"])
-        truth = read_truth(folder, row["sequence"], row["fingerprint"])
+        stored = read_truth(folder, row["sequence"], row["fingerprint"])
+        truth = reference(stored, run.identity.init, row["sequence"])
         present = np.isfinite(truth.boxes).all(axis=1)
         evaluated = np.flatnonzero(present)[1:]
         pieces.append(

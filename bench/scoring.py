@@ -9,6 +9,7 @@ import datasets
 from bench.metrics.native import Truth, native
 from bench.metrics.times import time_scores
 from bench.record import Run
+from bench.reference import reference
 
 __all__ = ["PRESETS", "score", "score_boxes"]
 
@@ -19,7 +20,7 @@ PRESETS: Mapping[str, Callable[..., dict[str, float]]] = {"native": native}
 def score(
     run: Run, sequence: str | Truth, preset: str = "native", trace: str = "online"
 ) -> dict[str, float]:
-    """Score a run.
+    """Score a run, by the truth that it was initialised with.
 
     Parameters
     ----------
@@ -53,7 +54,8 @@ def score(
             f"{run!r} was made on another sequence, or on another version of it; run it again."
         )
     boxes = run.revised if trace == "revised" and run.revised is not None else run.boxes
-    scores = _scorer(preset)(scored, boxes, run.visible)
+    start = reference(scored, run.identity.init, run.identity.sequence)
+    scores = _scorer(preset)(start, boxes, run.visible)
     return scores if run.times is None else {**scores, **time_scores(run.times)}
 
 

@@ -63,7 +63,7 @@ def _pass(
     timer: "_Timer", sequence: Sequence, stop: int, progress: Callable[[int], None] | None
 ) -> None:
     first = sequence.first_frame
-    timer.start(SharedFrame(sequence[first]), first, sequence.boxes[first], sequence.mask(first))
+    timer.start(SharedFrame(sequence[first]), first, sequence.mask(first))
     for frame in range(first + 1, stop):
         if timer.failure:
             break

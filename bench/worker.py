@@ -18,6 +18,7 @@ from bench.evaluation import run_in_lock_step
 from bench.index import index_row
 from bench.plan import Unit
 from bench.record import Run
+from bench.reference import reference
 from bench.results import Results
 from bench.stored_truth import write_truth
 from bench.timing import time_run
@@ -89,9 +90,11 @@ def record_death(unit: Unit, folder: Path, reason: str) -> Outcome:
     ((text, repetition),) = unit.entries
     n = len(sequence)
     boxes = np.full((n, 4), np.nan)
-    boxes[sequence.first_frame] = sequence.boxes[sequence.first_frame]
+    chosen = contestant(text)
+    given = reference(sequence, chosen.init, sequence.name).boxes
+    boxes[sequence.first_frame] = given[sequence.first_frame]
     run = Run(
-        identity=identify(contestant(text), sequence, repetition, unit.protocol),
+        identity=identify(chosen, sequence, repetition, unit.protocol),
         boxes=boxes,
         visible=np.zeros(n, np.bool_),
         confidence=np.full(n, np.nan),

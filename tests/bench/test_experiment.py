@@ -44,6 +44,21 @@ def test_lists_are_swept_in_the_order_written(tmp_path):
     ]
 
 
+def test_names_are_swept_too_and_a_tracker_can_have_repetitions_of_its_own(tmp_path):
+    entry = '{ name = ["static", "camshift"], init = ["full", "boxes"], repetitions = 2 }'
+    path = written(tmp_path, GOOD.replace('"static"', entry))
+    experiment = read_experiment(path)
+    special = ("static:init=full", "static:init=boxes", "camshift:init=full", "camshift:init=boxes")
+    assert experiment.trackers[:4] == special
+    assert experiment.repeated == dict.fromkeys(special, 2)
+
+
+def test_repetitions_that_are_no_number_are_refused(tmp_path):
+    path = written(tmp_path, GOOD.replace('"static"', '{ name = "static", repetitions = "3" }'))
+    with pytest.raises(ExperimentError, match="repetitions must be a number"):
+        read_experiment(path)
+
+
 def test_a_table_can_give_recorded_data_its_truth(tmp_path):
     entry = '{ name = "a.mp4", truth = "b.csv" }'
     path = written(tmp_path, GOOD.replace('"samples/face"', entry))

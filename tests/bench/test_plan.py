@@ -11,6 +11,7 @@ from bench.experiment import Experiment, ExperimentError, SequenceSource
 from bench.plan import State, make_plan
 from bench.results import Results
 from bench.runner import run
+from datasets import SequenceError
 
 
 def append(file, text):
@@ -45,6 +46,16 @@ def test_a_tracker_that_never_draws_runs_once_and_the_others_as_often_as_asked(h
         ("static", 0): "left",
         **{("knob.py:Knob", repetition): "left" for repetition in range(3)},
     }
+
+
+def test_a_tracker_can_have_a_number_of_repetitions_of_its_own(here):
+    knob = f"{here / 'knob.py'}:Knob"
+    assert len(states(here, repeated={knob: 1})) == 2
+
+
+def test_a_region_that_a_sequence_has_not_is_refused_before_anything_runs(here):
+    with pytest.raises(SequenceError, match="no region 'full' to initialise with"):
+        states(here, trackers=("static:init=full",))
 
 
 def test_more_repetitions_leave_the_old_ones_done(finished):

@@ -1,0 +1,62 @@
+"""Which of a sequence's truths a run starts from and is scored by: its boxes, or a region."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.metrics.native import Truth
+from datasets import SequenceError
+
+__all__ = ["BOXES", "Reference", "reference"]
+
+BOXES = "boxes"
+"""Name of the truth that every sequence has."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A sequence's truth with one of its regions in the place of its boxes."""
+
+    boxes: NDArray[np.float64]
+    regions: Mapping[str, NDArray[np.float64]]
+    visibility: NDArray[np.float64]
+
+
+def reference(truth: Truth, region: str, name: str = "the sequence") -> Truth:
+    """The truth as seen by a run that is initialised with a region.
+
+    Parameters
+    ----------
+    truth : Truth
+        A sequence, or its stored truth.
+    region : str
+        `boxes`, or one of `truth.regions`.
+    name : str
+        The sequence's name, for messages.
+
+    Raises
+    ------
+    SequenceError
+        For a region that the sequence has not, or that is absent where its boxes begin.
+    """
+    if region == BOXES:
+        return truth
+    if region not in truth.regions:
+        known = [BOXES, *sorted(truth.regions)]
+        close = get_close_matches(region, known, n=1)
+        hint = f" Did you mean {close[0]!r}?" if close else ""
+        raise SequenceError(
+            f"{name} has no region {region!r} to initialise with (init={region}).{hint} "
+            f"Known: {', '.join(known)}."
+        )
+    boxes = truth.regions[region]
+    present = np.flatnonzero(np.isfinite(truth.boxes).all(axis=1))
+    if len(present) and not np.isfinite(boxes[present[0]]).all():
+        raise SequenceError(
+            f"{name}: the region {region!r} is absent in frame {present[0]}, where the target "
+            "appears; no tracker can be initialised with it."
+        )
+    return Reference(boxes, truth.regions, truth.visibility)
