@@ -121,7 +121,7 @@ def run_in_lock_step(
     for frame in range(first + 1, n):
         image = sequence[frame]
         began = perf_counter()
-        shown = SharedFrame(image)
+        shown = SharedFrame(image, len(recorders))
         in_trackers, running = 0.0, 0
         for recorder in recorders:
             if not recorder.failure:

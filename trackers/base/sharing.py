@@ -19,12 +19,16 @@ class SharedFrame:
     ----------
     image : ndarray of uint8, shape (height, width, 3)
         The frame. It is handed on read-only.
+    sharers : int
+        How many trackers are shown it, at least 1. What pays only for many can be made when
+        they are many; the estimates must not depend on it.
     """
 
-    __slots__ = ("_computed", "image")
+    __slots__ = ("_computed", "image", "sharers")
 
-    def __init__(self, image: Image) -> None:
+    def __init__(self, image: Image, sharers: int = 1) -> None:
         self.image = image.view()
+        self.sharers = sharers
         self.image.flags.writeable = False
         self._computed: dict[Hashable, Any] = {}
 

@@ -1,0 +1,1 @@
+"""Colour histograms of regions: bins, exact counts, and distances between them."""

@@ -1,0 +1,80 @@
+"""Counts of colour bins in many regions of a frame, by whichever way costs least.
+
+The ways give the same integers, so the choice is one of time alone. It is made from what
+they take per pixel, relative to one another.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.base.interface import Image
+from trackers.base.sharing import SharedFrame
+from trackers.colour.histogram import (
+    LARGEST_REGION,
+    IntegralHistogram,
+    direct_counts,
+    integral_counts,
+    integral_histogram,
+)
+from trackers.colour.luv import N_BINS, LuvBins
+from trackers.colour.regions import Regions
+
+__all__ = ["region_counts"]
+
+# Nanoseconds, measured on one machine.
+_CODE = 1.0  # a pixel looked up
+_INTEGRAL = 3.0  # a pixel of a window summed up
+_SHARED_INTEGRAL = 6.0  # a pixel of a frame: more bins, more than the cache holds
+_DIRECT = 0.7  # a pixel of a region counted
+_DIRECT_REGION = 2000.0  # a region's histogram emptied and added up
+
+
+def region_counts(
+    frame: SharedFrame, regions: Regions, colours: LuvBins, bins: NDArray[np.int64]
+) -> NDArray[np.int32]:
+    """Count votes for bins in regions.
+
+    Parameters
+    ----------
+    frame : SharedFrame
+        With many sharers one integral histogram of the whole frame is made for all.
+    regions : Regions
+        Where to count.
+    colours : LuvBins
+        How pixels vote.
+    bins : ndarray of int64, shape (m,)
+        The bins asked for.
+
+    Returns
+    -------
+    ndarray of int32, shape (parts, n, m)
+        Votes in each.
+    """
+    window = (regions.right - regions.left) * (regions.bottom - regions.top)
+    small = regions.pixels.max(initial=0) <= LARGEST_REGION
+    direct = _DIRECT * float(regions.pixels.sum()) + _DIRECT_REGION * regions.pixels.size
+    integral = _INTEGRAL * window if small else np.inf
+    alone = _CODE * window + min(direct, integral)
+    height, width = frame.image.shape[:2]
+    left, top = regions.left, regions.top
+    flat = regions.parts.reshape(-1, 4)
+    if small and (_CODE + _SHARED_INTEGRAL) * height * width < frame.sharers * alone:
+        counts = integral_counts(frame.compute(_integral_histogram, colours), flat, bins)
+    else:
+        codes = colours.codes(frame.image[top : regions.bottom, left : regions.right])
+        flat = flat - np.array([left, top, left, top])
+        if integral < direct:
+            histogram = integral_histogram(codes, colours.votes, bins, N_BINS)
+            counts = integral_counts(histogram, flat, bins)
+        else:
+            counts = direct_counts(codes, colours.votes, flat, bins, N_BINS)
+    return counts.reshape(*regions.pixels.shape, -1)
+
+
+def _integral_histogram(image: Image, colours: LuvBins) -> IntegralHistogram:
+    """Integral histogram of a whole frame, of the bins in it."""
+    codes = colours.codes(image)
+    whole = np.array([[0, 0, image.shape[1], image.shape[0]]])
+    every = np.arange(N_BINS)
+    found = np.flatnonzero(direct_counts(codes, colours.votes, whole, every, N_BINS)[0])
+    return integral_histogram(codes, colours.votes, found, N_BINS)

@@ -1,0 +1,241 @@
+"""Particle filter on colour histograms of a rectangle or of its two halves, chosen at the start."""
+
+from math import inf, sqrt
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from trackers.base.interface import Box, Estimate, Mask, Randomness
+from trackers.base.parameters import Parameters, TrackerError
+from trackers.base.sharing import SharedFrame, SharingTracker
+from trackers.colour.counting import region_counts
+from trackers.colour.histogram import bhattacharyya_distances
+from trackers.colour.luv import N_BINS, Binning, LuvBins, UvRange
+from trackers.colour.regions import Regions, pixel_regions
+from trackers.particles.propagation import first_order, random_walk, uniform_noise
+from trackers.particles.resampling import SCHEMES
+from trackers.particles.weights import effective_number, mean_state, normalised
+
+__all__ = ["Multipart"]
+
+LEAST_SHARE, LEAST_PIXELS = 0.25, 16  # of a rectangle inside the image, for it to weigh anything
+LARGEST_CHANGE = 25.0  # of the area, either way, since the first frame
+
+
+class MultipartParameters(Parameters):
+    """Parameters of `Multipart`."""
+
+    representation: Literal["adaptive", "single", "multi"] = Field(
+        "adaptive",
+        description="single: one histogram of the rectangle; multi: one of each half; adaptive: "
+        "whichever the first frame's halves call for",
+    )
+    particles: int = Field(200, ge=1, description="number of particles N [count]")
+    position_divisor: float = Field(
+        3.0, gt=0.0, description="a: noise of the centre is the width over this [ratio]"
+    )
+    size_divisor: float = Field(
+        10.0, gt=0.0, description="b: noise of the area is the area over this [ratio]"
+    )
+    sigma: float = Field(
+        0.1, gt=0.0, description="σ of the likelihood of a distance [histogram distance]"
+    )
+    threshold: float = Field(
+        0.4,
+        ge=0.0,
+        le=1.0,
+        description="T: halves further apart than this are told apart [histogram distance]",
+    )
+    binning: Binning = Field(
+        "both",
+        description="both: a pixel votes for its L and its uv bin; perez: for uv alone, or for L "
+        "alone where it has hardly any colour",
+    )
+    uv_range: UvRange = Field(
+        "full",
+        description="what the uv bins divide: full, what a byte can hold; natural, u -60 to 120 "
+        "and v -80 to 80; srgb-gamut, u -83 to 175 and v -134 to 107",
+    )
+    sigma_meaning: Literal["deviation", "variance"] = Field(
+        "deviation", description="what sigma is of the Gaussian: its deviation or its variance"
+    )
+    noise_range: Literal["half", "total"] = Field(
+        "half", description="half: noise reaches its range either way; total: half of it"
+    )
+    noise_size: Literal["mean", "sample"] = Field(
+        "mean", description="whose size the noise follows: the last estimate's or each particle's"
+    )
+    dynamics: Literal["random-walk", "first-order"] = Field(
+        "random-walk",
+        description="first-order: particles keep their velocity, and the noise changes it",
+    )
+    noise: Literal["proportional", "fixed"] = Field(
+        "proportional",
+        description="proportional: noise follows the size; fixed: it stays as in the first frame",
+    )
+    resampling: Literal["multinomial", "systematic", "stratified", "residual"] = Field(
+        "multinomial", description="scheme by which particles go on to the next frame"
+    )
+
+
+class Multipart(SharingTracker):
+    """Particle filter on colour histograms of a rectangle or of its two halves.
+
+    The state is the rectangle's centre and area; its aspect is the first box's. Histograms
+    have 10 bins of L* and 10 x 10 of u* and v*, without a kernel. In each frame particles
+    take a step of uniform noise (equations 5 and 6: ± width/a for x and for y, ± area/b),
+    weigh exp(-d²/2σ²) by their Bhattacharyya distance d to the first frame's histogram
+    (equations 1, 2 and 8), give the estimate as their mean (equation 4) and are resampled.
+    `adaptive` compares the first rectangle's upper and lower half: if their distance is above
+    the threshold (equation 7; the paper calls it a coefficient, and means the distance of
+    equation 1) it is `multi` from then on, else `single`, to the bit.
+
+    Of a paper whose first page is missing, these are choices: how L* and u*v* share the
+    histogram (half each), what range the bins divide, and that the state's "scale" is an
+    area, for which equation 6 has the right unit. The text calls σ a variance and prints it as
+    a deviation. A rectangle of which less than a quarter or fewer than 16 pixels are inside
+    the image weighs nothing; areas stay within a factor 25 of the first.
+
+    With `dynamics=first-order` the centre keeps its velocity, and the same noise changes the
+    velocity in place of the position: as much noise enters a frame, so that the spread
+    around the prediction is the random walk's. The area remains a random walk.
+
+    The box is the mean state, not rounded. Details: `part_distance` (of the first
+    rectangle's halves), `effective_particles` (1/Σπ²), `distance` (mean of d over the
+    weights) and `area_ratio` (to the first frame). `confidence` is the likelihood of
+    `distance`, in [0, 1]. Without a particle that weighs anything all weigh the same, and the
+    target counts as not visible. Arrays: `particles` (N, 3) as x, y, area before resampling,
+    in pixels and square pixels, and their `weights` (N,).
+    """
+
+    paper = (
+        "An adaptive colour-based particle filter that combines single-part and multi-part "
+        "colour histograms (multi-part after Pérez et al., Color-based probabilistic tracking, "
+        "ECCV 2002)"
+    )
+    randomness = Randomness.GENERATOR
+    presets = {"as-written": {}, "recommended": {}}
+    Parameters = MultipartParameters
+
+    def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
+        """See `Tracker.init`.
+
+        Raises
+        ------
+        TrackerError
+            Where less than a quarter of the box, fewer than 16 pixels or fewer than two rows
+            lie in the image.
+        """
+        settings = self.parameters
+        x, y, width, height = (float(value) for value in box)
+        self._generator = np.random.default_rng(self.seed)
+        self._colours = LuvBins(settings.binning, settings.uv_range)
+        self._aspect = width / height
+        self._first_area = width * height
+        self._mean = np.array([x + width / 2, y + height / 2, self._first_area])
+        halves = self._regions(frame, self._mean[np.newaxis], 2)
+        if not halves.pixels.all():
+            raise TrackerError(
+                f"multipart: of the box {np.round(box, 1).tolist()} too little lies in the image: "
+                f"a quarter, {LEAST_PIXELS} pixels and two rows are needed; give another box."
+            )
+        every = np.arange(N_BINS)
+        counts = region_counts(frame, halves, self._colours, every)[:, 0]
+        totals = halves.pixels[:, 0] * self._colours.votes_a_pixel
+        self._part_distance = float(
+            bhattacharyya_distances(counts[:1], totals[:1], counts[1], totals[1])[0]
+        )
+        self._n_parts = {"single": 1, "multi": 2}.get(
+            settings.representation, 2 if self._part_distance > settings.threshold else 1
+        )
+        if self._n_parts == 1:
+            counts, totals = counts.sum(axis=0, keepdims=True), totals.sum(keepdims=True)
+        # Bins without a count in the reference add nothing to a coefficient.
+        self._bins = np.flatnonzero(counts.any(axis=0))
+        self._reference = np.ascontiguousarray(counts[:, self._bins].astype(np.int32))
+        self._reference_totals = totals.tolist()
+        self._states = np.tile(self._mean, (settings.particles, 1))
+        self._velocities = np.zeros_like(self._states)
+
+    def update_shared(self, frame: SharedFrame) -> Estimate:
+        """See `Tracker.update`."""
+        self._propagate()
+        distances, pixels = self._distances(frame)
+        log_weights = np.where(pixels > 0, self._log_likelihood(distances), -inf)
+        weights = normalised(log_weights)
+        self._mean = mean_state(weights, self._states)
+        distance = min(float(weights @ distances), 1.0)
+        estimate = Estimate(
+            self._box(),
+            visible=bool(pixels.any()),
+            confidence=float(np.exp(self._log_likelihood(distance))),
+            details={
+                "part_distance": self._part_distance,
+                "effective_particles": effective_number(weights),
+                "distance": distance,
+                "area_ratio": float(self._mean[2] / self._first_area),
+            },
+            arrays={"particles": self._states, "weights": weights},
+        )
+        uniforms = self._generator.random(len(weights))
+        chosen = SCHEMES[self.parameters.resampling](weights, uniforms)
+        self._states = self._states[chosen]
+        self._velocities = self._velocities[chosen]
+        return estimate
+
+    def _propagate(self) -> None:
+        """Move the particles (equations 5 and 6)."""
+        settings = self.parameters
+        if settings.noise == "fixed":
+            area: Any = self._first_area
+        elif settings.noise_size == "sample":
+            area = self._states[:, 2]
+        else:
+            area = self._mean[2]
+        width = np.sqrt(area * self._aspect)
+        position, size = width / settings.position_divisor, area / settings.size_divisor
+        half_range = np.stack([position, position, size], axis=-1)
+        if settings.noise_range == "total":
+            half_range = half_range / 2
+        noise = uniform_noise(self._generator.random(self._states.shape), half_range)
+        if settings.dynamics == "first-order":
+            self._states, self._velocities = first_order(self._states, self._velocities, noise)
+            self._velocities[:, 2] = 0.0  # the area is a random walk
+        else:
+            self._states = random_walk(self._states, noise)
+        least, most = self._first_area / LARGEST_CHANGE, self._first_area * LARGEST_CHANGE
+        np.clip(self._states[:, 2], least, most, out=self._states[:, 2])
+
+    def _distances(self, frame: SharedFrame) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Distance of each particle to the reference, and its pixels, 0 if too few are inside."""
+        regions = self._regions(frame, self._states, self._n_parts)
+        counts = region_counts(frame, regions, self._colours, self._bins)
+        total = np.zeros(len(self._states))
+        for part, reference in enumerate(self._reference):
+            total += bhattacharyya_distances(
+                counts[part],
+                regions.pixels[part] * self._colours.votes_a_pixel,
+                reference,
+                self._reference_totals[part],
+            )
+        return total / self._n_parts, regions.pixels.sum(axis=0)
+
+    def _log_likelihood(self, distance: Any) -> Any:
+        """Logarithm of equation 8 without its prefix, which all particles share."""
+        sigma = self.parameters.sigma
+        variance = sigma if self.parameters.sigma_meaning == "variance" else sigma**2
+        return -(distance**2) / (2 * variance)
+
+    def _regions(self, frame: SharedFrame, states: NDArray[np.float64], n_parts: int) -> Regions:
+        height, width = frame.image.shape[:2]
+        return pixel_regions(
+            states, self._aspect, n_parts, width, height, LEAST_SHARE, LEAST_PIXELS
+        )
+
+    def _box(self) -> Box:
+        x, y, area = self._mean.tolist()
+        width = sqrt(area * self._aspect)
+        height = area / width
+        return np.array([x - width / 2, y - height / 2, width, height])

@@ -1,0 +1,1 @@
+"""Particle filtering: weighted samples of a state, moved, weighed, averaged and resampled."""
