@@ -194,9 +194,8 @@ class Multipart(SharingTracker):
             area = self._states[:, 2]
         else:
             area = self._mean[2]
-        width = np.sqrt(area * self._aspect)
-        position, size = width / settings.position_divisor, area / settings.size_divisor
-        half_range = np.stack([position, position, size], axis=-1)
+        position = np.sqrt(area * self._aspect) / settings.position_divisor
+        half_range = np.array([position, position, area / settings.size_divisor]).T
         if settings.noise_range == "total":
             half_range = half_range / 2
         noise = uniform_noise(self._generator.random(self._states.shape), half_range)

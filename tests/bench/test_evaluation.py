@@ -145,6 +145,20 @@ def test_shared_work_is_done_once_a_frame_and_the_boxes_are_the_same_without(mak
     np.testing.assert_array_equal(runs[0].boxes, boxes_of(make_sharer, sequence))
 
 
+@pytest.mark.parametrize("n", [1, 3])
+def test_trackers_in_lock_step_are_told_how_many_they_are(make_sequence, n):
+    told = set()
+
+    class Asker(Sharer):
+        def update_shared(self, frame):
+            told.add(frame.sharers)
+            return Estimate(self.box)
+
+    entry = contestant(lambda seed: Asker(Asker.Parameters(), seed))
+    run_in_lock_step([(entry, repetition) for repetition in range(n)], make_sequence(4))
+    assert told == {n}
+
+
 def raise_error(image, tracker):
     raise ZeroDivisionError("of my own making")
 

@@ -6,7 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
+import bench
 import trackers
+from trackers.base.parameters import TrackerError
+from trackers.base.sharing import SharedFrame
 
 RED, BLUE, GREEN = (20, 72, 200), (200, 56, 30), (60, 180, 40)
 
@@ -186,3 +189,182 @@ def test_the_boxes_are_those_of_the_equations_in_plain_loops(clip, reading):
     expected, part_distance = slow_track(images, box, 3, particles=24, **reading)
     np.testing.assert_allclose(boxes(found), expected, rtol=0, atol=1e-9)
     assert found[0].details["part_distance"] == pytest.approx(part_distance, abs=1e-12)
+
+
+def test_the_readings_are_different_trackers(clip):
+    images, box = clip
+    readings = [*READINGS, {"noise": "fixed", "dynamics": "first-order"}]
+    readings += [{"resampling": name} for name in ("systematic", "stratified", "residual")]
+    found = [boxes(track(images, box, particles=24, **reading)) for reading in readings]
+    for i, one in enumerate(found):
+        for other in found[:i]:
+            assert np.abs(one - other).max() > 1e-3
+
+
+def test_as_written_and_recommended_are_the_papers_parameters():
+    parameters = trackers.resolve("multipart", preset="as-written").parameters
+    assert parameters == trackers.resolve("multipart").parameters
+    assert (parameters.particles, parameters.position_divisor, parameters.size_divisor) == (
+        200,
+        3.0,
+        10.0,
+    )
+    assert (parameters.sigma, parameters.threshold) == (0.1, 0.4)
+    assert parameters.resampling == "multinomial"
+
+
+def distance_between(reference, image, box, **parameters):
+    """What one particle that hardly moves finds."""
+    still = {"particles": 1, "position_divisor": 1e12, "size_divisor": 1e12}
+    (estimate,) = track([reference, image], box, **still, **parameters)
+    return estimate.details["distance"]
+
+
+def test_only_two_parts_see_that_the_halves_are_swapped(clip):
+    images, box = clip
+    x, y, width, height = box.astype(int)
+    middle = y + height // 2
+    swapped = images[0].copy()
+    columns = slice(x, x + width)
+    swapped[y:middle, columns] = images[0][middle : y + height, columns]
+    swapped[middle : y + height, columns] = images[0][y:middle, columns]
+    assert distance_between(images[0], swapped, box, representation="single") < 0.02
+    assert distance_between(images[0], swapped, box, representation="multi") > 0.4
+    assert distance_between(images[0], images[0], box, representation="multi") == 0.0
+
+
+def test_the_confidence_is_the_likelihood_of_the_distance(clip):
+    images, box = clip
+    for estimate in track(images, box, sigma=0.2):
+        distance = estimate.details["distance"]
+        assert 0 < distance < 1
+        assert estimate.confidence == pytest.approx(exp(-(distance**2) / (2 * 0.2**2)))
+    for estimate in track(images, box, sigma=0.2, sigma_meaning="variance"):
+        distance = estimate.details["distance"]
+        assert estimate.confidence == pytest.approx(exp(-(distance**2) / (2 * 0.2)))
+
+
+def test_the_box_is_the_weighted_mean_of_the_particles_in_the_first_boxs_shape(clip):
+    images, box = clip
+    for estimate in track(images, box):
+        particles, weights = estimate.arrays["particles"], estimate.arrays["weights"]
+        assert particles.shape == (200, 3)
+        assert weights.sum() == pytest.approx(1)
+        x, y, width, height = estimate.box
+        expected = weights @ particles
+        np.testing.assert_allclose([x + width / 2, y + height / 2, width * height], expected)
+        assert width / height == pytest.approx(12 / 20)
+        assert estimate.details["area_ratio"] == pytest.approx(expected[2] / 240)
+        assert estimate.details["effective_particles"] == pytest.approx(1 / (weights**2).sum())
+
+
+@pytest.mark.parametrize("threshold", [0.0, 0.4, 1.0])
+def test_adaptive_is_to_the_bit_the_representation_that_it_picks(clip, threshold):
+    images, box = clip
+    found = track(images, box, 5, threshold=threshold)
+    part_distance = found[0].details["part_distance"]
+    pick = "multi" if part_distance > threshold else "single"
+    assert pick == {0.0: "multi", 0.4: "multi", 1.0: "single"}[threshold]
+    same = track(images, box, 5, representation=pick)
+    np.testing.assert_array_equal(boxes(same), boxes(found))
+    for one, other in zip(same, found, strict=True):
+        assert one.details == other.details
+    for representation in ("single", "multi"):
+        estimates = track(images, box, 5, representation=representation)
+        assert {e.details["part_distance"] for e in estimates} == {part_distance}
+
+
+def test_a_plain_target_is_tracked_as_one_part(clip):
+    image = np.full((60, 80, 3), GREEN, np.uint8)
+    image[20:40, 24:36] = RED
+    found = track([image] * 3, [24, 20, 12, 20])
+    assert found[0].details["part_distance"] == 0.0
+    same = track([image] * 3, [24, 20, 12, 20], representation="single")
+    np.testing.assert_array_equal(boxes(same), boxes(found))
+
+
+def test_the_harness_gives_adaptive_the_boxes_of_its_pick():
+    runs = {
+        representation: bench.evaluate(
+            f"multipart:representation={representation}:particles=50",
+            "plain/target:length=12",
+            repetition=3,
+        )
+        for representation in ("adaptive", "single", "multi")
+    }
+    multi = runs["adaptive"].details["part_distance"][1] > 0.4
+    assert not np.array_equal(runs["single"].boxes, runs["multi"].boxes)
+    pick = runs["multi" if multi else "single"]
+    np.testing.assert_array_equal(runs["adaptive"].boxes, pick.boxes)
+
+
+@pytest.mark.parametrize("representation", ["single", "multi"])
+def test_many_in_lock_step_find_the_boxes_of_one_alone(clip, representation):
+    images, box = clip
+    alone = track(images, box, representation=representation)
+    tracker = trackers.create("multipart", representation=representation)
+    tracker.init_shared(SharedFrame(images[0], 60), box)
+    together = [tracker.update_shared(SharedFrame(image, 60)) for image in images[1:]]
+    np.testing.assert_array_equal(boxes(together), boxes(alone))
+    assert [e.details for e in together] == [e.details for e in alone]
+
+
+def test_moving_the_scene_by_whole_pixels_moves_the_track(clip):
+    images, box = clip
+    moved = [np.roll(image, (4, -7), (0, 1)) for image in images]
+    there = boxes(track(moved, box + [-7, 4, 0, 0]))
+    np.testing.assert_allclose(there - boxes(track(images, box)), [[-7, 4, 0, 0]] * 4, atol=1e-9)
+
+
+@pytest.mark.parametrize("representation", ["single", "multi"])
+def test_it_follows_a_target(representation):
+    truth = np.array([(40 + 2 * t, 40 + 10 * np.sin(t / 4)) for t in range(30)])
+    images = [picture(centre, (18, 30), 100, 120, noise=t) for t, centre in enumerate(truth)]
+    found = boxes(track(images, [31, 25, 18, 30], representation=representation))
+    assert np.abs(found[:, :2] + found[:, 2:] / 2 - truth[1:]).max() < 4
+
+
+@pytest.mark.parametrize("representation", ["single", "multi"])
+def test_particles_that_all_left_the_image_weigh_the_same(representation):
+    images = [picture((8, 10)), picture((200, 10))]
+    tracker = trackers.create("multipart", 0, representation=representation, particles=50)
+    tracker.init(images[0], np.array([2.0, 0.0, 12.0, 20.0]))
+    tracker._states[:, 0] = -500.0
+    estimate = tracker.update(images[1])
+    assert not estimate.visible
+    np.testing.assert_allclose(estimate.arrays["weights"], 1 / 50)
+    assert estimate.details["distance"] == pytest.approx(1)
+    assert np.isfinite(estimate.box).all()
+    assert tracker.update(images[1]).box[0] < -300
+
+
+def test_areas_stay_within_a_factor_of_the_first(clip):
+    images, box = clip
+    estimates = track([*images] * 8, box, size_divisor=0.2, representation="single", sigma=5)
+    areas = np.concatenate([estimate.arrays["particles"][:, 2] for estimate in estimates])
+    assert areas.min() == pytest.approx(240 / 25)
+    assert areas.max() == pytest.approx(240 * 25)
+
+
+BAD = {
+    "outside": (300, 200, 12, 20),
+    "hardly inside": (-10, 20, 12, 20),
+    "fifteen pixels": (20, 20, 3, 5),
+    "a single row": (20, 20, 30, 1),
+    "less than a pixel": (20, 20, 0.2, 0.2),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_box_without_enough_of_the_image_is_refused_in_one_line(clip, case):
+    with pytest.raises(TrackerError, match=r"^multipart: of the box \[.*give another box\.$"):
+        track(clip[0], BAD[case])
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value"),
+    [("particles", 0), ("sigma", 0), ("size_divisor", -1), ("threshold", 1.5), ("binning", "hsv")],
+)
+def test_a_parameter_out_of_bounds_is_named(parameter, value):
+    with pytest.raises(TrackerError, match=f"multipart: parameter {parameter}="):
+        trackers.create("multipart", **{parameter: value})

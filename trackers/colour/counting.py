@@ -22,11 +22,12 @@ from trackers.colour.regions import Regions
 __all__ = ["region_counts"]
 
 # Nanoseconds, measured on one machine.
-_CODE = 1.0  # a pixel looked up
-_INTEGRAL = 3.0  # a pixel of a window summed up
-_SHARED_INTEGRAL = 6.0  # a pixel of a frame: more bins, more than the cache holds
-_DIRECT = 0.7  # a pixel of a region counted
-_DIRECT_REGION = 2000.0  # a region's histogram emptied and added up
+_CODE = 1.5  # a pixel looked up
+_INTEGRAL = 0.1  # a pixel and bin summed up
+_DIRECT = 0.5  # a pixel of a region counted
+_DIRECT_REGION = 3000.0  # a region's histogram emptied and added up
+
+_BINS_OF_A_FRAME = 40  # those that occur in it, roughly; they aren't known beforehand
 
 
 def region_counts(
@@ -53,19 +54,20 @@ def region_counts(
     window = (regions.right - regions.left) * (regions.bottom - regions.top)
     small = regions.pixels.max(initial=0) <= LARGEST_REGION
     direct = _DIRECT * float(regions.pixels.sum()) + _DIRECT_REGION * regions.pixels.size
-    integral = _INTEGRAL * window if small else np.inf
+    integral = _INTEGRAL * len(bins) * window if small else np.inf
     alone = _CODE * window + min(direct, integral)
     height, width = frame.image.shape[:2]
     left, top = regions.left, regions.top
     flat = regions.parts.reshape(-1, 4)
-    if small and (_CODE + _SHARED_INTEGRAL) * height * width < frame.sharers * alone:
-        counts = integral_counts(frame.compute(_integral_histogram, colours), flat, bins)
+    shared = (_CODE + _INTEGRAL * _BINS_OF_A_FRAME) * height * width / frame.sharers
+    if small and shared < alone:
+        counts = integral_counts(*frame.compute(_integral_histogram, colours), flat, bins)
     else:
         codes = colours.codes(frame.image[top : regions.bottom, left : regions.right])
-        flat = flat - np.array([left, top, left, top])
+        flat = np.maximum(flat - np.array([left, top, left, top]), 0)  # empty ones stay at 0
         if integral < direct:
             histogram = integral_histogram(codes, colours.votes, bins, N_BINS)
-            counts = integral_counts(histogram, flat, bins)
+            counts = integral_counts(*histogram, flat, bins)
         else:
             counts = direct_counts(codes, colours.votes, flat, bins, N_BINS)
     return counts.reshape(*regions.pixels.shape, -1)

@@ -31,17 +31,20 @@ LARGEST_REGION = 65535  # pixels that a region may have for sums modulo 65536 to
 class IntegralHistogram(NamedTuple):
     """Counts of bins in every rectangle that begins at the left top corner.
 
+    Four counts share a word of 64 bits, each modulo 65536 with its carry in the next. Sums and
+    differences of words are exact modulo 2⁶⁴ all the same, and in the word of a region whose
+    counts are below 65536 nothing has carried: they can be read off.
+
     Attributes
     ----------
-    sums : ndarray of uint16, shape (height + 1, width + 1, slots)
-        Counts modulo 65536 above and to the left of a pixel corner; slot 0 holds what was
-        not asked for.
-    slots : ndarray of int64, shape (bins,)
-        Where a bin is counted; 0 where it is not.
+    sums : ndarray of uint64, shape (height + 1, words, width + 1)
+        Words of counts above and to the left of a pixel corner.
+    places : ndarray of int64, shape (bins,)
+        Where a bin is counted, 4 · word + quarter; -1 where it is not.
     """
 
-    sums: NDArray[np.uint16]
-    slots: NDArray[np.int64]
+    sums: NDArray[np.uint64]
+    places: NDArray[np.int64]
 
 
 @njit(cache=True)
@@ -59,20 +62,10 @@ def looked_up(image: Image, table: NDArray[np.uint16]) -> NDArray[np.uint16]:
     return found
 
 
-@njit(cache=True)
-def _slots(bins: NDArray[np.int64], n_bins: int) -> NDArray[np.int64]:
-    """Slot of each bin: 1, 2, … in the order of `bins`, 0 for the others."""
-    slots = np.zeros(n_bins, np.int64)
-    for slot, chosen in enumerate(bins):
-        slots[chosen] = slot + 1
-    return slots
-
-
-@njit(cache=True)
 def integral_histogram(
     codes: NDArray[np.uint16], votes: NDArray[np.uint8], bins: NDArray[np.int64], n_bins: int
 ) -> IntegralHistogram:
-    """Integral histogram of an image or a window of one (Porikli 2005).
+    """Integral histogram of an image or of a window of one (Porikli 2005).
 
     Parameters
     ----------
@@ -86,46 +79,62 @@ def integral_histogram(
         Number of bins that there are.
     """
     height, width = codes.shape
-    n_slots = len(bins) + 1
-    slots = _slots(bins, n_bins)
-    sums = np.empty((height + 1, width + 1, n_slots), np.uint16)
+    places = np.full(n_bins, -1)
+    places[bins] = np.arange(len(bins))
+    # NumPy asks for large pages where arrays are large; a kernel's own array would be slower.
+    sums = np.empty((height + 1, (len(bins) + 3) // 4, width + 1), np.uint64)
+    _sum_up(codes, votes, places, sums)
+    return IntegralHistogram(sums, places)
+
+
+@njit(cache=True)
+def _sum_up(
+    codes: NDArray[np.uint16],
+    votes: NDArray[np.uint8],
+    places: NDArray[np.int64],
+    sums: NDArray[np.uint64],
+) -> None:
+    """Fill in the sums of an integral histogram."""
+    height, width = codes.shape
+    n_words = sums.shape[1]
+    added = np.zeros((n_words, len(votes)), np.uint64)  # what a pixel of each code adds to a word
+    for code in range(len(votes)):
+        for vote in range(votes.shape[1]):
+            place = places[votes[code, vote]]
+            if place >= 0:
+                added[place // 4, code] += np.uint64(1) << np.uint64(16 * (place % 4))
     sums[0] = 0
-    # Counts of one column down to the row. All of a row are brought up to date before any is
-    # added up: a sum that waits for a count just written costs more than the sum.
-    columns = np.zeros((width, n_slots), np.uint16)
     for row in range(height):
-        for column in range(width):
-            code = np.uintp(codes[row, column])
-            for vote in range(votes.shape[1]):
-                columns[column, np.uintp(slots[np.uintp(votes[code, vote])])] += np.uint16(1)
-        sums[row + 1, 0] = 0
-        for column in range(width):
-            for slot in range(n_slots):
-                sums[row + 1, column + 1, slot] = (
-                    sums[row + 1, column, slot] + columns[column, slot]
-                )
-    return IntegralHistogram(sums, slots)
+        for word in range(n_words):
+            sums[row + 1, word, 0] = 0
+            in_row = np.uint64(0)
+            for column in range(width):
+                in_row += added[word, np.uintp(codes[row, column])]
+                sums[row + 1, word, column + 1] = sums[row, word, column + 1] + in_row
 
 
 @njit(cache=True)
 def integral_counts(
-    histogram: IntegralHistogram, regions: NDArray[np.int64], bins: NDArray[np.int64]
+    sums: NDArray[np.uint64],
+    places: NDArray[np.int64],
+    regions: NDArray[np.int64],
+    bins: NDArray[np.int64],
 ) -> NDArray[np.int32]:
-    """Counts of `bins` in regions; see `direct_counts`, whose result it gives.
+    """Counts of `bins` in regions, from an integral histogram; as `direct_counts` gives them.
 
-    Regions hold at most `LARGEST_REGION` pixels; a bin that `histogram` does not have was
-    nowhere in the image.
+    Regions hold at most `LARGEST_REGION` pixels; a bin that has no place was nowhere in the
+    image.
     """
-    sums, slots = histogram
     counts = np.zeros((len(regions), len(bins)), np.int32)
     for i in range(len(regions)):
         left, top, right, bottom = regions[i]
         for j in range(len(bins)):
-            slot = slots[bins[j]]
-            if slot > 0:
-                inside = np.int64(sums[bottom, right, slot]) - np.int64(sums[top, right, slot])
-                outside = np.int64(sums[bottom, left, slot]) - np.int64(sums[top, left, slot])
-                counts[i, j] = (inside - outside) & 0xFFFF
+            place = places[bins[j]]
+            if place >= 0:
+                word, shift = place // 4, np.uint64(16 * (place % 4))
+                inside = sums[bottom, word, right] - sums[top, word, right]
+                outside = sums[bottom, word, left] - sums[top, word, left]
+                counts[i, j] = ((inside - outside) >> shift) & np.uint64(0xFFFF)
     return counts
 
 
@@ -158,7 +167,8 @@ def direct_counts(
         Votes in each.
     """
     n_codes, n_votes = votes.shape
-    slots = _slots(bins, n_bins)
+    slots = np.zeros(n_bins, np.int64)
+    slots[bins] = np.arange(1, len(bins) + 1)  # slot 0 takes what is not asked for
     counts = np.zeros((len(regions), len(bins)), np.int32)
     # Neighbours mostly have the same code: four histograms keep an increment from waiting
     # for the one before.

@@ -70,7 +70,7 @@ def pixel_regions(
         left, right = max(left, 0.0), min(right, float(image_width))
         top, bottom = max(top, 0.0), min(bottom, float(image_height))
         inside = max(right - left, 0.0) * max(bottom - top, 0.0)
-        if inside < least_pixels or inside < least_share * whole:
+        if not (inside >= least_pixels and inside >= least_share * whole):  # true of NaN
             continue
         first, last = int(left), int(right)
         start, stop = int(top), int(bottom)

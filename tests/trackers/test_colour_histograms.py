@@ -1,0 +1,212 @@
+"""Counts in regions: three ways, one result; distances by their formula."""
+
+from math import floor, sqrt
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from trackers.base.sharing import SharedFrame
+from trackers.colour import counting
+from trackers.colour.counting import region_counts
+from trackers.colour.histogram import (
+    bhattacharyya_distances,
+    direct_counts,
+    integral_counts,
+    integral_histogram,
+)
+from trackers.colour.luv import N_BINS, LuvBins
+from trackers.colour.regions import pixel_regions
+
+HEIGHT, WIDTH, N_CODES, BINS = 21, 27, 40, 13
+
+
+def votes(n_votes):
+    return np.random.default_rng(5).integers(0, BINS, (N_CODES, n_votes), dtype=np.uint8)
+
+
+def codes(seed):
+    return np.random.default_rng(seed).integers(0, N_CODES, (HEIGHT, WIDTH)).astype(np.uint16)
+
+
+def numpy_counts(codes, votes, regions, bins):
+    found = np.empty((len(regions), len(bins)), int)
+    for i, (left, top, right, bottom) in enumerate(regions):
+        voted = votes[codes[top:bottom, left:right]].ravel()
+        found[i] = np.bincount(voted, minlength=BINS)[bins]
+    return found
+
+
+@st.composite
+def region(draw):
+    left, top = draw(st.integers(0, WIDTH)), draw(st.integers(0, HEIGHT))
+    return left, top, draw(st.integers(left, WIDTH)), draw(st.integers(top, HEIGHT))
+
+
+some_regions = st.lists(region(), min_size=1, max_size=6).map(np.array)
+some_bins = st.sets(st.integers(0, BINS - 1)).map(sorted).map(lambda b: np.array(b, int))
+
+
+@given(st.integers(0, 99), st.sampled_from([1, 2, 3]), some_regions, some_bins)
+@example(0, 2, np.array([[0, 0, WIDTH, HEIGHT], [0, 0, 0, 0]]), np.arange(BINS))
+def test_direct_and_integral_counts_are_numpys(seed, n_votes, regions, bins):
+    image, by_code = codes(seed), votes(n_votes)
+    expected = numpy_counts(image, by_code, regions, bins)
+    direct = direct_counts(image, by_code, regions, bins, BINS)
+    np.testing.assert_array_equal(direct, expected)
+    every = integral_histogram(image, by_code, np.arange(BINS), BINS)
+    np.testing.assert_array_equal(integral_counts(*every, regions, bins), expected)
+    only_these = integral_histogram(image, by_code, bins, BINS)
+    np.testing.assert_array_equal(integral_counts(*only_these, regions, bins), expected)
+
+
+def test_a_bin_that_the_histogram_lacks_was_nowhere():
+    histogram = integral_histogram(codes(0), votes(2), np.array([3, 4]), BINS)
+    found = integral_counts(*histogram, np.array([[0, 0, WIDTH, HEIGHT]]), np.array([3, 9]))
+    assert found[0, 0] > 0
+    assert found[0, 1] == 0
+
+
+def test_sums_beyond_sixteen_bits_do_not_spoil_a_regions_counts():
+    image = np.zeros((400, 500), np.uint16)  # 200 000 pixels of one bin, neighbour of another
+    image[390:, 490:] = 1
+    by_code = np.array([[0], [1]], np.uint8)
+    histogram = integral_histogram(image, by_code, np.array([0, 1]), 2)
+    regions = np.array([[300, 200, 500, 400], [0, 0, 255, 257], [489, 389, 500, 400]])
+    expected = [[39900, 100], [65535, 0], [21, 100]]
+    np.testing.assert_array_equal(integral_counts(*histogram, regions, np.arange(2)), expected)
+
+
+@pytest.fixture(scope="module")
+def image():
+    """Larger than 65535 pixels, of smooth colours."""
+    rng = np.random.default_rng(1)
+    coarse = rng.integers(0, 256, (12, 16, 3), dtype=np.uint8)
+    return np.repeat(np.repeat(coarse, 25, axis=0), 25, axis=1) ^ rng.integers(
+        0, 32, (300, 400, 3), dtype=np.uint8
+    )
+
+
+PLACES = {
+    "close together": (120, 130, 60, 900.0),
+    "all over the image": (200, 150, 400, 900.0),
+    "far outside": (5000, -4000, 10, 900.0),
+    "as large as the image": (200, 150, 20, 110000.0),
+}
+
+
+@pytest.mark.parametrize("n_parts", [1, 2])
+@pytest.mark.parametrize("n", [1, 60])
+@pytest.mark.parametrize("place", PLACES)
+def test_alone_or_with_many_the_counts_are_numpys(image, place, n, n_parts, monkeypatch):
+    x, y, spread, area = PLACES[place]
+    rng = np.random.default_rng(2)
+    states = np.column_stack(
+        [rng.normal([x, y], spread / 2, (n, 2)), rng.uniform(0.5, 2, n) * area]
+    )
+    regions = pixel_regions(states, 0.8, n_parts, 400, 300, 0.25, 16)
+    scheme, bins = LuvBins(), np.arange(0, N_BINS, 3)
+    voted = scheme.votes[scheme.codes(image)]
+    expected = np.zeros((n_parts, n, len(bins)), int)
+    for part, i in np.ndindex(n_parts, n):
+        left, top, right, bottom = regions.parts[part, i]
+        inside = voted[top:bottom, left:right].ravel()
+        expected[part, i] = np.bincount(inside, minlength=N_BINS)[bins]
+        assert regions.pixels[part, i] == (right - left) * (bottom - top)
+    for sharers in (1, 500):
+        found = region_counts(SharedFrame(image, sharers), regions, scheme, bins)
+        np.testing.assert_array_equal(found, expected)
+    for ways in (["_INTEGRAL"], ["_DIRECT", "_DIRECT_REGION"]):  # what costs nothing is taken
+        with monkeypatch.context() as costs:
+            for way in ways:
+                costs.setattr(counting, way, 0.0)
+            found = region_counts(SharedFrame(image), regions, scheme, bins)
+            np.testing.assert_array_equal(found, expected)
+
+
+def test_many_that_share_a_frame_make_one_integral_histogram(image, monkeypatch):
+    made = []
+
+    def counted(*args):
+        made.append(args[0].shape)
+        return integral_histogram(*args)
+
+    monkeypatch.setattr(counting, "integral_histogram", counted)
+    frame = SharedFrame(image, 200)
+    for x in (100.0, 150.0, 200.0):
+        states = np.column_stack(
+            [np.linspace(x, x + 20, 50), np.full(50, 150.0), np.full(50, 900.0)]
+        )
+        regions = pixel_regions(states, 1.0, 1, 400, 300, 0.25, 16)
+        region_counts(frame, regions, LuvBins(), np.arange(20))
+        region_counts(SharedFrame(image), regions, LuvBins(), np.arange(20))
+    assert made.count((300, 400)) == 1
+    assert len(made) == 4  # and one of its own window for each that was alone
+
+
+@given(
+    st.floats(-30, 60),
+    st.floats(-30, 50),
+    st.floats(1, 900),
+    st.sampled_from([0.4, 1.0, 2.5]),
+    st.sampled_from([1, 2]),
+)
+@example(20.0, 15.0, 16.0, 1.0, 1)  # exactly 16 pixels
+@example(0.0, 0.0, 64.0, 1.0, 1)  # exactly a quarter, 16 pixels
+@example(-0.5, 0.0, 64.0, 1.0, 1)
+def test_regions_are_the_rounded_rectangle_inside_the_image(x, y, area, aspect, n_parts):
+    width = sqrt(area * aspect)
+    height = area / width
+    columns = range(floor(x - width / 2 + 0.5), floor(x + width / 2 + 0.5))
+    rows = range(floor(y - height / 2 + 0.5), floor(y + height / 2 + 0.5))
+    seen_columns = [column for column in columns if 0 <= column < 40]
+    seen_rows = [row for row in rows if 0 <= row < 30]
+    pixels = len(seen_columns) * len(seen_rows)
+    regions = pixel_regions(np.array([[x, y, area]]), aspect, n_parts, 40, 30, 0.25, 16)
+    assert regions.pixels.shape == (n_parts, 1)
+    if pixels < 16 or 4 * pixels < len(columns) * len(rows):
+        assert not regions.pixels.any()
+        assert not regions.parts.any()
+        return
+    assert regions.pixels.sum() == pixels
+    whole = [seen_columns[0], seen_rows[0], seen_columns[-1] + 1, seen_rows[-1] + 1]
+    assert [regions.left, regions.top, regions.right, regions.bottom] == whole
+    edges = [whole[1], (whole[1] + whole[3]) // 2, whole[3]] if n_parts == 2 else whole[1::2]
+    for part in range(n_parts):
+        expected = [whole[0], edges[part], whole[2], edges[part + 1]]
+        assert regions.parts[part, 0].tolist() == expected
+
+
+def test_a_state_that_is_no_number_has_no_region():
+    regions = pixel_regions(np.array([[np.nan, 5.0, 100.0]]), 1.0, 2, 40, 30, 0.25, 16)
+    assert not regions.pixels.any()
+
+
+histogram = st.lists(st.integers(0, 5000), min_size=6, max_size=6).filter(any)
+
+
+@given(histogram, histogram)
+@example([1, 0, 0, 0, 0, 0], [0, 1, 1, 0, 0, 0])
+def test_the_distance_is_equation_1s(p, q):
+    found = distance(p, q)
+    coefficient = sum(sqrt(a / sum(p) * b / sum(q)) for a, b in zip(p, q, strict=True))
+    assert found**2 == pytest.approx(max(0.0, 1 - coefficient), abs=1e-12)
+    assert 0 <= found <= 1
+    assert distance(q, p) == found
+
+
+@given(histogram)
+def test_a_histogram_is_at_distance_zero_of_itself(p):
+    assert distance(p, p) == 0.0
+
+
+def test_histograms_without_a_common_bin_are_at_distance_one():
+    assert distance([3, 0, 2], [0, 7, 0]) == 1.0
+    nothing = np.zeros((1, 3), np.int32), np.zeros(1, int)
+    assert bhattacharyya_distances(*nothing, np.ones(3, np.int32), 3).tolist() == [1.0]
+
+
+def distance(p, q):
+    counts, totals = np.array([p], np.int32), np.array([sum(p)])
+    return bhattacharyya_distances(counts, totals, np.array(q, np.int32), sum(q))[0]

@@ -1,0 +1,140 @@
+"""Weights, propagation and resampling against closed forms and their contracts."""
+
+from math import ceil, comb, floor
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from trackers.particles.propagation import first_order, random_walk, uniform_noise
+from trackers.particles.resampling import SCHEMES
+from trackers.particles.weights import effective_number, mean_state, normalised
+
+logs = st.lists(st.floats(-50, 50), min_size=1, max_size=30).map(np.array)
+
+
+@given(logs, st.floats(-5000, 5000))
+def test_weights_are_the_exponentials_ratios_however_small(log_weights, shift):
+    weights = normalised(log_weights + shift)
+    expected = np.exp(log_weights - log_weights.max())
+    np.testing.assert_allclose(weights, expected / expected.sum(), rtol=1e-9)
+
+
+def test_likelihoods_that_underflow_still_tell_the_better_particle():
+    assert np.exp(-5000.0) == 0.0
+    weights = normalised(np.array([-5000.0, -5001.0, -np.inf]))
+    np.testing.assert_allclose(weights, [1 / (1 + np.exp(-1)), 1 / (1 + np.e), 0], rtol=1e-12)
+
+
+def test_where_nothing_weighs_all_weigh_the_same():
+    assert normalised(np.full(4, -np.inf)).tolist() == [0.25] * 4
+
+
+def test_the_mean_state_is_the_weighted_sum():
+    found = mean_state(np.array([0.25, 0.75]), np.array([[0.0, 8.0, 2.0], [4.0, 0.0, 2.0]]))
+    assert found.tolist() == [3.0, 2.0, 2.0]
+
+
+@given(st.integers(1, 50), st.integers(0, 50))
+def test_the_effective_number_of_k_equal_weights_is_k(k, others):
+    weights = np.concatenate([np.full(k, 1 / k), np.zeros(others)])
+    assert effective_number(weights) == pytest.approx(k)
+
+
+def test_noise_reaches_its_range_either_way_and_no_further():
+    uniforms = np.array([[0.0, 0.5], [0.75, 1.0]])
+    found = uniform_noise(uniforms, np.array([3.0, 10.0]))
+    assert found.tolist() == [[-3.0, 0.0], [1.5, 10.0]]
+    each = uniform_noise(uniforms, np.array([[3.0, 10.0], [4.0, 1.0]]))
+    assert each.tolist() == [[-3.0, 0.0], [2.0, 1.0]]
+
+
+def test_a_random_walk_forgets_its_last_step_and_a_first_order_model_repeats_it():
+    states, noise, none = np.zeros((1, 2)), np.array([[2.0, -1.0]]), np.zeros((1, 2))
+    assert random_walk(random_walk(states, noise), none).tolist() == [[2.0, -1.0]]
+    moved, velocities = first_order(states, none, noise)
+    assert moved.tolist() == random_walk(states, noise).tolist()
+    moved, velocities = first_order(moved, velocities, none)
+    assert moved.tolist() == [[4.0, -2.0]]
+    assert velocities.tolist() == noise.tolist()
+
+
+def copies(name, weights, uniforms):
+    chosen = SCHEMES[name](weights, uniforms)
+    assert len(chosen) == len(weights)
+    return np.bincount(chosen, minlength=len(weights))
+
+
+weighted = st.lists(st.floats(0, 1), min_size=1, max_size=25).filter(any).map(np.array)
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+@given(weighted, st.integers(0, 999))
+@example(np.ones(49), 0)  # 49 · (1/49) is less than 1 in floating point
+def test_as_many_go_on_and_none_that_weighs_nothing(name, weights, seed):
+    weights = weights / weights.sum()
+    uniforms = np.random.default_rng(seed).random(len(weights))
+    found = copies(name, weights, uniforms)
+    assert found.sum() == len(weights)
+    assert not found[weights == 0].any()
+    expected = len(weights) * weights
+    for n, share in zip(found, expected, strict=True):
+        if name == "systematic":
+            assert floor(share - 1e-9) <= n <= ceil(share + 1e-9)
+        if name == "stratified":
+            assert floor(share - 1e-9) - 1 <= n <= ceil(share + 1e-9) + 1
+        if name == "residual":
+            assert n >= floor(share - 1e-9)
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+@pytest.mark.parametrize("extreme", [0.0, np.nextafter(1.0, 0.0)])
+def test_the_ends_of_the_unit_interval_choose_particles_that_weigh(name, extreme):
+    weights = np.array([0.0, 0.3, 0.0, 0.7, 0.0])
+    chosen = SCHEMES[name](weights, np.full(5, extreme))
+    assert set(chosen.tolist()) <= {1, 3}
+
+
+@pytest.mark.parametrize("name", ["systematic", "stratified", "residual"])
+def test_equal_weights_leave_every_particle_in_place(name):
+    weights = np.full(200, 1 / 200)
+    uniforms = np.random.default_rng(0).random(200)
+    assert SCHEMES[name](weights, uniforms).tolist() == list(range(200))
+
+
+WEIGHTS = np.random.default_rng(3).dirichlet(np.ones(12))
+N_TRIALS = 4000
+
+
+@pytest.fixture(scope="module")
+def trials():
+    """Copies of each particle in many trials, by scheme."""
+    uniforms = np.random.default_rng(4).random((N_TRIALS, 12))
+    return {name: np.array([copies(name, WEIGHTS, u) for u in uniforms]) for name in SCHEMES}
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_on_average_a_particle_goes_on_in_as_many_copies_as_it_weighs(trials, name):
+    standard_error = trials[name].std(axis=0) / np.sqrt(N_TRIALS) + 1e-9
+    assert (np.abs(trials[name].mean(axis=0) - 12 * WEIGHTS) < 4 * standard_error).all()
+
+
+def test_the_copies_of_multinomial_resampling_have_its_distribution(trials):
+    found = trials["multinomial"]
+    variance = 12 * WEIGHTS * (1 - WEIGHTS)
+    np.testing.assert_allclose(found.var(axis=0), variance, rtol=0.15)
+    largest = int(WEIGHTS.argmax())
+    share = WEIGHTS[largest]
+    binomial = [comb(12, k) * share**k * (1 - share) ** (12 - k) for k in range(7)]
+    expected = N_TRIALS * np.array([*binomial, 1 - sum(binomial)])
+    observed = np.bincount(np.minimum(found[:, largest], 7), minlength=8)
+    assert expected.min() > 5
+    chi_square = ((observed - expected) ** 2 / expected).sum()
+    assert chi_square < 24.3  # 7 degrees of freedom: one in a thousand
+
+
+@pytest.mark.parametrize("name", ["systematic", "stratified", "residual"])
+def test_the_other_schemes_stray_less_than_multinomial(trials, name):
+    strays = {scheme: trials[scheme].var(axis=0).sum() for scheme in ("multinomial", name)}
+    assert strays[name] < 0.6 * strays["multinomial"]
