@@ -1,0 +1,3 @@
+"""A street seen by a camera: sky, facades, ground, things that stand about, and the light."""
+
+__all__: list[str] = []
