@@ -4,7 +4,7 @@ import hashlib
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from zlib import crc32
 
@@ -27,17 +27,21 @@ class Truth:
     Attributes
     ----------
     boxes : ndarray of float64, shape (n, 4)
-        Extents of the whole silhouette at mid-exposure, hidden parts included, in pixels;
-        NaN rows where nothing of it is in view.
+        What trackers start from and are scored by, hidden parts included, in pixels; as a
+        rule the extents of the whole silhouette at mid-exposure. NaN rows where nothing of
+        it is in view.
     visibility : ndarray of float64, shape (n,)
         Fraction of the silhouette's area that is in view and not hidden, in [0, 1].
     attributes : mapping of str to ndarray of bool, shape (n,)
         What happens when.
+    regions : mapping of str to ndarray of float64, shape (n, 4)
+        Further truths by name, as `boxes`.
     """
 
     boxes: NDArray[np.float64]
     visibility: NDArray[np.float64]
     attributes: Mapping[str, NDArray[np.bool_]]
+    regions: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
 
 class Scene(ABC):
@@ -95,6 +99,7 @@ def open_scene(sequence: str, knobs: Knobs, scene: Scene, suite: Path) -> Sequen
         scene,
         truth.boxes,
         fingerprint=fingerprint,
+        regions=truth.regions,
         visibility=truth.visibility,
         attributes=truth.attributes,
         fps=scene.fps,
