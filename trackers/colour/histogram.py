@@ -13,8 +13,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.base.interface import Image
-
 __all__ = [
     "LARGEST_REGION",
     "IntegralHistogram",
@@ -22,7 +20,6 @@ __all__ = [
     "direct_counts",
     "integral_counts",
     "integral_histogram",
-    "looked_up",
 ]
 
 LARGEST_REGION = 65535  # pixels that a region may have for sums modulo 65536 to be exact
@@ -45,21 +42,6 @@ class IntegralHistogram(NamedTuple):
 
     sums: NDArray[np.uint64]
     places: NDArray[np.int64]
-
-
-@njit(cache=True)
-def looked_up(image: Image, table: NDArray[np.uint16]) -> NDArray[np.uint16]:
-    """`table[blue, green, red]` of every pixel, shape (height, width)."""
-    height, width, _ = image.shape
-    found = np.empty((height, width), np.uint16)
-    for row in range(height):
-        for column in range(width):
-            # Indices that can't be negative need no check for it: a third of the time.
-            blue = np.uintp(image[row, column, 0])
-            green = np.uintp(image[row, column, 1])
-            red = np.uintp(image[row, column, 2])
-            found[row, column] = table[blue, green, red]
-    return found
 
 
 def integral_histogram(

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.base.interface import Image
-from trackers.colour.histogram import looked_up
+from trackers.colour.lookup import ColourTable, colour_table, looked_up
 
 __all__ = ["CHROMATICITY_BINS", "LIGHTNESS_BINS", "N_BINS", "Binning", "LuvBins", "UvRange"]
 
@@ -84,18 +84,16 @@ def _votes(binning: Binning) -> NDArray[np.uint8]:
 
 
 @lru_cache
-def _table(binning: Binning, uv_range: UvRange) -> NDArray[np.uint16]:
-    """Code of every colour, shape (256, 256, 256) by blue, green and red; 32 MiB."""
+def _table(binning: Binning, uv_range: UvRange) -> ColourTable:
+    """Code of every colour; a tenth of a second or two to make."""
     lightness, chromaticity = _code_parts(binning, uv_range)
-    plane = np.empty((256, 256, 3), np.uint8)
-    plane[..., 1] = np.arange(256)[:, np.newaxis]
-    plane[..., 2] = np.arange(256)
-    table = np.empty((256, 256, 256), np.uint16)
-    for blue in range(256):
-        plane[..., 0] = blue
-        luv = cv2.cvtColor(plane, cv2.COLOR_BGR2LUV)
-        table[blue] = lightness[luv[..., 0]] + chromaticity[luv[..., 1], luv[..., 2]]
-    return table
+
+    def codes(image: Image) -> NDArray[np.uint16]:
+        luv = cv2.cvtColor(image, cv2.COLOR_BGR2LUV)
+        found: NDArray[np.uint16] = lightness[luv[..., 0]] + chromaticity[luv[..., 1], luv[..., 2]]
+        return found
+
+    return colour_table(codes)
 
 
 def _code_parts(
