@@ -63,9 +63,9 @@ DESIGNS = {
     "2": Design(534, True, True, (5.2, 8.4), 1.35, turns=1, extras=("backpack",), behind=5),
     "3": Design(1315, True, False, (5.4, 8.6), 1.3, turns=3, extras=("bag",), behind=11),
     "4": Design(1308, True, False, (4.9, 9.4), 1.3, turns=4, extras=(), behind=11),
-    "5": Design(300, False, True, (6.6, 9.4), 1.05, behind=7, before=2, posts=1),
-    "6": Design(269, False, True, (6.6, 9.4), 1.05, behind=7, before=3),
-    "7": Design(377, False, False, (6.6, 9.4), 1.05, behind=8, before=3, posts=1),
-    "8": Design(229, False, False, (6.6, 9.4), 1.05, behind=6, before=2),
+    "5": Design(300, False, True, (6.8, 9.4), 1.05, behind=7, before=2, posts=1),
+    "6": Design(269, False, True, (6.8, 9.4), 1.05, behind=7, before=3),
+    "7": Design(377, False, False, (6.8, 9.4), 1.05, behind=8, before=3, posts=1),
+    "8": Design(229, False, False, (6.8, 9.4), 1.05, behind=6, before=2),
 }
 """By the number that the paper gives."""

@@ -36,7 +36,7 @@ def full_boxes(x: Array, y: Array, height: Array) -> Array:
 def extents(coverage: Coverage) -> Array:
     """Box around the pixels that are covered at least to one half, shape (4,)."""
     left, top, alpha = coverage
-    rows, columns = ((alpha >= 128).any(axis=axis).nonzero()[0] for axis in (1, 0))
+    rows, columns = (np.flatnonzero((alpha >= 128).any(axis=axis)) for axis in (1, 0))
     corner = [left + columns[0], top + rows[0]]
     return np.array([*corner, columns[-1] + 1 - columns[0], rows[-1] + 1 - rows[0]], np.float64)
 
