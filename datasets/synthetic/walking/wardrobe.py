@@ -71,7 +71,7 @@ def two_coloured_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
         (shirt, trousers) for shirt in SHIRTS for trousers in TROUSERS if _clear(shirt, trousers)
     ]
     shirt, trousers = pairs[random.integers(len(pairs))]
-    return _dyed(random, shirt), _dyed(random, trousers)
+    return _dyed(random, shirt, spread=0.04), _dyed(random, trousers, spread=0.04)
 
 
 def plain_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:

@@ -45,13 +45,13 @@ def test_a_followed_target_stays_in_the_picture_and_in_his_depths_and_turns(seed
     course = routes.along_the_street(random, design)
     seen = views.following(random, course)
     assert len(course.x) == design.length
-    assert (course.z > design.depths[0] - 0.3).all()
-    assert (course.z < design.depths[1] + 0.3).all()
+    assert (course.z > design.depths[0] - 0.6).all()
+    assert (course.z < design.depths[1] + 0.6).all()
     place = columns(seen, course)
     assert (place > 110).all()
     assert (place < 530).all()
     assert place.std() > 25  # not always in the middle
-    assert np.abs(np.diff(seen.x)).max() < 0.12
+    assert np.abs(np.diff(seen.x)).max() < 0.16
     assert np.abs(np.diff(seen.shift_x)).max() > 3  # quick turns
     assert np.ptp(course.heading) > np.pi / 2
 
@@ -60,7 +60,7 @@ def test_a_followed_target_stays_in_the_picture_and_in_his_depths_and_turns(seed
 @given(seed=SEEDS, number=st.sampled_from(["1", "4"]))
 def test_the_size_of_the_followed_target_changes_by_half_or_more(seed, number):
     z = routes.along_the_street(np.random.default_rng(seed), DESIGNS[number]).z
-    assert 1.45 < z.max() / z.min() < 2.1
+    assert 1.45 < z.max() / z.min() < 2.3
 
 
 @settings(max_examples=30, deadline=None)
