@@ -38,12 +38,12 @@ def slow_votes(luv, binning, uv_range):
     return [chromaticity if coloured else grey]
 
 
-def picture(seed, height=19, width=23):
+def picture(seed, height=19, width=53):
     """Half of it anything, half of it nearly grey."""
     rng = np.random.default_rng(seed)
     image = rng.integers(0, 256, (height, width, 3), dtype=np.uint8)
     image[: height // 2] = np.clip(
-        image[: height // 2, :, :1] + image[: height // 2] % 24.0, 0, 255
+        image[: height // 2, :, :1] + image[: height // 2] % 48.0, 0, 255
     )
     return image
 
