@@ -65,7 +65,8 @@ class MultipartParameters(Parameters):
         "half", description="half: noise reaches its range either way; total: half of it"
     )
     noise_size: Literal["mean", "sample"] = Field(
-        "mean", description="whose size the noise follows: the last estimate's or each particle's"
+        "mean",
+        description="whose size proportional noise follows: the last estimate's or each particle's",
     )
     dynamics: Literal["random-walk", "first-order"] = Field(
         "random-walk",
@@ -125,11 +126,13 @@ class Multipart(SharingTracker):
         Raises
         ------
         TrackerError
-            Where less than a quarter of the box, fewer than 16 pixels or fewer than two rows
-            lie in the image.
+            Where the box has no area, or less than a quarter of it, fewer than 16 pixels or
+            fewer than two rows lie in the image.
         """
         settings = self.parameters
         x, y, width, height = (float(value) for value in box)
+        if not (width > 0 and height > 0):
+            raise TrackerError(f"multipart: the box {box.tolist()} has no area; give another box.")
         self._generator = np.random.default_rng(self.seed)
         self._colours = LuvBins(settings.binning, settings.uv_range)
         self._aspect = width / height

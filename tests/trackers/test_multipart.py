@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 import bench
+import datasets
 import trackers
+from bench.contestant import contestant
+from bench.evaluation import run_in_lock_step
 from trackers.base.parameters import TrackerError
 from trackers.base.sharing import SharedFrame
 
@@ -298,6 +301,16 @@ def test_the_harness_gives_adaptive_the_boxes_of_its_pick():
     np.testing.assert_array_equal(runs["adaptive"].boxes, pick.boxes)
 
 
+def test_the_harness_gives_many_in_lock_step_the_boxes_of_each_alone():
+    names = [f"multipart:particles=60:representation={r}" for r in ("single", "multi")]
+    cells = [(name, repetition) for name in names for repetition in range(12)]
+    sequence = datasets.load("plain/target:length=10")
+    entries = [(contestant(name), repetition) for name, repetition in cells]
+    together = run_in_lock_step(entries, sequence).runs
+    for run, cell in list(zip(together, cells, strict=True))[::5]:
+        np.testing.assert_array_equal(run.boxes, bench.evaluate(cell[0], sequence, cell[1]).boxes)
+
+
 @pytest.mark.parametrize("representation", ["single", "multi"])
 def test_many_in_lock_step_find_the_boxes_of_one_alone(clip, representation):
     images, box = clip
@@ -353,6 +366,12 @@ BAD = {
     "a single row": (20, 20, 30, 1),
     "less than a pixel": (20, 20, 0.2, 0.2),
 }
+
+
+@pytest.mark.parametrize("box", [(20, 20, 12, 0), (20, 20, -5, 9), (20, 20, np.nan, 9)], ids=str)
+def test_a_box_without_area_is_refused_in_one_line(clip, box):
+    with pytest.raises(TrackerError, match=r"^multipart: the box \[.*\] has no area; [^\n]*$"):
+        track(clip[0], box)
 
 
 @pytest.mark.parametrize("case", BAD)
