@@ -57,7 +57,7 @@ SCHEMES: Mapping[str, Callable[[Array, Array], Indices]] = {
 
 def _found(weights: Array, positions: Array) -> Indices:
     """Particle at each position in [0, 1] of the cumulative weights, never one of weight 0."""
-    cumulative = np.cumsum(weights)
+    cumulative = weights.cumsum()
     sought = np.minimum(positions, _BELOW_ONE) * cumulative[-1]
-    found: Indices = np.searchsorted(cumulative, sought, side="right")
+    found: Indices = cumulative.searchsorted(sought, side="right")
     return found
