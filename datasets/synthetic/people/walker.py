@@ -1,6 +1,7 @@
 """A clothed person, drawn in any gait phase, heading and size."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -47,7 +48,7 @@ class Walker:
 
     def __init__(self, look: Look, seed: int) -> None:
         self.look = look
-        self._textures = wrapped(look, seed)
+        self._seed = seed
         sleeves = 1.0 if look.jacket is None else 1.12
         self._build = np.array([look.bulk, sleeves, look.hem, look.loose])
         coverage = superellipse(2 * _SHADOW // 3, 2 * _SHADOW, _SHADOW / 4, _SHADOW * 0.85, 2)[2]
@@ -118,6 +119,10 @@ class Walker:
     def _draw_shadow(self, canvas: NDArray[np.uint8], x: float, y: float, height: float) -> None:
         middle = np.array([[x, y - 0.012 * height]])
         self._shadow.draw(canvas, middle, 0.19 * height / _SHADOW)
+
+    @cached_property
+    def _textures(self) -> NDArray[np.uint8]:
+        return wrapped(self.look, self._seed)  # a silhouette needs none
 
     def _nodes(
         self, x: float, y: float, height: float, pose: Pose, motion: float
