@@ -35,9 +35,9 @@ class Design:
         Of the target [metres/second].
     turns : int
         How often a followed target turns back on his way.
-    extras : tuple of str
-        What makes the target look different from different sides: `jacket` (open, over a
-        shirt of another tone), `bag`, `backpack`.
+    jacket, bag : bool
+        What makes the target look different from different sides: an open jacket over a
+        shirt of another colour, a bag on the back.
     behind : int
         Other people who pass, farther from the camera than the target.
     before : int
@@ -52,17 +52,18 @@ class Design:
     depths: tuple[float, float]
     speed: float
     turns: int = 0
-    extras: tuple[str, ...] = ()
+    jacket: bool = False
+    bag: bool = False
     behind: int = 0
     before: int = 0
     posts: int = 0
 
 
 DESIGNS = {
-    "1": Design(788, True, True, (4.9, 9.2), 1.35, turns=2, extras=("jacket",), behind=7),
-    "2": Design(534, True, True, (5.2, 8.4), 1.35, turns=1, extras=("backpack",), behind=5),
-    "3": Design(1315, True, False, (5.4, 8.6), 1.3, turns=3, extras=("bag",), behind=11),
-    "4": Design(1308, True, False, (4.9, 9.4), 1.3, turns=4, extras=(), behind=11),
+    "1": Design(788, True, True, (4.9, 9.2), 1.35, turns=2, jacket=True, behind=7),
+    "2": Design(534, True, True, (5.2, 8.4), 1.35, turns=1, bag=True, behind=5),
+    "3": Design(1315, True, False, (5.4, 8.6), 1.3, turns=3, bag=True, behind=11),
+    "4": Design(1308, True, False, (4.9, 9.4), 1.3, turns=4, behind=11),
     "5": Design(300, False, True, (6.8, 9.4), 1.05, behind=7, before=2, posts=1),
     "6": Design(269, False, True, (6.8, 9.4), 1.05, behind=7, before=3),
     "7": Design(377, False, False, (6.8, 9.4), 1.05, behind=8, before=3, posts=1),

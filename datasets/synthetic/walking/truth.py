@@ -1,18 +1,60 @@
 """Truth of a walking scene: boxes in closed form, the silhouette where it is needed."""
 
-from collections.abc import Iterable
-
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.walking.designs import SIZE
+from datasets.synthetic.engine.scene import Truth
+from datasets.synthetic.walking.designs import FRAMES_PER_SECOND, SIZE
+from datasets.synthetic.walking.plan import Plan
 
-__all__ = ["Coverage", "body_boxes", "extents", "full_boxes", "occluded", "visible"]
+__all__ = ["body_boxes", "full_boxes", "walking_truth"]
 
 Array = NDArray[np.float64]
 
-Coverage = tuple[int, int, NDArray[np.uint8]]
-"""Left and top [pixels], and how far each pixel is covered, in [0, 255]."""
+OCCLUDED = 0.9
+"""Visible fraction below which the target counts as occluded."""
+
+TURNING = np.radians(30)
+"""A target turns that turns by this much in a second [radians]."""
+
+
+def walking_truth(plan: Plan, shade: NDArray[np.bool_]) -> Truth:
+    """Truth of all frames.
+
+    `boxes` are the body from shoulders to ankles, the region `full` is the whole person in
+    mid-step, `tight` the extents of the silhouette. Attributes are `occlusion` (less than 0.9
+    of the target is seen), `out_of_view` (a part of `full`), `scale_change` (outside 0.8 to
+    1.25 of the first size), `turning` (by more than 30 degrees in a second), `clutter`
+    (another person's axis within two of the box's widths of the target's) and `shade`.
+
+    Parameters
+    ----------
+    plan : Plan
+    shade : ndarray of bool, shape (n,)
+        Where the target is in the shade of a tree.
+    """
+    x, y, height = plan.places[0].T
+    full = full_boxes(x, y, height)
+    inside = (full[:, :2] >= 0).all(axis=1) & (full[:, :2] + full[:, 2:] <= SIZE).all(axis=1)
+    size = height / height[0]
+    second = round(FRAMES_PER_SECOND)
+    heading = np.pad(plan.people[0].course.heading, second // 2, mode="edge")
+    turned = np.abs(heading[2 * (second // 2) :] - heading[: len(x)])
+    tight, visibility = plan.measured
+    near = np.abs(plan.places[1:, :, 0] - x) < 2 * 0.24 * height
+    return Truth(
+        body_boxes(x, y, height),
+        visibility,
+        {
+            "occlusion": np.less(visibility, OCCLUDED),
+            "out_of_view": np.logical_not(inside),
+            "scale_change": np.logical_or(size < 0.8, size > 1.25),
+            "turning": np.greater(turned, TURNING),
+            "clutter": near.any(axis=0),
+            "shade": shade,
+        },
+        regions={"full": full, "tight": tight},
+    )
 
 
 def body_boxes(x: Array, y: Array, height: Array) -> Array:
@@ -31,50 +73,3 @@ def body_boxes(x: Array, y: Array, height: Array) -> Array:
 def full_boxes(x: Array, y: Array, height: Array) -> Array:
     """Whole persons in mid-step, head to sole, shape (n, 4); parameters as `body_boxes`."""
     return np.stack([x - 0.18 * height, y - height, 0.36 * height, height], axis=1)
-
-
-def extents(coverage: Coverage) -> Array:
-    """Box around the pixels that are covered at least to one half, shape (4,)."""
-    left, top, alpha = coverage
-    rows, columns = (np.flatnonzero((alpha >= 128).any(axis=axis)) for axis in (1, 0))
-    corner = [left + columns[0], top + rows[0]]
-    return np.array([*corner, columns[-1] + 1 - columns[0], rows[-1] + 1 - rows[0]], np.float64)
-
-
-def visible(target: Coverage, nearer: Iterable[Coverage]) -> NDArray[np.uint8]:
-    """What of the target's coverage is in the picture and behind nothing; its window."""
-    left, top, alpha = target
-    seen = np.zeros_like(alpha)
-    inside = _common((left, top, alpha), (0, 0, np.empty(SIZE[::-1], np.uint8)))
-    if inside is not None:
-        seen[inside[0]] = alpha[inside[0]]
-    for cover in nearer:
-        common = _common(target, cover)
-        if common is not None:
-            seen[common[0]] = occluded(seen[common[0]], cover[2][common[1]])
-    return seen
-
-
-def occluded(alpha: NDArray[np.uint8], cover: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """What a cover leaves of a coverage, both in [0, 255]."""
-    return ((alpha.astype(np.uint16) * (255 - cover.astype(np.uint16)) + 127) // 255).astype(
-        np.uint8
-    )
-
-
-Window = tuple[slice, slice]
-
-
-def _common(one: Coverage, other: Coverage) -> tuple[Window, Window] | None:
-    """Rows and columns that two have in common, in the windows of both."""
-    left, top = max(one[0], other[0]), max(one[1], other[1])
-    right, bottom = (
-        min(corner[side] + corner[2].shape[1 - side] for corner in (one, other)) for side in (0, 1)
-    )
-    if left >= right or top >= bottom:
-        return None
-    first, second = (
-        (slice(top - item[1], bottom - item[1]), slice(left - item[0], right - item[0]))
-        for item in (one, other)
-    )
-    return first, second

@@ -12,7 +12,7 @@ from datasets.synthetic.street.camera import Camera
 from datasets.synthetic.walking.course import Course
 from datasets.synthetic.walking.designs import FRAMES_PER_SECOND, SIZE
 
-__all__ = ["Views", "fixed", "following"]
+__all__ = ["Views", "fixed", "following", "wandering"]
 
 Array = NDArray[np.float64]
 
@@ -84,15 +84,15 @@ def following(random: np.random.Generator, course: Course) -> Views:
         centre=SIZE[0] / 2,
     )
     lag = round(random.uniform(0.4, 0.6) * FRAMES_PER_SECOND)
-    x = quantised(_smoothed(course.x, lag) + _wandering(random, frames, SLOW, 0.3))
-    turn = _wandering(random, frames, SLOW, 34) + _wandering(random, frames, QUICK, 3.5)
+    x = quantised(_smoothed(course.x, lag) + wandering(random, frames, SLOW, 0.3))
+    turn = wandering(random, frames, SLOW, 34) + wandering(random, frames, QUICK, 3.5)
     time = np.arange(frames, dtype=np.float64)
     for start in np.arange(random.uniform(60, 140), frames - 40, random.uniform(150, 220)):
         rise, hold, fall = random.uniform(7, 14), random.uniform(2, 15), random.uniform(10, 25)
         off = smooth_step(time, start, start + rise)
         back = smooth_step(time, start + rise + hold, start + rise + hold + fall)
         turn += random.choice([-1, 1]) * random.uniform(40, 80) * (off - back)
-    nod = _wandering(random, frames, SLOW, 9) + _wandering(random, frames, QUICK, 2.5)
+    nod = wandering(random, frames, SLOW, 9) + wandering(random, frames, QUICK, 2.5)
     beat = random.uniform(1.7, 2.0) / FRAMES_PER_SECOND
     nod += 2.2 * np.sin(2 * np.pi * (beat * time + random.uniform()))
     # The target stays in the picture: the further off he is, the more the turn gives way.
@@ -109,7 +109,7 @@ def _smoothed(values: Array, lag: int) -> Array:
     return np.convolve(np.concatenate([before, values]), weights / weights.sum(), "valid")
 
 
-def _wandering(
+def wandering(
     random: np.random.Generator, frames: int, periods: Sequence[float], deviation: float
 ) -> Array:
     """Sum of five waves of random periods [seconds] with a standard deviation."""

@@ -1,0 +1,122 @@
+"""Who takes part in a scene: people in their clothes, and the ways that they go."""
+
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+
+from datasets.synthetic.engine.scene import part_generator
+from datasets.synthetic.people.look import Look
+from datasets.synthetic.walking import routes
+from datasets.synthetic.walking.course import Course, straight
+from datasets.synthetic.walking.designs import DESIGNS
+from datasets.synthetic.walking.plan import Person, Plan
+from datasets.synthetic.walking.truth import body_boxes
+from datasets.synthetic.walking.views import fixed, following
+from datasets.synthetic.walking.wardrobe import (
+    BGR,
+    clothes,
+    other_clothes,
+    plain_clothes,
+    two_coloured_clothes,
+)
+
+__all__ = ["multipart_plan", "twin_plan"]
+
+FIRST, LAST = 0.16, 0.88
+"""Parts of a sequence between which people pass before the target."""
+
+HAIR: tuple[BGR, ...] = ((28, 30, 34), (38, 46, 62), (52, 78, 110), (108, 112, 116), (70, 128, 168))
+SKIN: tuple[BGR, ...] = ((150, 176, 214), (124, 152, 198), (92, 122, 170), (56, 78, 118))
+SHOES: tuple[BGR, ...] = ((36, 36, 40), (44, 58, 82), (150, 154, 160))
+WEAVES: tuple[Literal["plain", "stripes", "knit"], ...] = ("plain", "plain", "knit", "stripes")
+
+BEHIND = 10.3, 15.0
+"""Depths at which the others walk [metres]."""
+
+TWIN_FRAMES = 150
+
+
+@lru_cache(maxsize=4)
+def multipart_plan(number: str, seed: int) -> Plan:
+    """People and camera of one of the eight sequences, in a scene."""
+    design = DESIGNS[number]
+
+    def generator(part: str) -> np.random.Generator:
+        return part_generator(seed, f"multipart/{number} {part}")
+
+    if design.follows:
+        target = routes.along_the_street(generator("target way"), design)
+        views = following(generator("camera"), target)
+    else:
+        views = fixed(generator("camera"), design.length)
+        target = routes.in_view(generator("target way"), design, views)
+
+    others: list[Course] = []
+    for i in range(design.before):
+        random = generator(f"way before {i}")
+        share = (i + random.uniform(0.25, 0.75)) / design.before
+        when = (FIRST + (LAST - FIRST) * share) * design.length
+        others.append(routes.before_the_target(random, views, target, others, when))
+    for i in range(design.behind):
+        random = generator(f"way behind {i}")
+        others.append(routes.behind_the_target(random, views, target, others, BEHIND))
+
+    random = generator("target clothes")
+    worn = two_coloured_clothes(random) if design.two_coloured else plain_clothes(random)
+    people = [_person(generator("target"), target, worn, design.jacket, design.bag)]
+    for i, course in enumerate(others):
+        random = generator(f"person {i}")
+        worn, jacket, bag = clothes(random), random.random() < 0.3, random.random() < 0.25
+        people.append(_person(random, course, worn, jacket, bag))
+    return Plan(seed, views, people)
+
+
+@lru_cache(maxsize=4)
+def twin_plan(seed: int, distance: float, same: bool) -> Plan:
+    """A target, and a second person in the same clothes or in others."""
+
+    def generator(part: str) -> np.random.Generator:
+        return part_generator(seed, f"stress/twin {part}")
+
+    random = generator("target way")
+    views = fixed(generator("camera"), TWIN_FRAMES)
+    velocity = random.choice([-1, 1]) * random.uniform(0.5, 0.6), random.uniform(-0.1, 0.1)
+    place = random.uniform(-0.3, 0.3), random.uniform(7.6, 8.4)
+    target = straight(TWIN_FRAMES, TWIN_FRAMES // 2, place, velocity, random.uniform())
+    random = generator("clothes")
+    worn = two_coloured_clothes(random)
+    unlike = other_clothes(random, worn)
+    first = _person(generator("target"), target, worn)
+    width = body_boxes(*Plan(seed, views, [first]).places[0].T)[:, 2]
+    course = routes.beside_the_target(generator("twin way"), views, target, width, distance)
+    # The same generator: whoever wears other clothes is the same person in all else.
+    second = _person(generator("twin"), course, worn if same else unlike)
+    return Plan(seed, views, [first, second])
+
+
+def _person(
+    random: np.random.Generator,
+    course: Course,
+    worn: tuple[BGR, BGR],
+    jacket: bool = False,
+    bag: bool = False,
+) -> Person:
+    """Someone in an upper garment and trousers; the rest of him is drawn at random."""
+    under, over = clothes(random)
+    look = Look(
+        shirt=under if jacket else worn[0],
+        trousers=worn[1],
+        hair=HAIR[random.integers(len(HAIR))],
+        skin=SKIN[random.integers(len(SKIN))],
+        shoes=SHOES[random.integers(len(SHOES))],
+        jacket=worn[0] if jacket else None,
+        bag=over if bag else None,
+        weave=WEAVES[random.integers(len(WEAVES))],
+        long_hair=bool(random.random() < 0.4),
+        hem=random.uniform(0.45, 0.49),
+        bulk=random.uniform(0.92, 1.1),
+        loose=random.uniform(0.92, 1.12),
+    )
+    seed = int(random.integers(2**32))
+    return Person(look, seed, random.uniform(1.62, 1.88), course)
