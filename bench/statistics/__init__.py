@@ -1,0 +1,1 @@
+"""Statistics: intervals over cells, and the rules by which a claim is judged."""

@@ -1,0 +1,195 @@
+"""Intervals: of a mean over cells, of a share, of one more run, of an interaction.
+
+A cell is one sequence in one scene; repetitions have been averaged before. So there are few
+values, and intervals that count on many (a percentile bootstrap, say) cover too little.
+"""
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import ndtri, stdtrit
+
+__all__ = [
+    "Interval",
+    "bootstrap_t_interval",
+    "difference_interval",
+    "mean_interval",
+    "prediction_interval",
+    "wilson_interval",
+]
+
+RESAMPLES = 2000
+
+
+class Interval(NamedTuple):
+    """From `low` to `high`, both in the unit of the values."""
+
+    low: float
+    high: float
+
+    def inside(self, margin: float) -> bool:
+        """Whether it lies wholly in ± margin."""
+        return -margin <= self.low and self.high <= margin
+
+
+def mean_interval(values: ArrayLike, confidence: float = 0.95) -> Interval:
+    """Student's t interval of a mean: the one that verdicts use.
+
+    At nominal 95 % it covers 93 to 96 % over 8 or 20 cells of normal, U-shaped and half-lost
+    populations; over 5 cells it falls to 92 % where half are lost. The bootstrap-t covers 94 to
+    99 % there, is wider, and needs random numbers. A test simulates both.
+
+    Parameters
+    ----------
+    values : array of float, shape (n,)
+        One value a cell, n of 2 or more.
+    confidence : float
+        Nominal coverage in (0, 1).
+
+    Raises
+    ------
+    ValueError
+        For fewer than two values or one that is not finite.
+
+    Examples
+    --------
+    >>> low, high = mean_interval([1.0, 2.0, 3.0])
+    >>> print(f"{low:.3f} {high:.3f}")
+    -0.484 4.484
+    """
+    cells = _checked(values)
+    half = _t_quantile(len(cells) - 1, confidence) * _standard_error(cells)
+    mean = float(cells.mean())
+    return Interval(mean - half, mean + half)
+
+
+def prediction_interval(values: ArrayLike, confidence: float = 0.95) -> Interval:
+    """Where one more value of the same (normal) population falls: mean ± t s √(1 + 1/n).
+
+    Parameters, errors: see `mean_interval`.
+    """
+    cells = _checked(values)
+    deviation = float(cells.std(ddof=1)) * sqrt(1 + 1 / len(cells))
+    half = _t_quantile(len(cells) - 1, confidence) * deviation
+    mean = float(cells.mean())
+    return Interval(mean - half, mean + half)
+
+
+def bootstrap_t_interval(
+    values: ArrayLike,
+    generator: np.random.Generator,
+    confidence: float = 0.95,
+    resamples: int = RESAMPLES,
+) -> Interval:
+    """Bootstrap-t interval of a mean: quantiles of the studentised mean of resampled cells.
+
+    Parameters, errors: see `mean_interval`; see `difference_interval` for resamples that have
+    no spread.
+    """
+    return _studentised([_checked(values)], generator, confidence, resamples)
+
+
+def difference_interval(
+    first: ArrayLike,
+    second: ArrayLike,
+    generator: np.random.Generator,
+    confidence: float = 0.95,
+    resamples: int = RESAMPLES,
+) -> Interval:
+    """Bootstrap-t interval of mean(first) - mean(second), two groups of cells without pairs.
+
+    With paired differences as values it is the interval of an interaction.
+
+    Parameters
+    ----------
+    first, second : array of float, shapes (m,) and (n,)
+        One value a cell, two or more of each.
+    generator : Generator
+        Draws the resamples, of each group on its own.
+    confidence : float
+        Nominal coverage in (0, 1).
+    resamples : int
+        How many. One without spread counts as infinitely far off, unless it is right on the
+        mean; where so many are that a quantile would be infinite, the interval is.
+
+    Raises
+    ------
+    ValueError
+        For fewer than two values in a group or one that is not finite.
+    """
+    return _studentised([_checked(first), _checked(second)], generator, confidence, resamples)
+
+
+def wilson_interval(share: float, trials: float, confidence: float = 0.95) -> Interval:
+    """Wilson's score interval of a share.
+
+    Parameters
+    ----------
+    share : float
+        Observed share in [0, 1].
+    trials : float
+        How many independent trials it was observed in, above 0; need not be whole.
+    confidence : float
+        Nominal coverage in (0, 1).
+
+    Examples
+    --------
+    >>> print("{:.4f} {:.4f}".format(*wilson_interval(0.9, 20)))
+    0.6990 0.9721
+    """
+    if not (0 <= share <= 1 and trials > 0):
+        raise ValueError(f"a share of {share} in {trials} trials: give 0 to 1, and more than none.")
+    square = float(ndtri((1 + confidence) / 2)) ** 2
+    centre = (share + square / (2 * trials)) / (1 + square / trials)
+    spread = sqrt(square * (share * (1 - share) + square / (4 * trials)) / trials)
+    half = spread / (1 + square / trials)
+    return Interval(max(0.0, centre - half), min(1.0, centre + half))
+
+
+def _studentised(
+    groups: list[NDArray[np.float64]],
+    generator: np.random.Generator,
+    confidence: float,
+    resamples: int,
+) -> Interval:
+    """Interval of the first group's mean, less the second's."""
+    signs = (1, -1)
+    mean = sum(sign * float(group.mean()) for sign, group in zip(signs, groups, strict=False))
+    error = sqrt(sum(_standard_error(group) ** 2 for group in groups))
+    if error == 0.0:
+        return Interval(mean, mean)
+    shift = np.full(resamples, -mean)
+    square = np.zeros(resamples)
+    for sign, group in zip(signs, groups, strict=False):
+        n = len(group)
+        drawn = group[generator.integers(0, n, (resamples, n))]
+        shift += sign * drawn.mean(axis=1)
+        square += drawn.var(axis=1, ddof=1) / n
+    # Rounding leaves a spread of 1e-17 where there is none.
+    flat = square < (1e-12 * error) ** 2
+    far = np.where(np.abs(shift) < 1e-12 * error, 0.0, np.copysign(np.inf, shift))
+    ratios = np.sort(np.where(flat, far, shift / np.sqrt(np.where(flat, 1.0, square))))
+    tail = (1 - confidence) / 2
+    lowest = int(np.floor(tail * resamples))
+    return Interval(
+        float(mean - error * ratios[resamples - 1 - lowest]), float(mean - error * ratios[lowest])
+    )
+
+
+def _checked(values: ArrayLike) -> NDArray[np.float64]:
+    cells = np.asarray(values, np.float64)
+    if cells.ndim != 1 or len(cells) < 2:
+        raise ValueError(f"an interval needs two or more values in a row, not {cells.shape}.")
+    if not np.isfinite(cells).all():
+        raise ValueError("an interval needs finite values.")
+    return cells
+
+
+def _standard_error(cells: NDArray[np.float64]) -> float:
+    return float(cells.std(ddof=1)) / sqrt(len(cells))
+
+
+def _t_quantile(degrees: int, confidence: float) -> float:
+    return float(stdtrit(degrees, (1 + confidence) / 2))

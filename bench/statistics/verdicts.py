@@ -1,0 +1,325 @@
+"""The rules by which claims are judged: pure functions of a value a cell.
+
+    order(differences, margin)          "A is better than B", differences A - B
+    order_of_groups(first, second, margin, generator)    the same of two groups: an interaction
+    equal(differences, margin)          "A is comparable to B"
+    all_kept(kept_runs, runs)           "tracks the whole sequence", counts a cell
+    share_at_least(successes, trials, least, lower)      the same with limits of its own
+    ratio_above(numerator, denominator, least)           times measured side by side
+    check(passed, statistic, reason)    any other stated criterion, without chance
+    number(values, published, same_setting)              a published number beside ours
+    conjunction(verdicts)               a claim with several parts
+    undecided(reason)                   nothing was run that tests it
+
+Each returns a `Verdict`. Differences and margins have the same unit, here shares of the
+sequence's length. Fewer than `LEAST_CELLS` cells decide nothing.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import exp, nan
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bench.statistics.intervals import (
+    Interval,
+    difference_interval,
+    mean_interval,
+    prediction_interval,
+    wilson_interval,
+)
+
+__all__ = [
+    "LEAST_CELLS",
+    "MARGIN",
+    "Outcome",
+    "Verdict",
+    "all_kept",
+    "check",
+    "conjunction",
+    "equal",
+    "number",
+    "order",
+    "order_of_groups",
+    "ratio_above",
+    "share_at_least",
+    "undecided",
+]
+
+Outcome = Literal["reproduced", "holds", "does-not-hold", "undecided", "not-testable"]
+
+LEAST_CELLS = 8
+MARGIN = 0.02  # of a sequence's length
+SIGN_SHARE = 0.75  # of the cells that must show an order
+KEPT_SHARE, KEPT_LIMIT = 0.90, 0.75  # of runs, and for the interval's lower limit
+
+NOWHERE = Interval(nan, nan)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What was found of a claim.
+
+    Attributes
+    ----------
+    verdict : {'reproduced', 'holds', 'does-not-hold', 'undecided', 'not-testable'}
+        The outcome.
+    statistic : float
+        What was estimated, in the rule's unit; NaN where there is no number.
+    interval : Interval
+        95 % interval of it (90 % where `equal` holds); NaN where there is none.
+    cells : int
+        Cells, or runs of `number`, that it rests on.
+    reason : str
+        Why, in one sentence for a reader.
+    """
+
+    verdict: Outcome
+    statistic: float
+    interval: Interval
+    cells: int
+    reason: str
+
+
+def order(differences: ArrayLike, margin: float = MARGIN) -> Verdict:
+    """Judge "A is better than B".
+
+    Holds where the 95 % interval of the mean difference is above 0 and not wholly inside
+    ± margin, and the difference is above 0 in at least three quarters of the cells. Does not
+    hold where the interval is below 0 or inside ± margin.
+
+    Parameters
+    ----------
+    differences : array of float, shape (n_cells,)
+        A - B, positive where A is better, each averaged over repetitions.
+    margin : float
+        Differences up to this mean nothing in practice, 0 or more.
+    """
+    cells = _cells(differences, margin)
+    if len(cells) < LEAST_CELLS:
+        return _too_few(cells)
+    interval = mean_interval(cells)
+    right = int((cells > 0).sum())
+    outcome, words = _ordered(interval, margin)
+    if outcome == "holds" and right < SIGN_SHARE * len(cells):
+        outcome = "undecided"
+        words = f"the mean is above 0, but only in {right} of {len(cells)} cells is the difference"
+    else:
+        words += f"; positive in {right} of {len(cells)} cells"
+    return Verdict(outcome, float(cells.mean()), interval, len(cells), f"{words}.")
+
+
+def order_of_groups(
+    first: ArrayLike, second: ArrayLike, generator: np.random.Generator, margin: float = MARGIN
+) -> Verdict:
+    """Judge "the mean of the first group is above that of the second" (an interaction).
+
+    As `order`, by a bootstrap-t interval over the cells of both groups; as cells of two groups
+    have no pairs, there is no rule about signs. Either group needs `LEAST_CELLS` cells.
+    """
+    groups = [_cells(first, margin), _cells(second, margin)]
+    smaller = min(groups, key=len)
+    if len(smaller) < LEAST_CELLS:
+        return _too_few(smaller)
+    statistic = float(groups[0].mean() - groups[1].mean())
+    interval = difference_interval(*groups, generator)
+    outcome, words = _ordered(interval, margin)
+    words += f"; means {groups[0].mean():+.3f} and {groups[1].mean():+.3f}"
+    return Verdict(outcome, statistic, interval, len(groups[0]) + len(groups[1]), f"{words}.")
+
+
+def equal(differences: ArrayLike, margin: float = MARGIN) -> Verdict:
+    """Judge "A is comparable to B" by two one-sided tests.
+
+    Holds where the 90 % interval of the mean difference lies inside ± margin. Does not hold
+    where the 95 % interval lies wholly outside it. Parameters: see `order`.
+    """
+    cells = _cells(differences, margin)
+    if len(cells) < LEAST_CELLS:
+        return _too_few(cells)
+    mean, wide = float(cells.mean()), mean_interval(cells)
+    narrow = mean_interval(cells, 0.90)
+    if narrow.inside(margin):
+        words = f"the 90 % interval lies inside ±{margin:g}"
+        return Verdict("holds", mean, narrow, len(cells), f"{words}.")
+    if wide.low > margin or wide.high < -margin:
+        words = f"the 95 % interval lies outside ±{margin:g}"
+        return Verdict("does-not-hold", mean, wide, len(cells), f"{words}.")
+    words = f"the interval reaches over the margin of ±{margin:g}"
+    return Verdict("undecided", mean, wide, len(cells), f"{words}.")
+
+
+def all_kept(kept_runs: ArrayLike, runs: ArrayLike) -> Verdict:
+    """Judge "tracks the whole sequence": see `share_at_least`, with .90 and .75."""
+    return share_at_least(kept_runs, runs, KEPT_SHARE, KEPT_LIMIT)
+
+
+def share_at_least(
+    successes: ArrayLike, trials: ArrayLike, least: float, lower: float | None = None
+) -> Verdict:
+    """Judge whether a share is high enough.
+
+    Holds where the share of all trials is at least `least` and the lower limit of its Wilson
+    interval is above `lower`; does not hold where the upper limit is below `lower`. Runs in one
+    scene fare alike, so the interval counts fewer trials than there are: as many independent
+    ones as would scatter like the cells do (Kish's design effect), no fewer than cells.
+
+    Parameters
+    ----------
+    successes, trials : array of int, shape (n_cells,)
+        Counts a cell; trials of 1 or more.
+    least, lower : float
+        Shares in [0, 1]; `lower` is `least` where it is not given.
+    """
+    good, runs = _cells(successes, 0.0), _cells(trials, 0.0)
+    if good.shape != runs.shape or (runs < 1).any() or (good < 0).any() or (good > runs).any():
+        raise ValueError("there must be 0 to all successes in each cell, and a trial or more.")
+    if len(runs) < LEAST_CELLS:
+        return _too_few(good / runs)
+    share = float(good.sum() / runs.sum())
+    interval = wilson_interval(share, _independent_trials(good, runs))
+    lower = least if lower is None else lower
+    whole = int((good == runs).sum())
+    words = f"{good.sum():.0f} of {runs.sum():.0f}, all of them in {whole} of {len(runs)} cells"
+    outcome: Outcome = "undecided"
+    if share >= least and interval.low > lower:
+        outcome = "holds"
+    elif interval.high < lower:
+        outcome = "does-not-hold"
+    return Verdict(outcome, share, interval, len(runs), f"{words}.")
+
+
+def ratio_above(numerator: ArrayLike, denominator: ArrayLike, least: float) -> Verdict:
+    """Judge whether something takes longer by more than a factor.
+
+    Holds where the 95 % interval of the geometric mean of the ratios is above `least`, does not
+    hold where it is below.
+
+    Parameters
+    ----------
+    numerator, denominator : array of float, shape (n_pairs,)
+        Times in seconds, above 0; those of a pair were measured right after one another.
+    least : float
+        Ratio that must be exceeded.
+    """
+    over, under = _cells(numerator, 0.0), _cells(denominator, 0.0)
+    if over.shape != under.shape or (over <= 0).any() or (under <= 0).any():
+        raise ValueError("a ratio needs as many times above as below, and all of them above 0.")
+    ratios = np.log(over / under)
+    if len(ratios) < LEAST_CELLS:
+        return _too_few(np.exp(ratios))
+    low, high = mean_interval(ratios)
+    interval = Interval(exp(low), exp(high))
+    outcome: Outcome = "undecided"
+    if interval.low > least:
+        outcome = "holds"
+    elif interval.high < least:
+        outcome = "does-not-hold"
+    ratio = exp(float(ratios.mean()))
+    words = f"{ratio:.3f} times as long, to be compared with {least:g}"
+    return Verdict(outcome, ratio, interval, len(ratios), f"{words}.")
+
+
+def check(passed: bool, statistic: float, reason: str, cells: int = 1) -> Verdict:
+    """Judge a stated criterion that leaves nothing to chance; needs no least number of cells."""
+    return Verdict("holds" if passed else "does-not-hold", statistic, NOWHERE, cells, reason)
+
+
+def number(
+    values: ArrayLike, published: float | None = None, same_setting: bool = False
+) -> Verdict:
+    """Set a published number beside ours.
+
+    Only on the paper's own data or setting can it be `reproduced`: where it falls inside the
+    95 % prediction interval of one run. Elsewhere nothing is tested.
+
+    Parameters
+    ----------
+    values : array of float, shape (n_runs,)
+        Ours, one a run, two or more.
+    published : float or None
+        The paper's.
+    same_setting : bool
+        Whether ours come from the paper's own data or setting.
+    """
+    runs = _cells(values, 0.0)
+    interval = prediction_interval(runs)
+    mean = float(runs.mean())
+    beside = f"{mean:.3f} (one run: {interval.low:.3f} to {interval.high:.3f})"
+    if published is not None:
+        beside += f" beside the paper's {published:.3f}"
+    if published is None or not same_setting:
+        reason = f"{beside}: numbers of other videos, printed and not judged."
+        return Verdict("not-testable", mean, interval, len(runs), reason)
+    found = interval.low <= published <= interval.high
+    outcome: Outcome = "reproduced" if found else "does-not-hold"
+    return Verdict(outcome, mean, interval, len(runs), f"{beside}.")
+
+
+def conjunction(verdicts: Sequence[Verdict], names: Sequence[str]) -> Verdict:
+    """Judge a claim with several parts: all must hold, and one that does not decides it.
+
+    The statistic is the number of parts that hold; cells are those of the part with fewest.
+    """
+    counts = {
+        outcome: [
+            name for name, part in zip(names, verdicts, strict=True) if outcome == part.verdict
+        ]
+        for outcome in ("holds", "does-not-hold")
+    }
+    outcome: Outcome = "undecided"
+    if counts["does-not-hold"]:
+        outcome = "does-not-hold"
+    elif len(counts["holds"]) == len(verdicts):
+        outcome = "holds"
+    said = [
+        f"{part.verdict.replace('-', ' ')} for {name}"
+        for name, part in zip(names, verdicts, strict=True)
+    ]
+    fewest = min(part.cells for part in verdicts)
+    return Verdict(outcome, float(len(counts["holds"])), NOWHERE, fewest, f"{'; '.join(said)}.")
+
+
+def undecided(reason: str) -> Verdict:
+    """A verdict on what was not run."""
+    return Verdict("undecided", nan, NOWHERE, 0, reason)
+
+
+def _ordered(interval: Interval, margin: float) -> tuple[Outcome, str]:
+    if interval.inside(margin):
+        return "does-not-hold", f"the difference is within ±{margin:g}, too small to matter"
+    if interval.high < 0:
+        return "does-not-hold", "the order is the other way round"
+    if interval.low > 0:
+        return "holds", "the order is as claimed"
+    return "undecided", "the interval contains 0"
+
+
+def _independent_trials(good: NDArray[np.float64], runs: NDArray[np.float64]) -> float:
+    """Independent trials whose share would scatter as the cells' does."""
+    n, total = len(runs), runs.sum()
+    share = good.sum() / total
+    if share in (0.0, 1.0):
+        return float(total)
+    residuals = good - share * runs
+    clustered = n / (n - 1) * (residuals**2).sum() / total**2
+    alone = share * (1 - share) / clustered if clustered > 0 else total
+    return float(np.clip(alone, n, total))
+
+
+def _cells(values: ArrayLike, margin: float) -> NDArray[np.float64]:
+    cells = np.asarray(values, np.float64)
+    if cells.ndim != 1 or not np.isfinite(cells).all():
+        raise ValueError("a verdict needs one finite value a cell.")
+    if margin < 0:
+        raise ValueError(f"the margin is {margin}; give 0 or more.")
+    return cells
+
+
+def _too_few(cells: NDArray[np.float64]) -> Verdict:
+    reason = f"{len(cells)} cells decide nothing; {LEAST_CELLS} are needed."
+    interval = mean_interval(cells) if len(cells) > 1 else NOWHERE
+    mean = float(cells.mean()) if len(cells) else nan
+    return Verdict("undecided", mean, interval, len(cells), reason)
