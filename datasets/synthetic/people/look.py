@@ -61,31 +61,44 @@ def wrapped(look: Look, seed: int) -> NDArray[np.uint8]:
     turn = np.arange(AROUND, dtype=np.float64)[None, :]
     turn = np.minimum(turn, AROUND - turn)  # from the front, 0 to 128
     upper = np.array(look.jacket or look.shirt, np.float64)
-    legs = np.stack([_leg(look, random, rows, turn) for _ in range(2)])
-    shoes = np.stack([_shoe(look, random, rows)] * 2)
-    arms = np.stack([_arm(look, upper, random, rows) for _ in range(2)])
-    parts = [*legs, *shoes, *arms, _torso(look, upper, random, rows, turn)]
-    parts += [_head(look, random, rows, turn), _pack(look, random, rows, turn)]
+    folded = _Folds(random)
+    legs = [_leg(look, folded, rows, turn) for _ in range(2)]
+    shoes = [_shoe(look, random, rows)] * 2
+    arms = [_arm(look, upper, folded, rows) for _ in range(2)]
+    parts = [*legs, *shoes, *arms, _torso(look, upper, folded, rows, turn)]
+    parts += [_head(look, random, rows, turn), _pack(look, folded, rows, turn)]
     return np.clip(np.round(np.stack(parts)), 0, 255).astype(np.uint8)
 
 
-def _folds(random: np.random.Generator, strength: float, lean: float = 1.0) -> Array:
-    """Gain of folds: broad creases across a part, fine grain."""
-    broad = fractal(random, 256, 4, 16, 0.6)[::2, :]
-    steep = fractal(random, 256, 8, 32, 0.7)[::2, :]
-    rows = np.arange(ROWS)[:, None]
-    leaning = steep[(rows * lean).astype(int) % ROWS, (np.arange(256)[None, :] + rows // 3) % 256]
-    slope = leaning - np.roll(leaning, 2, axis=0)
-    grain = random.normal(0, 1, (ROWS, AROUND))
-    return np.asarray(1 + strength * (0.10 * broad + 0.34 * slope) + 0.016 * grain)
+class _Folds:
+    """Folds of cloth: broad creases across a part, steep ones along it, and grain.
+
+    One pair of patterns serves a person; each part takes another piece of it.
+    """
+
+    def __init__(self, random: np.random.Generator) -> None:
+        self._random = random
+        self._broad = fractal(random, AROUND, 4, 16, 0.6)
+        steep = fractal(random, AROUND, 8, 32, 0.7)
+        self._slope = steep - np.roll(steep, 2, axis=0)
+
+    def __call__(self, strength: float) -> Array:
+        """Gain of light, shape (ROWS, AROUND)."""
+        down, around = self._random.integers(0, AROUND, 2)
+        rows = np.arange(ROWS)[:, None]
+        columns = np.arange(AROUND)[None, :] + around
+        broad = self._broad[(2 * rows + down) % AROUND, columns % AROUND]
+        slope = self._slope[(rows + down) % AROUND, (columns + rows // 3) % AROUND]
+        grain = self._random.normal(0, 0.016, (ROWS, AROUND))
+        return np.asarray(1 + strength * (0.10 * broad + 0.34 * slope) + grain)
 
 
 def _plain(colour: Array | Colour) -> Array:
     return np.broadcast_to(np.asarray(colour, np.float64), (ROWS, AROUND, 3)).copy()
 
 
-def _leg(look: Look, random: np.random.Generator, rows: Array, turn: Array) -> Array:
-    cloth = _plain(look.trousers) * _folds(random, 1.0)[..., None]
+def _leg(look: Look, folded: _Folds, rows: Array, turn: Array) -> Array:
+    cloth = _plain(look.trousers) * folded(1.0)[..., None]
     knee = np.exp(-np.square((rows - 0.5) / 0.07)) * np.clip(1 - turn / 60, 0, 1)
     behind = np.exp(-np.square((rows - 0.53) / 0.05)) * np.clip((turn - 70) / 50, 0, 1)
     seam = np.abs(turn - _QUARTER) < 2
@@ -100,8 +113,8 @@ def _shoe(look: Look, random: np.random.Generator, rows: Array) -> Array:
     return np.where(sole, leather * 0.45 + 22, leather * (1.15 - 0.3 * rows)[..., None])
 
 
-def _arm(look: Look, upper: Array, random: np.random.Generator, rows: Array) -> Array:
-    cloth = _weave(look, upper, rows) * _folds(random, 1.1)[..., None]
+def _arm(look: Look, upper: Array, folded: _Folds, rows: Array) -> Array:
+    cloth = _weave(look, upper, rows) * folded(1.1)[..., None]
     inner = np.exp(-np.square((rows - 0.45) / 0.05))
     cuff = (rows > 0.80) & (rows < 0.83)
     cloth = cloth * (1 - 0.14 * inner - 0.2 * cuff)[..., None]
@@ -109,10 +122,8 @@ def _arm(look: Look, upper: Array, random: np.random.Generator, rows: Array) -> 
     return np.where(np.broadcast_to(rows >= 0.83, (ROWS, AROUND))[..., None], hand, cloth)
 
 
-def _torso(
-    look: Look, upper: Array, random: np.random.Generator, rows: Array, turn: Array
-) -> Array:
-    cloth = _weave(look, upper, rows) * _folds(random, 0.8)[..., None]
+def _torso(look: Look, upper: Array, folded: _Folds, rows: Array, turn: Array) -> Array:
+    cloth = _weave(look, upper, rows) * folded(0.8)[..., None]
     shoulder_blades = np.exp(-np.square((rows - 0.3) / 0.12)) * np.clip((turn - 90) / 30, 0, 1)
     cloth = cloth * (1 + 0.05 * shoulder_blades)[..., None]
     if look.jacket is None:
@@ -122,7 +133,7 @@ def _torso(
     else:
         width = 9 + 9 * rows
         opened = np.clip(width - turn + 0.5, 0, 1)[..., None]
-        shirt = _plain(look.shirt) * _folds(random, 0.5)[..., None]
+        shirt = _plain(look.shirt) * folded(0.5)[..., None]
         edge = np.clip(1 - np.abs(turn - width - 2) / 3, 0, 1)
         cloth = (cloth * (1 - 0.3 * edge)[..., None]) * (1 - opened) + shirt * opened
     if look.bag is not None:  # its straps
@@ -157,7 +168,7 @@ def _head(look: Look, random: np.random.Generator, rows: Array, turn: Array) -> 
     skin = skin * (1 - dark) + np.array([40.0, 44.0, 70.0]) * dark
     ears = np.exp(-np.square((v - 0.46) / 0.07) - np.square((turn - 66) / 6))
     skin = skin * (1 - 0.12 * ears)[..., None]
-    strands = fractal(random, 256, 8, 128, 0.8)[::2, :]
+    strands = fractal(random, AROUND, 8, 128, 0.8)[::2, :]
     hair = _plain(look.hair) * (1 + 0.22 * strands + 0.12 * (0.3 - v))[..., None]
     line = 0.22 + 0.42 * np.clip((turn - 34) / 30, 0, 1)  # hair reaches lower at the sides
     line = np.where(turn > 78, 0.74, line)
@@ -167,7 +178,7 @@ def _head(look: Look, random: np.random.Generator, rows: Array, turn: Array) -> 
     return np.asarray(skin * (1 - covered) + hair * covered)
 
 
-def _pack(look: Look, random: np.random.Generator, rows: Array, turn: Array) -> Array:
-    cloth = _plain(look.bag or (0, 0, 0)) * _folds(random, 0.7)[..., None]
+def _pack(look: Look, folded: _Folds, rows: Array, turn: Array) -> Array:
+    cloth = _plain(look.bag or (0, 0, 0)) * folded(0.7)[..., None]
     pocket = ((rows > 0.5) & (rows < 0.53)) | (np.abs(rows - 0.14) < 0.012)
     return cloth * (1 - 0.3 * (pocket & (turn > 40)))[..., None]
