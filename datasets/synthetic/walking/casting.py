@@ -1,38 +1,35 @@
 """Who takes part in a scene: people in their clothes, and the ways that they go."""
 
 from functools import lru_cache
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from datasets.synthetic.engine.scene import part_generator
 from datasets.synthetic.people.look import Look
-from datasets.synthetic.walking import routes
+from datasets.synthetic.walking import routes, wardrobe
 from datasets.synthetic.walking.course import Course, straight
 from datasets.synthetic.walking.designs import DESIGNS
-from datasets.synthetic.walking.plan import Person, Plan
+from datasets.synthetic.walking.plan import Person, Plan, Post
 from datasets.synthetic.walking.truth import body_boxes
 from datasets.synthetic.walking.views import fixed, following
-from datasets.synthetic.walking.wardrobe import (
-    BGR,
-    clothes,
-    other_clothes,
-    plain_clothes,
-    two_coloured_clothes,
-)
+from datasets.synthetic.walking.wardrobe import BGR
 
 __all__ = ["multipart_plan", "twin_plan"]
 
 FIRST, LAST = 0.16, 0.88
 """Parts of a sequence between which people pass before the target."""
 
+Weaves: TypeAlias = tuple[Literal["plain", "stripes", "knit"], ...]
+
 HAIR: tuple[BGR, ...] = ((28, 30, 34), (38, 46, 62), (52, 78, 110), (108, 112, 116), (70, 128, 168))
 SKIN: tuple[BGR, ...] = ((150, 176, 214), (124, 152, 198), (92, 122, 170), (56, 78, 118))
 SHOES: tuple[BGR, ...] = ((36, 36, 40), (44, 58, 82), (150, 154, 160))
-WEAVES: tuple[Literal["plain", "stripes", "knit"], ...] = ("plain", "plain", "knit", "stripes")
+WEAVES: Weaves = ("plain", "plain", "knit", "stripes")
+PLAIN_WEAVES: Weaves = ("plain", "knit")
 
-BEHIND = 10.3, 15.0
-"""Depths at which the others walk [metres]."""
+CLEAR = 0.6
+"""Others walk behind the target by this at least [metres]."""
 
 TWIN_FRAMES = 150
 
@@ -53,6 +50,13 @@ def multipart_plan(number: str, seed: int) -> Plan:
         target = routes.in_view(generator("target way"), design, views)
 
     others: list[Course] = []
+    posts = []
+    for i in range(design.posts):
+        random = generator(f"post {i}")
+        others.append(routes.pillar(random, views, target, others))
+        posts.append(
+            Post(float(others[-1].x[0]), float(others[-1].z[0]), random.uniform(0.35, 0.5))
+        )
     for i in range(design.before):
         random = generator(f"way before {i}")
         share = (i + random.uniform(0.25, 0.75)) / design.before
@@ -60,16 +64,22 @@ def multipart_plan(number: str, seed: int) -> Plan:
         others.append(routes.before_the_target(random, views, target, others, when))
     for i in range(design.behind):
         random = generator(f"way behind {i}")
-        others.append(routes.behind_the_target(random, views, target, others, BEHIND))
+        nearest = design.depths[1] + CLEAR
+        others.append(routes.behind_the_target(random, views, target, others, nearest))
 
     random = generator("target clothes")
-    worn = two_coloured_clothes(random) if design.two_coloured else plain_clothes(random)
-    people = [_person(generator("target"), target, worn, design.jacket, design.bag)]
-    for i, course in enumerate(others):
+    worn = (
+        wardrobe.two_coloured_clothes(random)
+        if design.two_coloured
+        else wardrobe.plain_clothes(random)
+    )
+    weaves = WEAVES if design.two_coloured else PLAIN_WEAVES
+    people = [_person(generator("target"), target, worn, design.jacket, design.bag, weaves)]
+    for i, course in enumerate(others[design.posts :]):
         random = generator(f"person {i}")
-        worn, jacket, bag = clothes(random), random.random() < 0.3, random.random() < 0.25
+        worn, jacket, bag = wardrobe.clothes(random), random.random() < 0.3, random.random() < 0.25
         people.append(_person(random, course, worn, jacket, bag))
-    return Plan(seed, views, people)
+    return Plan(_seed(generator("street")), views, people, posts)
 
 
 @lru_cache(maxsize=4)
@@ -85,14 +95,14 @@ def twin_plan(seed: int, distance: float, same: bool) -> Plan:
     place = random.uniform(-0.3, 0.3), random.uniform(7.6, 8.4)
     target = straight(TWIN_FRAMES, TWIN_FRAMES // 2, place, velocity, random.uniform())
     random = generator("clothes")
-    worn = two_coloured_clothes(random)
-    unlike = other_clothes(random, worn)
+    worn = wardrobe.two_coloured_clothes(random)
+    unlike = wardrobe.other_clothes(random, worn)
     first = _person(generator("target"), target, worn)
-    width = body_boxes(*Plan(seed, views, [first]).places[0].T)[:, 2]
+    width = body_boxes(*Plan(0, views, [first]).places[0].T)[:, 2]
     course = routes.beside_the_target(generator("twin way"), views, target, width, distance)
     # The same generator: whoever wears other clothes is the same person in all else.
     second = _person(generator("twin"), course, worn if same else unlike)
-    return Plan(seed, views, [first, second])
+    return Plan(_seed(generator("street")), views, [first, second])
 
 
 def _person(
@@ -101,22 +111,25 @@ def _person(
     worn: tuple[BGR, BGR],
     jacket: bool = False,
     bag: bool = False,
+    weaves: Weaves = WEAVES,
 ) -> Person:
     """Someone in an upper garment and trousers; the rest of him is drawn at random."""
-    under, over = clothes(random)
     look = Look(
-        shirt=under if jacket else worn[0],
+        shirt=wardrobe.shirt_below(random, worn[0]) if jacket else worn[0],
         trousers=worn[1],
         hair=HAIR[random.integers(len(HAIR))],
         skin=SKIN[random.integers(len(SKIN))],
         shoes=SHOES[random.integers(len(SHOES))],
         jacket=worn[0] if jacket else None,
-        bag=over if bag else None,
-        weave=WEAVES[random.integers(len(WEAVES))],
+        bag=wardrobe.bag(random) if bag else None,
+        weave=weaves[random.integers(len(weaves))],
         long_hair=bool(random.random() < 0.4),
         hem=random.uniform(0.45, 0.49),
         bulk=random.uniform(0.92, 1.1),
         loose=random.uniform(0.92, 1.12),
     )
-    seed = int(random.integers(2**32))
-    return Person(look, seed, random.uniform(1.62, 1.88), course)
+    return Person(look, _seed(random), random.uniform(1.62, 1.88), course)
+
+
+def _seed(random: np.random.Generator) -> int:
+    return int(random.integers(2**32))

@@ -43,7 +43,7 @@ class Design:
     before : int
         Other people who pass between the camera and the target, each hiding him once.
     posts : int
-        Upright things of the street that the target passes behind.
+        Pillars that the target passes behind.
     """
 
     length: int
@@ -60,13 +60,13 @@ class Design:
 
 
 DESIGNS = {
-    "1": Design(788, True, True, (4.9, 9.2), 1.35, turns=2, jacket=True, behind=7),
+    "1": Design(788, True, True, (4.7, 8.8), 1.35, turns=1, jacket=True, behind=7),
     "2": Design(534, True, True, (5.2, 8.4), 1.35, turns=1, bag=True, behind=5),
-    "3": Design(1315, True, False, (5.4, 8.6), 1.3, turns=3, bag=True, behind=11),
-    "4": Design(1308, True, False, (4.9, 9.4), 1.3, turns=4, behind=11),
-    "5": Design(300, False, True, (6.8, 9.4), 1.05, behind=7, before=2, posts=1),
-    "6": Design(269, False, True, (6.8, 9.4), 1.05, behind=7, before=3),
-    "7": Design(377, False, False, (6.8, 9.4), 1.05, behind=8, before=3, posts=1),
-    "8": Design(229, False, False, (6.8, 9.4), 1.05, behind=6, before=2),
+    "3": Design(1315, True, False, (5.4, 8.6), 1.3, turns=2, behind=11),
+    "4": Design(1308, True, False, (4.7, 8.9), 1.3, turns=3, behind=11),
+    "5": Design(300, False, True, (6.8, 8.6), 1.05, behind=7, before=2, posts=1),
+    "6": Design(269, False, True, (6.8, 8.6), 1.05, behind=7, before=3),
+    "7": Design(377, False, False, (6.8, 8.6), 1.05, behind=8, before=3, posts=1),
+    "8": Design(229, False, False, (6.8, 8.6), 1.05, behind=6, before=2),
 }
 """By the number that the paper gives."""

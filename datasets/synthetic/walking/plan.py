@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 from datasets.synthetic.engine.path import quantised
 from datasets.synthetic.people.look import Look
 from datasets.synthetic.people.walker import Pose, Walker
+from datasets.synthetic.street.prop import Prop
+from datasets.synthetic.street.shade import Light
+from datasets.synthetic.street.street import Reach, Street
 from datasets.synthetic.walking.course import Course
 from datasets.synthetic.walking.designs import SIZE
 from datasets.synthetic.walking.silhouette import Coverage, extents, visible
 from datasets.synthetic.walking.views import Views
 
-__all__ = ["Person", "Plan"]
+__all__ = ["Person", "Plan", "Post"]
 
 Array = NDArray[np.float64]
 
@@ -42,8 +45,17 @@ class Person:
     course: Course
 
 
+@dataclass(frozen=True)
+class Post:
+    """A pillar: where it stands, and its thickness [metres]."""
+
+    x: float
+    z: float
+    thickness: float
+
+
 class Plan:
-    """People and camera of a scene.
+    """People, camera and pillars of a scene.
 
     Parameters
     ----------
@@ -53,6 +65,8 @@ class Plan:
         The camera in every frame.
     people : sequence of Person
         The target first.
+    posts : sequence of Post
+        What stands before the target besides people.
 
     Attributes
     ----------
@@ -61,10 +75,13 @@ class Plan:
         his height, in the image [pixels].
     """
 
-    def __init__(self, seed: int, views: Views, people: Sequence[Person]) -> None:
+    def __init__(
+        self, seed: int, views: Views, people: Sequence[Person], posts: Sequence[Post] = ()
+    ) -> None:
         self.seed = seed
         self.views = views
         self.people = people
+        self._posts = posts
         self.places = np.stack([_places(views, person) for person in people])
 
     def __len__(self) -> int:
@@ -74,6 +91,18 @@ class Plan:
     def walkers(self) -> list[Walker]:
         """The people, to be drawn."""
         return [Walker(person.look, person.seed) for person in self.people]
+
+    def street(self, light: Light) -> Street:
+        """The street in a light, as far as the camera ever sees it."""
+        views = self.views
+        ranges = ((float(v.min()), float(v.max())) for v in (views.x, views.shift_x, views.shift_y))
+        return Street(self.seed, SIZE, views.still, Reach(*ranges), light)
+
+    @cached_property
+    def posts(self) -> list[Prop]:
+        """The pillars, to be drawn."""
+        street = self.street("even")
+        return [street.post(post.x, post.z, post.thickness) for post in self._posts]
 
     def pose(self, person: int, frame: int) -> Pose:
         """How a person is turned in a frame, and in which phase of his gait."""
@@ -124,6 +153,9 @@ class Plan:
         for person in self.in_picture(frame):
             if overlap[person] and self.people[person].course.z[frame] < depth:
                 yield self.coverage(person, frame)
+        for post in self.posts:
+            if post.z < depth:
+                yield post.coverage(self.views[frame])
 
 
 def _places(views: Views, person: Person) -> Array:

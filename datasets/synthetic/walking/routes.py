@@ -9,11 +9,18 @@ from datasets.synthetic.walking.course import Course, straight, walk
 from datasets.synthetic.walking.designs import FRAMES_PER_SECOND, SIZE, Design
 from datasets.synthetic.walking.views import Views
 
-__all__ = ["along_the_street", "before_the_target", "behind_the_target", "in_view"]
+__all__ = [
+    "along_the_street",
+    "before_the_target",
+    "behind_the_target",
+    "beside_the_target",
+    "in_view",
+    "pillar",
+]
 
 Array = NDArray[np.float64]
 
-ELBOW_ROOM = 0.6
+ELBOW_ROOM = 0.5
 """Nobody walks nearer to another [metres]."""
 
 HALF_WIDTH = 0.3
@@ -21,6 +28,12 @@ HALF_WIDTH = 0.3
 
 HIDDEN = 8, 32
 """Time for which someone who passes overlaps the target [frames]."""
+
+KERBSIDE = 9.9
+"""Where the near pavement is free of what stands at the kerb [metres]."""
+
+OPPOSITE = 15.8, 17.2
+"""The pavement on the other side [metres]."""
 
 UNDISTURBED = 25
 """Nobody overlaps the target for this long at either end [frames]."""
@@ -85,19 +98,41 @@ def before_the_target(
     return _least(candidate, trouble)
 
 
+def pillar(
+    random: np.random.Generator, views: Views, target: Course, others: list[Course]
+) -> Course:
+    """Place of something that stands where the target passes behind it."""
+    frames = len(target.x)
+
+    def candidate() -> Course:
+        at = int(random.integers(UNDISTURBED, frames - UNDISTURBED))
+        z = target.z[at] - random.uniform(0.6, 1.2)
+        return straight(frames, at, (_abreast(views, at, target, z), z), (0.0, 0.0), 0.0)
+
+    def trouble(place: Course) -> float:
+        overlaps = _overlaps(views, place, target)
+        off = max(HIDDEN[0] - overlaps.sum(), 0) + max(overlaps.sum() - 2 * HIDDEN[1], 0)
+        # He passes behind it, and never before it.
+        before = overlaps & (target.z < place.z + ELBOW_ROOM)
+        return float(off + _disturbed(overlaps) + before.sum() + _crowded(place, [target, *others]))
+
+    return _least(candidate, trouble)
+
+
 def behind_the_target(
     random: np.random.Generator,
     views: Views,
     target: Course,
     others: list[Course],
-    depths: tuple[float, float],
+    nearest: float,
 ) -> Course:
-    """Way of someone who is in view at some time, at depths behind the target's [metres]."""
+    """Way of someone who is in view at some time, no nearer than `nearest` [metres]."""
     frames = len(target.x)
 
     def candidate() -> Course:
         at = int(random.integers(frames))
-        z = random.uniform(*depths)
+        lanes = ((nearest, KERBSIDE), OPPOSITE)
+        z = random.uniform(*lanes[int(random.random() < 0.35)])
         x = views[at].x + random.uniform(-0.45, 0.45) * SIZE[0] / float(views.still.scale(z))
         velocity = random.choice([-1, 1]) * random.uniform(0.7, 1.5), random.uniform(-0.06, 0.06)
         return straight(frames, at, (x, z), velocity, random.uniform())

@@ -3,7 +3,15 @@
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BGR", "clothes", "other_clothes", "plain_clothes", "two_coloured_clothes"]
+__all__ = [
+    "BGR",
+    "bag",
+    "clothes",
+    "other_clothes",
+    "plain_clothes",
+    "shirt_below",
+    "two_coloured_clothes",
+]
 
 Array = NDArray[np.float64]
 
@@ -19,13 +27,13 @@ SHIRTS = (
     (52, 48, 158),  # red
     (54, 40, 96),  # burgundy
     (64, 104, 88),  # olive
-    (72, 88, 42),  # bottle green
+    (70, 84, 50),  # bottle green
     (70, 152, 196),  # mustard
     (142, 172, 194),  # beige
     (66, 88, 118),  # brown
     (168, 152, 206),  # pink
-    (122, 76, 108),  # plum
-    (136, 118, 58),  # petrol
+    (108, 80, 100),  # plum
+    (118, 106, 62),  # petrol
 )
 TROUSERS = (
     (120, 88, 62),  # jeans
@@ -48,7 +56,7 @@ BOTH = (
     (62, 82, 110),  # brown
     (58, 44, 98),  # burgundy
 )
-"""Colours that people wear from top to bottom: suits, overalls, tracksuits."""
+"""Colours that people wear from top to bottom (suits, overalls, tracksuits), and of bags."""
 
 TONE = np.array([0.114, 0.587, 0.299])
 """Weights of blue, green and red in the tone (Rec. 601)."""
@@ -78,6 +86,19 @@ def plain_clothes(random: np.random.Generator) -> tuple[BGR, BGR]:
     """Shirt and trousers of nearly the same colour and tone."""
     cloth = _dyed(random, _one(random, BOTH))
     return cloth, _dyed(random, cloth, spread=0.03)
+
+
+def shirt_below(random: np.random.Generator, jacket: BGR) -> BGR:
+    """Shirt of clearly another tone than the open jacket over it."""
+    others = tuple(
+        shirt for shirt in SHIRTS if abs(np.subtract(shirt, jacket) @ TONE) >= CLEAR_TONE
+    )
+    return _dyed(random, _one(random, others), spread=0.04)
+
+
+def bag(random: np.random.Generator) -> BGR:
+    """Bag in a colour that hides the dirt."""
+    return _dyed(random, _one(random, BOTH))
 
 
 def other_clothes(random: np.random.Generator, first: tuple[BGR, BGR]) -> tuple[BGR, BGR]:

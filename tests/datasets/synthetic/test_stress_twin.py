@@ -1,0 +1,79 @@
+"""`stress/twin`: how near the second person comes, and that clothes are all that differs."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import datasets
+from datasets import SequenceError
+
+
+def twin(**knobs):
+    return datasets.load(":".join(["stress/twin", *(f"{k}={v}" for k, v in knobs.items())]))
+
+
+@settings(max_examples=6, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    distance=st.one_of(st.just(0), st.floats(0, 3).map(lambda d: round(d, 3))),
+)
+def test_the_axes_come_as_near_as_asked_in_widths_of_the_box(seed, distance):
+    sequence = twin(scene=seed, distance=distance)
+    target, second = sequence.frames.plan.places
+    apart = np.abs(second[:, 0] - target[:, 0]) / sequence.boxes[:, 2]
+    assert apart.min() == pytest.approx(distance, abs=0.01)
+    assert apart.argmin() == pytest.approx(75, abs=4)
+    assert (sequence.visibility[:20] == 1).all()
+    assert (sequence.visibility[-20:] == 1).all()
+    if distance == 0:
+        assert sequence.visibility.min() < 0.3
+    if distance >= 2:
+        assert (sequence.visibility == 1).all()
+    assert sequence.present.all()
+    assert not sequence.attributes["out_of_view"].any()
+
+
+@pytest.mark.parametrize("distance", [0, 1.5])
+def test_a_matched_pair_differs_in_the_twins_clothes_alone(distance):
+    same, other = (twin(distance=distance, twin=kind, scene=1) for kind in ("same", "other"))
+    assert (same.boxes == other.boxes).all()
+    assert (same.visibility == other.visibility).all()
+    assert all((same.regions[key] == other.regions[key]).all() for key in same.regions)
+    plan = same.frames.plan
+    for frame in (0, 50, 75, 110):
+        changed = (same[frame] != other[frame]).any(axis=2)
+        left, top, alpha = plan.coverage(1, frame)
+        rows, columns = np.nonzero(changed)
+        reach = 6  # of the blur
+        assert (rows >= top - 2).all()
+        assert (rows < top + len(alpha) + 2).all()
+        assert (columns >= left - reach).all()
+        assert (columns < left + alpha.shape[1] + reach).all()
+    assert (same[75] != other[75]).any()
+
+
+def test_the_twin_wears_the_targets_clothes_or_colours_unlike_them():
+    same, other = (twin(twin=kind, scene=2).frames.plan for kind in ("same", "other"))
+    target, double = (person.look for person in same.people)
+    unlike = other.people[1].look
+    assert (other.people[0].look, other.people[0].seed) == (target, same.people[0].seed)
+    assert (double.shirt, double.trousers) == (target.shirt, target.trousers)
+    for garment in (unlike.shirt, unlike.trousers):
+        for worn in (target.shirt, target.trousers):
+            assert np.abs(np.subtract(garment, worn)).max() > 25
+    kept = ("hair", "skin", "shoes", "weave", "long_hair", "hem", "bulk", "loose", "bag")
+    assert all(getattr(unlike, key) == getattr(double, key) for key in kept)
+
+
+def test_the_street_and_the_target_are_the_same_at_every_distance():
+    near, far = twin(distance=0), twin(distance=3)
+    assert (near.boxes == far.boxes).all()
+    assert near.frames.plan.people[0].look == far.frames.plan.people[0].look
+    assert (near[75][:150] == far[75][:150]).all()  # above their heads
+
+
+@pytest.mark.parametrize(("knob", "value"), [("distance", "4"), ("distance", "-1"), ("twin", "no")])
+def test_a_bad_knob_is_refused_by_name(knob, value):
+    with pytest.raises(SequenceError, match=rf"^stress/twin: knob {knob}={value}: [^\n]+$"):
+        twin(**{knob: value})
