@@ -56,7 +56,8 @@ def street_bands(random: np.random.Generator, kerb: float, end: float) -> list[B
     stones = paving(random, SIDE)
     worn = stones.mean(axis=(0, 1))
     stones = (worn + 0.7 * (stones - worn)) * random.uniform(1.0, 1.2)
-    near = [stones, pebbles(random, SIDE) * 0.5 + 62, _slabs(random)][random.integers(3)]
+    kinds = (lambda: stones, lambda: pebbles(random, SIDE) * 0.5 + 62, lambda: _slabs(random))
+    near = kinds[random.integers(3)]()
     side = float(random.uniform(2.2, 3.2))
     asphalt = _asphalt(random)
     kerbstone = (
