@@ -58,6 +58,7 @@ __all__ = [
     "EqualTest",
     "InteractionTest",
     "LedgerError",
+    "Limits",
     "LostTest",
     "NumberTest",
     "OrderTest",
@@ -69,14 +70,16 @@ __all__ = [
 ]
 
 FOLDER = Path(__file__).parent
-VERSION = 1
-
-METRICS = ("success_frames", "frames_inside", "first_loss")
-"""Three readings of "frames tracked successfully", of equal rank."""
 
 Metric = Literal["success_frames", "frames_inside", "first_loss"]
+
+METRICS: tuple[Metric, ...] = ("success_frames", "frames_inside", "first_loss")
+"""Three readings of "frames tracked successfully", of equal rank."""
+
 Rows = dict[str, str | int | float]
 """Columns and their values: which rows of the scores are meant."""
+Limits = dict[str, list[str | int | float]]
+"""Columns and the values that are let through."""
 
 Text = Annotated[str, Field(min_length=1)]
 Texts = Annotated[tuple[Text, ...], Field(min_length=1)]
@@ -110,8 +113,8 @@ class _CellTest(_Entry):
 
     sequences: Texts
     metrics: Annotated[tuple[Metric, ...], Field(min_length=1)] = METRICS
-    where: dict[str, list[str | int | float]] = {}
-    groups: dict[str, dict[str, list[str | int | float]]] = {}
+    where: Limits = {}
+    groups: dict[str, Limits] = {}
     every: bool = False
 
 
@@ -162,7 +165,7 @@ class LostTest(_CellTest):
 
 
 class BestTest(_CellTest):
-    """As good as the best of others in a share of `least` of the cells, its interval above `lower`."""
+    """As good as the best of others in at least a share `least` of cells, surely above `lower`."""
 
     kind: Literal["best"]
     rows: Rows

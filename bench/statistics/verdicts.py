@@ -119,15 +119,15 @@ def order_of_groups(
     As `order`, by a bootstrap-t interval over the cells of both groups; as cells of two groups
     have no pairs, there is no rule about signs. Either group needs `LEAST_CELLS` cells.
     """
-    groups = [_cells(first, margin), _cells(second, margin)]
-    smaller = min(groups, key=len)
+    ours, theirs = _cells(first, margin), _cells(second, margin)
+    smaller = min(ours, theirs, key=len)
     if len(smaller) < LEAST_CELLS:
         return _too_few(smaller)
-    statistic = float(groups[0].mean() - groups[1].mean())
-    interval = difference_interval(*groups, generator)
+    interval = difference_interval(ours, theirs, generator)
     outcome, words = _ordered(interval, margin)
-    words += f"; means {groups[0].mean():+.3f} and {groups[1].mean():+.3f}"
-    return Verdict(outcome, statistic, interval, len(groups[0]) + len(groups[1]), f"{words}.")
+    words += f"; means {ours.mean():+.3f} and {theirs.mean():+.3f}"
+    statistic = float(ours.mean() - theirs.mean())
+    return Verdict(outcome, statistic, interval, len(ours) + len(theirs), f"{words}.")
 
 
 def equal(differences: ArrayLike, margin: float = MARGIN) -> Verdict:

@@ -1,0 +1,170 @@
+"""What is reported of a claim: one verdict, and how far it depends on how the text is read.
+
+    conclude(claim, findings) -> Conclusion       # .verdict, .readings, .fragile, .for_json()
+
+The verdict is that of the headline reading (the text as written, all lights together, on the
+scenes that passed the static gate). Of the three metrics the claim counts as decided only where
+`frames_inside` and `first_loss` agree. A reading is a rectangle, a variant and a light; a claim
+that holds in one and does not in another is fragile.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+from bench.claims.findings import Finding
+from bench.claims.ledger import Claim
+from bench.statistics.verdicts import Outcome, Verdict
+
+__all__ = ["Conclusion", "conclude"]
+
+DECIDING = ("frames_inside", "first_loss")
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """A claim after its verdict.
+
+    Attributes
+    ----------
+    claim : Claim
+        What was claimed.
+    verdict, reason : str
+        The headline reading's.
+    drawn : str
+        The same reading's verdict on all scenes that were drawn.
+    readings : str
+        In how many readings of the text it holds: "7 of 9".
+    post_hoc : str
+        The same of the readings that were chosen after seeing results; empty for none.
+    fragile : bool
+        Whether it holds in one reading and does not hold in another.
+    findings : tuple of Finding
+        All of them.
+    """
+
+    claim: Claim
+    verdict: Outcome
+    reason: str
+    drawn: Outcome
+    readings: str
+    post_hoc: str
+    fragile: bool
+    findings: tuple[Finding, ...]
+
+    def for_json(self) -> dict[str, Any]:
+        """What a script reads."""
+        claim = self.claim
+        return {
+            "id": claim.id,
+            "source": claim.source,
+            "text": claim.says,
+            "verdict": self.verdict,
+            "readings": self.readings,
+            "evidence": {
+                "reason": self.reason,
+                "quote": claim.quote,
+                "kind": claim.kind,
+                "asserted": claim.asserted,
+                "published": [number.model_dump() for number in claim.published],
+                "experiment": list(claim.experiment),
+                "falsifier": claim.falsifier,
+                "all_drawn_scenes": self.drawn,
+                "post_hoc": self.post_hoc,
+                "fragile": self.fragile,
+                "findings": [_finding_for_json(finding) for finding in self.findings],
+            },
+        }
+
+
+def conclude(claim: Claim, findings: Sequence[Finding]) -> Conclusion:
+    """Draw the conclusion from a claim's findings; see the module.
+
+    Parameters
+    ----------
+    claim : Claim
+        An entry of the ledger.
+    findings : sequence of Finding
+        What `judge` gave.
+    """
+    first = claim.readings.initial[0], claim.readings.variant[0]
+    headline = [
+        finding
+        for finding in findings
+        if not finding.group
+        and finding.light == "both"
+        and finding.initial in ("", first[0])
+        and finding.variant in ("", first[1])
+    ]
+    outcome, reason = _decided(f for f in headline if f.scenes == "kept")
+    drawn, _ = _decided(f for f in headline if f.scenes == "drawn")
+    known = _by_reading(findings, post_hoc=False)
+    hindsight = _by_reading(findings, post_hoc=True)
+    seen = {outcome, *known, *hindsight}
+    return Conclusion(
+        claim=claim,
+        verdict=outcome,
+        reason=reason,
+        drawn=drawn,
+        readings=_count(known),
+        post_hoc=_count(hindsight) if hindsight else "",
+        fragile={"holds", "does-not-hold"} <= seen,
+        findings=tuple(findings),
+    )
+
+
+def _by_reading(findings: Iterable[Finding], *, post_hoc: bool) -> list[Outcome]:
+    """The outcome of each reading; all lights together are none where they are told apart."""
+    readings: dict[tuple[str, str], dict[str, list[Finding]]] = {}
+    for finding in findings:
+        if finding.post_hoc == post_hoc and not finding.group and finding.scenes == "kept":
+            lights = readings.setdefault((finding.initial, finding.variant), {})
+            lights.setdefault(finding.light, []).append(finding)
+    return [
+        _decided(found)[0]
+        for lights in readings.values()
+        for light, found in lights.items()
+        if light != "both" or len(lights) == 1
+    ]
+
+
+def _decided(findings: Iterable[Finding]) -> tuple[Outcome, str]:
+    """One outcome of the metrics', and its reason."""
+    every = list(findings)
+    if not every:
+        return "undecided", "nothing was run that tests it under the headline reading."
+    deciding = [f for f in every if f.metric in DECIDING] or every
+    outcomes = {finding.verdict.verdict for finding in deciding}
+    told = " ".join(
+        f"{finding.metric.replace('_', ' ')}: {finding.verdict.reason}".removeprefix(": ")
+        for finding in every
+    )
+    if len(outcomes) == 1:
+        return outcomes.pop(), told
+    return "undecided", f"the metrics do not agree. {told}"
+
+
+def _count(outcomes: Sequence[Outcome]) -> str:
+    good = sum(outcome in ("holds", "reproduced") for outcome in outcomes)
+    return f"{good} of {len(outcomes)}"
+
+
+def _finding_for_json(finding: Finding) -> dict[str, Any]:
+    labels = {key: value for key, value in vars(finding).items() if key not in ("claim", "verdict")}
+    return {**labels, **_verdict_for_json(finding.verdict)}
+
+
+def _verdict_for_json(verdict: Verdict) -> dict[str, Any]:
+    return {
+        "verdict": verdict.verdict,
+        "statistic": _plain(verdict.statistic),
+        "interval": [_plain(limit) for limit in verdict.interval],
+        "cells": verdict.cells,
+        "reason": verdict.reason,
+    }
+
+
+def _plain(value: float) -> float | None:
+    """A number for JSON, which has none that are not finite."""
+    return value if isfinite(value) else None
