@@ -122,7 +122,9 @@ class Plan:
                 alone.append(_unit([cell]))
             else:
                 together.setdefault(cell.source, []).append(cell)
-        return alone + [_unit(cells) for cells in together.values()]
+        # The longest first: no core waits at the end for a long one that began late.
+        shared = [_unit(cells) for cells in together.values()]
+        return alone + sorted(shared, key=lambda unit: -unit.work)
 
     def asked(self) -> Asked:
         """What is noted down with the results."""

@@ -14,7 +14,7 @@ from reports.plots import frame_plot, precision_plot, speed_plot, success_plot
 from reports.tables import Table
 from reports.text import to_text
 
-__all__ = ["FORMATS", "file_name", "write_plots", "write_tables"]
+__all__ = ["FORMATS", "file_name", "report_page", "write_plots", "write_tables"]
 
 FORMATS = {
     "text": (".txt", to_text),
@@ -85,6 +85,16 @@ def write_plots(
         everybody = list(dict.fromkeys([*trackers, *timing["tracker"]]))
         paths.append(write_figure(folder / "speed.png", speed_plot(timing, title, everybody)))
     return paths
+
+
+def report_page(
+    title: str, remarks: Sequence[str], tables: Sequence[Table], pictures: Sequence[Path]
+) -> str:
+    """A whole report as one page of Markdown; pictures are linked by their file names."""
+    parts = [f"# {title}", "\n".join(f"- {remark}" for remark in remarks)]
+    parts += [to_markdown(table).rstrip("\n") for table in tables]
+    parts += [f"![{picture.stem}]({picture.name})" for picture in pictures]
+    return "\n\n".join(parts) + "\n"
 
 
 def file_name(label: str) -> str:

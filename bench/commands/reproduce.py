@@ -1,0 +1,187 @@
+"""Reproduce a paper: its tables and figures, and a verdict on each of its claims."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bench.cli import EXIT_ANSWER_IS_NO, EXIT_INTERRUPTED
+from bench.commands._options import (
+    chosen_sequences,
+    jobs_option,
+    json_option,
+    output_option,
+    progress_bar,
+)
+
+if TYPE_CHECKING:
+    from bench.experiment import Experiment
+    from bench.papers import Report
+
+__all__ = ["command"]
+
+
+@click.command("reproduce")
+@click.argument("paper")
+@click.option("--quick", is_flag=True, help="A look in a minute: few scenes and seeds.")
+@click.option("--all", "everything", is_flag=True, help="Also sensitivities and ablations.")
+@click.option("--seeds", type=click.IntRange(1), help="Most repetitions of any tracker.")
+@click.option("--recorded", help="Comma-separated recorded sequences to run the trackers on, too.")
+@click.option(
+    "--published",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    help="CSV of figures that others published on those, to stand beside ours.",
+)
+@click.option("--criteria", is_flag=True, help="Also which of a prototype's findings were met.")
+@click.option("--strict", is_flag=True, help="Exit status 1 where a claim does not hold.")
+@output_option
+@jobs_option
+@json_option
+def command(
+    paper: str,
+    quick: bool,
+    everything: bool,
+    seeds: int | None,
+    recorded: str | None,
+    published: Path | None,
+    criteria: bool,
+    strict: bool,
+    output: Path,
+    jobs: int | None,
+    as_json: bool,
+) -> int:
+    """Reproduce PAPER on sequences of ours: its tables beside ours, a verdict on every claim.
+
+    Runs go to the folders of their experiments in --output, the report to a folder of the
+    paper's name there. What is done already is not done again. Nothing is tuned to a wanted
+    number: what comes out is what is printed.
+    """
+    from bench.papers import Effort, load_paper
+
+    module = load_paper(paper)
+    effort = Effort(
+        quick=quick,
+        everything=everything,
+        seeds=seeds,
+        jobs=jobs,
+        recorded=chosen_sequences(recorded, None) if recorded else (),
+        published=published,
+    )
+    folder = output / paper
+    experiments = module.experiments(effort)
+    module.prepare(folder, effort)
+    for experiment in experiments:
+        if not _run(experiment, output, jobs):
+            return EXIT_INTERRUPTED
+    report = module.report(output, folder, effort)
+    written = _write(report, paper, folder)
+    if as_json:
+        click.echo(json.dumps(_document(report, paper), allow_nan=False))
+    else:
+        _print(report, criteria=criteria)
+        click.echo(f"Report, tables and figures are in {folder} ({len(written)} files).")
+    fails = [claim["id"] for claim in report.claims if claim["verdict"] == "does-not-hold"]
+    return EXIT_ANSWER_IS_NO if strict and fails else 0
+
+
+def _run(experiment: "Experiment", output: Path, jobs: int | None) -> bool:
+    """Run what is left of an experiment; False where the user stopped it."""
+    from bench.runner import Execution
+    from datasets import SequenceError
+
+    execution = Execution(experiment, output, jobs)
+    click.echo(f"{experiment.title}: {len(execution.plan.cells)} runs", err=True)
+    try:
+        with progress_bar(execution.work, "frame") as progress:
+            for _ in execution.rows(progress):
+                pass
+    except KeyboardInterrupt:
+        click.echo(
+            f"Stopped: what is done is kept in {execution.folder}. The same command goes on "
+            "from there.",
+            err=True,
+        )
+        return False
+    if execution.errors:
+        raise SequenceError("\n".join(execution.errors))
+    return True
+
+
+def _print(report: "Report", *, criteria: bool) -> None:
+    from reports.text import to_text
+
+    click.echo(report.title)
+    for remark in report.remarks:
+        click.echo(f"- {remark}")
+    tables = [*report.tables, *([report.criteria] if criteria else [])]
+    for table in tables:
+        click.echo()
+        if table.name == "claims":  # its sentences are too long for columns
+            click.echo(table.caption)
+            for claim in report.claims:
+                _print_claim(claim)
+        else:
+            click.echo(to_text(table))
+
+
+def _print_claim(claim: Mapping[str, Any]) -> None:
+    evidence = claim["evidence"]
+    fragile = ", fragile" if evidence["fragile"] else ""
+    post_hoc = f"; post hoc {evidence['post_hoc']}" if evidence["post_hoc"] else ""
+    asserted = " (asserted, not measured in the paper)" if evidence["asserted"] else ""
+    click.echo(f"\n{claim['id']}  {claim['verdict'].upper()}{fragile}  {claim['text']}{asserted}")
+    click.echo(
+        f"    {claim['source']}; holds in {claim['readings']} readings{post_hoc}; on all "
+        f"drawn scenes: {evidence['all_drawn_scenes']}"
+    )
+    click.echo(f"    {evidence['reason']}")
+
+
+def _write(report: "Report", paper: str, folder: Path) -> list[Path]:
+    """Write the report as pages, tables in every format, and JSON."""
+    from bench.files import ResultsError
+    from reports.files import write_file
+    from reports.write import report_page, write_tables
+
+    tables = [*report.tables, report.criteria]
+    text = json.dumps(_document(report, paper), indent=1, allow_nan=False)
+    page = report_page(report.title, report.remarks, tables, report.pictures)
+
+    def write_page(path: Path) -> None:
+        path.write_text(page, "utf-8")
+
+    def write_json(path: Path) -> None:
+        path.write_text(text, "utf-8")
+
+    try:
+        return [
+            *write_tables(folder, tables),
+            write_file(folder / "report.md", write_page),
+            write_file(folder / "report.json", write_json),
+            *report.pictures,
+        ]
+    except OSError as error:
+        raise ResultsError(str(error.strerror or error)) from error
+
+
+def _document(report: "Report", paper: str) -> dict[str, object]:
+    """What a script reads."""
+    names = dict.fromkeys(row["table"] for row in report.rows)
+    return {
+        "paper": paper,
+        "remarks": report.remarks,
+        "tables": [
+            {
+                "id": name,
+                "rows": [
+                    {key: value for key, value in row.items() if key != "table"}
+                    for row in report.rows
+                    if row["table"] == name
+                ],
+            }
+            for name in names
+        ],
+        "claims": report.claims,
+    }

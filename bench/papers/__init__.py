@@ -1,0 +1,136 @@
+"""The papers whose tables, figures and claims can be reproduced: one folder a paper.
+
+A paper's module offers what `Paper` names; `trackmark reproduce` knows nothing else of it.
+"""
+
+import importlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, cast
+
+from bench.experiment import Experiment, ExperimentError, SequenceSource
+
+if TYPE_CHECKING:
+    from reports.tables import Table
+
+__all__ = ["Effort", "Paper", "Report", "load_paper", "paper_names"]
+
+FOLDER = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much of a reproduction is run.
+
+    Attributes
+    ----------
+    quick : bool
+        Fewer seeds and scenes: a look at whether it works, no evidence.
+    everything : bool
+        Also sensitivities, ablations and claims that the paper asserts without experiment.
+    seeds : int or None
+        Most repetitions of any tracker; None keeps those of the experiments.
+    jobs : int or None
+        Worker processes; None for one a core.
+    recorded : tuple of SequenceSource
+        Recorded sequences to run the paper's trackers on, too.
+    published : Path or None
+        Figures that others published on those (CSV), to stand beside ours.
+    """
+
+    quick: bool = False
+    everything: bool = False
+    seeds: int | None = None
+    jobs: int | None = None
+    recorded: tuple[SequenceSource, ...] = ()
+    published: Path | None = None
+
+    @property
+    def words(self) -> str:
+        """What is marked on everything that comes of it; empty for the whole."""
+        marks = []
+        if self.quick:
+            marks.append("quick look: few scenes and seeds, no evidence")
+        if self.seeds is not None:
+            marks.append(f"at most {self.seeds} repetitions")
+        return "; ".join(marks)
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a reproduction has to say.
+
+    Attributes
+    ----------
+    title : str
+        Headline.
+    remarks : list of str
+        What a reader must know before any number: what was run, on what.
+    tables : list of Table
+        In reading order.
+    rows : list of dict
+        A published number a row, for scripts: `table`, `label`, `column`, `published`,
+        `measured`, `interval`.
+    claims : list of dict
+        The ledger after the verdicts, for scripts: `id`, `source`, `text`, `verdict`,
+        `readings`, `evidence`.
+    criteria : Table
+        Which findings of an earlier prototype were met.
+    pictures : list of Path
+        Figures that were written.
+    """
+
+    title: str
+    remarks: list[str]
+    tables: "list[Table]"
+    rows: list[dict[str, Any]]
+    claims: list[dict[str, Any]]
+    criteria: "Table"
+    pictures: list[Path] = field(default_factory=list)
+
+
+class Paper(Protocol):
+    """What a paper's module offers."""
+
+    TITLE: str
+
+    def experiments(self, effort: Effort) -> Sequence[Experiment]:
+        """Experiments to run, in order.
+
+        Raises `ExperimentError` for anything asked for that can be known to fail.
+        """
+        ...
+
+    def prepare(self, folder: Path, effort: Effort) -> None:
+        """Do what must be settled before any tracker runs; may do nothing.
+
+        `folder` is the one that the report goes to.
+        """
+        ...
+
+    def report(self, results: Path, folder: Path, effort: Effort) -> Report:
+        """Judge what lies in `results`, write pictures into `folder`."""
+        ...
+
+
+def paper_names() -> list[str]:
+    """Papers that can be reproduced; imports none."""
+    return sorted(file.parent.name for file in FOLDER.glob("*/__init__.py"))
+
+
+def load_paper(name: str) -> Paper:
+    """Module of a paper.
+
+    Raises
+    ------
+    ExperimentError
+        For an unknown name, with those that are known.
+    """
+    known = paper_names()
+    if name not in known:
+        close = get_close_matches(name, known, n=1)
+        hint = f" Did you mean {close[0]!r}?" if close else ""
+        raise ExperimentError(f"unknown paper {name!r}.{hint} Known: {', '.join(known)}.")
+    return cast(Paper, importlib.import_module(f"bench.papers.{name}"))

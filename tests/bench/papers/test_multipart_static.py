@@ -1,0 +1,132 @@
+"""What is said of a scene before any tracker runs: closed forms on painted targets."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bench.papers.multipart.appearance import Appearance, part_distance, states_of
+from bench.papers.multipart.static import (
+    FRAMES,
+    JITTERS,
+    Scene,
+    clutter_states,
+    jittered,
+    read_log,
+    separability,
+    write_log,
+)
+from datasets import Sequence
+
+BOX = np.array([150.0, 60.0, 24.0, 78.0])
+WHOLE = np.array([144.0, 50.0, 36.0, 100.0])
+SCENE = Scene("multipart/1", "f00", 50, 0.5, 0.9, 0.41, 0.5, 0.39, 0.6, 1.0, 0.0)
+
+
+def painted(upper, lower, ground, twin_at=None):
+    """A two-coloured person on one colour; maybe another one who looks the same."""
+    image = np.full((220, 320, 3), ground, np.uint8)
+    for x in [BOX[0], *([] if twin_at is None else [twin_at])]:
+        left, top, middle, bottom = int(x), 60, 99, 138
+        image[top:middle, left : left + 24] = upper
+        image[middle:bottom, left : left + 24] = lower
+    return image
+
+
+def sequence(images):
+    n = len(images)
+    boxes, whole = np.tile(BOX, (n, 1)), np.tile(WHOLE, (n, 1))
+    return Sequence(
+        "painted", images, boxes, fingerprint="p", regions={"full": whole}, visibility=np.ones(n)
+    )
+
+
+RED, BLUE, GREY, GREEN = (40, 40, 200), (200, 60, 40), (128, 128, 128), (60, 160, 60)
+
+
+def test_halves_of_other_colours_are_as_far_apart_as_can_be_and_equal_ones_not_at_all():
+    assert part_distance(painted(RED, BLUE, GREY), BOX) == pytest.approx(1.0)
+    assert part_distance(painted(RED, RED, GREY), BOX) == 0.0
+
+
+def test_swapped_halves_are_the_same_to_a_single_histogram_and_another_thing_to_two():
+    model = Appearance(painted(RED, BLUE, GREY), BOX)
+    single, multi = model.distances(painted(BLUE, RED, GREY), states_of(BOX[np.newaxis]))
+    assert single[0] < 0.02
+    assert multi[0] > 0.4
+
+
+def test_a_target_on_a_plain_ground_always_beats_the_clutter():
+    images = [painted(RED, BLUE, GREY)] * 80
+    assert separability(sequence(images)) == (FRAMES, 1.0, 1.0)
+
+
+def test_a_twin_in_sight_is_as_near_as_the_target_which_is_then_no_longer_nearer():
+    images = [painted(RED, BLUE, GREY)] * 60 + [painted(RED, BLUE, GREY, twin_at=198)] * 60
+    frames, single, multi = separability(sequence(images))
+    assert frames == FRAMES
+    assert single == multi == pytest.approx(0.5, abs=0.03)
+
+
+def test_a_twin_more_than_three_widths_away_does_not_count():
+    images = [painted(RED, BLUE, GREY, twin_at=260)] * 60
+    assert separability(sequence(images))[1:] == (1.0, 1.0)
+
+
+def test_two_colours_the_wrong_way_round_nearby_confuse_a_single_histogram_alone():
+    image = painted(RED, BLUE, GREY)
+    image[60:99, 198:222], image[99:138, 198:222] = BLUE, RED
+    assert separability(sequence([painted(RED, BLUE, GREY)] + [image] * 60))[1:] == (0.0, 1.0)
+
+
+def test_occluded_frames_are_not_examined():
+    images = [painted(RED, BLUE, GREY)] * 60 + [painted(GREEN, GREEN, GREEN)] * 60
+    hidden = np.repeat([1.0, 0.4], 60)
+    opened = Sequence(
+        "p",
+        images,
+        np.tile(BOX, (120, 1)),
+        fingerprint="p",
+        regions={"full": np.tile(WHOLE, (120, 1))},
+        visibility=hidden,
+    )
+    assert separability(opened) == (FRAMES, 1.0, 1.0)
+
+
+@given(
+    x=st.floats(0, 600), y=st.floats(0, 400), width=st.floats(10, 100), height=st.floats(20, 300)
+)
+def test_clutter_is_what_a_score_calls_a_miss_within_three_widths(x, y, width, height):
+    box = np.array([x, y, width, height])
+    whole = np.array([x - width / 4, y - 0.18 * height, 1.5 * width, 1.28 * height])
+    states = clutter_states(box, whole)
+    offsets = states[:, :2] - (box[:2] + box[2:] / 2)
+    assert len(states) > 0
+    assert np.abs(offsets).max() <= 3 * width * (1 + 1e-9)
+    inside = (states[:, :2] >= whole[:2]) & (states[:, :2] <= whole[:2] + whole[2:])
+    assert not inside.all(axis=1).any()
+    assert (states[:, 2] == width * height).all()
+
+
+def test_jittered_rectangles_stay_within_five_per_cent():
+    boxes = np.array(list(jittered(BOX, np.random.default_rng(0))))
+    assert len(boxes) == JITTERS
+    assert np.abs((boxes[:, :2] - BOX[:2]) / BOX[2:]).max() <= 0.05
+    assert np.abs(boxes[:, 2:] / BOX[2:] - 1).max() <= 0.05
+    assert boxes.std(axis=0).min() > 0
+
+
+def test_a_scene_is_kept_by_the_better_of_the_two_and_needs_fifty_frames():
+    assert SCENE.kept
+    assert not replace(SCENE, multi=0.79).kept
+    assert replace(SCENE, multi=0.1, single=0.8).kept
+    assert not replace(SCENE, frames=FRAMES - 1).kept
+
+
+def test_a_log_reads_as_it_was_written(tmp_path):
+    other = replace(SCENE, sequence="multipart/2:scene=1", fingerprint="f01", single=1 / 3)
+    write_log(tmp_path / "scenes.csv", [SCENE, other])
+    assert read_log(tmp_path / "scenes.csv") == {"f00": SCENE, "f01": other}
+    assert read_log(tmp_path / "none.csv") == {}
