@@ -38,7 +38,9 @@ class Shade:
 
     def __init__(self, random: np.random.Generator, light: Light) -> None:
         self.light = light
-        crowns = fractal(random, _SIZE, 2, 8)
+        # Crowns and gaps of about 3 m: some of both wherever one looks.
+        crowns = fractal(random, _SIZE, 8, 32)
+        crowns -= np.median(crowns)
         leaves = fractal(random, _SIZE, 32, 128, 0.8)
         cover = np.clip((crowns + 0.30 * leaves - 0.22) * 3.2 + 0.5, 0, 1)
         holes = np.clip((leaves - 0.75) * 4, 0, 1)
