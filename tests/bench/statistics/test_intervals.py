@@ -1,0 +1,115 @@
+"""Intervals: against closed forms and SciPy, and how often they cover."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from bench.statistics.intervals import (
+    bootstrap_t_interval,
+    difference_interval,
+    mean_interval,
+    prediction_interval,
+    wilson_interval,
+)
+
+POPULATIONS = {
+    "normal": (lambda g, n: g.normal(0.05, 0.1, n), 0.05),
+    "U-shaped": (lambda g, n: g.beta(0.4, 0.4, n) - 0.5, 0.0),
+    "half lost": (
+        lambda g, n: np.where(g.random(n) < 0.5, g.normal(0, 0.01, n), g.normal(0.4, 0.15, n)),
+        0.2,
+    ),
+}
+
+
+def coverage(interval, draw, mean, n, rounds):
+    generator = np.random.default_rng(n)
+    hits = 0
+    for _ in range(rounds):
+        low, high = interval(draw(generator, n), generator)
+        hits += low <= mean <= high
+    return hits / rounds
+
+
+@pytest.mark.parametrize("n", [5, 8, 20])
+@pytest.mark.parametrize("population", POPULATIONS)
+def test_the_t_interval_covers_what_it_says(population, n):
+    draw, mean = POPULATIONS[population]
+    share = coverage(lambda cells, _: mean_interval(cells), draw, mean, n, 3000)
+    assert (0.93 if n >= 8 else 0.905) <= share <= 0.97
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [5, 8, 20])
+@pytest.mark.parametrize("population", POPULATIONS)
+def test_the_bootstrap_t_covers_no_less_and_is_not_the_default_for_being_wider(population, n):
+    draw, mean = POPULATIONS[population]
+    share = coverage(bootstrap_t_interval, draw, mean, n, 1000)
+    assert 0.93 <= share <= 0.995
+
+
+@pytest.mark.parametrize("population", POPULATIONS)
+def test_the_difference_of_two_groups_is_covered(population):
+    draw, mean = POPULATIONS[population]
+    generator = np.random.default_rng(3)
+    hits = 0
+    for _ in range(400):
+        first, second = draw(generator, 16), generator.normal(0.1, 0.3, 12)
+        low, high = difference_interval(first, second, generator, resamples=500)
+        hits += low <= mean - 0.1 <= high
+    assert 0.92 <= hits / 400 <= 0.985
+
+
+def test_t_agrees_with_scipy():
+    cells = np.random.default_rng(0).normal(size=9)
+    expected = stats.ttest_1samp(cells, 0).confidence_interval(0.9)
+    assert mean_interval(cells, 0.9) == pytest.approx((expected.low, expected.high))
+
+
+@given(st.integers(0, 40), st.integers(1, 40))
+def test_wilson_agrees_with_scipy(successes, more):
+    trials = successes + more
+    expected = stats.binomtest(successes, trials).proportion_ci(method="wilson")
+    assert wilson_interval(successes / trials, trials) == pytest.approx(
+        (expected.low, expected.high), abs=1e-12
+    )
+
+
+def test_a_prediction_interval_holds_one_more_run():
+    generator = np.random.default_rng(5)
+    hits = 0
+    for _ in range(3000):
+        values = generator.normal(size=7)
+        low, high = prediction_interval(values[:6])
+        hits += low <= values[6] <= high
+    assert hits / 3000 == pytest.approx(0.95, abs=0.015)
+
+
+def test_bootstrap_t_draws_from_the_generator_alone():
+    cells = np.arange(9.0)
+    one, two = (bootstrap_t_interval(cells, np.random.default_rng(1)) for _ in range(2))
+    assert one == two
+    assert one != bootstrap_t_interval(cells, np.random.default_rng(2))
+
+
+def test_bootstrap_t_of_a_constant_is_a_point_and_of_two_values_is_endless():
+    generator = np.random.default_rng(0)
+    assert bootstrap_t_interval([2.0] * 8, generator) == (2.0, 2.0)
+    assert np.isinf(bootstrap_t_interval([0.0, 1.0], generator)).all()
+
+
+@pytest.mark.parametrize("values", [[1.0], [], [1.0, np.nan], [1.0, np.inf], [[1.0, 2.0]]])
+def test_too_few_or_no_numbers_are_refused(values):
+    for interval in (mean_interval, prediction_interval):
+        with pytest.raises(ValueError, match="an interval needs"):
+            interval(values)
+    with pytest.raises(ValueError, match="an interval needs"):
+        bootstrap_t_interval(values, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize(("share", "trials"), [(-0.1, 5), (1.1, 5), (0.5, 0)])
+def test_a_share_that_is_none_is_refused(share, trials):
+    with pytest.raises(ValueError, match="a share of"):
+        wilson_interval(share, trials)

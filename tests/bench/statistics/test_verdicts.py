@@ -1,0 +1,184 @@
+"""Verdicts: the rules on cases worked out by hand, their symmetries, and false alarms."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bench.statistics.intervals import mean_interval, wilson_interval
+from bench.statistics.verdicts import (
+    all_kept,
+    check,
+    conjunction,
+    equal,
+    number,
+    order,
+    order_of_groups,
+    ratio_above,
+    share_at_least,
+    undecided,
+)
+
+SPREAD = np.linspace(-0.01, 0.01, 10)
+CELLS = st.lists(st.floats(-1, 1).map(lambda x: round(x, 3)), min_size=8, max_size=20).map(np.array)
+
+
+@pytest.mark.parametrize(
+    ("differences", "verdict"),
+    [
+        (0.10 + SPREAD, "holds"),
+        (-0.10 + SPREAD, "does-not-hold"),
+        (0.01 + SPREAD / 10, "does-not-hold"),  # surely too small to matter
+        (np.zeros(10), "does-not-hold"),
+        (0.05 + 20 * SPREAD, "undecided"),
+        (np.full(7, 0.5), "undecided"),
+        (np.array([]), "undecided"),
+    ],
+)
+def test_an_order_is_judged_by_its_interval_and_the_margin(differences, verdict):
+    assert order(differences, 0.02).verdict == verdict
+
+
+def test_an_order_needs_its_sign_in_three_quarters_of_the_cells():
+    few = np.array([0.3] * 14 + [0.0] * 6)
+    many = np.array([0.3] * 15 + [0.0] * 5)
+    assert mean_interval(few).low > 0.02
+    assert order(few).verdict == "undecided"
+    assert "only in 14 of 20" in order(few).reason
+    assert order(many).verdict == "holds"
+
+
+@given(CELLS)
+def test_what_holds_does_not_hold_the_other_way_round(cells):
+    there, back = order(cells).verdict, order(-cells).verdict
+    if there == "holds":
+        assert back == "does-not-hold"
+    if there == "undecided" and mean_interval(cells).low <= 0:
+        assert back == "undecided"
+    assert equal(cells).verdict == equal(-cells).verdict
+
+
+@given(CELLS, st.sampled_from([0.25, 2.0, 64.0]))
+def test_units_do_not_matter(cells, factor):
+    for rule in (order, equal):
+        assert rule(cells, 0.02).verdict == rule(factor * cells, factor * 0.02).verdict
+
+
+@given(CELLS, st.randoms())
+def test_the_order_of_cells_does_not_matter(cells, random):
+    shuffled = cells.copy()
+    random.shuffle(shuffled)
+    assert order(cells).statistic == pytest.approx(order(shuffled).statistic, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("differences", "verdict"),
+    [
+        (SPREAD, "holds"),
+        (0.10 + SPREAD, "does-not-hold"),
+        (-0.10 + SPREAD, "does-not-hold"),
+        (0.02 + SPREAD, "undecided"),
+        (np.zeros(7), "undecided"),
+    ],
+)
+def test_equality_needs_the_interval_inside_the_margin(differences, verdict):
+    assert equal(differences, 0.02).verdict == verdict
+
+
+@pytest.mark.parametrize("n", [8, 20])
+def test_false_alarms_are_as_rare_as_said(n):
+    """Where both are alike, `order` seldom holds; where they differ by the margin, `equal`."""
+    generator = np.random.default_rng(n)
+    noise = generator.normal(0, 0.1, (2000, n))
+    orders = [order(cells, 0.02).verdict for cells in noise]
+    assert np.mean([verdict == "holds" for verdict in orders]) <= 0.035
+    at_margin = 0.1 + noise
+    equals = [equal(cells, 0.1).verdict for cells in at_margin]
+    assert 0.03 <= np.mean([verdict == "holds" for verdict in equals]) <= 0.065
+    assert np.mean([verdict == "does-not-hold" for verdict in equals]) <= 0.035
+
+
+def test_runs_are_kept_from_nine_tenths_with_certainty():
+    twenty = np.full(8, 20)
+    assert all_kept(twenty, twenty).verdict == "holds"
+    assert all_kept(np.full(8, 10), twenty).verdict == "does-not-hold"
+    assert all_kept(np.full(8, 17), twenty).verdict == "undecided"  # .85
+    assert all_kept(np.full(7, 20), np.full(7, 20)).verdict == "undecided"
+
+
+def test_runs_of_a_scene_are_no_independent_witnesses():
+    """A lost scene counts once, not twenty times; scattered losses count each."""
+    lost_scene = all_kept([20] * 9 + [0], [20] * 10)
+    scattered = all_kept([18] * 10, [20] * 10)
+    assert lost_scene.statistic == scattered.statistic == 0.9
+    assert lost_scene.interval == pytest.approx(wilson_interval(0.9, 10))
+    assert scattered.interval == pytest.approx(wilson_interval(0.9, 200))
+    assert (lost_scene.verdict, scattered.verdict) == ("undecided", "holds")
+
+
+def test_a_share_surely_below_does_not_hold():
+    assert share_at_least([1] * 5 + [0] * 15, [1] * 20, 0.9, 0.8).verdict == "does-not-hold"
+
+
+@pytest.mark.parametrize(("good", "runs"), [([3], [2]), ([-1], [2]), ([0], [0]), ([1, 1], [2])])
+def test_impossible_counts_are_refused(good, runs):
+    with pytest.raises(ValueError, match="successes"):
+        share_at_least(good, runs, 0.5)
+
+
+def test_times_are_compared_by_their_ratio():
+    single = np.linspace(1, 2, 12)
+    assert ratio_above(1.10 * single, single, 1.02).verdict == "holds"
+    assert ratio_above(1.00 * single, single, 1.02).verdict == "does-not-hold"
+    noisy = single * np.exp(np.tile([-0.2, 0.25], 6))
+    assert ratio_above(noisy, single, 1.02).verdict == "undecided"
+    assert ratio_above(single[:7], single[:7], 1.02).verdict == "undecided"
+    with pytest.raises(ValueError, match="above 0"):
+        ratio_above([1.0, 0.0], [1.0, 1.0], 1.0)
+
+
+def test_groups_are_compared_without_pairs():
+    generator = np.random.default_rng(0)
+    up, down = generator.normal(0.3, 0.05, 16), generator.normal(-0.1, 0.05, 9)
+    found = order_of_groups(up, down, generator)
+    assert (found.verdict, found.cells) == ("holds", 25)
+    assert found.statistic == pytest.approx(up.mean() - down.mean())
+    assert order_of_groups(down, up, generator).verdict == "does-not-hold"
+    assert order_of_groups(up, down[:7], generator).verdict == "undecided"
+
+
+def test_a_number_is_reproduced_only_in_the_papers_setting():
+    runs = np.linspace(0.8, 0.9, 20)
+    assert number(runs, 0.85).verdict == "not-testable"
+    assert "0.850" in number(runs, 0.85).reason
+    assert number(runs, 0.85, same_setting=True).verdict == "reproduced"
+    assert number(runs, 0.30, same_setting=True).verdict == "does-not-hold"
+    assert number(runs, same_setting=True).verdict == "not-testable"
+
+
+def test_all_parts_must_hold():
+    good, bad, open_ = check(True, 1.0, "."), check(False, 0.0, "."), undecided("not run.")
+    assert conjunction([good, good], ["a", "b"]).verdict == "holds"
+    assert conjunction([good, open_], ["a", "b"]).verdict == "undecided"
+    assert conjunction([bad, open_], ["a", "b"]).verdict == "does-not-hold"
+    assert conjunction([good, bad], ["a", "b"]).reason == "holds for a; does not hold for b."
+
+
+def test_every_reason_is_a_sentence():
+    generator = np.random.default_rng(0)
+    found = [order(x + SPREAD) for x in (0.1, 0, -0.1)] + [
+        equal(SPREAD),
+        all_kept([1] * 9, [1] * 9),
+    ]
+    found += [number([1.0, 2.0]), order_of_groups(SPREAD, SPREAD, generator), order([])]
+    for verdict in found:
+        assert verdict.reason.endswith(".")
+        assert "\n" not in verdict.reason
+
+
+@pytest.mark.parametrize("rule", [order, equal])
+def test_missing_values_and_negative_margins_are_refused(rule):
+    with pytest.raises(ValueError, match="finite value a cell"):
+        rule([np.nan] * 9)
+    with pytest.raises(ValueError, match="margin is -1"):
+        rule(SPREAD, -1.0)
