@@ -1,0 +1,209 @@
+"""From scores to findings and conclusions, on scores whose outcome is known."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bench.claims.conclusion import conclude
+from bench.claims.evaluation import judge
+from bench.claims.ledger import read_claims
+
+CLAIMS = read_claims("multipart")
+LENGTH = 200
+METRICS = ("success_frames", "frames_inside", "first_loss")
+
+
+def scores(shares, *, initials=("full",), variants=("",), kept=lambda scene: True, **columns):
+    """Runs of eight sequences, eight scenes: four even, four dappled, two repetitions.
+
+    `shares` is called with representation, sequence number, scene, and the reading's labels,
+    and gives the share of the length, of all metrics or by metric.
+    """
+    rows = []
+    for number in range(1, 9):
+        for scene in range(8):
+            for initial in initials:
+                for variant in variants:
+                    for representation in ("single", "multi", "adaptive"):
+                        light = "even" if scene < 4 else "dappled"
+                        share = shares(representation, number, scene, initial, variant, light)
+                        share = share if isinstance(share, dict) else dict.fromkeys(METRICS, share)
+                        rows += [
+                            {
+                                "representation": representation,
+                                "sequence": f"multipart/{number}",
+                                "scene": scene,
+                                "light": light,
+                                "initial": initial,
+                                "variant": variant,
+                                "repetition": repetition,
+                                "frames": LENGTH,
+                                "kept_scene": kept(scene),
+                                **{name: LENGTH * value for name, value in share.items()},
+                                **columns,
+                            }
+                            for repetition in (0, 1)
+                        ]
+    return pd.DataFrame(rows)
+
+
+def as_published(representation, number, scene, initial, variant, light):
+    """Multi better on two colours, worse on plain targets; the choice is right."""
+    wobble = 0.01 * (scene % 3)
+    loses = (representation == "single") == (number in (1, 2, 5, 6))
+    return 0.6 + wobble if loses and representation != "adaptive" else 1.0
+
+
+def concluded(name, frame, **tables):
+    return conclude(CLAIMS[name], judge(CLAIMS[name], frame, tables))
+
+
+@pytest.mark.parametrize(
+    "name", ["MP-1", "MP-2", "MP-3", "MP-4", "MP-4a", "MP-5", "MP-6", "MP-12", "MP-14", "MP-18"]
+)
+def test_the_papers_own_outcome_makes_its_claims_hold(name):
+    assert concluded(name, scores(as_published)).verdict == "holds"
+
+
+@pytest.mark.parametrize("name", ["MP-1", "MP-2", "MP-3", "MP-4", "MP-4a", "MP-5"])
+def test_the_opposite_makes_them_fail(name):
+    swap = {"single": "multi", "multi": "single", "adaptive": "adaptive"}
+    frame = scores(lambda representation, *rest: as_published(swap[representation], *rest))
+    assert concluded(name, frame).verdict == "does-not-hold"
+
+
+def test_a_choice_that_is_wrong_is_not_the_best():
+    frame = scores(lambda name, *rest: 0.5 if name == "adaptive" else as_published(name, *rest))
+    assert concluded("MP-6", frame).verdict == "does-not-hold"
+    assert concluded("MP-14", frame).verdict == "does-not-hold"
+
+
+def test_a_cell_is_a_sequence_in_a_scene_averaged_over_repetitions():
+    frame = scores(as_published)
+    found = {f.group: f for f in judge(CLAIMS["MP-1"], frame) if f.light == "both"}
+    assert found[""].verdict.cells == 32
+    assert found["multipart/5"].verdict.cells == 8
+    expected = 1 - np.mean([0.6 + 0.01 * (scene % 3) for scene in range(8)])
+    assert found[""].verdict.statistic == pytest.approx(expected)
+
+
+def test_a_scene_in_two_lights_stays_one_cell():
+    frame = scores(as_published)
+    both = pd.concat([frame, frame.assign(light="dusk")])
+    verdict = judge(CLAIMS["MP-4a"], both)[0].verdict
+    assert verdict.cells == 8
+
+
+def test_each_light_is_judged_and_four_scenes_of_one_sequence_decide_nothing():
+    found = judge(CLAIMS["MP-4a"], scores(as_published))
+    by_light = {f.light: f.verdict.verdict for f in found}
+    assert by_light == {"both": "holds", "even": "undecided", "dappled": "undecided"}
+
+
+def test_scenes_that_the_gate_dropped_count_among_the_drawn_only():
+    frame = scores(as_published, kept=lambda scene: scene < 2)
+    found = concluded("MP-4a", frame)
+    assert (found.verdict, found.drawn) == ("undecided", "holds")
+    assert "2 cells" in found.reason
+    assert concluded("MP-4a", scores(as_published, kept=lambda scene: False)).drawn == "holds"
+
+
+def test_inside_and_loss_must_agree():
+    def disagreeing(representation, *rest):
+        share = as_published(representation, *rest)
+        return {"success_frames": share, "frames_inside": share, "first_loss": 0.5}
+
+    found = concluded("MP-1", scores(disagreeing))
+    assert found.verdict == "undecided"
+    assert found.reason.startswith("the metrics do not agree")
+
+    def success_alone_differs(representation, *rest):
+        share = as_published(representation, *rest)
+        return {"success_frames": 0.5, "frames_inside": share, "first_loss": share}
+
+    assert concluded("MP-1", scores(success_alone_differs)).verdict == "holds"
+
+
+def test_readings_are_counted_and_a_flip_is_fragile():
+    def flips(representation, number, scene, initial, variant, light):
+        swap = {"single": "multi", "multi": "single"} if initial != "full" else {}
+        name = swap.get(representation, representation)
+        return as_published(name, number, scene, initial, variant, light)
+
+    found = concluded("MP-1", scores(flips, initials=("full", "tight", "body")))
+    assert found.verdict == "holds"
+    assert found.readings == "2 of 4"  # two rectangles in two lights
+    assert found.post_hoc == "0 of 2"  # the body rectangle was chosen after results
+    assert found.fragile
+    labels = {(f.initial, f.post_hoc) for f in found.findings}
+    assert labels == {("full", False), ("tight", False), ("body", True)}
+    assert not concluded("MP-1", scores(as_published)).fragile
+
+
+def test_a_variant_that_is_no_reading_is_ignored_but_by_the_claim_that_names_it():
+    def worse_if_first_order(representation, number, scene, initial, variant, light):
+        return 0.5 if variant == "dynamics=first-order" and number < 5 else 1.0
+
+    frame = scores(worse_if_first_order, variants=("", "dynamics=first-order"))
+    assert {f.variant for f in judge(CLAIMS["MP-14"], frame)} == {""}
+    found = judge(CLAIMS["MP-10"], frame)
+    headline = [f for f in found if f.light == "both" and f.metric == "first_loss"]
+    by_group = {f.group: f.verdict.verdict for f in headline if f.scenes == "kept"}
+    assert by_group == {
+        "": "holds",
+        "moving camera": "holds",
+        "fixed camera": "does-not-hold",
+    }
+
+
+def test_a_twin_is_judged_by_distance_and_by_what_is_near():
+    pieces = []
+    for distance in (0.0, 1.0, 2.0, 3.0):
+        for twin in ("same", "other"):
+            share = 0.5 if twin == "same" and distance < 2 else 1.0
+            frame = scores(lambda *_, share=share: share, distance=distance, twin=twin)
+            frame = frame[frame["sequence"] == "multipart/1"]
+            pieces.append(frame.assign(sequence="stress/twin"))
+    found = judge(CLAIMS["MP-16"], pd.concat(pieces))
+    headline = [f for f in found if f.light == "both" and f.scenes == "kept"]
+    assert {f.group: f.verdict.verdict for f in headline} == {
+        "": "holds",
+        "0 widths": "holds",
+        "1 width": "holds",
+        "2 widths": "does-not-hold",
+        "3 widths": "does-not-hold",
+    }
+    assert {f.verdict.cells for f in headline} == {8}
+
+
+def test_numbers_are_printed_and_not_judged():
+    found = concluded("MP-T1", scores(as_published))
+    assert found.verdict == "not-testable"
+    assert {f.group for f in found.findings} == {"", "single", "multi", "adaptive"}
+
+
+def test_what_was_not_run_is_undecided_and_says_so():
+    found = concluded("MP-10", scores(as_published))
+    assert found.verdict == "undecided"
+    assert "--all" in found.reason
+    assert concluded("MP-8", scores(as_published)).verdict == "undecided"
+
+
+def test_a_missing_column_is_named():
+    with pytest.raises(ValueError, match="claim MP-1: the scores have no column 'light'"):
+        judge(CLAIMS["MP-1"], scores(as_published).drop(columns="light"))
+    with pytest.raises(ValueError, match="claim MP-16: the scores have no column 'distance'"):
+        judge(CLAIMS["MP-16"], scores(as_published))
+
+
+def test_the_same_scores_give_the_same_findings():
+    frame = scores(as_published)
+    assert judge(CLAIMS["MP-5"], frame) == judge(CLAIMS["MP-5"], frame)
+
+
+def test_a_conclusion_is_json():
+    document = concluded("MP-4a", scores(as_published)).for_json()
+    assert json.loads(json.dumps(document, allow_nan=False)) == document
+    assert set(document) == {"id", "source", "text", "verdict", "readings", "evidence"}
