@@ -23,11 +23,11 @@ Array = NDArray[np.float64]
 ELBOW_ROOM = 0.5
 """Nobody walks nearer to another [metres]."""
 
-HALF_WIDTH = 0.3
-"""Of a person, when it is asked whether one hides another [metres]."""
+HALF_WIDTH = 0.36
+"""Of a person in mid-step, when it is asked whether one hides another [metres]."""
 
-HIDDEN = 8, 32
-"""Time for which someone who passes overlaps the target [frames]."""
+HIDDEN = 22, 42
+"""Time for which something before the target overlaps him [frames]."""
 
 KERBSIDE = 9.9
 """Where the near pavement is free of what stands at the kerb [metres]."""
@@ -38,7 +38,7 @@ OPPOSITE = 15.8, 17.2
 UNDISTURBED = 25
 """Nobody overlaps the target for this long at either end [frames]."""
 
-ATTEMPTS = 60
+ATTEMPTS = 200
 
 
 def along_the_street(random: np.random.Generator, design: Design) -> Course:
@@ -86,14 +86,13 @@ def before_the_target(
         at = round(when + random.uniform(-0.05, 0.05) * frames)
         z = max(target.z[at] - random.uniform(0.8, 1.6), 4.4)
         x = _abreast(views, at, target, z)
-        velocity = random.choice([-1, 1]) * random.uniform(0.9, 1.5), random.uniform(-0.15, 0.15)
+        velocity = random.choice([-1, 1]) * random.uniform(0.6, 1.4), random.uniform(-0.15, 0.15)
         return straight(frames, at, (x, z), velocity, random.uniform())
 
-    def trouble(course: Course) -> float:
+    def trouble(course: Course) -> int:
         overlaps = _overlaps(views, course, target)
-        hidden = int(overlaps.sum())
-        off = max(HIDDEN[0] - hidden, hidden - HIDDEN[1], 0)
-        return off + _disturbed(overlaps) + _crowded(course, [target, *others])
+        together = sum(int((overlaps & _overlaps(views, other, target)).sum()) for other in others)
+        return together + _hidden_badly(overlaps) + _crowded(course, [target, *others])
 
     return _least(candidate, trouble)
 
@@ -109,12 +108,12 @@ def pillar(
         z = target.z[at] - random.uniform(0.6, 1.2)
         return straight(frames, at, (_abreast(views, at, target, z), z), (0.0, 0.0), 0.0)
 
-    def trouble(place: Course) -> float:
+    def trouble(place: Course) -> int:
         overlaps = _overlaps(views, place, target)
-        off = max(HIDDEN[0] - overlaps.sum(), 0) + max(overlaps.sum() - 2 * HIDDEN[1], 0)
         # He passes behind it, and never before it.
         before = overlaps & (target.z < place.z + ELBOW_ROOM)
-        return float(off + _disturbed(overlaps) + before.sum() + _crowded(place, [target, *others]))
+        crowded = _crowded(place, [target, *others])
+        return int(before.sum()) + _hidden_badly(overlaps) + crowded
 
     return _least(candidate, trouble)
 
@@ -159,8 +158,14 @@ def _overlaps(views: Views, course: Course, target: Course) -> NDArray[np.bool_]
     return np.asarray(np.abs(x) < HALF_WIDTH * (1 / course.z + 1 / target.z))
 
 
-def _disturbed(overlaps: NDArray[np.bool_]) -> int:
-    return int(overlaps[:UNDISTURBED].sum() + overlaps[-UNDISTURBED:].sum())
+def _hidden_badly(overlaps: NDArray[np.bool_]) -> int:
+    """Frames by which the target is hidden too long or too shortly, too early or too late."""
+    edges = np.flatnonzero(np.diff(overlaps, prepend=False, append=False))
+    times = edges[1::2] - edges[::2]
+    off = np.maximum(HIDDEN[0] - times, times - HIDDEN[1])
+    return int(
+        np.maximum(off, 0).sum() + overlaps[:UNDISTURBED].sum() + overlaps[-UNDISTURBED:].sum()
+    )
 
 
 def _crowded(course: Course, others: list[Course]) -> int:
@@ -172,15 +177,17 @@ def _crowded(course: Course, others: list[Course]) -> int:
     return int(near.sum())
 
 
-def _least(candidate: Callable[[], Course], trouble: Callable[[Course], float]) -> Course:
+def _least(candidate: Callable[[], Course], trouble: Callable[[Course], int]) -> Course:
     """First candidate without trouble; where there is none, that of the least."""
-    best, least = candidate(), float("inf")
-    for course in (best, *(candidate() for _ in range(ATTEMPTS))):
+    best = candidate()
+    least = trouble(best)
+    for _ in range(ATTEMPTS):
+        if least == 0:
+            break
+        course = candidate()
         found = trouble(course)
         if found < least:
             best, least = course, found
-        if least == 0:
-            break
     return best
 
 

@@ -14,6 +14,8 @@ import datasets
 from datasets import SequenceError
 from datasets.synthetic.walking.casting import multipart_plan
 
+KINDS = ("even", "dappled")
+
 ELSEWHERE = """
 import hashlib, sys, datasets
 sequence = datasets.load(sys.argv[1])
@@ -22,7 +24,10 @@ for frame in map(int, sys.argv[2:]):
 """
 
 
-@pytest.mark.parametrize("name", ["multipart/2:light=dappled", "multipart/6:scene=1"])
+@pytest.mark.parametrize(
+    "name",
+    ["multipart/8:light=dappled", pytest.param("multipart/2:scene=1", marks=pytest.mark.slow)],
+)
 def test_any_order_and_another_process_give_the_same_bytes(name):
     sequence = datasets.load(name)
     frames = [7, 100, 8, 0, 200]
@@ -38,9 +43,9 @@ def test_any_order_and_another_process_give_the_same_bytes(name):
     ]
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), number=st.sampled_from("12345678"))
-def test_light_changes_the_picture_and_nothing_else(seed, number):
+def test_light_changes_nothing_of_the_truth_but_the_shade(seed, number):
     even, dappled = (
         datasets.load(f"multipart/{number}:scene={seed}:light={light}")
         for light in ("even", "dappled")
@@ -50,10 +55,16 @@ def test_light_changes_the_picture_and_nothing_else(seed, number):
     assert all((even.regions[key] == dappled.regions[key]).all() for key in even.regions)
     for key, flags in even.attributes.items():
         assert key == "shade" or (flags == dappled.attributes[key]).all()
-    frame = len(even) // 2
-    assert (even[frame] != dappled[frame]).mean() > 0.1
-    assert (even.frames.mask(frame) == dappled.frames.mask(frame)).all()
+    assert (even.frames.mask(50) == dappled.frames.mask(50)).all()
     assert even.fingerprint != dappled.fingerprint
+
+
+def test_dappled_light_takes_light_from_ground_and_people_and_not_from_houses():
+    even, dappled = (datasets.load(f"multipart/8:light={light}")[100] for light in KINDS)
+    change = dappled.astype(int) - even
+    assert (change[300:] < -10).mean() > 0.1
+    assert (change > 3).mean() < 0.01
+    assert (change[:150] == 0).all()
 
 
 def test_dappled_light_lays_shade_on_the_target_for_some_of_the_time():
@@ -66,9 +77,9 @@ def test_dappled_light_lays_shade_on_the_target_for_some_of_the_time():
 
 
 def test_scenes_differ_in_ways_clothes_and_street():
-    sequences = [datasets.load(f"multipart/5:scene={seed}") for seed in range(3)]
+    sequences = [datasets.load(f"multipart/5:scene={seed}") for seed in range(2)]
     looks = {sequence.frames.plan.people[0].look for sequence in sequences}
-    assert len(looks) == 3
+    assert len(looks) == len(sequences)
     for one, other in pairwise(sequences):
         assert np.abs(one.boxes - other.boxes).max() > 50
         ground = np.s_[:200, :]  # above the people
