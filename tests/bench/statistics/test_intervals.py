@@ -77,6 +77,11 @@ def test_wilson_agrees_with_scipy(successes, more):
     )
 
 
+def test_a_prediction_interval_is_the_closed_form():
+    half = stats.t.ppf(0.975, 2) * np.sqrt(4 / 3)
+    assert prediction_interval([1.0, 2.0, 3.0]) == pytest.approx((2 - half, 2 + half))
+
+
 def test_a_prediction_interval_holds_one_more_run():
     generator = np.random.default_rng(5)
     hits = 0
