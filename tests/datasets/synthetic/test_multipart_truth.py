@@ -79,7 +79,7 @@ def test_sizes_change_by_half_or_more(number):
     assert np.ptp(np.log(sequence.boxes[:, 3])) > np.log(1.45)
 
 
-@pytest.fixture(scope="module", params=["1", pytest.param("5", marks=pytest.mark.slow), "8"])
+@pytest.fixture(scope="module", params=["1", "5", pytest.param("8", marks=pytest.mark.slow)])
 def painted_and_dark(request):
     """A scene twice, the target wholly in one colour and wholly in another."""
     plan = multipart_plan(request.param, 0)
@@ -115,6 +115,18 @@ def test_what_changes_with_the_targets_colours_is_where_truth_says(painted_and_d
     assert (changed & mask).sum() >= 0.93 * mask.sum()
     whole = (plan.coverage(0, frame)[2] / 255).sum()
     assert changed.sum() / whole == pytest.approx(truth.visibility[frame], abs=0.12)
+
+
+@pytest.mark.parametrize("name", ["multipart/5", "multipart/7:scene=1"])
+def test_a_pillar_hides_the_target_that_passes_behind_it(name):
+    sequence = datasets.load(name)
+    plan = sequence.frames.plan
+    (post,) = plan.posts
+    column = plan.views.still.column(post.x, post.z)
+    behind = np.abs(plan.places[0, :, 0] - column) < 3
+    assert behind.any()
+    assert (sequence.visibility[behind] < 0.25).all()
+    assert sequence.visibility[behind].size < 30
 
 
 coverages = st.builds(
