@@ -61,6 +61,8 @@ class Sequence:
         What a reader of a message knows a frame by (a file name); `frame i` by default.
     truth_source : str
         File or generator that the truth comes from, for messages.
+    image_size : tuple of int, optional
+        Width and height in pixels, where they are known without reading an image.
 
     Attributes
     ----------
@@ -90,6 +92,7 @@ class Sequence:
         masks: Callable[[int], Mask | None] | None = None,
         frame_names: list[str] | None = None,
         truth_source: str = "",
+        image_size: tuple[int, int] | None = None,
     ) -> None:
         self.name = name
         self.fps = fps
@@ -97,6 +100,7 @@ class Sequence:
         self.frames = frames
         self._masks = masks
         self._frame_names = frame_names
+        self._image_size = image_size
         self._fingerprint = fingerprint
 
         n_images = len(frames)
@@ -186,7 +190,9 @@ class Sequence:
         return int(present[0])
 
     def check_runnable(self) -> None:
-        """Refuse a sequence that no tracker can be started on; reads the first image.
+        """Refuse a sequence that no tracker can be started on.
+
+        It reads the image of the first box, unless the size of images is known.
 
         Raises
         ------
@@ -196,7 +202,7 @@ class Sequence:
         """
         frame = self.first_frame
         x, y, width, height = self.boxes[frame].tolist()
-        image_height, image_width = self[frame].shape[:2]
+        image_width, image_height = self._image_size or self[frame].shape[1::-1]
         if width <= 0.0 or height <= 0.0:
             fault = "has no size"
         elif x >= image_width or y >= image_height or x + width <= 0.0 or y + height <= 0.0:
@@ -232,6 +238,7 @@ class Sequence:
             masks=None if masks is None else lambda frame: masks(chosen[frame]),
             frame_names=[self.frame_name(frame) for frame in numbers],
             truth_source=self.truth_source,
+            image_size=self._image_size,
         )
 
 

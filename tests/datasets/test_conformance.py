@@ -48,6 +48,7 @@ def test_images_are_as_agreed(sequence):
     first, last = sequence[0], sequence[-1]
     assert first.shape == last.shape
     assert first.shape[2] == 3
+    assert getattr(sequence.frames, "size", first.shape[1::-1]) == first.shape[1::-1]
     for image in (first, last):
         assert image.dtype == np.uint8
         assert image.flags.c_contiguous

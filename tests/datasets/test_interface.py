@@ -199,6 +199,14 @@ class TestRunnable:
         Sequence("s", frames, [BOX, [99, 99, 1, 1], NAN], fingerprint="f").check_runnable()
         assert frames.asked == [0]
 
+    def test_no_image_is_read_where_their_size_is_known(self):
+        frames = Numbered(3)
+        options = {"fingerprint": "f", "image_size": (10, 8)}
+        Sequence("s", frames, [BOX, NAN, NAN], **options)[:2].check_runnable()
+        with pytest.raises(SequenceError, match=r"lies outside the image \(10x8\)"):
+            Sequence("s", frames, [[9, 8, 4, 3]], **options).check_runnable()
+        assert frames.asked == []
+
     def test_without_truth_it_says_how_to_give_or_make_one(self):
         bare = Sequence("bare", Numbered(3), fingerprint="f")
         with pytest.raises(SequenceError, match=r"bare: there is no truth.*--truth.*annotate"):

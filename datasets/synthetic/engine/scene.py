@@ -57,6 +57,11 @@ class Scene(ABC):
     def __len__(self) -> int:
         """Number of frames."""
 
+    @property
+    @abstractmethod
+    def size(self) -> tuple[int, int]:
+        """Width and height of the images [pixels]."""
+
     @abstractmethod
     def truth(self) -> Truth:
         """Truth of all frames; renders nothing."""
@@ -104,6 +109,7 @@ def open_scene(sequence: str, knobs: Knobs, scene: Scene, suite: Path) -> Sequen
         attributes=truth.attributes,
         fps=scene.fps,
         masks=scene.mask,
+        image_size=scene.size,
     )
 
 

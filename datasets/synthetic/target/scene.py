@@ -35,6 +35,11 @@ class TargetScene(Scene):
     def __len__(self) -> int:
         return self.knobs.length
 
+    @property
+    def size(self) -> tuple[int, int]:
+        """See `Scene.size`."""
+        return self.knobs.width, self.knobs.height
+
     def truth(self) -> Truth:
         """See `Scene.truth`."""
         return target_truth(self.motion)

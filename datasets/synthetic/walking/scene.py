@@ -53,6 +53,11 @@ class WalkingScene(Scene):
     def __len__(self) -> int:
         return len(self.plan)
 
+    @property
+    def size(self) -> tuple[int, int]:
+        """See `Scene.size`."""
+        return SIZE
+
     def truth(self) -> Truth:
         """See `Scene.truth`."""
         shade = np.array([self._gains(0, frame).mean() < SHADE for frame in range(len(self))])
