@@ -29,6 +29,7 @@ __all__ = [
     "JITTERS",
     "KEPT_SHARE",
     "LOG",
+    "THRESHOLD",
     "Scene",
     "clutter_states",
     "examine",
