@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
 from trackers.colour.histogram import (
-    LARGEST_REGION,
     IntegralHistogram,
     direct_counts,
     integral_counts,
@@ -52,15 +51,14 @@ def region_counts(
         Votes in each.
     """
     window = (regions.right - regions.left) * (regions.bottom - regions.top)
-    small = regions.pixels.max(initial=0) <= LARGEST_REGION
     direct = _DIRECT * float(regions.pixels.sum()) + _DIRECT_REGION * regions.pixels.size
-    integral = _INTEGRAL * len(bins) * window if small else np.inf
+    integral = _INTEGRAL * len(bins) * window
     alone = _CODE * window + min(direct, integral)
     height, width = frame.image.shape[:2]
     left, top = regions.left, regions.top
     flat = regions.parts.reshape(-1, 4)
     shared = (_CODE + _INTEGRAL * _BINS_OF_A_FRAME) * height * width / frame.sharers
-    if small and shared < alone:
+    if shared < alone:
         counts = integral_counts(*frame.compute(_integral_histogram, colours), flat, bins)
     else:
         codes = colours.codes(frame.image[top : regions.bottom, left : regions.right])

@@ -14,7 +14,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 __all__ = [
-    "LARGEST_REGION",
     "IntegralHistogram",
     "bhattacharyya_distances",
     "direct_counts",
@@ -22,7 +21,7 @@ __all__ = [
     "integral_histogram",
 ]
 
-LARGEST_REGION = 65535  # pixels that a region may have for sums modulo 65536 to be exact
+_LARGEST_BAND = 65535  # pixels that may be counted at once for sums modulo 65536 to be exact
 
 
 class IntegralHistogram(NamedTuple):
@@ -104,19 +103,22 @@ def integral_counts(
 ) -> NDArray[np.int32]:
     """Counts of `bins` in regions, from an integral histogram; as `direct_counts` gives them.
 
-    Regions hold at most `LARGEST_REGION` pixels; a bin that has no place was nowhere in the
-    image.
+    Large regions are counted in bands of at most 65535 pixels; a bin that has no place was
+    nowhere in the image.
     """
     counts = np.zeros((len(regions), len(bins)), np.int32)
     for i in range(len(regions)):
         left, top, right, bottom = regions[i]
-        for j in range(len(bins)):
-            place = places[bins[j]]
-            if place >= 0:
-                word, shift = place // 4, np.uint64(16 * (place % 4))
-                inside = sums[bottom, word, right] - sums[top, word, right]
-                outside = sums[bottom, word, left] - sums[top, word, left]
-                counts[i, j] = ((inside - outside) >> shift) & np.uint64(0xFFFF)
+        rows = max(_LARGEST_BAND // max(right - left, 1), 1)
+        for start in range(top, bottom, rows):
+            stop = min(start + rows, bottom)
+            for j in range(len(bins)):
+                place = places[bins[j]]
+                if place >= 0:
+                    word, shift = place // 4, np.uint64(16 * (place % 4))
+                    inside = sums[stop, word, right] - sums[start, word, right]
+                    outside = sums[stop, word, left] - sums[start, word, left]
+                    counts[i, j] += ((inside - outside) >> shift) & np.uint64(0xFFFF)
     return counts
 
 
