@@ -98,7 +98,9 @@ def conclude(claim: Claim, findings: Sequence[Finding]) -> Conclusion:
         and finding.variant in ("", first[1])
     ]
     outcome, reason = _decided(f for f in headline if f.scenes == "kept")
-    drawn, _ = _decided(f for f in headline if f.scenes == "drawn")
+    on_drawn = [f for f in headline if f.scenes == "drawn"]
+    # What depends on no scene is found once.
+    drawn = _decided(on_drawn)[0] if on_drawn else outcome
     known = _by_reading(findings, post_hoc=False)
     hindsight = _by_reading(findings, post_hoc=True)
     seen = {outcome, *known, *hindsight}

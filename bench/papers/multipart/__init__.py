@@ -8,6 +8,7 @@ from pathlib import Path
 import datasets
 from bench.experiment import Experiment, read_experiment
 from bench.papers import Effort, Report
+from datasets.text_form import parse_text
 
 __all__ = ["TITLE", "experiments", "prepare", "report"]
 
@@ -16,7 +17,7 @@ TITLE = "Adaptive multi-part and single-part colour histograms with a particle f
 DEFAULT = ("multipart-table-1", "multipart-twin", "multipart-time")
 FURTHER = ("multipart-other-light", "multipart-readings", "multipart-dynamics")
 RECORDED_REPETITIONS = 20
-QUICK_REPETITIONS = 2
+QUICK_REPETITIONS = 1
 
 
 def experiments(effort: Effort) -> Sequence[Experiment]:
@@ -69,12 +70,8 @@ def _scaled(experiment: Experiment, effort: Effort) -> Experiment | None:
     sequences = experiment.sequences
     if effort.quick:
         most = min(most or QUICK_REPETITIONS, QUICK_REPETITIONS)
-        # The first scene of each sequence in even light; of the timing runs the shortest.
-        sequences = tuple(
-            source
-            for source in sequences
-            if ":light=dappled" not in source.text and _first_scene(source.text)
-        )
+        # The first of everything that is swept; of the timing runs the shortest.
+        sequences = tuple(source for source in sequences if _is_first(source.text))
         sequences = sequences[-1:] if experiment.timing else sequences
         if not sequences:
             return None
@@ -88,5 +85,8 @@ def _scaled(experiment: Experiment, effort: Effort) -> Experiment | None:
     )
 
 
-def _first_scene(text: str) -> bool:
-    return ":scene=" not in text or ":scene=0:" in f"{text}:"
+def _is_first(text: str) -> bool:
+    """Whether a sequence is the first scene in even light, at distance 0 where there is one."""
+    _, options = parse_text(text)
+    light = options.get("light", "even")
+    return light == "even" and all(float(options.get(key, 0)) == 0 for key in ("scene", "distance"))
