@@ -218,7 +218,10 @@ def ratio_above(numerator: ArrayLike, denominator: ArrayLike, least: float) -> V
     elif interval.high < least:
         outcome = "does-not-hold"
     ratio = exp(float(ratios.mean()))
-    words = f"{ratio:.3f} times as long, to be compared with {least:g}"
+    words = (
+        f"{ratio:.3f} times as long (95 %: {interval.low:.3f} to {interval.high:.3f}), to be "
+        f"compared with {least:g}"
+    )
     return Verdict(outcome, ratio, interval, len(ratios), f"{words}.")
 
 

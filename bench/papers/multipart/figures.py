@@ -60,10 +60,12 @@ def _strip(path: Path, runs: pd.DataFrame, numbers: list[int], title: str) -> Pa
         format_text(row["sequence"], {"scene": row["scene"], "light": row["light"]})
     )
     boxes: dict[str, NDArray[np.float64]] = {TRUTH: sequence.regions["full"]}
-    # The proposed method is one of the two: drawn last, it would hide what it equals.
-    for name in ("adaptive", "single", "multi"):
+    picked = set(runs[runs["representation"] == "adaptive"]["path"])
+    for name in ("single", "multi"):
         for _, run in runs[runs["representation"] == name].iterrows():
             file = Path(run["path"])
-            boxes[name] = Results(file.parent.parent.parent).read(file).boxes
+            # The proposed method is one of the two: its box would hide the one it equals.
+            label = f"{name} = proposed" if run["path"] in picked else name
+            boxes[label] = Results(file.parent.parent.parent).read(file).boxes
     strip = film_strip(sequence.__getitem__, numbers, boxes, title)
     return write_film_strip(path, strip)

@@ -201,7 +201,7 @@ def scene_table(scenes: Mapping[str, Scene]) -> Table:
         rows.append([Cell(text) for text in cells])
     kept = sum(scene.kept for scene in scenes.values())
     return Table(
-        name="scenes",
+        name="static",
         caption=(
             f"Scenes, examined before any tracker ran: {kept} of {len(scenes)} are kept. Share of "
             "frames in which the true box is nearer to the model than the best clutter within "
