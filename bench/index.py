@@ -7,7 +7,7 @@ or be written by two at once: it is never wrong, only made anew.
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
 from functools import cache
 from math import isfinite
@@ -133,13 +133,15 @@ def experiment_folders(folder: Path) -> list[Path]:
     return found
 
 
-def load_results(folder: str | Path) -> "pd.DataFrame":
+def load_results(folder: str | Path, cells: Collection[Cell] | None = None) -> "pd.DataFrame":
     """All runs of an experiment, or of all experiments in a folder.
 
     Parameters
     ----------
     folder : str or Path
         `results/<experiment>` or `results`.
+    cells : collection of Cell, optional
+        Runs that are meant, as (tracker, sequence, repetition, protocol); all by default.
 
     Returns
     -------
@@ -169,6 +171,9 @@ def load_results(folder: str | Path) -> "pd.DataFrame":
         for cell in (cell for cell in asked if cell not in found):
             missing = dict(zip(_CELL, cell, strict=True))
             rows.append({"experiment": path.name, **missing, "status": "missing", "failure": ""})
+    if cells is not None:
+        chosen = set(cells)
+        rows = [row for row in rows if tuple(row[key] for key in _CELL) in chosen]
     columns = ["experiment", *_CELL, "status", "failure"]
     return pd.DataFrame(rows, columns=None if rows else columns)
 

@@ -38,10 +38,7 @@ def tables(folder: Path, cells: Collection[Cell] | None = None) -> list[Table]:
 
     With `cells` they show these runs alone.
     """
-    runs = load_results(folder)
-    if cells is not None:
-        filed = runs[["tracker", "sequence", "repetition", "protocol"]].itertuples(index=False)
-        runs = runs[[tuple(cell) in cells for cell in filed]]
+    runs = load_results(folder, cells)
     title = title_of(folder)
     made = []
     scored = runs[runs["protocol"] == "accuracy"]

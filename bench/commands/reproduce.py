@@ -1,7 +1,7 @@
 """Reproduce a paper: its tables and figures, and a verdict on each of its claims."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ from bench.commands._options import (
 if TYPE_CHECKING:
     from bench.experiment import Experiment
     from bench.papers import Report
+    from bench.results import Cell
 
 __all__ = ["command"]
 
@@ -72,10 +73,13 @@ def command(
     folder = output / paper
     experiments = module.experiments(effort)
     module.prepare(folder, effort)
+    asked: dict[str, Collection[Cell]] = {}
     for experiment in experiments:
-        if not _run(experiment, output, jobs):
+        cells = _run(experiment, output, jobs)
+        if cells is None:
             return EXIT_INTERRUPTED
-    report = module.report(output, folder, effort)
+        asked[experiment.name] = cells
+    report = module.report(output, folder, effort, asked)
     written = _write(report, paper, folder)
     if as_json:
         click.echo(json.dumps(_document(report, paper), allow_nan=False))
@@ -86,8 +90,8 @@ def command(
     return EXIT_ANSWER_IS_NO if strict and fails else 0
 
 
-def _run(experiment: "Experiment", output: Path, jobs: int | None) -> bool:
-    """Run what is left of an experiment; False where the user stopped it."""
+def _run(experiment: "Experiment", output: Path, jobs: int | None) -> "Collection[Cell] | None":
+    """Run what is left of an experiment; its cells, or None where the user stopped it."""
     from bench.runner import Execution
     from datasets import SequenceError
 
@@ -103,10 +107,10 @@ def _run(experiment: "Experiment", output: Path, jobs: int | None) -> bool:
             "from there.",
             err=True,
         )
-        return False
+        return None
     if execution.errors:
         raise SequenceError("\n".join(execution.errors))
-    return True
+    return execution.plan.asked().cells
 
 
 def _print(report: "Report", *, criteria: bool) -> None:

@@ -4,18 +4,19 @@ A paper's module offers what `Paper` names; `trackmark reproduce` knows nothing 
 """
 
 import importlib
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
 
 from bench.experiment import Experiment, ExperimentError, SequenceSource
+from bench.results import Cell
 
 if TYPE_CHECKING:
     from reports.tables import Table
 
-__all__ = ["Effort", "Paper", "Report", "load_paper", "paper_names"]
+__all__ = ["Asked", "Effort", "Paper", "Report", "load_paper", "paper_names"]
 
 FOLDER = Path(__file__).parent
 
@@ -91,6 +92,10 @@ class Report:
     pictures: list[Path] = field(default_factory=list)
 
 
+Asked: TypeAlias = Mapping[str, Collection[Cell]]
+"""Cells of the runs that this call asked for, by experiment; others may lie beside them."""
+
+
 class Paper(Protocol):
     """What a paper's module offers."""
 
@@ -110,8 +115,8 @@ class Paper(Protocol):
         """
         ...
 
-    def report(self, results: Path, folder: Path, effort: Effort) -> Report:
-        """Judge what lies in `results`, write pictures into `folder`."""
+    def report(self, results: Path, folder: Path, effort: Effort, asked: Asked) -> Report:
+        """Judge the runs in `results` that were asked for now, write pictures into `folder`."""
         ...
 
 

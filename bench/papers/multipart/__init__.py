@@ -7,7 +7,7 @@ from pathlib import Path
 
 import datasets
 from bench.experiment import Experiment, read_experiment
-from bench.papers import Effort, Report
+from bench.papers import Asked, Effort, Report
 from datasets.text_form import parse_text
 
 __all__ = ["TITLE", "experiments", "prepare", "report"]
@@ -46,11 +46,11 @@ def prepare(folder: Path, effort: Effort) -> None:
     examine_all(_scenes(effort), folder, effort.jobs or os.cpu_count() or 1)
 
 
-def report(results: Path, folder: Path, effort: Effort) -> Report:
+def report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Report:
     """See `bench.papers.Paper`."""
     from bench.papers.multipart.reporting import make_report
 
-    return make_report(results, folder, effort)
+    return make_report(results, folder, effort, asked)
 
 
 def _scenes(effort: Effort) -> list[str]:

@@ -1,7 +1,7 @@
 """The same tracker on recorded sequences, beside figures that others published on them."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,7 @@ import pandas as pd
 
 from bench.experiment import Experiment, ExperimentError, SequenceSource
 from bench.index import load_results
+from bench.results import Cell as StoredCell
 from reports.tables import Cell, Table
 
 __all__ = ["NAME", "Published", "read_published", "recorded_experiment", "recorded_table"]
@@ -70,12 +71,14 @@ def read_published(path: Path) -> Published:
         raise ExperimentError(f"{path}: {error}.") from None
 
 
-def recorded_table(folder: Path, published: Published) -> Table:
+def recorded_table(
+    folder: Path, published: Published, cells: Collection[StoredCell] | None = None
+) -> Table:
     """Mean overlap and success by sequence, published figures beneath ours.
 
     As in the published figures the given first frame counts, with overlap 1.
     """
-    runs = load_results(folder)
+    runs = load_results(folder, cells)
     data: list[dict[str, Any]] = []
     for sequence, here in runs.groupby("sequence", sort=False):
         for tracker, found in here.groupby("tracker", sort=False):

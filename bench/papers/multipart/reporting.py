@@ -12,8 +12,8 @@ import datasets
 from bench.claims.conclusion import Conclusion, conclude
 from bench.claims.evaluation import judge
 from bench.claims.ledger import read_claims
-from bench.papers import Effort, Report
-from bench.papers.multipart import TITLE, experiments
+from bench.papers import Asked, Effort, Report
+from bench.papers.multipart import TITLE
 from bench.papers.multipart.appearance import Appearance, states_of
 from bench.papers.multipart.criteria import criteria_table
 from bench.papers.multipart.figures import write_figures
@@ -38,17 +38,17 @@ SCORED = (
     "multipart-dynamics",
     "multipart-twin",
 )
+TIMED = "multipart-time"
 NEAR_OCCLUSION = 10  # frames
 OCCLUDED = 0.9  # visible fraction below which the target is occluded
 IDENTITY_SCENES, IDENTITY_FRAMES = 4, 15
 CHUNK = 25  # frames whose median is one measurement of time
 
 
-def make_report(results: Path, folder: Path, effort: Effort) -> Report:
+def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Report:
     """See `bench.papers.Paper.report`."""
-    names = [experiment.name for experiment in experiments(effort)]
     scenes = {scene.sequence: scene for scene in read_log(folder / LOG.name).values()}
-    pieces = [tidy_scores(results / name) for name in names if name in SCORED]
+    pieces = [tidy_scores(results / name, asked[name]) for name in SCORED if name in asked]
     runs = pd.concat(pieces, ignore_index=True)
     scores = pd.concat([runs, adaptive_rows(runs)], ignore_index=True)
     scores["kept_scene"] = _kept(scores, scenes)
@@ -64,7 +64,7 @@ def make_report(results: Path, folder: Path, effort: Effort) -> Report:
                 table, for_scripts = table_1(full, metric, light)
                 tables.append(table)
                 rows += for_scripts
-    times = frame_times(results / "multipart-time")
+    times = frame_times(results / TIMED, asked[TIMED])
     naive = naive_ratios("multipart/8")
     conclusions = _conclusions(
         scores,
@@ -78,9 +78,9 @@ def make_report(results: Path, folder: Path, effort: Effort) -> Report:
     )
     tables += [ledger_table([conclusion.for_json() for conclusion in conclusions])]
     tables += [readings_table(walking), scene_table(scenes), time_table(times, naive)]
-    if RECORDED in names:
+    if RECORDED in asked:
         published = {} if effort.published is None else read_published(effort.published)
-        tables.append(recorded_table(results / RECORDED, published))
+        tables.append(recorded_table(results / RECORDED, published, asked[RECORDED]))
     return Report(
         title=TITLE,
         remarks=_remarks(written, scenes, effort),

@@ -1,6 +1,7 @@
 """Stored runs of the multi-part tracker as one tidy frame, the proposed method among them."""
 
 import json
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import datasets
 from bench.files import ResultsError
 from bench.index import load_results
 from bench.papers.multipart.static import INITIAL
-from bench.results import Results
+from bench.results import Cell, Results
 from datasets.text_form import parse_text
 
 __all__ = ["METRICS", "adaptive_rows", "part_distances", "tidy_scores"]
@@ -22,13 +23,15 @@ METRICS = ("success_frames", "frames_inside", "first_loss")
 _NO_VARIANT = {"representation", "init"}
 
 
-def tidy_scores(folder: Path) -> pd.DataFrame:
+def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataFrame:
     """Scores of an experiment's runs, one row a run.
 
     Parameters
     ----------
     folder : Path
         Results of an experiment with `multipart` on synthetic sequences.
+    cells : collection of Cell, optional
+        The runs that are meant; all by default.
 
     Returns
     -------
@@ -45,7 +48,7 @@ def tidy_scores(folder: Path) -> pd.DataFrame:
     ResultsError
         Where a run is missing, stale or failed: no verdict is passed on what is left.
     """
-    runs = load_results(folder)
+    runs = load_results(folder, cells)
     lacking = runs[runs["status"] != "finished"]
     if len(lacking):
         first = lacking.iloc[0]

@@ -1,5 +1,6 @@
 """Time per frame of both representations (the paper's "10 milliseconds more")."""
 
+from collections.abc import Collection
 from pathlib import Path
 from time import thread_time
 from typing import Any
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 import datasets
 from bench.index import load_results
+from bench.results import Cell as StoredCell
 from bench.results import Results
 from datasets.text_form import parse_text
 from reports.tables import Cell, Table
@@ -22,7 +24,7 @@ _ROUNDS = 15
 _PARTICLES = 200
 
 
-def frame_times(folder: Path) -> pd.DataFrame:
+def frame_times(folder: Path, cells: Collection[StoredCell] | None = None) -> pd.DataFrame:
     """CPU seconds of every frame of the timing runs that no load disturbed.
 
     Returns
@@ -31,7 +33,7 @@ def frame_times(folder: Path) -> pd.DataFrame:
         `representation`, `sequence`, `frame`, `seconds`: medians over the repetitions.
     """
     results = Results(folder)
-    runs = load_results(folder)
+    runs = load_results(folder, cells)
     pieces = []
     for _, run in runs[(runs["status"] == "finished") & (runs["disturbed"] == 0)].iterrows():
         times = results.read(folder / run["path"]).times

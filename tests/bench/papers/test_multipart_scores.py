@@ -83,6 +83,14 @@ def test_no_verdict_is_passed_on_what_is_left_of_incomplete_runs(folder):
         file.write_bytes(kept)
 
 
+def test_runs_that_were_not_asked_for_now_are_left_aside(folder):
+    asked = [cell for cell in Results(folder).asked().cells if cell[2] == 0]
+    assert len(asked) == 4
+    assert set(tidy_scores(folder, asked)["repetition"]) == {0}
+    absent = (*asked[0][:2], 7, asked[0][3])
+    assert len(tidy_scores(folder, [*asked, absent])) == 4
+
+
 def test_times_are_compared_frame_by_frame(tmp_path):
     trackers = tuple(f"multipart:particles=40:representation={w}" for w in ("single", "multi"))
     timing = Experiment("t", trackers, (SequenceSource(NAME),), repetitions=1, timing=True)
