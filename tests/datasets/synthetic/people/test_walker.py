@@ -45,6 +45,18 @@ def test_the_silhouette_is_what_is_drawn_while_nothing_moves(heading, phase):
     assert (painted >= whole - 12).all()
 
 
+@pytest.mark.parametrize("heading", [RIGHT, FRONT, 2.5])
+@pytest.mark.parametrize("phase", [0.1, 0.4, 0.8])
+def test_the_silhouette_is_that_of_mid_exposure_while_limbs_are_blurred(heading, phase):
+    pose = {"phase": phase, "heading": heading}
+    dark, light = drawn(ground=0, **pose), drawn(ground=255, **pose)
+    painted = ((255 - (light.astype(int) - dark).mean(axis=2)) > 127)[:255]
+    left, top, coverage = WALKER.coverage(160.0, 280.0, 240.0, Pose(stride=1.0, **pose))
+    whole = np.zeros((320, 320), bool)
+    whole[top : top + coverage.shape[0], left : left + coverage.shape[1]] = coverage > 127
+    assert (painted & whole[:255]).sum() / (painted | whole[:255]).sum() > 0.98
+
+
 @pytest.mark.parametrize("heading", np.linspace(-np.pi, np.pi, 7))
 @pytest.mark.parametrize("phase", np.linspace(0, 1, 6))
 def test_head_and_feet_are_where_they_are_said_to_be(heading, phase):
