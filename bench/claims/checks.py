@@ -10,7 +10,7 @@ What they read, by the table's name:
 - `times`: a pair of measurements a row; `kernel` ('one pass', 'two calls'), `single`, `multi`
   [seconds];
 - `losses`: a run of the adaptive tracker a row, columns of the scores; `near_occlusion` (bool):
-  lost within ten frames of an occlusion; `towards`: what it was lost to, in a word.
+  lost within ten frames of an occlusion; `towards`: the circumstances, in a word.
 
 A table that is not there was not measured: the claim stays undecided.
 """
@@ -162,7 +162,7 @@ def through_occlusion(evidence: Evidence) -> list[Finding]:
 
 
 def lost_to(evidence: Evidence) -> list[Finding]:
-    """Prints when the target is lost, and to what."""
+    """Prints when the target is lost, and in which circumstances."""
     table = evidence.tables.get("losses")
     if table is None:
         return []
@@ -173,7 +173,7 @@ def lost_to(evidence: Evidence) -> list[Finding]:
         lost = runs[runs["first_loss"] < runs["frames"]]
         causes = ", ".join(f"{name} {n}" for name, n in lost["towards"].value_counts().items())
         beside = number(runs["first_loss"] / runs["frames"])
-        words = f"lost in {len(lost)} of {len(runs)} runs, to: {causes or 'nothing'}"
+        words = f"lost in {len(lost)} of {len(runs)} runs: {causes or 'never'}"
         verdict = replace(beside, reason=f"{beside.reason[:-1]}; {words}.")
         found.append(finding(verdict=verdict, metric="first_loss"))
     return found
@@ -196,8 +196,10 @@ CHECKS: Mapping[str, Check] = {
 
 
 def _no_worse(gain: "pd.Series[float]") -> Verdict:
-    """Equal or better: what either rule finds."""
+    """Equal or better: what either rule finds, or an interval wholly above the margin."""
     as_good, better = equal(gain), order(gain)
+    if as_good.verdict == "does-not-hold" and as_good.statistic > 0:
+        return replace(as_good, verdict="holds", reason="it is better by more than the margin.")
     return better if better.verdict == "holds" else as_good
 
 

@@ -4,8 +4,8 @@
 
 The verdict is that of the headline reading (the text as written, all lights together, on the
 scenes that passed the static gate). Of the three metrics the claim counts as decided only where
-`frames_inside` and `first_loss` agree. A reading is a rectangle, a variant and a light; a claim
-that holds in one and does not in another is fragile.
+`frames_inside` and `first_loss` agree. A reading is a rectangle and a variant; a claim that holds
+in one and does not in another is fragile.
 """
 
 from collections.abc import Iterable, Sequence
@@ -117,18 +117,13 @@ def conclude(claim: Claim, findings: Sequence[Finding]) -> Conclusion:
 
 
 def _by_reading(findings: Iterable[Finding], *, post_hoc: bool) -> list[Outcome]:
-    """The outcome of each reading; all lights together are none where they are told apart."""
-    readings: dict[tuple[str, str], dict[str, list[Finding]]] = {}
+    """The outcome of each reading of the text, over all lights, as that of the headline."""
+    readings: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
-        if finding.post_hoc == post_hoc and not finding.group and finding.scenes == "kept":
-            lights = readings.setdefault((finding.initial, finding.variant), {})
-            lights.setdefault(finding.light, []).append(finding)
-    return [
-        _decided(found)[0]
-        for lights in readings.values()
-        for light, found in lights.items()
-        if light != "both" or len(lights) == 1
-    ]
+        is_whole = not finding.group and finding.light == "both" and finding.scenes == "kept"
+        if is_whole and finding.post_hoc == post_hoc:
+            readings.setdefault((finding.initial, finding.variant), []).append(finding)
+    return [_decided(found)[0] for found in readings.values()]
 
 
 def _decided(findings: Iterable[Finding]) -> tuple[Outcome, str]:
@@ -148,6 +143,8 @@ def _decided(findings: Iterable[Finding]) -> tuple[Outcome, str]:
 
 
 def _count(outcomes: Sequence[Outcome]) -> str:
+    if set(outcomes) <= {"not-testable"}:
+        return ""  # numbers beside numbers: there is nothing to hold
     good = sum(outcome in ("holds", "reproduced") for outcome in outcomes)
     return f"{good} of {len(outcomes)}"
 

@@ -136,9 +136,9 @@ def _print_claim(claim: Mapping[str, Any]) -> None:
     post_hoc = f"; post hoc {evidence['post_hoc']}" if evidence["post_hoc"] else ""
     asserted = " (asserted, not measured in the paper)" if evidence["asserted"] else ""
     click.echo(f"\n{claim['id']}  {claim['verdict'].upper()}{fragile}  {claim['text']}{asserted}")
+    holds = f"holds in {claim['readings']} readings{post_hoc}" if claim["readings"] else "printed"
     click.echo(
-        f"    {claim['source']}; holds in {claim['readings']} readings{post_hoc}; on all "
-        f"drawn scenes: {evidence['all_drawn_scenes']}"
+        f"    {claim['source']}; {holds}; on all drawn scenes: {evidence['all_drawn_scenes']}"
     )
     click.echo(f"    {evidence['reason']}")
 

@@ -33,7 +33,7 @@ def experiments(effort: Effort) -> Sequence[Experiment]:
         recorded = recorded_experiment(effort.recorded, RECORDED_REPETITIONS)
         for source in recorded.sequences:  # so are those that can't be run
             datasets.load(source.text).check_runnable()
-        most = effort.seeds or RECORDED_REPETITIONS
+        most = effort.seeds or (QUICK_REPETITIONS if effort.quick else RECORDED_REPETITIONS)
         chosen.append(replace(recorded, repetitions=min(recorded.repetitions, most)))
     return chosen
 

@@ -70,7 +70,7 @@ def table_1(scores: pd.DataFrame, metric: str, light: str) -> tuple[Table, list[
         cells += [Cell(str(line[name])) for name in REPRESENTATIONS]
         for name in REPRESENTATIONS:
             values = here[here["representation"] == name][metric]
-            cells.append(Cell(_spread(values, 1.0, 0)))
+            cells.append(Cell(_spread(values)))
             for_scripts.append(
                 {
                     "table": f"1:{metric}:{light}",
@@ -90,7 +90,7 @@ def table_1(scores: pd.DataFrame, metric: str, light: str) -> tuple[Table, list[
             caption=(
                 f"Table 1, other videos, {light} light: {WORDS[metric]} (paper: one run on its "
                 f"own video; ours: median [quartiles] over {n_scenes} scenes and their "
-                "repetitions; groups: mean share of the length)"
+                "repetitions, all drawn; groups: share of the length, each sequence counting once)"
             ),
             heads=[
                 "sequence",
@@ -107,27 +107,28 @@ def table_1(scores: pd.DataFrame, metric: str, light: str) -> tuple[Table, list[
 
 
 def _group_row(chosen: pd.DataFrame, metric: str, group: str) -> list[Cell]:
-    """Shares of the length over a group of sequences: the paper's, and the mean of ours."""
+    """Share of the length, averaged over a group of sequences: the paper's, and ours."""
     printed = published()
     printed = printed[printed["sequence"].isin(GROUPS[group])]
-    total = printed["frames"].sum()
-    cells = [Cell(group), Cell(str(total))]
-    cells += [Cell(f"{100 * printed[name].sum() / total:.1f} %") for name in REPRESENTATIONS]
+    theirs = [(printed[name] / printed["frames"]).mean() for name in REPRESENTATIONS]
+    cells = [Cell(group), Cell(str(printed["frames"].sum()))]
+    cells += [Cell(f"{100 * share:.1f} %") for share in theirs]
     ours = chosen[chosen["sequence"].isin(GROUPS[group])]
     for name in REPRESENTATIONS:
         runs = ours[ours["representation"] == name]
         # A scene's repetitions first, so that each scene counts once.
         scenes = (runs[metric] / runs["frames"]).groupby([runs["sequence"], runs["scene"]]).mean()
-        cells.append(Cell(f"{100 * scenes.mean():.1f} %" if len(scenes) else MISSING))
+        shares = scenes.groupby("sequence").mean()
+        cells.append(Cell(f"{100 * shares.mean():.1f} %" if len(shares) else MISSING))
     return cells
 
 
-def _spread(values: "pd.Series[Any]", scale: float, decimals: int) -> str:
+def _spread(values: "pd.Series[Any]") -> str:
     """Median [quartiles]."""
     if not len(values):
         return MISSING
-    low, middle, high = (values.quantile(q) * scale for q in (0.25, 0.5, 0.75))
-    return f"{middle:.{decimals}f} [{low:.{decimals}f}–{high:.{decimals}f}]"
+    low, middle, high = (values.quantile(q) for q in (0.25, 0.5, 0.75))
+    return f"{middle:.0f} [{low:.0f}–{high:.0f}]"
 
 
 def _quartiles(values: "pd.Series[Any]") -> list[float] | None:

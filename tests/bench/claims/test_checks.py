@@ -137,6 +137,15 @@ def test_single_is_not_preferable_if_worse():
     assert concluded("MP-9", frame, times=times(1.1)).verdict == "does-not-hold"
 
 
+def test_a_gain_far_above_the_margin_is_no_loss():
+    from bench.claims.checks import _no_worse
+
+    few_signs = pd.Series([0.5] * 6 + [-0.01] * 3)
+    assert _no_worse(few_signs).verdict == "holds"
+    assert _no_worse(-few_signs).verdict == "does-not-hold"
+    assert _no_worse(few_signs * 0).verdict == "holds"
+
+
 @pytest.mark.parametrize(
     ("share", "near", "verdict"),
     [(1.0, False, "holds"), (0.5, False, "does-not-hold"), (1.0, True, "does-not-hold")],
@@ -145,10 +154,10 @@ def test_an_occlusion_is_survived(share, near, verdict):
     assert concluded("MP-13", losses=runs(lambda *_: share, near)).verdict == verdict
 
 
-def test_what_a_target_is_lost_to_is_printed():
+def test_when_a_target_is_lost_is_printed():
     found = concluded("MP-15", losses=runs(lambda *_: 0.8))
     assert found.verdict == "not-testable"
-    assert "lost in 24 of 24 runs, to: a walker 24." in found.reason
+    assert "lost in 24 of 24 runs: a walker 24." in found.reason
 
 
 @pytest.mark.parametrize(

@@ -134,8 +134,8 @@ def test_readings_are_counted_and_a_flip_is_fragile():
 
     found = concluded("MP-1", scores(flips, initials=("full", "tight", "body")))
     assert found.verdict == "holds"
-    assert found.readings == "2 of 4"  # two rectangles in two lights
-    assert found.post_hoc == "0 of 2"  # the body rectangle was chosen after results
+    assert found.readings == "1 of 2"  # two rectangles; the third is post hoc
+    assert found.post_hoc == "0 of 1"  # the body rectangle was chosen after results
     assert found.fragile
     labels = {(f.initial, f.post_hoc) for f in found.findings}
     assert labels == {("full", False), ("tight", False), ("body", True)}

@@ -3,15 +3,23 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import bench
 import datasets
 from bench.experiment import Experiment, SequenceSource
 from bench.files import ResultsError
+from bench.index import load_results
 from bench.papers.multipart.recorded import read_published, recorded_experiment, recorded_table
 from bench.papers.multipart.scores import adaptive_rows, tidy_scores
-from bench.papers.multipart.timing import frame_times, naive_ratios, time_table
+from bench.papers.multipart.timing import (
+    by_representation,
+    frame_times,
+    kernel_times,
+    naive_ratios,
+    time_table,
+)
 from bench.results import Results
 
 NAME = "stress/twin:distance=3:scene=1"
@@ -91,16 +99,36 @@ def test_runs_that_were_not_asked_for_now_are_left_aside(folder):
     assert len(tidy_scores(folder, [*asked, absent])) == 4
 
 
-def test_times_are_compared_frame_by_frame(tmp_path):
+def test_times_come_from_the_passes_that_no_load_disturbed(tmp_path):
     trackers = tuple(f"multipart:particles=40:representation={w}" for w in ("single", "multi"))
     timing = Experiment("t", trackers, (SequenceSource(NAME),), repetitions=1, timing=True)
-    frames = frame_times(bench.run(timing, tmp_path, jobs=1))
-    if len(frames):  # other load may have disturbed a pass: then there is nothing to compare
-        assert set(frames.columns) == {"representation", "sequence", "frame", "seconds"}
-        assert (frames["seconds"] > 0).all()
-        assert frames["frame"].between(1, 149).all()
-    table = time_table(frames, naive_ratios(NAME))
-    assert "one library call a region" in table.notes[0]
+    folder = bench.run(timing, tmp_path, jobs=1)
+    frames = frame_times(folder)
+    assert list(frames.columns) == ["representation", "sequence", "frame", "seconds"]
+    clean = load_results(folder).query("disturbed == 0")
+    assert len(frames) == 149 * len(clean)
+    assert (frames["seconds"] > 0).all()
+
+
+def test_a_sequence_whose_passes_were_disturbed_has_a_dash_and_spoils_no_ratio():
+    both = [("single", 1.0), ("multi", 1.5)]
+    rows = [(which, "a", frame, 0.001 * factor) for frame in range(5) for which, factor in both]
+    rows += [("single", "b", frame, 0.001) for frame in range(5)]
+    frames = pd.DataFrame(rows, columns=["representation", "sequence", "frame", "seconds"])
+    table = time_table(frames, np.array([1.1, 1.2]))
+    texts = [[cell.text for cell in row] for row in table.rows]
+    assert texts == [["a", "1.00", "1.50", "+0.500", "1.500"], ["b", "—", "—", "—", "—"]]
+    assert len(by_representation(frames, ["sequence", "frame"])) == 5
+    for empty in (frames.iloc[:0], frames[frames["sequence"] == "b"]):
+        assert by_representation(empty, ["sequence", "frame"]).empty
+        time_table(empty, np.array([1.1, 1.2]))
+
+
+def test_both_representations_are_weighed_in_turns():
+    pairs = kernel_times([NAME])
+    assert len(pairs) == 2
+    ratios = pairs["multi"] / pairs["single"]
+    assert ratios.between(0.3, 3).all()
 
 
 def test_two_library_calls_a_particle_take_longer_than_one():
