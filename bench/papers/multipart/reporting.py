@@ -70,6 +70,7 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
                 tables.append(table)
                 rows += for_scripts
     times = frame_times(results / TIMED, asked[TIMED])
+    kernels = kernel_times([f"multipart/{number}" for number in range(1, 9)])
     naive = naive_ratios("multipart/8")
     conclusions = _conclusions(
         scores,
@@ -77,12 +78,12 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
             "identity": _identity(),
             "layout": _layout(),
             "switch": _switch(scenes),
-            "times": _times(naive),
+            "times": _times(kernels, naive),
             "losses": _losses(walking[walking["representation"] == "adaptive"]),
         },
     )
     tables += [ledger_table([conclusion.for_json() for conclusion in conclusions])]
-    tables += [readings_table(walking), scene_table(scenes), time_table(times, naive)]
+    tables += [readings_table(walking), scene_table(scenes), time_table(times, kernels, naive)]
     if RECORDED in asked:
         published = {} if effort.published is None else read_published(effort.published)
         tables.append(recorded_table(results / RECORDED, published, asked[RECORDED]))
@@ -155,10 +156,9 @@ def _switch(scenes: Mapping[str, Scene]) -> pd.DataFrame:
     )
 
 
-def _times(naive: Any) -> pd.DataFrame:
+def _times(kernels: pd.DataFrame, naive: Any) -> pd.DataFrame:
     """Pairs of measurements in turns: the tracker's kernels, and the plain way."""
-    pairs = kernel_times([f"multipart/{number}" for number in range(1, 9)])
-    pairs = pairs.assign(kernel="one pass")
+    pairs = kernels.assign(kernel="one pass")
     plain = pd.DataFrame({"kernel": "two calls", "single": 1.0, "multi": naive})
     return pd.concat([pairs, plain], ignore_index=True)
 

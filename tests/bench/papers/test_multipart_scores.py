@@ -29,6 +29,8 @@ TRACKERS = tuple(
     for init in ("full", "boxes")
 )
 
+KERNELS = pd.DataFrame({"single": [1.0, 2.0], "multi": [1.2, 2.4]})
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
@@ -115,13 +117,14 @@ def test_a_sequence_whose_passes_were_disturbed_has_a_dash_and_spoils_no_ratio()
     rows = [(which, "a", frame, 0.001 * factor) for frame in range(5) for which, factor in both]
     rows += [("single", "b", frame, 0.001) for frame in range(5)]
     frames = pd.DataFrame(rows, columns=["representation", "sequence", "frame", "seconds"])
-    table = time_table(frames, np.array([1.1, 1.2]))
+    table = time_table(frames, KERNELS, np.array([1.1, 1.2]))
     texts = [[cell.text for cell in row] for row in table.rows]
     assert texts == [["a", "1.00", "1.50", "+0.500", "1.500"], ["b", "—", "—", "—", "—"]]
+    assert any("1.20 times as long" in note for note in table.notes)
     assert len(by_representation(frames, ["sequence", "frame"])) == 5
     for empty in (frames.iloc[:0], frames[frames["sequence"] == "b"]):
         assert by_representation(empty, ["sequence", "frame"]).empty
-        time_table(empty, np.array([1.1, 1.2]))
+        time_table(empty, KERNELS, np.array([1.1, 1.2]))
 
 
 def test_both_representations_are_weighed_in_turns():
