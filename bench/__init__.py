@@ -16,10 +16,10 @@ from bench.packages import NameClashError, check_place
 if TYPE_CHECKING:
     from bench.evaluation import evaluate
     from bench.experiment import Experiment, read_experiment
-    from bench.index import load_results
     from bench.record import Run
     from bench.runner import run
     from bench.scoring import score, score_boxes
+    from bench.store.index import load_results
 
 __all__ = [
     "Experiment",
@@ -46,7 +46,7 @@ _HOMES = {
     "Experiment": "bench.experiment",
     "Run": "bench.record",
     "evaluate": "bench.evaluation",
-    "load_results": "bench.index",
+    "load_results": "bench.store.index",
     "read_experiment": "bench.experiment",
     "run": "bench.runner",
     "score": "bench.scoring",

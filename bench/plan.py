@@ -8,15 +8,16 @@ from typing import Any
 import datasets
 from bench.contestant import Contestant, contestant, identify
 from bench.experiment import Experiment, ExperimentError, SequenceSource
-from bench.index import read_index
 from bench.record import Identity, Protocol
 from bench.reference import reference
-from bench.results import Asked, Results
-from bench.results import Cell as StoredCell
+from bench.store.index import read_index
+from bench.store.results import Asked, Results
+from bench.store.results import Cell as StoredCell
+from bench.unit import Entry, Unit
 from datasets import Sequence
 from trackers import Randomness
 
-__all__ = ["Cell", "Plan", "State", "Unit", "make_plan"]
+__all__ = ["Cell", "Plan", "State", "make_plan"]
 
 
 class State(StrEnum):
@@ -45,43 +46,7 @@ class Cell:
     frames: int
     identity: Identity
     state: State
-
-
-@dataclass(frozen=True)
-class Unit:
-    """What one process does in one go: a pass over a sequence.
-
-    Attributes
-    ----------
-    source : SequenceSource
-        The sequence.
-    entries : tuple of (str, int)
-        Trackers, as they were asked for, with their repetitions.
-    digests : tuple of str
-        What was planned: `Identity.digest` of every entry.
-    protocol : {'accuracy', 'timing'}
-        Timing units hold a single entry.
-    frames : int
-        Length of the sequence.
-    """
-
-    source: SequenceSource
-    entries: tuple[tuple[str, int], ...]
-    digests: tuple[str, ...]
-    protocol: Protocol
-    frames: int
-
-    @property
-    def work(self) -> int:
-        """Frames times trackers."""
-        return self.frames * len(self.entries)
-
-    def split(self) -> "list[Unit]":
-        """The same work, one run at a time."""
-        return [
-            Unit(self.source, (entry,), (digest,), self.protocol, self.frames)
-            for entry, digest in zip(self.entries, self.digests, strict=True)
-        ]
+    replaces: str = ""
 
 
 @dataclass(frozen=True)
@@ -156,8 +121,9 @@ def make_plan(experiment: Experiment, results: Results) -> Plan:
             for repetition in range(1 if deterministic else repetitions):
                 key = identify(entry, sequence, repetition, protocol)
                 row = rows.get(str(results.path(key).relative_to(results.folder)))
+                state, replaces = _state(key, row), row["version"] if row else ""
                 cells.append(
-                    Cell(text, entry.randomness, source, len(sequence), key, _state(key, row))
+                    Cell(text, entry.randomness, source, len(sequence), key, state, replaces)
                 )
     return Plan(experiment, cells, [sequence for _, sequence in sequences])
 
@@ -172,9 +138,11 @@ def _state(key: Identity, row: dict[str, Any] | None) -> State:
 
 def _unit(cells: Iterable[Cell]) -> Unit:
     cells = list(cells)
-    entries = tuple((cell.tracker, cell.identity.repetition) for cell in cells)
-    digests = tuple(cell.identity.digest for cell in cells)
-    return Unit(cells[0].source, entries, digests, cells[0].identity.protocol, cells[0].frames)
+    entries = tuple(
+        Entry(cell.tracker, cell.identity.repetition, cell.identity.version, cell.replaces)
+        for cell in cells
+    )
+    return Unit(cells[0].source, entries, cells[0].identity.protocol, cells[0].frames)
 
 
 def _distinct_trackers(experiment: Experiment) -> list[tuple[str, Contestant]]:

@@ -12,13 +12,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.index import experiment_folders, load_results, ordered_index
 from bench.measures import PER_SEQUENCE, SUMMARY, TIMES
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
 from bench.reference import reference
-from bench.results import Cell, Results
-from bench.stored_truth import read_truth
+from bench.store.index import experiment_folders, load_results, ordered_index
+from bench.store.results import Cell, Results
+from bench.store.truth import read_truth
 from reports.overlay import TRUTH
 from reports.tables import Table, sequence_table, summary_table
 from reports.text import to_text

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bench.engine import execute
+from bench.engine.local import execute
 from bench.experiment import Experiment, read_experiment
-from bench.files import ResultsError
-from bench.index import read_index, write_index
 from bench.plan import Plan, make_plan
-from bench.results import Results
+from bench.store.files import ResultsError
+from bench.store.index import read_index, write_index
+from bench.store.results import Results
 from datasets import SequenceError
 
 __all__ = ["Execution", "run"]

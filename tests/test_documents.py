@@ -11,7 +11,7 @@ import datasets
 import trackers
 from bench.experiment import read_experiment
 from bench.plan import make_plan
-from bench.results import Results
+from bench.store.results import Results
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted(ROOT.glob("*.md"))

@@ -27,8 +27,8 @@ def command(results: Path, form: str | None, folder: Path | None, no_pictures: b
 
     Only that folder is read; film strips alone open the sequences, for their pixels.
     """
-    from bench.index import experiment_folders
     from bench.reporting import tables
+    from bench.store.index import experiment_folders
     from reports.write import FORMATS as RENDERERS
 
     experiments = experiment_folders(results)
@@ -49,9 +49,9 @@ def write_report(experiment: Path, folder: Path, *, pictures: bool = True) -> li
     ResultsError
         Where results can't be read or the report can't be written.
     """
-    from bench.files import ResultsError
-    from bench.index import load_results
     from bench.reporting import frame_table, tables, timing_runs, title_of
+    from bench.store.files import ResultsError
+    from bench.store.index import load_results
     from reports.tables import complete
     from reports.write import write_plots, write_tables
 
@@ -76,9 +76,9 @@ def write_report(experiment: Path, folder: Path, *, pictures: bool = True) -> li
 
 def _film_strips(experiment: Path, folder: Path) -> list[Path]:
     """A strip of every sequence whose pixels can be had here as they were."""
-    from bench.index import read_index
     from bench.reporting import boxes_of
-    from bench.results import Results
+    from bench.store.index import read_index
+    from bench.store.results import Results
     from reports.film_strip import evenly_spaced, film_strip, write_film_strip
     from reports.write import file_name
 

@@ -19,7 +19,7 @@ from bench.commands._options import (
 if TYPE_CHECKING:
     from bench.experiment import Experiment
     from bench.papers import Report
-    from bench.results import Cell
+    from bench.store.results import Cell
 
 __all__ = ["command"]
 
@@ -145,7 +145,7 @@ def _print_claim(claim: Mapping[str, Any]) -> None:
 
 def _write(report: "Report", paper: str, folder: Path) -> list[Path]:
     """Write the report as pages, tables in every format, and JSON."""
-    from bench.files import ResultsError
+    from bench.store.files import ResultsError
     from reports.files import write_file
     from reports.write import report_page, write_tables
 

@@ -30,8 +30,8 @@ def list_results(folder: Path, as_json: bool) -> None:
 
     With --json a line a run, with its scores.
     """
-    from bench.index import experiment_folders, for_json, read_index
-    from bench.results import Results
+    from bench.store.index import experiment_folders, for_json, read_index
+    from bench.store.results import Results
 
     for experiment in experiment_folders(folder):
         rows = read_index(Results(experiment))
@@ -60,8 +60,8 @@ def list_results(folder: Path, as_json: bool) -> None:
 @click.option("--yes", is_flag=True, help="Do not ask.")
 def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -> None:
     """Remove runs from FOLDER."""
-    from bench.index import experiment_folders, read_index
-    from bench.results import Results
+    from bench.store.index import experiment_folders, read_index
+    from bench.store.results import Results
 
     chosen: list[tuple[Results, dict[str, Any]]] = []
     for experiment in experiment_folders(folder):
@@ -95,7 +95,7 @@ def merge(sources: tuple[Path, ...], target: Path) -> int:
     with another identity (another version of its tracker, say) is a conflict: nothing is
     copied then, and the conflicts are listed.
     """
-    from bench.merging import merge_results
+    from bench.store.merging import merge_results
 
     copied, conflicts = merge_results(list(sources), target)
     for conflict in conflicts:

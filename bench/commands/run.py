@@ -85,10 +85,10 @@ def execute(
     as_json: bool = False,
 ) -> int:
     """Run an experiment, say what came of it, and give the exit status."""
-    from bench.index import for_json, read_index
     from bench.plan import State
-    from bench.results import Results
     from bench.runner import Execution
+    from bench.store.index import for_json, read_index
+    from bench.store.results import Results
 
     execution = Execution(experiment, output, jobs, retry_failed=retry_failed)
     for sequence in execution.plan.sequences:

@@ -41,7 +41,7 @@ def command(
 ) -> None:
     """Show SEQUENCE (a name or a path), its truth, and with --results what trackers said."""
     import datasets
-    from bench.files import ResultsError
+    from bench.store.files import ResultsError
     from reports.overlay import TRUTH
 
     if output.suffix not in (".png", ".mp4"):
@@ -72,8 +72,8 @@ def command(
 def _boxes(results: Path, sequence: Any, repetition: int) -> dict[str, Any]:
     import numpy as np
 
-    from bench.files import ResultsError
     from bench.reporting import boxes_of
+    from bench.store.files import ResultsError
     from reports.overlay import TRUTH
 
     found = boxes_of(results, sequence.name, repetition)

@@ -6,10 +6,10 @@ import pytest
 import bench
 from bench.contestant import contestant
 from bench.evaluation import run_in_lock_step
-from bench.index import load_results
 from bench.reporting import frame_table
-from bench.results import Results
-from bench.stored_truth import write_truth
+from bench.store.index import load_results
+from bench.store.results import Results
+from bench.store.truth import write_truth
 from bench.timing import time_run
 from datasets import Sequence, SequenceError
 
@@ -72,7 +72,7 @@ def test_a_timing_run_starts_from_the_region_too(sequence):
 
 
 def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
-    from bench.results import Asked
+    from bench.store.results import Asked
 
     results = Results(tmp_path / "trial")
     runs = [bench.evaluate(text, sequence) for text in ("static", "static:init=full")]

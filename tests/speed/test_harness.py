@@ -7,7 +7,7 @@ import pytest
 import datasets
 from bench.contestant import contestant
 from bench.evaluation import run_in_lock_step
-from bench.results import Results
+from bench.store.results import Results
 from trackers import Estimate
 
 FRAMES = 2000

@@ -7,7 +7,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import datasets
-from bench.results import Results
+from bench.store.results import Results
 from datasets.text_form import format_text
 from reports.film_strip import evenly_spaced, film_strip, write_film_strip
 from reports.overlay import TRUTH

@@ -29,8 +29,8 @@ from bench.papers.multipart.timing import (
     naive_ratios,
     time_table,
 )
-from bench.results import Results
-from bench.stored_truth import read_truth
+from bench.store.results import Results
+from bench.store.truth import read_truth
 from datasets.text_form import format_text
 from reports.ledger import ledger_table
 from reports.tables import Table

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 import datasets
-from bench.files import ResultsError
-from bench.index import load_results
 from bench.papers.multipart.static import INITIAL
-from bench.results import Cell, Results
+from bench.store.files import ResultsError
+from bench.store.index import load_results
+from bench.store.results import Cell, Results
 from datasets.text_form import parse_text
 
 __all__ = ["METRICS", "adaptive_rows", "part_distances", "tidy_scores"]

@@ -10,9 +10,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import datasets
-from bench.index import load_results
-from bench.results import Cell as StoredCell
-from bench.results import Results
+from bench.store.index import load_results
+from bench.store.results import Cell as StoredCell
+from bench.store.results import Results
 from datasets.text_form import parse_text
 from reports.tables import MISSING, Cell, Table
 from trackers.base.interface import Image

@@ -9,8 +9,6 @@ import pytest
 import bench
 import datasets
 from bench.experiment import Experiment, SequenceSource
-from bench.files import ResultsError
-from bench.index import load_results
 from bench.papers.multipart.recorded import read_published, recorded_experiment, recorded_table
 from bench.papers.multipart.scores import adaptive_rows, tidy_scores
 from bench.papers.multipart.timing import (
@@ -20,7 +18,9 @@ from bench.papers.multipart.timing import (
     naive_ratios,
     time_table,
 )
-from bench.results import Results
+from bench.store.files import ResultsError
+from bench.store.index import load_results
+from bench.store.results import Results
 
 NAME = "stress/twin:distance=3:scene=1"
 TRACKERS = tuple(

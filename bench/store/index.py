@@ -18,11 +18,11 @@ import pyarrow as pa
 import pyarrow.feather as feather
 
 from bench import metrics
-from bench.files import ResultsError, write_atomically
 from bench.record import Run
-from bench.results import Cell, Results
 from bench.scoring import score
-from bench.stored_truth import read_truth
+from bench.store.files import ResultsError, write_atomically
+from bench.store.results import Cell, Results
+from bench.store.truth import read_truth
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -146,7 +146,7 @@ def load_results(folder: str | Path, cells: Collection[Cell] | None = None) -> "
     Returns
     -------
     DataFrame
-        One row a run: `experiment`, what `bench.index.read_index` gives, and one float
+        One row a run: `experiment`, what `bench.store.index.read_index` gives, and one float
         column a score. Runs that were asked for and are not there have the status
         `missing`; those made with another version of tracker or sequence than was asked for
         last have the status `stale`.

@@ -29,8 +29,8 @@ import pyarrow.feather as feather
 import pyarrow.parquet as parquet
 from numpy.typing import NDArray
 
-from bench.files import ResultsError, remove_leftovers, write_atomically
 from bench.record import Identity, Run, Times
+from bench.store.files import ResultsError, remove_leftovers, write_atomically
 
 __all__ = [
     "BOX_COLUMNS",

@@ -10,8 +10,8 @@ import numpy as np
 from loky import ProcessPoolExecutor
 from loky.process_executor import TerminatedWorkerError
 
-from bench.plan import Unit
-from bench.worker import Outcome, perform, prepare_worker, record_death
+from bench.engine.worker import Outcome, perform, prepare_worker, record_death
+from bench.unit import Unit
 
 __all__ = ["execute"]
 
@@ -76,7 +76,7 @@ def execute(
             ((_, outcome),) = _attempt([unit], folder, 1, board, show)
             if isinstance(outcome, TerminatedWorkerError):
                 if len(unit.entries) > 1:
-                    suspects = unit.split() + suspects
+                    suspects = unit.split(len(unit.entries)) + suspects
                     continue
                 reason = f"its process died: {str(outcome).splitlines()[0]}"
                 outcome = record_death(unit, folder, reason)

@@ -3,10 +3,10 @@
 import shutil
 from pathlib import Path
 
-from bench.files import write_atomically
-from bench.index import experiment_folders, read_index
-from bench.results import SIDE_SUFFIXES, Results, beside
-from bench.stored_truth import truth_path
+from bench.store.files import write_atomically
+from bench.store.index import experiment_folders, read_index
+from bench.store.results import SIDE_SUFFIXES, Results, beside
+from bench.store.truth import truth_path
 
 __all__ = ["merge_results"]
 

@@ -14,13 +14,13 @@ import pytest
 
 import bench
 import datasets
-from bench.engine import execute
+from bench.engine.local import execute
 from bench.experiment import Experiment, SequenceSource
-from bench.files import remove_leftovers
-from bench.index import read_index
-from bench.results import Results
 from bench.runner import Execution, run
-from bench.stored_truth import write_truth
+from bench.store.files import remove_leftovers
+from bench.store.index import read_index
+from bench.store.results import Results
+from bench.store.truth import write_truth
 from datasets import SequenceError
 
 TRACKMARK = [sys.executable, "-c", "from bench.cli import main; main()"]
@@ -209,8 +209,8 @@ def test_killed_at_any_write_of_a_run_the_store_holds_old_or_new_and_nothing_hal
     code = f"""
 import os, pathlib, sys
 import bench, datasets
-from bench.results import Results
-from bench.stored_truth import write_truth
+from bench.store.results import Results
+from bench.store.truth import write_truth
 left = {call}
 def deadly(name, target):
     plain = getattr(target, name)
@@ -226,8 +226,8 @@ def deadly(name, target):
         return done
     setattr(target, name, counted)
 deadly("replace", pathlib.Path)
-import bench.files, pyarrow.parquet, pyarrow.feather
-deadly("_sync", bench.files)
+import bench.store.files, pyarrow.parquet, pyarrow.feather
+deadly("_sync", bench.store.files)
 deadly("write_table", pyarrow.parquet)
 deadly("write_feather", pyarrow.feather)
 sequence = datasets.load({str(data / "data" / "A")!r})

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 import bench
 from bench.contestant import contestant, identify
-from bench.files import ResultsError, remove_leftovers, write_atomically
-from bench.index import read_index
 from bench.record import Run, Times
-from bench.results import Asked, Results, folder_name, run_path
-from bench.stored_truth import read_truth, truth_path, write_truth
+from bench.store.files import ResultsError, remove_leftovers, write_atomically
+from bench.store.index import read_index
+from bench.store.results import Asked, Results, folder_name, run_path
+from bench.store.truth import read_truth, truth_path, write_truth
 
 
 @pytest.fixture
@@ -241,7 +241,7 @@ def test_results_that_can_only_be_read_are_read(results, sequence, monkeypatch):
     def refuse(path, write):
         raise ResultsError(f"{path} can't be written")
 
-    monkeypatch.setattr("bench.index.write_atomically", refuse)
+    monkeypatch.setattr("bench.store.index.write_atomically", refuse)
     assert len(read_index(results)) == 1
 
 

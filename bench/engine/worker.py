@@ -15,13 +15,13 @@ import numpy as np
 import datasets
 from bench.contestant import contestant, identify
 from bench.evaluation import run_in_lock_step
-from bench.index import index_row
-from bench.plan import Unit
 from bench.record import Run
 from bench.reference import reference
-from bench.results import Results
-from bench.stored_truth import write_truth
+from bench.store.index import index_row
+from bench.store.results import Results
+from bench.store.truth import write_truth
 from bench.timing import time_run
+from bench.unit import Unit
 from datasets import Sequence, SequenceError
 
 __all__ = ["Outcome", "perform", "prepare_worker", "record_death"]
@@ -70,8 +70,8 @@ def perform(unit: Unit, folder: Path, progress: Callable[[int], None] | None = N
         Where the results can't be written.
     """
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
-    chosen = {text: contestant(text) for text, _ in unit.entries}
-    entries = [(chosen[text], repetition) for text, repetition in unit.entries]
+    chosen = {text: contestant(text) for text, *_ in unit.entries}
+    entries = [(chosen[text], repetition) for text, repetition, *_ in unit.entries]
     _check_unchanged(unit)
     overhead = float("nan")
     if unit.protocol == "timing":
@@ -87,7 +87,7 @@ def perform(unit: Unit, folder: Path, progress: Callable[[int], None] | None = N
 def record_death(unit: Unit, folder: Path, reason: str) -> Outcome:
     """Write the only run of a unit as failed: its process died and could not do so itself."""
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
-    ((text, repetition),) = unit.entries
+    ((text, repetition, *_),) = unit.entries
     n = len(sequence)
     boxes = np.full((n, 4), np.nan)
     chosen = contestant(text)
@@ -122,10 +122,10 @@ def _check_unchanged(unit: Unit) -> None:
     Asked before the pass and after it: boxes of one version must never be kept as another's.
     """
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
-    chosen = {text: contestant(text) for text, _ in unit.entries}
-    for (text, repetition), planned in zip(unit.entries, unit.digests, strict=True):
+    chosen = {text: contestant(text) for text, *_ in unit.entries}
+    for text, repetition, planned, _ in unit.entries:
         key = identify(chosen[text], sequence, repetition, unit.protocol)
-        if key.digest != planned:
+        if key.version != planned:
             raise SequenceError(
                 f"{key.tracker} on {key.sequence}: the tracker or the sequence changed while it "
                 "ran, so nothing was kept. Run the same command again."

@@ -11,8 +11,8 @@ import pyarrow as pa
 import pyarrow.feather as feather
 from numpy.typing import NDArray
 
-from bench.files import ResultsError, write_atomically
-from bench.results import BOX_COLUMNS, METADATA_KEY, SCHEMA, check_schema, folder_name
+from bench.store.files import ResultsError, write_atomically
+from bench.store.results import BOX_COLUMNS, METADATA_KEY, SCHEMA, check_schema, folder_name
 from datasets import Sequence
 
 __all__ = ["StoredTruth", "read_truth", "truth_path", "write_truth"]
