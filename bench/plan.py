@@ -10,9 +10,10 @@ from bench.contestant import Contestant, contestant, identify
 from bench.experiment import Experiment, ExperimentError, SequenceSource
 from bench.record import Identity, Protocol
 from bench.reference import reference
+from bench.store.asked import Asked
 from bench.store.index import read_index
-from bench.store.results import Asked, Results
-from bench.store.results import Cell as StoredCell
+from bench.store.layout import Cell as StoredCell
+from bench.store.results import Results
 from bench.unit import Entry, Unit
 from datasets import Sequence
 from trackers import Randomness

@@ -19,7 +19,7 @@ from bench.commands._options import (
 if TYPE_CHECKING:
     from bench.experiment import Experiment
     from bench.papers import Report
-    from bench.store.results import Cell
+    from bench.store.layout import Cell
 
 __all__ = ["command"]
 

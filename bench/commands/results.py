@@ -78,10 +78,10 @@ def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -
         return
     if not yes:
         click.confirm(f"Remove {len(chosen)} runs from {folder}?", abort=True)
-    for results, row in chosen:
-        results.remove(row["path"])
     for experiment in experiment_folders(folder):
-        read_index(Results(experiment))
+        results = Results(experiment)
+        results.remove([row["path"] for place, row in chosen if place.folder == experiment])
+        read_index(results)
     click.echo(f"Removed {len(chosen)} runs.")
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
 
 from bench.experiment import Experiment, ExperimentError, SequenceSource
-from bench.store.results import Cell
+from bench.store.layout import Cell
 
 if TYPE_CHECKING:
     from reports.tables import Table

@@ -1,53 +1,205 @@
-"""Writing files so that a kill at any moment leaves the old file or the new one, whole."""
+"""Writing files so that a kill or a full disk at any moment leaves the old or the new one, whole.
 
+Every change that the store makes on disk is made here, by calls of `os`. A file's content is
+made in memory, written under a temporary name, forced to the disk, and only then given its
+own name.
+"""
+
+import errno
+import fcntl
 import os
 import re
 import socket
-from collections.abc import Callable
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
+from functools import cache
 from pathlib import Path
 
-__all__ = ["ResultsError", "remove_leftovers", "write_atomically"]
+__all__ = [
+    "ResultsError",
+    "locked",
+    "remove_empty_folder",
+    "remove_file",
+    "remove_leftovers",
+    "write_atomically",
+    "write_once",
+]
 
 _TEMPORARY = re.compile(r"^\.(?P<host>[^~]+)~(?P<process>\d+)~.*\.tmp$")
+_NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.ENOSYS, errno.EMLINK)
+_LOCK = ".lock"
+_LOCK_SECONDS = 60.0
+_LOCK_POLL_SECONDS = 0.02
 
 
 class ResultsError(ValueError):
     """Results that can't be read or written; the message names folder or file."""
 
 
-def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
-    """Let `write` fill a temporary file beside `path`, then rename it to `path`.
+def write_atomically(path: Path, content: bytes) -> None:
+    """Write a file, or replace it by another one.
 
     Raises
     ------
     ResultsError
-        Where the file can't be written; nothing is left behind then.
+        Where the file can't be written; the old one is still there then.
     """
-    temporary = path.parent / f".{_host()}~{os.getpid()}~{path.name}.tmp"
+    with _temporary(path, content) as temporary:
+        os.replace(temporary, path)
+
+
+def write_once(path: Path, content: bytes, lock: AbstractContextManager[None]) -> bool:
+    """Write a file unless there is one already; what is there is never touched.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    content : bytes
+        What is to stand in it.
+    lock : context manager
+        Entered where the file system has no hard links; see `locked`.
+
+    Returns
+    -------
+    bool
+        Whether it was written.
+
+    Raises
+    ------
+    ResultsError
+        Where the file can't be written.
+    """
+    with _temporary(path, content) as temporary:
+        try:
+            os.link(temporary, path)
+        except FileExistsError:
+            return False
+        except OSError as error:
+            if error.errno not in _NO_LINKS:
+                raise
+            with lock:
+                if path.exists():
+                    return False
+                os.replace(temporary, path)
+    return True
+
+
+@contextmanager
+def _temporary(path: Path, content: bytes) -> Iterator[Path]:
+    """A file with this content beside `path`; once it has its name, that is on disk too."""
+    writer = f"{_host()}~{os.getpid()}~{threading.get_native_id()}"
+    temporary = path.with_name(f".{writer}~{path.name}.tmp")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write(temporary)
-        _sync(temporary)
-        temporary.replace(path)
-        _sync(path.parent)
+        try:
+            _make_folder(path.parent)
+            _write(temporary, content)
+            yield temporary
+        finally:
+            with suppress(OSError):  # renamed, or the folder can't be written; see leftovers
+                os.unlink(temporary)
+        _sync_folder(path.parent)
     except OSError as error:
-        temporary.unlink(missing_ok=True) if temporary.parent.is_dir() else None
         raise ResultsError(
             f"{path} can't be written: {error.strerror or error}. "
             "Make room or mend the permissions, or choose another folder with --output."
         ) from error
 
 
+def remove_file(path: Path) -> None:
+    """Remove a file, if it is there.
+
+    Raises
+    ------
+    ResultsError
+        Where it can't be removed.
+    """
+    try:
+        os.unlink(path)
+        _sync_folder(path.parent)
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise ResultsError(f"{path} can't be removed: {error.strerror or error}.") from error
+
+
+def remove_empty_folder(path: Path) -> None:
+    """Remove a folder in which nothing lies; leave any other."""
+    with suppress(OSError):
+        os.rmdir(path)
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Keep out all other processes that lock the folder, on other machines too.
+
+    The lock goes with the process that holds it.
+
+    Raises
+    ------
+    ResultsError
+        Where the file system has no locks, or another process does not let go.
+    """
+    path = folder / _LOCK
+    try:
+        _make_folder(folder)
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    except OSError as error:
+        raise ResultsError(
+            f"{path} can't be written: {error.strerror or error}. "
+            "Make room or mend the permissions, or choose another folder with --output."
+        ) from error
+    try:
+        _acquire(descriptor, path)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _acquire(descriptor: int, path: Path) -> None:
+    deadline = time.monotonic() + _LOCK_SECONDS
+    while True:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() > deadline:
+                raise ResultsError(
+                    f"{path}: another process has held this lock for {_LOCK_SECONDS:.0f} s. "
+                    "Is it stopped? End it, and run the same command again."
+                ) from None
+            time.sleep(_LOCK_POLL_SECONDS)
+        except OSError as error:
+            raise ResultsError(
+                f"{path} can't be locked: {error.strerror}. Choose a folder on a file system "
+                "with locks with --output."
+            ) from error
+        else:
+            return
+
+
 def remove_leftovers(folder: Path) -> None:
-    """Remove temporary files of this machine's processes that are gone."""
-    for file in folder.rglob(".*~*.tmp"):
-        match = _TEMPORARY.match(file.name)
-        if match and match["host"] == _host() and not _runs(int(match["process"])):
-            file.unlink(missing_ok=True)
+    """Remove temporary files of this machine's processes that are gone.
+
+    Raises
+    ------
+    ResultsError
+        Where one can't be removed.
+    """
+    for place, _, names in os.walk(folder):
+        for name in names:
+            match = _TEMPORARY.match(name)
+            if match and match["host"] == _host() and not _runs(int(match["process"])):
+                remove_file(Path(place, name))
 
 
+@cache
 def _host() -> str:
-    return socket.gethostname().replace("~", "-")
+    """Where process numbers mean the same: the machine, and in it the container."""
+    name = socket.gethostname().replace("~", "-").replace("/", "-")
+    space = Path("/proc/self/ns/pid")
+    return f"{name}-{space.stat().st_ino}" if space.exists() else name
 
 
 def _runs(process: int) -> bool:
@@ -60,9 +212,32 @@ def _runs(process: int) -> bool:
     return True
 
 
-def _sync(path: Path) -> None:
-    """Force a file's bytes, or a folder's names, to the disk."""
-    descriptor = os.open(path, os.O_RDONLY)
+def _make_folder(path: Path) -> None:
+    """Make a folder and those above it, and force their names to the disk."""
+    if path.is_dir():
+        return
+    _make_folder(path.parent)
+    with suppress(FileExistsError):  # another process was quicker; or it is a file: see below
+        os.mkdir(path)
+        _sync_folder(path.parent)
+    if not path.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path))
+
+
+def _write(path: Path, content: bytes) -> None:
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o666)
+    try:
+        rest = memoryview(content)
+        while rest:
+            rest = rest[os.write(descriptor, rest) :]
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _sync_folder(path: Path) -> None:
+    """Force a folder's names to the disk."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
         os.fsync(descriptor)
     finally:

@@ -15,13 +15,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
-import pyarrow.feather as feather
 
 from bench import metrics
 from bench.record import Run
 from bench.scoring import score
+from bench.store.arrow_file import arrow_bytes, read_arrow
 from bench.store.files import ResultsError, write_atomically
-from bench.store.results import Cell, Results
+from bench.store.layout import Cell
+from bench.store.results import Results
 from bench.store.truth import read_truth
 
 if TYPE_CHECKING:
@@ -112,10 +113,7 @@ def for_json(row: Mapping[str, Any]) -> dict[str, Any]:
 def write_index(results: Results, rows: Iterable[Mapping[str, Any]]) -> None:
     """Store the rows, in one piece."""
     table = pa.table({"row": [json.dumps(row) for row in rows]}, pa.schema({"row": pa.string()}))
-    write_atomically(
-        results.folder / _FILE,
-        lambda file: feather.write_feather(table, str(file), compression="zstd"),
-    )
+    write_atomically(results.folder / _FILE, arrow_bytes(table))
 
 
 def experiment_folders(folder: Path) -> list[Path]:
@@ -185,7 +183,7 @@ def _cell(row: Mapping[str, Any]) -> Cell:
 def _stored(results: Results) -> dict[str, dict[str, Any]]:
     """Rows of the index file by stamp; none where it is missing or unreadable."""
     try:
-        table = feather.read_table(results.folder / _FILE, memory_map=False)
+        table = read_arrow(results.folder / _FILE)
         rows = [json.loads(text) for text in table.column("row").to_pylist()]
         return {row["stamp"]: row for row in rows}
     except (OSError, pa.ArrowException, ValueError, KeyError):

@@ -1,11 +1,11 @@
 """Results of several folders brought together into one."""
 
-import shutil
 from pathlib import Path
 
 from bench.store.files import write_atomically
 from bench.store.index import experiment_folders, read_index
-from bench.store.results import SIDE_SUFFIXES, Results, beside
+from bench.store.results import Results
+from bench.store.seal import read_sealed
 from bench.store.truth import truth_path
 
 __all__ = ["merge_results"]
@@ -34,9 +34,9 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
         Where a folder holds no results or a file can't be read or written.
     """
     into = Results(target)
-    there = {row["path"]: (row["digest"], target) for row in read_index(into)}
+    there = {row["path"]: (row["version"], target) for row in read_index(into)}
     asked = into.asked()
-    wanted: list[tuple[Path, Path]] = []
+    wanted: list[tuple[Results, Path, Path]] = []
     conflicts: list[str] = []
     for folder in [found for source in sources for found in experiment_folders(source)]:
         results = Results(folder)
@@ -44,32 +44,19 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
         for row in read_index(results):
             path = row["path"]
             if path in there:
-                digest, other = there[path]
-                if digest != row["digest"]:
+                version, other = there[path]
+                if version != row["version"]:
                     conflicts.append(f"{path} differs between {other} and {folder}")
                 continue
-            there[path] = (row["digest"], folder)
+            there[path] = (row["version"], folder)
             truth = truth_path(folder, row["sequence"], row["fingerprint"])
-            wanted.append((folder, truth.relative_to(folder)))
-            wanted += [
-                (folder, beside(Path(path), suffix))
-                for suffix in SIDE_SUFFIXES
-                if beside(folder / path, suffix).is_file()
-            ]
-            wanted.append((folder, Path(path)))
+            wanted.append((results, truth.relative_to(folder), Path(path)))
     if conflicts:
         return 0, conflicts
     into.prepare(asked)
-    for folder, path in wanted:
-        _copy(folder / path, target / path)
+    for results, truth, run in wanted:
+        if not (target / truth).is_file():
+            write_atomically(target / truth, read_sealed(results.folder / truth))
+        into.write(results.read(results.folder / run))
     read_index(into)
-    return sum(path.suffix == ".parquet" for _, path in wanted), []
-
-
-def _copy(source: Path, target: Path) -> None:
-    if not target.is_file() or target.suffix == ".parquet":
-        write_atomically(target, lambda file: _copy_bytes(source, file))
-
-
-def _copy_bytes(source: Path, target: Path) -> None:
-    shutil.copyfile(source, target)
+    return len(wanted), []

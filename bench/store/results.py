@@ -1,92 +1,47 @@
-"""Results on disk: one Parquet file a run, the truth it is scored by, and an index of all.
+"""Results on disk: one Parquet file a run, and what is asked for beside them.
 
-```
-results/<experiment>/<tracker>/<sequence>/<repetition>.parquet    a finished run, a row a frame
-                                          <repetition>.revised.arrow, .arrays.npz   beside it
-                     _truth/<sequence>/<fingerprint>.arrow        what scores are computed against
-                     index.arrow                                  a row a run; made anew at need
-                     plan.json                                    what was last asked for
-```
-
-Trackers and sequences are canonical text forms, percent-encoded. Whoever reads results
-reads nothing but this folder.
+Whoever reads results reads nothing but their folder; `bench.store.layout` says what lies in it.
 """
 
-import hashlib
 import json
 import platform
 import socket
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from contextlib import nullcontext
+from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, TypeAlias
-from urllib.parse import quote
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.feather as feather
 import pyarrow.parquet as parquet
 from numpy.typing import NDArray
 
 from bench.record import Identity, Run, Times
-from bench.store.files import ResultsError, remove_leftovers, write_atomically
+from bench.store.asked import Asked, add_asked, read_asked, withdraw
+from bench.store.companions import companion_name, companions, read_arrays, read_boxes
+from bench.store.files import (
+    ResultsError,
+    locked,
+    remove_empty_folder,
+    remove_file,
+    remove_leftovers,
+    write_atomically,
+    write_once,
+)
+from bench.store.layout import (
+    BOX_COLUMNS,
+    METADATA_KEY,
+    SCHEMA,
+    UNFINISHED,
+    beside,
+    check_schema,
+    run_path,
+)
+from bench.store.seal import PLACEHOLDER, SEAL_KEY, read_sealed, sealed
 
-__all__ = [
-    "BOX_COLUMNS",
-    "METADATA_KEY",
-    "SCHEMA",
-    "SIDE_SUFFIXES",
-    "Asked",
-    "Cell",
-    "Results",
-    "beside",
-    "check_schema",
-    "folder_name",
-    "run_path",
-]
-
-SCHEMA = 1
-"""Version of the files' layout; a reader refuses what is newer."""
-
-SIDE_SUFFIXES = (".revised.arrow", ".arrays.npz")
-"""What may lie beside a run."""
-
-METADATA_KEY = b"trackmark"
-_CHECKSUM_KEY = b"trackmark.sha256"  # Parquet checks its pages, not its metadata
-BOX_COLUMNS = ("x", "y", "width", "height")
-_LONGEST_NAME = 200  # bytes; file systems take 255
-
-
-Cell: TypeAlias = tuple[str, str, int, str]
-"""Tracker, sequence, repetition, protocol: what a run is filed under."""
-
-
-@dataclass(frozen=True)
-class Asked:
-    """What an experiment was asked for.
-
-    Attributes
-    ----------
-    title : str
-        Headline of its report.
-    cells : mapping of Cell to str
-        The version (`Identity.version`) that was asked for last, by cell.
-    """
-
-    title: str
-    cells: Mapping[Cell, str]
-
-    def and_then(self, later: "Asked") -> "Asked":
-        """What was asked for, with what is asked for later; the later version of a cell counts."""
-        now = {_series(cell): version for cell, version in later.cells.items()}
-        cells = {cell: now.get(_series(cell), version) for cell, version in self.cells.items()}
-        return Asked(later.title or self.title, {**cells, **later.cells})
-
-
-def _series(cell: Cell) -> tuple[str, str, str]:
-    tracker, sequence, _, protocol = cell
-    return tracker, sequence, protocol
+__all__ = ["Results"]
 
 
 class Results:
@@ -107,9 +62,9 @@ class Results:
         Raises
         ------
         ResultsError
-            Where the folder can't be written, or was written by a newer version.
+            Where the folder can't be written, or has another layout.
         """
-        self._write_asked(self.asked().and_then(asked))
+        add_asked(self.folder, asked)
         remove_leftovers(self.folder)
 
     def asked(self) -> Asked:
@@ -118,27 +73,9 @@ class Results:
         Raises
         ------
         ResultsError
-            Where the file is damaged or was written by a newer version.
+            Where the file is damaged or has another layout.
         """
-        file = self.folder / "plan.json"
-        if not file.is_file():
-            return Asked("", {})
-        try:
-            plan = json.loads(file.read_text("utf-8"))
-            check_schema(file, plan["schema"])
-            cells = {tuple(cell[:4]): cell[4] for cell in plan["cells"]}
-            return Asked(plan["title"], cells)
-        except (ValueError, KeyError, TypeError, IndexError) as error:
-            if isinstance(error, ResultsError):
-                raise
-            raise ResultsError(
-                f"{file} is damaged ({type(error).__name__}: {error}). Remove it and run again."
-            ) from None
-
-    def _write_asked(self, asked: Asked) -> None:
-        cells = [[*cell, version] for cell, version in asked.cells.items()]
-        text = json.dumps({"schema": SCHEMA, "title": asked.title, "cells": cells}, indent=1)
-        write_atomically(self.folder / "plan.json", lambda path: _write_text(path, text))
+        return read_asked(self.folder)
 
     def path(self, identity: Identity) -> Path:
         """File of a run."""
@@ -150,66 +87,67 @@ class Results:
         """Files of all finished runs, in order."""
         return sorted(self.folder.glob("[!_.]*/*/*.parquet"))
 
-    def write(self, run: Run) -> Path:
-        """Write a run; whatever lay there under its name is replaced."""
-        path = self.path(run.identity)
-        n = len(run.boxes)
-        columns: dict[str, Any] = {"frame": np.arange(n, dtype=np.int32)}
-        columns |= dict(zip(BOX_COLUMNS, np.ascontiguousarray(run.boxes.T), strict=True))
-        columns |= {"visible": run.visible, "confidence": run.confidence}
-        columns |= run.details
-        metadata: dict[str, Any] = {
-            "schema": SCHEMA,
-            "identity": asdict(run.identity),
-            "digest": run.identity.digest,
-            "status": run.status,
-            "failure": run.failure,
-            "details": list(run.details),
-            "circumstances": {
-                "date": datetime.now(UTC).isoformat(timespec="seconds"),
-                "host": socket.gethostname(),
-                "platform": platform.platform(),
-                "python": platform.python_version(),
-                **run.circumstances,
-            },
-        }
-        if run.times is not None:
-            columns |= {"wall_seconds": run.times.wall, "cpu_seconds": run.times.cpu}
-            metadata["initialisation"] = [
-                run.times.initialisation_wall,
-                run.times.initialisation_cpu,
-            ]
-        # What lies beside a run is written first: a run that is there is complete.
-        _write_beside(path, ".revised.arrow", _revised_writer(run))
-        _write_beside(path, ".arrays.npz", _arrays_writer(run))
-        text = json.dumps(metadata).encode()
-        table = pa.table(columns).replace_schema_metadata(
-            {METADATA_KEY: text, _CHECKSUM_KEY: _checksum(text)}
-        )
-        write_atomically(
-            path,
-            lambda file: parquet.write_table(
-                table, file, compression="zstd", write_page_checksum=True
-            ),
-        )
-        return path
+    def write(self, run: Run, replaces: str = "") -> bool:
+        """Write a run, unless another one was finished in its place meanwhile.
 
-    def remove(self, path: str) -> None:
-        """Remove a run and what lies beside it; `path` is relative to the folder.
+        Parameters
+        ----------
+        run : Run
+            Finished or failed.
+        replaces : str
+            Version of the run that may be replaced; empty where nothing lay there when this
+            one was planned. A finished run of the same version is never replaced.
 
-        It is no longer asked for, either.
+        Returns
+        -------
+        bool
+            Whether it was written. If not, what lies there was written by another process,
+            and stays as it is.
+
+        Raises
+        ------
+        ResultsError
+            Where it can't be written.
         """
-        asked = self.asked()
-        kept = {cell: v for cell, v in asked.cells.items() if str(run_path(*cell)) != path}
-        if len(kept) < len(asked.cells):
-            self._write_asked(Asked(asked.title, kept))
-        file = self.folder / path
-        file.unlink(missing_ok=True)
-        for suffix in SIDE_SUFFIXES:
-            beside(file, suffix).unlink(missing_ok=True)
-        for parent in (file.parent, file.parent.parent):
-            if not any(parent.iterdir()):
-                parent.rmdir()
+        path = self.path(run.identity)
+        belonging = companions(run)
+        names = {kind: companion_name(path, kind, content) for kind, content in belonging.items()}
+        content = _run_file(run, names)
+        if belonging or not write_once(path, content, locked(self.folder)):
+            with locked(self.folder):
+                if path.exists() and not self._may_be_replaced(path, run, replaces):
+                    return False
+                # What belongs to a run is written first: a run that is there is complete.
+                for kind, name in names.items():
+                    write_atomically(path.with_name(name), belonging[kind])
+                if path.exists():
+                    write_atomically(path, content)
+                # Once, even under the lock: runs without companions come without it.
+                elif not write_once(path, content, nullcontext()):
+                    return False
+                self._remove_companions(path, keep=set(names.values()))
+        remove_file(beside(path, UNFINISHED))
+        return True
+
+    def remove(self, paths: list[str]) -> None:
+        """Remove runs and what lies beside them; the paths are relative to the folder.
+
+        They are no longer asked for, either.
+
+        Raises
+        ------
+        ResultsError
+            Where one can't be removed.
+        """
+        withdraw(self.folder, paths)
+        with locked(self.folder):
+            for path in paths:
+                file = self.folder / path
+                remove_file(file)
+                self._remove_companions(file, keep=set())
+                remove_file(beside(file, UNFINISHED))
+                for parent in (file.parent, file.parent.parent):
+                    remove_empty_folder(parent)
 
     def read(self, path: Path) -> Run:
         """Read a run.
@@ -217,11 +155,12 @@ class Results:
         Raises
         ------
         ResultsError
-            Naming a file that is damaged or was written by a newer version.
+            Naming a file that is damaged or has another layout.
         """
         try:
-            table = parquet.read_table(path, page_checksum_verification=True)
-            return _run(path, table, _metadata(table))
+            content = read_sealed(path)
+            table = parquet.read_table(pa.BufferReader(content))
+            return _run(path, table, json.loads(table.schema.metadata[METADATA_KEY]))
         except (OSError, pa.ArrowException, KeyError, TypeError, ValueError) as error:
             if isinstance(error, ResultsError):
                 raise
@@ -229,90 +168,51 @@ class Results:
                 f"{path} is damaged ({error}). Remove it and run the same command again."
             ) from error
 
+    def _may_be_replaced(self, path: Path, run: Run, replaces: str) -> bool:
+        present = self.read(path)
+        finished_meanwhile = present.identity == run.identity and not present.failure
+        return present.identity.version == replaces and not finished_meanwhile
 
-def run_path(tracker: str, sequence: str, repetition: int, protocol: str) -> Path:
-    """Where a run lies, relative to the experiment's folder."""
-    label = tracker if protocol == "accuracy" else f"{tracker}:protocol={protocol}"
-    return Path(folder_name(label), folder_name(sequence), f"{repetition}.parquet")
-
-
-def folder_name(label: str) -> str:
-    """A label as one folder name: percent-encoded, and cut with a digest where it is long."""
-    name = quote(label, safe="=")
-    if name[:1] in ("_", "."):  # these begin the names of what is no run
-        name = f"%{ord(name[0]):02X}{name[1:]}"
-    if len(name) <= _LONGEST_NAME:
-        return name
-    digest = hashlib.sha256(label.encode()).hexdigest()[:16]
-    return f"{name[: _LONGEST_NAME - 17]}~{digest}"
+    def _remove_companions(self, path: Path, keep: set[str]) -> None:
+        """Remove what belonged to earlier runs in this place."""
+        for file in path.parent.glob(f"{path.stem}.*.*"):
+            if file.name not in keep and not file.name.endswith(UNFINISHED):
+                remove_file(file)
 
 
-def beside(path: Path, suffix: str) -> Path:
-    """File that lies beside a run: `3.parquet` has `3.revised.arrow`."""
-    return path.with_name(path.stem + suffix)
-
-
-def check_schema(file: Path, schema: object) -> None:
-    """Refuse files of another layout.
-
-    Raises
-    ------
-    ResultsError
-        Naming the file and both versions.
-    """
-    if schema != SCHEMA:
-        raise ResultsError(
-            f"{file} has the layout version {schema}; this trackmark reads version {SCHEMA}. "
-            "Read it with the trackmark that wrote it, or run again into another folder."
-        )
-
-
-def _metadata(table: pa.Table) -> dict[str, Any]:
-    text = table.schema.metadata[METADATA_KEY]
-    if table.schema.metadata[_CHECKSUM_KEY] != _checksum(text):
-        raise ValueError("its metadata have changed")
-    metadata: dict[str, Any] = json.loads(text)
-    return metadata
-
-
-def _checksum(text: bytes) -> bytes:
-    return hashlib.sha256(text).hexdigest().encode()
-
-
-def _write_text(path: Path, text: str) -> None:
-    path.write_text(text, "utf-8")
-
-
-def _write_beside(path: Path, suffix: str, write: Callable[[Path], None] | None) -> None:
-    """Write a file beside a run, or remove what an earlier run left there."""
-    file = beside(path, suffix)
-    if write is not None:
-        write_atomically(file, write)
-    else:
-        file.unlink(missing_ok=True)
-
-
-def _revised_writer(run: Run) -> Callable[[Path], None] | None:
-    if run.revised is None:
-        return None
-    table = pa.table(dict(zip(BOX_COLUMNS, np.ascontiguousarray(run.revised.T), strict=True)))
-    return lambda file: feather.write_feather(table, str(file))
-
-
-def _arrays_writer(run: Run) -> Callable[[Path], None] | None:
-    if not run.arrays:
-        return None
-    flat = {
-        f"{frame}/{name}": array
-        for frame, arrays in run.arrays.items()
-        for name, array in arrays.items()
+def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
+    """A run as the sealed content of a Parquet file; `names` are its companions' by kind."""
+    columns: dict[str, Any] = {"frame": np.arange(len(run.boxes), dtype=np.int32)}
+    columns |= dict(zip(BOX_COLUMNS, np.ascontiguousarray(run.boxes.T), strict=True))
+    columns |= {"visible": run.visible, "confidence": run.confidence}
+    columns |= run.details
+    metadata: dict[str, Any] = {
+        "schema": SCHEMA,
+        "identity": asdict(run.identity),
+        "status": run.status,
+        "failure": run.failure,
+        "details": list(run.details),
+        "companions": dict(names),
+        "circumstances": {
+            "date": datetime.now(UTC).isoformat(timespec="seconds"),
+            "host": socket.gethostname(),
+            "platform": platform.platform(),
+            "python": platform.python_version(),
+            **run.circumstances,
+        },
     }
-
-    def write(file: Path) -> None:
-        with file.open("wb") as stream:
-            np.savez_compressed(stream, **flat)  # type: ignore[arg-type]  # the stub mistakes ** for its flag
-
-    return write
+    if run.times is not None:
+        columns |= {"wall_seconds": run.times.wall, "cpu_seconds": run.times.cpu}
+        metadata["initialisation"] = [
+            run.times.initialisation_wall,
+            run.times.initialisation_cpu,
+        ]
+    table = pa.table(columns).replace_schema_metadata(
+        {METADATA_KEY: json.dumps(metadata).encode(), SEAL_KEY: PLACEHOLDER.encode()}
+    )
+    sink = pa.BufferOutputStream()
+    parquet.write_table(table, sink, compression="zstd")
+    return sealed(sink.getvalue().to_pybytes())
 
 
 def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
@@ -321,6 +221,9 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
     times = None
     if "initialisation" in metadata:
         times = Times(columns["wall_seconds"], columns["cpu_seconds"], *metadata["initialisation"])
+    belonging = {
+        kind: path.with_name(name) for kind, name in sorted(metadata["companions"].items())
+    }
     return Run(
         identity=Identity(**metadata["identity"]),
         boxes=_boxes(columns),
@@ -328,8 +231,8 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
         confidence=columns["confidence"],
         details={name: columns[name] for name in metadata["details"]},
         failure=metadata["failure"],
-        revised=_read_revised(path),
-        arrays=_read_arrays(path),
+        revised=read_boxes(belonging["revised.arrow"]) if "revised.arrow" in belonging else None,
+        arrays=read_arrays(belonging["arrays.npz"]) if "arrays.npz" in belonging else {},
         times=times,
         circumstances=metadata["circumstances"],
     )
@@ -337,22 +240,3 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
 
 def _boxes(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
     return np.column_stack([columns[name] for name in BOX_COLUMNS])
-
-
-def _read_revised(path: Path) -> NDArray[np.float64] | None:
-    file = beside(path, ".revised.arrow")
-    if not file.is_file():
-        return None
-    table = feather.read_table(file, memory_map=False)
-    return _boxes({name: table.column(name).to_numpy() for name in BOX_COLUMNS})
-
-
-def _read_arrays(path: Path) -> dict[int, dict[str, NDArray[Any]]]:
-    file = beside(path, ".arrays.npz")
-    arrays: dict[int, dict[str, NDArray[Any]]] = {}
-    if file.is_file():
-        with np.load(file, allow_pickle=False) as archive:
-            for key in archive.files:
-                frame, _, name = key.partition("/")
-                arrays.setdefault(int(frame), {})[name] = archive[key]
-    return arrays

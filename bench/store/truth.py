@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.feather as feather
 from numpy.typing import NDArray
 
+from bench.store.arrow_file import arrow_bytes, read_arrow
 from bench.store.files import ResultsError, write_atomically
-from bench.store.results import BOX_COLUMNS, METADATA_KEY, SCHEMA, check_schema, folder_name
+from bench.store.layout import BOX_COLUMNS, METADATA_KEY, SCHEMA, check_schema, folder_name
+from bench.store.seal import DamagedError
 from datasets import Sequence
 
 __all__ = ["StoredTruth", "read_truth", "truth_path", "write_truth"]
@@ -65,8 +66,8 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
         "regions": list(regions),
         "attributes": list(sequence.attributes),
     }
-    table = pa.table(columns).replace_schema_metadata({METADATA_KEY: json.dumps(metadata).encode()})
-    write_atomically(path, lambda file: feather.write_feather(table, str(file)))
+    described = {METADATA_KEY: json.dumps(metadata).encode()}
+    write_atomically(path, arrow_bytes(pa.table(columns), described))
 
 
 def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
@@ -79,7 +80,7 @@ def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
     """
     path = truth_path(folder, sequence, fingerprint)
     try:
-        table = feather.read_table(path, memory_map=False)
+        table = read_arrow(path)
         metadata = json.loads(table.schema.metadata[METADATA_KEY])
         check_schema(path, metadata["schema"])
         columns = {name: table.column(name).to_numpy() for name in table.column_names}
@@ -87,7 +88,7 @@ def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
             region: np.column_stack([columns[f"{region}/{key}"] for key in BOX_COLUMNS])
             for region in metadata["regions"]
         }
-    except (OSError, pa.ArrowException, KeyError, TypeError) as error:
+    except (OSError, DamagedError, pa.ArrowException, KeyError, TypeError) as error:
         raise ResultsError(
             f"{path} is missing or damaged ({error}). Remove the runs on {sequence} "
             "(`trackmark results remove`) and run the same command again."

@@ -72,7 +72,7 @@ def test_a_timing_run_starts_from_the_region_too(sequence):
 
 
 def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
-    from bench.store.results import Asked
+    from bench.store.asked import Asked
 
     results = Results(tmp_path / "trial")
     runs = [bench.evaluate(text, sequence) for text in ("static", "static:init=full")]

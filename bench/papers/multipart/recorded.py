@@ -9,7 +9,7 @@ import pandas as pd
 
 from bench.experiment import Experiment, ExperimentError, SequenceSource
 from bench.store.index import load_results
-from bench.store.results import Cell as StoredCell
+from bench.store.layout import Cell as StoredCell
 from reports.tables import Cell, Table
 
 __all__ = ["NAME", "Published", "read_published", "recorded_experiment", "recorded_table"]

@@ -12,7 +12,8 @@ import datasets
 from bench.papers.multipart.static import INITIAL
 from bench.store.files import ResultsError
 from bench.store.index import load_results
-from bench.store.results import Cell, Results
+from bench.store.layout import Cell
+from bench.store.results import Results
 from datasets.text_form import parse_text
 
 __all__ = ["METRICS", "adaptive_rows", "part_distances", "tidy_scores"]

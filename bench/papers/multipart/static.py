@@ -9,6 +9,7 @@ and of rectangles that differ from it as a user's hand might.
 """
 
 import csv
+import io
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import as_completed
 from dataclasses import asdict, dataclass, fields
@@ -188,9 +189,11 @@ def examine_all(names: Sequence[str], folder: Path, jobs: int) -> dict[str, Scen
         if sequence.fingerprint in known
     }
     left = [sequence.name for sequence in opened if sequence.name not in scenes]
-    scenes |= {scene.sequence: scene for scene in _examined(left, jobs)}
-    ordered = [scenes[name] for name in sorted(scenes)]
-    write_atomically(folder / LOG.name, lambda path: write_log(path, ordered))
+    try:
+        for scene in _examined(left, jobs):
+            scenes[scene.sequence] = scene
+    finally:  # also on Ctrl-C: what was examined is not examined again
+        write_log(folder / LOG.name, [scenes[name] for name in sorted(scenes)])
     return scenes
 
 
@@ -230,8 +233,9 @@ def _scene(row: dict[str, str]) -> Scene:
 
 def write_log(path: Path, scenes: Iterable[Scene]) -> None:
     """Write a log: CSV with a line a scene, and whether it is kept for the reader's sake."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, [*(field.name for field in fields(Scene)), "kept"])
-        writer.writeheader()
-        for scene in scenes:
-            writer.writerow({**asdict(scene), "kept": "yes" if scene.kept else "no"})
+    text = io.StringIO()
+    writer = csv.DictWriter(text, [*(field.name for field in fields(Scene)), "kept"])
+    writer.writeheader()
+    for scene in scenes:
+        writer.writerow({**asdict(scene), "kept": "yes" if scene.kept else "no"})
+    write_atomically(path, text.getvalue().encode())

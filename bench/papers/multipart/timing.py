@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import datasets
 from bench.store.index import load_results
-from bench.store.results import Cell as StoredCell
+from bench.store.layout import Cell as StoredCell
 from bench.store.results import Results
 from datasets.text_form import parse_text
 from reports.tables import MISSING, Cell, Table

@@ -1,9 +1,16 @@
 """Results on disk: what is written comes back, damage is named, the index is only a cache."""
 
+import errno
 import json
+import os
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as parquet
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,9 +18,12 @@ from hypothesis import strategies as st
 import bench
 from bench.contestant import contestant, identify
 from bench.record import Run, Times
-from bench.store.files import ResultsError, remove_leftovers, write_atomically
+from bench.store.asked import Asked
+from bench.store.files import ResultsError, _host, remove_leftovers, write_atomically
 from bench.store.index import read_index
-from bench.store.results import Asked, Results, folder_name, run_path
+from bench.store.layout import folder_name, run_path
+from bench.store.results import Results
+from bench.store.seal import PLACEHOLDER, check, sealed
 from bench.store.truth import read_truth, truth_path, write_truth
 
 
@@ -32,7 +42,8 @@ def sequence(make_sequence):
 def store(results, sequence, tracker="static", repetition=0):
     run = bench.evaluate(tracker, sequence, repetition)
     write_truth(results.folder, sequence)
-    return run, results.write(run)
+    assert results.write(run)
+    return run, results.path(run.identity)
 
 
 def assert_same_run(a, b):
@@ -67,7 +78,8 @@ def full_run(sequence):
 
 def test_a_run_comes_back_as_it_was_written(results, sequence):
     run = full_run(sequence)
-    back = results.read(results.write(run))
+    assert results.write(run)
+    back = results.read(results.path(run.identity))
     assert_same_run(run, back)
     np.testing.assert_array_equal(run.revised, back.revised)
     assert back.times.initialisation_wall == 0.5
@@ -78,9 +90,10 @@ def test_a_run_comes_back_as_it_was_written(results, sequence):
 
 def test_what_lay_beside_an_earlier_run_goes_when_it_is_replaced(results, sequence):
     run = full_run(sequence)
-    path = results.write(run)
+    path = results.path(run.identity)
+    assert results.write(run)
     assert len(list(path.parent.iterdir())) == 3
-    results.write(replace(run, revised=None, arrays={}))
+    assert results.write(replace(run, revised=None, arrays={}), run.identity.version)
     assert list(path.parent.iterdir()) == [path]
 
 
@@ -124,28 +137,117 @@ def test_truth_comes_back_as_it_was(results, make_sequence):
     assert back.fps == 12.5
 
 
-def test_any_flipped_byte_of_a_run_is_noticed_and_the_file_named(results, sequence):
-    run, path = store(results, sequence)
-    whole = path.read_bytes()
+def test_any_flipped_bit_of_a_run_or_its_truth_is_noticed_and_the_file_named(results, sequence):
+    _, path = store(results, sequence)
+    truth = truth_path(results.folder, sequence.name, sequence.fingerprint)
     rng = np.random.default_rng(0)
-    for position in rng.choice(len(whole), 60, replace=False):
-        broken = bytearray(whole)
-        broken[position] ^= 0x40
-        path.write_bytes(bytes(broken))
-        try:
-            back = results.read(path)
-        except ResultsError as error:
-            named = str(error)
-        else:  # a byte that means nothing (padding, a writer's name)
-            assert_same_run(run, back)
-            continue
-        assert str(path) in named
+    for file, read in (
+        (path, lambda: results.read(path)),
+        (truth, lambda: read_truth(results.folder, sequence.name, sequence.fingerprint)),
+    ):
+        whole = file.read_bytes()
+        for position in rng.choice(len(whole), 200, replace=False):
+            broken = bytearray(whole)
+            broken[position] ^= 1 << rng.integers(8)
+            file.write_bytes(bytes(broken))
+            with pytest.raises(ResultsError) as error:
+                read()
+            assert str(file) in str(error.value)
+        file.write_bytes(whole)
+        read()
+
+
+@given(st.binary(), st.binary())
+def test_a_seal_fits_its_content_alone(before, after):
+    content = sealed(before + PLACEHOLDER.encode() + after)
+    check(Path("file"), content)
+    with pytest.raises(ResultsError, match="file is damaged"):
+        check(Path("file"), content + b"x")
+
+
+def test_text_that_looks_like_a_seal_is_content(results, sequence):
+    run = replace(full_run(sequence), failure=f"{PLACEHOLDER} {sealed(PLACEHOLDER.encode())}")
+    assert results.write(run)
+    results.read(results.path(run.identity))
+
+
+def test_a_companion_that_is_gone_is_noticed(results, sequence):
+    run = full_run(sequence)
+    results.write(run)
+    path = results.path(run.identity)
+    (companion,) = path.parent.glob("*.npz")
+    companion.unlink()
+    with pytest.raises(ResultsError, match="npz"):
+        results.read(path)
+
+
+def as_stored(results, run):
+    return results.path(run.identity).read_bytes()
+
+
+def versions(run):
+    """The run, as other versions of its tracker would have made it."""
+    return [
+        replace(run, identity=replace(run.identity, tracker_version={"source": source}))
+        for source in "ABC"
+    ]
+
+
+@pytest.mark.parametrize("with_companions", [False, True])
+def test_a_late_run_never_replaces_what_another_process_finished(
+    results, sequence, with_companions
+):
+    run = full_run(sequence) if with_companions else bench.evaluate("static", sequence)
+    a, b, c = versions(replace(run, failure=""))
+    assert results.write(a)
+    kept = as_stored(results, a)
+    assert not results.write(a), "planned where nothing lay, and late"
+    assert not results.write(b)
+    assert not results.write(a, replaces=a.identity.version), "finished runs are never repeated"
+    assert as_stored(results, a) == kept
+    assert results.write(b, replaces=a.identity.version)
+    kept = as_stored(results, b)
+    assert not results.write(c, replaces=a.identity.version), "what it would replace is gone"
+    assert as_stored(results, b) == kept
+    results.read(results.path(b.identity))
+
+
+def test_a_failed_run_may_be_repeated_but_only_by_who_saw_it(results, sequence):
+    failed = full_run(sequence)
+    finished = replace(failed, failure="")
+    assert results.write(failed)
+    assert not results.write(finished)
+    assert results.write(finished, replaces=failed.identity.version)
+    assert results.read(results.path(failed.identity)).status == "finished"
+    assert not results.write(failed, replaces=failed.identity.version)
+
+
+def test_without_hard_links_what_is_there_is_never_replaced_either(results, sequence, monkeypatch):
+    def refuse(*_):
+        raise PermissionError(errno.EPERM, "Operation not permitted")
+
+    monkeypatch.setattr("bench.store.files.os.link", refuse)
+    run = bench.evaluate("static", sequence)
+    assert results.write(run)
+    kept = as_stored(results, run)
+    assert not results.write(run)
+    assert as_stored(results, run) == kept
+    full = full_run(sequence)
+    assert results.write(full)
+    assert not results.write(full)
+
+
+def test_a_run_of_an_earlier_layout_is_refused_with_what_to_do(results, sequence):
+    _, path = store(results, sequence)
+    parquet.write_table(pa.table({"x": [1.0]}), path)
+    with pytest.raises(ResultsError, match=r"0\.parquet has no checksum.*another folder"):
+        results.read(path)
 
 
 def test_a_truncated_run_is_named_with_what_to_do(results, sequence):
     _, path = store(results, sequence)
     path.write_bytes(path.read_bytes()[:100])
-    with pytest.raises(ResultsError, match=r"0\.parquet is damaged .* run the same command again"):
+    with pytest.raises(ResultsError, match=r"0\.parquet is damaged.* run the same command again"):
         read_index(results)
 
 
@@ -165,7 +267,7 @@ def test_the_index_is_made_anew_when_it_is_lost_damaged_or_old(results, sequence
         assert read_index(results) == rows
     store(results, sequence, "camshift")
     assert [row["tracker"] for row in read_index(results)] == ["camshift", "static"]
-    results.remove(rows[0]["path"])
+    results.remove([rows[0]["path"]])
     assert [row["tracker"] for row in read_index(results)] == ["camshift"]
 
 
@@ -222,7 +324,7 @@ def test_runs_of_an_earlier_version_than_was_asked_for_last_are_stale(results, s
 def test_a_run_that_was_removed_is_not_missing(results, sequence):
     run, path = store(results, sequence)
     asked_for(results, ("static", "line", 0, "accuracy", run.identity.version))
-    results.remove(str(path.relative_to(results.folder)))
+    results.remove([str(path.relative_to(results.folder))])
     assert len(bench.load_results(results.folder)) == 0
 
 
@@ -238,14 +340,14 @@ def test_a_damaged_truth_is_written_anew(results, sequence):
 def test_results_that_can_only_be_read_are_read(results, sequence, monkeypatch):
     store(results, sequence)
 
-    def refuse(path, write):
+    def refuse(path, content):
         raise ResultsError(f"{path} can't be written")
 
     monkeypatch.setattr("bench.store.index.write_atomically", refuse)
     assert len(read_index(results)) == 1
 
 
-@pytest.mark.parametrize("damage", ["[]", "{", '{"schema": 1}', '{"schema": 1, "cells": [[1]]}'])
+@pytest.mark.parametrize("damage", ["[]", "{", '{"schema": 2}', '{"schema": 2, "cells": [[1]]}'])
 def test_a_damaged_plan_is_named(results, damage):
     (results.folder / "plan.json").write_text(damage)
     with pytest.raises(ResultsError, match=r"plan\.json is damaged"):
@@ -258,8 +360,10 @@ def test_a_folder_without_results_is_named(tmp_path):
 
 
 def test_removing_a_run_takes_its_companions_and_empty_folders(results, sequence):
-    path = results.write(full_run(sequence))
-    results.remove(str(path.relative_to(results.folder)))
+    run = full_run(sequence)
+    results.write(run)
+    path = results.path(run.identity)
+    results.remove([str(path.relative_to(results.folder))])
     assert not path.parent.parent.exists()
 
 
@@ -270,35 +374,34 @@ def test_a_missing_truth_file_is_named(results, sequence):
         read_index(results)
 
 
-def test_a_write_that_fails_leaves_the_old_file_and_no_litter(tmp_path):
+def test_a_write_that_fails_leaves_the_old_file_and_no_litter(tmp_path, monkeypatch):
     file = tmp_path / "file"
     file.write_text("old")
 
-    def fail(path):
-        path.write_text("half")
-        raise OSError(28, "No space left on device")
+    def fail(descriptor, content):
+        half = len(content) // 2
+        if not half:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return plain(descriptor, content[:half])
 
+    plain = os.write
+    monkeypatch.setattr("bench.store.files.os.write", fail)
     with pytest.raises(ResultsError, match="No space left"):
-        write_atomically(file, fail)
+        write_atomically(file, b"new")
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
     assert file.read_text() == "old"
 
 
 def test_a_folder_that_is_a_file_is_named(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(ResultsError, match=r"file/trial/plan\.json can't be written"):
+    with pytest.raises(ResultsError, match=r"file/trial/.* can't be written: Not a directory"):
         Results(tmp_path / "file" / "trial").prepare(Asked("", {}))
 
 
 def test_leftovers_of_processes_that_are_gone_are_removed_and_no_others(tmp_path):
-    import os
-    import socket
-    import subprocess
-    import sys
-
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
-    host = socket.gethostname()
+    host = _host()
     dead = tmp_path / f".{host}~{gone.pid}~0.parquet.tmp"
     alive = tmp_path / f".{host}~{os.getpid()}~0.parquet.tmp"
     elsewhere = tmp_path / f".another-{host}~{gone.pid}~0.parquet.tmp"

@@ -1,0 +1,83 @@
+"""A checksum inside a file: a changed bit is noticed, and no second file can get lost.
+
+Whoever makes a file puts `PLACEHOLDER` where its format has room for text (the metadata of
+Parquet and Arrow, a key of JSON, the comment of an archive). `sealed` then puts the SHA-256
+of the whole content in its place, and `check` finds out whether that still is so.
+"""
+
+import hashlib
+import re
+from pathlib import Path
+
+from bench.store.files import ResultsError
+
+__all__ = ["PLACEHOLDER", "SEAL_KEY", "DamagedError", "check", "read_sealed", "sealed"]
+
+_MARK = b"trackmark-sha256:"
+_BLANK = _MARK + b"0" * 64
+_SEAL = re.compile(re.escape(_MARK) + b"[0-9a-f]{64}")
+
+PLACEHOLDER = _BLANK.decode()
+"""Text that stands for the checksum until it is known."""
+
+SEAL_KEY = b"trackmark.seal"
+"""Where Parquet and Arrow files have it among their metadata."""
+
+
+class DamagedError(ResultsError):
+    """A file is not what was written; the message names it."""
+
+
+def sealed(content: bytes) -> bytes:
+    """The content with its checksum in the place of `PLACEHOLDER`, wherever that stands.
+
+    Raises
+    ------
+    ValueError
+        Where the content has no place for it.
+    """
+    if _BLANK not in content:
+        raise ValueError("the content has no place for its checksum")
+    return content.replace(_BLANK, _MARK + _digest(content))
+
+
+def check(path: Path, content: bytes) -> None:
+    """Check the content of a sealed file.
+
+    Raises
+    ------
+    DamagedError
+        Naming the file, where it is not what was written.
+    """
+    if _MARK not in content:
+        raise DamagedError(
+            f"{path} has no checksum: it is damaged, or was written by an older trackmark. "
+            "Remove it, or run again into another folder."
+        )
+    # Text in a file may look like a seal, too: a true one is that which fits.
+    for seal in set(_SEAL.findall(content)):
+        if seal == _MARK + _digest(content.replace(seal, _BLANK)):
+            return
+    raise DamagedError(
+        f"{path} is damaged: its checksum does not match its content. "
+        "Remove it and run the same command again."
+    )
+
+
+def read_sealed(path: Path) -> bytes:
+    """Content of a sealed file, checked.
+
+    Raises
+    ------
+    DamagedError
+        Naming the file, where it is not what was written.
+    OSError
+        Where it can't be read.
+    """
+    content = path.read_bytes()
+    check(path, content)
+    return content
+
+
+def _digest(content: bytes) -> bytes:
+    return hashlib.sha256(content).hexdigest().encode()
