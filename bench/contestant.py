@@ -2,7 +2,7 @@
 
 import inspect
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,7 +18,7 @@ from datasets.source_digest import source_digest
 from datasets.text_form import format_text, parse_text
 from trackers import Randomness, Tracker, TrackerError
 
-__all__ = ["Contestant", "TrackerMaker", "contestant", "identify", "run_seed"]
+__all__ = ["Contestant", "TrackerMaker", "contestant", "contestants", "identify", "run_seed"]
 
 TrackerMaker: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
 
@@ -102,6 +102,20 @@ def contestant(tracker: str | TrackerMaker) -> Contestant:
         make=tracker,
         file=Path(source) if source and Path(source).is_file() else None,
     )
+
+
+def contestants(texts: Iterable[str]) -> dict[str, Contestant]:
+    """Settle trackers by their text forms; see `contestant`.
+
+    Those of one file have one version, which is found out once: it costs far more than the rest.
+    """
+    known: dict[Path | None, dict[str, Any]] = {}
+    chosen = {text: contestant(text) for text in dict.fromkeys(texts)}
+    for entry in chosen.values():
+        if entry.file not in known:
+            known[entry.file] = entry.version
+        vars(entry)["version"] = known[entry.file]  # where `cached_property` keeps it
+    return chosen
 
 
 def run_seed(name: str, sequence: str, repetition: int) -> np.random.SeedSequence:

@@ -4,16 +4,20 @@ Each frame is decoded or rendered once and shown to every tracker. What a tracke
 wrong ends its own run and nobody else's.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
-from math import nan
+from math import inf, nan
 from statistics import median
 from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
 
 import datasets
 from bench.contestant import Contestant, TrackerMaker, contestant
 from bench.record import Run
 from bench.recorder import Recorder
+from bench.watch import UNWATCHED, Watch
 from datasets import Sequence
 from trackers.base.sharing import SharedFrame
 
@@ -72,10 +76,13 @@ class Pass:
         Seconds that the harness itself took, per frame and tracker: everything but
         decoding and the trackers' own calls. The median over frames, which other load on
         the machine hardly touches; NaN for a sequence of a single frame.
+    frame_seconds : float
+        Seconds that it took to decode or render a frame, on average.
     """
 
     runs: list[Run]
     overhead: float
+    frame_seconds: float
 
 
 def run_in_lock_step(
@@ -84,7 +91,9 @@ def run_in_lock_step(
     *,
     share: bool = True,
     keep_arrays: bool = False,
-    progress: Callable[[int], None] | None = None,
+    run_seconds: float = inf,
+    rows: Collection[NDArray[np.float64]] = (),
+    watch: Watch = UNWATCHED,
 ) -> Pass:
     """Run several trackers through a sequence together.
 
@@ -99,37 +108,65 @@ def run_in_lock_step(
         same without.
     keep_arrays : bool
         Keep arrays and masks.
-    progress : callable, optional
-        Called with the number of frames done, after each.
+    run_seconds : float
+        What a tracker may take for all frames together.
+    rows : collection of ndarray, optional
+        One a tracker; see `Recorder`.
+    watch : Watch
+        Told what is done.
 
     Raises
     ------
     SequenceError
         Where the sequence has no usable truth or an image can't be read. No run is kept then.
+    NotAttributableError
+        Where a tracker harms the process, and which of them did can't be told.
     """
     sequence.check_runnable()
+    entries = list(entries)
+    kept: Iterable[NDArray[np.float64] | None] = rows or [None] * len(entries)
     first, n = sequence.first_frame, len(sequence)
     recorders = [
-        Recorder(chosen, repetition, sequence, share=share, keep_arrays=keep_arrays)
-        for chosen, repetition in entries
+        Recorder(
+            chosen,
+            repetition,
+            sequence,
+            share=share,
+            keep_arrays=keep_arrays,
+            alone=len(entries) == 1,
+            run_seconds=run_seconds,
+            rows=own,
+        )
+        for (chosen, repetition), own in zip(entries, kept, strict=True)
     ]
+    began = perf_counter()
+    watch.reading(first)
     shown = SharedFrame(sequence[first])
     mask = sequence.mask(first)
-    for recorder in recorders:
+    fetching = perf_counter() - began
+    for number, recorder in enumerate(recorders):
+        watch.calling(number, first)
         recorder.start(shown, first, mask)
+        watch.called(number)
+    watch.shown(1)
     own_seconds = []
     for frame in range(first + 1, n):
-        image = sequence[frame]
         began = perf_counter()
+        watch.reading(frame)
+        image = sequence[frame]
+        fetched = perf_counter()
         shown = SharedFrame(image, len(recorders))
         in_trackers, running = 0.0, 0
-        for recorder in recorders:
+        for number, recorder in enumerate(recorders):
             if not recorder.failure:
+                watch.calling(number, frame)
                 in_trackers += recorder.follow(shown, frame)
+                watch.called(number)
                 running += 1
-        if progress is not None:
-            progress(frame - first + 1)
+        watch.shown(frame - first + 1)
+        fetching += fetched - began
         if running:
-            own_seconds.append((perf_counter() - began - in_trackers) / running)
+            own_seconds.append((perf_counter() - fetched - in_trackers) / running)
     overhead = median(own_seconds) if own_seconds else nan
-    return Pass([recorder.result() for recorder in recorders], overhead)
+    runs = [recorder.result() for recorder in recorders]
+    return Pass(runs, overhead, fetching / (n - first))

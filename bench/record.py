@@ -121,6 +121,8 @@ class Run:
         In timing runs.
     circumstances : mapping of str to value
         What did not determine it: date, host, where the sequence was opened from, …
+    output : str
+        The end of what a failed tracker printed.
     """
 
     identity: Identity
@@ -133,6 +135,7 @@ class Run:
     arrays: Mapping[int, Mapping[str, NDArray[Any]]] = field(default_factory=dict)
     times: Times | None = None
     circumstances: Mapping[str, Any] = field(default_factory=dict)
+    output: str = ""
 
     @property
     def status(self) -> Literal["finished", "failed"]:

@@ -9,18 +9,24 @@ from math import inf, isnan, nan
 from time import perf_counter
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from bench.contestant import Contestant, identify, run_seed
 from bench.record import RESERVED_COLUMNS, Protocol, Run, Times
 from bench.reference import reference
+from bench.watch import NotAttributableError
 from datasets import Sequence
 from trackers import Box, Estimate, Mask, Tracker
 from trackers.base.sharing import SharedFrame, SharingTracker
 
-__all__ = ["MalformedEstimateError", "Recorder", "checked_box"]
+__all__ = ["COLUMNS", "MalformedEstimateError", "Recorder", "checked_box"]
 
+COLUMNS = 6
+"""Box, visibility, confidence: what is kept of every frame."""
+
+_NO_MEMORY = -4  # OpenCV's Error::StsNoMem
 
 # Ctrl-C is the user's; everything else that escapes a tracker, sys.exit too, is its own.
 _OURS = (KeyboardInterrupt, GeneratorExit)
@@ -47,6 +53,21 @@ class Recorder:
         Let the tracker share work on a frame, where it can.
     keep_arrays : bool
         Keep arrays and masks.
+    alone : bool
+        Whether no other tracker runs in this process meanwhile. If one does, a lack of memory
+        may be its doing.
+    run_seconds : float
+        What the tracker may take for all frames together.
+    rows : ndarray of float64, shape (n, 6), optional
+        Where boxes, visibility and confidence are kept, frame by frame; see
+        `bench.store.unfinished`.
+
+    Attributes
+    ----------
+    failure : str
+        Why the tracker is no longer asked; empty while it is.
+    seconds : float
+        What it has taken so far.
     """
 
     def __init__(
@@ -58,8 +79,12 @@ class Recorder:
         protocol: Protocol = "accuracy",
         share: bool,
         keep_arrays: bool,
+        alone: bool = True,
+        run_seconds: float = inf,
+        rows: NDArray[np.float64] | None = None,
     ) -> None:
         self.failure = ""
+        self.seconds = 0.0
         if repetition < 0:
             raise ValueError(f"repetition is {repetition}; they count from 0.")
         # Settled before the tracker runs: what changes meanwhile is not what was run.
@@ -69,10 +94,10 @@ class Recorder:
         self._given = reference(sequence, chosen.init, sequence.name).boxes
         self._share = share
         self._keep_arrays = keep_arrays
-        n = len(sequence)
-        self._boxes = np.full((n, 4), nan)
-        self._visible = np.zeros(n, np.bool_)
-        self._confidence = np.full(n, nan)
+        self._alone = alone
+        self._run_seconds = run_seconds
+        self._rows = np.full((len(sequence), COLUMNS), nan) if rows is None else rows
+        self._boxes = self._rows[:, :4]
         self._details: dict[str, NDArray[np.float64]] = {}
         self._arrays: dict[int, dict[str, NDArray[Any]]] = {}
         self._revisions: dict[int, Box] = {}
@@ -81,14 +106,15 @@ class Recorder:
     def start(self, shown: SharedFrame, frame: int, mask: Mask | None) -> None:
         """Make the tracker and give it the target."""
         box = self._given[frame]
-        self._boxes[frame] = box
-        self._visible[frame] = True
+        self._rows[frame] = (*box, True, nan)
+        began = perf_counter()
         try:
             self._initialise(shown, box.copy(), mask)
         except _OURS:
             raise
         except BaseException as error:  # noqa: BLE001  # what a tracker raises is its result
             self._fail(frame, error)
+        self.seconds += perf_counter() - began
 
     def follow(self, shown: SharedFrame, frame: int) -> float:
         """Ask for the next estimate; give the seconds that the tracker took."""
@@ -101,6 +127,9 @@ class Recorder:
             raise
         except BaseException as error:  # noqa: BLE001  # what a tracker raises is its result
             self._fail(frame, error)
+        self.seconds += answered - asked
+        if self.seconds > self._run_seconds and not self.failure:
+            self.fail(frame, f"the run took longer than its limit of {self._run_seconds:g} s")
         return answered - asked
 
     def result(self, times: Times | None = None) -> Run:
@@ -112,14 +141,15 @@ class Recorder:
                 revised[frame] = box
         return Run(
             identity=self.identity,
-            boxes=self._boxes,
-            visible=self._visible,
-            confidence=self._confidence,
+            boxes=self._boxes.copy(),
+            visible=self._rows[:, 4] == 1,
+            confidence=self._rows[:, 5].copy(),
             details=self._details,
             failure=self.failure,
             revised=revised,
             arrays=self._arrays,
             times=times,
+            circumstances={"seconds": self.seconds},
         )
 
     def _make(self) -> Tracker:
@@ -143,9 +173,7 @@ class Recorder:
     def _take(self, frame: int, estimate: Estimate) -> None:
         """Check an estimate and keep it."""
         box, confidence = _checked(estimate)
-        self._boxes[frame] = box
-        self._visible[frame] = bool(estimate.visible)
-        self._confidence[frame] = confidence
+        self._rows[frame] = (*box, bool(estimate.visible), confidence)
         for key, value in estimate.details.items():
             if key not in self._details:
                 if not isinstance(key, str) or key in RESERVED_COLUMNS:
@@ -168,11 +196,24 @@ class Recorder:
                 )
             self._revisions[earlier] = np.array(checked_box(box))
 
+    def fail(self, frame: int, reason: str) -> None:
+        """Count the run as failed, for what the tracker did elsewhere than in its answers."""
+        self.failure = f"{self._sequence.frame_name(frame)}: {reason}"
+
     def _fail(self, frame: int, error: BaseException) -> None:
+        if not self._alone and _lacks_memory(error):
+            raise NotAttributableError("the memory is exhausted") from error
         # The traceback module guards against errors that can't even be printed.
         said = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
         trace = "".join(traceback.format_exception(error))
         self.failure = f"{self._sequence.frame_name(frame)}: {said}\n{trace}"
+
+
+def _lacks_memory(error: BaseException) -> bool:
+    """Whether memory is exhausted; OpenCV has an error of its own for it."""
+    return isinstance(error, MemoryError) or (
+        isinstance(error, cv2.error) and error.code == _NO_MEMORY
+    )
 
 
 def checked_box(box: Any) -> list[float]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bench.engine.local import execute
+from bench.engine import Job, engine
 from bench.experiment import Experiment, read_experiment
 from bench.plan import Plan, make_plan
 from bench.store.files import ResultsError
@@ -111,7 +111,10 @@ class Execution:
         jobs = 1 if self.experiment.timing else self.jobs or os.cpu_count() or 1
         written = time.monotonic()
         try:
-            for unit, outcome in execute(self.units, self.folder, jobs, progress):
+            performer = engine(jobs=jobs)
+            job = Job(self.folder.absolute())
+            told = progress or (lambda _: None)
+            for unit, outcome in performer.perform(self.units, job, told):
                 if isinstance(outcome, ResultsError):
                     raise outcome
                 if isinstance(outcome, SequenceError):

@@ -1,16 +1,17 @@
 """Timing runs: one tracker at a time, one thread, warmed up, frames decoded outside."""
 
 import gc
-from collections.abc import Callable
-from math import nan
+from math import inf, nan
 from time import perf_counter, thread_time
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.contestant import Contestant
 from bench.record import Run, Times
 from bench.recorder import Recorder
+from bench.watch import UNWATCHED, Watch
 from datasets import Sequence
 from trackers import Box, Estimate, Mask
 from trackers.base.sharing import SharedFrame
@@ -25,13 +26,16 @@ def time_run(
     repetition: int,
     sequence: Sequence,
     *,
-    progress: Callable[[int], None] | None = None,
+    run_seconds: float = inf,
+    rows: NDArray[np.float64] | None = None,
+    watch: Watch = UNWATCHED,
 ) -> Run:
     """Time one tracker on one sequence.
 
     A tracker of the same kind first runs through some frames and is thrown away, so that
     neither compilation nor cold caches are measured. OpenCV's own threads are switched off
-    for the pass, and so is Python's garbage collector.
+    for the pass, and so is Python's garbage collector. Parameters are those of
+    `bench.evaluation.run_in_lock_step`.
 
     Returns
     -------
@@ -48,36 +52,56 @@ def time_run(
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
-        _pass(_Timer(chosen, repetition, sequence), sequence, min(n, first + WARM_UP_FRAMES), None)
+        warming = _Timer(chosen, repetition, sequence)
+        _pass(warming, sequence, min(n, first + WARM_UP_FRAMES), watch)
         gc.collect()
         gc.disable()
-        timer = _Timer(chosen, repetition, sequence)
-        _pass(timer, sequence, n, progress)
+        timer = _Timer(chosen, repetition, sequence, run_seconds, rows)
+        _pass(timer, sequence, n, watch)
     finally:
         gc.enable()
         cv2.setNumThreads(threads)
     return timer.result(timer.times())
 
 
-def _pass(
-    timer: "_Timer", sequence: Sequence, stop: int, progress: Callable[[int], None] | None
-) -> None:
+def _pass(timer: "_Timer", sequence: Sequence, stop: int, watch: Watch) -> None:
     first = sequence.first_frame
-    timer.start(SharedFrame(sequence[first]), first, sequence.mask(first))
+    watch.reading(first)
+    shown, mask = SharedFrame(sequence[first]), sequence.mask(first)
+    watch.calling(0, first)
+    timer.start(shown, first, mask)
+    watch.called(0)
     for frame in range(first + 1, stop):
         if timer.failure:
             break
-        timer.follow(SharedFrame(sequence[frame]), frame)
-        if progress is not None:
-            progress(frame - first + 1)
+        watch.reading(frame)
+        shown = SharedFrame(sequence[frame])
+        watch.calling(0, frame)
+        timer.follow(shown, frame)
+        watch.called(0)
+        watch.shown(frame - first + 1)
 
 
 class _Timer(Recorder):
     """A recorder that clocks the tracker's calls."""
 
-    def __init__(self, chosen: Contestant, repetition: int, sequence: Sequence) -> None:
+    def __init__(
+        self,
+        chosen: Contestant,
+        repetition: int,
+        sequence: Sequence,
+        run_seconds: float = inf,
+        rows: NDArray[np.float64] | None = None,
+    ) -> None:
         super().__init__(
-            chosen, repetition, sequence, protocol="timing", share=False, keep_arrays=False
+            chosen,
+            repetition,
+            sequence,
+            protocol="timing",
+            share=False,
+            keep_arrays=False,
+            run_seconds=run_seconds,
+            rows=rows,
         )
         self._wall = np.full(len(sequence), nan)
         self._cpu = np.full(len(sequence), nan)

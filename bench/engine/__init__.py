@@ -1,1 +1,119 @@
-"""Engines: where units of work are performed, and what keeps a bad tracker from harming others."""
+"""Engines: where units of work are performed, and what keeps a bad tracker from harming others.
+
+An engine is a file here that offers `connect(jobs, address)`. It hands units to a `Job`, which
+performs each in a child process of the place where it is called: of this command, or of a
+worker of a cluster.
+"""
+
+import importlib
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from bench.engine.limits import Limits
+from bench.experiment import ExperimentError
+from bench.unit import Unit
+
+if TYPE_CHECKING:
+    from bench.engine.worker import Outcome
+
+__all__ = ["ENGINES", "Engine", "Job", "engine"]
+
+ENGINES = ("local", "dask", "ray")
+"""Names of the engines."""
+
+_HERE = threading.local()
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a worker needs to know to perform units of an experiment. It can be pickled.
+
+    Attributes
+    ----------
+    folder : Path
+        The experiment's folder of results, the same for all workers.
+    limits : Limits
+        What a tracker may take.
+    """
+
+    folder: Path
+    limits: Limits = field(default_factory=Limits)
+
+    def __call__(self, unit: Unit) -> "Outcome":
+        """Perform a unit under the supervisor of the calling thread, which is kept.
+
+        Raises
+        ------
+        SequenceError, ResultsError
+            As `bench.engine.worker.perform`.
+        """
+        from bench.engine.supervisor import Supervisor
+
+        supervisor: Supervisor | None = getattr(_HERE, "supervisor", None)
+        if supervisor is None or supervisor.limits != self.limits:
+            if supervisor is not None:
+                supervisor.close()
+            supervisor = _HERE.supervisor = Supervisor(self.limits)
+        return supervisor.perform(unit, self.folder)
+
+
+class Engine(Protocol):
+    """Where units are performed."""
+
+    @property
+    def workers(self) -> int:
+        """How many units are performed at once."""
+        ...
+
+    def perform(
+        self, units: Iterable[Unit], job: Job, progress: Callable[[int], None]
+    ) -> "Iterator[tuple[Unit, Outcome | Exception]]":
+        """Perform units, in any order.
+
+        Parameters
+        ----------
+        units : iterable of Unit
+            What to do. It is consumed as the work goes on.
+        job : Job
+            How.
+        progress : callable
+            Called now and then with the work (`Unit.work`) done so far.
+
+        Yields
+        ------
+        unit, outcome
+            As they end. An exception is one of the sequence or of the results: what is
+            wrong with trackers is recorded in their runs.
+        """
+        ...
+
+
+def engine(name: str = "local", *, jobs: int | None = None, address: str | None = None) -> Engine:
+    """Give an engine.
+
+    Parameters
+    ----------
+    name : str
+        One of `ENGINES`.
+    jobs : int, optional
+        Units performed at once; by default as many as there are cores.
+    address : str, optional
+        Of a running cluster.
+
+    Raises
+    ------
+    ExperimentError
+        For an unknown name, or an address that the engine has no use for.
+    ImportError
+        Where its library is not installed, with what to install.
+    """
+    if name not in ENGINES:
+        close = get_close_matches(name, ENGINES, n=1)
+        hint = f" Did you mean {close[0]!r}?" if close else ""
+        raise ExperimentError(f"unknown engine {name!r}.{hint} Known: {', '.join(ENGINES)}.")
+    found: Engine = importlib.import_module(f"bench.engine.{name}").connect(jobs, address)
+    return found

@@ -1,37 +1,48 @@
-"""What a worker process does: one unit of work, from opening the sequence to the files."""
+"""What a child process does: one unit of work, from opening the sequence to the files."""
 
 import os
-import signal
-import threading
-import time
-from collections.abc import Callable
+import random
+import socket
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from math import nan
 from pathlib import Path
-from typing import Any
+from time import perf_counter, process_time
+from typing import Any, NamedTuple
 
-import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 import datasets
-from bench.contestant import contestant, identify
+from bench.contestant import Contestant, contestants, identify
+from bench.engine.limits import Limits
+from bench.engine.memory import peak_memory, reset_peak
 from bench.evaluation import run_in_lock_step
-from bench.record import Run
+from bench.record import Identity, Run
+from bench.recorder import COLUMNS
 from bench.reference import reference
 from bench.store.index import index_row
+from bench.store.layout import UNFINISHED, beside
 from bench.store.results import Results
 from bench.store.truth import write_truth
+from bench.store.unfinished import map_rows, read_rows
 from bench.timing import time_run
 from bench.unit import Unit
+from bench.watch import UNWATCHED, NotAttributableError, Watch
 from datasets import Sequence, SequenceError
+from trackers import Randomness
 
-__all__ = ["Outcome", "perform", "prepare_worker", "record_death"]
+__all__ = ["Failure", "Outcome", "Surroundings", "perform", "record_failure"]
 
-_PARENT_SECONDS = 1.0
+_GLOBAL_NUMBERS = (
+    "it drew from the process's global random numbers (numpy.random or random), so that its boxes "
+    "can't be repeated. Use the seed that it is given, or declare Randomness.PROCESS."
+)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a unit.
+    """What became of a unit, and what it cost.
 
     Attributes
     ----------
@@ -39,28 +50,75 @@ class Outcome:
         The index's rows of its runs, which lie on disk.
     overhead : float
         The harness's own seconds per frame and tracker; NaN in timing runs.
+    seconds, cpu_seconds : float
+        From opening the sequence to the last file.
+    peak_memory : int
+        Most memory that its process has had, in bytes.
+    host : str
+        Where it was performed.
+    process : int
+        Number of the process there.
     """
 
     rows: list[dict[str, Any]]
     overhead: float
+    seconds: float
+    cpu_seconds: float
+    peak_memory: int
+    host: str
+    process: int
 
 
-def prepare_worker(parent: int) -> None:
-    """Set up a worker of the process `parent`: Ctrl-C is its business, one thread each."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    cv2.setNumThreads(1)
-    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+@dataclass(frozen=True)
+class Failure:
+    """Why a run has failed that could not say so itself.
+
+    Attributes
+    ----------
+    frame : int or None
+        Where; None where it is not known.
+    reason : str
+        What happened.
+    output : str
+        What its process printed last.
+    """
+
+    frame: int | None
+    reason: str
+    output: str
 
 
-def _end_with(parent: int) -> None:
-    """End this process when its parent is gone: nobody waits for what it would still do."""
-    while os.getppid() == parent:
-        time.sleep(_PARENT_SECONDS)
-    os._exit(1)
+class Surroundings(NamedTuple):
+    """What trackers in one process have in common, and must leave as it is."""
+
+    numbers: tuple[object, ...]
+    arithmetic: Mapping[str, Any]
+    folder: str
+
+    @classmethod
+    def now(cls) -> "Surroundings":
+        """State of global random numbers, floating-point errors, working directory."""
+        # Seeded or not, this is about the process's own generators, which nobody may use.
+        name, keys, *rest = np.random.get_state(legacy=True)  # noqa: NPY002
+        numbers = (random.getstate(), name, np.asarray(keys).tobytes(), *rest)
+        return cls(numbers, np.geterr(), os.getcwd())  # noqa: PTH109  # no need for a Path
 
 
-def perform(unit: Unit, folder: Path, progress: Callable[[int], None] | None = None) -> Outcome:
+def perform(
+    unit: Unit, folder: Path, limits: Limits | None = None, watch: Watch = UNWATCHED
+) -> Outcome:
     """Run a unit and write its runs.
+
+    Parameters
+    ----------
+    unit : Unit
+        What to run.
+    folder : Path
+        The experiment's folder of results.
+    limits : Limits, optional
+        Of these, the time of a whole run is kept here; the others are up to the supervisor.
+    watch : Watch
+        Told what is done.
 
     Raises
     ------
@@ -68,44 +126,148 @@ def perform(unit: Unit, folder: Path, progress: Callable[[int], None] | None = N
         Where the sequence can't be read to its end; none of the unit's runs is written.
     ResultsError
         Where the results can't be written.
+    NotAttributableError
+        Where one of several trackers harms the process; none of the unit's runs is written.
     """
-    sequence = datasets.load(unit.source.text, truth=unit.source.truth)
-    chosen = {text: contestant(text) for text, *_ in unit.entries}
-    entries = [(chosen[text], repetition) for text, repetition, *_ in unit.entries]
-    _check_unchanged(unit)
-    overhead = float("nan")
-    if unit.protocol == "timing":
-        runs = [time_run(*entry, sequence, progress=progress) for entry in entries]
-    else:
-        passed = run_in_lock_step(entries, sequence, progress=progress)
-        runs, overhead = passed.runs, passed.overhead
-    _check_unchanged(unit)
-    runs = [replace(run, circumstances={"overhead": overhead}) for run in runs]
-    return Outcome(_store(runs, unit, sequence, Results(folder)), overhead)
+    began = _Began()
+    opened = _open(unit, folder)
+    rows = [map_rows(path, len(opened.sequence), COLUMNS) for path in opened.unfinished]
+    before = Surroundings.now()
+    runs, measured = _runs(unit, opened, (limits or Limits()).run_seconds, rows, watch)
+    runs = _checked_surroundings(runs, before, opened)
+    for number, misdeed in watch.misdeeds().items():
+        runs[number] = replace(runs[number], failure=runs[number].failure or misdeed)
+    said = watch.printed()
+    runs = [
+        replace(
+            run,
+            circumstances={**run.circumstances, **measured},
+            output=said.get(number, "") if run.failure else "",
+        )
+        for number, run in enumerate(runs)
+    ]
+    _open(unit, folder)  # boxes of one version must never be kept as another's
+    return began.outcome(_store(runs, unit, opened), measured.get("overhead", nan))
 
 
-def record_death(unit: Unit, folder: Path, reason: str) -> Outcome:
-    """Write the only run of a unit as failed: its process died and could not do so itself."""
-    sequence = datasets.load(unit.source.text, truth=unit.source.truth)
-    ((text, repetition, *_),) = unit.entries
-    n = len(sequence)
-    boxes = np.full((n, 4), np.nan)
-    chosen = contestant(text)
+def record_failure(unit: Unit, folder: Path, failure: Failure) -> Outcome:
+    """Write the only run of a unit as failed, with the frames that it got to."""
+    began = _Began()
+    opened = _open(unit, folder)
+    sequence = opened.sequence
+    (path,), (key,), (chosen,) = opened.unfinished, opened.identities, opened.contestants
+    rows = read_rows(path)
+    if rows is None:
+        rows = np.full((len(sequence), COLUMNS), nan)
     given = reference(sequence, chosen.init, sequence.name).boxes
-    boxes[sequence.first_frame] = given[sequence.first_frame]
+    rows[sequence.first_frame, :4] = given[sequence.first_frame]
+    where = "" if failure.frame is None else f"{sequence.frame_name(failure.frame)}: "
     run = Run(
-        identity=identify(chosen, sequence, repetition, unit.protocol),
-        boxes=boxes,
-        visible=np.zeros(n, np.bool_),
-        confidence=np.full(n, np.nan),
-        failure=reason,
+        identity=key,
+        boxes=rows[:, :4],
+        visible=rows[:, 4] == 1,
+        confidence=rows[:, 5],
+        failure=where + failure.reason,
+        output=failure.output,
     )
-    return Outcome(_store([run], unit, sequence, Results(folder)), float("nan"))
+    return began.outcome(_store([run], unit, opened), nan)
 
 
-def _store(
-    runs: list[Run], unit: Unit, sequence: Sequence, results: Results
-) -> list[dict[str, Any]]:
+class _Began:
+    """Clocks of a unit."""
+
+    def __init__(self) -> None:
+        reset_peak()
+        self._wall, self._cpu = perf_counter(), process_time()
+
+    def outcome(self, rows: list[dict[str, Any]], overhead: float) -> Outcome:
+        """What became of it until now."""
+        return Outcome(
+            rows=rows,
+            overhead=overhead,
+            seconds=perf_counter() - self._wall,
+            cpu_seconds=process_time() - self._cpu,
+            peak_memory=peak_memory(),
+            host=socket.gethostname(),
+            process=os.getpid(),
+        )
+
+
+class _Opened(NamedTuple):
+    """A unit with everything that it names at hand."""
+
+    sequence: Sequence
+    contestants: list[Contestant]
+    identities: list[Identity]
+    unfinished: list[Path]
+    results: Results
+
+
+def _open(unit: Unit, folder: Path) -> _Opened:
+    """Open a unit, and check that trackers and sequence are what was planned."""
+    sequence = datasets.load(unit.source.text, truth=unit.source.truth)
+    chosen = contestants(entry.tracker for entry in unit.entries)
+    results = Results(folder)
+    opened = _Opened(sequence, [chosen[entry.tracker] for entry in unit.entries], [], [], results)
+    for entry, contestant in zip(unit.entries, opened.contestants, strict=True):
+        key = identify(contestant, sequence, entry.repetition, unit.protocol)
+        if key.version != entry.version:
+            raise SequenceError(
+                f"{key.tracker} on {key.sequence}: the tracker or the sequence changed while it "
+                "ran, so nothing was kept. Run the same command again."
+            )
+        opened.identities.append(key)
+        opened.unfinished.append(beside(results.path(key), UNFINISHED))
+    return opened
+
+
+def _runs(
+    unit: Unit, opened: _Opened, run_seconds: float, rows: list[NDArray[np.float64]], watch: Watch
+) -> tuple[list[Run], dict[str, float]]:
+    """Make the runs, and tell what was measured beside them."""
+    repetitions = [entry.repetition for entry in unit.entries]
+    entries = list(zip(opened.contestants, repetitions, strict=True))
+    if unit.protocol == "timing":
+        ((chosen, repetition),) = entries
+        run = time_run(
+            chosen,
+            repetition,
+            opened.sequence,
+            run_seconds=run_seconds,
+            rows=rows[0],
+            watch=watch,
+        )
+        return [run], {}
+    passed = run_in_lock_step(
+        entries, opened.sequence, run_seconds=run_seconds, rows=rows, watch=watch
+    )
+    measured = {"overhead": passed.overhead, "frame_seconds": passed.frame_seconds}
+    return passed.runs, measured
+
+
+def _checked_surroundings(runs: list[Run], before: Surroundings, opened: _Opened) -> list[Run]:
+    """Runs whose trackers have left alone what they have in common.
+
+    Of several nobody can tell who did not; and what others did after that is worth nothing.
+    """
+    now = Surroundings.now()
+    if now == before:
+        return runs
+    random.setstate(before.numbers[0])  # type: ignore[arg-type]  # as `getstate` gave it
+    np.random.set_state(before.numbers[1:])  # type: ignore[arg-type]  # noqa: NPY002
+    np.seterr(**before.arithmetic)
+    os.chdir(before.folder)
+    if len(runs) > 1:
+        raise NotAttributableError("what the trackers have in common was changed")
+    (run,), (chosen,) = runs, opened.contestants
+    declared = chosen.randomness is Randomness.PROCESS
+    if now.numbers == before.numbers or run.failure or declared:
+        return runs
+    return [replace(run, failure=_GLOBAL_NUMBERS)]
+
+
+def _store(runs: list[Run], unit: Unit, opened: _Opened) -> list[dict[str, Any]]:
+    results, sequence = opened.results, opened.sequence
     write_truth(results.folder, sequence)
     origin = unit.source.absolute()
     source = {"source": origin.text, "truth": str(origin.truth or "")}
@@ -117,19 +279,3 @@ def _store(
             told = results.read(path)  # another process was quicker: its run stands
         rows.append(index_row(results, path, told, sequence))
     return rows
-
-
-def _check_unchanged(unit: Unit) -> None:
-    """Check that trackers and sequence are still what was planned.
-
-    Asked before the pass and after it: boxes of one version must never be kept as another's.
-    """
-    sequence = datasets.load(unit.source.text, truth=unit.source.truth)
-    chosen = {text: contestant(text) for text, *_ in unit.entries}
-    for text, repetition, planned, _ in unit.entries:
-        key = identify(chosen[text], sequence, repetition, unit.protocol)
-        if key.version != planned:
-            raise SequenceError(
-                f"{key.tracker} on {key.sequence}: the tracker or the sequence changed while it "
-                "ran, so nothing was kept. Run the same command again."
-            )

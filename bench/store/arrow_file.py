@@ -26,7 +26,9 @@ def read_arrow(path: Path) -> pa.Table:
     ------
     ResultsError
         Naming the file, where it is not what was written.
-    OSError
-        Where it can't be read.
+    FileNotFoundError
+        Where it is not there.
+    ResultsError
+        Where it can't be read now.
     """
     return feather.read_table(pa.BufferReader(read_sealed(path)))

@@ -19,16 +19,17 @@ from pathlib import Path
 
 __all__ = [
     "ResultsError",
+    "is_abandoned",
     "locked",
     "remove_empty_folder",
     "remove_file",
-    "remove_leftovers",
     "write_atomically",
     "write_once",
 ]
 
 _TEMPORARY = re.compile(r"^\.(?P<host>[^~]+)~(?P<process>\d+)~.*\.tmp$")
 _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.ENOSYS, errno.EMLINK)
+_ATTEMPTS = 3
 _LOCK = ".lock"
 _LOCK_SECONDS = 60.0
 _LOCK_POLL_SECONDS = 0.02
@@ -38,15 +39,24 @@ class ResultsError(ValueError):
     """Results that can't be read or written; the message names folder or file."""
 
 
-def write_atomically(path: Path, content: bytes) -> None:
+def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> None:
     """Write a file, or replace it by another one.
+
+    Parameters
+    ----------
+    path : Path
+        The file; its folder is made.
+    content : bytes
+        What is to stand in it.
+    durable : bool
+        Whether it is forced to the disk before its name says that it is there.
 
     Raises
     ------
     ResultsError
         Where the file can't be written; the old one is still there then.
     """
-    with _temporary(path, content) as temporary:
+    with _temporary(path, content, durable=durable) as temporary:
         os.replace(temporary, path)
 
 
@@ -88,19 +98,19 @@ def write_once(path: Path, content: bytes, lock: AbstractContextManager[None]) -
 
 
 @contextmanager
-def _temporary(path: Path, content: bytes) -> Iterator[Path]:
+def _temporary(path: Path, content: bytes, *, durable: bool = True) -> Iterator[Path]:
     """A file with this content beside `path`; once it has its name, that is on disk too."""
     writer = f"{_host()}~{os.getpid()}~{threading.get_native_id()}"
     temporary = path.with_name(f".{writer}~{path.name}.tmp")
     try:
         try:
-            _make_folder(path.parent)
-            _write(temporary, content)
+            _write_in_folder(temporary, content, durable=durable)
             yield temporary
         finally:
             with suppress(OSError):  # renamed, or the folder can't be written; see leftovers
                 os.unlink(temporary)
-        _sync_folder(path.parent)
+        if durable:
+            _sync_folder(path.parent)
     except OSError as error:
         raise ResultsError(
             f"{path} can't be written: {error.strerror or error}. "
@@ -108,8 +118,8 @@ def _temporary(path: Path, content: bytes) -> Iterator[Path]:
         ) from error
 
 
-def remove_file(path: Path) -> None:
-    """Remove a file, if it is there.
+def remove_file(path: Path, *, durable: bool = True) -> None:
+    """Remove a file, if it is there; `durable` as in `write_atomically`.
 
     Raises
     ------
@@ -118,7 +128,8 @@ def remove_file(path: Path) -> None:
     """
     try:
         os.unlink(path)
-        _sync_folder(path.parent)
+        if durable:
+            _sync_folder(path.parent)
     except FileNotFoundError:
         return
     except OSError as error:
@@ -155,7 +166,8 @@ def locked(folder: Path) -> Iterator[None]:
         _acquire(descriptor, path)
         yield
     finally:
-        os.close(descriptor)
+        with suppress(OSError):  # the lock goes with the descriptor, whatever the system says
+            os.close(descriptor)
 
 
 def _acquire(descriptor: int, path: Path) -> None:
@@ -179,19 +191,10 @@ def _acquire(descriptor: int, path: Path) -> None:
             return
 
 
-def remove_leftovers(folder: Path) -> None:
-    """Remove temporary files of this machine's processes that are gone.
-
-    Raises
-    ------
-    ResultsError
-        Where one can't be removed.
-    """
-    for place, _, names in os.walk(folder):
-        for name in names:
-            match = _TEMPORARY.match(name)
-            if match and match["host"] == _host() and not _runs(int(match["process"])):
-                remove_file(Path(place, name))
+def is_abandoned(name: str) -> bool:
+    """Whether a file's name is a temporary one of a process of this machine that is gone."""
+    match = _TEMPORARY.match(name)
+    return bool(match and match["host"] == _host() and not _runs(int(match["process"])))
 
 
 @cache
@@ -224,13 +227,24 @@ def _make_folder(path: Path) -> None:
         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path))
 
 
-def _write(path: Path, content: bytes) -> None:
+def _write_in_folder(path: Path, content: bytes, *, durable: bool) -> None:
+    """Write a file in a folder that another process may find empty, and remove, meanwhile."""
+    for _ in range(_ATTEMPTS):
+        with suppress(FileNotFoundError):
+            _make_folder(path.parent)
+            return _write(path, content, durable=durable)
+    _make_folder(path.parent)
+    return _write(path, content, durable=durable)
+
+
+def _write(path: Path, content: bytes, *, durable: bool) -> None:
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o666)
     try:
         rest = memoryview(content)
         while rest:
             rest = rest[os.write(descriptor, rest) :]
-        os.fsync(descriptor)
+        if durable:
+            os.fsync(descriptor)
     finally:
         os.close(descriptor)
 

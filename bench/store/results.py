@@ -26,7 +26,6 @@ from bench.store.files import (
     locked,
     remove_empty_folder,
     remove_file,
-    remove_leftovers,
     write_atomically,
     write_once,
 )
@@ -39,6 +38,7 @@ from bench.store.layout import (
     check_schema,
     run_path,
 )
+from bench.store.leftovers import remove_leftovers
 from bench.store.seal import PLACEHOLDER, SEAL_KEY, read_sealed, sealed
 
 __all__ = ["Results"]
@@ -126,7 +126,7 @@ class Results:
                 elif not write_once(path, content, nullcontext()):
                     return False
                 self._remove_companions(path, keep=set(names.values()))
-        remove_file(beside(path, UNFINISHED))
+        remove_file(beside(path, UNFINISHED), durable=False)
         return True
 
     def remove(self, paths: list[str]) -> None:
@@ -160,7 +160,14 @@ class Results:
         try:
             content = read_sealed(path)
             table = parquet.read_table(pa.BufferReader(content))
-            return _run(path, table, json.loads(table.schema.metadata[METADATA_KEY]))
+            metadata = json.loads(table.schema.metadata[METADATA_KEY])
+            check_schema(path, metadata["schema"])
+            place = self.path(Identity(**metadata["identity"]))
+            if path.parts[-3:] != place.parts[-3:]:
+                raise ResultsError(
+                    f"{path} holds the run of another place, {place}. Move it there."
+                )
+            return _run(path, table, metadata)
         except (OSError, pa.ArrowException, KeyError, TypeError, ValueError) as error:
             if isinstance(error, ResultsError):
                 raise
@@ -191,6 +198,7 @@ def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
         "identity": asdict(run.identity),
         "status": run.status,
         "failure": run.failure,
+        "output": run.output,
         "details": list(run.details),
         "companions": dict(names),
         "circumstances": {
@@ -216,7 +224,6 @@ def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
 
 
 def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
-    check_schema(path, metadata["schema"])
     columns = {name: table.column(name).to_numpy() for name in table.column_names}
     times = None
     if "initialisation" in metadata:
@@ -235,6 +242,7 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
         arrays=read_arrays(belonging["arrays.npz"]) if "arrays.npz" in belonging else {},
         times=times,
         circumstances=metadata["circumstances"],
+        output=metadata["output"],
     )
 
 

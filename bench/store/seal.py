@@ -71,10 +71,20 @@ def read_sealed(path: Path) -> bytes:
     ------
     DamagedError
         Naming the file, where it is not what was written.
-    OSError
-        Where it can't be read.
+    FileNotFoundError
+        Where it is not there.
+    ResultsError
+        Where it can't be read now, whatever stands in it.
     """
-    content = path.read_bytes()
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise ResultsError(
+            f"{path} can't be read: {error.strerror}. Mend the permissions or the disk, and run "
+            "the same command again."
+        ) from error
     check(path, content)
     return content
 

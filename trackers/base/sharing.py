@@ -4,6 +4,8 @@ from abc import abstractmethod
 from collections.abc import Callable, Hashable
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
+import numpy as np
+
 from trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin
 
 __all__ = ["SharedFrame", "SharingTracker"]
@@ -27,9 +29,9 @@ class SharedFrame:
     __slots__ = ("_computed", "image", "sharers")
 
     def __init__(self, image: Image, sharers: int = 1) -> None:
-        self.image = image.view()
+        # Through a read-only buffer: a flag alone, a tracker could set back.
+        self.image: Image = np.asarray(image.data.toreadonly())
         self.sharers = sharers
-        self.image.flags.writeable = False
         self._computed: dict[Hashable, Any] = {}
 
     def compute(

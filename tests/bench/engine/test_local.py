@@ -13,14 +13,10 @@ import pyarrow.parquet as parquet
 import pytest
 
 import bench
-import datasets
-from bench.engine.local import execute
 from bench.experiment import Experiment, SequenceSource
 from bench.runner import Execution, run
-from bench.store.files import remove_leftovers
 from bench.store.index import read_index
 from bench.store.results import Results
-from bench.store.truth import write_truth
 from datasets import SequenceError
 
 TRACKMARK = [sys.executable, "-c", "from bench.cli import main; main()"]
@@ -115,7 +111,7 @@ def test_a_tracker_that_kills_its_process_costs_its_own_runs_alone(data, death):
     failed = [row for row in rows if row["status"] == "failed"]
     assert {row["tracker"] for row in failed} == {"deadly.py:Knob"}
     assert len(failed) == 4
-    assert all(row["failure"].startswith("its process died") for row in failed)
+    assert all(row["failure"].startswith("0002.png: its process ") for row in failed)
     healthy = run(experiment(data, "healthy", trackers[::2], seeds=1), data / "results")
     alive = {path: found for path, found in contents(folder).items() if "deadly" not in path}
     assert alive == contents(healthy)
@@ -138,21 +134,28 @@ PAUSE = """import os, time; time.sleep(0.01)
         return Estimate(self.box, details={"process": float(os.getpid())})  #"""
 
 
-def test_units_that_were_waiting_when_a_worker_died_stay_whole(data, monkeypatch):
+def test_a_culprit_is_found_without_repeating_everybody_alone(data):
+    """By the board: the one that was called last is repeated, and the others together."""
     deadly = data / "deadly.py"
     death = "import os; os._exit(3)\n        return Estimate"
     deadly.write_text((data / "knob.py").read_text().replace("return Estimate", death))
+    counter = data / "counter.py"
+    count = f"open({str(data / 'inits')!r}, 'a').write('x')\n        self.box = box"
+    counter.write_text((data / "knob.py").read_text().replace("self.box = box", count))
     chosen = Experiment(
         "mixed",
-        ("static", f"{deadly}:Knob"),
+        (f"{deadly}:Knob", f"{counter}:Knob"),
         (SequenceSource(str(data / "data" / "A")),),
+        repetitions=8,
     )
-    healthy = experiment(data, "mixed", ("static", "camshift"), seeds=1)
-    units = (
-        Execution(chosen, data / "results").units + Execution(healthy, data / "results").units[1:]
+    folder = run(chosen, data / "results", jobs=1)
+    statuses = [(row["tracker"], row["status"]) for row in read_index(Results(folder))]
+    assert (
+        sorted(statuses)
+        == [("counter.py:Knob", "finished")] * 8 + [("deadly.py:Knob", "failed")] * 8
     )
-    done = [unit for unit, _ in execute(units, data / "results" / "mixed", 1)]
-    assert sorted(len(unit.entries) for unit in done) == [1, 1, 2, 2, 2]
+    # Eight culprits are peeled off one by one; the others run together each time.
+    assert len((data / "inits").read_text()) == 8 * 9
 
 
 def test_a_tracker_that_changes_while_it_runs_leaves_nothing(data):
@@ -177,23 +180,34 @@ def test_workers_end_soon_after_a_command_that_was_killed_alone(data):
         start_new_session=True,
     )
     try:
-        wait_until(lambda: len(members(process.pid)) >= 3)
+        wait_until(lambda: len(children(process.pid)) == 2)
+        workers = children(process.pid)
         process.kill()
         process.wait()
-        # The resource tracker ends with the last worker.
-        wait_until(lambda: not members(process.pid))
+        wait_until(lambda: not any(lives(worker) for worker in workers))
     finally:
-        for left in members(process.pid):
+        for left in children(process.pid):
             os.kill(left, signal.SIGKILL)
 
 
-def members(session):
-    """Living processes of a session."""
+def children(parent):
+    """Living children of a process; each leads a session of its own."""
     listed = subprocess.run(
-        ["ps", "-o", "pid=,stat=", "-s", str(session)], capture_output=True, text=True, check=False
+        ["ps", "-o", "pid=,stat=", "--ppid", str(parent)],
+        capture_output=True,
+        text=True,
+        check=False,
     )
     rows = [line.split() for line in listed.stdout.splitlines()]
     return [int(pid) for pid, state in rows if not state.startswith("Z")]
+
+
+def lives(process):
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
 
 
 def wait_until(condition, seconds=30):
@@ -201,51 +215,6 @@ def wait_until(condition, seconds=30):
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.1)
-
-
-@pytest.mark.parametrize("call", range(1, 14, 2))
-def test_killed_at_any_write_of_a_run_the_store_holds_old_or_new_and_nothing_half(data, call):
-    """Kill at the n-th `replace` or `write` of storing a run; then store it again."""
-    code = f"""
-import os, pathlib, sys
-import bench, datasets
-from bench.store.results import Results
-from bench.store.truth import write_truth
-left = {call}
-def deadly(name, target):
-    plain = getattr(target, name)
-    def counted(*a, **k):
-        global left
-        left -= 1
-        if left == 0:
-            os.kill(os.getpid(), 9)
-        done = plain(*a, **k)
-        left -= 1
-        if left == 0:
-            os.kill(os.getpid(), 9)
-        return done
-    setattr(target, name, counted)
-deadly("replace", pathlib.Path)
-import bench.store.files, pyarrow.parquet, pyarrow.feather
-deadly("_sync", bench.store.files)
-deadly("write_table", pyarrow.parquet)
-deadly("write_feather", pyarrow.feather)
-sequence = datasets.load({str(data / "data" / "A")!r})
-write_truth(pathlib.Path({str(data / "store")!r}), sequence)
-Results(pathlib.Path({str(data / "store")!r})).write(bench.evaluate("static", sequence))
-"""
-    done = subprocess.run([sys.executable, "-c", code], check=False)
-    assert done.returncode == -signal.SIGKILL
-    results = Results(data / "store")
-    for file in results.files():
-        assert results.read(file).status == "finished"
-    sequence = datasets.load(data / "data" / "A")
-    write_truth(results.folder, sequence)
-    results.write(bench.evaluate("static", sequence))
-    (row,) = read_index(results)
-    assert row["scores"]["mean_overlap"] == 1.0
-    remove_leftovers(results.folder)
-    assert not list(results.folder.rglob("*.tmp"))
 
 
 def kill_and_resume(data, kills, seed):

@@ -19,9 +19,10 @@ import bench
 from bench.contestant import contestant, identify
 from bench.record import Run, Times
 from bench.store.asked import Asked
-from bench.store.files import ResultsError, _host, remove_leftovers, write_atomically
+from bench.store.files import ResultsError, _host, write_atomically
 from bench.store.index import read_index
 from bench.store.layout import folder_name, run_path
+from bench.store.leftovers import remove_leftovers
 from bench.store.results import Results
 from bench.store.seal import PLACEHOLDER, check, sealed
 from bench.store.truth import read_truth, truth_path, write_truth
@@ -247,7 +248,9 @@ def test_a_run_of_an_earlier_layout_is_refused_with_what_to_do(results, sequence
 def test_a_truncated_run_is_named_with_what_to_do(results, sequence):
     _, path = store(results, sequence)
     path.write_bytes(path.read_bytes()[:100])
-    with pytest.raises(ResultsError, match=r"0\.parquet (is damaged|has no checksum).*[Rr]emove it"):
+    with pytest.raises(
+        ResultsError, match=r"0\.parquet (is damaged|has no checksum).*[Rr]emove it"
+    ):
         read_index(results)
 
 

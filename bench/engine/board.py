@@ -1,0 +1,84 @@
+"""What a child process shows its supervisor, in memory that both see.
+
+The supervisor learns from it which tracker is called on which frame even when the child can't
+say anything any more.
+"""
+
+import mmap
+from enum import IntEnum
+from pathlib import Path
+from typing import NamedTuple
+
+__all__ = ["NOBODY", "READING", "Board", "Sight", "Slot"]
+
+NOBODY = -1
+"""No tracker is being called, and no frame is fetched."""
+
+READING = -2
+"""A frame is fetched."""
+
+
+class Slot(IntEnum):
+    """Places on the board, one number each."""
+
+    CALLS = 0
+    FRAME = 1
+    ENTRY = 2
+    SHOWN = 3
+    COPIED = 4
+    LOST = 5
+
+
+class Sight(NamedTuple):
+    """What the board shows at a moment.
+
+    Attributes
+    ----------
+    calls : int
+        Changes with every call of a tracker and with every frame that is fetched.
+    frame : int
+        Frame that is fetched or shown.
+    entry : int
+        Which of the unit's entries is called; `READING` or `NOBODY` in between.
+    shown : int
+        Frames that all trackers have seen.
+    lost : bool
+        Whether the child found its connection to the supervisor closed.
+    """
+
+    calls: int
+    frame: int
+    entry: int
+    shown: int
+    lost: bool
+
+
+class Board:
+    """Memory that a supervisor and its child share.
+
+    Parameters
+    ----------
+    path : Path
+        A file that both open; it may be unlinked then.
+    """
+
+    def __init__(self, path: Path) -> None:
+        with path.open("r+b") as file:
+            self._map = mmap.mmap(file.fileno(), 8 * len(Slot))
+        self.slots = memoryview(self._map).cast("q")
+
+    @staticmethod
+    def create(path: Path) -> None:
+        """Make the file."""
+        path.write_bytes(bytes(8 * len(Slot)))
+
+    def clear(self) -> None:
+        """Forget the last unit."""
+        for slot in Slot:
+            self.slots[slot] = 0
+        self.slots[Slot.ENTRY] = NOBODY
+
+    def look(self) -> Sight:
+        """What it shows now."""
+        calls, frame, entry, shown, _, lost = self.slots.tolist()
+        return Sight(calls, frame, entry, shown, bool(lost))

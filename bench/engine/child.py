@@ -1,0 +1,160 @@
+"""A process in which trackers run: takes requests of its supervisor, and answers.
+
+`python -m bench.engine.child CONNECTION BOARD PARENT MEMORY`, where CONNECTION is an inherited
+socket's number, BOARD a file, PARENT the supervisor's process number and MEMORY a limit in
+bytes. Nothing but a supervisor calls it.
+"""
+
+import ctypes
+import os
+import signal
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Mapping
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, cast
+
+import cv2
+
+from bench.engine.board import Board
+from bench.engine.board_watch import BoardWatch
+from bench.engine.limits import Limits
+from bench.engine.memory import limit_memory
+from bench.engine.output import Printed
+from bench.engine.worker import Failure, Outcome, perform, record_failure
+from bench.store.files import ResultsError
+from bench.unit import Unit
+from bench.watch import NotAttributableError, Watch
+from datasets import SequenceError
+
+__all__ = ["Answer", "DefectError", "EscapedError", "Perform", "Record", "main"]
+
+_PARENT_SECONDS = 1.0
+_DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
+
+
+class DefectError(RuntimeError):
+    """An error of ours; the message holds its traceback."""
+
+
+class EscapedError(Exception):
+    """Something escaped from a tracker that ends a process, such as a KeyboardInterrupt."""
+
+
+@dataclass(frozen=True)
+class Perform:
+    """Ask to perform a unit."""
+
+    unit: Unit
+    folder: Path
+    limits: Limits
+
+    def __call__(self, watch: Watch) -> Outcome:
+        """Do it."""
+        return perform(self.unit, self.folder, self.limits, watch)
+
+
+@dataclass(frozen=True)
+class Record:
+    """Ask to record the only run of a unit as failed."""
+
+    unit: Unit
+    folder: Path
+    failure: Failure
+
+    def __call__(self, watch: Watch) -> Outcome:
+        """Do it."""
+        return record_failure(self.unit, self.folder, self.failure)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a child says.
+
+    Attributes
+    ----------
+    result : object
+        What the request gave, or the exception that it raised.
+    worn : bool
+        Whether trackers have left something behind, so that the process should not be used
+        again.
+    """
+
+    result: Any
+    worn: bool = False
+
+
+def main() -> None:
+    """Answer requests until the supervisor is gone."""
+    descriptor, board_file, parent, memory = sys.argv[1:]
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the command's business
+    _end_with(int(parent))
+    cv2.setNumThreads(1)
+    board = Board(Path(board_file))
+    output = Printed(board, sys.stdout)
+    # Two streams of one kind: what a tracker prints is kept in the order of printing.
+    sys.stdout = sys.stderr = cast("Any", output)
+    connection = Connection(int(descriptor))
+    socket = os.fstat(connection.fileno())
+
+    def connected() -> bool:
+        try:
+            now = os.fstat(int(descriptor))
+        except OSError:
+            return False
+        return (now.st_dev, now.st_ino) == (socket.st_dev, socket.st_ino)
+
+    watch = BoardWatch(board, connected, output)
+    limit_memory(int(memory))
+    connection.send(Answer(None))
+    while True:
+        try:
+            request = connection.recv()
+        except EOFError:
+            return
+        before = _left_behind()
+        result = _result(request, watch)
+        watch.printed()
+        connection.send(Answer(result, worn=_left_behind() != before))
+
+
+def _result(request: Any, watch: Watch) -> Any:
+    try:
+        return request(watch)
+    except (SequenceError, ResultsError, NotAttributableError) as error:
+        return error.with_traceback(None)
+    except MemoryError:
+        return NotAttributableError("the memory is exhausted")
+    except Exception:  # noqa: BLE001  # ours, since trackers' own are caught where they are called
+        return DefectError(traceback.format_exc())
+    except BaseException as error:  # noqa: BLE001  # only a tracker raises such a thing here
+        return EscapedError(f"it raised {type(error).__name__}")
+
+
+def _left_behind() -> tuple[int, Mapping[str, str]]:
+    """What trackers may leave in a process: threads, and changes of its environment."""
+    return threading.active_count(), dict(os.environ)
+
+
+def _end_with(parent: int) -> None:
+    """End this process when its parent is gone: nobody waits for what it would still do."""
+    if sys.platform == "linux":  # at once, and even when a tracker lets no thread run
+        ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGKILL)
+    threading.Thread(target=_watch_parent, args=(parent,), daemon=True).start()
+
+
+def _watch_parent(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(_PARENT_SECONDS)
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    # Requests name the classes of the imported module, not those of `__main__`.
+    from bench.engine import child
+
+    child.main()

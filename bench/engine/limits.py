@@ -1,0 +1,47 @@
+"""How much time and memory a tracker may take before it counts as failed."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from bench.experiment import ExperimentError
+
+__all__ = ["Limits", "machine_memory"]
+
+_CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a tracker may take.
+
+    Attributes
+    ----------
+    frame_seconds : float
+        For one frame, and for its initialisation, by the wall clock.
+    run_seconds : float
+        For all frames of a run together.
+    memory_bytes : int or None
+        For the process in which a unit runs; by default the machine's memory, shared equally
+        by its cores.
+    """
+
+    frame_seconds: float = 60.0
+    run_seconds: float = 6 * 3600.0
+    memory_bytes: int | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("frame_seconds", "run_seconds", "memory_bytes"):
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise ExperimentError(f"the limit {name} is {value}; give more than 0.")
+
+
+def machine_memory() -> int:
+    """Memory of this machine, or of the container that this process is in, in bytes."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if _CONTROL_GROUP.is_file():
+        allowed = _CONTROL_GROUP.read_text("utf-8").strip()
+        if allowed != "max":
+            memory = min(memory, int(allowed))
+    return memory

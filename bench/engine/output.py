@@ -1,0 +1,91 @@
+"""What trackers print: kept for the run that fails, and never on the command's own output."""
+
+import io
+from collections import deque
+from typing import Any, TextIO
+
+from bench.engine.board import Board
+
+__all__ = ["LONGEST", "Printed", "Tail", "drain"]
+
+LONGEST = 16_384
+"""Characters or bytes of a tracker's last words that are kept."""
+
+
+class Tail:
+    """The end of a text that may be long."""
+
+    def __init__(self) -> None:
+        self._pieces: deque[str] = deque()
+        self._length = 0
+
+    def clear(self) -> None:
+        """Forget it."""
+        self._pieces.clear()
+        self._length = 0
+
+    def add(self, piece: str) -> None:
+        """Append, and forget what has become too old."""
+        self._pieces.append(piece[-LONGEST:])
+        self._length += len(self._pieces[-1])
+        while self._length - len(self._pieces[0]) >= LONGEST:
+            self._length -= len(self._pieces.popleft())
+
+    def text(self) -> str:
+        """What is left, at most `LONGEST` characters."""
+        return "".join(self._pieces)[-LONGEST:]
+
+
+class Printed(io.TextIOBase):
+    """Stands for `sys.stdout` and `sys.stderr` of a child: sorts what is printed by tracker.
+
+    It is passed on too, so that the supervisor has it when the child dies.
+
+    Parameters
+    ----------
+    board : Board
+        Shows whose turn it is.
+    through : text stream
+        The real one.
+    """
+
+    def __init__(self, board: Board, through: TextIO) -> None:
+        self._board = board
+        self._through = through
+        self._tails: dict[int, Tail] = {}
+
+    def writable(self) -> bool:
+        """Yes."""
+        return True
+
+    def write(self, text: str, /) -> int:
+        """Keep and pass on."""
+        self._tails.setdefault(self._board.look().entry, Tail()).add(text)
+        self._through.write(text)
+        return len(text)
+
+    def fileno(self) -> int:
+        """Descriptor of the real one: what is written there is not sorted."""
+        return self._through.fileno()
+
+    @property
+    def buffer(self) -> Any:
+        """Bytes of the real one: what is written there is not sorted."""
+        return self._through.buffer
+
+    def flush(self) -> None:
+        """Pass on what is held back."""
+        self._through.flush()
+
+    def take(self) -> dict[int, str]:
+        """What was printed since the last time, by entry."""
+        taken = {entry: tail.text() for entry, tail in self._tails.items()}
+        self._tails.clear()
+        return taken
+
+
+def drain(stream: io.BufferedReader, tail: Tail) -> None:
+    """Read a stream to its end, keep the end of it, and close it."""
+    with stream:
+        while piece := stream.read1(LONGEST):
+            tail.add(piece.decode("utf-8", "replace"))

@@ -1,0 +1,38 @@
+"""Frames of a run that has not ended, kept to see where it was when it died.
+
+A NumPy array of 64-bit floats, a row a frame: x, y, width, height, visible (1 or 0),
+confidence; NaN in frames that were not reached. It is mapped into memory, so that nothing
+has to be written while the run goes on, and what was said last is there after any death of the
+process. It is no result, and no reader of results looks at it.
+"""
+
+import io
+from pathlib import Path
+
+import numpy as np
+from numpy.lib.format import open_memmap
+from numpy.typing import NDArray
+
+from bench.store.files import write_atomically
+
+__all__ = ["map_rows", "read_rows"]
+
+
+def map_rows(path: Path, frames: int, columns: int) -> NDArray[np.float64]:
+    """Make the file of a run, and map it into memory; an earlier one is replaced.
+
+    Raises
+    ------
+    ResultsError
+        Where it can't be written.
+    """
+    content = io.BytesIO()
+    np.save(content, np.full((frames, columns), np.nan))
+    # In full, though it says nothing yet: on a full disk a write fails, a mapping is fatal.
+    write_atomically(path, content.getvalue(), durable=False)
+    return open_memmap(path, "r+")
+
+
+def read_rows(path: Path) -> NDArray[np.float64] | None:
+    """Rows of an unfinished run; None where there are none."""
+    return np.load(path, allow_pickle=False) if path.is_file() else None
