@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
+# With the optional engines, for the tests that compare them.
+FULL   := $(VENV)/.ready-full
 
 .PHONY: setup demo test test-full lint bench clean
 
@@ -17,13 +19,18 @@ $(READY): pyproject.toml constraints.txt
 	  --disable-pip-version-check --editable '.[dev]'
 	@touch $@
 
+$(FULL): $(READY)
+	PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
+	  --disable-pip-version-check --editable '.[dev,dask,ray]'
+	@touch $@
+
 demo: $(READY)
 	$(BIN)/trackmark demo
 
 test: $(READY)
 	$(BIN)/python -m pytest
 
-test-full: $(READY)
+test-full: $(FULL)
 	$(BIN)/python -m pytest -m "slow or not slow"
 
 lint: $(READY)
