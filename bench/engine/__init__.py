@@ -18,9 +18,10 @@ from bench.experiment import ExperimentError
 from bench.unit import Unit
 
 if TYPE_CHECKING:
+    from bench.engine.probe import Probed
     from bench.engine.worker import Outcome
 
-__all__ = ["ENGINES", "Engine", "Job", "engine"]
+__all__ = ["ENGINES", "Engine", "Job", "engine", "probe"]
 
 ENGINES = ("local", "dask", "ray")
 """Names of the engines."""
@@ -90,6 +91,28 @@ class Engine(Protocol):
             wrong with trackers is recorded in their runs.
         """
         ...
+
+
+def probe(unit: Unit, frames: int, limits: Limits) -> "Probed | None":
+    """Find out, in a child process, how long a unit's trackers take for a frame.
+
+    Returns
+    -------
+    Probed or None
+        None where one of them stopped or killed the process.
+
+    Raises
+    ------
+    SequenceError
+        Where the sequence can't be read.
+    """
+    from bench.engine.supervisor import Supervisor
+
+    supervisor = Supervisor(limits)
+    try:
+        return supervisor.probe(unit, frames)
+    finally:
+        supervisor.close()
 
 
 def engine(name: str = "local", *, jobs: int | None = None, address: str | None = None) -> Engine:

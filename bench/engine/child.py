@@ -25,13 +25,14 @@ from bench.engine.board_watch import BoardWatch
 from bench.engine.limits import Limits
 from bench.engine.memory import limit_memory
 from bench.engine.output import Printed
+from bench.engine.probe import Probed, probe
 from bench.engine.worker import Failure, Outcome, perform, record_failure
 from bench.store.files import ResultsError
 from bench.unit import Unit
 from bench.watch import NotAttributableError, Watch
 from datasets import SequenceError
 
-__all__ = ["Answer", "DefectError", "EscapedError", "Perform", "Record", "main"]
+__all__ = ["Answer", "DefectError", "EscapedError", "Perform", "Probe", "Record", "main"]
 
 _PARENT_SECONDS = 1.0
 _DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
@@ -69,6 +70,18 @@ class Record:
     def __call__(self, watch: Watch) -> Outcome:
         """Do it."""
         return record_failure(self.unit, self.folder, self.failure)
+
+
+@dataclass(frozen=True)
+class Probe:
+    """Ask how long a unit's trackers take for a frame."""
+
+    unit: Unit
+    frames: int
+
+    def __call__(self, watch: Watch) -> Probed:
+        """Do it."""
+        return probe(self.unit, self.frames, watch)
 
 
 @dataclass(frozen=True)

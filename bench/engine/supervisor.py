@@ -14,20 +14,23 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import bench
 from bench.engine.board import NOBODY, READING, Board, Sight
-from bench.engine.child import Answer, EscapedError, Perform, Record
+from bench.engine.child import Answer, EscapedError, Perform, Probe, Record
 from bench.engine.limits import Limits, machine_memory
 from bench.engine.output import Tail, drain
+from bench.engine.probe import Probed
 from bench.engine.worker import Failure, Outcome
 from bench.store.files import ResultsError
 from bench.unit import Unit
-from bench.watch import NotAttributableError
+from bench.watch import NotAttributableError, Watch
 from datasets import SequenceError
 
 __all__ = ["Supervisor"]
+
+_Result = TypeVar("_Result")
 
 _POLL_SECONDS = 0.1
 _START_SECONDS = 300.0
@@ -115,6 +118,22 @@ class Supervisor:
                 outcomes.append(self._record(group, folder, ended))
         return _together(outcomes)
 
+    def probe(self, unit: Unit, frames: int) -> Probed | None:
+        """Find out how long a unit's trackers take for a frame.
+
+        Returns
+        -------
+        Probed or None
+            None where one of them stopped or killed the process.
+
+        Raises
+        ------
+        SequenceError
+            Where the sequence can't be read.
+        """
+        ended = self._ask(Probe(unit, frames), unit, 0, None)
+        return None if isinstance(ended, _Death) else ended
+
     def close(self) -> None:
         """End the child, whatever it is doing."""
         self._closed = True
@@ -133,8 +152,12 @@ class Supervisor:
         return ended
 
     def _ask(
-        self, request: Any, unit: Unit, done: int, progress: Callable[[int], None] | None
-    ) -> "Outcome | _Death":
+        self,
+        request: Callable[[Watch], _Result],
+        unit: Unit,
+        done: int,
+        progress: Callable[[int], None] | None,
+    ) -> "_Result | _Death":
         if self._child is None or not self._child.lives():
             self._child = _Child(self.limits)
         child = self._child
@@ -158,8 +181,8 @@ class Supervisor:
             return _Death(str(result), known, child.tail.text())
         if isinstance(result, Exception):
             raise result
-        outcome: Outcome = result
-        return outcome
+        given: _Result = result
+        return given
 
 
 class _Child:

@@ -1,9 +1,7 @@
 """What a child process does: one unit of work, from opening the sequence to the files."""
 
 import os
-import random
 import socket
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import nan
 from pathlib import Path
@@ -17,6 +15,7 @@ import datasets
 from bench.contestant import Contestant, contestants, identify
 from bench.engine.limits import Limits
 from bench.engine.memory import peak_memory, reset_peak
+from bench.engine.surroundings import Surroundings
 from bench.evaluation import run_in_lock_step
 from bench.record import Identity, Run
 from bench.recorder import COLUMNS
@@ -32,8 +31,7 @@ from bench.watch import UNWATCHED, NotAttributableError, Watch
 from datasets import Sequence, SequenceError
 from trackers import Randomness
 
-__all__ = ["Failure", "Outcome", "Surroundings", "perform", "record_failure"]
-
+__all__ = ["Failure", "Outcome", "perform", "record_failure"]
 _GLOBAL_NUMBERS = (
     "it drew from the process's global random numbers (numpy.random or random), so that its boxes "
     "can't be repeated. Use the seed that it is given, or declare Randomness.PROCESS."
@@ -86,22 +84,6 @@ class Failure:
     frame: int | None
     reason: str
     output: str
-
-
-class Surroundings(NamedTuple):
-    """What trackers in one process have in common, and must leave as it is."""
-
-    numbers: tuple[object, ...]
-    arithmetic: Mapping[str, Any]
-    folder: str
-
-    @classmethod
-    def now(cls) -> "Surroundings":
-        """State of global random numbers, floating-point errors, working directory."""
-        # Seeded or not, this is about the process's own generators, which nobody may use.
-        name, keys, *rest = np.random.get_state(legacy=True)  # noqa: NPY002
-        numbers = (random.getstate(), name, np.asarray(keys).tobytes(), *rest)
-        return cls(numbers, np.geterr(), os.getcwd())  # noqa: PTH109  # no need for a Path
 
 
 def perform(
@@ -253,10 +235,7 @@ def _checked_surroundings(runs: list[Run], before: Surroundings, opened: _Opened
     now = Surroundings.now()
     if now == before:
         return runs
-    random.setstate(before.numbers[0])  # type: ignore[arg-type]  # as `getstate` gave it
-    np.random.set_state(before.numbers[1:])  # type: ignore[arg-type]  # noqa: NPY002
-    np.seterr(**before.arithmetic)
-    os.chdir(before.folder)
+    before.restore()
     if len(runs) > 1:
         raise NotAttributableError("what the trackers have in common was changed")
     (run,), (chosen,) = runs, opened.contestants

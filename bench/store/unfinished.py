@@ -30,7 +30,8 @@ def map_rows(path: Path, frames: int, columns: int) -> NDArray[np.float64]:
     np.save(content, np.full((frames, columns), np.nan))
     # In full, though it says nothing yet: on a full disk a write fails, a mapping is fatal.
     write_atomically(path, content.getvalue(), durable=False)
-    return open_memmap(path, "r+")
+    # As a plain array: a `memmap` costs microseconds at every access.
+    return np.asarray(open_memmap(path, "r+"))
 
 
 def read_rows(path: Path) -> NDArray[np.float64] | None:

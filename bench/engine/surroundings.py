@@ -1,0 +1,44 @@
+"""What trackers in one process have in common, and must leave as it is."""
+
+import os
+import random
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+__all__ = ["Surroundings"]
+
+
+class Surroundings(NamedTuple):
+    """State of a process that one tracker could spoil for another.
+
+    Attributes
+    ----------
+    numbers : tuple
+        Of the global random generators, which nobody may use.
+    arithmetic : mapping
+        How floating-point errors are handled.
+    folder : str
+        Working directory.
+    """
+
+    numbers: tuple[Any, ...]
+    arithmetic: Mapping[str, Any]
+    folder: str
+
+    @classmethod
+    def now(cls) -> "Surroundings":
+        """As it is now."""
+        # The old interface, since it is the one that has a state for the whole process.
+        name, keys, *rest = np.random.get_state(legacy=True)  # noqa: NPY002
+        numbers = (random.getstate(), name, np.asarray(keys).tobytes(), *rest)
+        return cls(numbers, np.geterr(), os.getcwd())  # noqa: PTH109  # compared, not used
+
+    def restore(self) -> None:
+        """Put it back."""
+        own, name, keys, *rest = self.numbers
+        random.setstate(own)
+        np.random.set_state((name, np.frombuffer(keys, np.uint32), *rest))  # noqa: NPY002  # as above
+        np.seterr(**self.arithmetic)
+        os.chdir(self.folder)
