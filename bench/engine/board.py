@@ -6,7 +6,6 @@ say anything any more.
 
 import mmap
 from enum import IntEnum
-from pathlib import Path
 from typing import NamedTuple
 
 __all__ = ["NOBODY", "READING", "Board", "Sight", "Slot"]
@@ -58,19 +57,14 @@ class Board:
 
     Parameters
     ----------
-    path : Path
-        A file that both open; it may be unlinked then.
+    descriptor : int
+        Of a file of `SIZE` bytes that both have opened; it may be closed then.
     """
 
-    def __init__(self, path: Path) -> None:
-        with path.open("r+b") as file:
-            self._map = mmap.mmap(file.fileno(), 8 * len(Slot))
-        self.slots = memoryview(self._map).cast("q")
+    SIZE = 8 * len(Slot)
 
-    @staticmethod
-    def create(path: Path) -> None:
-        """Make the file."""
-        path.write_bytes(bytes(8 * len(Slot)))
+    def __init__(self, descriptor: int) -> None:
+        self.slots = memoryview(mmap.mmap(descriptor, self.SIZE)).cast("q")
 
     def clear(self) -> None:
         """Forget the last unit."""

@@ -1,8 +1,8 @@
 """A process in which trackers run: takes requests of its supervisor, and answers.
 
-`python -m bench.engine.child CONNECTION BOARD PARENT MEMORY`, where CONNECTION is an inherited
-socket's number, BOARD a file, PARENT the supervisor's process number and MEMORY a limit in
-bytes. Nothing but a supervisor calls it.
+`python -m bench.engine.child CONNECTION BOARD PARENT MEMORY`, where CONNECTION and BOARD are
+descriptors of an inherited socket and file, PARENT is the supervisor's process number and
+MEMORY a limit in bytes. Nothing but a supervisor calls it.
 """
 
 import ctypes
@@ -103,26 +103,27 @@ class Answer:
 
 def main() -> None:
     """Answer requests until the supervisor is gone."""
-    descriptor, board_file, parent, memory = sys.argv[1:]
+    descriptor, board_descriptor, parent, memory = map(int, sys.argv[1:])
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the command's business
-    _end_with(int(parent))
+    _end_with(parent)
     cv2.setNumThreads(1)
-    board = Board(Path(board_file))
+    board = Board(board_descriptor)
+    os.close(board_descriptor)
     output = Printed(board, sys.stdout)
     # Two streams of one kind: what a tracker prints is kept in the order of printing.
     sys.stdout = sys.stderr = cast("Any", output)
-    connection = Connection(int(descriptor))
+    connection = Connection(descriptor)
     socket = os.fstat(connection.fileno())
 
     def connected() -> bool:
         try:
-            now = os.fstat(int(descriptor))
+            now = os.fstat(descriptor)
         except OSError:
             return False
         return (now.st_dev, now.st_ino) == (socket.st_dev, socket.st_ino)
 
     watch = BoardWatch(board, connected, output)
-    limit_memory(int(memory))
+    limit_memory(memory)
     connection.send(Answer(None))
     while True:
         try:

@@ -191,20 +191,21 @@ class _Child:
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
         ours, theirs = socket.socketpair()
-        with tempfile.TemporaryDirectory(prefix="trackmark-") as scratch, theirs:
-            board = Path(scratch, "board")
-            Board.create(board)
-            self.board = Board(board)
+        # The file has no name: nothing is left of it, however this process ends.
+        with tempfile.TemporaryFile() as shared, theirs:
+            shared.truncate(Board.SIZE)
+            self.board = Board(shared.fileno())
+            given = [theirs.fileno(), shared.fileno()]
             memory = limits.memory_bytes or machine_memory() // (os.cpu_count() or 1)
             self._process = subprocess.Popen(  # noqa: S603  # ourselves
                 [
-                    *(sys.executable, "-m", "bench.engine.child", str(theirs.fileno())),
-                    *(str(board), str(os.getpid()), str(memory)),
+                    *(sys.executable, "-m", "bench.engine.child"),
+                    *map(str, [*given, os.getpid(), memory]),
                 ],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
-                pass_fds=[theirs.fileno()],
+                pass_fds=given,
                 env=os.environ | {"PYTHONPATH": _search_path()},
                 # In a session of its own it is reached by no signal that is for this command,
                 # and all that it starts can be ended with it.
@@ -213,11 +214,10 @@ class _Child:
             theirs.close()
             self._connection = Connection(ours.detach())
             self.tail = Tail()
-            reader = threading.Thread(
+            self._reader = threading.Thread(
                 target=drain, args=(self._process.stdout, self.tail), daemon=True
             )
-            reader.start()
-            self._reader = reader
+            self._reader.start()
             begun = self._hear(lambda _: None, _START_SECONDS)
         if isinstance(begun, _Death):
             self.end()
