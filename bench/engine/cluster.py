@@ -100,7 +100,7 @@ class ClusterEngine:
     workers: int
     underway: int
     open: Callable[[], Opened]
-    patience: float = 60.0
+    patience: float = 300.0
 
     def perform(
         self, units: Iterable[Unit], job: Job, progress: Callable[[int], None]
