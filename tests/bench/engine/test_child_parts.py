@@ -1,0 +1,193 @@
+"""What a child and its supervisor share: board, output, limits, surroundings, memory."""
+
+import io
+import os
+import random
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bench.engine import engine, probe
+from bench.engine.board import NOBODY, READING, Board
+from bench.engine.board_watch import BoardWatch
+from bench.engine.limits import Limits, machine_memory
+from bench.engine.memory import peak_memory, reset_peak
+from bench.engine.output import LONGEST, Printed, Tail
+from bench.engine.supervisor import _suspects
+from bench.engine.surroundings import Surroundings
+from bench.experiment import ExperimentError, SequenceSource
+from bench.store.unfinished import map_rows, read_rows
+from bench.unit import Entry, Unit
+
+
+@pytest.fixture
+def board():
+    with tempfile.TemporaryFile() as file:
+        file.truncate(Board.SIZE)
+        yield Board(file.fileno())
+
+
+def watch_on(board):
+    return BoardWatch(board, lambda: True, Printed(board, io.StringIO()))
+
+
+def test_the_board_shows_who_is_called_and_for_the_second_look_that_it_went_on(board):
+    board.clear()
+    watch = watch_on(board)
+    watch.reading(4)
+    first = board.look()
+    assert (first.frame, first.entry) == (4, READING)
+    watch.calling(2, 4)
+    second = board.look()
+    assert (second.frame, second.entry) == (4, 2)
+    assert second.calls > first.calls
+    watch.called(2)
+    watch.shown(5)
+    assert (board.look().entry, board.look().shown) == (NOBODY, 5)
+    board.clear()
+    assert board.look() == (0, 0, NOBODY, 0, False)
+
+
+def test_a_copy_that_comes_back_from_a_call_ends_there_and_is_told_on(board):
+    board.clear()
+    watch = watch_on(board)
+    watch.calling(1, 3)
+    copy = os.fork()
+    watch.called(1)
+    if copy == 0:
+        os._exit(99)  # the copy must not get here
+    assert os.waitstatus_to_exitcode(os.waitpid(copy, 0)[1]) == 0
+    assert list(watch.misdeeds()) == [1]
+
+
+def test_a_fork_whose_copy_does_not_come_back_is_no_misdeed(board, monkeypatch):
+    monkeypatch.setattr("bench.engine.board_watch._COPY_SECONDS", 0.1)
+    board.clear()
+    watch = watch_on(board)
+    copy = os.fork()
+    if copy == 0:
+        os._exit(0)
+    os.waitpid(copy, 0)
+    assert watch.misdeeds() == {}
+
+
+@given(st.lists(st.text(max_size=3 * LONGEST // 2), max_size=8))
+def test_a_tail_is_the_end_of_all_that_was_said(pieces):
+    tail = Tail()
+    for piece in pieces:
+        tail.add(piece)
+    assert tail.text() == "".join(pieces)[-LONGEST:]
+
+
+def test_a_tail_holds_little_however_much_is_said():
+    tail = Tail()
+    for _ in range(1000):
+        tail.add("x" * 1000)
+    assert sum(map(len, tail._pieces)) <= 2 * LONGEST
+
+
+def test_what_is_printed_is_sorted_by_whose_turn_it_is_and_passed_on(board):
+    board.clear()
+    through = io.StringIO()
+    printed = Printed(board, through)
+    watch = BoardWatch(board, lambda: True, printed)
+    for entry in (0, 1, 0):
+        watch.calling(entry, 1)
+        print("word", entry, file=printed)
+        watch.called(entry)
+    assert watch.printed() == {0: "word 0\nword 0\n", 1: "word 1\n"}
+    assert watch.printed() == {}
+    assert through.getvalue() == "word 0\nword 1\nword 0\n"
+
+
+@pytest.mark.parametrize("name", ["frame_seconds", "run_seconds", "memory_bytes"])
+@pytest.mark.parametrize("value", [0, -1, float("nan")])
+def test_a_limit_that_nothing_can_keep_is_refused(name, value):
+    with pytest.raises(ExperimentError, match=name):
+        Limits(**{name: value})
+
+
+def test_the_memory_of_a_container_counts_rather_than_its_machine(tmp_path, monkeypatch):
+    group = tmp_path / "memory.max"
+    monkeypatch.setattr("bench.engine.limits._CONTROL_GROUP", group)
+    whole = machine_memory()
+    group.write_text("max\n")
+    assert machine_memory() == whole
+    group.write_text("1048576\n")
+    assert machine_memory() == 1 << 20
+
+
+def test_the_peak_of_memory_is_that_since_it_was_forgotten():
+    def peak_with(megabytes):
+        reset_peak()
+        data = np.ones(megabytes << 17)
+        return peak_memory() + 0 * len(data)
+
+    many, few = peak_with(300), peak_with(10)
+    assert many - few > 200 << 20
+
+
+def test_more_memory_than_allowed_is_an_error_and_no_death():
+    code = (
+        "from bench.engine.memory import limit_memory; limit_memory(1 << 30)\n"
+        "try: bytearray(2 << 30)\n"
+        "except MemoryError: print('refused')"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "refused\n"
+
+
+def test_surroundings_tell_what_was_changed_and_are_put_back(tmp_path):
+    before = Surroundings.now()
+    assert Surroundings.now() == before
+    for change in (
+        random.random,
+        np.random.random,
+        lambda: np.seterr(all="raise"),
+        lambda: os.chdir(tmp_path),
+    ):
+        change()
+        assert Surroundings.now() != before
+        before.restore()
+        assert Surroundings.now() == before
+
+
+@given(st.integers(2, 40), st.integers(-2, 39))
+def test_suspects_are_all_runs_of_a_unit_once_and_fewer_at_a_time(n, suspect):
+    entries = tuple(Entry("static", i, "v") for i in range(n))
+    unit = Unit(SequenceSource("samples/face"), entries, "accuracy", 10)
+    parts = _suspects(unit, min(suspect, n - 1))
+    assert sorted(entry for part in parts for entry in part.entries) == list(entries)
+    assert all(len(part.entries) < n for part in parts)
+    if suspect >= 0:
+        assert parts[0].entries == (entries[min(suspect, n - 1)],)
+
+
+def test_rows_of_an_unfinished_run_are_on_disk_without_being_written(tmp_path):
+    rows = map_rows(tmp_path / "0.unfinished.npy", 5, 6)
+    assert np.isnan(rows).all()
+    rows[2] = range(6)
+    np.testing.assert_array_equal(read_rows(tmp_path / "0.unfinished.npy"), rows)
+    assert read_rows(tmp_path / "1.unfinished.npy") is None
+
+
+def test_a_probe_measures_every_tracker_and_keeps_nothing(here):
+    entries = tuple(Entry(text, 0, "") for text in ("static", f"{here}/knob.py:Knob"))
+    unit = Unit(SequenceSource(str(here / "data" / "Small")), entries, "accuracy", 5)
+    before = sorted(here.rglob("*"))
+    probed = probe(unit, 4, Limits())
+    assert len(probed.seconds) == 2
+    assert all(0 <= seconds < 1 for seconds in (*probed.seconds, probed.frame_seconds))
+    assert [p for p in sorted(here.rglob("*")) if "__pycache__" not in p.parts] == before
+
+
+def test_an_unknown_engine_is_named_with_the_closest():
+    with pytest.raises(ExperimentError, match=r"unknown engine 'lokal'\. Did you mean 'local'"):
+        engine("lokal")
+    with pytest.raises(ExperimentError, match="--address"):
+        engine("local", address="tcp://somewhere")
