@@ -1,7 +1,7 @@
 """Units of work on a Dask cluster: one of this machine, or one that a scheduler's address names."""
 
 from collections.abc import Iterator
-from concurrent.futures import CancelledError, Executor, Future
+from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
@@ -21,10 +21,13 @@ from datasets import SequenceError
 
 if TYPE_CHECKING:
     from distributed import Client
+    from distributed.cfexecutor import ClientExecutor
 
 __all__ = ["connect"]
 
 _CONNECT_SECONDS = 10
+# Dask's logs of messages keep whole units: in the command, they shall be few.
+_SHORT_LOGS = {"distributed.admin.low-level-log-length": 50}
 
 
 def connect(jobs: int | None, address: str | None) -> Engine:
@@ -55,7 +58,7 @@ def connect(jobs: int | None, address: str | None) -> Engine:
 class _Dask:
     """See `Cluster`."""
 
-    def __init__(self, client: "Client", executor: Executor) -> None:
+    def __init__(self, client: "Client", executor: "ClientExecutor") -> None:
         self._client = client
         self._executor = executor
 
@@ -68,7 +71,8 @@ class _Dask:
 
     def submit(self, task: Task, unit: Unit) -> Future[Performed]:
         """See `Cluster.submit`."""
-        return self._executor.submit(task, unit)
+        future: Future[Performed] = self._executor.submit(task, unit)
+        return future
 
     def explain(self, error: Exception, unit: Unit) -> Exception:
         """See `Cluster.explain`."""
@@ -87,10 +91,12 @@ class _Dask:
 
 @contextmanager
 def _started(workers: int) -> Iterator[Cluster]:
+    from dask import config
     from distributed import Client, LocalCluster
 
     # A unit is one thread, and its memory is bounded where it is performed, in a child.
     with (
+        config.set(_SHORT_LOGS),
         LocalCluster(
             n_workers=workers, threads_per_worker=1, memory_limit=0, dashboard_address=None
         ) as local,
@@ -102,12 +108,14 @@ def _started(workers: int) -> Iterator[Cluster]:
 
 @contextmanager
 def _connected(address: str) -> Iterator[Cluster]:
+    from dask import config
     from distributed import Client
     from distributed.comm import get_address_host
 
     try:
         get_address_host(address)  # a client that has no known kind of address never closes
-        client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
+        with config.set(_SHORT_LOGS):
+            client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError) as error:
         raise ClusterError(
             f"no Dask scheduler answers at {address} ({error}). Start one, or mend --address."
