@@ -21,10 +21,21 @@ from datasets import Sequence
 from trackers import Box, Estimate, Mask, Tracker
 from trackers.base.sharing import SharedFrame, SharingTracker
 
-__all__ = ["COLUMNS", "MalformedEstimateError", "Recorder", "checked_box"]
+__all__ = [
+    "COLUMNS",
+    "LONGEST_REASON",
+    "LONGEST_TRACEBACK",
+    "MalformedEstimateError",
+    "Recorder",
+    "checked_box",
+]
 
 COLUMNS = 6
 """Box, visibility, confidence: what is kept of every frame."""
+
+LONGEST_REASON = 1_000
+LONGEST_TRACEBACK = 20_000
+"""Characters that are kept of what a tracker raises."""
 
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
 
@@ -206,7 +217,9 @@ class Recorder:
         # The traceback module guards against errors that can't even be printed.
         said = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
         trace = "".join(traceback.format_exception(error))
-        self.failure = f"{self._sequence.frame_name(frame)}: {said}\n{trace}"
+        # What is wrong stands at the beginning of what is said, and at the end of a traceback.
+        reason = said[:LONGEST_REASON]
+        self.failure = f"{self._sequence.frame_name(frame)}: {reason}\n{trace[-LONGEST_TRACEBACK:]}"
 
 
 def _lacks_memory(error: BaseException) -> bool:

@@ -8,13 +8,16 @@ import mmap
 from enum import IntEnum
 from typing import NamedTuple
 
-__all__ = ["NOBODY", "READING", "Board", "Sight", "Slot"]
+__all__ = ["ELSEWHERE", "NOBODY", "READING", "Board", "Sight", "Slot"]
 
 NOBODY = -1
-"""No tracker is being called, and no frame is fetched."""
+"""No tracker is being called, in the midst of a pass."""
 
 READING = -2
 """A frame is fetched."""
+
+ELSEWHERE = -3
+"""No pass is going on: a sequence is opened, or results are written, however long it takes."""
 
 
 class Slot(IntEnum):
@@ -38,7 +41,8 @@ class Sight(NamedTuple):
     frame : int
         Frame that is fetched or shown.
     entry : int
-        Which of the unit's entries is called; `READING` or `NOBODY` in between.
+        Which of the unit's entries is called; `READING`, `NOBODY` or `ELSEWHERE`
+        where none is.
     shown : int
         Frames that all trackers have seen.
     lost : bool
@@ -70,7 +74,7 @@ class Board:
         """Forget the last unit."""
         for slot in Slot:
             self.slots[slot] = 0
-        self.slots[Slot.ENTRY] = NOBODY
+        self.slots[Slot.ENTRY] = ELSEWHERE
 
     def look(self) -> Sight:
         """What it shows now."""

@@ -4,7 +4,7 @@ import os
 import time
 from collections.abc import Callable, Mapping
 
-from bench.engine.board import NOBODY, READING, Board, Slot
+from bench.engine.board import ELSEWHERE, NOBODY, READING, Board, Slot
 from bench.engine.output import Printed
 
 __all__ = ["BoardWatch"]
@@ -70,6 +70,7 @@ class BoardWatch:
 
         A tracker may well fork (a pool of processes does); its copies must not come back.
         """
+        self._slots[_ENTRY] = ELSEWHERE
         deadline = time.monotonic() + _COPY_SECONDS
         while self._forks and not self._slots[_COPIED] and time.monotonic() < deadline:
             time.sleep(0.01)

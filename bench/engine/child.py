@@ -12,7 +12,6 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -35,7 +34,9 @@ from datasets import SequenceError
 __all__ = ["Answer", "DefectError", "EscapedError", "Perform", "Probe", "Record", "main"]
 
 _PARENT_SECONDS = 1.0
-_DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
+# Options of Linux' prctl
+_DEATH_SIGNAL = 1
+_ADOPT_ORPHANS = 36
 
 
 class DefectError(RuntimeError):
@@ -93,8 +94,7 @@ class Answer:
     result : object
         What the request gave, or the exception that it raised.
     worn : bool
-        Whether trackers have left something behind, so that the process should not be used
-        again.
+        Whether trackers have left threads behind, so that the process should not be used again.
     """
 
     result: Any
@@ -130,10 +130,10 @@ def main() -> None:
             request = connection.recv()
         except EOFError:
             return
-        before = _left_behind()
+        before = threading.active_count()
         result = _result(request, watch)
         watch.printed()
-        connection.send(Answer(result, worn=_left_behind() != before))
+        connection.send(Answer(result, worn=threading.active_count() > before))
 
 
 def _result(request: Any, watch: Watch) -> Any:
@@ -149,15 +149,14 @@ def _result(request: Any, watch: Watch) -> Any:
         return EscapedError(f"it raised {type(error).__name__}")
 
 
-def _left_behind() -> tuple[int, Mapping[str, str]]:
-    """What trackers may leave in a process: threads, and changes of its environment."""
-    return threading.active_count(), dict(os.environ)
-
-
 def _end_with(parent: int) -> None:
     """End this process when its parent is gone: nobody waits for what it would still do."""
-    if sys.platform == "linux":  # at once, and even when a tracker lets no thread run
-        ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGKILL)
+    if sys.platform == "linux":
+        system = ctypes.CDLL(None)
+        # At once, and even when a tracker lets no thread run.
+        system.prctl(_DEATH_SIGNAL, signal.SIGKILL)
+        # What trackers start stays below this process, where the supervisor finds it.
+        system.prctl(_ADOPT_ORPHANS, 1)
     threading.Thread(target=_watch_parent, args=(parent,), daemon=True).start()
 
 

@@ -21,11 +21,14 @@ class Surroundings(NamedTuple):
         How floating-point errors are handled.
     folder : str
         Working directory.
+    environment : mapping
+        Environment variables.
     """
 
     numbers: tuple[Any, ...]
     arithmetic: Mapping[str, Any]
     folder: str
+    environment: Mapping[str, str]
 
     @classmethod
     def now(cls) -> "Surroundings":
@@ -33,7 +36,8 @@ class Surroundings(NamedTuple):
         # The old interface, since it is the one that has a state for the whole process.
         name, keys, *rest = np.random.get_state(legacy=True)  # noqa: NPY002
         numbers = (random.getstate(), name, np.asarray(keys).tobytes(), *rest)
-        return cls(numbers, np.geterr(), os.getcwd())  # noqa: PTH109  # compared, not used
+        folder = os.getcwd()  # noqa: PTH109  # compared, not used
+        return cls(numbers, np.geterr(), folder, dict(os.environ))
 
     def restore(self) -> None:
         """Put it back."""
@@ -42,3 +46,5 @@ class Surroundings(NamedTuple):
         np.random.set_state((name, np.frombuffer(keys, np.uint32), *rest))  # noqa: NPY002  # as above
         np.seterr(**self.arithmetic)
         os.chdir(self.folder)
+        os.environ.clear()
+        os.environ.update(self.environment)

@@ -2,7 +2,8 @@
 
 import os
 import socket
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from math import nan
 from pathlib import Path
 from time import perf_counter, process_time
@@ -26,10 +27,10 @@ from bench.store.results import Results
 from bench.store.truth import write_truth
 from bench.store.unfinished import map_rows, read_rows
 from bench.timing import time_run
-from bench.unit import Unit
+from bench.unit import Entry, Unit
 from bench.watch import UNWATCHED, NotAttributableError, Watch
 from datasets import Sequence, SequenceError
-from trackers import Randomness
+from trackers import Randomness, TrackerError
 
 __all__ = ["Failure", "Outcome", "perform", "record_failure"]
 _GLOBAL_NUMBERS = (
@@ -56,6 +57,8 @@ class Outcome:
         Where it was performed.
     process : int
         Number of the process there.
+    errors : list of str
+        Why some of its runs were not kept.
     """
 
     rows: list[dict[str, Any]]
@@ -65,6 +68,7 @@ class Outcome:
     peak_memory: int
     host: str
     process: int
+    errors: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -113,9 +117,9 @@ def perform(
     """
     began = _Began()
     opened = _open(unit, folder)
-    rows = [map_rows(path, len(opened.sequence), COLUMNS) for path in opened.unfinished]
+    frames = [map_rows(path, len(opened.sequence), COLUMNS) for path in opened.unfinished]
     before = Surroundings.now()
-    runs, measured = _runs(unit, opened, (limits or Limits()).run_seconds, rows, watch)
+    runs, measured = _runs(unit, opened, (limits or Limits()).run_seconds, frames, watch)
     runs = _checked_surroundings(runs, before, opened)
     for number, misdeed in watch.misdeeds().items():
         runs[number] = replace(runs[number], failure=runs[number].failure or misdeed)
@@ -128,8 +132,11 @@ def perform(
         )
         for number, run in enumerate(runs)
     ]
-    _open(unit, folder)  # boxes of one version must never be kept as another's
-    return began.outcome(_store(runs, unit, opened), measured.get("overhead", nan))
+    changed = _changed(unit)
+    kept = [number for number in range(len(runs)) if number not in changed]
+    rows = _store([(runs[number], unit.entries[number]) for number in kept], unit, opened)
+    outcome = began.outcome(rows, measured.get("overhead", nan))
+    return replace(outcome, errors=list(changed.values()))
 
 
 def record_failure(unit: Unit, folder: Path, failure: Failure) -> Outcome:
@@ -152,7 +159,7 @@ def record_failure(unit: Unit, folder: Path, failure: Failure) -> Outcome:
         failure=where + failure.reason,
         output=failure.output,
     )
-    return began.outcome(_store([run], unit, opened), nan)
+    return began.outcome(_store([(run, unit.entries[0])], unit, opened), nan)
 
 
 class _Began:
@@ -186,7 +193,13 @@ class _Opened(NamedTuple):
 
 
 def _open(unit: Unit, folder: Path) -> _Opened:
-    """Open a unit, and check that trackers and sequence are what was planned."""
+    """Open a unit, and check that trackers and sequence are what was planned.
+
+    Raises
+    ------
+    SequenceError
+        Where they are not.
+    """
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
     chosen = contestants(entry.tracker for entry in unit.entries)
     results = Results(folder)
@@ -194,13 +207,41 @@ def _open(unit: Unit, folder: Path) -> _Opened:
     for entry, contestant in zip(unit.entries, opened.contestants, strict=True):
         key = identify(contestant, sequence, entry.repetition, unit.protocol)
         if key.version != entry.version:
-            raise SequenceError(
-                f"{key.tracker} on {key.sequence}: the tracker or the sequence changed while it "
-                "ran, so nothing was kept. Run the same command again."
-            )
+            raise SequenceError(_has_changed(key.tracker, key.sequence))
         opened.identities.append(key)
         opened.unfinished.append(beside(results.path(key), UNFINISHED))
     return opened
+
+
+def _changed(unit: Unit) -> dict[int, str]:
+    """Entries whose tracker or sequence is no longer what was planned, each with a sentence.
+
+    Boxes of one version must never be kept as another's.
+    """
+    sequence = datasets.load(unit.source.text, truth=unit.source.truth)
+    texts = {entry.tracker for entry in unit.entries}
+    now: dict[str, Contestant] = {}
+    try:
+        now = contestants(texts)
+    except TrackerError:  # one is gone; which?
+        for text in texts:
+            with suppress(TrackerError):
+                now |= contestants([text])
+    changed = {}
+    for number, entry in enumerate(unit.entries):
+        chosen = now.get(entry.tracker)
+        if chosen is None or entry.version != (
+            identify(chosen, sequence, entry.repetition, unit.protocol).version
+        ):
+            changed[number] = _has_changed(entry.tracker, sequence.name)
+    return changed
+
+
+def _has_changed(tracker: str, sequence: str) -> str:
+    return (
+        f"{tracker} on {sequence}: the tracker or the sequence changed while it ran, so nothing "
+        "was kept. Run the same command again."
+    )
 
 
 def _runs(
@@ -245,13 +286,13 @@ def _checked_surroundings(runs: list[Run], before: Surroundings, opened: _Opened
     return [replace(run, failure=_GLOBAL_NUMBERS)]
 
 
-def _store(runs: list[Run], unit: Unit, opened: _Opened) -> list[dict[str, Any]]:
+def _store(runs: list[tuple[Run, Entry]], unit: Unit, opened: _Opened) -> list[dict[str, Any]]:
     results, sequence = opened.results, opened.sequence
     write_truth(results.folder, sequence)
     origin = unit.source.absolute()
     source = {"source": origin.text, "truth": str(origin.truth or "")}
     rows = []
-    for run, entry in zip(runs, unit.entries, strict=True):
+    for run, entry in runs:
         told = replace(run, circumstances={**run.circumstances, **source})
         path = results.path(told.identity)
         if not results.write(told, entry.replaces):

@@ -29,8 +29,9 @@ class SharedFrame:
     __slots__ = ("_computed", "image", "sharers")
 
     def __init__(self, image: Image, sharers: int = 1) -> None:
-        # Through a read-only buffer: a flag alone, a tracker could set back.
-        self.image: Image = np.asarray(image.data.toreadonly())
+        # In memory that can't be written: a flag alone, a tracker could set back. The copy
+        # costs a small part of what it takes to decode a frame.
+        self.image: Image = np.frombuffer(image.tobytes(), np.uint8).reshape(image.shape)
         self.sharers = sharers
         self._computed: dict[Hashable, Any] = {}
 

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.engine import engine, probe
-from bench.engine.board import NOBODY, READING, Board
+from bench.engine.board import ELSEWHERE, NOBODY, READING, Board
 from bench.engine.board_watch import BoardWatch
 from bench.engine.limits import Limits, machine_memory
 from bench.engine.memory import peak_memory, reset_peak
@@ -50,7 +50,7 @@ def test_the_board_shows_who_is_called_and_for_the_second_look_that_it_went_on(b
     watch.shown(5)
     assert (board.look().entry, board.look().shown) == (NOBODY, 5)
     board.clear()
-    assert board.look() == (0, 0, NOBODY, 0, False)
+    assert board.look() == (0, 0, ELSEWHERE, 0, False)
 
 
 def test_a_copy_that_comes_back_from_a_call_ends_there_and_is_told_on(board):
@@ -150,6 +150,8 @@ def test_surroundings_tell_what_was_changed_and_are_put_back(tmp_path):
         np.random.random,
         lambda: np.seterr(all="raise"),
         lambda: os.chdir(tmp_path),
+        lambda: os.environ.update(TRACKMARK_CACHE="elsewhere"),
+        lambda: os.environ.pop("PATH"),
     ):
         change()
         assert Surroundings.now() != before

@@ -1,0 +1,188 @@
+"""The supervisor's side of a child process: starting it, asking it, watching it, ending it."""
+
+import os
+import pickle
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import bench
+from bench.engine.board import ELSEWHERE, READING, Board, Sight
+from bench.engine.child import Answer
+from bench.engine.limits import Limits, machine_memory
+from bench.engine.output import Tail, drain
+from bench.store.files import ResultsError
+
+__all__ = ["ChildProcess", "Death"]
+
+_POLL_SECONDS = 0.1
+_START_SECONDS = 300.0
+
+
+@dataclass(frozen=True)
+class Death:
+    """How a child ended, or why it was ended.
+
+    Attributes
+    ----------
+    reason : str
+        For the failure of the culprit.
+    sight : Sight
+        What its board showed last.
+    output : str
+        What it printed last.
+    outside : bool
+        Whether somebody else killed it: the user, or a machine that has no memory left.
+    stalled : bool
+        Whether it was ended for giving no sign of life.
+    """
+
+    reason: str
+    sight: Sight
+    output: str = ""
+    outside: bool = False
+    stalled: bool = False
+
+
+class ChildProcess:
+    """A child process, and the ways to and from it."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        ours, theirs = socket.socketpair()
+        # The file has no name: nothing is left of it, however this process ends.
+        with tempfile.TemporaryFile() as shared, theirs:
+            shared.truncate(Board.SIZE)
+            self.board = Board(shared.fileno())
+            given = [theirs.fileno(), shared.fileno()]
+            memory = limits.memory_bytes or machine_memory() // (os.cpu_count() or 1)
+            self._process = subprocess.Popen(  # noqa: S603  # ourselves
+                [
+                    *(sys.executable, "-m", "bench.engine.child"),
+                    *map(str, [*given, os.getpid(), memory]),
+                ],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                pass_fds=given,
+                env=os.environ | {"PYTHONPATH": _search_path()},
+                # In a session of its own it is reached by no signal that is for this command,
+                # and all that it starts can be ended with it.
+                start_new_session=True,
+            )
+            theirs.close()
+            self._connection = Connection(ours.detach())
+            self.tail = Tail()
+            self._reader = threading.Thread(
+                target=drain, args=(self._process.stdout, self.tail), daemon=True
+            )
+            self._reader.start()
+            begun = self._hear(lambda _: None, _START_SECONDS)
+        if isinstance(begun, Death):
+            self.end()
+            raise ResultsError(
+                f"a worker process can't begin: {begun.reason}. It said: {begun.output.strip()}"
+            )
+
+    def lives(self) -> bool:
+        """Whether it can be asked."""
+        return self._process.poll() is None and not self._connection.closed
+
+    def ask(self, request: Any, look: Callable[[Sight], None]) -> "Answer | Death":
+        """Send a request and wait for the answer, or for the child's end."""
+        self.board.clear()
+        self.tail.clear()
+        try:
+            self._connection.send(request)
+        except OSError:
+            return self._death()
+        return self._hear(look, self._limits.frame_seconds)
+
+    def end(self) -> None:
+        """Kill it, and what it has started."""
+        for process in _descendants(self._process.pid):
+            with suppress(ProcessLookupError):
+                os.kill(process, signal.SIGKILL)
+        with suppress(ProcessLookupError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
+        self._reader.join(_POLL_SECONDS)
+        if not self._connection.closed:
+            self._connection.close()
+
+    def _hear(self, look: Callable[[Sight], None], limit: float) -> "Answer | Death":
+        seen = self.board.look()
+        waited = 0.0
+        last = time.monotonic()
+        while True:
+            try:
+                if self._connection.poll(_POLL_SECONDS):
+                    answer: Answer = self._connection.recv()
+                    return answer
+            except (EOFError, OSError, pickle.UnpicklingError):
+                return self._death()
+            if self._process.poll() is not None and not self._connection.poll(0):
+                return self._death()
+            now = time.monotonic()
+            sight = self.board.look()
+            # What this process itself slept through (stopped, suspended) does not count.
+            waited += min(now - last, 2 * _POLL_SECONDS)
+            last = now
+            if sight.calls != seen.calls or sight.entry == ELSEWHERE:
+                waited = 0.0
+            seen = sight
+            look(sight)
+            if waited > limit:
+                said = self.tail.text()
+                return Death(f"no answer within {limit:g} s", sight, said, stalled=True)
+
+    def _death(self) -> Death:
+        """How the child ended, once it is known that it did."""
+        try:
+            code = self._process.wait(_POLL_SECONDS * 10)
+        except subprocess.TimeoutExpired:
+            code = None  # it lives, but the way to it is closed
+        self._reader.join(_POLL_SECONDS * 10)
+        sight = self.board.look()
+        if sight.lost or code is None:
+            reason = "it closed file descriptors that are not its own"
+        elif code < 0:
+            reason = f"its process was killed by {signal.Signals(-code).name}"
+        else:
+            reason = f"its process ended with status {code}"
+        if sight.entry == READING:
+            reason += " while the frame was read"
+        return Death(reason, sight, self.tail.text(), outside=code == -signal.SIGKILL)
+
+
+def _descendants(process: int) -> list[int]:
+    """Numbers of the processes below one, where the system tells."""
+    children: dict[int, list[int]] = {}
+    for file in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):  # it has just ended
+            # The name, in brackets, may hold anything; the parent stands second after it.
+            parent = int(file.read_text("utf-8", "replace").rpartition(")")[2].split()[1])
+            children.setdefault(parent, []).append(int(file.parent.name))
+    found: list[int] = []
+    waiting = [process]
+    while waiting:
+        below = children.get(waiting.pop(), [])
+        found += below
+        waiting += below
+    return found
+
+
+def _search_path() -> str:
+    """Where the child finds these very packages."""
+    home = str(Path(bench.__file__).parents[1])
+    return os.pathsep.join([home, *filter(None, [os.environ.get("PYTHONPATH")])])
