@@ -53,8 +53,10 @@ class SequenceSource:
 
     def absolute(self) -> "SequenceSource":
         """The same, wherever it is opened from."""
-        path = Path(self.text)
-        text = str(path.absolute()) if path.exists() else self.text
+        from datasets.catalogue import is_built_in  # its suites, which not every caller needs
+
+        path = Path(self.text).expanduser()
+        text = self.text if is_built_in(self.text) or not path.exists() else str(path.absolute())
         return SequenceSource(text, self.truth.absolute() if self.truth else None)
 
 

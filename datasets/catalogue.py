@@ -10,7 +10,7 @@ from typing import Any, Protocol, cast
 from datasets.interface import Sequence, SequenceError
 from datasets.text_form import parse_text
 
-__all__ = ["load", "names", "options"]
+__all__ = ["is_built_in", "load", "names", "options"]
 
 FOLDER = Path(__file__).parent
 
@@ -51,6 +51,13 @@ def options(name: str) -> list[dict[str, Any]]:
     return _suite(suite).options(bare)
 
 
+def is_built_in(text: str) -> bool:
+    """Whether `load` takes a text for the name of a built-in sequence, not for a path."""
+    name = text.partition(":")[0]
+    suite = _suites().get(name.partition("/")[0])
+    return suite is not None and name in _suite(suite).names()
+
+
 def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     """Open a sequence; no image is read or rendered before it is asked for.
 
@@ -75,16 +82,15 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     <Sequence samples/bow-tie: 120 frames>
     """
     text = str(name_or_path)
-    name = text.partition(":")[0]
-    suite = _suites().get(name.partition("/")[0]) if isinstance(name_or_path, str) else None
-    if suite is not None and name in _suite(suite).names():
+    if isinstance(name_or_path, str) and is_built_in(text):
+        name = text.partition(":")[0]
         if truth is not None:
             raise SequenceError(f"{name}: a built-in sequence has its own truth; omit {truth}.")
         try:
             _, options = parse_text(text)
         except ValueError as error:
             raise SequenceError(f"sequence {error}") from None
-        return _suite(suite).load(name, options)
+        return _suite(_suites()[name.partition("/")[0]]).load(name, options)
     path = Path(name_or_path).expanduser()
     if not path.exists():
         raise _unknown(text, path)

@@ -7,6 +7,7 @@ worker of a cluster.
 
 import importlib
 import threading
+import uuid
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -39,10 +40,14 @@ class Job:
         The experiment's folder of results, the same for all workers.
     limits : Limits
         What a tracker may take.
+    command : str
+        Which command it is for. Workers outlive commands; the children of one, with the
+        trackers that they have imported, must not perform the units of the next.
     """
 
     folder: Path
     limits: Limits = field(default_factory=Limits)
+    command: str = field(default_factory=lambda: uuid.uuid4().hex)
 
     def __call__(self, unit: Unit) -> "Outcome":
         """Perform a unit under the supervisor of the calling thread, which is kept.
@@ -54,12 +59,12 @@ class Job:
         """
         from bench.engine.supervisor import Supervisor
 
-        supervisor: Supervisor | None = getattr(_HERE, "supervisor", None)
-        if supervisor is None or supervisor.limits != self.limits:
-            if supervisor is not None:
-                supervisor.close()
-            supervisor = _HERE.supervisor = Supervisor(self.limits)
-        return supervisor.perform(unit, self.folder)
+        mine: tuple[Job, Supervisor] | None = getattr(_HERE, "mine", None)
+        if mine is None or mine[0] != self:
+            if mine is not None:
+                mine[1].close()
+            mine = _HERE.mine = self, Supervisor(self.limits)
+        return mine[1].perform(unit, self.folder)
 
 
 class Engine(Protocol):

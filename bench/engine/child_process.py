@@ -68,7 +68,7 @@ class ChildProcess:
             memory = limits.memory_bytes or machine_memory() // (os.cpu_count() or 1)
             self._process = subprocess.Popen(  # noqa: S603  # ourselves
                 [
-                    *(sys.executable, "-m", "bench.engine.child"),
+                    *(sys.executable, "-P", "-m", "bench.engine.child"),
                     *map(str, [*given, os.getpid(), memory]),
                 ],
                 stdin=subprocess.DEVNULL,

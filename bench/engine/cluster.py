@@ -24,7 +24,7 @@ import datasets
 import trackers
 from bench.engine import Job
 from bench.engine.worker import Outcome
-from bench.store.files import ResultsError, remove_file, write_atomically
+from bench.store.files import ResultsError, remove_file, temporary_name, write_atomically
 from bench.unit import Entry, Unit
 from datasets import SequenceError
 
@@ -242,7 +242,7 @@ def source_digest() -> str:
 @contextmanager
 def _marked(folder: Path) -> Iterator[str]:
     """A file in the folder by which workers know it from any other of the same path."""
-    mark = f".command-{uuid.uuid4().hex}"
+    mark = temporary_name(f"command-{uuid.uuid4().hex}")
     write_atomically(folder / mark, b"Workers look for this file while a command runs.\n")
     try:
         yield mark

@@ -19,10 +19,12 @@ from pathlib import Path
 
 __all__ = [
     "ResultsError",
+    "append",
     "is_abandoned",
     "locked",
     "remove_empty_folder",
     "remove_file",
+    "temporary_name",
     "write_atomically",
     "write_once",
 ]
@@ -97,11 +99,34 @@ def write_once(path: Path, content: bytes, lock: AbstractContextManager[None]) -
     return True
 
 
+def append(path: Path, content: bytes) -> None:
+    """Add to the end of a file, which is made where it is not there. Not forced to the disk.
+
+    Raises
+    ------
+    ResultsError
+        Where it can't be written; nothing was added then.
+    """
+    try:
+        _make_folder(path.parent)
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666)
+        try:
+            size = os.fstat(descriptor).st_size
+            try:
+                _write_all(descriptor, content)
+            except OSError:
+                os.ftruncate(descriptor, size)
+                raise
+        finally:
+            os.close(descriptor)
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
 @contextmanager
 def _temporary(path: Path, content: bytes, *, durable: bool = True) -> Iterator[Path]:
     """A file with this content beside `path`; once it has its name, that is on disk too."""
-    writer = f"{_host()}~{os.getpid()}~{threading.get_native_id()}"
-    temporary = path.with_name(f".{writer}~{path.name}.tmp")
+    temporary = path.with_name(temporary_name(f"{threading.get_native_id()}~{path.name}"))
     try:
         try:
             _write_in_folder(temporary, content, durable=durable)
@@ -112,10 +137,7 @@ def _temporary(path: Path, content: bytes, *, durable: bool = True) -> Iterator[
         if durable:
             _sync_folder(path.parent)
     except OSError as error:
-        raise ResultsError(
-            f"{path} can't be written: {error.strerror or error}. "
-            "Make room or mend the permissions, or choose another folder with --output."
-        ) from error
+        raise _unwritable(path, error) from error
 
 
 def remove_file(path: Path, *, durable: bool = True) -> None:
@@ -158,10 +180,7 @@ def locked(folder: Path) -> Iterator[None]:
         _make_folder(folder)
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
     except OSError as error:
-        raise ResultsError(
-            f"{path} can't be written: {error.strerror or error}. "
-            "Make room or mend the permissions, or choose another folder with --output."
-        ) from error
+        raise _unwritable(path, error) from error
     try:
         _acquire(descriptor, path)
         yield
@@ -189,6 +208,11 @@ def _acquire(descriptor: int, path: Path) -> None:
             ) from error
         else:
             return
+
+
+def temporary_name(name: str) -> str:
+    """Name of a file that is of no use when this process is gone."""
+    return f".{_host()}~{os.getpid()}~{name}.tmp"
 
 
 def is_abandoned(name: str) -> bool:
@@ -240,13 +264,24 @@ def _write_in_folder(path: Path, content: bytes, *, durable: bool) -> None:
 def _write(path: Path, content: bytes, *, durable: bool) -> None:
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o666)
     try:
-        rest = memoryview(content)
-        while rest:
-            rest = rest[os.write(descriptor, rest) :]
+        _write_all(descriptor, content)
         if durable:
             os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def _write_all(descriptor: int, content: bytes) -> None:
+    rest = memoryview(content)
+    while rest:
+        rest = rest[os.write(descriptor, rest) :]
+
+
+def _unwritable(path: Path, error: OSError) -> ResultsError:
+    return ResultsError(
+        f"{path} can't be written: {error.strerror or error}. "
+        "Make room or mend the permissions, or choose another folder with --output."
+    )
 
 
 def _sync_folder(path: Path) -> None:

@@ -151,7 +151,7 @@ def test_two_workers_of_a_cluster_make_the_results_of_the_local_engine_to_the_bi
     assert sorted(line[1] for line in lines if line[0] == "done") == [f"data/{c}" for c in "ABCD"]
     progress = [int(line[1]) for line in lines if line[0] == "progress"]
     assert progress == [12 * 6 * i for i in range(1, 5)]
-    assert not list((data / "results" / cluster).glob(".command-*"))
+    assert not list((data / "results" / cluster).glob(".*command-*"))
 
 
 @pytest.mark.slow
@@ -208,7 +208,7 @@ def test_nothing_runs_on_after_a_command_that_was_stopped_or_killed(cluster, dat
         if end is signal.SIGINT:
             os.killpg(process.pid, end)  # as a terminal does
             process.communicate(timeout=60)
-            assert not list((data / "results/x").glob(".command-*"))
+            assert not list((data / "results/x").glob(".*command-*"))
         else:
             process.kill()
             process.wait()
