@@ -1,5 +1,7 @@
 """Experiments as files: what is swept, and what is refused with which words."""
 
+from pathlib import Path
+
 import pytest
 
 from bench.experiment import (
@@ -116,3 +118,12 @@ def test_every_experiment_that_comes_along_reads_and_can_be_planned(name, tmp_pa
     plan = make_plan(experiment, Results(tmp_path / "none"))
     keys = [cell.identity.digest for cell in plan.cells]
     assert len(keys) == len(set(keys)) > 0
+
+
+def test_a_built_in_sequence_stays_itself_wherever_it_is_opened_from(tmp_path, monkeypatch):
+    (tmp_path / "samples" / "face").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path)
+    assert SequenceSource("samples/face").absolute() == SequenceSource("samples/face")
+    assert SequenceSource("./samples/face").absolute().text == str(tmp_path / "samples" / "face")
+    truth = SequenceSource("clip.avi", Path("truth.csv")).absolute().truth
+    assert truth == tmp_path / "truth.csv"
