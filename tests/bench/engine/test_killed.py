@@ -1,0 +1,274 @@
+"""Kills at any moment: nothing that was finished is lost, and what is left is done as if nothing
+had happened. Commands that are stopped, paused, or run twice at once are among it.
+"""
+
+import os
+import random
+import shutil
+import signal
+import sys
+import time
+
+import cv2
+import numpy as np
+import pyarrow.parquet as parquet
+import pytest
+
+from bench.store.index import read_index
+from bench.store.layout import UNFINISHED
+from bench.store.results import Results
+
+TRACKMARK = [sys.executable, "-c", "from bench.cli import main; main()"]
+FRAMES = 60
+
+TRACKER = '''
+"""Draws; takes its time, and waits once in a frame, where the environment says so."""
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+from trackers.base.interface import Estimate, Randomness, TrackerPlugin
+
+
+class Draws(TrackerPlugin):
+    """A random walk."""
+
+    randomness = Randomness.GENERATOR
+
+    def init(self, image, box, mask=None):
+        self.random = np.random.default_rng(self.seed)
+        self.box = box.copy()
+        self.frame = 0
+
+    def update(self, image):
+        self.frame += 1
+        time.sleep(float(os.environ.get("TRACKER_SECONDS", 0)))
+        here = Path(os.environ.get("TRACKER_WAITS", __file__))
+        if self.frame == 30 and not here.exists():
+            here.touch()
+            time.sleep(2)
+        self.box[:2] += self.random.normal(size=2)
+        drawn = self.random.random()
+        return Estimate(self.box.copy(), details={"drawn": drawn}, revised={1: self.box.copy()})
+'''
+
+
+@pytest.fixture(scope="module")
+def ground(tmp_path_factory):
+    """Four sequences and a tracker in a file."""
+    folder = tmp_path_factory.mktemp("ground")
+    (folder / "walk.py").write_text(TRACKER)
+    for name in "ABCD":
+        (folder / name / "img").mkdir(parents=True)
+        for i in range(FRAMES):
+            image = np.random.default_rng(i).integers(0, 256, (40, 50, 3), dtype=np.uint8)
+            cv2.imwrite(str(folder / name / "img" / f"{i:04}.png"), image)
+        (folder / name / "groundtruth_rect.txt").write_text("5,6,10,12\n" * FRAMES)
+    return folder
+
+
+RUNS = 4 * (1 + 1 + 3)
+
+
+@pytest.fixture(scope="module")
+def trackmark_run(ground, begin):
+    """Begin a command that makes `RUNS` runs on the four sequences; results lie in `name`."""
+
+    def begin_run(name, jobs=2, *options, **surroundings):
+        names = ",".join(str(ground / sequence) for sequence in "ABCD")
+        arguments = [
+            *TRACKMARK,
+            *("run", "--trackers", f"static,camshift,{ground}/walk.py:Draws", "--seeds", "3"),
+            *("--sequences", names, "--name", name, "--jobs", str(jobs)),
+            *("--output", str(ground / "results"), *options),
+        ]
+        return begin(arguments, ground, TRACKMARK_CACHE=str(ground / "cache"), **surroundings)
+
+    return begin_run
+
+
+def contents(folder):
+    """All that lies in a folder of results when the next command begins, but times, host, date."""
+    results = Results(folder)
+    results.prepare(results.asked())
+    found = {"plan.json": dict(results.asked().cells)}
+    for row in read_index(results):
+        file = folder / row["path"]
+        run = results.read(file)
+        table = parquet.read_table(file)
+        found[row["path"]] = (
+            run.identity,
+            run.failure,
+            run.revised is not None and run.revised.tobytes(),
+            {name: table.column(name).to_numpy().tobytes() for name in table.column_names},
+            {key: value for key, value in row["scores"].items() if value == value},
+        )
+    for file in folder.rglob("*"):
+        own = file.relative_to(folder)
+        known = file.suffix == ".parquet" or file.name.endswith(UNFINISHED)
+        if file.is_file() and own.parts[0] != "_log" and not known:
+            found.setdefault(str(own), "another file")
+    return found
+
+
+def stamps(folder):
+    """Time of change and number on disk of every finished run."""
+    return {file: (file.stat().st_mtime_ns, file.stat().st_ino) for file in Results(folder).files()}
+
+
+@pytest.fixture(scope="module")
+def undisturbed(ground, trackmark_run):
+    """Contents of results that nobody disturbed, and the seconds that they took."""
+    began = time.monotonic()
+    command = trackmark_run("undisturbed", 2, "--json", TRACKER_SECONDS="0.001")
+    assert command.wait() == 0, command.complained
+    found = contents(ground / "results" / "undisturbed")
+    assert len(Results(ground / "results" / "undisturbed").files()) == RUNS
+    return found, time.monotonic() - began
+
+
+@pytest.fixture
+def kill_and_resume(ground, trackmark_run, undisturbed):
+    """Kill commands at random moments, one after another, and let another one go on."""
+    goal, seconds = undisturbed
+
+    def disturb(kills, seed):
+        nonlocal seconds
+        moments, counted, round_number, name = random.Random(seed), 0, 0, ""
+        kept = {}
+        while counted < kills or name:
+            if not name:
+                name, kept = f"killed-{seed}-{round_number}", {}
+                round_number += 1
+            folder = ground / "results" / name
+            began = time.monotonic()
+            command = trackmark_run(name, 2, "--json", TRACKER_SECONDS="0.001")
+            if counted < kills:
+                time.sleep(moments.uniform(0.1, 0.95) * seconds)
+                hit = strike(command, moments.choice(["all", "command", "worker"]))
+                counted += hit
+            status = command.wait()
+            if status == 0 and not kept:  # the machine may be less busy by now
+                seconds = min(seconds, time.monotonic() - began)
+            now = stamps(folder)
+            assert kept.items() <= now.items(), "a finished run was lost, or done again"
+            kept = now
+            if status == 0:  # it was not hit, or went on without one of its workers
+                assert contents(folder) == goal
+                shutil.rmtree(folder)
+                name = ""
+            elif status != -signal.SIGKILL:
+                # Its worker had only begun to begin.
+                assert "a worker process can't begin" in command.complained
+        return counted
+
+    return disturb
+
+
+def strike(command, whom):
+    """Kill a command, a worker of it, or all; tell whether anybody was there."""
+    if whom == "all":
+        targets = command.living()
+    else:
+        targets = [command.process.pid] if whom == "command" else command.workers()[:1]
+    hits = [command.process.poll() is None and send(target) for target in targets]
+    return any(hits)
+
+
+def send(number, what=signal.SIGKILL):
+    try:
+        os.kill(number, what)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_commands_killed_at_any_moment_are_gone_on_with(kill_and_resume, evidence):
+    kills = kill_and_resume(kills=10, seed=0)
+    evidence(f"{kills} of {kills} kills cost nothing that was finished")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(1, 6))
+def test_200_kills_cost_nothing_that_was_finished(kill_and_resume, evidence, seed):
+    kills = kill_and_resume(kills=40, seed=seed)
+    evidence(f"{kills} of {kills} kills cost nothing that was finished")
+
+
+@pytest.fixture(scope="module")
+def paused(ground, trackmark_run, wait_until):
+    """Pause a command, let another one do its work, and go on with it.
+
+    Gives the folder, and its finished runs as they were when the second command had ended.
+    """
+    folder = ground / "results" / "paused"
+    here = ground / "here"
+    slow = trackmark_run("paused", 1, TRACKER_WAITS=str(here))
+    wait_until(here.exists)
+    stopped = slow.living()
+    assert slow.process.pid in stopped
+    assert slow.workers()
+    for number in reversed(stopped):
+        send(number, signal.SIGSTOP)
+    assert Results(folder).files() == []
+    quick = trackmark_run("paused")
+    assert quick.wait() == 0, quick.complained
+    before = stamps(folder)
+    assert len(before) == RUNS
+    for number in stopped:
+        send(number, signal.SIGCONT)
+    assert slow.wait() == 0, slow.complained
+    return folder, before
+
+
+def test_a_command_paused_while_another_did_its_work_overwrites_nothing(paused, undisturbed):
+    folder, before = paused
+    assert stamps(folder) == before
+    assert contents(folder) == undisturbed[0]
+
+
+@pytest.mark.xfail(strict=True, reason="whose run is dropped leaves its frames behind")
+def test_a_command_that_came_late_leaves_no_frames_behind(paused):
+    folder, _ = paused
+    assert list(folder.rglob(f"*{UNFINISHED}")) == []
+
+
+def test_two_commands_at_once_in_one_folder_lose_nothing_and_do_nothing_twice(
+    ground, trackmark_run, undisturbed
+):
+    folder = ground / "results" / "twice"
+    both = [trackmark_run("twice", TRACKER_SECONDS="0.002") for _ in range(2)]
+    kept = {}
+    while any(command.process.poll() is None for command in both):
+        now = stamps(folder) if folder.exists() else {}
+        assert kept.items() <= now.items(), "a finished run was lost, or written again"
+        kept = now
+        time.sleep(0.05)
+    assert [command.wait() for command in both] == [0, 0], [c.complained for c in both]
+    assert kept.items() <= stamps(folder).items()
+    assert contents(folder) == undisturbed[0]
+    for command in both:
+        assert f"{RUNS} of {RUNS} runs are in" in command.said
+
+
+def test_workers_end_soon_after_a_command_that_was_killed_alone(trackmark_run, wait_until):
+    command = trackmark_run("orphans", TRACKER_SECONDS="30")
+    wait_until(lambda: len(command.workers()) == 2)
+    send(command.process.pid)
+    assert command.wait() == -signal.SIGKILL
+    wait_until(lambda: not command.living(), 10)
+
+
+def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(ground, trackmark_run, wait_until):
+    folder = ground / "results" / "stopped"
+    command = trackmark_run("stopped", 1, TRACKER_SECONDS="0.005")
+    wait_until(lambda: folder.exists() and Results(folder).files())
+    os.killpg(command.process.pid, signal.SIGINT)
+    assert command.wait() == 130
+    done = len(Results(folder).files())
+    assert 1 <= done < RUNS
+    assert f"{done} of {RUNS} runs are done" in command.complained
+    assert "same command" in command.complained
+    assert "Traceback" not in command.complained
+    assert command.living() == []
