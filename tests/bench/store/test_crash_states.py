@@ -277,7 +277,6 @@ def test_every_crash_leaves_old_or_new_and_is_gone_on_from(
     assert {file for file in litter if file.endswith((".parquet", ".tmp", ".json"))} == set()
 
 
-@pytest.mark.xfail(strict=True, reason="companions that no run names any more stay for ever")
 @pytest.mark.parametrize("name", ["a stale run that had companions", "removal"])
 def test_no_crash_leaves_litter_that_the_next_command_does_not_remove(
     recorded, checked_states, name

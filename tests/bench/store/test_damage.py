@@ -95,7 +95,6 @@ def test_an_index_with_any_byte_changed_is_made_anew(stored):
     rows_survive(stored, [8 * byte + byte % 8 for byte in range(size)])
 
 
-@pytest.mark.xfail(strict=True, reason="removing it is advised; for a plan, the error is raw")
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("code", ["EIO", "EACCES"])
 def test_a_file_that_can_not_be_read_is_named_and_not_called_damaged(

@@ -107,7 +107,7 @@ def a_few(number, code, lasts):
 def check(name, failures, evidence, chosen):
     tries, said, raw, litter = failures(name, chosen)
     evidence(f"{name}: {tries} of {tries} failing system calls left old or new")
-    assert tries > 50
+    assert tries > 40
     assert len(said) > 10
     assert raw <= {"close"}
     for call, message in said:
@@ -127,13 +127,11 @@ def test_any_error_of_any_call_leaves_old_or_new(failures, evidence, name):
     check(name, failures, evidence, lambda *_: True)
 
 
-@pytest.mark.xfail(strict=True, reason="an error on closing the lock is raised as it is")
 def test_no_error_comes_through_as_it_is(failures):
     _, _, raw, _ = failures("removal", lambda number, code, lasts: code == "EIO" and not lasts)
     assert raw == set()
 
 
-@pytest.mark.xfail(strict=True, reason="companions that no run names any more stay for ever")
 def test_no_failing_call_leaves_litter_that_the_next_command_does_not_remove(failures):
     *_, litter = failures("removal", lambda number, code, lasts: code == "EIO" and not lasts)
     assert litter == set()
