@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from bench.record import Run
     from bench.runner import run
     from bench.scoring import score, score_boxes
-    from bench.store.index import load_results
+    from bench.store.loading import load_results
 
 __all__ = [
     "Experiment",
@@ -46,7 +46,7 @@ _HOMES = {
     "Experiment": "bench.experiment",
     "Run": "bench.record",
     "evaluate": "bench.evaluation",
-    "load_results": "bench.store.index",
+    "load_results": "bench.store.loading",
     "read_experiment": "bench.experiment",
     "run": "bench.runner",
     "score": "bench.scoring",

@@ -1,6 +1,7 @@
 """A tracker as the harness sees it: how to make it, and everything its boxes depend on."""
 
 import inspect
+import typing
 import zlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -13,7 +14,6 @@ import numpy as np
 import trackers
 from bench.record import Identity, Protocol
 from bench.reference import BOXES
-from datasets import Sequence
 from datasets.source_digest import source_digest
 from datasets.text_form import format_text, parse_text
 from trackers import Randomness, Tracker, TrackerError
@@ -128,8 +128,22 @@ def run_seed(name: str, sequence: str, repetition: int) -> np.random.SeedSequenc
     return np.random.SeedSequence(repetition, spawn_key=key)
 
 
+class Known(typing.Protocol):
+    """What of a sequence is part of what determines a run."""
+
+    @property
+    def name(self) -> str:
+        """Canonical name."""
+        ...
+
+    @property
+    def fingerprint(self) -> str:
+        """Changes when a pixel or a truth value changes."""
+        ...
+
+
 def identify(
-    chosen: Contestant, sequence: Sequence, repetition: int, protocol: Protocol = "accuracy"
+    chosen: Contestant, sequence: Known, repetition: int, protocol: Protocol = "accuracy"
 ) -> Identity:
     """What determines a run of this tracker on this sequence."""
     return Identity(

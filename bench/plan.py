@@ -1,175 +1,413 @@
-"""Which runs an experiment asks for, which of them are there, and how to share out the rest."""
+"""Which runs an experiment asks for, which of them are there, and how to share out the rest.
 
-from collections.abc import Iterable
-from dataclasses import dataclass
-from enum import StrEnum
-from typing import Any
+There may be millions of them: what is known of a run is a byte in an array of sequences by runs
+on a sequence, and units of work are made when they are asked for.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from functools import cached_property, partial
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
 
 import datasets
-from bench.contestant import Contestant, contestant, identify
+from bench.contestant import Contestant, contestants, identify
 from bench.experiment import Experiment, ExperimentError, SequenceSource
-from bench.record import Identity, Protocol
-from bench.reference import reference
-from bench.store.asked import Asked
-from bench.store.index import read_index
-from bench.store.layout import Cell as StoredCell
+from bench.record import Protocol
+from bench.reference import BOXES, reference
+from bench.store.asked import Asked, Cells
+from bench.store.columns import coded, codes
+from bench.store.index import read_table
 from bench.store.results import Results
 from bench.unit import Entry, Unit
-from datasets import Sequence
+from datasets import Sequence, SequenceError
 from trackers import Randomness
 
-__all__ = ["Cell", "Plan", "State", "make_plan"]
+__all__ = ["KnownSequences", "Plan", "PlannedSequence", "State", "Units", "make_plan"]
 
 
-class State(StrEnum):
+class State(IntEnum):
     """What is known of a run that was asked for."""
 
-    DONE = "done"
-    """It is there, finished."""
-
-    FAILED = "failed"
-    """It is there, and the tracker failed."""
-
-    STALE = "stale"
-    """A run lies in its place that something else determined: it will be run again."""
-
-    LEFT = "left"
+    LEFT = 0
     """Nothing is there."""
 
+    STALE = 1
+    """A run lies in its place that something else determined: it will be run again."""
+
+    FAILED = 2
+    """It is there, and the tracker failed."""
+
+    DONE = 3
+    """It is there, finished."""
+
 
 @dataclass(frozen=True)
-class Cell:
-    """One run that was asked for."""
+class PlannedSequence:
+    """What must be known of a sequence once it has been opened and checked.
 
-    tracker: str
-    randomness: Randomness
+    Attributes
+    ----------
+    source : SequenceSource
+        Where from.
+    name, fingerprint : str
+        As `datasets.Sequence` has them.
+    frames : int
+        Its length.
+    images_beyond_truth : int
+        Images that nobody reads.
+    starts : frozenset of str
+        Truths that a run can start from; see `bench.reference`.
+    """
+
     source: SequenceSource
+    name: str
+    fingerprint: str
     frames: int
-    identity: Identity
-    state: State
-    replaces: str = ""
+    images_beyond_truth: int
+    starts: frozenset[str]
 
 
-@dataclass(frozen=True)
+KnownSequences = dict[SequenceSource, PlannedSequence]
+"""Sequences that were opened before, and need not be again."""
+
+
+@dataclass(frozen=True, eq=False)
 class Plan:
     """All runs of an experiment and their states.
+
+    On every sequence the same runs are asked for: those of the first tracker by repetition, then
+    those of the second, …
 
     Attributes
     ----------
     experiment : Experiment
         What was asked for.
-    cells : list of Cell
-        One a run.
-    sequences : list of Sequence
-        The sequences, opened and checked.
+    trackers : dict of str to Contestant
+        The trackers, by their texts; no two of the same.
+    repetitions : ndarray of int64, shape (trackers,)
+        How often each is run on a sequence.
+    sequences : list of PlannedSequence
+        The sequences; no two of the same.
+    versions : ndarray of bytes, shape (sequences, trackers)
+        `Identity.version` of the runs.
+    states : ndarray of uint8, shape (sequences, runs on a sequence)
+        By `State`.
+    replaced : ndarray of int32, shape (sequences, runs on a sequence)
+        Number of the version that lies in a run's place; -1 where nothing does.
+    replaced_versions : StringArray
+        These versions.
     """
 
     experiment: Experiment
-    cells: list[Cell]
-    sequences: list[Sequence]
+    trackers: dict[str, Contestant]
+    repetitions: NDArray[np.int64]
+    sequences: list[PlannedSequence]
+    versions: NDArray[np.bytes_]
+    states: NDArray[np.uint8]
+    replaced: NDArray[np.int32]
+    replaced_versions: pa.StringArray
+
+    def __len__(self) -> int:
+        return self.states.size
+
+    @property
+    def protocol(self) -> Protocol:
+        """What is asked."""
+        return "timing" if self.experiment.timing else "accuracy"
+
+    @cached_property
+    def run_trackers(self) -> NDArray[np.int64]:
+        """Number of the tracker, by run on a sequence."""
+        return np.repeat(np.arange(len(self.repetitions)), self.repetitions)
+
+    @cached_property
+    def run_repetitions(self) -> NDArray[np.int64]:
+        """Repetition, by run on a sequence."""
+        first = np.cumsum(self.repetitions) - self.repetitions
+        return np.arange(len(self.run_trackers)) - first[self.run_trackers]
+
+    @property
+    def frames(self) -> NDArray[np.int64]:
+        """Lengths of the sequences."""
+        return np.array([sequence.frames for sequence in self.sequences], np.int64)
 
     def count(self, state: State) -> int:
         """Number of runs in a state."""
-        return sum(cell.state is state for cell in self.cells)
+        return int((self.states == state).sum())
 
-    def units(self, *, retry_failed: bool = False) -> list[Unit]:
+    def counts(self) -> NDArray[np.int64]:
+        """Numbers of runs, shape (trackers, states)."""
+        found = [np.bincount(column, minlength=len(State)) for column in self.states.T]
+        counts = np.zeros((len(self.repetitions), len(State)), np.int64)
+        np.add.at(counts, self.run_trackers, np.array(found))
+        return counts
+
+    def units(self, *, workers: int = 1, retry_failed: bool = False) -> "Units":
         """What is left to do.
 
-        Trackers whose random numbers live in the process never share one with others;
-        they come first, since they are the slow ones.
+        Parameters
+        ----------
+        workers : int
+            How many units are performed at once.
+        retry_failed : bool
+            Whether runs that failed are left to do, too.
         """
-        states = {State.STALE, State.LEFT} | ({State.FAILED} if retry_failed else set())
-        alone: list[Unit] = []
-        together: dict[SequenceSource, list[Cell]] = {}
-        for cell in self.cells:
-            if cell.state not in states:
-                continue
-            if self.experiment.timing or cell.randomness is Randomness.PROCESS:
-                alone.append(_unit([cell]))
-            else:
-                together.setdefault(cell.source, []).append(cell)
-        # The longest first: no core waits at the end for a long one that began late.
-        shared = [_unit(cells) for cells in together.values()]
-        return alone + sorted(shared, key=lambda unit: -unit.work)
+        wanted = self.states <= (State.FAILED if retry_failed else State.STALE)
+        return Units(self, wanted, workers)
 
     def asked(self) -> Asked:
         """What is noted down with the results."""
-        keys = [cell.identity for cell in self.cells]
-        cells: dict[StoredCell, str] = {
-            (k.tracker, k.sequence, k.repetition, k.protocol): k.version for k in keys
+        n_sequences, n_trackers = self.versions.shape
+        n_runs = len(self.run_trackers)
+        tracker = np.tile(self.run_trackers, n_sequences)
+        sequence = np.repeat(np.arange(n_sequences), n_runs)
+        versions = pa.array(self.versions.ravel(), pa.binary()).cast(pa.string())
+        cells = {
+            "tracker": coded([chosen.label for chosen in self.trackers.values()], tracker),
+            "sequence": coded([found.name for found in self.sequences], sequence),
+            "protocol": coded([self.protocol], np.zeros(len(tracker))),
+            "version": coded(versions, sequence * n_trackers + tracker),
+            "repetition": np.tile(self.run_repetitions, n_sequences).astype(np.int32),
         }
-        return Asked(self.experiment.title or self.experiment.name, cells)
+        title = self.experiment.title or self.experiment.name
+        return Asked(title, Cells(pa.table(cells)))
+
+    def runs(self, index: pa.Table) -> NDArray[np.int64]:
+        """Which run each row of an index is of, counted through `states`; -1 for none of these."""
+        labels = {chosen.label: i for i, chosen in enumerate(self.trackers.values())}
+        names = {found.name: i for i, found in enumerate(self.sequences)}
+        tracker = _numbers(index["tracker"], labels)
+        sequence = _numbers(index["sequence"], names)
+        protocol = _numbers(index["protocol"], {str(self.protocol): 0})
+        repetition = index["repetition"].to_numpy()
+        asked = (tracker >= 0) & (sequence >= 0) & (protocol >= 0)
+        asked &= repetition < self.repetitions[tracker]
+        first = np.cumsum(self.repetitions) - self.repetitions
+        number = sequence * len(self.run_trackers) + first[tracker] + repetition
+        return np.where(asked, number, -1)
+
+    def seen_in(self, index: pa.Table) -> "Plan":
+        """The plan with the states of the runs in an index."""
+        number = self.runs(index)
+        rows = np.flatnonzero(number >= 0)
+        number = number[rows]
+        versions, (version,) = codes(index["version"])
+        version = version[rows]
+        replaced = np.full(self.states.size, -1, np.int32)
+        replaced[number] = version
+        present = np.array(versions.cast(pa.binary()).to_pylist(), self.versions.dtype)
+        n_runs = len(self.run_trackers)
+        planned = self.versions[number // n_runs, self.run_trackers[number % n_runs]]
+        statuses, (status,) = codes(index["status"])
+        failed = np.array([name == "failed" for name in statuses.to_pylist()], bool)
+        states = np.full(self.states.size, State.LEFT, np.uint8)
+        states[number] = np.where(
+            present[version] != planned,
+            State.STALE,
+            np.where(failed[status[rows]], State.FAILED, State.DONE),
+        )
+        shape = self.states.shape
+        return replace(
+            self,
+            states=states.reshape(shape),
+            replaced=replaced.reshape(shape),
+            replaced_versions=versions,
+        )
 
 
-def make_plan(experiment: Experiment, results: Results) -> Plan:
+@dataclass(frozen=True, eq=False)
+class Units:
+    """Units of a plan, made one after another as they are asked for.
+
+    Trackers whose random numbers live in the process never share one with others; they come
+    first, since they are the slow ones. Then come sequences, the longest first: no core waits
+    at the end for a long one that began late. No unit is larger than the share of one worker,
+    unless it holds a single run.
+
+    Attributes
+    ----------
+    plan : Plan
+        Whose runs.
+    wanted : ndarray of bool, shape (sequences, runs on a sequence)
+        Which of them.
+    workers : int
+        How many units are performed at once.
+    """
+
+    plan: Plan
+    wanted: NDArray[np.bool_]
+    workers: int
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return int(self.wanted.sum())
+
+    @property
+    def work(self) -> int:
+        """Frames times trackers."""
+        return int((self.wanted.sum(axis=1) * self.plan.frames).sum())
+
+    def __len__(self) -> int:
+        alone = self.wanted & self._alone
+        shared = (self.wanted & ~self._alone).sum(axis=1)
+        return int(alone.sum() + np.minimum(self._parts(shared), shared).sum())
+
+    def __iter__(self) -> Iterator[Unit]:
+        frames = self.plan.frames
+        alone, shared = self.wanted & self._alone, self.wanted & ~self._alone
+        for sequence in np.argsort(-frames, kind="stable").tolist():
+            for run in np.flatnonzero(alone[sequence]).tolist():
+                yield self._unit(sequence, [run])
+        parts = self._parts(shared.sum(axis=1))
+        for sequence in np.argsort(-frames * shared.sum(axis=1), kind="stable").tolist():
+            runs = np.flatnonzero(shared[sequence]).tolist()
+            if runs:
+                yield from self._unit(sequence, runs).split(int(parts[sequence]))
+
+    @cached_property
+    def _alone(self) -> NDArray[np.bool_]:
+        """Whether a run on a sequence has its process to itself."""
+        chosen = self.plan.trackers.values()
+        apart = [entry.randomness is Randomness.PROCESS for entry in chosen]
+        return np.array(apart)[self.plan.run_trackers] | self.plan.experiment.timing
+
+    def _parts(self, runs: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Into how many units the runs of each sequence go."""
+        most = np.maximum(self.work // (self.workers * self.plan.frames), 1)
+        return -(-runs // most)
+
+    def _unit(self, sequence: int, runs: list[int]) -> Unit:
+        plan = self.plan
+        texts = list(plan.trackers)
+        entries = []
+        for run in runs:
+            tracker = int(plan.run_trackers[run])
+            replaced = int(plan.replaced[sequence, run])
+            entries.append(
+                Entry(
+                    texts[tracker],
+                    int(plan.run_repetitions[run]),
+                    plan.versions[sequence, tracker].decode(),
+                    "" if replaced < 0 else plan.replaced_versions[replaced].as_py(),
+                )
+            )
+        found = plan.sequences[sequence]
+        return Unit(found.source, tuple(entries), plan.protocol, found.frames)
+
+
+def make_plan(
+    experiment: Experiment, results: Results, known: KnownSequences | None = None
+) -> Plan:
     """Settle trackers and sequences, and look up which runs are there.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        What is asked for.
+    results : Results
+        Where the runs lie, and go.
+    known : dict, optional
+        Sequences that were opened for another plan; those of this one are added.
 
     Raises
     ------
     TrackerError, SequenceError, ExperimentError, ResultsError
         For anything that can be known to fail before the first run.
     """
-    chosen = _distinct_trackers(experiment)
-    sequences = _distinct_sequences(experiment)
+    trackers = _distinct_trackers(experiment)
+    repetitions = [
+        1
+        if entry.randomness is Randomness.NONE and not experiment.timing
+        else experiment.repeated.get(text, experiment.repetitions)
+        for text, entry in trackers.items()
+    ]
+    sequences: list[PlannedSequence] = []
+    versions: list[list[bytes]] = []
     protocol: Protocol = "timing" if experiment.timing else "accuracy"
-    rows = {row["path"]: row for row in read_index(results)}
-    cells = []
-    for source, sequence in sequences:
-        for text, entry in chosen:
-            reference(sequence, entry.init, sequence.name)
-            deterministic = entry.randomness is Randomness.NONE and not experiment.timing
-            repetitions = experiment.repeated.get(text, experiment.repetitions)
-            for repetition in range(1 if deterministic else repetitions):
-                key = identify(entry, sequence, repetition, protocol)
-                row = rows.get(str(results.path(key).relative_to(results.folder)))
-                state, replaces = _state(key, row), row["version"] if row else ""
-                cells.append(
-                    Cell(text, entry.randomness, source, len(sequence), key, state, replaces)
-                )
-    return Plan(experiment, cells, [sequence for _, sequence in sequences])
-
-
-def _state(key: Identity, row: dict[str, Any] | None) -> State:
-    if row is None:
-        return State.LEFT
-    if row["digest"] != key.digest:
-        return State.STALE
-    return State.FAILED if row["status"] == "failed" else State.DONE
-
-
-def _unit(cells: Iterable[Cell]) -> Unit:
-    cells = list(cells)
-    entries = tuple(
-        Entry(cell.tracker, cell.identity.repetition, cell.identity.version, cell.replaces)
-        for cell in cells
+    for found in _distinct_sequences(experiment, {} if known is None else known):
+        for entry in trackers.values():
+            if entry.init not in found.starts:  # then this says why
+                reference(_opened(found.source), entry.init, found.name)
+        sequences.append(found)
+        versions.append(
+            [identify(entry, found, 0, protocol).version.encode() for entry in trackers.values()]
+        )
+    shape = len(sequences), sum(repetitions)
+    plan = Plan(
+        experiment,
+        trackers,
+        np.array(repetitions, np.int64),
+        sequences,
+        np.array(versions),
+        np.zeros(shape, np.uint8),
+        np.zeros(shape, np.int32),
+        pa.array([], pa.string()),
     )
-    return Unit(cells[0].source, entries, cells[0].identity.protocol, cells[0].frames)
+    return plan.seen_in(read_table(results))
 
 
-def _distinct_trackers(experiment: Experiment) -> list[tuple[str, Contestant]]:
-    """Trackers by label: what is the same but for its spelling runs once."""
+def _numbers(column: pa.ChunkedArray, known: dict[str, int]) -> NDArray[np.int64]:
+    """Numbers of names that are known, by row; -1 for the others."""
+    names, (found,) = codes(column)
+    numbers = np.array([known.get(name, -1) for name in names.to_pylist()], np.int64)
+    return numbers[found]
+
+
+def _distinct_trackers(experiment: Experiment) -> dict[str, Contestant]:
+    """Trackers by text: what is the same but for its spelling runs once."""
     found: dict[str, tuple[str, Contestant]] = {}
-    for text in experiment.trackers:
-        entry = contestant(text)
+    for text, entry in contestants(experiment.trackers).items():
         other = found.setdefault(entry.label, (text, entry))[1]
         if other.file != entry.file:
             raise ExperimentError(
                 f"two trackers are called {entry.label!r}: {other.file} and {entry.file}. "
                 "Rename a file or a class."
             )
-    return list(found.values())
+    return dict(found.values())
 
 
-def _distinct_sequences(experiment: Experiment) -> list[tuple[SequenceSource, Sequence]]:
-    """Sequences by name, checked to be runnable."""
-    found: dict[str, tuple[SequenceSource, Sequence]] = {}
+def _distinct_sequences(experiment: Experiment, known: KnownSequences) -> list[PlannedSequence]:
+    """Sequences, no name twice, checked to be runnable."""
+    found: dict[str, PlannedSequence] = {}
     for source in experiment.sequences:
-        sequence = datasets.load(source.text, truth=source.truth)
-        sequence.check_runnable()
-        other = found.setdefault(sequence.name, (source, sequence))[1]
+        if source not in known:
+            known[source] = _planned(source)
+        sequence = known[source]
+        other = found.setdefault(sequence.name, sequence)
         if other.fingerprint != sequence.fingerprint:
             raise ExperimentError(
                 f"two different sequences are called {sequence.name!r}; {source.text!r} is one of "
                 "them. Rename a folder or a file."
             )
     return list(found.values())
+
+
+def _planned(source: SequenceSource) -> PlannedSequence:
+    sequence = _opened(source)
+    return PlannedSequence(
+        source=source,
+        name=sequence.name,
+        fingerprint=sequence.fingerprint,
+        frames=len(sequence),
+        images_beyond_truth=sequence.images_beyond_truth,
+        starts=frozenset(filter(partial(_can_start, sequence), [BOXES, *sequence.regions])),
+    )
+
+
+def _opened(source: SequenceSource) -> Sequence:
+    sequence = datasets.load(source.text, truth=source.truth)
+    sequence.check_runnable()
+    return sequence
+
+
+def _can_start(sequence: Sequence, region: str) -> bool:
+    try:
+        reference(sequence, region)
+    except SequenceError:
+        return False
+    return True

@@ -16,8 +16,10 @@ from bench.measures import PER_SEQUENCE, SUMMARY, TIMES
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
 from bench.reference import reference
-from bench.store.index import experiment_folders, load_results, ordered_index
-from bench.store.results import Cell, Results
+from bench.store.index import experiment_folders
+from bench.store.layout import Cell
+from bench.store.loading import load_results, ordered_rows
+from bench.store.results import Results
 from bench.store.truth import read_truth
 from reports.overlay import TRUTH
 from reports.tables import Table, sequence_table, summary_table
@@ -79,9 +81,7 @@ def frame_table(folder: Path) -> pd.DataFrame:
     """
     results = Results(folder)
     pieces = []
-    for row in ordered_index(results):
-        if row["status"] != "finished" or row["protocol"] != "accuracy":
-            continue
+    for row in ordered_rows(results, status="finished", protocol="accuracy"):
         run = results.read(folder / row["path"])
         stored = read_truth(folder, row["sequence"], row["fingerprint"])
         truth = reference(stored, run.identity.init, row["sequence"])
@@ -110,10 +110,8 @@ def boxes_of(folder: Path, sequence: str, repetition: int = 0) -> dict[str, NDAr
     found: dict[str, NDArray[Any]] = {}
     for experiment in experiment_folders(folder):
         results = Results(experiment)
-        rows = [row for row in ordered_index(results) if row["sequence"] == sequence]
-        for row in rows:
-            wanted = row["repetition"] == repetition or row["tracker"] not in found
-            if not wanted or row["protocol"] != "accuracy":
+        for row in ordered_rows(results, sequence=sequence, protocol="accuracy"):
+            if row["repetition"] != repetition and row["tracker"] in found:
                 continue
             if TRUTH not in found:
                 found[TRUTH] = read_truth(experiment, sequence, row["fingerprint"]).boxes

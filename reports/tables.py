@@ -6,11 +6,14 @@ missing, with the count of what is missing.
 """
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import groupby
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from reports.measure import Measure
 
@@ -72,11 +75,12 @@ def complete(runs: pd.DataFrame) -> pd.DataFrame:
 
     Means over other sequences than another tracker's would compare what can't be compared.
     """
-    there = set(zip(runs["tracker"], runs["sequence"], strict=True))
+    pairs = runs[["tracker", "sequence"]].drop_duplicates().astype(str)
+    there = set(pairs.itertuples(index=False, name=None))
     lacking = [
         {"tracker": tracker, "sequence": sequence, "repetition": 0, "status": NOT_RUN}
-        for tracker in runs["tracker"].unique()
-        for sequence in runs["sequence"].unique()
+        for tracker in pairs["tracker"].unique()
+        for sequence in pairs["sequence"].unique()
         if (tracker, sequence) not in there
     ]
     return pd.concat([runs, pd.DataFrame(lacking)], ignore_index=True) if lacking else runs
@@ -101,12 +105,22 @@ def summary_table(
         Metrics preset, named in the caption.
     """
     runs = complete(runs)
-    sequences = list(runs["sequence"].unique())
-    trackers = list(runs["tracker"].unique())
-    entries = [
-        [_summary(runs[runs["tracker"] == tracker], measure) for measure in measures]
-        for tracker in trackers
-    ]
+    (tracker, trackers), (sequence, sequences) = (
+        _numbers(runs, "tracker"),
+        _numbers(runs, "sequence"),
+    )
+    by_cell, _, sizes = _statistics(runs, tracker * len(sequences) + sequence, measures)
+    mean, _, _ = _statistics(by_cell, by_cell.index // len(sequences), measures)
+    # Over repetitions: the spread of the mean over sequences. Where sequences were
+    # repeated unequally often (trackers that never draw run once), there is none to tell.
+    times = sizes.groupby(sizes.index // len(sequences)).agg(["min", "max"])
+    repeated = (times["min"] == times["max"]) & (times["min"] > 1)
+    repetition, repetitions = pd.factorize(runs["repetition"])
+    by_pass, _, _ = _statistics(runs, tracker * len(repetitions) + repetition, measures)
+    _, spread, _ = _statistics(by_pass, by_pass.index // len(repetitions), measures)
+    entries = _entries(
+        _lacking(runs, tracker), mean, spread.where(repeated), mean * np.nan, measures
+    )
     names = ", ".join(sequences) if len(sequences) <= 4 else f"{len(sequences)} sequences"
     return Table(
         name="summary",
@@ -129,20 +143,21 @@ def sequence_table(
 
     The best of a column is marked among the trackers of one sequence.
     """
-    labels: list[list[str]] = []
-    entries: list[list[_Entry]] = []
+    (tracker, trackers), (sequence, sequences) = (
+        _numbers(runs, "tracker"),
+        _numbers(runs, "sequence"),
+    )
+    cells = sequence * len(trackers) + tracker
+    mean, spread, _ = _statistics(runs, cells, measures)
+    lacking = _lacking(runs, cells)
+    entries = _entries(lacking, mean, spread, mean, measures)
+    labels = [
+        [sequences[cell // len(trackers)], trackers[cell % len(trackers)]] for cell in mean.index
+    ]
     rows: list[list[Cell]] = []
-    for sequence in runs["sequence"].unique():
-        here = runs[runs["sequence"] == sequence]
-        trackers = list(here["tracker"].unique())
-        block = [
-            [_one_sequence(here[here["tracker"] == tracker], measure) for measure in measures]
-            for tracker in trackers
-        ]
-        block_labels = [[str(sequence), tracker] for tracker in trackers]
-        rows += _rows(block_labels, block, measures)
-        labels += block_labels
-        entries += block
+    for _, block in groupby(range(len(labels)), key=lambda row: labels[row][0]):
+        here = list(block)
+        rows += _rows([labels[row] for row in here], [entries[row] for row in here], measures)
     return Table(
         name="sequences",
         caption=(
@@ -176,40 +191,65 @@ class _Entry:
     out_of: float = float("nan")
 
 
-def _summary(runs: pd.DataFrame, measure: Measure) -> _Entry:
-    lacking = _lacking(runs)
-    if lacking or measure.name not in runs:
-        return _Entry(float("nan"), lacking=lacking, runs=len(runs))
-    by_sequence = runs.groupby("sequence")[measure.name]
-    # Over repetitions: the spread of the mean over sequences. Where sequences were
-    # repeated unequally often (trackers that never draw run once), there is none to tell.
-    counts = by_sequence.size()
-    spread = float("nan")
-    if counts.min() == counts.max() > 1:
-        spread = float(runs.groupby("repetition")[measure.name].mean().std())
-    mean = float(by_sequence.apply(_mean).mean(skipna=False))
-    return _Entry(mean, spread, runs=len(runs))
+def _numbers(runs: pd.DataFrame, column: str) -> tuple[NDArray[np.int64], list[str]]:
+    """Numbers of names by row, and the names in the order in which they appear."""
+    numbers, names = pd.factorize(runs[column])
+    return numbers.astype(np.int64), [str(name) for name in names]
 
 
-def _one_sequence(runs: pd.DataFrame, measure: Measure) -> _Entry:
-    lacking = _lacking(runs)
-    if lacking or measure.name not in runs:
-        return _Entry(float("nan"), lacking=lacking, runs=len(runs))
-    values = runs[measure.name]
-    out_of = float(runs[measure.out_of].mean()) if measure.out_of else float("nan")
-    return _Entry(_mean(values), float(values.std()), runs=len(runs), out_of=out_of)
+def _statistics(
+    runs: pd.DataFrame, groups: NDArray[np.int64] | pd.Index, measures: Sequence[Measure]
+) -> tuple[pd.DataFrame, pd.DataFrame, pd.Series]:
+    """Means and standard deviations by group and column, and the groups' sizes.
+
+    A missing value is not passed over: what would need it is missing.
+    """
+    columns = dict.fromkeys(name for m in measures for name in (m.name, m.out_of) if name in runs)
+    grouped = runs[list(columns)].groupby(np.asarray(groups))
+    sizes = grouped.size()
+    whole = grouped.count().eq(sizes, axis=0)
+    return grouped.mean().where(whole), grouped.std().where(whole), sizes
 
 
-def _lacking(runs: pd.DataFrame) -> str:
-    """Why no mean can be taken: `2 of 5 failed`; empty where one can."""
-    others = runs[runs["status"] != "finished"]
-    kinds = " or ".join(others["status"].unique())
-    return f"{len(others)} of {len(runs)} {kinds}" if len(others) else ""
+def _lacking(runs: pd.DataFrame, groups: NDArray[np.int64]) -> list[tuple[int, str]]:
+    """Runs of each group, and why no mean can be taken: `2 of 5 failed`; empty where one can."""
+    known, sizes = np.unique(groups, return_counts=True)
+    others = (runs["status"] != "finished").to_numpy()
+    kinds: dict[int, Counter[str]] = {}
+    for group, status in zip(groups[others].tolist(), runs["status"][others], strict=True):
+        kinds.setdefault(group, Counter())[status] += 1
+    words = [
+        f"{kinds[group].total()} of {size} {' or '.join(kinds[group])}" if group in kinds else ""
+        for group, size in zip(known.tolist(), sizes.tolist(), strict=True)
+    ]
+    return list(zip(sizes.tolist(), words, strict=True))
 
 
-def _mean(values: pd.Series) -> float:
-    """Mean in which a missing value is not passed over."""
-    return float(values.mean(skipna=False))
+def _entries(
+    lacking: list[tuple[int, str]],
+    mean: pd.DataFrame,
+    spread: pd.DataFrame,
+    out_of: pd.DataFrame,
+    measures: Sequence[Measure],
+) -> list[list[_Entry]]:
+    """A row a group."""
+    absent = pd.Series(math.nan, mean.index)
+    columns = [
+        [
+            values.get(name, absent).tolist()
+            for values, name in ((mean, m.name), (spread, m.name), (out_of, m.out_of))
+        ]
+        for m in measures
+    ]
+    return [
+        [
+            _Entry(math.nan, lacking=why, runs=runs)
+            if why
+            else _Entry(means[row], spreads[row], runs=runs, out_of=totals[row])
+            for means, spreads, totals in columns
+        ]
+        for row, (runs, why) in enumerate(lacking)
+    ]
 
 
 def _rows(
@@ -265,7 +305,8 @@ def _notes(runs: pd.DataFrame) -> list[str]:
         for run in failed.itertuples()
     ]
     for status in ("missing", "stale", NOT_RUN):
-        counts = runs[runs["status"] == status].groupby("tracker", sort=False).size()
+        here = runs[runs["status"] == status]
+        counts = here.groupby("tracker", sort=False, observed=True).size()
         notes += [
             f"{status}: {tracker}, {count} {_WORDS[status]}" for tracker, count in counts.items()
         ]

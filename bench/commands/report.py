@@ -51,7 +51,7 @@ def write_report(experiment: Path, folder: Path, *, pictures: bool = True) -> li
     """
     from bench.reporting import frame_table, tables, timing_runs, title_of
     from bench.store.files import ResultsError
-    from bench.store.index import load_results
+    from bench.store.loading import load_results
     from reports.tables import complete
     from reports.write import write_plots, write_tables
 

@@ -96,7 +96,7 @@ def _run(experiment: "Experiment", output: Path, jobs: int | None) -> "Collectio
     from datasets import SequenceError
 
     execution = Execution(experiment, output, jobs)
-    click.echo(f"{experiment.title}: {len(execution.plan.cells)} runs", err=True)
+    click.echo(f"{experiment.title}: {len(execution.plan)} runs", err=True)
     try:
         with progress_bar(execution.work, "frame") as progress:
             for _ in execution.rows(progress):

@@ -85,9 +85,12 @@ def execute(
     as_json: bool = False,
 ) -> int:
     """Run an experiment, say what came of it, and give the exit status."""
+    import numpy as np
+    import pyarrow as pa
+
     from bench.plan import State
     from bench.runner import Execution
-    from bench.store.index import for_json, read_index
+    from bench.store.index import for_json, index_rows, index_table, read_table
     from bench.store.results import Results
 
     execution = Execution(experiment, output, jobs, retry_failed=retry_failed)
@@ -105,22 +108,24 @@ def execute(
             "and are done again.",
             err=True,
         )
+    plan = execution.plan
     stopped = False
-    printed: set[str] = set()
+    printed = np.zeros(len(plan), bool)
     try:
         with progress_bar(execution.work, "frame") as progress:
             for row in execution.rows(progress):
                 if as_json:
                     click.echo(json.dumps(for_json(row), allow_nan=False))
-                    printed.add(row["path"])
+                    printed[plan.runs(index_table([row]))] = True
     except KeyboardInterrupt:
         stopped = True
     # Counted on disk: a worker may have finished a run that nobody heard of any more.
-    asked = {cell.identity.digest for cell in execution.plan.cells}
-    there = [row for row in read_index(Results(execution.folder)) if row["digest"] in asked]
+    index = read_table(Results(execution.folder))
+    now = plan.seen_in(index)
+    done, failed = now.count(State.DONE), now.count(State.FAILED)
     if stopped:
         click.echo(
-            f"Stopped: {len(there)} of {len(asked)} runs are done and kept in "
+            f"Stopped: {done + failed} of {len(plan)} runs are done and kept in "
             f"{execution.folder}. The same command goes on from there.",
             err=True,
         )
@@ -128,17 +133,20 @@ def execute(
     for error in execution.errors:
         click.echo(f"trackmark: {error}", err=True)
     if as_json:
-        for row in there:  # what was done before is an answer too
-            if row["path"] not in printed:
-                click.echo(json.dumps(for_json(row), allow_nan=False))
+        # What was done before is an answer too.
+        printed |= now.states.ravel() < State.FAILED
+        runs = now.runs(index)
+        others = (runs >= 0) & ~printed[runs]
+        for row in index_rows(index.filter(pa.array(others))):
+            click.echo(json.dumps(for_json(row), allow_nan=False))
     else:
         from bench.reporting import summary_text
 
-        click.echo(summary_text(execution.folder, execution.plan.asked().cells))
-        click.echo(f"{len(there)} of {len(asked)} runs are in {execution.folder}.")
+        click.echo(summary_text(execution.folder, plan.asked().cells))
+        click.echo(f"{done + failed} of {len(plan)} runs are in {execution.folder}.")
         if math.isfinite(execution.overhead):
             microseconds = execution.overhead * 1e6
             click.echo(f"The harness itself took {microseconds:.1f} µs a frame and tracker.")
     if execution.errors:
         return EXIT_WRONG_INPUT
-    return EXIT_ANSWER_IS_NO if any(row["status"] == "failed" for row in there) else 0
+    return EXIT_ANSWER_IS_NO if failed else 0

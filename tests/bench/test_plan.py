@@ -30,8 +30,12 @@ def experiment(here, **changes):
 
 def states(here, **changes):
     chosen = experiment(here, **changes)
-    cells = make_plan(chosen, Results(here / "results" / chosen.name)).cells
-    return {(cell.identity.tracker, cell.identity.repetition): cell.state.value for cell in cells}
+    plan = make_plan(chosen, Results(here / "results" / chosen.name))
+    found = zip(plan.asked().cells, plan.states.ravel(), strict=True)
+    return {
+        (tracker, repetition): State(state).name.lower()
+        for (tracker, _, repetition, _), state in found
+    }
 
 
 @pytest.fixture
@@ -160,6 +164,7 @@ def test_failed_runs_are_repeated_only_when_asked_for(here):
     assert found["static", 0] == "done"
     assert found["knob.py:Knob", 1] == "failed"
     plan = make_plan(experiment(here), Results(here / "results" / "trial"))
-    assert plan.units() == []
-    assert len(plan.units(retry_failed=True)[0].entries) == 3
+    assert list(plan.units()) == []
+    (unit,) = plan.units(retry_failed=True)
+    assert len(unit.entries) == 3
     assert plan.count(State.FAILED) == 3

@@ -7,7 +7,7 @@ import bench
 from bench.contestant import contestant
 from bench.evaluation import run_in_lock_step
 from bench.reporting import frame_table
-from bench.store.index import load_results
+from bench.store.loading import load_results
 from bench.store.results import Results
 from bench.store.truth import write_truth
 from bench.timing import time_run

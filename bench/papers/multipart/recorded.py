@@ -8,8 +8,8 @@ from typing import Any
 import pandas as pd
 
 from bench.experiment import Experiment, ExperimentError, SequenceSource
-from bench.store.index import load_results
 from bench.store.layout import Cell as StoredCell
+from bench.store.loading import load_results
 from reports.tables import Cell, Table
 
 __all__ = ["NAME", "Published", "read_published", "recorded_experiment", "recorded_table"]
@@ -80,8 +80,8 @@ def recorded_table(
     """
     runs = load_results(folder, cells)
     data: list[dict[str, Any]] = []
-    for sequence, here in runs.groupby("sequence", sort=False):
-        for tracker, found in here.groupby("tracker", sort=False):
+    for sequence, here in runs.groupby("sequence", sort=False, observed=True):
+        for tracker, found in here.groupby("tracker", sort=False, observed=True):
             lacking = found[found["status"] != "finished"]
             if len(lacking):
                 data.append(_row(sequence, tracker, f"{len(lacking)} {lacking.iloc[0]['status']}"))

@@ -11,17 +11,28 @@ import pandas as pd
 import datasets
 from bench.papers.multipart.static import INITIAL
 from bench.store.files import ResultsError
-from bench.store.index import load_results
-from bench.store.layout import Cell
+from bench.store.layout import Cell, run_path
+from bench.store.loading import load_results
 from bench.store.results import Results
 from datasets.text_form import parse_text
 
-__all__ = ["METRICS", "adaptive_rows", "part_distances", "tidy_scores"]
+__all__ = ["METRICS", "adaptive_rows", "part_distances", "tidy_scores", "without_failures"]
 
 METRICS = ("success_frames", "frames_inside", "first_loss")
 """Three readings of "numbers of frames of tracking successfully", of equal rank."""
 
 _NO_VARIANT = {"representation", "init"}
+_SCORES = ("success_frames", "frames_inside", "first_loss", "mean_overlap")
+_CELL = ["sequence", "scene", "light", "initial", "variant"]
+_OF_RUNS = {
+    "representation",
+    "threshold",
+    "repetition",
+    "path",
+    "failure",
+    "mean_overlap",
+    *METRICS,
+}
 
 
 def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataFrame:
@@ -42,35 +53,50 @@ def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataF
         `variant` (other parameters than those of `as-written`, in text form; empty for
         none), `repetition`, `frames` (length with the given first frame), `success_frames`,
         `frames_inside` (both count the given frame), `first_loss` (frames before the loss),
-        `mean_overlap`, `part_distance` (d[p1, p2] at initialisation), `path`.
+        `mean_overlap`, `part_distance` (d[p1, p2] at initialisation), `path`, `failure` (why
+        the run failed, in a line; such a run has no scores).
 
     Raises
     ------
     ResultsError
-        Where a run is missing, stale or failed: no verdict is passed on what is left.
+        Where a run is missing or stale: no verdict is passed on what is left.
     """
     runs = load_results(folder, cells)
-    lacking = runs[runs["status"] != "finished"]
+    lacking = runs[~runs["status"].isin(["finished", "failed"])]
     if len(lacking):
         first = lacking.iloc[0]
         raise ResultsError(
             f"{folder}: {len(lacking)} of {len(runs)} runs are {first['status']}, the first "
-            f"{first['tracker']} on {first['sequence']}, repetition {first['repetition']}"
-            f"{': ' + str(first['failure']).splitlines()[0] if first['failure'] else ''}. "
+            f"{first['tracker']} on {first['sequence']}, repetition {first['repetition']}. "
             "Run `trackmark reproduce` again; `trackmark results list` shows them."
         )
     rows = pd.DataFrame([_labels(row) for _, row in runs.iterrows()])
-    distances = part_distances(folder, runs, rows)
-    return rows.assign(
+    scores = {name: runs.get(name, pd.Series(np.nan, runs.index)).to_numpy() for name in _SCORES}
+    cells_of_runs = runs[["tracker", "sequence", "repetition", "protocol"]]
+    rows = rows.assign(
         repetition=runs["repetition"].to_numpy(),
         frames=runs["frames"].to_numpy(np.int64),
-        success_frames=runs["success_frames"].to_numpy() + 1,
-        frames_inside=runs["frames_inside"].to_numpy() + 1,
-        first_loss=runs["first_loss"].to_numpy(),
-        mean_overlap=runs["mean_overlap"].to_numpy(),
-        part_distance=distances,
-        path=[str(folder / path) for path in runs["path"]],
+        success_frames=scores["success_frames"] + 1,
+        frames_inside=scores["frames_inside"] + 1,
+        first_loss=scores["first_loss"],
+        mean_overlap=scores["mean_overlap"],
+        path=[str(folder / run_path(*cell)) for cell in cells_of_runs.itertuples(index=False)],
+        failure=[str(failure).partition("\n")[0] for failure in runs["failure"]],
     )
+    return rows.assign(part_distance=part_distances(folder, rows))
+
+
+def without_failures(scores: pd.DataFrame) -> pd.DataFrame:
+    """Runs of those cells alone in which no run failed.
+
+    A cell is a scene under one reading: left in it the other repetitions would stand for the
+    failed one, and the other representation would be compared with nothing.
+    """
+    failed = scores.loc[scores["failure"] != "", _CELL].drop_duplicates()
+    if failed.empty:
+        return scores
+    marked = scores[_CELL].merge(failed, "left", indicator="side")["side"]
+    return scores[(marked == "left_only").to_numpy()]
 
 
 def _labels(run: "pd.Series[Any]") -> dict[str, Any]:
@@ -91,20 +117,20 @@ def _labels(run: "pd.Series[Any]") -> dict[str, Any]:
     }
 
 
-def part_distances(folder: Path, runs: pd.DataFrame, rows: pd.DataFrame) -> list[float]:
-    """d[p1, p2] of every run's first frame: read once for all runs that share it."""
+def part_distances(folder: Path, rows: pd.DataFrame) -> list[float]:
+    """d[p1, p2] of every run's first frame: read once for all runs that share it.
+
+    NaN where all of these failed.
+    """
     results = Results(folder)
-    known: dict[tuple[Any, ...], float] = {}
-    found = []
-    for path, sequence, initial, variant in zip(
-        runs["path"], runs["sequence"], rows["initial"], rows["variant"], strict=True
-    ):
-        key = (sequence, initial, variant)
-        if key not in known:
-            values = results.read(folder / path).details["part_distance"]
+    shared = [column for column in rows if column not in _OF_RUNS]
+    known: dict[Any, float] = {}
+    keys = list(rows[shared].itertuples(index=False, name=None))
+    for key, path, failure in zip(keys, rows["path"], rows["failure"], strict=True):
+        if key not in known and not failure:
+            values = results.read(Path(path)).details["part_distance"]
             known[key] = float(values[np.isfinite(values)][0])
-        found.append(known[key])
-    return found
+    return [known.get(key, np.nan) for key in keys]
 
 
 def adaptive_rows(scores: pd.DataFrame) -> pd.DataFrame:

@@ -6,7 +6,7 @@ from typing import Any
 
 import pandas as pd
 
-from bench.papers.multipart.scores import METRICS
+from bench.papers.multipart.scores import METRICS, without_failures
 from bench.papers.multipart.static import INITIAL, KEPT_SHARE, Scene
 from reports.tables import MISSING, Cell, Table
 
@@ -69,8 +69,10 @@ def table_1(scores: pd.DataFrame, metric: str, light: str) -> tuple[Table, list[
         cells = [Cell(line["sequence"].removeprefix("multipart/")), Cell(str(line["frames"]))]
         cells += [Cell(str(line[name])) for name in REPRESENTATIONS]
         for name in REPRESENTATIONS:
-            values = here[here["representation"] == name][metric]
-            cells.append(Cell(_spread(values)))
+            runs = here[here["representation"] == name]
+            lacking = _failed(runs)
+            values = runs.iloc[:0][metric] if lacking else runs[metric]
+            cells.append(Cell(lacking or _spread(values)))
             for_scripts.append(
                 {
                     "table": f"1:{metric}:{light}",
@@ -116,11 +118,20 @@ def _group_row(chosen: pd.DataFrame, metric: str, group: str) -> list[Cell]:
     ours = chosen[chosen["sequence"].isin(GROUPS[group])]
     for name in REPRESENTATIONS:
         runs = ours[ours["representation"] == name]
+        if lacking := _failed(runs):
+            cells.append(Cell(lacking))
+            continue
         # A scene's repetitions first, so that each scene counts once.
         scenes = (runs[metric] / runs["frames"]).groupby([runs["sequence"], runs["scene"]]).mean()
         shares = scenes.groupby("sequence").mean()
         cells.append(Cell(f"{100 * shares.mean():.1f} %" if len(shares) else MISSING))
     return cells
+
+
+def _failed(runs: pd.DataFrame) -> str:
+    """What stands in the place of a figure that a failed run is part of; empty for none."""
+    failed = (runs["failure"] != "").sum()
+    return f"{MISSING} ({failed} of {len(runs)} failed)" if failed else ""
 
 
 def _spread(values: "pd.Series[Any]") -> str:
@@ -141,18 +152,21 @@ def readings_table(scores: pd.DataFrame) -> Table:
     Parameters
     ----------
     scores : DataFrame
-        See `tidy_scores`, with the rows of `adaptive_rows`; any rectangles and variants.
+        See `tidy_scores`, with the rows of `adaptive_rows`; any rectangles and variants. Cells
+        in which a run failed are left out, and counted.
     """
     keys = ["variant", "initial", "light"]
     data = []
-    for (variant, initial, light), runs in scores.groupby(keys, sort=False):
+    for (variant, initial, light), every in scores.groupby(keys, sort=False):
+        runs = without_failures(every)
+        left_out = len(_scenes(every)) - len(_scenes(runs))
         first = runs.groupby(["sequence", "scene"], as_index=False).first()
         wants_multi = first["sequence"].isin(TWO_COLOURED)
         right = (first["part_distance"] > first["threshold"]) == wants_multi
         row = {
             "reading": str(variant) or "as written",
             "rectangle": initial,
-            "light": light,
+            "light": str(light) + (f", {left_out} scenes left out" if left_out else ""),
             "right picks": f"{right.sum()} of {len(right)}",
         }
         shares = {metric: cell_shares(runs, metric) for metric in METRICS}
@@ -179,10 +193,15 @@ def readings_table(scores: pd.DataFrame) -> Table:
     )
 
 
+def _scenes(runs: pd.DataFrame) -> pd.DataFrame:
+    return runs[["sequence", "scene"]].drop_duplicates()
+
+
 def cell_shares(runs: pd.DataFrame, metric: str) -> pd.DataFrame:
     """Share of the length by (sequence, scene) and representation, averaged over repetitions."""
     shares = runs.assign(share=runs[metric] / runs["frames"])
-    return shares.pivot_table("share", ["sequence", "scene"], "representation", aggfunc="mean")
+    wide = shares.pivot_table("share", ["sequence", "scene"], "representation", aggfunc="mean")
+    return wide.reindex(columns=list(REPRESENTATIONS))
 
 
 def scene_table(scenes: Mapping[str, Scene]) -> Table:

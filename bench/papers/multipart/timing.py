@@ -10,8 +10,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import datasets
-from bench.store.index import load_results
 from bench.store.layout import Cell as StoredCell
+from bench.store.layout import run_path
+from bench.store.loading import load_results
 from bench.store.results import Results
 from datasets.text_form import parse_text
 from reports.tables import MISSING, Cell, Table
@@ -43,7 +44,8 @@ def frame_times(folder: Path, cells: Collection[StoredCell] | None = None) -> pd
     runs = load_results(folder, cells)
     pieces = []
     for _, run in runs[(runs["status"] == "finished") & (runs["disturbed"] == 0)].iterrows():
-        times = results.read(folder / run["path"]).times
+        path = run_path(run["tracker"], run["sequence"], run["repetition"], run["protocol"])
+        times = results.read(folder / path).times
         if times is None:
             continue
         _, options = parse_text(run["tracker"])

@@ -1,12 +1,6 @@
-"""Processes: same boxes on one core and two, a worker that dies, a kill at any moment."""
+"""Processes: same boxes on one core and two, and a worker that dies."""
 
-import os
-import random
 import shutil
-import signal
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pyarrow.parquet as parquet
@@ -18,8 +12,6 @@ from bench.runner import Execution, run
 from bench.store.index import read_index
 from bench.store.results import Results
 from datasets import SequenceError
-
-TRACKMARK = [sys.executable, "-c", "from bench.cli import main; main()"]
 
 
 @pytest.fixture
@@ -79,7 +71,7 @@ def test_nothing_is_run_again(data):
     chosen = experiment(data)
     folder = run(chosen, data / "results")
     times = {file: file.stat().st_mtime_ns for file in Results(folder).files()}
-    assert Execution(chosen, data / "results").units == []
+    assert Execution(chosen, data / "results").units.runs == 0
     run(chosen, data / "results")
     assert {file: file.stat().st_mtime_ns for file in Results(folder).files()} == times
 
@@ -166,123 +158,3 @@ def test_a_tracker_that_changes_while_it_runs_leaves_nothing(data):
     with pytest.raises(SequenceError, match="changed while it ran"):
         run(chosen, data / "results")
     assert Results(data / "results" / "edited").files() == []
-
-
-def test_workers_end_soon_after_a_command_that_was_killed_alone(data):
-    file = data / "knob.py"
-    file.write_text(file.read_text().replace("return Estimate", PAUSE.replace("0.01", "30")))
-    process = subprocess.Popen(
-        [
-            *TRACKMARK,
-            *("run", "--sequences", f"{data}/data/A,{data}/data/B", "--name", "orphans"),
-            *("--trackers", f"{file}:Knob", "--output", str(data / "results")),
-        ],
-        start_new_session=True,
-    )
-    try:
-        wait_until(lambda: len(children(process.pid)) == 2)
-        workers = children(process.pid)
-        process.kill()
-        process.wait()
-        wait_until(lambda: not any(lives(worker) for worker in workers))
-    finally:
-        for left in children(process.pid):
-            os.kill(left, signal.SIGKILL)
-
-
-def children(parent):
-    """Living children of a process; each leads a session of its own."""
-    listed = subprocess.run(
-        ["ps", "-o", "pid=,stat=", "--ppid", str(parent)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    rows = [line.split() for line in listed.stdout.splitlines()]
-    return [int(pid) for pid, state in rows if not state.startswith("Z")]
-
-
-def lives(process):
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    return True
-
-
-def wait_until(condition, seconds=30):
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.1)
-
-
-def kill_and_resume(data, kills, seed):
-    """Kill the command `kills` times at random moments; then let it finish."""
-    undisturbed = contents(run(experiment(data, "undisturbed"), data / "results"))
-    names = ",".join(str(data / "data" / s) for s in "ABCD")
-    command = [
-        *TRACKMARK,
-        *("run", "--name", "killed", "--seeds", "3", "--sequences", names),
-        *("--trackers", f"static,{data}/knob.py:Knob,camshift", "--output", str(data / "results")),
-    ]
-    moments = random.Random(seed)
-    kept = {}
-    folder = data / "results" / "killed"
-    for _ in range(kills):
-        process = subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL)
-        time.sleep(moments.uniform(0.3, 3.5))
-        os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-        now = {file: file.stat().st_mtime_ns for file in Results(folder).files()}
-        assert kept.items() <= now.items(), "a finished run was lost or done again"
-        kept = now
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, timeout=120)
-    now = {file: file.stat().st_mtime_ns for file in Results(folder).files()}
-    assert kept.items() <= now.items()
-    assert contents(folder) == undisturbed
-    assert not list(folder.rglob("*.tmp"))
-
-
-def test_a_killed_command_goes_on_where_it_was(data):
-    kill_and_resume(data, kills=3, seed=1)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(5))
-def test_a_command_killed_again_and_again_ends_like_an_undisturbed_one(data, seed):
-    kill_and_resume(data, kills=8, seed=seed)
-
-
-def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(data):
-    file = data / "knob.py"
-    file.write_text(
-        file.read_text().replace(
-            "return Estimate", "__import__('time').sleep(0.05)\n        return Estimate"
-        )
-    )
-    names = ",".join(str(data / "data" / s) for s in "ABCD")
-    process = subprocess.Popen(
-        [
-            *TRACKMARK,
-            *("run", "--name", "stopped", "--jobs", "1", "--sequences", names),
-            *("--trackers", f"{data}/knob.py:Knob", "--output", str(data / "results")),
-        ],
-        start_new_session=True,
-        # A terminal's child listens to Ctrl-C; one of a job in the background does not.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    folder = data / "results" / "stopped"
-    deadline = time.monotonic() + 60
-    while not Results(folder).files() and time.monotonic() < deadline:
-        time.sleep(0.05)
-    os.killpg(process.pid, signal.SIGINT)
-    _, said = process.communicate(timeout=60)
-    assert process.returncode == 130
-    done = len(Results(folder).files())
-    assert 1 <= done < 4
-    assert f"{done} of 4 runs are done" in said
-    assert "same command" in said
-    assert "Traceback" not in said

@@ -19,7 +19,7 @@ from bench.papers.multipart.timing import (
     time_table,
 )
 from bench.store.files import ResultsError
-from bench.store.index import load_results
+from bench.store.loading import load_results
 from bench.store.results import Results
 
 NAME = "stress/twin:distance=3:scene=1"

@@ -21,7 +21,7 @@ def run(sequence, representation, share, scene=0, light="even", repetition=0, **
     return {
         "representation": representation, "sequence": sequence, "scene": scene, "light": light,
         "initial": "full", "variant": "", "repetition": repetition, "frames": n, **counts,
-        "part_distance": halves, "threshold": 0.4, "path": "",
+        "part_distance": halves, "threshold": 0.4, "path": "", "failure": "",
     } | changes  # fmt: skip
 
 
