@@ -8,7 +8,8 @@ from typing import Any
 
 import click
 
-from bench.commands._options import DEFAULT_OUTPUT, json_option
+from bench.cli import EXIT_ANSWER_IS_NO
+from bench.commands._options import DEFAULT_OUTPUT, json_option, progress_bar
 
 __all__ = ["command"]
 
@@ -83,6 +84,36 @@ def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -
         results.remove([row["path"] for place, row in chosen if place.folder == experiment])
         read_index(results)
     click.echo(f"Removed {len(chosen)} runs.")
+
+
+@command.command("check")
+@folder_argument
+@json_option
+def check_results(folder: Path, as_json: bool) -> int:
+    """Read every file in FOLDER, and tell which is not what was written.
+
+    Exit status 1 where there is one. With --json a line an experiment.
+    """
+    from bench.store.checking import checks, damage
+    from bench.store.index import experiment_folders
+
+    found = 0
+    for experiment in experiment_folders(folder):
+        todo = checks(experiment)
+        told: dict[str, None] = {}
+        with progress_bar(len(todo), "file") as progress:
+            for number, check in enumerate(todo, 1):
+                told |= dict.fromkeys(filter(None, [damage(check)]))
+                progress(number)
+        found += len(told)
+        if as_json:
+            told_of = {"experiment": experiment.name, "files": len(todo), "damages": list(told)}
+            click.echo(json.dumps(told_of))
+            continue
+        for sentence in told:
+            click.echo(sentence, err=True)
+        click.echo(f"{experiment}: {len(todo)} files, {len(told) or 'none'} damaged or missing")
+    return EXIT_ANSWER_IS_NO if found else 0
 
 
 @command.command("merge")

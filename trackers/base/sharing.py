@@ -29,9 +29,10 @@ class SharedFrame:
     __slots__ = ("_computed", "image", "sharers")
 
     def __init__(self, image: Image, sharers: int = 1) -> None:
-        # In memory that can't be written: a flag alone, a tracker could set back. The copy
-        # costs a small part of what it takes to decode a frame.
-        self.image: Image = np.frombuffer(image.tobytes(), np.uint8).reshape(image.shape)
+        locked = image.view()
+        locked.flags.writeable = False
+        # Handed on without its owner: a flag alone, a tracker could set back.
+        self.image: Image = np.from_dlpack(locked)  # type: ignore[assignment]  # of any dtype
         self.sharers = sharers
         self._computed: dict[Hashable, Any] = {}
 
