@@ -94,8 +94,8 @@ def begin():
 
     yield begin_one
     for command in begun:
-        for number in command.living():
-            send(number, signal.SIGKILL)
+        if command.process.poll() is None:
+            command.kill()
 
 
 @pytest.fixture(scope="session")

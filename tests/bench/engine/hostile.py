@@ -455,7 +455,7 @@ class Allocates(Hostile):
     def strike(self, image):
         taken = []
         while True:
-            taken.append(np.ones(32 << 20, np.uint8))
+            taken.append(np.empty(64 << 20, np.uint8))
 
 
 class AllocatesInC(Hostile):
@@ -465,4 +465,4 @@ class AllocatesInC(Hostile):
         libc = ctypes.CDLL(None)
         libc.malloc.restype = ctypes.c_void_p
         while True:
-            libc.memset(ctypes.c_void_p(libc.malloc(32 << 20)), 1, 32 << 20)
+            libc.memset(ctypes.c_void_p(libc.malloc(64 << 20)), 1, 1)

@@ -1,0 +1,350 @@
+"""Whatever order of running, killing, editing, removing: what is asked for again is made as if
+nothing had happened, and nothing that is not whole and up to date is ever averaged over.
+"""
+
+import hashlib
+import shutil
+from collections import Counter
+from itertools import count
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, Phase, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    initialize,
+    invariant,
+    rule,
+    run_state_machine_as_test,
+)
+
+import bench
+from bench.contestant import contestant, identify
+from bench.engine.worker import perform
+from bench.experiment import Experiment, SequenceSource
+from bench.reporting import tables
+from bench.runner import Execution
+from bench.store.checking import damages
+from bench.store.index import read_index
+from bench.store.layout import run_path
+from bench.store.results import Results
+from datasets import load
+from reports.tables import MISSING
+from trackers.base import catalogue
+
+TRACKER = '''
+"""Draws; in frame 2 of its editions that are odd it fails."""
+import numpy as np
+from trackers.base.interface import Estimate, Randomness, TrackerPlugin
+
+EDITION = {edition}
+
+
+class {name}(TrackerPlugin):
+    """A random walk."""
+
+    randomness = Randomness.GENERATOR
+
+    def init(self, image, box, mask=None):
+        self.random = np.random.default_rng(self.seed)
+        self.box = box.copy()
+        self.frame = 0
+
+    def update(self, image):
+        self.frame += 1
+        if EDITION % 2 and self.frame == 2:
+            raise RuntimeError("odd")
+        self.box[:2] += self.random.normal(size=2) + EDITION
+        return Estimate(self.box.copy(), revised={{1: self.box.copy()}})
+'''
+
+EDITED = ("Walk", "Stroll")
+TRACKERS = ("static", *EDITED)
+SEQUENCES = ("A", "B")
+
+
+class KilledError(BaseException):
+    """Stands for the end of a process: nobody may catch it."""
+
+
+class Deadly:
+    """Ends a process at a system call; see `store_calls`.
+
+    Parameters
+    ----------
+    at : int
+        At which, counted from 0.
+    """
+
+    def __init__(self, at):
+        self._numbers, self._at = count(), at
+
+    def __call__(self, name, call, *arguments, **options):
+        if next(self._numbers) < self._at:
+            return call(*arguments, **options)
+        if name == "close":  # the system does so when a process ends, and lets go of its locks
+            call(*arguments)
+        raise KilledError
+
+
+class Here:
+    """An engine without processes."""
+
+    workers = 1
+
+    def perform(self, units, job, progress):
+        for unit in units:
+            yield unit, perform(unit, job.folder)
+
+
+def said(run):
+    """Digest of all that a run says, without time and place."""
+    revised = None if run.revised is None else run.revised.tobytes()
+    whole = (run.identity, run.failure.partition("\n")[0], run.boxes.tobytes(), revised)
+    return hashlib.sha256(repr(whole).encode()).hexdigest()
+
+
+class Experimenter(RuleBasedStateMachine):
+    """Somebody who experiments, in a folder; knows what should lie there.
+
+    Parameters
+    ----------
+    ground : Path
+        Where sequences lie.
+    store_calls : callable
+        As the fixture.
+    steps : Counter
+        Counts what was done.
+    """
+
+    def __init__(self, ground, store_calls, steps):
+        super().__init__()
+        self.ground, self.store_calls, self.steps = ground, store_calls, steps
+        self.output = ground / "results"
+        shutil.rmtree(self.output, ignore_errors=True)
+        self.results = Results(self.output / "trial")
+        self.runs, self.asked = {}, {}
+
+    @initialize(editions=st.tuples(st.integers(0, 1), st.integers(0, 1)), whole=st.booleans())
+    def begin(self, editions, whole):
+        for name, edition in zip(EDITED, editions, strict=True):
+            self._write(name, edition)
+        if whole:
+            self.run(set(TRACKERS), set(SEQUENCES), 2, False, None)
+
+    # What is done
+
+    @rule(
+        trackers=st.sets(st.sampled_from(TRACKERS), min_size=1),
+        sequences=st.sets(st.sampled_from(SEQUENCES), min_size=1),
+        repetitions=st.integers(1, 2),
+        retry_failed=st.booleans(),
+        killed_at=st.none() | st.integers(0, 150),
+    )
+    def run(self, trackers, sequences, repetitions, retry_failed, killed_at):
+        chosen = Experiment(
+            "trial",
+            tuple(self._text(name) for name in sorted(trackers)),
+            tuple(SequenceSource(str(self.ground / name)) for name in sorted(sequences)),
+            repetitions=repetitions,
+        )
+        goal, asked = self._goal(chosen, retry_failed)
+        execution = Execution(chosen, self.output, retry_failed=retry_failed)
+        execution.performer = Here()
+        self._do(lambda: list(execution.rows()), killed_at, goal, asked)
+
+    @rule(tracker=st.sampled_from(TRACKERS), killed_at=st.none() | st.integers(0, 40))
+    def remove(self, tracker, killed_at):
+        label = contestant(self._text(tracker)).label
+        paths = [row["path"] for row in read_index(self.results) if row["tracker"] == label]
+        goal = {path: run for path, run in self.runs.items() if path not in paths}
+        asked = {
+            cell: version
+            for cell, version in self.asked.items()
+            if str(run_path(*cell)) not in paths
+        }
+        if paths:
+            self._do(lambda: self.results.remove(paths), killed_at, goal, asked)
+
+    @rule(tracker=st.sampled_from(EDITED), edition=st.integers(0, 3))
+    def edit(self, tracker, edition):
+        self._write(tracker, edition)
+
+    @rule(byte=st.none() | st.integers(0, 10_000))
+    def lose_or_damage_the_index(self, byte):
+        index = self.results.folder / "index.arrow"
+        if not index.exists():
+            return
+        content = bytearray(index.read_bytes())
+        index.unlink()
+        if byte is not None:
+            content[byte % len(content)] ^= 1
+            index.write_bytes(content)
+            (damage,) = damages(self.results.folder)
+            assert str(index) in damage
+            read_index(self.results)  # makes it anew
+
+    # What always holds
+
+    @invariant()
+    def what_lies_there_is_what_should(self):
+        assert self._found() == self.runs
+        assert dict(self.results.asked().cells) == self.asked
+
+    @invariant()
+    def nothing_is_damaged(self):
+        if self.results.folder.exists() and self.asked:
+            assert list(damages(self.results.folder)) == []
+
+    @invariant()
+    def each_run_is_said_to_be_what_it_is(self):
+        if not self.asked:
+            return
+        table = bench.load_results(self.results.folder)
+        columns = ("tracker", "sequence", "repetition", "protocol")
+        cells = zip(*(table[column] for column in columns), strict=True)
+        found = dict(zip(cells, table["status"], strict=True))
+        for cell, version in self.asked.items():
+            path = str(run_path(*cell))
+            if path not in self.runs:
+                expected = "missing"
+            elif self.runs[path][0] != version:
+                expected = "stale"
+            else:
+                expected = self.runs[path][1]
+            assert found[cell] == expected
+            self.steps[expected] += 1
+
+    @invariant()
+    def only_what_is_whole_is_averaged(self):
+        if not self.asked:
+            return
+        bench_tables = tables(self.results.folder)
+        incomplete = {
+            cell[0]
+            for cell, version in self.asked.items()
+            if self.runs.get(str(run_path(*cell)), ("", ""))[:2] != (version, "finished")
+        }
+        for table in bench_tables:
+            if table.name == "summary":
+                for label, *cells in table.rows:
+                    blank = all(cell.text.startswith(MISSING) for cell in cells)
+                    assert blank or label.text not in incomplete
+
+    def teardown(self):
+        """In the end all that was ever asked for is made once more, undisturbed."""
+        self.run(set(TRACKERS), set(SEQUENCES), 2, True, None)
+        self.what_lies_there_is_what_should()
+        assert {run[0] for run in self.runs.values()} == {
+            self._oracle(tracker, sequence, 0)[0] for tracker in TRACKERS for sequence in SEQUENCES
+        }
+
+    # How
+
+    def _text(self, name):
+        return name if name == "static" else f"{self.ground}/{name.lower()}.py:{name}"
+
+    def _write(self, name, edition):
+        source = TRACKER.format(name=name, edition=edition)
+        (self.ground / f"{name.lower()}.py").write_text(source)
+        catalogue._load.cache_clear()  # as in another process
+
+    def _oracle(self, tracker, sequence, repetition):
+        """Version, status and digest of an undisturbed run."""
+        run = bench.evaluate(self._text(tracker), str(self.ground / sequence), repetition)
+        return run.identity.version, run.status, said(run)
+
+    def _goal(self, chosen, retry_failed):
+        """What lies there, and what is asked for, when an experiment has been run."""
+        goal, asked = dict(self.runs), dict(self.asked)
+        for source in chosen.sequences:
+            sequence = load(source.text)
+            for text in chosen.trackers:
+                entry = contestant(text)
+                for repetition in range(chosen.repetitions if entry.name != "static" else 1):
+                    key = identify(entry, sequence, repetition)
+                    asked[key.tracker, key.sequence, repetition, "accuracy"] = key.version
+                    path = str(self.results.path(key).relative_to(self.results.folder))
+                    version, status, _ = self.runs.get(path, ("", "", ""))
+                    if version != key.version or (retry_failed and status == "failed"):
+                        run = bench.evaluate(text, sequence, repetition)
+                        goal[path] = run.identity.version, run.status, said(run)
+                for cell in asked:  # one version counts for all repetitions
+                    if cell[:2] == (key.tracker, key.sequence):
+                        asked[cell] = key.version
+        return goal, asked
+
+    def _do(self, action, killed_at, goal, asked):
+        """Do something that may be killed: then each run is old or new, and so is the plan."""
+        self.steps["actions"] += 1
+        if killed_at is not None:
+            try:
+                with self.store_calls(Deadly(killed_at)):
+                    action()
+            except KilledError:
+                self.steps["kills"] += 1
+                found = self._found()
+                for path in found.keys() | goal.keys() | self.runs.keys():
+                    assert found.get(path) in (self.runs.get(path), goal.get(path))
+                noted = dict(self.results.asked().cells)
+                assert noted in (self.asked, asked)
+                self.runs, self.asked = found, noted
+                return
+        else:
+            action()
+        self.runs, self.asked = goal, asked
+
+    def _found(self):
+        """Version, status and digest of what lies there, by path."""
+        runs = {file: self.results.read(file) for file in self.results.files()}
+        return {
+            str(file.relative_to(self.results.folder)): (
+                run.identity.version,
+                run.status,
+                said(run),
+            )
+            for file, run in runs.items()
+        }
+
+
+@pytest.fixture
+def experiment(tmp_path, store_calls, monkeypatch, evidence):
+    """Let a number of experimenters do a number of things each."""
+    monkeypatch.setenv("TRACKMARK_CACHE", str(tmp_path / "cache"))
+    for name in SEQUENCES:
+        (tmp_path / name / "img").mkdir(parents=True)
+        for i in range(5):
+            image = np.random.default_rng(i).integers(0, 256, (16, 20, 3), dtype=np.uint8)
+            cv2.imwrite(str(tmp_path / name / "img" / f"{i:04}.png"), image)
+        (tmp_path / name / "groundtruth_rect.txt").write_text("5,6,6,5\n" * 5)
+
+    def done(examples, steps, **options):
+        counted = Counter()
+        run_state_machine_as_test(
+            lambda: Experimenter(tmp_path, store_calls, counted),
+            settings=settings(
+                max_examples=examples,
+                stateful_step_count=steps,
+                deadline=None,
+                phases=[Phase.generate],  # shrinking takes longer than reading
+                suppress_health_check=list(HealthCheck),
+                **options,
+            ),
+        )
+        evidence(f"state machine: {dict(counted)}")
+        return counted
+
+    return done
+
+
+def test_any_order_of_doings_ends_like_undisturbed_ones(experiment):
+    counted = experiment(examples=8, steps=10, derandomize=True)
+    assert counted["kills"] > 3
+    assert min(counted[status] for status in ("missing", "stale", "failed", "finished")) > 0
+
+
+@pytest.mark.slow
+def test_many_orders_of_doings_end_like_undisturbed_ones(experiment):
+    assert experiment(examples=80, steps=20)["kills"] > 100
