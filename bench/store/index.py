@@ -205,7 +205,7 @@ def with_rows(table: pa.Table, further: list[pa.Table]) -> pa.Table:
     both = _together([table, *further])
     cells = numbered([both], CELL)[0]
     _, last = np.unique(cells[::-1], return_index=True)
-    return both.take(pa.array(np.sort(len(both) - 1 - last)))
+    return both if len(last) == len(both) else both.take(pa.array(np.sort(len(both) - 1 - last)))
 
 
 def write_index(results: Results, table: pa.Table) -> None:
