@@ -147,7 +147,10 @@ class Substitute:
         return partial(self._around, name, call) if name in self._names else call
 
 
-STORE_CALLS = ("open", "write", "fsync", "close", "link", "replace", "unlink", "mkdir", "rmdir")
+STORE_CALLS = (
+    *("open", "write", "ftruncate", "fsync", "close"),
+    *("link", "replace", "unlink", "mkdir", "rmdir"),
+)
 
 
 @pytest.fixture(scope="session")

@@ -1,8 +1,11 @@
 """What is done to a folder of results, step by step, for tests that disturb it."""
 
 import hashlib
+import os
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -10,6 +13,7 @@ import pytest
 import bench
 from bench.store.asked import Asked
 from bench.store.index import read_index
+from bench.store.log import RunLog, log_files, read_log
 from bench.store.results import Results
 from bench.store.truth import read_truth, write_truth
 
@@ -50,11 +54,13 @@ class Scenario:
         What is run.
     removed : list of Run
         What is removed instead.
+    logged : bool
+        Whether a log is kept. It is not forced to the disk: there are many more crash states.
     """
 
-    def __init__(self, sequence, present, wanted, removed=()):
+    def __init__(self, sequence, present, wanted, removed=(), *, logged=False):
         self.sequence, self.present = sequence, present
-        self.wanted, self.removed = wanted, removed
+        self.wanted, self.removed, self.logged = wanted, removed, logged
 
     def before(self, folder):
         """Lay down what is there before."""
@@ -69,13 +75,17 @@ class Scenario:
         yield from self._run(folder / "trial", self.wanted)
 
     def _run(self, folder, runs):
-        results = Results(folder)
+        results, log = Results(folder), RunLog(folder)
         keys = [run.identity for run in runs]
         cells = {(k.tracker, k.sequence, k.repetition, k.protocol): k.version for k in keys}
         yield partial(results.prepare, Asked("Trial", cells))
+        if self.logged:
+            yield partial(log.write, "start", runs=len(runs))
         for run in runs:
             yield partial(self._store, results, run)
         yield partial(read_index, results)
+        if self.logged:
+            yield partial(log.write, "end")
 
     def _store(self, results, run):
         path = results.path(run.identity)
@@ -102,11 +112,22 @@ def scenarios(make_sequence):
     bare = of_version(plain, "v3")
     return {
         "first runs": Scenario(sequence, [], [old, other]),
-        "a stale run": Scenario(sequence, [old, other], [new]),
+        "a stale run": Scenario(sequence, [old, other], [new], logged=True),
         "a stale run that had companions": Scenario(sequence, [old], [bare]),
         "a stale run that had none": Scenario(sequence, [bare], [new]),
         "removal": Scenario(sequence, [old, other], [], [old]),
     }
+
+
+@pytest.fixture
+def scratch(tmp_path):
+    """A folder for thousands of files: in memory, where there is room for them."""
+    memory = Path("/dev/shm")
+    if not os.access(memory, os.W_OK):
+        yield tmp_path
+        return
+    with TemporaryDirectory(dir=memory) as folder:
+        yield Path(folder)
 
 
 @pytest.fixture
@@ -125,6 +146,8 @@ def snapshot():
         for path, run in runs.items():
             assert rows[path]["version"] == run.identity.version
             read_truth(results.folder, run.identity.sequence, run.identity.fingerprint)
+        for log in log_files(results.folder):
+            list(read_log(log))
         asked = results.asked()
         return {path: digest(run) for path, run in runs.items()} | {
             "plan.json": (asked.title, dict(asked.cells))
@@ -135,11 +158,11 @@ def snapshot():
 
 @pytest.fixture
 def listing():
-    """Names of all files in a folder that mean something, in order."""
+    """Names of all files in a folder but its logs, in order."""
 
     def read(folder):
         paths = sorted(path.relative_to(folder) for path in folder.rglob("*"))
-        return [str(path) for path in paths if path.name != ".lock"]
+        return [str(path) for path in paths if path.name != ".lock" and "_log" not in path.parts]
 
     return read
 

@@ -124,6 +124,9 @@ class Disk:
         self._open[descriptor].content += content
         self._open[descriptor].changed = changed
 
+    def _ftruncate_call(self, descriptor, size):
+        self._open[descriptor].content = self._open[descriptor].content[:size]
+
     def _fsync_call(self, descriptor):
         node = self._open[descriptor]
         if isinstance(node, self.heedless or ()):
@@ -201,7 +204,7 @@ def lay_down(state, folder):
 
 
 @pytest.fixture
-def checked_states(snapshot, listing, old_or_new, store_calls, tmp_path):
+def checked_states(snapshot, listing, old_or_new, store_calls, scratch):
     """Check every state that a crash during a journal can leave.
 
     Give how many were met, how many of them differ, and what a command that goes on leaves.
@@ -224,7 +227,7 @@ def checked_states(snapshot, listing, old_or_new, store_calls, tmp_path):
                 if key in seen:
                     continue
                 seen.add(key)
-                folder = tmp_path / f"state-{len(seen)}"
+                folder = scratch / f"state-{len(seen)}"
                 lay_down(state, folder)
                 with store_calls(unforced):
                     old_or_new(snapshot(folder), allowed[0], allowed[-1])
@@ -253,11 +256,11 @@ NAMES = [
 
 
 @pytest.fixture
-def recorded(scenarios, record, snapshot, tmp_path):
+def recorded(scenarios, record, snapshot, scratch):
     """A scenario, a disk as it was before, the journal, and the folder as it is afterwards."""
 
     def done(name, heedless=None):
-        scenario, whole = scenarios[name], tmp_path / "whole"
+        scenario, whole = scenarios[name], scratch / "whole"
         scenario.before(whole)
         disk = Disk(whole, heedless)
         journal = record(scenario.steps(whole), lambda: snapshot(whole))
@@ -274,14 +277,7 @@ def test_every_crash_leaves_old_or_new_and_is_gone_on_from(
     evidence(f"{name}: {met} of {met} crash states ({different} different ones) are old or new")
     assert met > 200
     assert different > 20
-    assert {file for file in litter if file.endswith((".parquet", ".tmp", ".json"))} == set()
-
-
-@pytest.mark.parametrize("name", ["a stale run that had companions", "removal"])
-def test_no_crash_leaves_litter_that_the_next_command_does_not_remove(
-    recorded, checked_states, name
-):
-    assert checked_states(*recorded(name))[2] == set()
+    assert litter == set()
 
 
 @pytest.mark.parametrize("heedless", [File, Folder])

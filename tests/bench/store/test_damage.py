@@ -11,6 +11,7 @@ import pytest
 import bench
 from bench.store.files import ResultsError
 from bench.store.index import read_index
+from bench.store.log import log_files, read_log
 from bench.store.results import Results
 from bench.store.truth import read_truth
 
@@ -18,10 +19,10 @@ KINDS = ["run", "revised", "arrays", "truth", "plan"]
 
 
 @pytest.fixture
-def stored(scenarios, tmp_path):
+def stored(scenarios, scratch):
     """Results with every kind of file."""
-    scenarios["a stale run"].before(tmp_path / "folder")
-    return Results(tmp_path / "folder" / "trial")
+    scenarios["a stale run"].before(scratch / "folder")
+    return Results(scratch / "folder" / "trial")
 
 
 def file_and_reader(results, kind):
@@ -34,7 +35,15 @@ def file_and_reader(results, kind):
     if kind == "truth":
         read = lambda: read_truth(results.folder, key.sequence, key.fingerprint)  # noqa: E731
         return next(results.folder.glob("_truth/*/*.arrow")), read
+    if kind == "log":
+        (file,) = log_files(results.folder)
+        return file, lambda: list(read_log(file))
     return results.folder / "plan.json", results.asked
+
+
+def size_in_bits(file, kind):
+    """Of what is checked: without its last end of line a log's last line counts as torn."""
+    return 8 * (file.stat().st_size - (kind == "log"))
 
 
 def flipped(content, bit):
@@ -55,20 +64,20 @@ def assert_every_flip_is_named(file, read, bits):
     read()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [*KINDS, "log"])
 def test_a_flipped_bit_is_detected_and_the_file_named(stored, evidence, kind):
     file, read = file_and_reader(stored, kind)
-    size = 8 * file.stat().st_size
+    size = size_in_bits(file, kind)
     bits = np.random.default_rng(0).choice(size, min(500, size), replace=False).tolist()
     assert_every_flip_is_named(file, read, bits)
     evidence(f"{kind}: {len(bits)} of {len(bits)} flipped bits were detected")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [*KINDS, "log"])
 def test_each_single_bit_of_a_file_counts(stored, evidence, kind):
     file, read = file_and_reader(stored, kind)
-    size = 8 * file.stat().st_size
+    size = size_in_bits(file, kind)
     assert_every_flip_is_named(file, read, range(size))
     evidence(f"{kind}: {size} of {size} bits, flipped one by one, were detected")
 

@@ -54,7 +54,7 @@ def number_of_calls(store_calls, scenario, folder):
 
 
 @pytest.fixture
-def failures(scenarios, snapshot, listing, old_or_new, store_calls, tmp_path):
+def failures(scenarios, snapshot, listing, old_or_new, store_calls, scratch):
     """Do a scenario again and again, with each of its calls failing in turn.
 
     `chosen` picks what is tried, from all (call, error, whether it lasts). Gives the number of
@@ -63,7 +63,7 @@ def failures(scenarios, snapshot, listing, old_or_new, store_calls, tmp_path):
     """
 
     def tried(name, chosen):
-        scenario, before, whole = scenarios[name], tmp_path / "before", tmp_path / "whole"
+        scenario, before, whole = scenarios[name], scratch / "before", scratch / "whole"
         scenario.before(before)
         shutil.copytree(before, whole)
         old = snapshot(before)
@@ -73,7 +73,7 @@ def failures(scenarios, snapshot, listing, old_or_new, store_calls, tmp_path):
         tries = [(i, e, lasts) for i in range(number) for e in ERRORS for lasts in (False, True)]
         tries = [what for what in tries if chosen(*what)]
         for what in tries:
-            folder = tmp_path / "folder"
+            folder = scratch / "folder"
             shutil.copytree(before, folder)
             obstacle = Obstacle(*what)
             try:
@@ -109,14 +109,14 @@ def check(name, failures, evidence, chosen):
     evidence(f"{name}: {tries} of {tries} failing system calls left old or new")
     assert tries > 40
     assert len(said) > 10
-    assert raw <= {"close"}
+    assert raw == set()
     for call, message in said:
         assert "trial" in message, (call, message)
         assert "\n" not in message, (call, message)
-    assert {file for file in litter if file.endswith((".parquet", ".tmp", ".json"))} == set()
+    assert litter == set()
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", ["first runs", "removal"])
 def test_a_failing_call_leaves_old_or_new_and_can_be_made_again(failures, evidence, name):
     check(name, failures, evidence, a_few)
 
@@ -125,13 +125,3 @@ def test_a_failing_call_leaves_old_or_new_and_can_be_made_again(failures, eviden
 @pytest.mark.parametrize("name", NAMES)
 def test_any_error_of_any_call_leaves_old_or_new(failures, evidence, name):
     check(name, failures, evidence, lambda *_: True)
-
-
-def test_no_error_comes_through_as_it_is(failures):
-    _, _, raw, _ = failures("removal", lambda number, code, lasts: code == "EIO" and not lasts)
-    assert raw == set()
-
-
-def test_no_failing_call_leaves_litter_that_the_next_command_does_not_remove(failures):
-    *_, litter = failures("removal", lambda number, code, lasts: code == "EIO" and not lasts)
-    assert litter == set()
