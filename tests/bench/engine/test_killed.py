@@ -133,7 +133,7 @@ def kill_and_resume(ground, trackmark_run, undisturbed):
     """Kill commands at random moments, one after another, and let another one go on."""
     goal, seconds = undisturbed
 
-    def disturb(kills, seed):
+    def disturb(kills, seed, jobs=2):
         nonlocal seconds
         moments, counted, round_number, name = random.Random(seed), 0, 0, ""
         kept = {}
@@ -143,7 +143,7 @@ def kill_and_resume(ground, trackmark_run, undisturbed):
                 round_number += 1
             folder = ground / "results" / name
             began = time.monotonic()
-            command = trackmark_run(name, 2, "--json", TRACKER_SECONDS="0.001")
+            command = trackmark_run(name, jobs, "--json", TRACKER_SECONDS="0.001")
             if counted < kills:
                 time.sleep(moments.uniform(0.1, 0.95) * seconds)
                 hit = strike(command, moments.choice(["all", "command", "worker"]))
@@ -185,7 +185,7 @@ def send(number, what=signal.SIGKILL):
 
 
 def test_commands_killed_at_any_moment_are_gone_on_with(kill_and_resume, evidence):
-    kills = kill_and_resume(kills=10, seed=0)
+    kills = kill_and_resume(kills=10, seed=0, jobs=1)
     evidence(f"{kills} of {kills} kills cost nothing that was finished")
 
 
