@@ -3,6 +3,7 @@
 import ctypes
 import os
 import random
+import resource
 import signal
 import subprocess
 import sys
@@ -293,6 +294,25 @@ class ClosesAndOpensDescriptors(Hostile):
     def strike(self, image):
         os.closerange(0, 256)
         self.opened = [os.open(os.devnull, os.O_RDWR) for _ in range(256)]
+
+
+class LeaksDescriptors(Hostile):
+    """Opens files until it can open no more, and keeps them open."""
+
+    def strike(self, image):
+        self.opened = []
+        try:
+            while True:
+                self.opened.append(os.open(os.devnull, os.O_RDONLY))
+        except OSError:
+            pass
+
+
+class ForbidsFiles(Hostile):
+    """Nobody in the process can write a file any more."""
+
+    def strike(self, image):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
 
 
 class WritesToDescriptors(Hostile):
