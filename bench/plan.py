@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property, partial
+from time import perf_counter
 
 import numpy as np
 import pyarrow as pa
@@ -61,6 +62,8 @@ class PlannedSequence:
         Images that nobody reads.
     starts : frozenset of str
         Truths that a run can start from; see `bench.reference`.
+    opening_seconds : float
+        How long it took to open it.
     """
 
     source: SequenceSource
@@ -69,6 +72,7 @@ class PlannedSequence:
     frames: int
     images_beyond_truth: int
     starts: frozenset[str]
+    opening_seconds: float
 
 
 KnownSequences = dict[SequenceSource, PlannedSequence]
@@ -388,14 +392,17 @@ def _distinct_sequences(experiment: Experiment, known: KnownSequences) -> list[P
 
 
 def _planned(source: SequenceSource) -> PlannedSequence:
+    began = perf_counter()
     sequence = _opened(source)
+    fingerprint = sequence.fingerprint
     return PlannedSequence(
         source=source,
         name=sequence.name,
-        fingerprint=sequence.fingerprint,
+        fingerprint=fingerprint,
         frames=len(sequence),
         images_beyond_truth=sequence.images_beyond_truth,
         starts=frozenset(filter(partial(_can_start, sequence), [BOXES, *sequence.regions])),
+        opening_seconds=perf_counter() - began,
     )
 
 

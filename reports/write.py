@@ -80,7 +80,7 @@ def write_plots(
         for sequence in frames["sequence"].unique():
             figure = frame_plot(frames, sequence, trackers, incomplete)
             paths.append(write_figure(folder / f"frames-{file_name(sequence)}.png", figure))
-    if len(timing) and timing["cpu_seconds_median"].notna().any():
+    if "cpu_seconds_median" in timing and timing["cpu_seconds_median"].notna().any():
         # Those that were timed alone come last: the others keep their colours.
         everybody = list(dict.fromkeys([*trackers, *timing["tracker"]]))
         paths.append(write_figure(folder / "speed.png", speed_plot(timing, title, everybody)))

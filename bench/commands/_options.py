@@ -1,9 +1,12 @@
 """Options and texts that several commands share."""
 
 import fnmatch
+import functools
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -11,8 +14,10 @@ from bench.experiment import ExperimentError, SequenceSource
 
 __all__ = [
     "chosen_sequences",
+    "engine_options",
     "jobs_option",
     "json_option",
+    "memory_size",
     "output_option",
     "parse_box",
     "progress_bar",
@@ -42,6 +47,77 @@ truth_option = click.option(
     default=None,
     help="Truth of recorded data that has none of its own: CSV frame,x,y,width,height.",
 )
+
+
+def memory_size(text: str) -> int:
+    """Bytes of `500MB`, `4GiB` or a plain number."""
+    match = re.fullmatch(r"(\d+(?:\.\d+)?) ?(?:([kmgt])(i?)b?)?b?", text.strip().lower())
+    if match is None:
+        raise click.BadParameter(f"{text!r} is no size such as 500MB or 4GiB.")
+    number, prefix, binary = match.groups(default="")
+    power = "kmgt".index(prefix) + 1 if prefix else 0
+    return int(float(number) * (1024 if binary else 1000) ** power)
+
+
+_ENGINE_OPTIONS = (
+    jobs_option,
+    click.option(
+        "--engine",
+        default="local",
+        show_default=True,
+        metavar="local|dask|ray",
+        help="What performs the work: processes of this machine, or a cluster.",
+    ),
+    click.option("--address", help="Of the running cluster, for dask and ray."),
+    click.option(
+        "--frame-limit",
+        type=float,
+        metavar="SECONDS",
+        help="Most that a tracker may take for a frame.  [default: 60]",
+    ),
+    click.option(
+        "--run-limit",
+        type=float,
+        metavar="SECONDS",
+        help="Most that a tracker may take for a run.  [default: 21600]",
+    ),
+    click.option(
+        "--memory-limit",
+        type=memory_size,
+        metavar="SIZE",
+        help="Most memory of a worker process, as 4GB.  [default: a core's share]",
+    ),
+)
+
+
+def engine_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options of what performs the work; the command gets them as `means`, for `Execution`."""
+
+    @functools.wraps(command)
+    def collected(
+        *,
+        jobs: int | None,
+        engine: str,
+        address: str | None,
+        frame_limit: float | None,
+        run_limit: float | None,
+        memory_limit: int | None,
+        **others: Any,
+    ) -> Any:
+        from bench.engine.limits import Limits
+
+        given = {
+            "frame_seconds": frame_limit,
+            "run_seconds": run_limit,
+            "memory_bytes": memory_limit,
+        }
+        limits = Limits(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
+        means = {"jobs": jobs, "engine": engine, "address": address, "limits": limits}
+        return command(means=means, **others)
+
+    for option in reversed(_ENGINE_OPTIONS):
+        collected = option(collected)
+    return collected
 
 
 def split_list(text: str) -> list[str]:

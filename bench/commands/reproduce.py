@@ -10,7 +10,7 @@ import click
 from bench.cli import EXIT_ANSWER_IS_NO, EXIT_INTERRUPTED
 from bench.commands._options import (
     chosen_sequences,
-    jobs_option,
+    engine_options,
     json_option,
     output_option,
     progress_bar,
@@ -19,6 +19,7 @@ from bench.commands._options import (
 if TYPE_CHECKING:
     from bench.experiment import Experiment
     from bench.papers import Report
+    from bench.plan import KnownSequences
     from bench.store.layout import Cell
 
 __all__ = ["command"]
@@ -38,7 +39,7 @@ __all__ = ["command"]
 @click.option("--criteria", is_flag=True, help="Also which of a prototype's findings were met.")
 @click.option("--strict", is_flag=True, help="Exit status 1 where a claim does not hold.")
 @output_option
-@jobs_option
+@engine_options
 @json_option
 def command(
     paper: str,
@@ -50,7 +51,7 @@ def command(
     criteria: bool,
     strict: bool,
     output: Path,
-    jobs: int | None,
+    means: dict[str, Any],
     as_json: bool,
 ) -> int:
     """Reproduce PAPER on sequences of ours: its tables beside ours, a verdict on every claim.
@@ -66,7 +67,7 @@ def command(
         quick=quick,
         everything=everything,
         seeds=seeds,
-        jobs=jobs,
+        jobs=means["jobs"],
         recorded=chosen_sequences(recorded, None) if recorded else (),
         published=published,
     )
@@ -74,8 +75,9 @@ def command(
     experiments = module.experiments(effort)
     module.prepare(folder, effort)
     asked: dict[str, Collection[Cell]] = {}
+    known: KnownSequences = {}
     for experiment in experiments:
-        cells = _run(experiment, output, jobs)
+        cells = _run(experiment, output, known, means)
         if cells is None:
             return EXIT_INTERRUPTED
         asked[experiment.name] = cells
@@ -90,12 +92,17 @@ def command(
     return EXIT_ANSWER_IS_NO if strict and fails else 0
 
 
-def _run(experiment: "Experiment", output: Path, jobs: int | None) -> "Collection[Cell] | None":
-    """Run what is left of an experiment; its cells, or None where the user stopped it."""
+def _run(
+    experiment: "Experiment", output: Path, known: "KnownSequences", means: Mapping[str, Any]
+) -> "Collection[Cell] | None":
+    """Run what is left of an experiment; its cells, or None where the user stopped it.
+
+    Several experiments have the same sequences, which take long to open: `known` holds them.
+    """
     from bench.runner import Execution
     from datasets import SequenceError
 
-    execution = Execution(experiment, output, jobs)
+    execution = Execution(experiment, output, known=known, **means)
     click.echo(f"{experiment.title}: {len(execution.plan)} runs", err=True)
     try:
         with progress_bar(execution.work, "frame") as progress:

@@ -1,7 +1,8 @@
-"""Look after stored results: list, remove, merge."""
+"""Look after stored results: list, log, remove, check, merge."""
 
 import json
 from collections import Counter
+from collections.abc import Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -29,28 +30,86 @@ def command() -> None:
 def list_results(folder: Path, as_json: bool) -> None:
     """List the runs in FOLDER, counted by tracker and sequence.
 
+    Unfinished runs, whose frames are kept to see how far they got, are listed after them.
     With --json a line a run, with its scores.
     """
-    from bench.store.index import experiment_folders, for_json, read_index
+    from bench.store.index import experiment_folders, for_json, index_rows, read_table
     from bench.store.results import Results
+    from bench.store.unfinished import unfinished_runs
 
     for experiment in experiment_folders(folder):
-        rows = read_index(Results(experiment))
+        table = read_table(Results(experiment))
         if as_json:
-            for row in rows:
+            for row in index_rows(table):
                 click.echo(json.dumps({"experiment": experiment.name, **for_json(row)}))
             continue
-        click.echo(f"{experiment}: {len(rows)} runs")
-        counts = Counter(_key(row) for row in rows)
-        failed = Counter(_key(row) for row in rows if row["status"] == "failed")
-        for (tracker, sequence, protocol), count in sorted(counts.items()):
-            marks = (
-                f", {failed[tracker, sequence, protocol]} failed"
-                if failed[tracker, sequence, protocol]
-                else ""
-            )
+        click.echo(f"{experiment}: {len(table)} runs")
+        keys = ["tracker", "sequence", "protocol", "status"]
+        grouped = table.group_by(keys).aggregate([([], "count_all")]).to_pylist()
+        counts: dict[tuple[str, ...], Counter[str]] = {}
+        for group in grouped:
+            *place, status = (group[key] for key in keys)
+            counts.setdefault(tuple(place), Counter())[status] += group["count_all"]
+        for (tracker, sequence, protocol), number in sorted(counts.items()):
             timing = " (timing)" if protocol == "timing" else ""
-            click.echo(f"  {tracker} on {sequence}{timing}: {count}{marks}")
+            failed = f", {number['failed']} failed" if number["failed"] else ""
+            click.echo(f"  {tracker} on {sequence}{timing}: {number.total()}{failed}")
+        for file, reached, frames in unfinished_runs(experiment):
+            click.echo(
+                f"  unfinished, {reached} of {frames} frames: {file.relative_to(experiment)}"
+            )
+
+
+@command.command("log")
+@folder_argument
+@json_option
+def log(folder: Path, as_json: bool) -> None:
+    """Print what was done in FOLDER, when, where, and what it cost.
+
+    With --json a line an event.
+    """
+    from bench.store.index import experiment_folders
+    from bench.store.log import log_files, read_log
+
+    for experiment in experiment_folders(folder):
+        for file in log_files(experiment):
+            if not as_json:
+                click.echo(file.stem)
+            for event in read_log(file):
+                if as_json:
+                    click.echo(json.dumps({"log": file.stem, **event}))
+                else:
+                    for line in _event_lines(event):
+                        click.echo(line)
+
+
+def _event_lines(event: Mapping[str, Any]) -> list[str]:
+    """An event for people."""
+    moment = f"  {event['date'][:19].replace('T', ' ')}"
+    if event["event"] == "start":
+        states = ", ".join(
+            f"{event[state]} {state}" for state in ("done", "failed", "stale", "left")
+        )
+        return [
+            f"{moment}  start of {event['experiment']}: {event['runs']} runs ({states}), "
+            f"{event['units']} units on {event['workers']} workers ({event['engine']})"
+        ]
+    if event["event"] == "unit":
+        runs = sum(len(repetitions) for repetitions in event["runs"].values())
+        return [
+            f"{moment}  {event['sequence']}: {runs} runs of {len(event['runs'])} trackers on "
+            f"{event['host']} ({event['process']}): {event['seconds']:.1f} s, CPU "
+            f"{event['cpu_seconds']:.1f} s, at most {event['peak_memory'] / 1e6:.0f} MB",
+            *(
+                f"{moment}    failed: {run['tracker']}, repetition {run['repetition']}: "
+                + str(run["failure"]).partition("\n")[0]
+                for run in event["failed"]
+            ),
+            *(f"{moment}    {error}" for error in event["errors"]),
+        ]
+    if event["event"] == "error":
+        return [f"{moment}  {event['sequence']}: {event['error']}"]
+    return [f"{moment}  {event['outcome']} after {event['seconds']:.1f} s"]
 
 
 @command.command("remove")
@@ -136,7 +195,3 @@ def merge(sources: tuple[Path, ...], target: Path) -> int:
         return 1
     click.echo(f"Copied {copied} runs to {target}.")
     return 0
-
-
-def _key(row: dict[str, Any]) -> tuple[str, str, str]:
-    return row["tracker"], row["sequence"], row["protocol"]

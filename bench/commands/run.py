@@ -3,13 +3,14 @@
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import click
 
 from bench.cli import EXIT_ANSWER_IS_NO, EXIT_INTERRUPTED, EXIT_WRONG_INPUT
 from bench.commands._options import (
     chosen_sequences,
-    jobs_option,
+    engine_options,
     json_option,
     output_option,
     progress_bar,
@@ -35,8 +36,9 @@ DEFAULT_NAME = "adhoc"
 @click.option("--timing", is_flag=True, help="Time the trackers, one by one, instead.")
 @click.option("--name", help=f"Name of the results' folder.  [default: {DEFAULT_NAME}]")
 @click.option("--retry-failed", is_flag=True, help="Also repeat runs that failed.")
+@click.option("--dry-run", is_flag=True, help="Run nothing; print what would be run.")
 @output_option
-@jobs_option
+@engine_options
 @json_option
 def command(
     experiment: str | None,
@@ -47,14 +49,16 @@ def command(
     timing: bool,
     name: str | None,
     retry_failed: bool,
+    dry_run: bool,
     output: Path,
-    jobs: int | None,
+    means: dict[str, Any],
     as_json: bool,
 ) -> int:
     """Run EXPERIMENT (a name or a .toml file), or --trackers on --sequences.
 
     What is done already is not done again. With --json a line with its scores for every run
-    asked for; else tables of them. Exit status 1 where runs failed.
+    asked for; else tables of them. Exit status 1 where runs failed. With --dry-run nothing is
+    run: the plan is printed, and how long it will take.
     """
     if experiment is None and not (trackers and sequences):
         raise click.UsageError("Give an experiment, or --trackers and --sequences.")
@@ -73,16 +77,19 @@ def command(
         repetitions=seeds or (base.repetitions if base else 1),
         timing=timing or bool(base and base.timing),
     )
-    return execute(chosen, output, jobs, retry_failed=retry_failed, as_json=as_json)
+    if dry_run:
+        return _show_plan(chosen, output, retry_failed=retry_failed, as_json=as_json, **means)
+    return execute(chosen, output, retry_failed=retry_failed, as_json=as_json, **means)
 
 
 def execute(
     experiment: Experiment,
     output: Path,
-    jobs: int | None,
+    jobs: int | None = None,
     *,
     retry_failed: bool = False,
     as_json: bool = False,
+    **means: Any,
 ) -> int:
     """Run an experiment, say what came of it, and give the exit status."""
     import numpy as np
@@ -93,7 +100,7 @@ def execute(
     from bench.store.index import for_json, index_rows, index_table, read_table
     from bench.store.results import Results
 
-    execution = Execution(experiment, output, jobs, retry_failed=retry_failed)
+    execution = Execution(experiment, output, jobs, retry_failed=retry_failed, **means)
     for sequence in execution.plan.sequences:
         if sequence.images_beyond_truth:
             click.echo(
@@ -150,3 +157,64 @@ def execute(
     if execution.errors:
         return EXIT_WRONG_INPUT
     return EXIT_ANSWER_IS_NO if failed else 0
+
+
+def _show_plan(
+    experiment: Experiment,
+    output: Path,
+    *,
+    retry_failed: bool,
+    as_json: bool,
+    **means: Any,
+) -> int:
+    """Print which runs are there, which are left, and how long these will take."""
+    from bench.estimate import estimate, measured_before, words
+    from bench.plan import State
+    from bench.runner import Execution
+
+    execution = Execution(experiment, output, retry_failed=retry_failed, **means)
+    plan, units = execution.plan, execution.units
+    found = estimate(units, measured_before(output), execution.limits)
+    states = [state.name.lower() for state in (State.DONE, State.FAILED, State.STALE, State.LEFT)]
+    by_tracker = {
+        chosen.label: dict(zip(states, reversed(counts), strict=True))
+        for chosen, counts in zip(plan.trackers.values(), plan.counts().tolist(), strict=True)
+    }
+    bases = {basis.name.lower(): count for basis, count in found.bases.items()}
+    if as_json:
+        told = {
+            "experiment": experiment.name,
+            "trackers": by_tracker,
+            "sequences": len(plan.sequences),
+            "runs": len(plan),
+            "to_run": units.runs,
+            "units": len(units),
+            "workers": units.workers,
+            "seconds": [found.low, found.high],
+            "estimated_from": bases,
+        }
+        click.echo(json.dumps(told))
+        return 0
+    total = {state: sum(counts[state] for counts in by_tracker.values()) for state in states}
+    width = max(len(label) for label in [*by_tracker, "in all"])
+    click.echo(f"{'tracker':{width}}" + "".join(f"{state:>9}" for state in states))
+    for label, counts in [*by_tracker.items(), ("in all", total)]:
+        click.echo(f"{label:{width}}" + "".join(f"{counts[state]:9}" for state in states))
+    click.echo(
+        f"\n{units.runs} of {len(plan)} runs on {len(plan.sequences)} sequences are to be run, in "
+        f"{len(units)} units of work on {units.workers} workers."
+    )
+    if units.runs:
+        click.echo(f"This will take {words(found)}, estimated from:")
+        for basis, count in bases.items():
+            click.echo(f"  {_BASES[basis]}: {count} runs")
+    return 0
+
+
+_BASES = {
+    "sequence": "runs of the same tracker on the same sequence",
+    "tracker": "runs of the same tracker on other sequences",
+    "name": "runs of the same tracker with other parameters",
+    "probe": "a tracker's first frames on the shortest sequence, just now",
+    "nothing": "nothing (the tracker failed on these frames; not counted)",
+}

@@ -7,6 +7,7 @@ process. It is no result, and no reader of results looks at it.
 """
 
 import io
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +15,9 @@ from numpy.lib.format import open_memmap
 from numpy.typing import NDArray
 
 from bench.store.files import write_atomically
+from bench.store.layout import UNFINISHED
 
-__all__ = ["map_rows", "read_rows"]
+__all__ = ["map_rows", "read_rows", "unfinished_runs"]
 
 
 def map_rows(path: Path, frames: int, columns: int) -> NDArray[np.float64]:
@@ -37,3 +39,14 @@ def map_rows(path: Path, frames: int, columns: int) -> NDArray[np.float64]:
 def read_rows(path: Path) -> NDArray[np.float64] | None:
     """Rows of an unfinished run; None where there are none."""
     return np.load(path, allow_pickle=False) if path.is_file() else None
+
+
+def unfinished_runs(folder: Path) -> Iterator[tuple[Path, int, int]]:
+    """Files of an experiment's unfinished runs, each with the frames it reached, and all frames.
+
+    A run that is being made just now is among them.
+    """
+    for file in sorted(folder.glob(f"[!_.]*/*/*{UNFINISHED}")):
+        rows = read_rows(file)
+        if rows is not None:
+            yield file, int(np.isfinite(rows[:, 0]).sum()), len(rows)

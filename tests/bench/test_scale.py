@@ -162,7 +162,7 @@ def measure(folder, size):
         summary, sequences = tables(execution.folder)
         told["tables"] = [len(summary.rows), len(sequences.rows)]
         step("report")
-    print(json.dumps(told))
+    sys.stdout.write(json.dumps(told))
 
 
 def check(folder, size, evidence):

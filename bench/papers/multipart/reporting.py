@@ -19,11 +19,18 @@ from bench.papers.multipart.criteria import criteria_table
 from bench.papers.multipart.figures import write_figures
 from bench.papers.multipart.recorded import NAME as RECORDED
 from bench.papers.multipart.recorded import read_published, recorded_table
-from bench.papers.multipart.scores import METRICS, adaptive_rows, tidy_scores
+from bench.papers.multipart.scores import (
+    METRICS,
+    adaptive_rows,
+    cells_of,
+    tidy_scores,
+    without_failures,
+)
 from bench.papers.multipart.static import INITIAL, LOG, THRESHOLD, Scene, read_log
 from bench.papers.multipart.tables import readings_table, scene_table, table_1
 from bench.papers.multipart.timing import (
     by_representation,
+    failed_passes,
     frame_times,
     kernel_times,
     naive_ratios,
@@ -60,6 +67,7 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
     walking = scores[scores["sequence"].str.startswith("multipart/")]
     written = walking[walking["variant"] == ""]
     full = written[written["initial"] == "full"]
+    judged, judged_walking, judged_written = map(without_failures, (scores, walking, written))
 
     tables: list[Table] = []
     rows: list[dict[str, Any]] = []
@@ -74,27 +82,29 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
     kernels = kernel_times([f"multipart/{number}" for number in timed])
     naive = naive_ratios("multipart/8")
     conclusions = _conclusions(
-        scores,
+        judged,
         {
             "identity": _identity(),
             "layout": _layout(),
             "switch": _switch(scenes),
             "times": _times(kernels, naive),
-            "losses": _losses(walking[walking["representation"] == "adaptive"]),
+            "losses": _losses(judged_walking[judged_walking["representation"] == "adaptive"]),
         },
     )
+    failed = failed_passes(results / TIMED, asked[TIMED])
+    timed_table = time_table(times, kernels, naive, failed)
     tables += [ledger_table([conclusion.for_json() for conclusion in conclusions])]
-    tables += [readings_table(walking), scene_table(scenes), time_table(times, kernels, naive)]
+    tables += [readings_table(walking), scene_table(scenes), timed_table]
     if RECORDED in asked:
         published = {} if effort.published is None else read_published(effort.published)
         tables.append(recorded_table(results / RECORDED, published, asked[RECORDED]))
     return Report(
         title=TITLE,
-        remarks=_remarks(written, scenes, effort),
+        remarks=_remarks(written, scenes, effort) + _failures(runs, scores, judged),
         tables=tables,
         rows=rows,
         claims=[conclusion.for_json() for conclusion in conclusions],
-        criteria=criteria_table(written, scenes, _time_ratio(times)),
+        criteria=criteria_table(judged_written, scenes, _time_ratio(times)),
         pictures=write_figures(walking, folder),
     )
 
@@ -186,6 +196,20 @@ def _losses(adaptive: pd.DataFrame) -> pd.DataFrame:
         near.append(is_near)
         towards.append("near an occlusion" if is_near else "elsewhere")
     return adaptive.assign(near_occlusion=near, towards=towards)
+
+
+def _failures(runs: pd.DataFrame, scores: pd.DataFrame, judged: pd.DataFrame) -> list[str]:
+    """What a reader must know of runs that failed: each by name, and what it costs."""
+    failed = runs[runs["failure"] != ""]
+    if failed.empty:
+        return []
+    whole, left = (len(cells_of(rows).drop_duplicates()) for rows in (scores, judged))
+    return [
+        f"FAILED: {len(failed)} of {len(runs)} runs. Tables show them; the {whole - left} of "
+        f"{whole} cells (a scene under one reading) that they are in are left out of all "
+        "verdicts, with the other representation and the other repetitions.",
+        *(f"failed: {failure}" for failure in failed["failure"]),
+    ]
 
 
 def _fewest_kept(scenes: Mapping[str, Scene]) -> int:

@@ -16,22 +16,23 @@ from bench.store.loading import load_results
 from bench.store.results import Results
 from datasets.text_form import parse_text
 
-__all__ = ["METRICS", "adaptive_rows", "part_distances", "tidy_scores", "without_failures"]
+__all__ = [
+    "METRICS",
+    "adaptive_rows",
+    "cells_of",
+    "part_distances",
+    "tidy_scores",
+    "without_failures",
+]
 
 METRICS = ("success_frames", "frames_inside", "first_loss")
 """Three readings of "numbers of frames of tracking successfully", of equal rank."""
 
 _NO_VARIANT = {"representation", "init"}
 _SCORES = ("success_frames", "frames_inside", "first_loss", "mean_overlap")
-_CELL = ["sequence", "scene", "light", "initial", "variant"]
 _OF_RUNS = {
-    "representation",
-    "threshold",
-    "repetition",
-    "path",
-    "failure",
-    "mean_overlap",
-    *METRICS,
+    *("representation", "threshold", "repetition", "path", "failure", "part_distance"),
+    *_SCORES,
 }
 
 
@@ -53,8 +54,8 @@ def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataF
         `variant` (other parameters than those of `as-written`, in text form; empty for
         none), `repetition`, `frames` (length with the given first frame), `success_frames`,
         `frames_inside` (both count the given frame), `first_loss` (frames before the loss),
-        `mean_overlap`, `part_distance` (d[p1, p2] at initialisation), `path`, `failure` (why
-        the run failed, in a line; such a run has no scores).
+        `mean_overlap`, `part_distance` (d[p1, p2] at initialisation), `path`, `failure` (a
+        line that names the run and says why it failed; such a run has no scores).
 
     Raises
     ------
@@ -81,22 +82,35 @@ def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataF
         first_loss=scores["first_loss"],
         mean_overlap=scores["mean_overlap"],
         path=[str(folder / run_path(*cell)) for cell in cells_of_runs.itertuples(index=False)],
-        failure=[str(failure).partition("\n")[0] for failure in runs["failure"]],
+        failure=[_failure(run) for _, run in runs.iterrows()],
     )
     return rows.assign(part_distance=part_distances(folder, rows))
+
+
+def _failure(run: "pd.Series[Any]") -> str:
+    if not run["failure"]:
+        return ""
+    reason = str(run["failure"]).partition("\n")[0]
+    return f"{run['tracker']} on {run['sequence']}, repetition {run['repetition']}: {reason}"
+
+
+def cells_of(scores: pd.DataFrame) -> pd.DataFrame:
+    """The cell of each run: a scene under one reading, in whatever representation."""
+    return scores[[column for column in scores if column not in _OF_RUNS]]
 
 
 def without_failures(scores: pd.DataFrame) -> pd.DataFrame:
     """Runs of those cells alone in which no run failed.
 
-    A cell is a scene under one reading: left in it the other repetitions would stand for the
-    failed one, and the other representation would be compared with nothing.
+    Left in a cell, the other repetitions would stand for the failed one, and the other
+    representation would be compared with nothing.
     """
-    failed = scores.loc[scores["failure"] != "", _CELL].drop_duplicates()
+    cells = cells_of(scores)
+    failed = cells[scores["failure"] != ""].drop_duplicates()
     if failed.empty:
         return scores
-    marked = scores[_CELL].merge(failed, "left", indicator="side")["side"]
-    return scores[(marked == "left_only").to_numpy()]
+    side = cells.merge(failed, "left", indicator="side")["side"]
+    return scores[(side == "left_only").to_numpy()]
 
 
 def _labels(run: "pd.Series[Any]") -> dict[str, Any]:
@@ -123,9 +137,8 @@ def part_distances(folder: Path, rows: pd.DataFrame) -> list[float]:
     NaN where all of these failed.
     """
     results = Results(folder)
-    shared = [column for column in rows if column not in _OF_RUNS]
     known: dict[Any, float] = {}
-    keys = list(rows[shared].itertuples(index=False, name=None))
+    keys = list(cells_of(rows).itertuples(index=False, name=None))
     for key, path, failure in zip(keys, rows["path"], rows["failure"], strict=True):
         if key not in known and not failure:
             values = results.read(Path(path)).details["part_distance"]

@@ -24,7 +24,14 @@ from trackers.colour.luv import N_BINS, LuvBins
 from trackers.colour.regions import pixel_regions
 from trackers.multipart import LEAST_PIXELS, LEAST_SHARE
 
-__all__ = ["by_representation", "frame_times", "kernel_times", "naive_ratios", "time_table"]
+__all__ = [
+    "by_representation",
+    "failed_passes",
+    "frame_times",
+    "kernel_times",
+    "naive_ratios",
+    "time_table",
+]
 
 _HEADS = ("sequence", "single [ms]", "multi [ms]", "multi − single [ms]", "ratio")
 _ROUNDS = 15
@@ -43,7 +50,8 @@ def frame_times(folder: Path, cells: Collection[StoredCell] | None = None) -> pd
     results = Results(folder)
     runs = load_results(folder, cells)
     pieces = []
-    for _, run in runs[(runs["status"] == "finished") & (runs["disturbed"] == 0)].iterrows():
+    finished = runs[runs["status"] == "finished"]
+    for _, run in (finished[finished["disturbed"] == 0] if len(finished) else finished).iterrows():
         path = run_path(run["tracker"], run["sequence"], run["repetition"], run["protocol"])
         times = results.read(folder / path).times
         if times is None:
@@ -153,8 +161,23 @@ def naive_ratios(sequence: str, seed: int = 0) -> NDArray[np.float64]:
     return np.array(ratios)
 
 
-def time_table(frames: pd.DataFrame, kernels: pd.DataFrame, naive: NDArray[np.float64]) -> Table:
-    """Milliseconds a frame, and the ratio of the two representations."""
+def failed_passes(folder: Path, cells: Collection[StoredCell] | None = None) -> list[str]:
+    """Timing runs that failed, each in a line with the reason."""
+    runs = load_results(folder, cells)
+    return [
+        f"failed: {run['tracker']} on {run['sequence']}, repetition {run['repetition']}: "
+        + str(run["failure"]).partition("\n")[0]
+        for _, run in runs[runs["status"] == "failed"].iterrows()
+    ]
+
+
+def time_table(
+    frames: pd.DataFrame,
+    kernels: pd.DataFrame,
+    naive: NDArray[np.float64],
+    failed: Sequence[str] = (),
+) -> Table:
+    """Milliseconds a frame, and the ratio of the two representations; what failed beneath."""
     data: list[dict[str, Any]] = []
     for sequence, times in frames.groupby("sequence"):
         wide = by_representation(times, ["frame"]) * 1e3
@@ -186,6 +209,7 @@ def time_table(frames: pd.DataFrame, kernels: pd.DataFrame, naive: NDArray[np.fl
             f"{(kernels['multi'] / kernels['single']).median():.2f} times as long",
             "with one library call a region and particle (NumPy bincount) the ratio is "
             f"{np.median(naive):.2f} [{naive.min():.2f}–{naive.max():.2f}]",
+            *failed,
         ],
         data=pd.DataFrame(data),
     )
