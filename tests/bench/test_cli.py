@@ -524,3 +524,84 @@ def test_show_never_overwrites_what_it_shows(trackmark, here):
     assert (here / "mine.mp4").read_bytes() == whole
     image = "data/Small/img/0001.png"
     assert "overwritten" in trackmark("show", "data/Small", "--output", image, status=2).stderr
+
+
+def test_a_dry_run_prints_the_plan_and_leaves_nothing(trackmark, here):
+    chosen = ("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", "--seeds")
+    said = trackmark(*chosen, "3", "--dry-run").stdout
+    assert "4 of 4 runs on 1 sequences are to be run" in said
+    assert "first frames on the shortest sequence" in said
+    assert not (here / "results").exists()
+    trackmark(*chosen, "2")
+    told = json.loads(trackmark(*chosen, "3", "--dry-run", "--json").stdout)
+    assert told["trackers"]["knob.py:Knob"] == {"done": 2, "failed": 0, "stale": 0, "left": 1}
+    assert (told["runs"], told["to_run"], told["units"]) == (4, 1, 1)
+    assert 0 < told["seconds"][0] <= told["seconds"][1]
+    assert told["estimated_from"] == {"sequence": 1}
+
+
+def test_a_log_tells_what_was_done_and_who_failed(trackmark, here):
+    file = here / "knob.py"
+    file.write_text(file.read_text().replace("return Estimate", "raise ValueError('no idea')  #"))
+    trackmark("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", status=1)
+    said = trackmark("results", "log").stdout
+    assert "start of adhoc: 2 runs (0 done, 0 failed, 0 stale, 2 left)" in said
+    assert "failed: knob.py:Knob, repetition 0: 0002.png: ValueError: no idea" in said
+    assert "finished after" in said
+    events = [
+        json.loads(line) for line in trackmark("results", "log", "--json").stdout.splitlines()
+    ]
+    units = [event for event in events if event["event"] == "unit"]
+    assert [event["event"] for event in events] == ["start", *["unit"] * len(units), "end"]
+    assert sum(len(runs) for unit in units for runs in unit["runs"].values()) == 2
+    for unit in units:
+        assert unit["peak_memory"] > 1e6
+        assert unit["seconds"] > 0
+    (log,) = (here / "results" / "adhoc" / "_log").iterdir()
+    log.write_text(log.read_text().replace("static", "statix"))
+    assert "is damaged" in one_line(trackmark("results", "log", status=2))
+
+
+def test_results_that_failed_or_never_ended_are_listed(trackmark, here):
+    from bench.store.unfinished import map_rows
+
+    file = here / "knob.py"
+    file.write_text(file.read_text().replace("return Estimate", "raise ValueError  #"))
+    trackmark("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", status=1)
+    rows = map_rows(here / "results" / "adhoc" / "static" / "Small" / "7.unfinished.npy", 5, 6)
+    rows[:2] = 1.0
+    said = trackmark("results", "list").stdout
+    assert "knob.py:Knob on Small: 1, 1 failed" in said
+    assert "unfinished, 2 of 5 frames: static/Small/7.unfinished.npy" in said
+
+
+def test_limits_are_kept_and_their_defaults_are_told(trackmark, here):
+    from bench.engine.limits import Limits
+
+    said = " ".join(trackmark("run", "--help").stdout.split())
+    assert f"[default: {Limits.frame_seconds:g}]" in said
+    assert f"[default: {Limits.run_seconds:g}]" in said
+    done = trackmark(*RUN, "data/Small", "--run-limit", "0.0000001", status=1)
+    assert "the run took longer than its limit of 1e-07 s" in done.stdout
+    assert "more than 0" in one_line(trackmark(*RUN, "data/Small", "--frame-limit", "0", status=2))
+    assert "Did you mean 'dask'" in one_line(
+        trackmark(*RUN, "data/Small", "--engine", "dusk", status=2)
+    )
+    assert "local has none" in one_line(
+        trackmark(*RUN, "data/Small", "--address", "tcp://nowhere:1", status=2)
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "size"), [("500MB", 500e6), ("4GiB", 2**32), ("1.5 g", 1.5e9), ("1000", 1000)]
+)
+def test_a_size_is_read_as_it_is_written(text, size):
+    from bench.commands._options import memory_size
+
+    assert memory_size(text) == size
+
+
+def test_a_report_of_failed_timing_runs_alone_is_written(trackmark, here):
+    trackmark(*RUN, "data/Small", "--timing", "--run-limit", "0.0000001", status=1)
+    said = trackmark("report", "results/adhoc", "--folder", "report").stdout
+    assert "1 of 1 failed" in said

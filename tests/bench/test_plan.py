@@ -168,3 +168,65 @@ def test_failed_runs_are_repeated_only_when_asked_for(here):
     (unit,) = plan.units(retry_failed=True)
     assert len(unit.entries) == 3
     assert plan.count(State.FAILED) == 3
+
+
+def small_plan(here, sequences=1, **changes):
+    """A plan of 1 + 3 runs on each of some sequences of five frames."""
+    for i in range(1, sequences):
+        shutil.copytree(here / "data" / "Small", here / "data" / f"Other{i}")
+    sources = tuple(SequenceSource(str(path)) for path in sorted((here / "data").iterdir()))
+    return make_plan(experiment(here, sequences=sources, **changes), Results(here / "none"))
+
+
+@pytest.mark.parametrize("sequences", [1, 3])
+@pytest.mark.parametrize("workers", [1, 2, 3, 5, 50])
+def test_no_unit_is_larger_than_a_workers_share_and_every_run_is_in_one(here, sequences, workers):
+    plan = small_plan(here, sequences)
+    units = plan.units(workers=workers)
+    made = list(units)
+    assert len(units) == len(made)
+    assert units.runs == 4 * sequences == sum(len(unit.entries) for unit in made)
+    assert units.work == sum(unit.work for unit in made) == 4 * 5 * sequences
+    for unit in made:
+        assert len(unit.entries) == 1 or unit.work * workers <= units.work
+    runs = {(unit.source, *entry[:2]) for unit in made for entry in unit.entries}
+    assert len(runs) == units.runs
+    if workers == 1 or workers <= sequences:
+        assert len(made) == sequences, "what leaves no core idle is not split"
+
+
+def test_the_longest_sequences_come_first(here):
+    sources = tuple(SequenceSource(name) for name in ("samples/bow-tie", "stress/twin"))
+    plan = make_plan(experiment(here, sequences=sources), Results(here / "none"))
+    work = [unit.work for unit in plan.units()]
+    assert work == sorted(work, reverse=True)
+
+
+def test_a_unit_says_which_version_each_of_its_runs_replaces(finished):
+    before = make_plan(experiment(finished), Results(finished / "results" / "trial"))
+    append(finished / "knob.py", "# a change\n")
+    chosen = experiment(finished, repetitions=4)
+    plan = make_plan(chosen, Results(finished / "results" / "trial"))
+    (unit,) = plan.units()
+    old = before.versions[0, 1].decode()
+    assert [entry.replaces for entry in unit.entries] == [old, old, old, ""]
+    assert all(entry.version == plan.versions[0, 1].decode() != old for entry in unit.entries)
+
+
+def test_a_sequence_that_was_opened_for_one_plan_is_not_opened_for_the_next(here, monkeypatch):
+    known = {}
+    first = make_plan(experiment(here), Results(here / "none"), known)
+    monkeypatch.setattr("datasets.load", lambda *_, **__: pytest.fail("a sequence was opened"))
+    second = make_plan(experiment(here), Results(here / "none"), known)
+    assert (first.versions == second.versions).all()
+
+
+def test_versions_and_cells_are_those_of_the_runs(finished):
+    results = Results(finished / "results" / "trial")
+    plan = make_plan(experiment(finished), results)
+    stored = {}
+    for file in results.files():
+        key = results.read(file).identity
+        stored[key.tracker, key.sequence, key.repetition, key.protocol] = key.version
+    assert dict(plan.asked().cells) == stored
+    assert plan.counts().tolist() == [[0, 0, 0, 1], [0, 0, 0, 3]]

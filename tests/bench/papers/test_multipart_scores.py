@@ -8,11 +8,13 @@ import pytest
 
 import bench
 import datasets
+from bench.engine.limits import Limits
 from bench.experiment import Experiment, SequenceSource
 from bench.papers.multipart.recorded import read_published, recorded_experiment, recorded_table
-from bench.papers.multipart.scores import adaptive_rows, tidy_scores
+from bench.papers.multipart.scores import adaptive_rows, tidy_scores, without_failures
 from bench.papers.multipart.timing import (
     by_representation,
+    failed_passes,
     frame_times,
     kernel_times,
     naive_ratios,
@@ -153,3 +155,23 @@ def test_recorded_runs_stand_beside_published_figures_with_the_first_frame_count
     assert rows["CPF, published"] == ["0.500", "25.0"]
     assert "KMS, published" not in rows
     assert "±" in rows["multipart"][0]
+
+
+def test_runs_that_failed_are_rows_with_a_reason_and_without_scores(tmp_path):
+    hurried = Experiment("hurried", TRACKERS, (SequenceSource(NAME),))
+    folder = bench.run(hurried, tmp_path, jobs=1, limits=Limits(run_seconds=1e-6))
+    scores = tidy_scores(folder)
+    assert len(scores) == 4
+    assert scores["first_loss"].isna().all()
+    for failure in scores["failure"]:
+        assert failure.startswith("multipart:")
+        assert f" on {NAME}, repetition 0: " in failure
+        assert "took longer than its limit" in failure
+    assert len(without_failures(scores)) == 0
+    assert set(adaptive_rows(scores)["failure"]) <= set(scores["failure"])
+    timing = Experiment("timed", TRACKERS[:1], (SequenceSource(NAME),), timing=True)
+    timed = bench.run(timing, tmp_path, jobs=1, limits=Limits(run_seconds=1e-6))
+    frames = frame_times(timed)
+    (failed,) = failed_passes(timed)
+    table = time_table(frames, KERNELS, np.array([1.1, 1.2]), [failed])
+    assert any(note.startswith("failed: multipart:") for note in table.notes)

@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from bench.papers.multipart.criteria import criteria_table
-from bench.papers.multipart.scores import adaptive_rows
+from bench.papers.multipart.scores import METRICS, adaptive_rows, without_failures
 from bench.papers.multipart.static import Scene
 from bench.papers.multipart.tables import PLAIN, TWO_COLOURED, published, readings_table, table_1
 
@@ -103,3 +104,51 @@ def test_criteria_say_what_was_met():
     assert verdicts["plain: kept longer in even than in dappled light"] == "—"
     slower = criteria_table(paper(initial="body"), scenes, 1.3).data.set_index("finding")["met"]
     assert slower["multi takes no longer in one pass (ratio)"] == "no"
+
+
+def with_failure(scores):
+    """The scores after the run of `multi` on one scene of sequence 2 failed, and its copies."""
+    hit = (scores["sequence"] == "multipart/2") & (scores["scene"] == 1)
+    hit &= (scores["representation"] != "single") & (scores["repetition"] == 2)
+    return scores.assign(
+        failure=scores["failure"].mask(hit, "multipart on multipart/2:scene=1: why"),
+        **{metric: scores[metric].mask(hit) for metric in METRICS},
+    )
+
+
+def test_a_figure_that_a_failed_run_is_part_of_says_so_and_no_other_does():
+    whole, _ = table_1(paper(), "first_loss", "even")
+    table, rows = table_1(with_failure(paper()), "first_loss", "even")
+    for line, unharmed in zip(table.rows, whole.rows, strict=True):
+        texts, before = [cell.text for cell in line], [cell.text for cell in unharmed]
+        if line[0].text == "2":
+            assert texts[6:] == ["— (1 of 12 failed)"] * 2
+        elif line[0].text.startswith(("all", "two")):
+            assert all("1 of" in text for text in texts[6:])
+        else:
+            assert texts == before
+        assert texts[:6] == before[:6]
+    assert sum(row["measured"] is None for row in rows) == 2
+
+
+def test_a_cell_with_a_failed_run_is_left_out_whole_and_alone():
+    scores = with_failure(paper())
+    left = without_failures(scores)
+    assert len(scores) - len(left) == 9  # three repetitions of three representations
+    gone = scores.drop(left.index)
+    assert set(gone["sequence"]) == {"multipart/2"}
+    assert set(gone["scene"]) == {1}
+    assert without_failures(paper()).equals(paper())
+
+
+def test_readings_say_how_many_scenes_are_left_out_for_failures():
+    table = readings_table(with_failure(paper()))
+    assert table.data["light"].tolist() == ["even, 1 scenes left out"]
+    assert table.data["right picks"].tolist() == ["31 of 31"]
+    assert table.data["multi − single, two colours, first loss"].tolist() != [""]
+
+
+def test_readings_of_which_every_run_failed_are_still_a_table():
+    scores = paper().assign(failure="why", first_loss=np.nan, frames_inside=np.nan)
+    table = readings_table(scores)
+    assert table.data["right picks"].tolist() == ["0 of 0"]

@@ -261,76 +261,6 @@ def test_results_of_a_newer_layout_are_refused(results):
         results.prepare(Asked("", {}))
 
 
-def test_the_index_is_made_anew_when_it_is_lost_damaged_or_old(results, sequence):
-    store(results, sequence)
-    rows = read_index(results)
-    index = results.folder / "index.arrow"
-    for damage in (index.unlink, lambda: index.write_bytes(b"rubbish")):
-        damage()
-        assert read_index(results) == rows
-    store(results, sequence, "camshift")
-    assert [row["tracker"] for row in read_index(results)] == ["camshift", "static"]
-    results.remove([rows[0]["path"]])
-    assert [row["tracker"] for row in read_index(results)] == ["camshift"]
-
-
-def test_an_index_that_is_up_to_date_opens_no_run(results, sequence, monkeypatch):
-    store(results, sequence)
-    rows = read_index(results)
-    monkeypatch.setattr(Results, "read", lambda *a: pytest.fail("a run was opened"))
-    assert read_index(Results(results.folder)) == rows
-
-
-def test_scores_in_the_index_are_those_of_the_run(results, sequence):
-    run, _ = store(results, sequence)
-    (row,) = read_index(results)
-    assert {k: v for k, v in row["scores"].items() if v == v} == {
-        k: v for k, v in bench.score(run, sequence).items() if v == v
-    }
-
-
-def asked_for(results, *cells):
-    results.prepare(Asked("", {cell[:4]: cell[4] for cell in cells}))
-
-
-def test_load_results_gives_a_row_a_run_and_a_row_for_what_is_missing(results, sequence):
-    run, _ = store(results, sequence)
-    asked_for(
-        results,
-        ("static", "line", 0, "accuracy", run.identity.version),
-        ("gone", "line", 0, "accuracy", "v"),
-    )
-    table = bench.load_results(results.folder)
-    assert table.set_index("tracker")["status"].to_dict() == {
-        "static": "finished",
-        "gone": "missing",
-    }
-    assert bench.load_results(results.folder.parent).equals(table)
-    assert table["experiment"].unique().tolist() == ["trial"]
-
-
-def test_what_was_asked_for_is_not_forgotten_when_something_else_is(results, sequence):
-    asked_for(results, ("a", "line", 0, "accuracy", "1"), ("a", "line", 1, "accuracy", "1"))
-    asked_for(results, ("b", "line", 0, "accuracy", "1"))
-    assert bench.load_results(results.folder)["tracker"].tolist() == ["a", "a", "b"]
-
-
-def test_runs_of_an_earlier_version_than_was_asked_for_last_are_stale(results, sequence):
-    runs = [store(results, sequence, "static", repetition)[0] for repetition in (0, 1)]
-    old = runs[0].identity.version
-    asked_for(results, *(("static", "line", i, "accuracy", old) for i in (0, 1)))
-    assert bench.load_results(results.folder)["status"].tolist() == ["finished"] * 2
-    asked_for(results, ("static", "line", 0, "accuracy", "new"))
-    assert bench.load_results(results.folder)["status"].tolist() == ["stale"] * 2
-
-
-def test_a_run_that_was_removed_is_not_missing(results, sequence):
-    run, path = store(results, sequence)
-    asked_for(results, ("static", "line", 0, "accuracy", run.identity.version))
-    results.remove([str(path.relative_to(results.folder))])
-    assert len(bench.load_results(results.folder)) == 0
-
-
 def test_a_damaged_truth_is_written_anew(results, sequence):
     store(results, sequence)
     path = truth_path(results.folder, sequence.name, sequence.fingerprint)
@@ -338,16 +268,6 @@ def test_a_damaged_truth_is_written_anew(results, sequence):
     write_truth(results.folder, sequence)
     back = read_truth(results.folder, sequence.name, sequence.fingerprint)
     np.testing.assert_array_equal(back.boxes, sequence.boxes)
-
-
-def test_results_that_can_only_be_read_are_read(results, sequence, monkeypatch):
-    store(results, sequence)
-
-    def refuse(path, content):
-        raise ResultsError(f"{path} can't be written")
-
-    monkeypatch.setattr("bench.store.index.write_atomically", refuse)
-    assert len(read_index(results)) == 1
 
 
 @pytest.mark.parametrize("damage", ["[]", "{", '{"schema": 2}', '{"schema": 2, "cells": [[1]]}'])

@@ -1,0 +1,108 @@
+"""How long the rest takes: what it rests on, and how it is said."""
+
+import shutil
+import time
+
+import pytest
+
+from bench.engine.limits import Limits
+from bench.estimate import Basis, Estimate, estimate, measured_before, words
+from bench.experiment import Experiment, SequenceSource
+from bench.plan import make_plan
+from bench.runner import Execution, run
+from bench.store.results import Results
+
+SLEEPER = '''
+"""Takes its time."""
+import time
+from pydantic import Field
+from trackers.base.interface import Estimate, TrackerPlugin
+from trackers.base.parameters import Parameters
+
+
+class SleeperParameters(Parameters):
+    milliseconds: float = Field(1.0, description="for a frame [ms]")
+
+
+class Sleeper(TrackerPlugin):
+    """Sleeps."""
+
+    Parameters = SleeperParameters
+
+    def init(self, image, box, mask=None):
+        self.box = box
+
+    def update(self, image):
+        time.sleep(self.parameters.milliseconds / 1e3)
+        return Estimate(self.box)
+'''
+
+
+@pytest.fixture
+def ground(here):
+    (here / "sleeper.py").write_text(SLEEPER)
+    shutil.copytree(here / "data" / "Small", here / "data" / "Other")
+    return here
+
+
+def asked(ground, milliseconds, sequences=("Small",), name="trial"):
+    trackers = tuple(f"{ground / 'sleeper.py'}:Sleeper:milliseconds={ms}" for ms in milliseconds)
+    sources = tuple(SequenceSource(str(ground / "data" / sequence)) for sequence in sequences)
+    return Experiment(name, trackers, sources)
+
+
+def estimated(ground, chosen, **limits):
+    plan = make_plan(chosen, Results(ground / "results" / chosen.name))
+    units = plan.units(workers=1)
+    return estimate(units, measured_before(ground / "results"), Limits(**limits))
+
+
+def test_the_nearest_that_was_measured_counts(ground):
+    run(asked(ground, [100]), ground / "results", jobs=1)
+    chosen = asked(ground, [100, 50], ("Small", "Other"), name="next")
+    found = estimated(ground, chosen)
+    assert found.bases == {Basis.NAME: 2, Basis.TRACKER: 1, Basis.SEQUENCE: 1}
+    # Four calls of the tracker in five frames, 0.1 s each as far as is known, in four runs.
+    assert found.low < 2 + 1.6 < found.high
+
+
+def test_what_never_ran_is_probed_and_nothing_is_kept(ground):
+    found = estimated(ground, asked(ground, [20]))
+    assert found.bases == {Basis.PROBE: 1}
+    assert not (ground / "results").exists()
+    slow = estimated(ground, asked(ground, [20, 200]))
+    assert slow.high > found.high + 5 * 0.2
+
+
+def test_a_tracker_that_does_not_come_back_from_its_probe_is_said_to(ground):
+    found = estimated(ground, asked(ground, [1, 60_000]), frame_seconds=1.0)
+    assert found.bases == {Basis.PROBE: 1, Basis.NOTHING: 1}
+
+
+def test_nothing_takes_no_time(ground):
+    run(asked(ground, [1]), ground / "results", jobs=1)
+    assert estimated(ground, asked(ground, [1])) == Estimate(0.0, 0.0, {})
+
+
+def test_the_estimate_holds_what_it_then_takes(ground):
+    chosen = asked(ground, [150, 250], ("Small", "Other"))
+    found = estimated(ground, chosen)
+    execution = Execution(chosen, ground / "results", jobs=1)
+    began = time.monotonic()
+    list(execution.rows())
+    took = time.monotonic() - began
+    assert found.low / 3 < took < found.high * 3
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "said"),
+    [
+        (0.0, 0.4, "1 to 1 seconds"),
+        (11.4, 36.7, "11 to 37 seconds"),
+        (70.0, 130.0, "1.2 to 2.2 minutes"),
+        (4000.0, 9100.0, "1.1 to 2.5 hours"),
+        (1e6, 2e6, "12 to 23 days"),
+    ],
+)
+def test_an_estimate_is_said_in_two_digits(low, high, said):
+    assert words(Estimate(low, high, {})) == said
