@@ -248,7 +248,7 @@ def unforced(name, call, *arguments, **options):
 
 NAMES = [
     "first runs",
-    "a stale run",
+    pytest.param("a stale run", marks=pytest.mark.slow),
     "a stale run that had companions",
     "a stale run that had none",
     "removal",
