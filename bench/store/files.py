@@ -108,8 +108,7 @@ def append(path: Path, content: bytes) -> None:
         Where it can't be written; nothing was added then.
     """
     try:
-        _make_folder(path.parent)
-        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666)
+        descriptor = _open(path, os.O_APPEND)
         try:
             size = os.fstat(descriptor).st_size
             try:
@@ -129,7 +128,7 @@ def _temporary(path: Path, content: bytes, *, durable: bool = True) -> Iterator[
     temporary = path.with_name(temporary_name(f"{threading.get_native_id()}~{path.name}"))
     try:
         try:
-            _write_in_folder(temporary, content, durable=durable)
+            _write(temporary, content, durable=durable)
             yield temporary
         finally:
             with suppress(OSError):  # renamed, or the folder can't be written; see leftovers
@@ -244,25 +243,28 @@ def _make_folder(path: Path) -> None:
     if path.is_dir():
         return
     _make_folder(path.parent)
-    with suppress(FileExistsError):  # another process was quicker; or it is a file: see below
+    try:
         os.mkdir(path)
         _sync_folder(path.parent)
-    if not path.is_dir():
-        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path))
+    except FileExistsError:
+        # Another process was quicker, and may have removed it again meanwhile.
+        if path.exists() and not path.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path)) from None
 
 
-def _write_in_folder(path: Path, content: bytes, *, durable: bool) -> None:
-    """Write a file in a folder that another process may find empty, and remove, meanwhile."""
+def _open(path: Path, how: int) -> int:
+    """Open a file for writing, in a folder that another process may find empty, and remove."""
+    flags = os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC | how
     for _ in range(_ATTEMPTS):
         with suppress(FileNotFoundError):
             _make_folder(path.parent)
-            return _write(path, content, durable=durable)
+            return os.open(path, flags, 0o666)
     _make_folder(path.parent)
-    return _write(path, content, durable=durable)
+    return os.open(path, flags, 0o666)
 
 
 def _write(path: Path, content: bytes, *, durable: bool) -> None:
-    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o666)
+    descriptor = _open(path, os.O_TRUNC)
     try:
         _write_all(descriptor, content)
         if durable:

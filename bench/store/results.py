@@ -109,25 +109,9 @@ class Results:
         ResultsError
             Where it can't be written.
         """
-        path = self.path(run.identity)
-        belonging = companions(run)
-        names = {kind: companion_name(path, kind, content) for kind, content in belonging.items()}
-        content = _run_file(run, names)
-        if belonging or not write_once(path, content, locked(self.folder)):
-            with locked(self.folder):
-                if path.exists() and not self._may_be_replaced(path, run, replaces):
-                    return False
-                # What belongs to a run is written first: a run that is there is complete.
-                for kind, name in names.items():
-                    write_atomically(path.with_name(name), belonging[kind])
-                if path.exists():
-                    write_atomically(path, content)
-                # Once, even under the lock: runs without companions come without it.
-                elif not write_once(path, content, nullcontext()):
-                    return False
-                self._remove_companions(path, keep=set(names.values()))
-        remove_file(beside(path, UNFINISHED), durable=False)
-        return True
+        written = self._write(run, replaces)
+        remove_file(beside(self.path(run.identity), UNFINISHED), durable=False)
+        return written
 
     def remove(self, paths: list[str]) -> None:
         """Remove runs and what lies beside them; the paths are relative to the folder.
@@ -174,6 +158,26 @@ class Results:
             raise ResultsError(
                 f"{path} is damaged ({error}). Remove it and run the same command again."
             ) from error
+
+    def _write(self, run: Run, replaces: str) -> bool:
+        path = self.path(run.identity)
+        belonging = companions(run)
+        names = {kind: companion_name(path, kind, content) for kind, content in belonging.items()}
+        content = _run_file(run, names)
+        if belonging or not write_once(path, content, locked(self.folder)):
+            with locked(self.folder):
+                if path.exists() and not self._may_be_replaced(path, run, replaces):
+                    return False
+                # What belongs to a run is written first: a run that is there is complete.
+                for kind, name in names.items():
+                    write_atomically(path.with_name(name), belonging[kind])
+                if path.exists():
+                    write_atomically(path, content)
+                # Once, even under the lock: runs without companions come without it.
+                elif not write_once(path, content, nullcontext()):
+                    return False
+                self._remove_companions(path, keep=set(names.values()))
+        return True
 
     def _may_be_replaced(self, path: Path, run: Run, replaces: str) -> bool:
         present = self.read(path)

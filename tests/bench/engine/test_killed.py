@@ -228,7 +228,6 @@ def test_a_command_paused_while_another_did_its_work_overwrites_nothing(paused, 
     assert contents(folder) == undisturbed[0]
 
 
-@pytest.mark.xfail(strict=True, reason="whose run is dropped leaves its frames behind")
 def test_a_command_that_came_late_leaves_no_frames_behind(paused):
     folder, _ = paused
     assert list(folder.rglob(f"*{UNFINISHED}")) == []
