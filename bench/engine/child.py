@@ -25,6 +25,7 @@ from bench.engine.limits import Limits
 from bench.engine.memory import limit_memory
 from bench.engine.output import Printed
 from bench.engine.probe import Probed, probe
+from bench.engine.surroundings import can_use_files
 from bench.engine.worker import Failure, Outcome, perform, record_failure
 from bench.store.files import ResultsError
 from bench.unit import Unit
@@ -139,7 +140,11 @@ def main() -> None:
 def _result(request: Any, watch: Watch) -> Any:
     try:
         return request(watch)
-    except (SequenceError, ResultsError, NotAttributableError) as error:
+    except (SequenceError, ResultsError) as error:
+        if can_use_files():
+            return error.with_traceback(None)
+        return NotAttributableError("it used up, or forbade, the files that its process needs")
+    except NotAttributableError as error:
         return error.with_traceback(None)
     except MemoryError:
         return NotAttributableError("the memory is exhausted")

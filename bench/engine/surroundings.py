@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-__all__ = ["Surroundings"]
+__all__ = ["Surroundings", "can_use_files"]
 
 
 class Surroundings(NamedTuple):
@@ -48,3 +48,22 @@ class Surroundings(NamedTuple):
         os.chdir(self.folder)
         os.environ.clear()
         os.environ.update(self.environment)
+
+
+def can_use_files() -> bool:
+    """Whether this process can still open a file and write into it, apart from any disk.
+
+    A tracker may have used up its descriptors, or set limits to it.
+    """
+    if not hasattr(os, "memfd_create"):
+        return True  # only Linux has files without a disk
+    try:
+        descriptor = os.memfd_create("trackmark")
+    except OSError:
+        return False
+    try:
+        return os.write(descriptor, b"x") == 1
+    except OSError:
+        return False
+    finally:
+        os.close(descriptor)

@@ -2,6 +2,7 @@
 
 import os
 import socket
+from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from math import nan
@@ -116,10 +117,10 @@ def perform(
         Where one of several trackers harms the process; none of the unit's runs is written.
     """
     began = _Began()
-    opened = _open(unit, folder)
+    opened, changed = _open(unit, folder)
     frames = [map_rows(path, len(opened.sequence), COLUMNS) for path in opened.unfinished]
     before = Surroundings.now()
-    runs, measured = _runs(unit, opened, (limits or Limits()).run_seconds, frames, watch)
+    runs, measured = _runs(opened, (limits or Limits()).run_seconds, frames, watch)
     runs = _checked_surroundings(runs, before, opened)
     for number, misdeed in watch.misdeeds().items():
         runs[number] = replace(runs[number], failure=runs[number].failure or misdeed)
@@ -132,17 +133,19 @@ def perform(
         )
         for number, run in enumerate(runs)
     ]
-    changed = _changed(unit)
-    kept = [number for number in range(len(runs)) if number not in changed]
-    rows = _store([(runs[number], unit.entries[number]) for number in kept], unit, opened)
+    # Boxes of one version must never be kept as another's.
+    still, changed_since = _open(opened.unit, folder)
+    kept = set(still.unit.entries)
+    made = zip(runs, opened.unit.entries, strict=True)
+    rows = _store([(run, entry) for run, entry in made if entry in kept], opened)
     outcome = began.outcome(rows, measured.get("overhead", nan))
-    return replace(outcome, errors=list(changed.values()))
+    return replace(outcome, errors=[*changed, *changed_since])
 
 
 def record_failure(unit: Unit, folder: Path, failure: Failure) -> Outcome:
     """Write the only run of a unit as failed, with the frames that it got to."""
     began = _Began()
-    opened = _open(unit, folder)
+    opened, _ = _open(unit, folder)
     sequence = opened.sequence
     (path,), (key,), (chosen,) = opened.unfinished, opened.identities, opened.contestants
     rows = read_rows(path)
@@ -159,7 +162,7 @@ def record_failure(unit: Unit, folder: Path, failure: Failure) -> Outcome:
         failure=where + failure.reason,
         output=failure.output,
     )
-    return began.outcome(_store([(run, unit.entries[0])], unit, opened), nan)
+    return began.outcome(_store([(run, unit.entries[0])], opened), nan)
 
 
 class _Began:
@@ -183,8 +186,9 @@ class _Began:
 
 
 class _Opened(NamedTuple):
-    """A unit with everything that it names at hand."""
+    """A unit with everything that it names at hand, by entry."""
 
+    unit: Unit
     sequence: Sequence
     contestants: list[Contestant]
     identities: list[Identity]
@@ -192,62 +196,62 @@ class _Opened(NamedTuple):
     results: Results
 
 
-def _open(unit: Unit, folder: Path) -> _Opened:
-    """Open a unit, and check that trackers and sequence are what was planned.
+def _open(unit: Unit, folder: Path) -> tuple[_Opened, list[str]]:
+    """Open those entries of a unit whose tracker and sequence are what was planned.
+
+    Returns
+    -------
+    opened : _Opened
+        With one of the entries at least.
+    changed : list of str
+        A sentence on each other one.
 
     Raises
     ------
     SequenceError
-        Where they are not.
+        Where the sequence can't be opened, or nothing is what was planned.
     """
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
-    chosen = contestants(entry.tracker for entry in unit.entries)
+    chosen = _contestants({entry.tracker for entry in unit.entries})
     results = Results(folder)
-    opened = _Opened(sequence, [chosen[entry.tracker] for entry in unit.entries], [], [], results)
-    for entry, contestant in zip(unit.entries, opened.contestants, strict=True):
-        key = identify(contestant, sequence, entry.repetition, unit.protocol)
-        if key.version != entry.version:
-            raise SequenceError(_has_changed(key.tracker, key.sequence))
+    entries: list[Entry] = []
+    opened = _Opened(unit, sequence, [], [], [], results)
+    changed = []
+    for entry in unit.entries:
+        tracker = chosen.get(entry.tracker)
+        key = tracker and identify(tracker, sequence, entry.repetition, unit.protocol)
+        if tracker is None or key is None or key.version != entry.version:
+            changed.append(
+                f"{entry.tracker} on {sequence.name}: the tracker or the sequence changed while "
+                "it ran, so nothing was kept. Run the same command again."
+            )
+            continue
+        entries.append(entry)
+        opened.contestants.append(tracker)
         opened.identities.append(key)
         opened.unfinished.append(beside(results.path(key), UNFINISHED))
-    return opened
+    if not entries:
+        raise SequenceError("\n".join(dict.fromkeys(changed)))
+    return opened._replace(unit=replace(unit, entries=tuple(entries))), changed
 
 
-def _changed(unit: Unit) -> dict[int, str]:
-    """Entries whose tracker or sequence is no longer what was planned, each with a sentence.
-
-    Boxes of one version must never be kept as another's.
-    """
-    sequence = datasets.load(unit.source.text, truth=unit.source.truth)
-    texts = {entry.tracker for entry in unit.entries}
-    now: dict[str, Contestant] = {}
+def _contestants(texts: Collection[str]) -> dict[str, Contestant]:
+    """Trackers by their texts, without those that are gone."""
     try:
-        now = contestants(texts)
-    except TrackerError:  # one is gone; which?
+        return contestants(texts)
+    except (TrackerError, OSError):
+        found: dict[str, Contestant] = {}
         for text in texts:
-            with suppress(TrackerError):
-                now |= contestants([text])
-    changed = {}
-    for number, entry in enumerate(unit.entries):
-        chosen = now.get(entry.tracker)
-        if chosen is None or entry.version != (
-            identify(chosen, sequence, entry.repetition, unit.protocol).version
-        ):
-            changed[number] = _has_changed(entry.tracker, sequence.name)
-    return changed
-
-
-def _has_changed(tracker: str, sequence: str) -> str:
-    return (
-        f"{tracker} on {sequence}: the tracker or the sequence changed while it ran, so nothing "
-        "was kept. Run the same command again."
-    )
+            with suppress(TrackerError, OSError):
+                found |= contestants([text])
+        return found
 
 
 def _runs(
-    unit: Unit, opened: _Opened, run_seconds: float, rows: list[NDArray[np.float64]], watch: Watch
+    opened: _Opened, run_seconds: float, rows: list[NDArray[np.float64]], watch: Watch
 ) -> tuple[list[Run], dict[str, float]]:
     """Make the runs, and tell what was measured beside them."""
+    unit = opened.unit
     repetitions = [entry.repetition for entry in unit.entries]
     entries = list(zip(opened.contestants, repetitions, strict=True))
     if unit.protocol == "timing":
@@ -286,10 +290,10 @@ def _checked_surroundings(runs: list[Run], before: Surroundings, opened: _Opened
     return [replace(run, failure=_GLOBAL_NUMBERS)]
 
 
-def _store(runs: list[tuple[Run, Entry]], unit: Unit, opened: _Opened) -> list[dict[str, Any]]:
+def _store(runs: list[tuple[Run, Entry]], opened: _Opened) -> list[dict[str, Any]]:
     results, sequence = opened.results, opened.sequence
     write_truth(results.folder, sequence)
-    origin = unit.source.absolute()
+    origin = opened.unit.source.absolute()
     source = {"source": origin.text, "truth": str(origin.truth or "")}
     rows = []
     for run, entry in runs:

@@ -324,14 +324,12 @@ def test_what_harms_nobody_is_no_failure(together, undisturbed, name):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="its errors are taken for those of sequence and results")
 @pytest.mark.parametrize("name", ["LeaksDescriptors", "ForbidsFiles"])
 def test_what_a_tracker_takes_from_the_process_costs_it_alone(together, undisturbed, name):
     assert_contained(together(name), undisturbed, {name: "."})
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="a traceback ends the command")
 def test_a_tracker_that_removes_its_source_costs_its_own_runs(together, undisturbed):
     """Nobody can say any more what it was."""
     done = together("RemovesItsSource")
