@@ -13,11 +13,12 @@ from bench.engine import Engine, Job, engine
 from bench.engine.limits import Limits
 from bench.engine.worker import Outcome
 from bench.experiment import Experiment, read_experiment
-from bench.plan import KnownSequences, Plan, State, Units, make_plan
+from bench.plan import KnownSequences, Plan, State, make_plan
 from bench.store.growing import GrowingIndex
 from bench.store.log import RunLog
 from bench.store.results import Results
 from bench.unit import Unit
+from bench.units import Units
 from datasets import SequenceError
 
 __all__ = ["Execution", "run"]

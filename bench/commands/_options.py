@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import click
 
@@ -21,6 +21,7 @@ __all__ = [
     "output_option",
     "parse_box",
     "progress_bar",
+    "refresh_index",
     "split_list",
     "truth_option",
 ]
@@ -149,20 +150,33 @@ def chosen_sequences(text: str, truth: Path | None) -> tuple[SequenceSource, ...
     return tuple(SequenceSource(name, truth) for name in names)
 
 
-@contextmanager
-def progress_bar(total: int, unit: str) -> Iterator[Callable[[int], None]]:
-    """A progress bar with the time left; none where the output is no terminal.
+class Progress(Protocol):
+    """Shows the work done so far, and of how much where that was not known before."""
 
-    Gives a function that takes the work done so far.
-    """
+    def __call__(self, done: int, total: int | None = None) -> None: ...
+
+
+@contextmanager
+def progress_bar(total: int | None, unit: str) -> Iterator[Progress]:
+    """A progress bar with the time left; none where the output is no terminal."""
     from tqdm import tqdm
 
     with tqdm(total=total, unit=unit, unit_scale=True, disable=None, delay=1.0) as bar:
 
-        def show(done: int) -> None:
+        def show(done: int, total: int | None = None) -> None:
+            bar.total = total or bar.total
             bar.update(done - bar.n)
 
         yield show
+
+
+def refresh_index(folder: Path) -> None:
+    """Bring the index of an experiment up to date: files of others may have to be opened."""
+    from bench.store.index import read_table
+    from bench.store.results import Results
+
+    with progress_bar(None, "file") as progress:
+        read_table(Results(folder), progress)
 
 
 def parse_box(text: str) -> tuple[int, list[float]]:

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from bench.commands._options import refresh_index
+
 if TYPE_CHECKING:
     from datasets import Sequence
 
@@ -33,6 +35,7 @@ def command(results: Path, form: str | None, folder: Path | None, no_pictures: b
 
     experiments = experiment_folders(results)
     for experiment in experiments:
+        refresh_index(experiment)
         _, render = RENDERERS[form or "text"]
         click.echo("\n".join(render(table) for table in tables(experiment)))
         if folder is not None:

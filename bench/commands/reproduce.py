@@ -14,6 +14,7 @@ from bench.commands._options import (
     json_option,
     output_option,
     progress_bar,
+    refresh_index,
 )
 
 if TYPE_CHECKING:
@@ -102,6 +103,7 @@ def _run(
     from bench.runner import Execution
     from datasets import SequenceError
 
+    refresh_index(output / experiment.name)
     execution = Execution(experiment, output, known=known, **means)
     click.echo(f"{experiment.title}: {len(execution.plan)} runs", err=True)
     try:

@@ -38,7 +38,8 @@ def list_results(folder: Path, as_json: bool) -> None:
     from bench.store.unfinished import unfinished_runs
 
     for experiment in experiment_folders(folder):
-        table = read_table(Results(experiment))
+        with progress_bar(None, "file") as progress:
+            table = read_table(Results(experiment), progress)
         if as_json:
             for row in index_rows(table):
                 click.echo(json.dumps({"experiment": experiment.name, **for_json(row)}))

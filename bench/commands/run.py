@@ -14,6 +14,7 @@ from bench.commands._options import (
     json_option,
     output_option,
     progress_bar,
+    refresh_index,
     split_list,
     truth_option,
 )
@@ -100,6 +101,7 @@ def execute(
     from bench.store.index import for_json, index_rows, index_table, read_table
     from bench.store.results import Results
 
+    refresh_index(output / experiment.name)
     execution = Execution(experiment, output, jobs, retry_failed=retry_failed, **means)
     for sequence in execution.plan.sequences:
         if sequence.images_beyond_truth:
@@ -172,6 +174,7 @@ def _show_plan(
     from bench.plan import State
     from bench.runner import Execution
 
+    refresh_index(output / experiment.name)
     execution = Execution(experiment, output, retry_failed=retry_failed, **means)
     plan, units = execution.plan, execution.units
     found = estimate(units, measured_before(output), execution.limits)

@@ -581,8 +581,12 @@ def test_limits_are_kept_and_their_defaults_are_told(trackmark, here):
     said = " ".join(trackmark("run", "--help").stdout.split())
     assert f"[default: {Limits.frame_seconds:g}]" in said
     assert f"[default: {Limits.run_seconds:g}]" in said
-    done = trackmark(*RUN, "data/Small", "--run-limit", "0.0000001", status=1)
-    assert "the run took longer than its limit of 1e-07 s" in done.stdout
+    file = here / "knob.py"
+    slower = file.read_text().replace("return", "__import__('time').sleep(0.8)\n        return")
+    file.write_text(slower)
+    slow = ("run", "--trackers", "knob.py:Knob", "--sequences", "data/Small")
+    done = trackmark(*slow, "--run-limit", "2", status=1)
+    assert "the run took longer than its limit of 2 s" in done.stdout
     assert "more than 0" in one_line(trackmark(*RUN, "data/Small", "--frame-limit", "0", status=2))
     assert "Did you mean 'dask'" in one_line(
         trackmark(*RUN, "data/Small", "--engine", "dusk", status=2)
@@ -602,6 +606,9 @@ def test_a_size_is_read_as_it_is_written(text, size):
 
 
 def test_a_report_of_failed_timing_runs_alone_is_written(trackmark, here):
-    trackmark(*RUN, "data/Small", "--timing", "--run-limit", "0.0000001", status=1)
+    file = here / "knob.py"
+    file.write_text(file.read_text().replace("return Estimate", "raise ValueError  #"))
+    chosen = ("--trackers", "knob.py:Knob", "--sequences", "data/Small", "--timing")
+    trackmark("run", *chosen, status=1)
     said = trackmark("report", "results/adhoc", "--folder", "report").stdout
     assert "1 of 1 failed" in said

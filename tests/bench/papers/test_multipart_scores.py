@@ -1,5 +1,7 @@
 """Stored runs as the paper's tables see them: made by real runs on a short scene."""
 
+import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +10,6 @@ import pytest
 
 import bench
 import datasets
-from bench.engine.limits import Limits
 from bench.experiment import Experiment, SequenceSource
 from bench.papers.multipart.recorded import read_published, recorded_experiment, recorded_table
 from bench.papers.multipart.scores import adaptive_rows, tidy_scores, without_failures
@@ -21,6 +22,7 @@ from bench.papers.multipart.timing import (
     time_table,
 )
 from bench.store.files import ResultsError
+from bench.store.index import read_index
 from bench.store.loading import load_results
 from bench.store.results import Results
 
@@ -157,21 +159,47 @@ def test_recorded_runs_stand_beside_published_figures_with_the_first_frame_count
     assert "±" in rows["multipart"][0]
 
 
-def test_runs_that_failed_are_rows_with_a_reason_and_without_scores(tmp_path):
-    hurried = Experiment("hurried", TRACKERS, (SequenceSource(NAME),))
-    folder = bench.run(hurried, tmp_path, jobs=1, limits=Limits(run_seconds=1e-6))
-    scores = tidy_scores(folder)
-    assert len(scores) == 4
-    assert scores["first_loss"].isna().all()
-    for failure in scores["failure"]:
+@pytest.fixture
+def with_failures(folder, tmp_path):
+    """The results with the runs of the first repetition failed, and a timing run, too."""
+    results = Results(Path(shutil.copytree(folder, tmp_path / "failed")))
+    for file in results.files():
+        run = results.read(file)
+        failed = replace(run, failure="frame 3: why\nand where", details={})
+        if run.identity.repetition == 0:
+            file.unlink()
+            assert results.write(failed)
+    timed = replace(failed, identity=replace(run.identity, protocol="timing"))
+    assert results.write(timed)
+    return results.folder
+
+
+def test_runs_that_failed_are_rows_with_a_reason_and_without_scores(with_failures, folder):
+    asked = Results(folder).asked().cells
+    scores = tidy_scores(with_failures, asked)
+    assert len(scores) == 8
+    failed = scores[scores["failure"] != ""]
+    assert set(failed["repetition"]) == {0}
+    assert failed["first_loss"].isna().all()
+    for failure in failed["failure"]:
         assert failure.startswith("multipart:")
-        assert f" on {NAME}, repetition 0: " in failure
-        assert "took longer than its limit" in failure
+        assert failure.endswith(f" on {NAME}, repetition 0: frame 3: why")
+    whole = tidy_scores(folder, asked)
+    left = scores[scores["failure"] == ""]
+    assert left["first_loss"].tolist() == whole[whole["repetition"] == 1]["first_loss"].tolist()
+    assert scores["part_distance"].tolist() == whole["part_distance"].tolist()
     assert len(without_failures(scores)) == 0
     assert set(adaptive_rows(scores)["failure"]) <= set(scores["failure"])
-    timing = Experiment("timed", TRACKERS[:1], (SequenceSource(NAME),), timing=True)
-    timed = bench.run(timing, tmp_path, jobs=1, limits=Limits(run_seconds=1e-6))
-    frames = frame_times(timed)
-    (failed,) = failed_passes(timed)
+
+
+def test_timing_runs_that_failed_stand_beneath_the_table(with_failures):
+    timed = [
+        (row["tracker"], row["sequence"], row["repetition"], row["protocol"])
+        for row in read_index(Results(with_failures))
+        if row["protocol"] == "timing"
+    ]
+    (failed,) = failed_passes(with_failures, timed)
+    assert failed.endswith("frame 3: why")
+    frames = frame_times(with_failures, timed)
     table = time_table(frames, KERNELS, np.array([1.1, 1.2]), [failed])
-    assert any(note.startswith("failed: multipart:") for note in table.notes)
+    assert failed in table.notes
