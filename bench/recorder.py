@@ -187,7 +187,7 @@ class Recorder:
         self._rows[frame] = (*box, bool(estimate.visible), confidence)
         for key, value in estimate.details.items():
             if key not in self._details:
-                if not isinstance(key, str) or key in RESERVED_COLUMNS:
+                if not isinstance(key, str) or key in RESERVED_COLUMNS or not key.isprintable():
                     raise MalformedEstimateError(f"a detail can't be called {key!r}")
                 self._details[key] = np.full(len(self._boxes), nan)
             self._details[key][frame] = value
@@ -219,7 +219,9 @@ class Recorder:
         trace = "".join(traceback.format_exception(error))
         # What is wrong stands at the beginning of what is said, and at the end of a traceback.
         reason = said[:LONGEST_REASON]
-        self.failure = f"{self._sequence.frame_name(frame)}: {reason}\n{trace[-LONGEST_TRACEBACK:]}"
+        text = f"{self._sequence.frame_name(frame)}: {reason}\n{trace[-LONGEST_TRACEBACK:]}"
+        # The name of a file, for one, may hold what no text file can.
+        self.failure = text.encode("utf-8", "backslashreplace").decode()
 
 
 def _lacks_memory(error: BaseException) -> bool:

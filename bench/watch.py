@@ -35,6 +35,10 @@ class Watch(Protocol):
         """
         ...
 
+    def has_called(self) -> bool:
+        """Ask whether any tracker was called yet."""
+        ...
+
     def misdeeds(self) -> Mapping[int, str]:
         """Ask in the end what trackers did to the process, by entry."""
         ...
@@ -58,6 +62,10 @@ class _Unwatched:
 
     def shown(self, frames: int) -> None:
         """See `Watch`."""
+
+    def has_called(self) -> bool:
+        """See `Watch`."""
+        return True
 
     def misdeeds(self) -> Mapping[int, str]:
         """See `Watch`."""

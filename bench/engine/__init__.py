@@ -19,7 +19,7 @@ from bench.experiment import ExperimentError
 from bench.unit import Unit
 
 if TYPE_CHECKING:
-    from bench.engine.probe import Probed
+    from bench.engine.probing import Probed
     from bench.engine.worker import Outcome
 
 __all__ = ["ENGINES", "Engine", "Job", "engine", "probe"]

@@ -65,6 +65,10 @@ class BoardWatch:
             self._slots[_LOST] = 1
             os._exit(1)
 
+    def has_called(self) -> bool:
+        """See `Watch`."""
+        return bool(self._slots[_CALLS])
+
     def misdeeds(self) -> Mapping[int, str]:
         """See `Watch`: whose call came back in two processes.
 

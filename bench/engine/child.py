@@ -1,8 +1,6 @@
 """A process in which trackers run: takes requests of its supervisor, and answers.
 
-`python -m bench.engine.child CONNECTION BOARD PARENT MEMORY`, where CONNECTION and BOARD are
-descriptors of an inherited socket and file, PARENT is the supervisor's process number and
-MEMORY a limit in bytes. Nothing but a supervisor calls it.
+Nothing but `bench.engine.child_process` starts it.
 """
 
 import ctypes
@@ -24,7 +22,7 @@ from bench.engine.board_watch import BoardWatch
 from bench.engine.limits import Limits
 from bench.engine.memory import limit_memory
 from bench.engine.output import Printed
-from bench.engine.probe import Probed, probe
+from bench.engine.probing import Probed, probe
 from bench.engine.surroundings import can_use_files
 from bench.engine.worker import Failure, Outcome, perform, record_failure
 from bench.store.files import ResultsError
@@ -35,9 +33,8 @@ from datasets import SequenceError
 __all__ = ["Answer", "DefectError", "EscapedError", "Perform", "Probe", "Record", "main"]
 
 _PARENT_SECONDS = 1.0
-# Options of Linux' prctl
-_DEATH_SIGNAL = 1
-_ADOPT_ORPHANS = 36
+_IDLE_SECONDS = 60.0  # a worker of a cluster outlives the command that it worked for
+_DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
 
 
 class DefectError(RuntimeError):
@@ -103,7 +100,11 @@ class Answer:
 
 
 def main() -> None:
-    """Answer requests until the supervisor is gone."""
+    """Answer requests until the supervisor is gone, or has none for a while.
+
+    The command line holds the descriptors of an inherited socket and of the board's file, the
+    supervisor's process number, and a limit of memory in bytes.
+    """
     descriptor, board_descriptor, parent, memory = map(int, sys.argv[1:])
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the command's business
     _end_with(parent)
@@ -126,7 +127,7 @@ def main() -> None:
     watch = BoardWatch(board, connected, output)
     limit_memory(memory)
     connection.send(Answer(None))
-    while True:
+    while connection.poll(_IDLE_SECONDS):
         try:
             request = connection.recv()
         except EOFError:
@@ -148,7 +149,10 @@ def _result(request: Any, watch: Watch) -> Any:
         return error.with_traceback(None)
     except MemoryError:
         return NotAttributableError("the memory is exhausted")
-    except Exception:  # noqa: BLE001  # ours, since trackers' own are caught where they are called
+    except Exception as error:  # noqa: BLE001  # ours; trackers' own are caught where they are called
+        if watch.has_called():  # or a tracker has changed what the harness uses
+            said = "".join(traceback.format_exception_only(error)).strip()
+            return NotAttributableError(f"the harness fails after it: {said}")
         return DefectError(traceback.format_exc())
     except BaseException as error:  # noqa: BLE001  # only a tracker raises such a thing here
         return EscapedError(f"it raised {type(error).__name__}")
@@ -157,11 +161,8 @@ def _result(request: Any, watch: Watch) -> Any:
 def _end_with(parent: int) -> None:
     """End this process when its parent is gone: nobody waits for what it would still do."""
     if sys.platform == "linux":
-        system = ctypes.CDLL(None)
         # At once, and even when a tracker lets no thread run.
-        system.prctl(_DEATH_SIGNAL, signal.SIGKILL)
-        # What trackers start stays below this process, where the supervisor finds it.
-        system.prctl(_ADOPT_ORPHANS, 1)
+        ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGKILL)
     threading.Thread(target=_watch_parent, args=(parent,), daemon=True).start()
 
 
@@ -169,10 +170,3 @@ def _watch_parent(parent: int) -> None:
     while os.getppid() == parent:
         time.sleep(_PARENT_SECONDS)
     os._exit(1)
-
-
-if __name__ == "__main__":
-    # Requests name the classes of the imported module, not those of `__main__`.
-    from bench.engine import child
-
-    child.main()

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import threading
 import time
+import uuid
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -23,10 +24,17 @@ from bench.engine.limits import Limits, machine_memory
 from bench.engine.output import Tail, drain
 from bench.store.files import ResultsError
 
-__all__ = ["ChildProcess", "Death"]
+__all__ = ["ChildProcess", "Death", "StartError"]
 
 _POLL_SECONDS = 0.1
 _START_SECONDS = 300.0
+_END_SECONDS = 10.0
+_MARK = "TRACKMARK_CHILD"
+# These very packages, wherever the child would look for them first.
+_CODE = (
+    "import sys; home = sys.argv.pop(1); home in sys.path or sys.path.insert(0, home); "
+    "from bench.engine.child import main; main()"
+)
 
 
 @dataclass(frozen=True)
@@ -54,11 +62,39 @@ class Death:
     stalled: bool = False
 
 
-class ChildProcess:
-    """A child process, and the ways to and from it."""
+class StartError(ResultsError):
+    """A child process ended, or gave no sign of life, before it could be asked anything."""
 
-    def __init__(self, limits: Limits) -> None:
+
+class ChildProcess:
+    """A child process, and the ways to and from it.
+
+    Parameters
+    ----------
+    limits : Limits
+        What a tracker may take.
+    go_on : callable
+        Called now and then while the process begins; what it raises ends that.
+
+    Attributes
+    ----------
+    used : bool
+        Whether it has been asked anything.
+    board : Board
+        Shared with it.
+    tail : Tail
+        The end of what it has printed.
+
+    Raises
+    ------
+    StartError
+        Where it can't begin.
+    """
+
+    def __init__(self, limits: Limits, go_on: Callable[[], None]) -> None:
         self._limits = limits
+        self.used = False
+        self._mark = uuid.uuid4().hex
         ours, theirs = socket.socketpair()
         # The file has no name: nothing is left of it, however this process ends.
         with tempfile.TemporaryFile() as shared, theirs:
@@ -68,14 +104,14 @@ class ChildProcess:
             memory = limits.memory_bytes or machine_memory() // (os.cpu_count() or 1)
             self._process = subprocess.Popen(  # noqa: S603  # ourselves
                 [
-                    *(sys.executable, "-P", "-m", "bench.engine.child"),
+                    *(sys.executable, "-P", "-c", _CODE, str(Path(bench.__file__).parents[1])),
                     *map(str, [*given, os.getpid(), memory]),
                 ],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 pass_fds=given,
-                env=os.environ | {"PYTHONPATH": _search_path()},
+                env=os.environ | {_MARK: self._mark},
                 # In a session of its own it is reached by no signal that is for this command,
                 # and all that it starts can be ended with it.
                 start_new_session=True,
@@ -87,10 +123,14 @@ class ChildProcess:
                 target=drain, args=(self._process.stdout, self.tail), daemon=True
             )
             self._reader.start()
-            begun = self._hear(lambda _: None, _START_SECONDS)
+        try:
+            begun = self._hear(lambda _: go_on(), _START_SECONDS)
+        except BaseException:
+            self.end()
+            raise
         if isinstance(begun, Death):
             self.end()
-            raise ResultsError(
+            raise StartError(
                 f"a worker process can't begin: {begun.reason}. It said: {begun.output.strip()}"
             )
 
@@ -100,6 +140,7 @@ class ChildProcess:
 
     def ask(self, request: Any, look: Callable[[Sight], None]) -> "Answer | Death":
         """Send a request and wait for the answer, or for the child's end."""
+        self.used = True
         self.board.clear()
         self.tail.clear()
         try:
@@ -109,13 +150,12 @@ class ChildProcess:
         return self._hear(look, self._limits.frame_seconds)
 
     def end(self) -> None:
-        """Kill it, and what it has started."""
-        for process in _descendants(self._process.pid):
+        """Kill it, and what it has started, wherever that has gone."""
+        for process in {self._process.pid, *_marked(self._mark)}:
             with suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)
-        with suppress(ProcessLookupError):
-            os.killpg(self._process.pid, signal.SIGKILL)
-        self._process.wait()
+        with suppress(subprocess.TimeoutExpired):  # one that waits for a lost disk can't end
+            self._process.wait(_END_SECONDS)
         self._reader.join(_POLL_SECONDS)
         if not self._connection.closed:
             self._connection.close()
@@ -138,13 +178,15 @@ class ChildProcess:
             # What this process itself slept through (stopped, suspended) does not count.
             waited += min(now - last, 2 * _POLL_SECONDS)
             last = now
-            if sight.calls != seen.calls or sight.entry == ELSEWHERE:
+            if sight.calls != seen.calls or sight.entry != seen.entry:
                 waited = 0.0
             seen = sight
             look(sight)
-            if waited > limit:
+            # Opening a large sequence may take long; but nothing takes longer than a run may.
+            bound = self._limits.run_seconds if sight.entry == ELSEWHERE else limit
+            if waited > bound:
                 said = self.tail.text()
-                return Death(f"no answer within {limit:g} s", sight, said, stalled=True)
+                return Death(f"no answer within {bound:g} s", sight, said, stalled=True)
 
     def _death(self) -> Death:
         """How the child ended, once it is known that it did."""
@@ -157,7 +199,7 @@ class ChildProcess:
         if sight.lost or code is None:
             reason = "it closed file descriptors that are not its own"
         elif code < 0:
-            reason = f"its process was killed by {signal.Signals(-code).name}"
+            reason = f"its process was killed by {_signal_name(-code)}"
         else:
             reason = f"its process ended with status {code}"
         if sight.entry == READING:
@@ -165,24 +207,19 @@ class ChildProcess:
         return Death(reason, sight, self.tail.text(), outside=code == -signal.SIGKILL)
 
 
-def _descendants(process: int) -> list[int]:
-    """Numbers of the processes below one, where the system tells."""
-    children: dict[int, list[int]] = {}
-    for file in Path("/proc").glob("[0-9]*/stat"):
-        with suppress(OSError):  # it has just ended
-            # The name, in brackets, may hold anything; the parent stands second after it.
-            parent = int(file.read_text("utf-8", "replace").rpartition(")")[2].split()[1])
-            children.setdefault(parent, []).append(int(file.parent.name))
-    found: list[int] = []
-    waiting = [process]
-    while waiting:
-        below = children.get(waiting.pop(), [])
-        found += below
-        waiting += below
+def _signal_name(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:  # one of the real-time signals, which have no names
+        return f"signal {number}"
+
+
+def _marked(mark: str) -> list[int]:
+    """Numbers of the processes that inherited a mark in their environment, where one can see."""
+    found = []
+    wanted = f"{_MARK}={mark}".encode()
+    for file in Path("/proc").glob("[0-9]*/environ"):
+        with suppress(OSError):  # it has just ended, or is somebody else's
+            if wanted in file.read_bytes().split(b"\0"):
+                found.append(int(file.parent.name))
     return found
-
-
-def _search_path() -> str:
-    """Where the child finds these very packages."""
-    home = str(Path(bench.__file__).parents[1])
-    return os.pathsep.join([home, *filter(None, [os.environ.get("PYTHONPATH")])])

@@ -6,7 +6,10 @@ from pathlib import Path
 
 from bench.experiment import ExperimentError
 
-__all__ = ["Limits", "machine_memory"]
+__all__ = ["LEAST_MEMORY", "Limits", "machine_memory"]
+
+LEAST_MEMORY = 512 << 20
+"""Bytes without which no unit can be performed."""
 
 _CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
 
@@ -35,6 +38,11 @@ class Limits:
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise ExperimentError(f"the limit {name} is {value}; give more than 0.")
+        if self.memory_bytes is not None and self.memory_bytes < LEAST_MEMORY:
+            raise ExperimentError(
+                f"the limit memory_bytes is {self.memory_bytes}; a process with its libraries "
+                f"takes {LEAST_MEMORY >> 20} MB."
+            )
 
 
 def machine_memory() -> int:

@@ -1,6 +1,7 @@
 """What trackers print: kept for the run that fails, and never on the command's own output."""
 
 import io
+import threading
 from collections import deque
 from typing import Any, TextIO
 
@@ -18,22 +19,26 @@ class Tail:
     def __init__(self) -> None:
         self._pieces: deque[str] = deque()
         self._length = 0
+        self._lock = threading.Lock()
 
     def clear(self) -> None:
         """Forget it."""
-        self._pieces.clear()
-        self._length = 0
+        with self._lock:
+            self._pieces.clear()
+            self._length = 0
 
     def add(self, piece: str) -> None:
         """Append, and forget what has become too old."""
-        self._pieces.append(piece[-LONGEST:])
-        self._length += len(self._pieces[-1])
-        while self._length - len(self._pieces[0]) >= LONGEST:
-            self._length -= len(self._pieces.popleft())
+        with self._lock:
+            self._pieces.append(piece[-LONGEST:])
+            self._length += len(self._pieces[-1])
+            while self._length - len(self._pieces[0]) >= LONGEST:
+                self._length -= len(self._pieces.popleft())
 
     def text(self) -> str:
         """What is left, at most `LONGEST` characters."""
-        return "".join(self._pieces)[-LONGEST:]
+        with self._lock:
+            return "".join(self._pieces)[-LONGEST:]
 
 
 class Printed(io.TextIOBase):
@@ -60,6 +65,7 @@ class Printed(io.TextIOBase):
 
     def write(self, text: str, /) -> int:
         """Keep and pass on."""
+        text = text.encode("utf-8", "backslashreplace").decode()
         self._tails.setdefault(self._board.look().entry, Tail()).add(text)
         self._through.write(text)
         return len(text)
@@ -67,6 +73,16 @@ class Printed(io.TextIOBase):
     def fileno(self) -> int:
         """Descriptor of the real one: what is written there is not sorted."""
         return self._through.fileno()
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]  # the stub lets it be set
+        """That of the real one."""
+        return self._through.encoding
+
+    @property
+    def errors(self) -> str | None:  # type: ignore[override]  # as above
+        """That of the real one."""
+        return self._through.errors
 
     @property
     def buffer(self) -> Any:

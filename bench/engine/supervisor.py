@@ -1,17 +1,18 @@
 """Who keeps a child process at work, ends it when a tracker goes astray, and finds the culprit."""
 
+import threading
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from bench.engine.board import NOBODY, READING, Sight
 from bench.engine.child import EscapedError, Perform, Probe, Record
-from bench.engine.child_process import ChildProcess, Death
+from bench.engine.child_process import ChildProcess, Death, StartError
 from bench.engine.limits import Limits
-from bench.engine.probe import Probed
+from bench.engine.probing import Probed
 from bench.engine.worker import Failure, Outcome
-from bench.unit import Unit
+from bench.unit import Entry, Unit
 from bench.watch import NotAttributableError, Watch
 from datasets import SequenceError
 
@@ -37,6 +38,7 @@ class Supervisor:
         self.limits = limits
         self._child: ChildProcess | None = None
         self._closed = False
+        self._lock = threading.Lock()
 
     def perform(
         self, unit: Unit, folder: Path, progress: Callable[[int], None] | None = None
@@ -44,8 +46,9 @@ class Supervisor:
         """Perform a unit. A tracker that kills or stops its process costs its own run alone.
 
         When a child dies, the run that it was at is repeated alone, and those of the others
-        together. Where nobody can tell which run it was at, halves of them are repeated. What
-        dies alone is recorded as failed.
+        together. Where nobody can tell which run it was at, halves of them are repeated. A run
+        that failed among others is repeated alone too: they may have been the cause. What fails
+        alone, in a child that has done nothing else, is the culprit.
 
         Parameters
         ----------
@@ -61,28 +64,41 @@ class Supervisor:
         SequenceError, ResultsError
             As `bench.engine.worker.perform`.
         """
-        groups = [unit]
+        parts = [_Part(unit)]
         outcomes: list[Outcome] = []
-        spared = False
-        while groups:
-            group = groups.pop(0)
-            done = unit.frames * sum(len(outcome.rows) for outcome in outcomes)
-            ended = self._ask(Perform(group, folder, self.limits), group, done, progress)
-            if not isinstance(ended, Death):
+        spared: set[Entry] = set()
+        confirmed: set[tuple[str, str]] = set()
+        while parts:
+            part = parts.pop(0)
+            (entry, *others) = part.unit.entries
+            if part.said and (entry.tracker, part.said) in confirmed:
+                continue
+            fresh = part.alone or self._child is None or not self._child.used
+            if part.alone:
+                self._end_child()
+            done = unit.frames * len(_rows(outcomes))
+            request = Perform(part.unit, folder, self.limits)
+            ended = self._ask(request, part.unit, done, progress)
+            if isinstance(ended, Outcome):
                 outcomes.append(ended)
+                parts = _failed(part.unit, ended) + parts if others else parts
+                if part.said:
+                    confirmed |= {(entry.tracker, said) for said in _reasons(ended)}
             elif ended.stalled and ended.sight.entry == READING:
                 raise SequenceError(
                     f"{unit.source.text}: frame {ended.sight.frame} could not be read within "
                     f"{self.limits.frame_seconds:g} s."
                 )
-            elif len(group.entries) > 1:
-                groups = _suspects(group, ended.sight.entry) + groups
-            elif ended.outside and not spared:
+            elif others:
+                parts = _suspects(part.unit, ended.sight.entry) + parts
+            elif not fresh:
+                parts.insert(0, _Part(part.unit, alone=True))
+            elif ended.outside and entry not in spared:
                 # Once may be somebody else's doing; see `Death.outside`.
-                spared = True
-                groups.insert(0, group)
+                spared.add(entry)
+                parts.insert(0, _Part(part.unit, alone=True))
             else:
-                outcomes.append(self._record(group, folder, ended))
+                outcomes.append(self._record(part.unit, folder, ended))
         return _together(outcomes)
 
     def probe(self, unit: Unit, frames: int) -> Probed | None:
@@ -104,8 +120,8 @@ class Supervisor:
     def close(self) -> None:
         """End the child, whatever it is doing."""
         self._closed = True
-        if self._child is not None:
-            self._child.end()
+        with self._lock:  # a child that is just made is ended, too
+            self._end_child()
 
     def _record(self, unit: Unit, folder: Path, death: Death) -> Outcome:
         frame = death.sight.frame if death.sight.calls else None
@@ -125,24 +141,28 @@ class Supervisor:
         done: int,
         progress: Callable[[int], None] | None,
     ) -> "_Result | Death":
-        if self._child is None or not self._child.lives():
-            self._child = ChildProcess(self.limits)
-        child = self._child
-        answer = child.ask(request, lambda sight: _tell(progress, unit, done, sight))
-        if self._closed:
-            raise ClosedError
+        with self._lock:
+            self._go_on()
+            if self._child is None or not self._child.lives():
+                self._child = self._new_child()
+            child = self._child
+
+        def look(sight: Sight) -> None:
+            self._go_on()
+            if progress is not None:
+                progress(done + sight.shown * len(unit.entries))
+
+        answer = child.ask(request, look)
+        self._go_on()
         if isinstance(answer, Death):
-            child.end()
-            self._child = None
+            self._end_child()
             return answer
         if answer.worn:
-            child.end()
-            self._child = None
+            self._end_child()
         result = answer.result
         if isinstance(result, EscapedError | NotAttributableError):
             sight = child.board.look()
-            child.end()
-            self._child = None
+            self._end_child()
             # Nobody can tell which one needed so much memory, or changed what they share.
             known = sight if isinstance(result, EscapedError) else sight._replace(entry=NOBODY)
             return Death(str(result), known, child.tail.text())
@@ -151,30 +171,90 @@ class Supervisor:
         given: _Result = result
         return given
 
+    def _new_child(self) -> ChildProcess:
+        try:
+            return ChildProcess(self.limits, self._go_on)
+        except StartError:  # once more: somebody may have killed it
+            return ChildProcess(self.limits, self._go_on)
 
-def _suspects(unit: Unit, entry: int) -> list[Unit]:
-    """Units by which the culprit can be told from the others."""
+    def _end_child(self) -> None:
+        if self._child is not None:
+            self._child.end()
+            self._child = None
+
+    def _go_on(self) -> None:
+        if self._closed:
+            raise ClosedError
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Some of a unit's runs.
+
+    Attributes
+    ----------
+    unit : Unit
+        The runs.
+    alone : bool
+        Whether they must have a child that has done nothing else.
+    said : str
+        Why the only run failed when others ran beside it; empty where it did not.
+    """
+
+    unit: Unit
+    alone: bool = False
+    said: str = ""
+
+
+def _failed(unit: Unit, outcome: Outcome) -> list[_Part]:
+    """Runs that failed beside others, to be repeated alone.
+
+    Of several that one tracker failed for one reason the first that does so alone will do.
+    """
+    parts = []
+    for entry, row in zip(outcome.entries, outcome.rows, strict=True):
+        if row["status"] == "failed":
+            again = replace(unit, entries=(entry._replace(replaces=entry.version),))
+            said = row["failure"].partition("\n")[0]
+            parts.append(_Part(again, alone=True, said=said))
+    return parts
+
+
+def _reasons(outcome: Outcome) -> set[str]:
+    """First lines of what failed runs say."""
+    return {row["failure"].partition("\n")[0] for row in outcome.rows} - {""}
+
+
+def _suspects(unit: Unit, entry: int) -> list[_Part]:
+    """Parts by which the culprit can be told from the others."""
     if entry < 0:
-        return unit.split(2)
+        return [_Part(half) for half in unit.split(2)]
     others = unit.entries[:entry] + unit.entries[entry + 1 :]
-    return [replace(unit, entries=(unit.entries[entry],)), replace(unit, entries=others)]
+    suspect = replace(unit, entries=(unit.entries[entry],))
+    return [_Part(suspect, alone=True), _Part(replace(unit, entries=others))]
+
+
+def _rows(outcomes: list[Outcome]) -> dict[str, dict[str, Any]]:
+    """Rows of the runs, by path; of one that was repeated the last."""
+    return {row["path"]: row for outcome in outcomes for row in outcome.rows}
 
 
 def _together(outcomes: list[Outcome]) -> Outcome:
     """Outcomes of a unit's parts as one."""
     if len(outcomes) == 1:
         return outcomes[0]
+    entries = {
+        row["path"]: entry
+        for outcome in outcomes
+        for row, entry in zip(outcome.rows, outcome.entries, strict=True)
+    }
     return replace(
         outcomes[-1],
-        rows=[row for outcome in outcomes for row in outcome.rows],
+        rows=list(_rows(outcomes).values()),
+        entries=list(entries.values()),
         overhead=float("nan"),  # of parts that were repeated it means little
         seconds=sum(outcome.seconds for outcome in outcomes),
         cpu_seconds=sum(outcome.cpu_seconds for outcome in outcomes),
         peak_memory=max(outcome.peak_memory for outcome in outcomes),
         errors=[error for outcome in outcomes for error in outcome.errors],
     )
-
-
-def _tell(progress: Callable[[int], None] | None, unit: Unit, done: int, sight: Sight) -> None:
-    if progress is not None:
-        progress(done + sight.shown * len(unit.entries))

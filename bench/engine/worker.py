@@ -22,7 +22,7 @@ from bench.evaluation import run_in_lock_step
 from bench.record import Identity, Run
 from bench.recorder import COLUMNS
 from bench.reference import reference
-from bench.store.index import index_row
+from bench.store.index import index_row, row_of_file
 from bench.store.layout import UNFINISHED, beside
 from bench.store.results import Results
 from bench.store.truth import write_truth
@@ -48,6 +48,8 @@ class Outcome:
     ----------
     rows : list of dict
         The index's rows of its runs, which lie on disk.
+    entries : list of Entry
+        What was asked for, by row.
     overhead : float
         The harness's own seconds per frame and tracker; NaN in timing runs.
     seconds, cpu_seconds : float
@@ -63,6 +65,7 @@ class Outcome:
     """
 
     rows: list[dict[str, Any]]
+    entries: list[Entry]
     overhead: float
     seconds: float
     cpu_seconds: float
@@ -122,7 +125,10 @@ def perform(
     before = Surroundings.now()
     runs, measured = _runs(opened, (limits or Limits()).run_seconds, frames, watch)
     runs = _checked_surroundings(runs, before, opened)
-    for number, misdeed in watch.misdeeds().items():
+    misdeeds = watch.misdeeds()
+    if misdeeds and len(runs) > 1:
+        raise NotAttributableError(*misdeeds.values())  # there may be more who did it
+    for number, misdeed in misdeeds.items():
         runs[number] = replace(runs[number], failure=runs[number].failure or misdeed)
     said = watch.printed()
     runs = [
@@ -137,8 +143,8 @@ def perform(
     still, changed_since = _open(opened.unit, folder)
     kept = set(still.unit.entries)
     made = zip(runs, opened.unit.entries, strict=True)
-    rows = _store([(run, entry) for run, entry in made if entry in kept], opened)
-    outcome = began.outcome(rows, measured.get("overhead", nan))
+    stored = [(run, entry) for run, entry in made if entry in kept]
+    outcome = began.outcome(_store(stored, opened), still.unit, measured.get("overhead", nan))
     return replace(outcome, errors=[*changed, *changed_since])
 
 
@@ -162,7 +168,7 @@ def record_failure(unit: Unit, folder: Path, failure: Failure) -> Outcome:
         failure=where + failure.reason,
         output=failure.output,
     )
-    return began.outcome(_store([(run, unit.entries[0])], opened), nan)
+    return began.outcome(_store([(run, unit.entries[0])], opened), unit, nan)
 
 
 class _Began:
@@ -172,10 +178,11 @@ class _Began:
         reset_peak()
         self._wall, self._cpu = perf_counter(), process_time()
 
-    def outcome(self, rows: list[dict[str, Any]], overhead: float) -> Outcome:
+    def outcome(self, rows: list[dict[str, Any]], unit: Unit, overhead: float) -> Outcome:
         """What became of it until now."""
         return Outcome(
             rows=rows,
+            entries=list(unit.entries),
             overhead=overhead,
             seconds=perf_counter() - self._wall,
             cpu_seconds=process_time() - self._cpu,
@@ -299,7 +306,8 @@ def _store(runs: list[tuple[Run, Entry]], opened: _Opened) -> list[dict[str, Any
     for run, entry in runs:
         told = replace(run, circumstances={**run.circumstances, **source})
         path = results.path(told.identity)
-        if not results.write(told, entry.replaces):
-            told = results.read(path)  # another process was quicker: its run stands
-        rows.append(index_row(results, path, told, sequence))
+        if results.write(told, entry.replaces):
+            rows.append(index_row(results, path, told, sequence))
+        else:  # another process was quicker: its run stands
+            rows.append(row_of_file(results, path))
     return rows

@@ -38,6 +38,7 @@ __all__ = [
     "index_table",
     "read_index",
     "read_table",
+    "row_of_file",
     "with_rows",
     "write_index",
 ]
@@ -258,14 +259,21 @@ def _batches(
     """Rows of files, some thousand at a time: as objects they are large."""
     rows: list[dict[str, Any]] = []
     for number, file in enumerate(files, 1):
-        rows.append(_row_of_file(results, file))
+        rows.append(row_of_file(results, file))
         progress(number, total)
         if len(rows) == BATCH or number == total:
             yield rows
             rows = []
 
 
-def _row_of_file(results: Results, file: Path) -> dict[str, Any]:
+def row_of_file(results: Results, file: Path) -> dict[str, Any]:
+    """The index's row of a run as it lies on disk, scored by the truth that it was made with.
+
+    Raises
+    ------
+    ResultsError
+        Naming a file that can't be read.
+    """
     run = results.read(file)
     truth = read_truth(results.folder, run.identity.sequence, run.identity.fingerprint)
     return index_row(results, file, run, truth)

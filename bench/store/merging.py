@@ -34,7 +34,7 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
         Where a folder holds no results or a file can't be read or written.
     """
     into = Results(target)
-    there = {row["path"]: (row["version"], target) for row in read_index(into)}
+    there = {row["path"]: (row["version"], row["status"], target) for row in read_index(into)}
     asked = into.asked()
     wanted: list[tuple[Results, Path, Path]] = []
     conflicts: list[str] = []
@@ -44,11 +44,12 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
         for row in read_index(results):
             path = row["path"]
             if path in there:
-                version, other = there[path]
+                version, status, other = there[path]
                 if version != row["version"]:
                     conflicts.append(f"{path} differs between {other} and {folder}")
-                continue
-            there[path] = (row["version"], folder)
+                if status == "finished" or row["status"] == "failed":
+                    continue
+            there[path] = (row["version"], row["status"], folder)
             truth = truth_path(folder, row["sequence"], row["fingerprint"])
             wanted.append((results, truth.relative_to(folder), Path(path)))
     if conflicts:
@@ -59,4 +60,4 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
             write_atomically(target / truth, read_sealed(results.folder / truth))
         into.write(results.read(results.folder / run))
     read_index(into)
-    return len(wanted), []
+    return len({run for _, _, run in wanted}), []

@@ -181,8 +181,10 @@ class Results:
 
     def _may_be_replaced(self, path: Path, run: Run, replaces: str) -> bool:
         present = self.read(path)
-        finished_meanwhile = present.identity == run.identity and not present.failure
-        return present.identity.version == replaces and not finished_meanwhile
+        if present.identity == run.identity:
+            # What finished is never repeated, and always better than what failed.
+            return bool(present.failure) and (replaces != "" or not run.failure)
+        return present.identity.version == replaces
 
     def _remove_companions(self, path: Path, keep: set[str]) -> None:
         """Remove what belonged to earlier runs in this place."""

@@ -37,8 +37,11 @@ def map_rows(path: Path, frames: int, columns: int) -> NDArray[np.float64]:
 
 
 def read_rows(path: Path) -> NDArray[np.float64] | None:
-    """Rows of an unfinished run; None where there are none."""
-    return np.load(path, allow_pickle=False) if path.is_file() else None
+    """Rows of an unfinished run; None where there are none, or a power cut left something else."""
+    try:
+        return np.load(path, allow_pickle=False) if path.is_file() else None
+    except (OSError, EOFError, ValueError):  # it is not forced to the disk: see `map_rows`
+        return None
 
 
 def unfinished_runs(folder: Path) -> Iterator[tuple[Path, int, int]]:

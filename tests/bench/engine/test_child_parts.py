@@ -163,7 +163,7 @@ def test_surroundings_tell_what_was_changed_and_are_put_back(tmp_path):
 def test_suspects_are_all_runs_of_a_unit_once_and_fewer_at_a_time(n, suspect):
     entries = tuple(Entry("static", i, "v") for i in range(n))
     unit = Unit(SequenceSource("samples/face"), entries, "accuracy", 10)
-    parts = _suspects(unit, min(suspect, n - 1))
+    parts = [part.unit for part in _suspects(unit, min(suspect, n - 1))]
     assert sorted(entry for part in parts for entry in part.entries) == list(entries)
     assert all(len(part.entries) < n for part in parts)
     if suspect >= 0:

@@ -51,7 +51,7 @@ def probe(unit: Unit, frames: int, watch: Watch = UNWATCHED) -> Probed:
         run_in_lock_step(entries, sequence[first : first + n], watch=watch)
         for n in (_SHORTEST, _SHORTEST, frames)
     )
-    counted = min(frames, len(sequence) - first) - _SHORTEST
+    counted = max(1, min(frames, len(sequence) - first) - _SHORTEST)
     took = [
         nan if b.failure else float(b.circumstances["seconds"] - a.circumstances["seconds"])
         for a, b in zip(beginning.runs, whole.runs, strict=True)

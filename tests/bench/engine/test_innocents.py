@@ -1,0 +1,178 @@
+"""Nobody is blamed for what another tracker did, in the same pass or before it."""
+
+import os
+import shutil
+import signal
+import threading
+import time
+from dataclasses import replace
+
+import pytest
+
+import bench
+from bench.engine.limits import Limits
+from bench.engine.supervisor import ClosedError, Supervisor
+from bench.experiment import Experiment, SequenceSource
+from bench.plan import make_plan
+from bench.store.index import read_index
+from bench.store.merging import merge_results
+from bench.store.results import Results
+from bench.store.truth import write_truth
+
+ACTS = {
+    "Alarms": "signal.alarm(1)",
+    "Dawdles": "time.sleep(0.3)",
+    "LimitsRecursion": "sys.setrecursionlimit(150)",
+    "Recurses": "self.depth(120)",
+    "Patches": "np.mean = lambda *a, **k: 1 / 0",
+    "Averages": "np.mean([1.0])",
+    "SignalsItself": "os.kill(os.getpid(), 40)",
+    "BreaksTheHarness": "bench.recorder.checked_box.__code__ = (lambda box: 1 / 0).__code__",
+    "MissesFile": "raise OSError('no \\udcff.png')",
+    "Forks": "os.fork()",
+    "ForksToo": "os.fork()",
+    "Raises": "raise ValueError('no wish')",
+}
+
+
+@pytest.fixture
+def ground(here):
+    for name in "AB":
+        folder = here / "data" / name
+        shutil.copytree(here / "data" / "Small", folder)
+        for i in range(5, 12):
+            shutil.copy(folder / "img" / "0001.png", folder / "img" / f"{i + 1:04}.png")
+        (folder / "groundtruth_rect.txt").write_text("5,6,10,12\n" * 12)
+    source = (here / "knob.py").read_text().replace("class Knob(", "class Base(")
+    source += "    depth = lambda self, n: self.depth(n - 1) if n else 0\n\n"
+    for name, act in ACTS.items():
+        source += f"""
+class {name}(Base):
+    def init(self, image, box, mask=None):
+        super().init(image, box)
+        self.frame = 0
+
+    def update(self, image):
+        self.frame += 1
+        if self.frame == 3 or {name!r} == "Dawdles":
+            {act}
+        return super().update(image)
+"""
+    head = "import os, signal, sys, time\nimport numpy\nimport numpy as np\nimport bench.recorder\n"
+    (here / "acts.py").write_text(source.replace("from pydantic", head + "from pydantic", 1))
+    return here
+
+
+def failures(ground, *names, sequences="A", timing=False, seeds=1, limits=None):
+    chosen = Experiment(
+        "trial",
+        tuple(f"{ground}/acts.py:{name}" for name in names),
+        tuple(SequenceSource(str(ground / "data" / name)) for name in sequences),
+        repetitions=seeds,
+        timing=timing,
+    )
+    folder = bench.run(chosen, ground / "results", jobs=1, limits=limits or Limits())
+    rows = read_index(Results(folder))
+    assert len(rows) == len(names) * len(sequences) * seeds
+    return {
+        (row["tracker"].partition(":")[2], row["sequence"], row["repetition"]): row["failure"]
+        for row in rows
+        if row["failure"]
+    }
+
+
+def test_an_alarm_that_an_earlier_tracker_set_is_not_its_successors_failure(ground):
+    found = failures(ground, "Alarms", "Dawdles", timing=True)
+    assert ("Dawdles", "A", 0) not in found
+
+
+def test_a_limit_that_a_neighbour_set_is_not_its_own_failure(ground):
+    assert failures(ground, "LimitsRecursion", "Recurses") == {}
+
+
+def test_a_function_that_a_neighbour_broke_is_not_its_own_failure(ground):
+    assert set(failures(ground, "Patches", "Averages")) <= {("Patches", "A", 0)}
+
+
+def test_who_breaks_the_harness_costs_his_own_runs_alone(ground):
+    found = failures(ground, "BreaksTheHarness", "Dawdles", sequences="AB")
+    assert set(found) == {("BreaksTheHarness", name, 0) for name in "AB"}
+
+
+def test_signals_without_names_and_text_that_no_file_can_hold_are_told(ground):
+    found = failures(ground, "SignalsItself", "MissesFile")
+    assert "killed by signal 40" in found["SignalsItself", "A", 0]
+    assert r"no \udcff.png" in found["MissesFile", "A", 0]
+
+
+def test_all_who_fork_are_found(ground):
+    found = failures(ground, "Forks", "Dawdles", "ForksToo", seeds=2)
+    assert set(found) == {(name, "A", seed) for name in ("Forks", "ForksToo") for seed in (0, 1)}
+    assert all("it forked" in failure for failure in found.values())
+
+
+def test_repetitions_that_fail_for_one_reason_are_confirmed_once(ground, monkeypatch):
+    asked = []
+    plain = Supervisor._ask
+    monkeypatch.setattr(
+        Supervisor,
+        "_ask",
+        lambda self, request, *rest: asked.append(request) or plain(self, request, *rest),
+    )
+    found = failures(ground, "Raises", "Dawdles", seeds=5)
+    assert set(found) == {("Raises", "A", seed) for seed in range(5)}
+    assert [len(request.unit.entries) for request in asked] == [10, 1]
+
+
+def test_a_worker_that_is_killed_while_it_begins_is_begun_again(ground, monkeypatch):
+    from bench.engine import child_process
+
+    killed = []
+    plain = child_process.ChildProcess._hear
+
+    def hear(self, look, limit):
+        if not killed:
+            killed.append(self._process.pid)
+            os.kill(self._process.pid, signal.SIGKILL)
+        return plain(self, look, limit)
+
+    monkeypatch.setattr(child_process.ChildProcess, "_hear", hear)
+    assert failures(ground, "Dawdles") == {}
+    assert killed
+
+
+def test_a_supervisor_that_is_closed_while_a_child_begins_does_not_begin_the_unit(ground):
+    chosen = Experiment(
+        "slow",
+        tuple(f"{ground}/acts.py:{name}" for name in ("Dawdles",)),
+        (SequenceSource(str(ground / "data" / "A")),),
+    )
+    (unit,) = make_plan(chosen, Results(ground / "none")).units()
+    for delay in (0.0, 0.2, 0.6):
+        supervisor = Supervisor(Limits())
+        threading.Timer(delay, supervisor.close).start()
+        began = time.monotonic()
+        with pytest.raises(ClosedError):
+            supervisor.perform(unit, ground / "none" / "slow")
+        assert time.monotonic() - began < 3.0, "12 frames of 0.3 s were not waited for"
+        while supervisor._child is not None:  # the other thread is at it
+            assert time.monotonic() - began < 10.0
+            time.sleep(0.05)
+
+
+def test_what_finished_replaces_what_failed_whoever_was_first(make_sequence, tmp_path):
+    sequence = make_sequence()
+    finished = bench.evaluate("static", sequence)
+    failed = replace(finished, failure="frame 3: killed by somebody")
+    for name, run in (("a", failed), ("b", finished)):
+        results = Results(tmp_path / name)
+        results.prepare(results.asked())
+        write_truth(results.folder, sequence)
+        assert results.write(run)
+    merge_results([tmp_path / "a", tmp_path / "b"], tmp_path / "whole")
+    (row,) = read_index(Results(tmp_path / "whole"))
+    assert row["status"] == "finished"
+    results = Results(tmp_path / "a")
+    assert results.write(finished)
+    assert not results.write(failed)
+    assert results.read(results.path(finished.identity)).status == "finished"
