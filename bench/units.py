@@ -24,7 +24,8 @@ class Units:
     Trackers whose random numbers live in the process never share one with others; they come
     first, since they are the slow ones. Then come sequences, the longest first: no core waits
     at the end for a long one that began late. No unit is larger than the share of one worker,
-    unless it holds a single run.
+    unless it holds a single run; and the sequences of a last round, which are fewer than there
+    are workers, are split among all of them.
 
     Attributes
     ----------
@@ -77,7 +78,13 @@ class Units:
     def _parts(self, runs: NDArray[np.int64]) -> NDArray[np.int64]:
         """Into how many units the runs of each sequence go."""
         most = np.maximum(self.work // (self.workers * self.plan.frames), 1)
-        return -(-runs // most)
+        parts = -(-runs // most)
+        # What is left over for a last round goes to all workers: else some would only wait.
+        longest_first = np.argsort(-self.plan.frames * runs, kind="stable")
+        busy = longest_first[: np.count_nonzero(runs)]
+        last = busy[len(busy) - len(busy) % self.workers :]
+        parts[last] = np.maximum(parts[last], self.workers)
+        return parts
 
     def _unit(self, sequence: int, runs: list[int]) -> Unit:
         plan = self.plan

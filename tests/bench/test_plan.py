@@ -191,8 +191,13 @@ def test_no_unit_is_larger_than_a_workers_share_and_every_run_is_in_one(here, se
         assert len(unit.entries) == 1 or unit.work * workers <= units.work
     runs = {(unit.source, *entry[:2]) for unit in made for entry in unit.entries}
     assert len(runs) == units.runs
-    if workers == 1 or workers <= sequences:
+    if sequences % workers == 0:
         assert len(made) == sequences, "what leaves no core idle is not split"
+    # As a pool takes them: none has more to do than its share and one run.
+    busy = [0] * workers
+    for unit in made:
+        busy[busy.index(min(busy))] += unit.work
+    assert max(busy) <= units.work / workers + 5
 
 
 def test_the_longest_sequences_come_first(here):
