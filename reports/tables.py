@@ -114,7 +114,7 @@ def summary_table(
     # Over repetitions: the spread of the mean over sequences. Where sequences were
     # repeated unequally often (trackers that never draw run once), there is none to tell.
     times = sizes.groupby(sizes.index // len(sequences)).agg(["min", "max"])
-    repeated = (times["min"] == times["max"]) & (times["min"] > 1)
+    repeated = times["min"] == times["max"]
     repetition, repetitions = pd.factorize(runs["repetition"])
     by_pass, _, _ = _statistics(runs, tracker * len(repetitions) + repetition, measures)
     _, spread, _ = _statistics(by_pass, by_pass.index // len(repetitions), measures)
