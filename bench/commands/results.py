@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import click
 
@@ -120,30 +121,42 @@ def _event_lines(event: Mapping[str, Any]) -> list[str]:
 @click.option("--failed", is_flag=True, help="Only runs that failed.")
 @click.option("--yes", is_flag=True, help="Do not ask.")
 def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -> None:
-    """Remove runs from FOLDER."""
+    """Remove runs from FOLDER, and the frames of unfinished ones."""
     from bench.store.index import experiment_folders, read_index
+    from bench.store.layout import UNFINISHED
     from bench.store.results import Results
+    from bench.store.unfinished import unfinished_runs
 
-    chosen: list[tuple[Results, dict[str, Any]]] = []
+    def matches(its_tracker: str, its_sequence: str) -> bool:
+        return fnmatchcase(its_tracker, tracker) and fnmatchcase(its_sequence, sequence)
+
+    chosen: dict[Path, list[str]] = {}
     for experiment in experiment_folders(folder):
         results = Results(experiment)
-        chosen += [
-            (results, row)
+        paths = {
+            row["path"]
             for row in read_index(results)
-            if fnmatchcase(row["tracker"], tracker)
-            and fnmatchcase(row["sequence"], sequence)
+            if matches(row["tracker"], row["sequence"])
             and (not failed or row["status"] == "failed")
-        ]
-    if not chosen:
+        }
+        for file, _, _ in unfinished_runs(experiment) if not failed else ():
+            run = file.relative_to(experiment).with_name(
+                file.name.removesuffix(UNFINISHED) + ".parquet"
+            )
+            if matches(unquote(run.parts[0]), unquote(run.parts[1])):
+                paths.add(str(run))
+        chosen[experiment] = sorted(paths)
+    number = sum(len(paths) for paths in chosen.values())
+    if not number:
         click.echo("No run matches; nothing was removed.")
         return
     if not yes:
-        click.confirm(f"Remove {len(chosen)} runs from {folder}?", abort=True)
-    for experiment in experiment_folders(folder):
+        click.confirm(f"Remove {number} runs from {folder}?", abort=True)
+    for experiment, gone in chosen.items():
         results = Results(experiment)
-        results.remove([row["path"] for place, row in chosen if place.folder == experiment])
+        results.remove(gone)
         read_index(results)
-    click.echo(f"Removed {len(chosen)} runs.")
+    click.echo(f"Removed {number} runs.")
 
 
 @command.command("check")

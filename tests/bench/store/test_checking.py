@@ -79,6 +79,14 @@ def test_a_killed_run_leaves_its_frames_until_it_is_finished(here, trackmark):
     (left,) = results.glob(f"*/*/*{UNFINISHED}")
     rows = np.load(left)
     assert bench.load_results(results)["status"].tolist() == ["missing"]
+    assert (
+        f"unfinished, {np.isfinite(rows[:, 0]).sum()} of 120" in trackmark("results", "list").stdout
+    )
+    kept = left.read_bytes()
+    trackmark("results", "remove", "--yes", "--tracker", "slow.py*")
+    assert not left.exists()
+    left.parent.mkdir(parents=True)
+    left.write_bytes(kept)
     trackmark(*options)
     assert not list(results.glob(f"*/*/*{UNFINISHED}"))
     (run,) = Results(results).files()
