@@ -29,6 +29,7 @@ __all__ = ["ChildProcess", "Death", "StartError"]
 _POLL_SECONDS = 0.1
 _START_SECONDS = 300.0
 _END_SECONDS = 10.0
+_ELSEWHERE_SECONDS = 3600.0  # opening a sequence for the first time may take long
 _MARK = "TRACKMARK_CHILD"
 # These very packages, wherever the child would look for them first.
 _CODE = (
@@ -182,8 +183,7 @@ class ChildProcess:
                 waited = 0.0
             seen = sight
             look(sight)
-            # Opening a large sequence may take long; but nothing takes longer than a run may.
-            bound = self._limits.run_seconds if sight.entry == ELSEWHERE else limit
+            bound = _ELSEWHERE_SECONDS if sight.entry == ELSEWHERE else limit
             if waited > bound:
                 said = self.tail.text()
                 return Death(f"no answer within {bound:g} s", sight, said, stalled=True)

@@ -213,12 +213,13 @@ def test_a_late_run_never_replaces_what_another_process_finished(
     results.read(results.path(b.identity))
 
 
-def test_a_failed_run_may_be_repeated_but_only_by_who_saw_it(results, sequence):
+def test_a_failed_run_gives_way_to_who_saw_it_and_to_any_that_finished(results, sequence):
     failed = full_run(sequence)
     finished = replace(failed, failure="")
     assert results.write(failed)
-    assert not results.write(finished)
-    assert results.write(finished, replaces=failed.identity.version)
+    assert not results.write(failed)
+    assert results.write(failed, replaces=failed.identity.version)
+    assert results.write(finished)
     assert results.read(results.path(failed.identity)).status == "finished"
     assert not results.write(failed, replaces=failed.identity.version)
 
