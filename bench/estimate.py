@@ -7,6 +7,7 @@ sequence, of which nothing is kept.
 
 import heapq
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import partial
@@ -21,7 +22,8 @@ from bench.engine import probe
 from bench.engine.limits import Limits
 from bench.plan import Plan
 from bench.store.columns import codes
-from bench.store.index import experiment_folders, read_table
+from bench.store.files import ResultsError
+from bench.store.index import read_table
 from bench.store.results import Results
 from bench.unit import Entry, Unit
 from bench.units import Units
@@ -82,8 +84,11 @@ class Estimate:
 
 def measured_before(output: Path) -> list[pa.Table]:
     """Indexes of all experiments in a folder of results; none where there is no such folder."""
-    folders = [path for path in [output] if path.is_dir() and any(path.glob("*/plan.json"))]
-    return [read_table(Results(path)) for found in folders for path in experiment_folders(found)]
+    indexes = []
+    for plan in sorted(output.glob("*/plan.json")):
+        with suppress(ResultsError):  # what is wrong with another experiment is its own business
+            indexes.append(read_table(Results(plan.parent)))
+    return indexes
 
 
 def estimate(units: Units, indexes: Sequence[pa.Table], limits: Limits) -> Estimate:
