@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
+from textwrap import indent
 from typing import Any
 from urllib.parse import unquote
 
@@ -60,6 +61,41 @@ def list_results(folder: Path, as_json: bool) -> None:
             click.echo(
                 f"  unfinished, {reached} of {frames} frames: {file.relative_to(experiment)}"
             )
+
+
+@command.command("failures")
+@folder_argument
+@json_option
+def failures(folder: Path, as_json: bool) -> None:
+    """Print why runs in FOLDER failed, where they got to, and what they printed last.
+
+    With --json a line a failed run.
+    """
+    import numpy as np
+
+    from bench.store.index import experiment_folders, read_index
+    from bench.store.results import Results
+
+    for experiment in experiment_folders(folder):
+        results = Results(experiment)
+        for row in read_index(results):
+            if row["status"] != "failed":
+                continue
+            run = results.read(experiment / row["path"])
+            reached = int(np.isfinite(run.boxes[:, 0]).sum())
+            if as_json:
+                told = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
+                more = {"frames": len(run.boxes), "reached": reached, "output": run.output}
+                click.echo(json.dumps({"experiment": experiment.name, **told, **more}))
+                continue
+            click.echo(
+                f"{row['tracker']} on {row['sequence']}, repetition {row['repetition']}: boxes of "
+                f"{reached} of {len(run.boxes)} frames ({experiment / row['path']})"
+            )
+            click.echo(indent(run.failure.strip(), "  "))
+            if run.output:
+                click.echo("  It printed last:")
+                click.echo(indent(run.output.rstrip(), "  | "))
 
 
 @command.command("log")

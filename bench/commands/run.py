@@ -153,6 +153,8 @@ def execute(
 
         click.echo(summary_text(execution.folder, plan.asked().cells))
         click.echo(f"{done + failed} of {len(plan)} runs are in {execution.folder}.")
+        if failed:
+            click.echo(f"`trackmark results failures {execution.folder}` tells why runs failed.")
         if math.isfinite(execution.overhead):
             microseconds = execution.overhead * 1e6
             click.echo(f"The harness itself took {microseconds:.1f} µs a frame and tracker.")

@@ -146,12 +146,20 @@ def test_timing_runs_store_times(trackmark, here):
 
 def test_failed_runs_are_shown_and_make_the_exit_status_one(trackmark, here):
     file = here / "knob.py"
-    file.write_text(file.read_text().replace("return Estimate", "raise ValueError('no idea')  #"))
+    fail = "print('last words'); raise ValueError('no idea')  #"
+    file.write_text(file.read_text().replace("return Estimate", fail))
     done = trackmark(
         "run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", status=1
     )
-    assert "frame 1" in done.stdout or "0002.png" in done.stdout
-    assert "ValueError: no idea" in done.stdout
+    assert "0002.png: ValueError: no idea" in done.stdout
+    assert "last words" not in done.stdout + done.stderr
+    assert "results failures results/adhoc" in done.stdout
+    told = trackmark("results", "failures").stdout
+    assert "knob.py:Knob on Small, repetition 0: boxes of 1 of 5 frames" in told
+    assert "in update" in told
+    assert "| last words" in told
+    (line,) = trackmark("results", "failures", "--json").stdout.splitlines()
+    assert json.loads(line)["output"] == "last words\n"
     assert trackmark("run", "--trackers", "knob.py:Knob", "--sequences", "data/Small", status=1)
 
 
