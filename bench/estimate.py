@@ -8,7 +8,7 @@ sequence, of which nothing is kept.
 import heapq
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import partial
 from math import floor, isfinite, log10
@@ -33,6 +33,7 @@ __all__ = ["Basis", "Estimate", "estimate", "measured_before", "words"]
 
 PROBED_FRAMES = 12
 _START_SECONDS = (2.0, 5.0)  # of a worker process, with its imports
+_PROBE_SECONDS = 10.0  # for a frame; who asks for an estimate does not wait for long
 _STORE_SECONDS = 0.01  # to score and write a run
 
 
@@ -237,11 +238,12 @@ def _probed(plan: Plan, trackers: list[int], limits: Limits) -> tuple[NDArray[np
             groups[0].append(number)
     took: dict[int, float] = {}
     reading = 0.0
+    brief = replace(limits, frame_seconds=min(limits.frame_seconds, _PROBE_SECONDS))
     while groups:
         group = groups.pop(0)
         entries = tuple(Entry(texts[number], 0, "") for number in group)
         found = probe(
-            Unit(shortest.source, entries, "accuracy", shortest.frames), PROBED_FRAMES, limits
+            Unit(shortest.source, entries, "accuracy", shortest.frames), PROBED_FRAMES, brief
         )
         if found is not None:
             took |= dict(zip(group, found.seconds, strict=True))

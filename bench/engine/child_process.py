@@ -29,6 +29,7 @@ __all__ = ["ChildProcess", "Death", "StartError"]
 _POLL_SECONDS = 0.1
 _START_SECONDS = 300.0
 _END_SECONDS = 10.0
+_LONGEST_ANSWER = 1 << 28
 _ELSEWHERE_SECONDS = 3600.0  # opening a sequence for the first time may take long
 _MARK = "TRACKMARK_CHILD"
 # These very packages, wherever the child would look for them first.
@@ -168,7 +169,11 @@ class ChildProcess:
         while True:
             try:
                 if self._connection.poll(_POLL_SECONDS):
-                    answer: Answer = self._connection.recv()
+                    # A tracker may have written into the connection, too: such a message
+                    # claims to be longer than any, or is no pickle.
+                    answer: Answer = pickle.loads(  # noqa: S301  # our child's
+                        self._connection.recv_bytes(_LONGEST_ANSWER)
+                    )
                     return answer
             except (EOFError, OSError, pickle.UnpicklingError):
                 return self._death()

@@ -31,4 +31,4 @@ def read_arrow(path: Path) -> pa.Table:
     ResultsError
         Where it can't be read now.
     """
-    return feather.read_table(pa.BufferReader(read_sealed(path)))
+    return feather.read_table(pa.BufferReader(read_sealed(path)), use_threads=False)

@@ -143,7 +143,8 @@ class Results:
         """
         try:
             content = read_sealed(path)
-            table = parquet.read_table(pa.BufferReader(content))
+            # Not by `read_table`, whose threads may outlive the interpreter and abort it.
+            table = parquet.ParquetFile(pa.BufferReader(content)).read(use_threads=False)
             metadata = json.loads(table.schema.metadata[METADATA_KEY])
             check_schema(path, metadata["schema"])
             place = self.path(Identity(**metadata["identity"]))
