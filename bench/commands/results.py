@@ -159,28 +159,23 @@ def _event_lines(event: Mapping[str, Any]) -> list[str]:
 def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -> None:
     """Remove runs from FOLDER, and the frames of unfinished ones."""
     from bench.store.index import experiment_folders, read_index
-    from bench.store.layout import UNFINISHED
+    from bench.store.layout import run_of
     from bench.store.results import Results
     from bench.store.unfinished import unfinished_runs
 
-    def matches(its_tracker: str, its_sequence: str) -> bool:
-        return fnmatchcase(its_tracker, tracker) and fnmatchcase(its_sequence, sequence)
+    def matches(file: Path) -> bool:
+        its_tracker, its_sequence = map(unquote, file.parts[-3:-1])
+        label = its_tracker.removesuffix(":protocol=timing")
+        return fnmatchcase(label, tracker) and fnmatchcase(its_sequence, sequence)
 
     chosen: dict[Path, list[str]] = {}
     for experiment in experiment_folders(folder):
         results = Results(experiment)
-        paths = {
-            row["path"]
-            for row in read_index(results)
-            if matches(row["tracker"], row["sequence"])
-            and (not failed or row["status"] == "failed")
-        }
-        for file, _, _ in unfinished_runs(experiment) if not failed else ():
-            run = file.relative_to(experiment).with_name(
-                file.name.removesuffix(UNFINISHED) + ".parquet"
-            )
-            if matches(unquote(run.parts[0]), unquote(run.parts[1])):
-                paths.add(str(run))
+        # By the names of folders: what is damaged can be removed, too.
+        files = [*results.files(), *(file for file, _, _ in unfinished_runs(experiment))]
+        paths = {str(run_of(file.relative_to(experiment))) for file in files if matches(file)}
+        if failed:
+            paths &= {row["path"] for row in read_index(results) if row["status"] == "failed"}
         chosen[experiment] = sorted(paths)
     number = sum(len(paths) for paths in chosen.values())
     if not number:
@@ -189,9 +184,7 @@ def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -
     if not yes:
         click.confirm(f"Remove {number} runs from {folder}?", abort=True)
     for experiment, gone in chosen.items():
-        results = Results(experiment)
-        results.remove(gone)
-        read_index(results)
+        Results(experiment).remove(gone)
     click.echo(f"Removed {number} runs.")
 
 

@@ -30,6 +30,7 @@ __all__ = [
     "beside",
     "check_schema",
     "folder_name",
+    "run_of",
     "run_path",
 ]
 
@@ -69,6 +70,11 @@ def folder_name(label: str) -> str:
 def beside(path: Path, suffix: str) -> Path:
     """File that lies beside a run: `3.parquet` has `3.unfinished.npy`."""
     return path.with_name(path.stem + suffix)
+
+
+def run_of(path: Path) -> Path:
+    """File of the run that a file lies beside, or is: of `3.unfinished.npy` it is `3.parquet`."""
+    return path.with_name(path.name.partition(".")[0] + ".parquet")
 
 
 def check_schema(file: Path, schema: object) -> None:

@@ -53,6 +53,9 @@ def test_a_truth_that_is_gone_is_named_once_and_the_status_is_1(stored, trackmar
     assert answer["files"] == 5
     (said,) = answer["damages"]
     assert truth.name in said
+    trackmark("results", "remove", "--yes", "--sequence", "Small")  # as is advised
+    trackmark("run", "--trackers", "static,camshift", "--sequences", "data/Small")
+    assert damages(stored) == []
 
 
 def test_a_killed_run_leaves_its_frames_until_it_is_finished(here, trackmark):
