@@ -1,7 +1,8 @@
 """Counts of colour bins in many regions of a frame, by whichever way costs least.
 
-The ways give the same integers, so the choice is one of time alone. It is made from what
-they take per pixel, relative to one another.
+Regions are rectangles, for which the frame may be summed up, or ellipses. The ways give the
+same integers, so the choice is one of time alone. It is made from what they take per pixel,
+relative to one another.
 """
 
 import numpy as np
@@ -9,16 +10,18 @@ from numpy.typing import NDArray
 
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
+from trackers.colour.ellipses import EllipseCounts, Kernel, ellipse_counts
 from trackers.colour.histogram import (
     IntegralHistogram,
     direct_counts,
     integral_counts,
     integral_histogram,
 )
+from trackers.colour.joint import JointBins
 from trackers.colour.luv import N_BINS, LuvBins
 from trackers.colour.regions import Regions
 
-__all__ = ["region_counts"]
+__all__ = ["ellipse_histograms", "region_counts"]
 
 # Nanoseconds, measured on one machine.
 _CODE = 1.5  # a pixel looked up
@@ -69,6 +72,46 @@ def region_counts(
         else:
             counts = direct_counts(codes, colours.votes, flat, bins, N_BINS)
     return counts.reshape(*regions.pixels.shape, -1)
+
+
+def ellipse_histograms(
+    frame: SharedFrame,
+    ellipses: NDArray[np.float64],
+    kernel: Kernel,
+    colours: JointBins,
+    bins: NDArray[np.int64],
+) -> EllipseCounts:
+    """Kernel-weighted histograms of ellipses.
+
+    Parameters
+    ----------
+    frame : SharedFrame
+        With many sharers the bins of the whole frame are looked up once for all.
+    ellipses : ndarray of float64, shape (n, 4)
+        Centre x and y and half axes Hx and Hy, in pixels.
+    kernel : {'isotropic', 'epanechnikov', 'uniform'}
+        See `ellipse_counts`.
+    colours : JointBins
+        How pixels are binned.
+    bins : ndarray of int64, shape (m,)
+        The bins asked for.
+    """
+    height, width = frame.image.shape[:2]
+    limits = np.array([width, height])
+    centres, half_axes = ellipses[:, :2], ellipses[:, 2:]
+    left, top = np.clip((centres - half_axes).min(axis=0), 0, limits).astype(int).tolist()
+    right, bottom = np.clip((centres + half_axes).max(axis=0) + 1, 0, limits).astype(int).tolist()
+    high = bool(half_axes[0, 1] > half_axes[0, 0])
+    if width * height < frame.sharers * (right - left) * (bottom - top):
+        codes, corner = frame.compute(_codes, colours, high), (0, 0)
+    else:
+        codes = colours.codes(frame.image[top:bottom, left:right], high)
+        corner = left, top
+    return ellipse_counts(codes, corner, high, ellipses, kernel, bins, colours.n_bins)
+
+
+def _codes(image: Image, colours: JointBins, transposed: bool) -> NDArray[np.uint16]:
+    return colours.codes(image, transposed)
 
 
 def _integral_histogram(image: Image, colours: LuvBins) -> IntegralHistogram:
