@@ -23,6 +23,7 @@ import numpy as np
 import pandas as pd
 
 from bench.claims.findings import Check, Evidence, Finding
+from bench.claims.readings import readings_among, rows_under
 from bench.statistics.separation import auc, error_share, zero_error_thresholds
 from bench.statistics.verdicts import (
     Verdict,
@@ -121,7 +122,7 @@ def slower(evidence: Evidence) -> list[Finding]:
         Finding(
             evidence.claim.id,
             ratio_above(pairs["multi"], pairs["single"], least),
-            variant="" if kernel == "one pass" else f"kernel={kernel}",
+            reading={} if kernel == "one pass" else {"variant": f"kernel={kernel}"},
         )
         for kernel, pairs in table.groupby("kernel", sort=False)
     ]
@@ -214,33 +215,30 @@ def _rectangles(evidence: Evidence) -> Iterator[tuple[Callable[..., Finding], pd
     if "switch" not in evidence.tables:
         return
     table = evidence.tables["switch"]
-    for initial in evidence.claim.readings.initial:
+    for initial in evidence.claim.readings.columns["initial"]:
         part = table[table["initial"] == initial]
         if len(part):
-            yield _labelled(evidence, initial, "", "drawn"), part
-            yield _labelled(evidence, initial, "", "kept"), part[part["kept_scene"]]
+            yield _labelled(evidence, {"initial": initial}, "drawn"), part
+            yield _labelled(evidence, {"initial": initial}, "kept"), part[part["kept_scene"]]
 
 
 def _runs(
     evidence: Evidence, table: pd.DataFrame, setting: str
 ) -> Iterator[tuple[Callable[..., Finding], pd.DataFrame]]:
     """Runs on the sequences that a setting names, by reading and scenes."""
-    readings = evidence.claim.readings
     tested = table[table["sequence"].isin(evidence.names(setting))]
-    for initial in readings.initial:
-        for variant in readings.variant:
-            part = tested[(tested["initial"] == initial) & (tested["variant"] == variant)]
-            if len(part):
-                yield _labelled(evidence, initial, variant, "drawn"), part
-                yield _labelled(evidence, initial, variant, "kept"), part[part["kept_scene"]]
+    readings = evidence.claim.readings
+    for reading in readings_among(readings, [tested]):
+        part = rows_under(readings, tested, reading)
+        if len(part):
+            yield _labelled(evidence, reading, "drawn"), part
+            yield _labelled(evidence, reading, "kept"), part[part["kept_scene"]]
 
 
 def _labelled(
-    evidence: Evidence, initial: str, variant: str, scenes: str
+    evidence: Evidence, reading: Mapping[str, str], scenes: str
 ) -> Callable[..., Finding]:
     """Makes findings under a reading."""
     claim = evidence.claim
-    post_hoc = claim.readings.is_post_hoc(initial, variant)
-    return partial(
-        Finding, claim.id, initial=initial, variant=variant, scenes=scenes, post_hoc=post_hoc
-    )
+    post_hoc = claim.readings.is_post_hoc(reading)
+    return partial(Finding, claim.id, reading=reading, scenes=scenes, post_hoc=post_hoc)

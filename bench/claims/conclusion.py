@@ -4,8 +4,8 @@
 
 The verdict is that of the headline reading (the text as written, all lights together, on the
 scenes that passed the static gate). Of the three metrics the claim counts as decided only where
-`frames_inside` and `first_loss` agree. A reading is a rectangle and a variant; a claim that holds
-in one and does not in another is fragile.
+`frames_inside` and `first_loss` agree. A claim that holds in one reading and does not in another is
+fragile.
 """
 
 from collections.abc import Iterable, Sequence
@@ -56,6 +56,7 @@ class Conclusion:
     def for_json(self) -> dict[str, Any]:
         """What a script reads."""
         claim = self.claim
+        nothing = dict.fromkeys(claim.readings.columns, "")
         return {
             "id": claim.id,
             "source": claim.source,
@@ -73,7 +74,9 @@ class Conclusion:
                 "all_drawn_scenes": self.drawn,
                 "post_hoc": self.post_hoc,
                 "fragile": self.fragile,
-                "findings": [_finding_for_json(finding) for finding in self.findings],
+                "findings": [
+                    {**nothing, **_finding_for_json(finding)} for finding in self.findings
+                ],
             },
         }
 
@@ -88,14 +91,12 @@ def conclude(claim: Claim, findings: Sequence[Finding]) -> Conclusion:
     findings : sequence of Finding
         What `judge` gave.
     """
-    first = claim.readings.initial[0], claim.readings.variant[0]
     headline = [
         finding
         for finding in findings
         if not finding.group
         and finding.light == "both"
-        and finding.initial in ("", first[0])
-        and finding.variant in ("", first[1])
+        and claim.readings.is_headline(finding.reading)
     ]
     outcome, reason = _decided(f for f in headline if f.scenes == "kept")
     on_drawn = [f for f in headline if f.scenes == "drawn"]
@@ -118,11 +119,12 @@ def conclude(claim: Claim, findings: Sequence[Finding]) -> Conclusion:
 
 def _by_reading(findings: Iterable[Finding], *, post_hoc: bool) -> list[Outcome]:
     """The outcome of each reading of the text, over all lights, as that of the headline."""
-    readings: dict[tuple[str, str], list[Finding]] = {}
+    readings: dict[tuple[tuple[str, str], ...], list[Finding]] = {}
     for finding in findings:
         is_whole = not finding.group and finding.light == "both" and finding.scenes == "kept"
         if is_whole and finding.post_hoc == post_hoc:
-            readings.setdefault((finding.initial, finding.variant), []).append(finding)
+            key = tuple(sorted(finding.reading.items()))
+            readings.setdefault(key, []).append(finding)
     return [_decided(found)[0] for found in readings.values()]
 
 
@@ -150,8 +152,13 @@ def _count(outcomes: Sequence[Outcome]) -> str:
 
 
 def _finding_for_json(finding: Finding) -> dict[str, Any]:
-    labels = {key: value for key, value in vars(finding).items() if key not in ("claim", "verdict")}
-    return {**labels, **_verdict_for_json(finding.verdict)}
+    labels = {name: getattr(finding, name) for name in ("metric", "light", "scenes", "group")}
+    return {
+        **finding.reading,
+        **labels,
+        "post_hoc": finding.post_hoc,
+        **_verdict_for_json(finding.verdict),
+    }
 
 
 def _verdict_for_json(verdict: Verdict) -> dict[str, Any]:

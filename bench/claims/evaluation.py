@@ -4,58 +4,51 @@ judge(claim, scores, tables={}) -> list[Finding]
 """
 
 from collections.abc import Iterator, Mapping
-from zlib import crc32
+from dataclasses import dataclass, replace
+from math import nan
 
-import numpy as np
 import pandas as pd
 
 from bench.claims.checks import CHECKS
 from bench.claims.findings import Evidence, Finding
-from bench.claims.ledger import (
-    AllTest,
-    BestTest,
+from bench.claims.kinds import (
+    SCORES,
+    BoundTest,
     CheckTest,
-    Claim,
-    EqualTest,
     InteractionTest,
     Limits,
     LostTest,
-    NumberTest,
-    OrderTest,
-    Rows,
+    NoTest,
+    PartsTest,
+    PartTest,
+    RatioTest,
 )
+from bench.claims.ledger import Claim
+from bench.claims.measuring import limited, matching, named_columns, selections, verdict_of
+from bench.claims.readings import readings_among, rows_under
 from bench.statistics.verdicts import (
     LEAST_CELLS,
+    NOWHERE,
     Verdict,
-    all_kept,
     check,
     conjunction,
-    equal,
-    number,
-    order,
-    order_of_groups,
-    share_at_least,
     undecided,
 )
 
 __all__ = ["COLUMNS", "judge"]
 
-COLUMNS = (
-    "representation",
-    "sequence",
-    "scene",
-    "light",
-    "initial",
-    "variant",
-    "repetition",
-    "frames",
-    "kept_scene",
-)
-CELL = ["sequence", "scene"]
+COLUMNS = ("sequence", "scene", "light", "repetition", "frames", "kept_scene")
+"""Columns of every table of scores, whatever the paper."""
+
+_DEFAULTS: Mapping[str, str | int | bool] = {
+    "light": "",
+    "repetition": 0,
+    "frames": 1,
+    "kept_scene": True,
+}
+"""What tables beside the scores need not have."""
 
 NOT_RUN = "nothing was run that tests it; give --all"
-
-CellTest = OrderTest | EqualTest | InteractionTest | AllTest | LostTest | BestTest | NumberTest
 
 
 def judge(
@@ -68,13 +61,14 @@ def judge(
     claim : Claim
         An entry of the ledger.
     scores : DataFrame
-        One row a run: `representation`, `sequence` (without variant), `scene`, `light`,
-        `initial`, `variant` ('' for as written), `repetition`, `frames` (length with the given
-        first frame), `kept_scene` (bool), and counts that include the given frame:
-        `success_frames`, `frames_inside`, `first_loss` (`frames` for never). Columns that the
-        claim's test names besides. Rows of readings that the ledger does not list are ignored.
+        One row a run: `sequence` (without variant), `scene`, `light`, `repetition`, `frames`
+        (length with the given first frame), `kept_scene` (bool), and counts that include the
+        given frame: `success_frames`, `frames_inside`, `first_loss` (`frames` for never). Of
+        the ledger's readings, and of the claim's test, the columns that they name. Rows of
+        readings that the ledger does not list are ignored.
     tables : mapping of str to DataFrame, optional
-        What the checks need, by the names that `bench.claims.checks` gives.
+        What tests and checks read besides, by name; `sequence` and `scene` in those that are
+        judged by cells, and columns like those of the scores.
 
     Returns
     -------
@@ -88,109 +82,144 @@ def judge(
         For a column that is missing, naming it and the claim.
     """
     test = claim.test
+    evidence = Evidence(claim, scores, tables or {})
+    if isinstance(test, NoTest):
+        return [Finding(claim.id, Verdict("not-testable", nan, NOWHERE, 0, test.reason))]
     if isinstance(test, CheckTest):
-        found = CHECKS[test.check](Evidence(claim, scores, tables or {}))
+        found = CHECKS[test.check](evidence)
     else:
-        _require(claim, test, scores)
-        found = [
-            finding
-            for labels, rows in _readings(claim, test, scores)
-            for finding in _judge_reading(claim, test, labels, rows)
-        ]
+        parts = test.parts if isinstance(test, PartsTest) else {"": test}
+        frames = {name: _frame(evidence, part) for name, part in parts.items()}
+        found = list(_judged(claim, parts, frames)) if all(map(_is_there, frames.values())) else []
     return found or [Finding(claim.id, undecided(NOT_RUN + "."))]
 
 
-def _require(claim: Claim, test: CellTest, scores: pd.DataFrame) -> None:
-    named = {column for rows in _selections(test) for column in rows}
-    named |= {column for limits in (test.where, *test.groups.values()) for column in limits}
-    for column in (*COLUMNS, *test.metrics, *sorted(named)):
-        if column not in scores:
-            raise ValueError(f"claim {claim.id}: the scores have no column {column!r}.")
+def _is_there(frame: pd.DataFrame | None) -> bool:
+    return frame is not None
 
 
-def _selections(test: CellTest) -> list[Rows]:
-    """The rows that a test compares."""
-    if isinstance(test, OrderTest | EqualTest | InteractionTest):
-        return [test.better, test.worse]
-    if isinstance(test, BestTest):
-        return [test.rows, *test.others]
-    return [test.rows]
+def _frame(evidence: Evidence, test: PartTest) -> pd.DataFrame | None:
+    """The rows that a test is about, of whatever reading; None where its table was not made."""
+    table = evidence.scores if test.table == SCORES else evidence.tables.get(test.table)
+    if table is None:
+        return None
+    if test.table != SCORES:
+        table = table.copy(deep=False)
+        for column, value in _DEFAULTS.items():
+            if column not in table:
+                table[column] = value
+    wanted = [*COLUMNS, *evidence.claim.readings.columns] if test.table == SCORES else []
+    for column in (*wanted, *named_columns(test)):
+        if column not in table:
+            words = f"the {'scores have' if test.table == SCORES else f'table {test.table} has'}"
+            raise ValueError(f"claim {evidence.claim.id}: {words} no column {column!r}.")
+    if isinstance(test, BoundTest | RatioTest):
+        return limited(table, test.where)
+    sequences: list[object] = [*test.sequences]
+    if isinstance(test, InteractionTest):
+        sequences += test.against.get("sequence", [])
+    return table[table["sequence"].isin(sequences)]
 
 
-def _readings(
-    claim: Claim, test: CellTest, scores: pd.DataFrame
-) -> Iterator[tuple[dict[str, str], pd.DataFrame]]:
-    """Labels and rows of each reading; what the test itself names is no reading."""
-    named = {column for rows in _selections(test) for column in rows}
-    sequences = [*test.sequences, *(test.against if isinstance(test, InteractionTest) else ())]
-    tested = scores[scores["sequence"].isin(sequences)]
-    for initial in claim.readings.initial[: 1 if "initial" in named else None]:
-        for variant in claim.readings.variant[: 1 if "variant" in named else None]:
-            rows = tested
-            if "initial" not in named:
-                rows = rows[rows["initial"] == initial]
-            if "variant" not in named:
-                rows = rows[rows["variant"] == variant]
-            lights = sorted(rows["light"].unique())
-            for light in ("both", *(lights if len(lights) > 1 else ())):
-                part = rows if light == "both" else rows[rows["light"] == light]
-                if any(_matching(part, selection).empty for selection in _selections(test)):
-                    continue
-                for scenes, chosen in (("kept", part[part["kept_scene"]]), ("drawn", part)):
-                    labels = {"initial": initial, "variant": variant, "light": light}
-                    yield {**labels, "scenes": scenes}, chosen
+@dataclass(frozen=True)
+class _Part:
+    """A test with the rows of one reading."""
+
+    name: str
+    test: PartTest
+    rows: pd.DataFrame
+
+    @property
+    def is_run(self) -> bool:
+        """Whether there are rows of all that the test compares."""
+        if isinstance(self.test, BoundTest | RatioTest):
+            return len(self.rows) > 0
+        return not any(matching(self.rows, rows).empty for rows in selections(self.test))
+
+    @property
+    def lights(self) -> set[str]:
+        """Lights of the scenes; none of what has no scenes."""
+        return set(self.rows["light"].unique()) if "light" in self.rows else set()
+
+    def limited(self, limits: Limits) -> "_Part":
+        """The same on fewer rows, where it has such a column at all."""
+        known = {column: values for column, values in limits.items() if column in self.rows}
+        return replace(self, rows=limited(self.rows, known))
 
 
-def _judge_reading(
-    claim: Claim, test: CellTest, labels: Mapping[str, str], rows: pd.DataFrame
+def _judged(
+    claim: Claim, tests: Mapping[str, PartTest], frames: Mapping[str, pd.DataFrame | None]
 ) -> Iterator[Finding]:
-    """The groups first, then what is made of all."""
-    post_hoc = claim.readings.is_post_hoc(labels["initial"], labels["variant"])
-    groups: dict[str, Limits] = test.groups
+    """Findings by reading, light, and scenes."""
+    tables = {name: frame for name, frame in frames.items() if frame is not None}
+    named = {column for test in tests.values() for column in named_columns(test)}
+    for reading in readings_among(claim.readings, list(tables.values()), named):
+        parts = [
+            _Part(
+                name, test, rows_under(claim.readings, tables[name], reading, named_columns(test))
+            )
+            for name, test in tests.items()
+        ]
+        lights = sorted(set[str]().union(*(part.lights for part in parts)))
+        for light in ("both", *(lights if len(lights) > 1 else ())):
+            here = parts if light == "both" else [p.limited({"light": [light]}) for p in parts]
+            if not all(part.is_run for part in here):
+                continue
+            for scenes in ("kept", "drawn"):
+                limits: Limits = {"kept_scene": [True]} if scenes == "kept" else {}
+                chosen = [part.limited(limits) for part in here]
+                for metric, group, verdict in _verdicts(claim, chosen):
+                    yield Finding(
+                        claim.id,
+                        verdict,
+                        metric,
+                        reading=reading,
+                        light=light,
+                        scenes=scenes,
+                        group=group,
+                        post_hoc=claim.readings.is_post_hoc(reading),
+                    )
+
+
+def _verdicts(claim: Claim, parts: list[_Part]) -> Iterator[tuple[str, str, Verdict]]:
+    """Metric, group ('' for the whole) and verdict; a claim with parts holds where all do."""
+    if len(parts) == 1:
+        yield from _whole_and_groups(claim, parts[0])
+        return
+    said = {
+        f"{part.name}, {metric.replace('_', ' ')}" if metric else part.name: verdict
+        for part in parts
+        for metric, group, verdict in _whole_and_groups(claim, part)
+        if not group
+    }
+    yield "", "", conjunction(list(said.values()), list(said))
+    for name, verdict in said.items():
+        yield "", name, verdict
+
+
+def _whole_and_groups(claim: Claim, part: _Part) -> Iterator[tuple[str, str, Verdict]]:
+    test = part.test
+    if isinstance(test, BoundTest | RatioTest):
+        yield "", "", verdict_of(claim.id, test, part.rows, "")
+        return
+    groups = test.groups
     if not groups and len(test.sequences) > 1:
         groups = {sequence: {"sequence": [sequence]} for sequence in test.sequences}
     for metric in test.metrics:
-        parts = {
-            name: _verdict(claim, test, _limited(rows, limits), metric)
+        by_group = {
+            name: verdict_of(claim.id, test, limited(part.rows, limits), metric)
             for name, limits in groups.items()
             if not isinstance(test, InteractionTest)
         }
         if isinstance(test, LostTest):
-            whole = _lost_verdict(test, parts)
+            whole = _lost_verdict(test, by_group)
         elif test.every:
-            whole = conjunction(list(parts.values()), list(parts))
+            whole = conjunction(list(by_group.values()), list(by_group))
         else:
-            whole = _verdict(claim, test, _limited(rows, test.where), metric)
-        for name, verdict in {"": whole, **parts}.items():
-            yield Finding(claim.id, verdict, metric, group=name, post_hoc=post_hoc, **dict(labels))
-
-
-def _verdict(claim: Claim, test: CellTest, rows: pd.DataFrame, metric: str) -> Verdict:
-    """Verdict on the cells of these rows."""
-    if isinstance(test, OrderTest):
-        return order(_differences(rows, test, metric), test.margin)
-    if isinstance(test, EqualTest):
-        return equal(_differences(rows, test, metric), test.margin)
-    if isinstance(test, InteractionTest):
-        theirs = rows["sequence"].isin(test.against)
-        # Resamples depend on the claim alone, so that the same scores give the same verdict.
-        generator = np.random.default_rng(crc32(claim.id.encode()))
-        groups = [_differences(part, test, metric) for part in (rows[~theirs], rows[theirs])]
-        return order_of_groups(groups[0], groups[1], generator, test.margin)
-    if isinstance(test, BestTest):
-        others = [_shares(rows, test, selection, metric) for selection in test.others]
-        best = pd.concat(others, axis=1, join="inner").max(axis=1)
-        near = (_shares(rows, test, test.rows, metric) - best).dropna() >= -test.margin
-        near = near.groupby(CELL).mean() == 1.0
-        return share_at_least(near, np.ones(len(near)), test.least, test.lower)
-    runs = _matching(rows, test.rows)
-    if isinstance(test, NumberTest):
-        shares = (runs[metric] / runs["frames"]).to_numpy(np.float64)
-        return number(shares) if len(shares) > 1 else undecided("fewer than two runs.")
-    kept = (runs["first_loss"] >= runs["frames"]).groupby([runs[key] for key in CELL])
-    if isinstance(test, LostTest):
-        return share_at_least(kept.size() - kept.sum(), kept.size(), test.share)
-    return all_kept(kept.sum(), kept.size())
+            whole = verdict_of(claim.id, test, limited(part.rows, test.where), metric)
+        yield metric, "", whole
+        for name, verdict in by_group.items():
+            yield metric, name, verdict
 
 
 def _lost_verdict(test: LostTest, parts: Mapping[str, Verdict]) -> Verdict:
@@ -201,30 +230,3 @@ def _lost_verdict(test: LostTest, parts: Mapping[str, Verdict]) -> Verdict:
     if fewest < LEAST_CELLS:
         return undecided(f"{words}; {LEAST_CELLS} cells of each sequence are needed.")
     return check(len(lost) >= test.least, float(len(lost)), f"{words}.", fewest)
-
-
-def _differences(
-    rows: pd.DataFrame, test: OrderTest | EqualTest | InteractionTest, metric: str
-) -> "pd.Series[float]":
-    """Better less worse by cell; lights and the like of a cell are compared one by one."""
-    better = _shares(rows, test, test.better, metric)
-    pairs = better - _shares(rows, test, test.worse, metric)
-    return pairs.dropna().groupby(CELL).mean()
-
-
-def _shares(rows: pd.DataFrame, test: CellTest, selection: Rows, metric: str) -> "pd.Series[float]":
-    """Share of the length, averaged over repetitions, by cell and what else tells runs apart."""
-    runs = _matching(rows, selection)
-    named = {column for limits in (test.where, *test.groups.values()) for column in limits}
-    keys = [*CELL, "light", *sorted(named.difference(CELL, ["light"]))]
-    return (runs[metric] / runs["frames"]).groupby([runs[key] for key in keys]).mean()
-
-
-def _matching(rows: pd.DataFrame, selection: Rows) -> pd.DataFrame:
-    return _limited(rows, {column: [value] for column, value in selection.items()})
-
-
-def _limited(rows: pd.DataFrame, limits: Limits) -> pd.DataFrame:
-    for column, values in limits.items():
-        rows = rows[rows[column].isin(values)]
-    return rows

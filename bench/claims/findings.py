@@ -1,11 +1,12 @@
 """What was found of a claim under one reading, and what it was found from."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import pandas as pd
 
-from bench.claims.ledger import CheckTest, Claim
+from bench.claims.kinds import CheckTest
+from bench.claims.ledger import Claim
 from bench.statistics.verdicts import Verdict
 
 __all__ = ["Check", "Evidence", "Finding"]
@@ -23,9 +24,9 @@ class Finding:
         What was found.
     metric : str
         Which reading of "tracked successfully"; empty where the claim needs none.
-    initial, variant : str
-        Which rectangle started the runs, which option was read otherwise ('' for as written).
-        An empty `initial`: the claim depends on none.
+    reading : mapping of str to str
+        How the text was read, by column of readings; a column that is not there, or is empty
+        where the headline's is not: the finding depends on none of its values.
     light : str
         `both` for all cells together, else the light that they have.
     scenes : str
@@ -39,8 +40,7 @@ class Finding:
     claim: str
     verdict: Verdict
     metric: str = ""
-    initial: str = ""
-    variant: str = ""
+    reading: Mapping[str, str] = field(default_factory=dict)
     light: str = "both"
     scenes: str = "kept"
     group: str = ""

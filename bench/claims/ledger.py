@@ -8,7 +8,7 @@
 version = 1
 retired = ["X-3"]                # ids that were in use once; none is ever given again
 
-[readings]                       # of the text; others of the scores' rows are not judged
+[readings]                       # of the text, by columns of the scores; other rows are not judged
 initial = ["full", "tight", "body"]                      # the first one is the headline
 variant = ["", "uv_range=natural"]                       # likewise
 post_hoc = [{ initial = "body" }, { variant = "uv_range=natural" }]      # chosen after results
@@ -26,18 +26,7 @@ test = { kind = "order", better = { representation = "multi" }, worse = { ... },
 falsifier = "..."                # written before the first run
 ```
 
-Tests (`test.kind`), on cells of a sequence in one scene, as shares of the sequence's length:
-
-- `order`, `equal`: rows `better` less rows `worse` (columns and their values);
-- `interaction`: `order` on `sequences` against `order` on the sequences `against`;
-- `all`: runs of `rows` whose first loss is the length;
-- `lost`: of the sequences, how many lose at least `share` of the runs of `rows`;
-- `best`: cells in which `rows` are no worse, by `margin`, than the best of `others`;
-- `number`: prints what `rows` reach;
-- `check`: a function of `bench.claims.checks`, with `settings` of its own.
-
-`where` limits the cells that a verdict rests on; `groups` are judged beside it (each sequence
-where there are none); with `every` the verdict is that all groups hold.
+What kinds of tests there are, `bench.claims.kinds` says.
 """
 
 import tomllib
@@ -45,157 +34,60 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import ConfigDict, Field, ValidationError, model_validator
 
-from bench.statistics.verdicts import MARGIN
+from bench.claims.kinds import Entry, Test, Text
 
-__all__ = [
-    "METRICS",
-    "AllTest",
-    "BestTest",
-    "CheckTest",
-    "Claim",
-    "EqualTest",
-    "InteractionTest",
-    "LedgerError",
-    "Limits",
-    "LostTest",
-    "NumberTest",
-    "OrderTest",
-    "Published",
-    "Readings",
-    "Rows",
-    "Test",
-    "read_claims",
-]
+__all__ = ["ANY", "Claim", "LedgerError", "Published", "Readings", "read_claims"]
 
 FOLDER = Path(__file__).parent
 
-Metric = Literal["success_frames", "frames_inside", "first_loss"]
-
-METRICS: tuple[Metric, ...] = ("success_frames", "frames_inside", "first_loss")
-"""Three readings of "frames tracked successfully", of equal rank."""
-
-Rows = dict[str, str | int | float]
-"""Columns and their values: which rows of the scores are meant."""
-Limits = dict[str, list[str | int | float]]
-"""Columns and the values that are let through."""
-
-Text = Annotated[str, Field(min_length=1)]
-Texts = Annotated[tuple[Text, ...], Field(min_length=1)]
+ANY = "any"
+"""In a column of readings: a row that depends on none and belongs to all, like a baseline's."""
 
 
 class LedgerError(ValueError):
     """A ledger that can't be read; the message names file, claim and key."""
 
 
-class _Entry(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+class Readings(Entry):
+    """Readings of the text: columns of the scores with their values, the headline's first."""
 
+    model_config = ConfigDict(frozen=True, extra="allow")
+    __pydantic_extra__: dict[str, Annotated[tuple[str, ...], Field(min_length=1)]]
 
-class Readings(_Entry):
-    """Readings of the text; the first `initial` and the first `variant` are the headline."""
+    post_hoc: tuple[dict[str, str], ...] = ()
 
-    initial: Texts
-    variant: Annotated[tuple[str, ...], Field(min_length=1)] = ("",)
-    post_hoc: tuple[dict[Literal["initial", "variant"], str], ...] = ()
+    @property
+    def columns(self) -> Mapping[str, tuple[str, ...]]:
+        """Values by column."""
+        return self.__pydantic_extra__
 
-    def is_post_hoc(self, initial: str, variant: str) -> bool:
+    @model_validator(mode="after")
+    def _choices_are_of_columns(self) -> "Readings":
+        if not self.columns:
+            raise ValueError("there must be a column of readings")
+        for column in {column for choice in self.post_hoc for column in choice}:
+            if column not in self.columns:
+                raise ValueError(f"post_hoc names {column!r}, which is no column of readings")
+        return self
+
+    def is_post_hoc(self, reading: Mapping[str, str]) -> bool:
         """Whether a reading was chosen after seeing results."""
-        labels = {"initial": initial, "variant": variant}
         return any(
-            all(labels[key] == value for key, value in choice.items()) for choice in self.post_hoc
+            all(reading.get(column) == value for column, value in choice.items())
+            for choice in self.post_hoc
+        )
+
+    def is_headline(self, reading: Mapping[str, str]) -> bool:
+        """Whether it is the first of all readings, or depends on none."""
+        return all(
+            reading.get(column, values[0]) in ("", values[0])
+            for column, values in self.columns.items()
         )
 
 
-class _CellTest(_Entry):
-    """What tests on scores share; see the module."""
-
-    sequences: Texts
-    metrics: Annotated[tuple[Metric, ...], Field(min_length=1)] = METRICS
-    where: Limits = {}
-    groups: dict[str, Limits] = {}
-    every: bool = False
-
-
-class OrderTest(_CellTest):
-    """A is better than B."""
-
-    kind: Literal["order"]
-    better: Rows
-    worse: Rows
-    margin: float = Field(MARGIN, ge=0.0)
-
-
-class EqualTest(_CellTest):
-    """A is comparable to B: the same rows as of an order, within the margin."""
-
-    kind: Literal["equal"]
-    better: Rows
-    worse: Rows
-    margin: float = Field(MARGIN, ge=0.0)
-
-
-class InteractionTest(_CellTest):
-    """A is better than B on some sequences by more than on others."""
-
-    kind: Literal["interaction"]
-    better: Rows
-    worse: Rows
-    against: Texts
-    margin: float = Field(MARGIN, ge=0.0)
-
-
-class AllTest(_CellTest):
-    """The whole sequence is tracked."""
-
-    kind: Literal["all"]
-    rows: Rows
-    metrics: tuple[Literal["first_loss"]] = ("first_loss",)
-
-
-class LostTest(_CellTest):
-    """The target is lost in at least `share` of the runs on at least `least` sequences."""
-
-    kind: Literal["lost"]
-    rows: Rows
-    metrics: tuple[Literal["first_loss"]] = ("first_loss",)
-    share: float = Field(ge=0.0, le=1.0)
-    least: int = Field(ge=1)
-
-
-class BestTest(_CellTest):
-    """As good as the best of others in at least a share `least` of cells, surely above `lower`."""
-
-    kind: Literal["best"]
-    rows: Rows
-    others: Annotated[tuple[Rows, ...], Field(min_length=2)]
-    margin: float = Field(MARGIN, ge=0.0)
-    least: float = Field(ge=0.0, le=1.0)
-    lower: float = Field(ge=0.0, le=1.0)
-
-
-class NumberTest(_CellTest):
-    """Numbers to print beside the paper's."""
-
-    kind: Literal["number"]
-    rows: Rows
-
-
-class CheckTest(_Entry):
-    """A function of `bench.claims.checks`."""
-
-    kind: Literal["check"]
-    check: Text
-    settings: dict[str, float | str | list[str]] = {}
-
-
-Test = (
-    OrderTest | EqualTest | InteractionTest | AllTest | LostTest | BestTest | NumberTest | CheckTest
-)
-
-
-class Published(_Entry):
+class Published(Entry):
     """A published number."""
 
     label: Text
@@ -203,7 +95,7 @@ class Published(_Entry):
     unit: Text
 
 
-class Claim(_Entry):
+class Claim(Entry):
     """A claim; see the module for what the keys mean. `id` and `readings` come from around it."""
 
     id: Text
@@ -220,7 +112,7 @@ class Claim(_Entry):
     falsifier: Text
 
 
-class _Ledger(_Entry):
+class _Ledger(Entry):
     version: Literal[1]
     retired: tuple[Text, ...] = ()
     readings: Readings
@@ -287,6 +179,8 @@ def _first_error(path: Path, table: Mapping[str, object], error: ValidationError
         claim, place = f" claim {place[1]}:", place[2:]
         if place[:1] == ["test"] and len(place) > 1:
             del place[1]  # the kind of test, which pydantic puts in between
+        if place[:2] == ["test", "parts"] and len(place) > 3:
+            del place[3]  # likewise
     key = f" {'.'.join(place)}:" if place else ""
     words = first["msg"].removeprefix("Value error, ")
     return f"{path}:{claim}{key} {words[:1].lower()}{words[1:]}."

@@ -32,8 +32,11 @@ from bench.statistics.intervals import (
 )
 
 __all__ = [
+    "KEPT_LIMIT",
+    "KEPT_SHARE",
     "LEAST_CELLS",
     "MARGIN",
+    "NOWHERE",
     "Outcome",
     "Verdict",
     "all_kept",

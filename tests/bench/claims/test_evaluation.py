@@ -146,7 +146,7 @@ def test_readings_are_counted_and_a_flip_is_fragile():
     assert found.readings == "1 of 2"  # two rectangles; the third is post hoc
     assert found.post_hoc == "0 of 1"  # the body rectangle was chosen after results
     assert found.fragile
-    labels = {(f.initial, f.post_hoc) for f in found.findings}
+    labels = {(f.reading["initial"], f.post_hoc) for f in found.findings}
     assert labels == {("full", False), ("tight", False), ("body", True)}
     assert not concluded("MP-1", scores(as_claimed)).fragile
 
@@ -156,7 +156,7 @@ def test_a_variant_that_is_no_reading_is_ignored_but_by_the_claim_that_names_it(
         return 0.5 if variant == "dynamics=first-order" and number < 5 else 1.0
 
     frame = scores(worse_if_first_order, variants=("", "dynamics=first-order"))
-    assert {f.variant for f in judge(CLAIMS["MP-14"], frame)} == {""}
+    assert {f.reading["variant"] for f in judge(CLAIMS["MP-14"], frame)} == {""}
     found = judge(CLAIMS["MP-10"], frame)
     headline = [f for f in found if f.light == "both" and f.metric == "first_loss"]
     by_group = {f.group: f.verdict.verdict for f in headline if f.scenes == "kept"}

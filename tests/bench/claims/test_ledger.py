@@ -3,7 +3,8 @@
 import pytest
 
 from bench.claims.checks import CHECKS
-from bench.claims.ledger import CheckTest, LedgerError, read_claims
+from bench.claims.kinds import CheckTest
+from bench.claims.ledger import LedgerError, read_claims
 
 GOOD = """
 version = 1
@@ -47,9 +48,9 @@ def test_entries_are_read_in_order_with_their_defaults(tmp_path):
 
 def test_readings_chosen_after_results_are_known(tmp_path):
     readings = read_claims(written(tmp_path, GOOD))["X-1"].readings
-    assert readings.is_post_hoc("body", "")
-    assert readings.is_post_hoc("body", "other=1")
-    assert not readings.is_post_hoc("full", "")
+    assert readings.is_post_hoc({"initial": "body"})
+    assert readings.is_post_hoc({"initial": "body", "variant": "other=1"})
+    assert not readings.is_post_hoc({"initial": "full"})
 
 
 @pytest.mark.parametrize(
@@ -63,7 +64,9 @@ def test_readings_chosen_after_results_are_known(tmp_path):
         (('{ kind = "order"', '{ kind = "odd"'), "claim X-1: test: input tag 'odd'"),
         (('sequences = ["s"]', "sequences = []"), "claim X-1: test.sequences: tuple should have"),
         (("source =", "sauce ="), "claim X-1: source: field required"),
-        (('initial = ["full", "body"]', ""), "readings.initial: field required"),
+        (('initial = ["full", "body"]', ""), "readings: there must be a column of readings"),
+        (("post_hoc = [{ initial", "post_hoc = [{ intial"), "readings: post_hoc names 'intial'"),
+        (('initial = ["full", "body"]', "initial = []"), "readings.initial: tuple should have"),
         (('retired = ["X-9"]', 'retired = ["X-1"]'), "claim X-1 has a retired id"),
         (("version = 1", "version = 2"), "version: input should be 1"),
         (("version = 1", "version ="), "Invalid value"),
@@ -94,8 +97,7 @@ def test_the_multi_part_paper_has_all_its_claims():
     assert asserted == ["MP-10", "MP-11"]
     assert all(claims[name].asserted for name in asserted)
     for claim in claims.values():
-        assert claim.readings.initial[0] == "full"
-        assert claim.readings.variant[0] == ""
+        assert claim.readings.is_headline({"initial": "full", "variant": ""})
         assert claim.says.endswith(".")
         if isinstance(claim.test, CheckTest):
             assert claim.test.check in CHECKS
