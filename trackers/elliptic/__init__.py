@@ -1,0 +1,1 @@
+"""Ellipses as states of a particle filter: how they move, where they start, what is background."""
