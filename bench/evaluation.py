@@ -139,6 +139,14 @@ def run_in_lock_step(
         )
         for (chosen, repetition), own in zip(entries, kept, strict=True)
     ]
+    watchers = [(number, own) for number, own in enumerate(recorders) if own.watches]
+    for frame in range(first if watchers else 0):
+        watch.reading(frame)
+        shown = SharedFrame(sequence[frame], len(watchers))
+        for number, recorder in watchers:
+            watch.calling(number, frame)
+            recorder.show(shown, frame)
+            watch.called(number)
     began = perf_counter()
     watch.reading(first)
     shown = SharedFrame(sequence[first])

@@ -18,7 +18,7 @@ from bench.record import RESERVED_COLUMNS, Protocol, Run, Times
 from bench.reference import reference
 from bench.watch import NotAttributableError
 from datasets import Sequence
-from trackers import Box, Estimate, Mask, Tracker
+from trackers import Box, Estimate, Mask, Tracker, Watcher
 from trackers.base.sharing import SharedFrame, SharingTracker
 
 __all__ = [
@@ -75,6 +75,8 @@ class Recorder:
 
     Attributes
     ----------
+    watches : bool
+        Whether it is shown the frames before the target is there.
     failure : str
         Why the tracker is no longer asked; empty while it is.
     seconds : float
@@ -101,6 +103,7 @@ class Recorder:
         # Settled before the tracker runs: what changes meanwhile is not what was run.
         self.identity = identify(chosen, sequence, repetition, protocol)
         self._chosen = chosen
+        self.watches = chosen.watches
         self._sequence = sequence
         self._given = reference(sequence, chosen.init, sequence.name).boxes
         self._share = share
@@ -113,11 +116,29 @@ class Recorder:
         self._arrays: dict[int, dict[str, NDArray[Any]]] = {}
         self._revisions: dict[int, Box] = {}
         self._update: Callable[[SharedFrame], Estimate]
+        self._made: Tracker | None = None
+
+    def show(self, shown: SharedFrame, frame: int) -> None:
+        """Show a frame in which the target is not there yet to a tracker that watches."""
+        if self.failure:
+            return
+        began = perf_counter()
+        try:
+            tracker = self._tracker()
+            if isinstance(tracker, Watcher):
+                tracker.watch(shown.image)
+        except _OURS:
+            raise
+        except BaseException as error:  # noqa: BLE001  # what a tracker raises is its result
+            self._fail(frame, error)
+        self.seconds += perf_counter() - began
 
     def start(self, shown: SharedFrame, frame: int, mask: Mask | None) -> None:
         """Make the tracker and give it the target."""
         box = self._given[frame]
         self._rows[frame] = (*box, True, nan)
+        if self.failure:
+            return
         began = perf_counter()
         try:
             self._initialise(shown, box.copy(), mask)
@@ -163,12 +184,14 @@ class Recorder:
             circumstances={"seconds": self.seconds},
         )
 
-    def _make(self) -> Tracker:
-        seed = run_seed(self._chosen.name, self._sequence.name, self.identity.repetition)
-        return self._chosen.make(seed)
+    def _tracker(self) -> Tracker:
+        if self._made is None:
+            seed = run_seed(self._chosen.name, self._sequence.name, self.identity.repetition)
+            self._made = self._chosen.make(seed)
+        return self._made
 
     def _initialise(self, shown: SharedFrame, box: Box, mask: Mask | None) -> None:
-        tracker = self._make()
+        tracker = self._tracker()
         if self._share and isinstance(tracker, SharingTracker):
             self._update = tracker.update_shared
             tracker.init_shared(shown, box, mask)

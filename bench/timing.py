@@ -66,6 +66,12 @@ def time_run(
 
 def _pass(timer: "_Timer", sequence: Sequence, stop: int, watch: Watch) -> None:
     first = sequence.first_frame
+    for frame in range(first if timer.watches else 0):
+        watch.reading(frame)
+        shown = SharedFrame(sequence[frame])
+        watch.calling(0, frame)
+        timer.show(shown, frame)
+        watch.called(0)
     watch.reading(first)
     shown, mask = SharedFrame(sequence[first]), sequence.mask(first)
     watch.calling(0, first)
@@ -112,7 +118,7 @@ class _Timer(Recorder):
         return Times(self._wall, self._cpu, *self._initialisation)
 
     def _initialise(self, shown: SharedFrame, box: Box, mask: Mask | None) -> None:
-        tracker = self._make()
+        tracker = self._tracker()
         self._plain_update = tracker.update
         cpu, wall = thread_time(), perf_counter()
         tracker.init(shown.image, box, mask)

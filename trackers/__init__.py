@@ -1,7 +1,16 @@
 """Pluggable single-object trackers: a file here is a tracker, a folder holds shared parts."""
 
 from trackers.base.catalogue import Specification, create, describe, names, resolve, summary
-from trackers.base.interface import Box, Estimate, Image, Mask, Randomness, Tracker, TrackerPlugin
+from trackers.base.interface import (
+    Box,
+    Estimate,
+    Image,
+    Mask,
+    Randomness,
+    Tracker,
+    TrackerPlugin,
+    Watcher,
+)
 from trackers.base.parameters import Parameters, TrackerError
 
 __all__ = [
@@ -15,6 +24,7 @@ __all__ = [
     "Tracker",
     "TrackerError",
     "TrackerPlugin",
+    "Watcher",
     "create",
     "describe",
     "names",

@@ -330,3 +330,52 @@ def test_trackers_that_failed_do_not_make_the_harness_look_quicker(make_sequence
     failing = contestant(misbehaving(raise_error, at=1))
     entries = [(contestant(Walker), 0)] + [(failing, i) for i in range(9)]
     assert run_in_lock_step(entries, make_sequence(n=9)).overhead == 1.0
+
+
+class Watching(Walker):
+    """Writes down which frames it was shown before it was initialised."""
+
+    seen = None
+
+    def __init__(self, seed):
+        super().__init__(seed)
+        self.before = []
+
+    def watch(self, image):
+        self.before.append(int(image.sum()))
+
+    def init(self, image, box, mask=None):
+        super().init(image, box, mask)
+        type(self).seen = self.before
+
+
+@pytest.fixture
+def late(make_sequence):
+    """A sequence in which the target comes in frame 3."""
+    return make_sequence(8, absent=(0, 1, 2))
+
+
+def test_a_tracker_that_watches_sees_the_frames_before_the_target_in_order(late):
+    run = bench.evaluate(Watching, late)
+    assert not run.failure
+    assert Watching.seen == [int(late[frame].sum()) for frame in range(3)]
+    assert np.isnan(run.boxes[:3]).all()
+    assert np.isfinite(run.boxes[3:]).all()
+
+
+def test_frames_before_the_target_are_read_for_those_who_watch_alone(late):
+    bench.evaluate(Walker, late)
+    assert set(late.frames.asked) == set(range(3, 8))
+    bench.evaluate(Watching, late)
+    assert set(late.frames.asked) == set(range(8))
+
+
+def test_what_a_tracker_raises_while_it_watches_fails_its_own_run(late):
+    class Raising(Watching):
+        def watch(self, image):
+            raise RuntimeError("too dark")
+
+    failed, fine = run_in_lock_step([(contestant(Raising), 0), (contestant(Walker), 0)], late).runs
+    assert "frame 0" in failed.failure
+    assert "too dark" in failed.failure
+    assert not fine.failure

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from trackers.base.parameters import Parameters
 
-__all__ = ["Box", "Estimate", "Image", "Mask", "Randomness", "Tracker", "TrackerPlugin"]
+__all__ = ["Box", "Estimate", "Image", "Mask", "Randomness", "Tracker", "TrackerPlugin", "Watcher"]
 
 Image: TypeAlias = NDArray[np.uint8]
 """Shape (height, width, 3), BGR, contiguous; read-only to a tracker."""
@@ -66,6 +66,15 @@ class Tracker(Protocol):
 
     def update(self, image: Image) -> Estimate:
         """Find the target in the next frame. This call alone is what timing runs time."""
+        ...
+
+
+@runtime_checkable
+class Watcher(Protocol):
+    """What a tracker offers besides, where it can use frames without the target."""
+
+    def watch(self, image: Image) -> None:
+        """See a frame before the target is there; all come in order, and then `init`."""
         ...
 
 
