@@ -216,7 +216,9 @@ def _whole_and_groups(claim: Claim, part: _Part) -> Iterator[tuple[str, str, Ver
         elif test.every:
             whole = conjunction(list(by_group.values()), list(by_group))
         else:
-            whole = verdict_of(claim.id, test, limited(part.rows, test.where), metric)
+            is_one_side = isinstance(test, InteractionTest)
+            rows = part.rows if is_one_side else limited(part.rows, test.where)
+            whole = verdict_of(claim.id, test, rows, metric)
         yield metric, "", whole
         for name, verdict in by_group.items():
             yield metric, name, verdict

@@ -4,7 +4,7 @@ Most compare rows of the scores, or of a table of what was measured besides (`ta
 a sequence in one scene:
 
 - `order`, `equal`: rows `better` less rows `worse` (columns and their values);
-- `interaction`: `order` on `sequences` against `order` on the rows `against`;
+- `interaction`: `order` on `sequences`, by `where`, against `order` on the rows `against`;
 - `all`: runs of `rows` whose first loss is the length;
 - `lost`: of the sequences, how many lose at least `share` of the runs of `rows`;
 - `best`: cells in which `rows` are no worse, by `margin`, than the best of `others`;

@@ -90,8 +90,8 @@ def verdict_of(claim: str, test: PartTest, rows: pd.DataFrame, metric: str) -> V
         return rule(_differences(rows, test, metric), _margin(rows, test, metric))
     if isinstance(test, InteractionTest):
         generator = np.random.default_rng(crc32(claim.encode()))
+        ours = limited(rows[rows["sequence"].isin(test.sequences)], test.where)
         theirs = limited(rows, test.against)
-        ours = rows[rows["sequence"].isin(test.sequences)].drop(theirs.index, errors="ignore")
         groups = [_differences(part, test, metric) for part in (ours, theirs)]
         return order_of_groups(groups[0], groups[1], generator, _margin(rows, test, metric))
     if isinstance(test, BestTest):

@@ -138,7 +138,7 @@ def test_single_is_not_preferable_if_worse():
 
 
 def test_a_gain_far_above_the_margin_is_no_loss():
-    from bench.claims.checks import _no_worse
+    from bench.claims.checks.multipart import _no_worse
 
     few_signs = pd.Series([0.5] * 6 + [-0.01] * 3)
     assert _no_worse(few_signs).verdict == "holds"

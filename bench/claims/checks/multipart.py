@@ -1,4 +1,4 @@
-"""Checks: claims that no comparison of scores shows, by the name that the ledger gives.
+"""Checks of the multi-part paper.
 
 What they read, by the table's name:
 
@@ -11,19 +11,16 @@ What they read, by the table's name:
   [seconds];
 - `losses`: a run of the adaptive tracker a row, columns of the scores; `near_occlusion` (bool):
   lost within ten frames of an occlusion; `towards`: the circumstances, in a word.
-
-A table that is not there was not measured: the claim stays undecided.
 """
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pandas as pd
 
+from bench.claims.checks.runs import labelled, runs_by_reading
 from bench.claims.findings import Check, Evidence, Finding
-from bench.claims.readings import readings_among, rows_under
 from bench.statistics.separation import auc, error_share, zero_error_thresholds
 from bench.statistics.verdicts import (
     Verdict,
@@ -136,7 +133,7 @@ def preferable(evidence: Evidence) -> list[Finding]:
     pairs = table[table["kernel"] == "one pass"]
     time = ratio_above(pairs["multi"], pairs["single"], AS_SLOW)
     found = []
-    for finding, runs in _runs(evidence, evidence.scores, "plain"):
+    for finding, runs in runs_by_reading(evidence, evidence.scores, "plain"):
         for metric in ("frames_inside", "first_loss"):
             gain = _shares(runs, "single", metric) - _shares(runs, "multi", metric)
             gain = gain.dropna().groupby(CELL).mean()
@@ -152,7 +149,7 @@ def through_occlusion(evidence: Evidence) -> list[Finding]:
     if table is None:
         return []
     found = []
-    for finding, runs in _runs(evidence, table, "sequences"):
+    for finding, runs in runs_by_reading(evidence, table, "sequences"):
         keys = [runs[key] for key in CELL]
         kept = (runs["first_loss"] >= runs["frames"]).groupby(keys)
         clear = (~runs["near_occlusion"].astype(bool)).groupby(keys)
@@ -168,7 +165,7 @@ def lost_to(evidence: Evidence) -> list[Finding]:
     if table is None:
         return []
     found = []
-    for finding, runs in _runs(evidence, table, "sequences"):
+    for finding, runs in runs_by_reading(evidence, table, "sequences"):
         if len(runs) < 2:
             continue
         lost = runs[runs["first_loss"] < runs["frames"]]
@@ -193,7 +190,7 @@ CHECKS: Mapping[str, Check] = {
         lost_to,
     )
 }
-"""By the name in the ledger."""
+"""By the name that the ledger gives."""
 
 
 def _no_worse(gain: "pd.Series[float]") -> Verdict:
@@ -218,27 +215,5 @@ def _rectangles(evidence: Evidence) -> Iterator[tuple[Callable[..., Finding], pd
     for initial in evidence.claim.readings.columns["initial"]:
         part = table[table["initial"] == initial]
         if len(part):
-            yield _labelled(evidence, {"initial": initial}, "drawn"), part
-            yield _labelled(evidence, {"initial": initial}, "kept"), part[part["kept_scene"]]
-
-
-def _runs(
-    evidence: Evidence, table: pd.DataFrame, setting: str
-) -> Iterator[tuple[Callable[..., Finding], pd.DataFrame]]:
-    """Runs on the sequences that a setting names, by reading and scenes."""
-    tested = table[table["sequence"].isin(evidence.names(setting))]
-    readings = evidence.claim.readings
-    for reading in readings_among(readings, [tested]):
-        part = rows_under(readings, tested, reading)
-        if len(part):
-            yield _labelled(evidence, reading, "drawn"), part
-            yield _labelled(evidence, reading, "kept"), part[part["kept_scene"]]
-
-
-def _labelled(
-    evidence: Evidence, reading: Mapping[str, str], scenes: str
-) -> Callable[..., Finding]:
-    """Makes findings under a reading."""
-    claim = evidence.claim
-    post_hoc = claim.readings.is_post_hoc(reading)
-    return partial(Finding, claim.id, reading=reading, scenes=scenes, post_hoc=post_hoc)
+            yield labelled(evidence, {"initial": initial}, "drawn"), part
+            yield labelled(evidence, {"initial": initial}, "kept"), part[part["kept_scene"]]
