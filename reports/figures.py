@@ -1,7 +1,7 @@
 """Figures as all plots have them: title, legend that hides nothing, files with equal bytes."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 from reports.files import write_file
 from reports.palette import LINE_STYLES, colour
 
-__all__ = ["add_legend", "fold", "line_style", "new_figure", "write_figure"]
+__all__ = ["add_legend", "bare_figure", "fold", "line_style", "new_figure", "write_figure"]
 
 
-def new_figure(title: str, height: float, rows: int = 1) -> tuple[Figure, list[Axes]]:
-    """A figure 8 inches wide with axes one above the other, which share their abscissa.
+def bare_figure(title: str, height: float) -> Figure:
+    """A figure 8 inches wide with a headline and no axes.
 
     Parameters
     ----------
@@ -25,13 +25,36 @@ def new_figure(title: str, height: float, rows: int = 1) -> tuple[Figure, list[A
         Headline; folded where it is long.
     height : float
         In inches, without the legend.
-    rows : int
-        How many axes.
     """
     figure = Figure(figsize=(8.0, height), dpi=140, layout="constrained")
     FigureCanvasAgg(figure)
     figure.suptitle(fold(title, 80), fontsize=11)
-    all_axes = list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
+    return figure
+
+
+def new_figure(
+    title: str,
+    height: float,
+    rows: int = 1,
+    columns: int = 1,
+    heights: Sequence[float] | None = None,
+) -> tuple[Figure, list[Axes]]:
+    """A figure 8 inches wide with axes in a grid, which share their abscissa.
+
+    Parameters
+    ----------
+    title, height
+        See `bare_figure`.
+    rows, columns : int
+        How many axes; where there are several columns, they share their ordinate, too.
+    heights : sequence of float, optional
+        Of the rows, relative to one another; equal by default.
+    """
+    figure = bare_figure(title, height)
+    grid = figure.subplots(
+        rows, columns, sharex=True, sharey=columns > 1, squeeze=False, height_ratios=heights
+    )
+    all_axes = list(grid.ravel())
     for axes in all_axes:
         axes.grid(alpha=0.3)
         axes.spines[["top", "right"]].set_visible(False)

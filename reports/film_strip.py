@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reports.files import write_file
-from reports.overlay import TRUTH, legend, overlay, write_words
+from reports.overlay import TRUTH, Shape, legend, overlay, write_words
 from reports.palette import colours
 
 __all__ = ["evenly_spaced", "film_strip", "write_film_strip"]
@@ -31,6 +31,10 @@ def film_strip(
     title: str = "",
     columns: int = COLUMNS,
     width: int = WIDTH,
+    *,
+    shape: Shape = "box",
+    shades: Mapping[str, str] | None = None,
+    words: Mapping[int, str] | None = None,
 ) -> NDArray[np.uint8]:
     """Draw a film strip.
 
@@ -48,6 +52,12 @@ def film_strip(
         Most frames in a row.
     width : int
         About the picture's width, in pixels.
+    shape : {'box', 'ellipse'}
+        What is drawn of each box.
+    shades : mapping of str to str, optional
+        `#rrggbb` by label; in order of the labels by default.
+    words : mapping of int to str, optional
+        What is written beside the number of a frame.
 
     Returns
     -------
@@ -55,13 +65,15 @@ def film_strip(
         BGR.
     """
     columns = min(columns, len(numbers))
-    shades = colours([label for label in boxes if label != TRUTH])
+    words = words or {}
+    shades = shades or colours([label for label in boxes if label != TRUTH])
     tiles = []
     for number in numbers:
         image = image_of(number)
         scale = (width - _GAP * (columns - 1)) / columns / image.shape[1]
         here = {label: rows[number] for label, rows in boxes.items()}
-        tiles.append(overlay(image, here, shades, scale, str(number)))
+        said = f"{number} {words.get(number, '')}".strip()
+        tiles.append(overlay(image, here, shades, scale, said, shape))
     blank = np.full_like(tiles[0], 40)
     tiles += [blank] * (-len(tiles) % columns)
     gap = np.full((tiles[0].shape[0], _GAP, 3), 40, np.uint8)

@@ -1,7 +1,8 @@
-"""Boxes drawn on an image, at their exact place, with a legend that tells them apart."""
+"""Boxes or ellipses drawn on an image, at their exact place, with a legend beneath."""
 
 from collections.abc import Mapping
 from itertools import pairwise
+from typing import Literal, TypeAlias
 
 import cv2
 import numpy as np
@@ -9,7 +10,10 @@ from numpy.typing import NDArray
 
 from reports.palette import TRUTH_COLOUR, to_bgr
 
-__all__ = ["TRUTH", "enlarge", "legend", "overlay", "write_words"]
+__all__ = ["TRUTH", "Shape", "enlarge", "legend", "overlay", "write_words"]
+
+Shape: TypeAlias = Literal["box", "ellipse"]
+"""How a box is drawn: by its edges, or by the ellipse inscribed in it."""
 
 TRUTH = "truth"
 """Label of the boxes that are drawn as white dashes on a thin black line."""
@@ -34,6 +38,7 @@ def overlay(
     colours: Mapping[str, str],
     scale: float = 1.0,
     words: str = "",
+    shape: Shape = "box",
 ) -> NDArray[np.uint8]:
     """An enlarged copy of an image with boxes on it.
 
@@ -49,6 +54,8 @@ def overlay(
         Enlargement.
     words : str
         Written into the left top corner.
+    shape : {'box', 'ellipse'}
+        What is drawn of each box.
 
     Returns
     -------
@@ -64,13 +71,13 @@ def overlay(
     # Truth's dark line lies beneath all, its light dashes above all: seen on any ground, and
     # where a box is right on it, both are seen.
     if truth is not None:
-        _draw_box(drawn, truth, _DARK, 1)
+        _draw(drawn, truth, shape, _DARK, 1)
     for label, box in placed.items():
         # A dark rim beneath keeps every colour readable on every ground.
-        _draw_box(drawn, box, _DARK, 3)
-        _draw_box(drawn, box, to_bgr(colours[label]), 2)
+        _draw(drawn, box, shape, _DARK, 3)
+        _draw(drawn, box, shape, to_bgr(colours[label]), 2)
     if truth is not None:
-        _draw_box(drawn, truth, to_bgr(TRUTH_COLOUR), 1, dashed=True)
+        _draw(drawn, truth, shape, to_bgr(TRUTH_COLOUR), 1, dashed=True)
     if words:
         write_words(drawn, words, (5, 17))
     return drawn
@@ -107,17 +114,27 @@ def write_words(image: NDArray[np.uint8], words: str, at: tuple[int, int]) -> No
     cv2.putText(image, words, at, _FONT, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
 
 
-def _draw_box(
+def _draw(
     image: NDArray[np.uint8],
     box: NDArray[np.float64],
+    shape: Shape,
     shade: tuple[int, int, int],
     thickness: int,
     *,
     dashed: bool = False,
 ) -> None:
     x, y, width, height = box
-    corners = np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height], [x, y]])
-    _draw_line(image, corners, shade, thickness, dashed=dashed)
+    if shape == "box":
+        corners = [[x, y], [x + width, y], [x + width, y + height], [x, y + height], [x, y]]
+        _draw_line(image, np.array(corners), shade, thickness, dashed=dashed)
+        return
+    # An even number of sides, each about as long as a dash: every other one is left out.
+    sides = 2 * int(np.clip(np.pi * (width + height) / 4 / _DASH, 12, 400))
+    angles = np.linspace(0, 2 * np.pi, sides + 1)
+    unit = np.column_stack([np.cos(angles), np.sin(angles)])
+    rim = np.array([x, y]) + np.array([width, height]) * (1 + unit) / 2
+    for side in list(pairwise(rim))[:: 2 if dashed else 1]:
+        _draw_line(image, np.array(side), shade, thickness, dashed=False)
 
 
 def _draw_line(

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from reports.figures import add_legend, fold, line_style, new_figure
 from reports.palette import colour
+from reports.series import draw_median
 
 __all__ = ["frame_plot", "precision_plot", "share_curve", "speed_plot", "success_plot"]
 
@@ -131,15 +132,9 @@ def frame_plot(
         if runs > 1 or tracker in incomplete:
             label = f"{tracker} ({runs} run{'' if runs == 1 else 's'})"
         for axes, column in ((upper, "overlap"), (lower, "centre_error")):
-            by_frame = values.groupby("frame")[column]
-            median = by_frame.median().reindex(every_frame)
-            axes.plot(median.index, median, label=label, **line_style(position))
-            if runs > 1:
-                heading = "median and quartiles over runs"
-                low, high = (by_frame.quantile(q).reindex(every_frame) for q in (0.25, 0.75))
-                axes.fill_between(
-                    median.index, low, high, color=colour(position), alpha=0.2, linewidth=0
-                )
+            draw_median(axes, values, column, position, label, every_frame)
+        if runs > 1:
+            heading = "median and quartiles over runs"
     upper.set(ylabel="overlap", ylim=(-0.02, 1.02))
     lower.set(ylabel="centre error [px]", xlabel="frame")
     lower.set_ylim(bottom=0)

@@ -52,6 +52,30 @@ def test_a_box_lies_at_its_exact_place_between_pixels(scale):
     assert abs(np.mean(errors)) < 0.1
 
 
+@pytest.mark.parametrize("scale", [1.0, 3.0])
+def test_an_ellipse_is_inscribed_in_its_box(scale):
+    drawn = overlay(
+        GREY, {"a": np.array([20, 10, 40, 30])}, {"a": colour(0)}, scale, shape="ellipse"
+    )
+    rows, columns = changed(drawn).T
+    x, y = (columns + 0.5) / scale, (rows + 0.5) / scale
+    radius = np.hypot((x - 40) / 20, (y - 25) / 15)
+    assert np.abs(radius - 1).max() * 15 * scale < 4.5
+    angles = np.degrees(np.arctan2((y - 25) / 15, (x - 40) / 20)).round()
+    assert len(set(angles % 360)) > 100  # all the way round
+    assert (x.min(), x.max()) == (pytest.approx(20, abs=3), pytest.approx(60, abs=3))
+
+
+def test_an_ellipse_of_the_truth_is_dashed_all_the_way_round():
+    image = np.zeros((200, 200, 3), np.uint8)
+    drawn = overlay(image, {TRUTH: np.array([20, 20, 160, 160])}, {}, shape="ellipse")
+    dashes, _, _, centres = cv2.connectedComponentsWithStats((drawn[..., 0] > 110).astype(np.uint8))
+    assert dashes - 1 == pytest.approx(np.pi * 160 / 8, abs=2)
+    np.testing.assert_allclose(np.hypot(*(centres[1:] - 99.5).T), 80, atol=0.7)
+    angles = np.sort(np.arctan2(*(centres[1:] - 99.5).T))
+    assert np.diff(angles).max() < 1.3 * 2 * np.pi / len(angles)
+
+
 def test_colour_and_enlargement_are_as_asked_for():
     drawn = overlay(GREY, {"a": np.array([20, 10, 30, 25])}, {"a": colour(1)}, scale=3)
     assert drawn.shape == (180, 240, 3)
@@ -183,3 +207,13 @@ def test_every_frame_of_a_strip_has_its_own_boxes():
         x, y = tile * 404 + int((4 + 10 * number) * 5), 20 * 5
         assert np.abs(strip[y, x].astype(int) - to_bgr(colour(0))).max() < 40
         assert strip[y, x - 12].tolist() == [128] * 3
+
+
+def test_a_strip_draws_ellipses_in_given_shades_and_says_more_of_a_frame():
+    boxes = {"a": np.tile([20.0, 10, 40, 30], (3, 1))}
+    options = {"columns": 1, "width": 320, "shape": "ellipse", "shades": {"a": colour(2)}}
+    plain = film_strip(lambda number: GREY, [1], boxes, **options)
+    said = film_strip(lambda number: GREY, [1], boxes, words={1: "initialising"}, **options)
+    assert np.abs(plain[10 * 4, 40 * 4].astype(int) - to_bgr(colour(2))).max() < 40
+    assert plain[10 * 4 + 4, 20 * 4 + 4].tolist() == [128] * 3
+    assert np.argwhere((plain != said).any(axis=2))[:, 1].min() > 8  # beyond the number

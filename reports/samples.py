@@ -1,0 +1,214 @@
+"""Samples of a particle filter on the images that they were drawn on.
+
+Ellipses are rows of centre x, y and half axes, in pixels (pixel column i spans [i, i + 1)).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from reports.figures import bare_figure
+from reports.palette import colour
+
+__all__ = ["Placed", "Surface", "placement_plot", "surface_plot", "trajectory_plot"]
+
+Array = NDArray[np.float64]
+
+_SAMPLE, _MEAN = "black", "white"
+_SHOWN = 2.0
+"""How far the image beside a surface reaches, in the mean's longer half axis."""
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A function of the place on a grid one pixel wide.
+
+    Attributes
+    ----------
+    left, top : float
+        Place of its first value [pixels].
+    values : ndarray of float64, shape (rows, columns)
+        A row a pixel downwards.
+    quantity : str
+        What the values are.
+    """
+
+    left: float
+    top: float
+    values: Array
+    quantity: str
+
+    def at(self, places: Array) -> Array:
+        """Values nearest to places of shape (n, 2); NaN outside."""
+        columns, rows = np.round(places - [self.left, self.top]).astype(int).T
+        height, width = self.values.shape
+        inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+        found = np.full(len(places), np.nan)
+        found[inside] = self.values[rows[inside], columns[inside]]
+        return found
+
+
+@dataclass(frozen=True)
+class Placed:
+    """An image with the samples on it.
+
+    Attributes
+    ----------
+    image : ndarray of uint8, shape (height, width, 3)
+        BGR.
+    title : str
+        Above it.
+    samples : ndarray of float64, shape (n, 4)
+        Ellipses.
+    mean : ndarray of float64, shape (4,), or None
+        Ellipse of the mean state.
+    regions : ndarray of float64, shape (k, 4), or None
+        Boxes `[x, y, width, height]` where samples are placed.
+    """
+
+    image: NDArray[np.uint8]
+    title: str
+    samples: Array
+    mean: Array | None = None
+    regions: Array | None = None
+
+
+def surface_plot(
+    image: NDArray[np.uint8], samples: Array, mean: Array, surface: Surface, title: str
+) -> Figure:
+    """Samples and their mean on the image, and on the surface of what they are weighed by.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (height, width, 3)
+        BGR.
+    samples : ndarray of float64, shape (n, 4)
+        Ellipses; drawn black.
+    mean : ndarray of float64, shape (4,)
+        Ellipse of the mean state; drawn white.
+    surface : Surface
+        Around the target.
+    title : str
+        Headline.
+    """
+    figure = bare_figure(title, 4.2)
+    left: Axes = figure.add_subplot(1, 2, 1)
+    _show(left, image)
+    _draw_ellipses(left, samples, _SAMPLE, 0.5)
+    _draw_ellipses(left, mean[np.newaxis], _MEAN, 2.0)
+    centre, half = mean[:2], _SHOWN * mean[2:].max()
+    left.set(xlim=centre[0] + [-half, half], ylim=centre[1] + [half, -half])
+
+    # In the order in which things are drawn: the samples lie on the surface, not behind it.
+    right: Any = figure.add_subplot(1, 2, 2, projection="3d", computed_zorder=False)
+    rows, columns = surface.values.shape
+    grid = np.meshgrid(surface.left + np.arange(columns), surface.top + np.arange(rows))
+    right.plot_surface(*grid, surface.values, cmap="viridis", rcount=60, ccount=60, zorder=1)
+    right.scatter(*samples[:, :2].T, surface.at(samples[:, :2]),
+                  color=_SAMPLE, s=4, depthshade=False, zorder=2)  # fmt: skip
+    right.scatter(*mean[:2], surface.at(mean[np.newaxis, :2]), color=_MEAN, edgecolor="black",
+                  s=45, depthshade=False, zorder=3)  # fmt: skip
+    right.invert_yaxis()  # rows count downwards, as in the image
+    right.view_init(elev=50, azim=-70)
+    right.set(xlabel="x [px]", ylabel="y [px]")
+    right.set_title(surface.quantity, fontsize=9)
+    right.set_box_aspect(None, zoom=0.9)  # room for the labels, which stand outside
+    right.tick_params(labelsize=7)
+    return figure
+
+
+def placement_plot(panels: Sequence[Placed], title: str) -> Figure:
+    """Images side by side with the samples on them; regions are dashed.
+
+    Parameters
+    ----------
+    panels : sequence of Placed
+        In order.
+    title : str
+        Headline.
+    """
+    figure, all_axes = _panels([panel.image for panel in panels], title)
+    for axes, panel in zip(all_axes, panels, strict=True):
+        axes.set_title(panel.title, fontsize=9)
+        _draw_ellipses(axes, panel.samples, _SAMPLE, 0.6)
+        if panel.mean is not None:
+            _draw_ellipses(axes, panel.mean[np.newaxis], _MEAN, 2.0)
+        for x, y, width, height in [] if panel.regions is None else panel.regions:
+            corners = np.array([[0, 0], [width, 0], [width, height], [0, height], [0, 0]]) + [x, y]
+            axes.plot(*corners.T, color=colour(1), linestyle="--", linewidth=1.5)
+    return figure
+
+
+def trajectory_plot(
+    tracks: Mapping[str, tuple[NDArray[np.uint8], Array]], title: str, every: int
+) -> Figure:
+    """The mean state's way, and its ellipse in some of the frames.
+
+    Parameters
+    ----------
+    tracks : mapping of str to (ndarray of uint8, ndarray of float64 of shape (n, 4))
+        By title the image to draw on, BGR, and the mean state's box by frame.
+    title : str
+        Headline.
+    every : int
+        An ellipse is drawn in each frame that this divides, with the frame's number.
+    """
+    figure, all_axes = _panels([image for image, _ in tracks.values()], title)
+    for axes, (name, (_, boxes)) in zip(all_axes, tracks.items(), strict=True):
+        axes.set_title(name, fontsize=9)
+        half = boxes[:, 2:] / 2
+        states = np.hstack([boxes[:, :2] + half, half])
+        for shade, line_width in (("black", 2.6), (colour(4), 1.4)):
+            axes.plot(*states[:, :2].T, color=shade, linewidth=line_width)
+        chosen = np.flatnonzero(np.isfinite(states[::every]).all(axis=1)) * every
+        _draw_ellipses(axes, states[chosen], _MEAN, 1.2)
+        for number in chosen.tolist():
+            x, y, _, height = states[number]
+            axes.annotate(str(number), (x, y - height), (0, 2), textcoords="offset points",
+                          ha="center", fontsize=6, color="white",
+                          path_effects=[withStroke(linewidth=1.5, foreground="black")])  # fmt: skip
+    return figure
+
+
+def _panels(images: Sequence[NDArray[np.uint8]], title: str) -> tuple[Figure, list[Axes]]:
+    """Images side by side."""
+    shape = images[0].shape
+    figure = bare_figure(title, 0.6 + 8.0 / len(images) * shape[0] / shape[1])
+    all_axes = list(figure.subplots(1, len(images), squeeze=False)[0])
+    for axes, image in zip(all_axes, images, strict=True):
+        _show(axes, image)
+    return figure, all_axes
+
+
+def _show(axes: Axes, image: NDArray[np.uint8]) -> None:
+    """Draw an image, one unit a pixel, and keep to it whatever is drawn later."""
+    height, width = image.shape[:2]
+    axes.imshow(image[..., ::-1], extent=(0, width, height, 0))
+    axes.set(xlim=(0, width), ylim=(height, 0), autoscale_on=False)
+    axes.set_axis_off()
+
+
+def _draw_ellipses(axes: Axes, ellipses: Array, shade: str, line_width: float) -> None:
+    """Outlines; white ones on a dark rim, so that they are seen on any ground."""
+    rims = [("black", line_width + 1.2)] if shade == _MEAN else []
+    for edge, thickness in [*rims, (shade, line_width)]:
+        axes.add_collection(
+            EllipseCollection(
+                2 * ellipses[:, 2],
+                2 * ellipses[:, 3],
+                np.zeros(len(ellipses)),
+                units="xy",
+                offsets=ellipses[:, :2],
+                offset_transform=axes.transData,
+                facecolors="none",
+                edgecolors=edge,
+                linewidths=thickness,
+            )
+        )

@@ -1,0 +1,184 @@
+"""Numbers over frames: median and quartiles over repetitions.
+
+They take a series table: a row a frame of a run, with the columns `label` (which line it belongs
+to), `repetition`, `frame` and `value`. A frame without a row, or with NaN, is a gap.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from reports.figures import add_legend, line_style, new_figure
+from reports.palette import colour
+
+__all__ = ["appearance_plot", "draw_median", "series_grid", "series_plot"]
+
+QUARTILES = "median and quartiles over repetitions"
+_TRUTH_STYLE: dict[str, Any] = {"color": "#444444", "linestyle": (0, (4, 2)), "linewidth": 1.3}
+
+
+def draw_median(
+    axes: Axes, runs: pd.DataFrame, column: str, position: int, label: str, every_frame: pd.Index
+) -> None:
+    """Draw the median over repetitions as a line, and their quartiles as a band about it.
+
+    Parameters
+    ----------
+    axes : Axes
+        Where to.
+    runs : DataFrame
+        With `frame`, `repetition` and `column`; a single repetition gets no band.
+    column : str
+        What is drawn.
+    position : int
+        Of the line among others: it decides colour and dashes.
+    label : str
+        For the legend.
+    every_frame : Index of int
+        Frames from the first to the last; those without a value are gaps.
+    """
+    by_frame = runs.groupby("frame")[column]
+    median = by_frame.median().reindex(every_frame)
+    axes.plot(median.index, median, label=label, **line_style(position))
+    if _repeated(runs):
+        low, high = (by_frame.quantile(q).reindex(every_frame) for q in (0.25, 0.75))
+        axes.fill_between(median.index, low, high, color=colour(position), alpha=0.2, linewidth=0)
+
+
+def series_plot(
+    series: pd.DataFrame,
+    title: str,
+    quantity: str,
+    labels: Sequence[str],
+    truth: NDArray[np.float64] | None = None,
+) -> Figure:
+    """One number over frames, a line a label.
+
+    Parameters
+    ----------
+    series : DataFrame
+        Series table.
+    title : str
+        Headline.
+    quantity : str
+        What the ordinate is, with its unit.
+    labels : sequence of str
+        Lines, in order; each keeps its colour.
+    truth : ndarray of float64, shape (n,), optional
+        The true number by frame, drawn dashed and grey.
+    """
+    figure, (axes,) = new_figure(title, 3.6)
+    _draw_lines(axes, series, labels, truth)
+    axes.set(xlabel="frame", ylabel=quantity)
+    axes.set_ylim(bottom=0)
+    add_legend(figure, axes, _heading(series))
+    return figure
+
+
+def series_grid(
+    series: pd.DataFrame,
+    title: str,
+    quantity: str,
+    labels: Sequence[str],
+    truths: dict[str, NDArray[np.float64]],
+) -> Figure:
+    """One number over frames, as small multiples: a row a reading, a column a scene.
+
+    Parameters
+    ----------
+    series : DataFrame
+        Series table with `reading` and `scene`, both text, in the order to be shown.
+    title, quantity, labels
+        See `series_plot`.
+    truths : dict of str to ndarray of float64, shape (n,)
+        The true number by scene and frame.
+    """
+    readings = list(dict.fromkeys(series["reading"]))
+    scenes = list(dict.fromkeys(series["scene"]))
+    height = 0.8 + 1.4 * len(readings)
+    figure, all_axes = new_figure(title, height, len(readings), len(scenes))
+    places = [(reading, scene) for reading in readings for scene in scenes]
+    for axes, (reading, scene) in zip(all_axes, places, strict=True):
+        here = series[(series["reading"] == reading) & (series["scene"] == scene)]
+        _draw_lines(axes, here, labels, truths.get(scene))
+        axes.tick_params(labelsize=8)
+        axes.xaxis.set_major_locator(MaxNLocator(4))
+        if reading == readings[0]:
+            axes.set_title(scene, fontsize=9)
+        if scene == scenes[0]:
+            axes.set_ylabel(f"{reading}\n{quantity}", fontsize=8)
+        if reading == readings[-1]:
+            axes.set_xlabel("frame", fontsize=8)
+    all_axes[0].set_ylim(bottom=0)
+    add_legend(figure, all_axes[0], _heading(series))
+    return figure
+
+
+def appearance_plot(
+    frames: pd.DataFrame, title: str, threshold: float, hidden: NDArray[np.bool_]
+) -> Figure:
+    """Positive appearances a frame above, and beneath how many runs were initialising.
+
+    Parameters
+    ----------
+    frames : DataFrame
+        A row a frame of a run: `repetition`, `frame`, `positive_appearances` (samples that
+        fulfil the appearance condition), `mode` (0 initialising, 1 tracking).
+    title : str
+        Headline.
+    threshold : float
+        Appearances at which the mode changes, drawn as a dashed line.
+    hidden : ndarray of bool, shape (n,)
+        Frames in which the target can't be seen; shaded.
+    """
+    figure, (upper, lower) = new_figure(title, 4.4, rows=2, heights=(3, 1))
+    every_frame = pd.RangeIndex(frames["frame"].min(), frames["frame"].max() + 1)
+    draw_median(upper, frames, "positive_appearances", 0, "positive appearances", every_frame)
+    upper.axhline(threshold, color="black", linestyle="--", linewidth=1.2, label="threshold b·N")
+    initialising = 1.0 - frames.groupby("frame")["mode"].mean().reindex(every_frame)
+    lower.fill_between(every_frame, initialising, step="mid", color=colour(1), linewidth=0)
+    for number, (start, stop) in enumerate(_spans(hidden)):
+        for axes in (upper, lower):
+            label = "target hidden" if axes is upper and number == 0 else None
+            axes.axvspan(start - 0.5, stop - 0.5, color="0.85", zorder=0, linewidth=0, label=label)
+    upper.set(ylabel="samples", xlim=(every_frame[0], every_frame[-1]))
+    upper.set_ylim(bottom=0)
+    runs = frames["repetition"].nunique()
+    lower.set(ylabel="runs in\ninitialisation", xlabel="frame", ylim=(0, 1))
+    lower.set_yticks([0, 0.5, 1], ["0", "", str(runs)])
+    add_legend(figure, upper, QUARTILES if runs > 1 else "")
+    return figure
+
+
+def _draw_lines(
+    axes: Axes, series: pd.DataFrame, labels: Sequence[str], truth: NDArray[np.float64] | None
+) -> None:
+    if truth is not None:
+        axes.plot(np.arange(len(truth)), truth, label="truth", **_TRUTH_STYLE)
+    for position, label in enumerate(labels):
+        runs = series[series["label"] == label]
+        if len(runs):
+            every_frame = pd.RangeIndex(runs["frame"].min(), runs["frame"].max() + 1)
+            draw_median(axes, runs, "value", position, label, every_frame)
+
+
+def _heading(series: pd.DataFrame) -> str:
+    return QUARTILES if _repeated(series) else ""
+
+
+def _repeated(runs: pd.DataFrame) -> bool:
+    """Whether there are several repetitions: only then there are quartiles."""
+    return len(runs["repetition"].unique()) > 1
+
+
+def _spans(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First frame and the one after the last, of every stretch of frames that are flagged."""
+    edges = np.diff(np.concatenate([[False], flags, [False]]).astype(int))
+    starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    return list(zip(starts.tolist(), stops.tolist(), strict=True))

@@ -1,0 +1,76 @@
+"""Samples on images: that ellipses, trajectories and the surface are where they belong."""
+
+import numpy as np
+import pytest
+
+from reports.samples import Placed, Surface, placement_plot, surface_plot, trajectory_plot
+
+GREY = np.full((120, 160, 3), 128, np.uint8)
+MEAN = np.array([60.5, 50.5, 8.0, 14.0])
+SAMPLES = MEAN + np.array([[0, 0, 0, 0], [-3, 2, 1, 1], [4, 1, 0, -2]])
+
+
+def drawn(collection):
+    sizes = np.column_stack([collection._widths, collection._heights])
+    return np.hstack([collection.get_offsets(), sizes])
+
+
+def hill():
+    """A surface whose value at a place is known, over x 50.5 to 70.5 and y 40.5 to 55.5."""
+    return Surface(50.5, 40.5, np.add.outer(100 * np.arange(16), np.arange(21.0)), "ρ")
+
+
+def test_a_surface_is_read_at_the_nearest_place_and_unknown_outside():
+    places = np.array([[50.5, 40.5], [52.9, 41.6], [70.5, 55.5], [71.5, 50], [60, 39.4]])
+    np.testing.assert_equal(hill().at(places), [0.0, 102.0, 1520.0, np.nan, np.nan])
+
+
+def test_samples_lie_on_the_image_and_on_the_surface():
+    figure = surface_plot(GREY, SAMPLES, MEAN, hill(), "T")
+    left, right = figure.axes
+    # Half axes of `EllipseCollection`'s are halves of what it is given.
+    np.testing.assert_allclose(drawn(left.collections[0])[:, :2], SAMPLES[:, :2])
+    np.testing.assert_allclose(drawn(left.collections[0])[:, 2:], SAMPLES[:, 2:])
+    np.testing.assert_allclose(drawn(left.collections[-1])[0], MEAN)
+    assert left.get_xlim() == (60.5 - 28, 60.5 + 28)
+    assert left.get_ylim() == (50.5 + 28, 50.5 - 28)
+    _, points, mean = right.collections
+    np.testing.assert_allclose(np.array(points._offsets3d).T[:, 2], [1010, 1207, 1114])
+    np.testing.assert_allclose(np.array(mean._offsets3d).T, [[60.5, 50.5, 1010]])
+    figure.draw_without_rendering()
+    box = right.get_tightbbox()
+    assert box.x1 <= figure.bbox.width
+    assert box.y0 >= 0
+
+
+def test_places_have_their_samples_their_mean_and_their_regions():
+    regions = np.array([[0.0, 20, 10, 60], [100, 30, 20, 40]])
+    panels = [Placed(GREY, "empty", SAMPLES, regions=regions), Placed(GREY, "found", SAMPLES, MEAN)]
+    first, second = placement_plot(panels, "T").axes
+    assert [axes.get_title() for axes in (first, second)] == ["empty", "found"]
+    corners = first.lines[1].get_xydata()
+    assert (corners.min(axis=0).tolist(), corners.max(axis=0).tolist()) == ([100, 30], [120, 70])
+    assert len(first.lines) == 2
+    assert not second.lines
+    assert [len(axes.collections) for axes in (first, second)] == [1, 3]
+    assert first.get_xlim() == (0, 160)
+    assert first.get_ylim() == (120, 0)
+
+
+def test_a_trajectory_has_an_ellipse_every_so_many_frames_and_gaps_where_there_is_no_box():
+    boxes = np.column_stack([np.arange(9.0), np.zeros(9), np.full(9, 10.0), np.full(9, 20.0)])
+    boxes[[0, 8]] = np.nan
+    (axes,) = trajectory_plot({"person": (GREY, boxes)}, "T", 4).axes
+    np.testing.assert_allclose(drawn(axes.collections[-1]), [[9.0, 10.0, 5.0, 10.0]])
+    assert [text.get_text() for text in axes.texts] == ["4"]
+    way = axes.lines[-1].get_xydata()
+    np.testing.assert_allclose(way[1:8, 0], np.arange(6.0, 13.0))
+    assert np.isnan(way[[0, 8]]).all()
+
+
+@pytest.mark.parametrize("n", [1, 3])
+def test_panels_keep_the_images_shape(n):
+    figure = placement_plot([Placed(GREY, "a", SAMPLES)] * n, "T")
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        assert axes.bbox.width / axes.bbox.height == pytest.approx(160 / 120, rel=0.01)

@@ -1,0 +1,109 @@
+"""Plots over frames: that lines are medians, bands quartiles, and shades where they belong."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from reports.palette import colour
+from reports.series import appearance_plot, series_grid, series_plot
+
+
+def series(values, label="a", repetition=0, first=3):
+    frames = np.arange(first, first + len(values))
+    return pd.DataFrame(
+        {"label": label, "repetition": repetition, "frame": frames, "value": values}
+    )
+
+
+def five(label="a", **more):
+    """Repetitions whose median is 2, 4 and whose quartiles are 1 and 3, 3 and 5."""
+    runs = [series([i, i + 2.0], label, i) for i in range(5)]
+    return pd.concat(runs).assign(**more)
+
+
+def extent(collection):
+    (path,) = collection.get_paths()
+    by_frame = pd.DataFrame(path.vertices).groupby(0)[1]
+    return by_frame.min().tolist(), by_frame.max().tolist()
+
+
+def test_a_line_is_the_median_and_its_band_the_quartiles():
+    (axes,) = series_plot(five(), "T", "Hx [px]", ["a"]).axes
+    (line,) = axes.lines
+    assert line.get_xdata().tolist() == [3, 4]
+    assert line.get_ydata().tolist() == [2.0, 4.0]
+    assert extent(axes.collections[0]) == ([1.0, 3.0], [3.0, 5.0])
+    assert axes.get_ylabel() == "Hx [px]"
+    (axes,) = series_plot(series([1.0, 2.0]), "T", "Hx [px]", ["a"]).axes
+    assert not axes.collections
+
+
+def test_a_label_keeps_its_colour_and_the_truth_begins_at_frame_0():
+    figure = series_plot(five("b"), "T", "Hx [px]", ["a", "b"], np.array([7.0, 8.0, 9.0, 9.5]))
+    truth, line = figure.axes[0].lines
+    assert truth.get_xdata().tolist() == [0, 1, 2, 3]
+    assert line.get_color() == colour(1)
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert names == ["truth", "b"]
+
+
+def test_frames_without_a_value_are_gaps():
+    table = series([1.0, np.nan, 3.0, 4.0])
+    (axes,) = series_plot(table[table["frame"] != 5], "T", "Hx [px]", ["a"]).axes
+    assert np.flatnonzero(np.isnan(axes.lines[0].get_ydata())).tolist() == [1, 2]
+
+
+def test_small_multiples_have_a_row_a_reading_and_a_column_a_scene():
+    tables = [
+        five(reading=reading, scene=scene)
+        .assign(value=lambda runs, plus=10 * row + column: runs["value"] + plus)
+        for row, reading in enumerate(("z", "y"))
+        for column, scene in enumerate(("scene 0", "scene 2", "scene 1"))
+    ]  # fmt: skip
+    truths = {"scene 2": np.zeros(9)}
+    figure = series_grid(pd.concat(tables), "T", "Hx [px]", ["a"], truths)
+    grid = np.reshape(figure.axes, (2, 3))
+    assert [axes.get_title() for axes in grid[0]] == ["scene 0", "scene 2", "scene 1"]
+    assert [axes.get_ylabel().split("\n")[0] for axes in grid[:, 0]] == ["z", "y"]
+    begins = [[axes.lines[-1].get_ydata()[0] for axes in row] for row in grid]
+    assert begins == [[2.0, 3.0, 4.0], [12.0, 13.0, 14.0]]
+    assert [[len(axes.lines) for axes in row] for row in grid] == [[1, 2, 1]] * 2
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        assert not figure.legends[0].get_window_extent().overlaps(axes.get_tightbbox())
+
+
+def test_appearances_have_their_threshold_their_mode_and_shaded_occlusions():
+    runs = [
+        pd.DataFrame(
+            {
+                "repetition": i,
+                "frame": np.arange(2, 8),
+                "positive_appearances": [90.0 + i, 50, 5, 4, 60, 90],
+                "mode": [1.0, 1, 1, i % 2, 0, 1],
+            }
+        )
+        for i in range(4)
+    ]
+    hidden = np.isin(np.arange(8), [0, 4, 5, 7])
+    upper, lower = appearance_plot(pd.concat(runs), "T", 10.0, hidden).axes
+    counts, threshold = upper.lines
+    assert counts.get_ydata().tolist() == [91.5, 50, 5, 4, 60, 90]
+    assert set(threshold.get_ydata()) == {10.0}
+    assert threshold.get_linestyle() == "--"
+    spans = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in upper.patches]
+    assert spans == [(-0.5, 0.5), (3.5, 5.5), (6.5, 7.5)]
+    assert len(lower.patches) == 3
+    assert lower.get_yticklabels()[-1].get_text() == "4"
+
+
+@pytest.mark.parametrize("n_modes", [0, 1, 3])
+def test_the_mode_is_the_share_of_the_runs_that_initialise(n_modes):
+    runs = [
+        pd.DataFrame({"repetition": i, "frame": [0, 1, 2], "positive_appearances": 9.0,
+                      "mode": [1.0, float(i >= n_modes), 1.0]})
+        for i in range(3)
+    ]  # fmt: skip
+    _, lower = appearance_plot(pd.concat(runs), "T", 10.0, np.zeros(3, bool)).axes
+    heights = lower.collections[0].get_paths()[0].vertices[:, 1]
+    assert heights.max() == pytest.approx(n_modes / 3)
