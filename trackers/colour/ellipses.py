@@ -68,14 +68,13 @@ def ellipse_counts(
     n_bins : int
         Number of bins that there are.
     """
-    slots = np.full(n_bins, -1)
-    slots[bins] = np.arange(len(bins))
+    slots = np.zeros(n_bins, np.uint16)
+    slots[bins] = np.arange(1, len(bins) + 1)
     left, top = corner
     if transposed:
         ellipses, left, top = ellipses[:, [1, 0, 3, 2]], top, left
-    return EllipseCounts(
-        *_count(codes, left, top, ellipses, KERNELS.index(kernel), slots, len(bins))
-    )
+    counted = _count(codes, left, top, ellipses, KERNELS.index(kernel), slots, len(bins))
+    return EllipseCounts(*counted)
 
 
 @njit(cache=True)
@@ -85,67 +84,75 @@ def _count(
     top: int,
     ellipses: NDArray[np.float64],
     kernel: int,
-    slots: NDArray[np.int64],
+    slots: NDArray[np.uint16],
     n_asked: int,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     n_rows, n_columns = codes.shape
-    n, n_bins = len(ellipses), len(slots)
-    counts = np.zeros((n, n_asked), np.int64)
+    n = len(ellipses)
+    counts = np.empty((n, n_asked), np.int64)
     totals, pixels = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    # Slot 0 takes what is not asked for: histograms are emptied and added up for every ellipse.
+    places = np.empty(codes.shape, np.uint16)
+    for row in range(n_rows):
+        for column in range(n_columns):
+            places[row, column] = slots[np.uintp(codes[row, column])]
     taken = np.empty(n_columns, np.int64)
+    starts, stops = np.empty(n_rows, np.int64), np.empty(n_rows, np.int64)
     # Neighbours mostly are in the same bin: four histograms keep an addition from waiting
     # for the one before.
-    first, second = np.empty(n_bins, np.int64), np.empty(n_bins, np.int64)
-    third, fourth = np.empty(n_bins, np.int64), np.empty(n_bins, np.int64)
+    first, second = np.empty(n_asked + 1, np.int64), np.empty(n_asked + 1, np.int64)
+    third, fourth = np.empty(n_asked + 1, np.int64), np.empty(n_asked + 1, np.int64)
     for i in range(n):
+        first[:], second[:], third[:], fourth[:] = 0, 0, 0, 0
         x, y, half_x, half_y = ellipses[i]
-        if not (abs(x) < 1e9 and abs(y) < 1e9 and half_x < 1e9 and half_y < 1e9):  # true of NaN
-            continue
         fall_x, fall_y = _FULL / (half_x * half_x), _FULL / (half_y * half_y)
         if kernel == _ISOTROPIC:
             fall_x = fall_y = _FULL / (half_x * half_x + half_y * half_y)
         elif kernel == _UNIFORM:
             fall_x = fall_y = 0.0
-        begin = max(int(np.ceil(x - half_x - 0.5)) - left, 0)
-        end = min(int(np.floor(x + half_x - 0.5)) + 1 - left, n_columns)
+        begin, end = _inside(x, half_x, left, n_columns)
         for column in range(begin, end):
             distance = column + left + 0.5 - x
             taken[column] = int(fall_x * distance * distance)
-        upper = max(int(np.ceil(y - half_y - 0.5)) - top, 0)
-        lower = min(int(np.floor(y + half_y - 0.5)) + 1 - top, n_rows)
-        first[:], second[:], third[:], fourth[:] = 0, 0, 0, 0
+        upper, lower = _inside(y, half_y, top, n_rows)
+        for row in range(upper, lower):  # in a loop of its own the square roots overlap
+            across = (row + top + 0.5 - y) / half_y
+            reach = half_x * np.sqrt(max(0.0, 1.0 - across * across))
+            starts[row], stops[row] = _inside(x, reach, left, n_columns)
         for row in range(upper, lower):
             distance = row + top + 0.5 - y
             most = _FULL - int(fall_y * distance * distance)
-            across = distance / half_y
-            reach = half_x * np.sqrt(max(0.0, 1.0 - across * across))
-            start = max(int(np.ceil(x - reach - 0.5)) - left, 0)
-            stop = min(int(np.floor(x + reach - 0.5)) + 1 - left, n_columns)
-            if stop <= start:
-                continue
+            start, stop = starts[row], stops[row]
             pixels[i] += stop - start
+            line = places[row]
             quads = start + (stop - start) // 4 * 4
             for column in range(start, quads, 4):
                 # Indices that can't be negative need no check for it.
-                at, to, on, by = (
-                    np.uintp(column),
-                    np.uintp(column + 1),
-                    np.uintp(column + 2),
-                    np.uintp(column + 3),
-                )
-                first[np.uintp(codes[row, at])] += most - taken[at]
-                second[np.uintp(codes[row, to])] += most - taken[to]
-                third[np.uintp(codes[row, on])] += most - taken[on]
-                fourth[np.uintp(codes[row, by])] += most - taken[by]
+                at, to = np.uintp(column), np.uintp(column + 1)
+                on, by = np.uintp(column + 2), np.uintp(column + 3)
+                first[np.uintp(line[at])] += most - taken[at]
+                second[np.uintp(line[to])] += most - taken[to]
+                third[np.uintp(line[on])] += most - taken[on]
+                fourth[np.uintp(line[by])] += most - taken[by]
             for column in range(quads, stop):
                 at = np.uintp(column)
-                first[np.uintp(codes[row, at])] += most - taken[at]
-        for code in range(n_bins):
-            summed = first[code] + second[code] + third[code] + fourth[code]
-            totals[i] += summed
-            if slots[code] >= 0:
-                counts[i, slots[code]] = summed
+                first[np.uintp(line[at])] += most - taken[at]
+        totals[i] = first[0] + second[0] + third[0] + fourth[0]
+        for slot in range(n_asked):
+            found = first[slot + 1] + second[slot + 1] + third[slot + 1] + fourth[slot + 1]
+            counts[i, slot] = found
+            totals[i] += found
     return counts, totals, pixels
+
+
+@njit(cache=True)
+def _inside(centre: float, reach: float, origin: int, size: int) -> tuple[int, int]:
+    """Pixels of a window whose centres are within reach, from the first to after the last."""
+    first, last = np.ceil(centre - reach - 0.5), np.floor(centre + reach - 0.5) + 1.0
+    first, last = max(first, float(origin)), min(last, float(origin + size))
+    if not first < last:  # true of NaN
+        return 0, 0
+    return int(first) - origin, int(last) - origin
 
 
 @njit(cache=True)
