@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Sequence, SequenceError
+from datasets.synthetic.campus.knobs import PersonKnobs, StudentsKnobs
 from datasets.synthetic.engine.knobs import Knobs
 from datasets.text_form import parse_text
 
@@ -21,7 +22,10 @@ if TYPE_CHECKING:
 
 __all__ = ["entries", "load", "names", "options"]
 
-SCENES: dict[str, tuple[type[Knobs], str]] = {}
+SCENES: dict[str, tuple[type[Knobs], str]] = {
+    "nummiaro2003/person": (PersonKnobs, "datasets.synthetic.campus.person"),
+    "nummiaro2003/students": (StudentsKnobs, "datasets.synthetic.campus.students"),
+}
 """By name: the knobs, and the module that makes a scene of them (a `SceneModule`).
 
 A sequence's fingerprint covers its module and all that this imports, not its neighbours here.
