@@ -1,0 +1,92 @@
+"""Detectors that start a tracker; they need an OpenCV that has them."""
+
+import cv2
+import numpy as np
+import pytest
+
+import datasets
+import trackers
+from trackers.base.parameters import TrackerError
+from trackers.detection.cascade import cascade
+from trackers.detection.hog import people
+
+needs_hog = pytest.mark.skipif(
+    not hasattr(cv2, "HOGDescriptor"), reason="the installed OpenCV has no HOG detector"
+)
+needs_cascades = pytest.mark.skipif(
+    not hasattr(cv2, "CascadeClassifier"), reason="the installed OpenCV has no cascades"
+)
+
+# A cascade of one stage and one stump: hits where the upper half is brighter than the lower.
+CASCADE = """<?xml version="1.0"?>
+<opencv_storage>
+<cascade>
+  <stageType>BOOST</stageType><featureType>HAAR</featureType>
+  <height>20</height><width>20</width>
+  <stageParams><boostType>GAB</boostType><minHitRate>0.99</minHitRate>
+    <maxFalseAlarm>0.5</maxFalseAlarm><weightTrimRate>0.95</weightTrimRate>
+    <maxDepth>1</maxDepth><maxWeakCount>1</maxWeakCount></stageParams>
+  <featureParams><maxCatCount>0</maxCatCount><featSize>1</featSize><mode>BASIC</mode></featureParams>
+  <stageNum>1</stageNum>
+  <stages><_><maxWeakCount>1</maxWeakCount><stageThreshold>0.5</stageThreshold>
+    <weakClassifiers><_><internalNodes>0 -1 0 0.6</internalNodes>
+      <leafValues>0. 1.</leafValues></_></weakClassifiers></_></stages>
+  <features><_><rects><_>0 0 20 20 -1.</_><_>0 0 20 10 2.</_></rects>
+    <tilted>0</tilted></_></features>
+</cascade>
+</opencv_storage>
+"""
+
+
+@needs_hog
+def test_a_person_is_found_and_tracked_from_there():
+    sequence = datasets.load("multipart/1")
+    detect = people()
+    frames = range(0, 200, 20)
+    hits = 0
+    for frame in frames:
+        found = detect(sequence[frame])
+        x, y = sequence.boxes[frame, :2] + sequence.boxes[frame, 2:] / 2
+        inside = (found[:, :2] < (x, y)).all(axis=1) & (found[:, :2] + found[:, 2:] > (x, y)).all(1)
+        hits += bool(inside.any())
+    assert hits >= len(frames) / 2
+
+
+@needs_hog
+def test_nothing_is_found_in_an_empty_image():
+    assert people()(np.full((480, 640, 3), 90, np.uint8)).shape == (0, 4)
+
+
+@needs_cascades
+def test_a_cascade_is_asked_and_its_largest_hit_comes_first(tmp_path):
+    file = tmp_path / "cascade.xml"
+    file.write_text(CASCADE)
+    image = np.full((200, 300, 3), 120, np.uint8)
+    image[20:40, 20:60], image[40:60, 20:60] = 250, 5
+    image[80:120, 150:230], image[120:160, 150:230] = 250, 5
+    found = cascade(file)(image)
+    assert len(found) >= 2
+    areas = found[:, 2] * found[:, 3]
+    assert (np.diff(areas) <= 0).all()
+    tracker = trackers.create("nummiaro2003")
+    tracker.init_by_detector(image, cascade(file))
+    assert tracker.update(image).visible
+
+
+@needs_cascades
+def test_a_file_that_is_no_cascade_is_refused_by_name(tmp_path):
+    with pytest.raises(TrackerError, match=r"absent\.xml: there is no such"):
+        cascade(tmp_path / "absent.xml")
+    (tmp_path / "poor.xml").write_text("no cascade")
+    with pytest.raises(TrackerError, match=r"poor\.xml: this is no cascade"):
+        cascade(tmp_path / "poor.xml")
+
+
+@pytest.mark.parametrize(
+    ("name", "make"), [("HOGDescriptor", people), ("CascadeClassifier", cascade)]
+)
+def test_an_opencv_without_them_is_named_with_what_to_install(name, make, monkeypatch):
+    monkeypatch.delattr(cv2, name, raising=False)
+    arguments = ["face.xml"] if make is cascade else []
+    with pytest.raises(TrackerError, match="opencv-contrib-python-headless"):
+        make(*arguments)

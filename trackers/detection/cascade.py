@@ -1,0 +1,57 @@
+"""Objects by a cascade of boosted classifiers (Viola & Jones 2001) that the user has at hand."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.base.interface import Image
+from trackers.base.parameters import TrackerError
+
+__all__ = ["cascade"]
+
+
+def cascade(file: str | Path, neighbours: int = 3) -> Callable[[Image], NDArray[np.float64]]:
+    """Detector from a trained cascade, of frontal faces for one.
+
+    Parameters
+    ----------
+    file : str or Path
+        The cascade's XML file. OpenCV's own come with its sources.
+    neighbours : int
+        How many overlapping hits make a find.
+
+    Returns
+    -------
+    callable
+        Gives boxes of shape (k, 4) in an image [pixels], the largest first.
+
+    Raises
+    ------
+    TrackerError
+        Where the installed OpenCV has no cascades, or the file holds none.
+    """
+    if not hasattr(cv2, "CascadeClassifier"):
+        raise TrackerError(
+            f"the installed OpenCV {cv2.__version__} has no cascade classifier; install "
+            "opencv-contrib-python-headless in place of opencv-python-headless."
+        )
+    if not Path(file).is_file():
+        raise TrackerError(f"{file}: there is no such cascade file.")
+    try:
+        classifier = cv2.CascadeClassifier(str(file))
+        unusable = classifier.empty()
+    except (cv2.error, SystemError):  # SystemError: how OpenCV's constructors fail in Python
+        unusable = True
+    if unusable:
+        raise TrackerError(f"{file}: this is no cascade that OpenCV can read.")
+
+    def detect(image: Image) -> NDArray[np.float64]:
+        grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+        boxes = np.reshape(classifier.detectMultiScale(grey, minNeighbors=neighbours), (-1, 4))
+        order = np.argsort(-boxes[:, 2] * boxes[:, 3], kind="stable")
+        return boxes.astype(np.float64)[order]
+
+    return detect

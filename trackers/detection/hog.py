@@ -1,0 +1,46 @@
+"""People by histograms of oriented gradients (Dalal & Triggs 2005), as OpenCV trained them."""
+
+from collections.abc import Callable
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.base.interface import Image
+from trackers.base.parameters import TrackerError
+
+__all__ = ["people"]
+
+
+def people(least_score: float = 0.0) -> Callable[[Image], NDArray[np.float64]]:
+    """Detector of upright people at least 128 pixels high.
+
+    Parameters
+    ----------
+    least_score : float
+        Distance from the classifier's margin, from which on something is a person.
+
+    Returns
+    -------
+    callable
+        Gives boxes of shape (k, 4) in an image [pixels], the highest score first.
+
+    Raises
+    ------
+    TrackerError
+        Where the installed OpenCV has no HOG detector.
+    """
+    if not hasattr(cv2, "HOGDescriptor"):
+        raise TrackerError(
+            f"the installed OpenCV {cv2.__version__} has no HOG detector; install "
+            "opencv-contrib-python-headless in place of opencv-python-headless."
+        )
+    hog = cv2.HOGDescriptor()
+    hog.setSVMDetector(cv2.HOGDescriptor.getDefaultPeopleDetector())
+
+    def detect(image: Image) -> NDArray[np.float64]:
+        boxes, scores = hog.detectMultiScale(image, hitThreshold=least_score)
+        order = np.argsort(-np.ravel(scores), kind="stable")
+        return np.reshape(boxes, (-1, 4)).astype(np.float64)[order]
+
+    return detect
