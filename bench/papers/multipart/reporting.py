@@ -9,20 +9,16 @@ import pandas as pd
 
 import bench
 import datasets
-from bench.claims.conclusion import Conclusion, conclude
-from bench.claims.evaluation import judge
-from bench.claims.ledger import read_claims
 from bench.papers import Asked, Effort, Report
-from bench.papers.multipart import TITLE
+from bench.papers.judging import conclusions, failure_remarks
+from bench.papers.multipart import RECORDED, TITLE
 from bench.papers.multipart.appearance import Appearance, states_of
 from bench.papers.multipart.criteria import criteria_table
 from bench.papers.multipart.figures import write_figures
-from bench.papers.multipart.recorded import NAME as RECORDED
-from bench.papers.multipart.recorded import read_published, recorded_table
 from bench.papers.multipart.scores import (
     METRICS,
     adaptive_rows,
-    cells_of,
+    cell_columns,
     tidy_scores,
     without_failures,
 )
@@ -36,9 +32,10 @@ from bench.papers.multipart.timing import (
     naive_ratios,
     time_table,
 )
+from bench.papers.recorded import read_published
+from bench.papers.scores import canonical_name
 from bench.store.results import Results
 from bench.store.truth import read_truth
-from datasets.text_form import format_text
 from reports.ledger import ledger_table
 from reports.tables import Table
 
@@ -54,6 +51,7 @@ SCORED = (
 TIMED = "multipart-time"
 NEAR_OCCLUSION = 10  # frames
 OCCLUDED = 0.9  # visible fraction below which the target is occluded
+COMPANIONS = "the other representation and the other repetitions"
 IDENTITY_SCENES, IDENTITY_FRAMES = 2, 15
 
 
@@ -81,7 +79,8 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
     timed = (8,) if effort.quick else range(1, 9)  # opening a sequence takes longer than timing
     kernels = kernel_times([f"multipart/{number}" for number in timed])
     naive = naive_ratios("multipart/8")
-    conclusions = _conclusions(
+    claims = conclusions(
+        "multipart",
         judged,
         {
             "identity": _identity(),
@@ -93,17 +92,19 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
     )
     failed = failed_passes(results / TIMED, asked[TIMED])
     timed_table = time_table(times, kernels, naive, failed)
-    tables += [ledger_table([conclusion.for_json() for conclusion in conclusions])]
+    tables += [ledger_table([conclusion.for_json() for conclusion in claims])]
     tables += [readings_table(walking), scene_table(scenes), timed_table]
-    if RECORDED in asked:
+    if RECORDED.name in asked:
         published = {} if effort.published is None else read_published(effort.published)
-        tables.append(recorded_table(results / RECORDED, published, asked[RECORDED]))
+        name = RECORDED.name
+        tables.append(RECORDED.table(results / name, published, asked[name]))
     return Report(
         title=TITLE,
-        remarks=_remarks(written, scenes, effort) + _failures(runs, scores, judged),
+        remarks=_remarks(written, scenes, effort)
+        + failure_remarks(runs, scores, judged, cell_columns(scores), COMPANIONS),
         tables=tables,
         rows=rows,
-        claims=[conclusion.for_json() for conclusion in conclusions],
+        claims=[conclusion.for_json() for conclusion in claims],
         criteria=criteria_table(judged_written, scenes, _time_ratio(times)),
         pictures=write_figures(walking, folder),
     )
@@ -112,21 +113,7 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
 def _kept(scores: pd.DataFrame, scenes: Mapping[str, Scene]) -> list[bool]:
     """Whether the static gate kept a run's scene; scenes that it is not for are kept."""
     known = {name: scene.kept for name, scene in scenes.items()}
-    return [known.get(_canonical(row), True) for _, row in scores.iterrows()]
-
-
-def _canonical(row: "pd.Series[Any]") -> str:
-    options: dict[str, object] = {}
-    if row["light"] != "even":
-        options["light"] = row["light"]
-    if row["scene"]:
-        options["scene"] = row["scene"]
-    return format_text(row["sequence"], options)
-
-
-def _conclusions(scores: pd.DataFrame, tables: Mapping[str, pd.DataFrame]) -> list[Conclusion]:
-    claims = read_claims("multipart")
-    return [conclude(claim, judge(claim, scores, tables)) for claim in claims.values()]
+    return [known.get(canonical_name(row), True) for _, row in scores.iterrows()]
 
 
 def _identity() -> pd.DataFrame:
@@ -184,7 +171,7 @@ def _losses(adaptive: pd.DataFrame) -> pd.DataFrame:
     near, towards = [], []
     truths: dict[str, Any] = {}
     for _, row in adaptive.iterrows():
-        name = _canonical(row)
+        name = canonical_name(row)
         if name not in truths:
             path = Path(row["path"])
             results = path.parent.parent.parent
@@ -196,20 +183,6 @@ def _losses(adaptive: pd.DataFrame) -> pd.DataFrame:
         near.append(is_near)
         towards.append("near an occlusion" if is_near else "elsewhere")
     return adaptive.assign(near_occlusion=near, towards=towards)
-
-
-def _failures(runs: pd.DataFrame, scores: pd.DataFrame, judged: pd.DataFrame) -> list[str]:
-    """What a reader must know of runs that failed: each by name, and what it costs."""
-    failed = runs[runs["failure"] != ""]
-    if failed.empty:
-        return []
-    whole, left = (len(cells_of(rows).drop_duplicates()) for rows in (scores, judged))
-    return [
-        f"FAILED: {len(failed)} of {len(runs)} runs. Tables show them; the {whole - left} of "
-        f"{whole} cells (a scene under one reading) that they are in are left out of all "
-        "verdicts, with the other representation and the other repetitions.",
-        *(f"failed: {failure}" for failure in failed["failure"]),
-    ]
 
 
 def _fewest_kept(scenes: Mapping[str, Scene]) -> int:

@@ -8,18 +8,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-import datasets
 from bench.papers.multipart.static import INITIAL
-from bench.store.files import ResultsError
-from bench.store.layout import Cell, run_path
-from bench.store.loading import load_results
+from bench.papers.scores import counts_of, runs_of, sequence_labels
+from bench.papers.scores import without_failures as scores_without_failures
+from bench.store.layout import Cell
 from bench.store.results import Results
 from datasets.text_form import parse_text
 
 __all__ = [
     "METRICS",
     "adaptive_rows",
-    "cells_of",
+    "cell_columns",
     "part_distances",
     "tidy_scores",
     "without_failures",
@@ -62,72 +61,32 @@ def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataF
     ResultsError
         Where a run is missing or stale: no verdict is passed on what is left.
     """
-    runs = load_results(folder, cells)
-    lacking = runs[~runs["status"].isin(["finished", "failed"])]
-    if len(lacking):
-        first = lacking.iloc[0]
-        raise ResultsError(
-            f"{folder}: {len(lacking)} of {len(runs)} runs are {first['status']}, the first "
-            f"{first['tracker']} on {first['sequence']}, repetition {first['repetition']}. "
-            "Run `trackmark reproduce` again; `trackmark results list` shows them."
-        )
-    rows = pd.DataFrame([_labels(row) for _, row in runs.iterrows()])
-    scores = {name: runs.get(name, pd.Series(np.nan, runs.index)).to_numpy() for name in _SCORES}
-    cells_of_runs = runs[["tracker", "sequence", "repetition", "protocol"]]
-    rows = rows.assign(
-        repetition=runs["repetition"].to_numpy(),
-        frames=runs["frames"].to_numpy(np.int64),
-        success_frames=scores["success_frames"] + 1,
-        frames_inside=scores["frames_inside"] + 1,
-        first_loss=scores["first_loss"],
-        mean_overlap=scores["mean_overlap"],
-        path=[str(folder / run_path(*cell)) for cell in cells_of_runs.itertuples(index=False)],
-        failure=[_failure(run) for _, run in runs.iterrows()],
-    )
+    runs = runs_of(folder, cells)
+    labels = pd.DataFrame([_labels(row) for _, row in runs.iterrows()])
+    rows = labels.join(counts_of(folder, runs))
     return rows.assign(part_distance=part_distances(folder, rows))
 
 
-def _failure(run: "pd.Series[Any]") -> str:
-    if not run["failure"]:
-        return ""
-    reason = str(run["failure"]).partition("\n")[0]
-    return f"{run['tracker']} on {run['sequence']}, repetition {run['repetition']}: {reason}"
-
-
-def cells_of(scores: pd.DataFrame) -> pd.DataFrame:
-    """The cell of each run: a scene under one reading, in whatever representation."""
-    return scores[[column for column in scores if column not in _OF_RUNS]]
+def cell_columns(scores: pd.DataFrame) -> list[str]:
+    """Columns that say which cell a run is in: a scene under one reading, all representations."""
+    return [str(column) for column in scores if column not in _OF_RUNS]
 
 
 def without_failures(scores: pd.DataFrame) -> pd.DataFrame:
-    """Runs of those cells alone in which no run failed.
-
-    Left in a cell, the other repetitions would stand for the failed one, and the other
-    representation would be compared with nothing.
-    """
-    cells = cells_of(scores)
-    failed = cells[scores["failure"] != ""].drop_duplicates()
-    if failed.empty:
-        return scores
-    side = cells.merge(failed, "left", indicator="side")["side"]
-    return scores[(side == "left_only").to_numpy()]
+    """Runs of those cells alone in which no run failed, in whatever representation."""
+    return scores_without_failures(scores, cell_columns(scores))
 
 
 def _labels(run: "pd.Series[Any]") -> dict[str, Any]:
     _, options = parse_text(run["tracker"])
-    name, variant = parse_text(run["sequence"])
     parameters = json.loads(run["parameters"])
     others = [f"{key}={value}" for key, value in options.items() if key not in _NO_VARIANT]
     return {
         "representation": parameters["representation"],
         "threshold": parameters["threshold"],
-        "sequence": name,
+        **sequence_labels(run["sequence"]),
         "initial": INITIAL[options.get("init", "boxes")],
         "variant": ":".join(others),
-        **{
-            knob["name"]: type(knob["default"])(variant.get(knob["name"], knob["default"]))
-            for knob in datasets.options(name)
-        },
     }
 
 
@@ -138,7 +97,7 @@ def part_distances(folder: Path, rows: pd.DataFrame) -> list[float]:
     """
     results = Results(folder)
     known: dict[Any, float] = {}
-    keys = list(cells_of(rows).itertuples(index=False, name=None))
+    keys = list(rows[cell_columns(rows)].itertuples(index=False, name=None))
     for key, path, failure in zip(keys, rows["path"], rows["failure"], strict=True):
         if key not in known and not failure:
             values = results.read(Path(path)).details["part_distance"]

@@ -11,7 +11,7 @@ import pytest
 import bench
 import datasets
 from bench.experiment import Experiment, SequenceSource
-from bench.papers.multipart.recorded import read_published, recorded_experiment, recorded_table
+from bench.papers.multipart import RECORDED
 from bench.papers.multipart.scores import adaptive_rows, tidy_scores, without_failures
 from bench.papers.multipart.timing import (
     by_representation,
@@ -21,6 +21,7 @@ from bench.papers.multipart.timing import (
     naive_ratios,
     time_table,
 )
+from bench.papers.recorded import read_published
 from bench.store.files import ResultsError
 from bench.store.index import read_index
 from bench.store.loading import load_results
@@ -144,14 +145,14 @@ def test_two_library_calls_a_particle_take_longer_than_one():
 
 def test_recorded_runs_stand_beside_published_figures_with_the_first_frame_counted(here):
     source = SequenceSource(str(here / "data" / "Small"))
-    experiment = recorded_experiment([source], 2)
+    experiment = RECORDED.experiment([source], 2)
     folder = bench.run(experiment, here / "results", jobs=1)
     figures = here / "figures.csv"
     figures.write_text(
         "eval,scoreset,tracker,sequence,mean_iou_overlapScores,success_at_0.5_from_errorNum\n"
         "OPE,x,CPF,Small,0.5,0.25\nOPE,x,CPF,Other,0.9,0.9\nSRE,x,KMS,Small,0.9,0.9\n"
     )
-    table = recorded_table(folder, read_published(figures))
+    table = RECORDED.table(folder, read_published(figures))
     rows = {row[1].text: [cell.text for cell in row[2:]] for row in table.rows}
     assert rows["static"] == ["1.000", "100.0"]
     assert rows["CPF, published"] == ["0.500", "25.0"]

@@ -1,0 +1,86 @@
+"""Which experiments of a paper an effort affords."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import datasets
+from bench.experiment import Experiment, read_experiment
+from bench.papers import Effort
+from bench.papers.recorded import Recorded, read_published
+from datasets.text_form import parse_text
+
+__all__ = ["affordable", "is_first", "with_recorded"]
+
+RECORDED_REPETITIONS = 20
+QUICK_REPETITIONS = 1
+
+
+def is_first(text: str) -> bool:
+    """Whether a sequence is the first scene in even light, at distance 0 where there is one."""
+    _, options = parse_text(text)
+    light = options.get("light", "even")
+    return light == "even" and all(float(options.get(key, 0)) == 0 for key in ("scene", "distance"))
+
+
+def affordable(
+    names: Sequence[str], effort: Effort, is_quick: Callable[[str], bool] = is_first
+) -> list[Experiment]:
+    """Experiments with the scenes and repetitions that an effort affords, in order.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of experiments that come with trackmark.
+    effort : Effort
+        A quick one takes the first of everything that is swept, of timing runs the last of
+        these; an experiment without any is left out.
+    is_quick : callable
+        Whether a sequence is among the first.
+    """
+    scaled = (_scaled(read_experiment(name), effort, is_quick) for name in names)
+    return [experiment for experiment in scaled if experiment is not None]
+
+
+def with_recorded(
+    experiments: Sequence[Experiment], effort: Effort, recorded: Recorded
+) -> list[Experiment]:
+    """The same, and the paper's trackers on the recorded sequences that are asked for.
+
+    Raises
+    ------
+    ExperimentError
+        For published figures that can't be read: before hours of runs, not after.
+    SequenceError
+        For a recorded sequence that can't be run.
+    """
+    if effort.published is not None:
+        read_published(effort.published)
+    if not effort.recorded:
+        return list(experiments)
+    most = effort.seeds or (QUICK_REPETITIONS if effort.quick else RECORDED_REPETITIONS)
+    repetitions = min(RECORDED_REPETITIONS, most)
+    added = recorded.experiment(effort.recorded, repetitions)
+    for source in added.sequences:
+        datasets.load(source.text).check_runnable()
+    return [*experiments, added]
+
+
+def _scaled(
+    experiment: Experiment, effort: Effort, is_quick: Callable[[str], bool]
+) -> Experiment | None:
+    most = effort.seeds
+    sequences = experiment.sequences
+    if effort.quick:
+        most = min(most or QUICK_REPETITIONS, QUICK_REPETITIONS)
+        sequences = tuple(source for source in sequences if is_quick(source.text))
+        sequences = sequences[-1:] if experiment.timing else sequences
+        if not sequences:
+            return None
+    if most is None:
+        return experiment
+    return replace(
+        experiment,
+        sequences=sequences,
+        repetitions=min(experiment.repetitions, most),
+        repeated={text: min(number, most) for text, number in experiment.repeated.items()},
+    )
