@@ -1,0 +1,382 @@
+"""Mean shift against the paper's equations written out slowly, closed forms, its promises."""
+
+from math import hypot
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import trackers
+from trackers.base.parameters import TrackerError
+from trackers.base.sharing import SharedFrame
+
+GREEN = (60, 180, 40)
+
+
+# The whole tracker again, in NumPy over the whole image.
+
+
+def slow_codes(image, colour, bins):
+    if colour == "rgb":
+        blue, green, red = np.moveaxis(image.astype(int) * bins // 256, 2, 0)
+        return (red * bins + green) * bins + blue
+    hue, saturation, value = np.moveaxis(cv2.cvtColor(image, cv2.COLOR_BGR2HSV).astype(int), 2, 0)
+    half = bins // 2
+    return (hue * bins // 180 * bins + saturation * bins // 256) * half + value * half // 256
+
+
+def slow_kernel(codes, x, y, half_width, half_height):
+    """Codes, places and weights of the pixels of an ellipse; weights in whole 1/65536."""
+    rows, columns = np.indices(codes.shape) + 0.5
+    across, down = columns - x, rows - y
+    inside = (across / half_width) ** 2 + (down / half_height) ** 2 < 1
+    weights = 65536 - np.floor(65536 / half_width**2 * across * across)[inside]
+    weights -= np.floor(65536 / half_height**2 * down * down)[inside]
+    return codes[inside], columns[inside], rows[inside], weights
+
+
+def slow_histogram(codes, n_bins, *ellipse):
+    codes, _, _, weights = slow_kernel(codes, *ellipse)
+    histogram = np.bincount(codes, weights, n_bins)
+    return histogram / histogram.sum() if len(codes) else histogram
+
+
+def slow_shift(codes, q, x, y, half, stop, most, halving):
+    """Place, coefficient and number of steps."""
+
+    def coefficient(x, y):
+        return np.sqrt(slow_histogram(codes, len(q), x, y, *half) * q).sum()
+
+    here, steps = coefficient(x, y), 0
+    while here > 0 and steps < most:
+        steps += 1
+        p = slow_histogram(codes, len(q), x, y, *half)
+        found, columns, rows, _ = slow_kernel(codes, x, y, *half)
+        weights = np.sqrt(q[found] / p[found])
+        new_x, new_y = (weights @ columns) / weights.sum(), (weights @ rows) / weights.sum()
+        step = hypot(new_x - x, new_y - y)
+        while halving and step >= stop and coefficient(new_x, new_y) < here:
+            new_x, new_y = (x + new_x) / 2, (y + new_y) / 2
+            step = hypot(new_x - x, new_y - y)
+        x, y = new_x, new_y
+        here = coefficient(x, y)
+        if step < stop:
+            break
+    return x, y, here, steps
+
+
+def slow_track(images, box, **parameters):
+    given = trackers.resolve("mean-shift", **parameters).parameters
+    n_bins = given.bins**3 if given.colour == "rgb" else given.bins**2 * (given.bins // 2)
+    half = np.array(box[2:]) / 2
+    x, y = np.array(box[:2]) + half
+    q = slow_histogram(slow_codes(images[0], given.colour, given.bins), n_bins, x, y, *half)
+    step = given.scale_step
+    factors = [1.0] if given.scale == "fixed" else [1.0, 1 - step, 1 + step]
+    estimates = []
+    for image in images[1:]:
+        codes = slow_codes(image, given.colour, given.bins)
+        best = None
+        for factor in factors:
+            found = slow_shift(
+                codes,
+                q,
+                x,
+                y,
+                half * factor,
+                given.stop_distance,
+                given.max_iterations,
+                given.step_halving,
+            )
+            if best is None or found[2] > best[0][2]:
+                best = found, half * factor
+        (x, y, coefficient, steps), best_half = best
+        half = given.scale_smoothing * best_half + (1 - given.scale_smoothing) * half
+        estimates.append((x - half[0], y - half[1], 2 * half[0], 2 * half[1], coefficient, steps))
+    return np.array(estimates)
+
+
+def track(images, box, **parameters):
+    tracker = trackers.create("mean-shift", **parameters)
+    tracker.init(images[0], np.asarray(box, float))
+    return [tracker.update(image) for image in images[1:]]
+
+
+def boxes(estimates):
+    return np.array([estimate.box for estimate in estimates])
+
+
+def centres(estimates):
+    found = boxes(estimates)
+    return found[:, :2] + found[:, 2:] / 2
+
+
+def picture(centre, size=(24.0, 36.0), height=80, width=120, noise=None, fine=4):
+    """Ellipses of three colours, one in the other, on green; edges blended of `fine` steps."""
+    rows, columns = (np.indices((height * fine, width * fine)) + 0.5) / fine
+    across, down = (columns - centre[0]) / size[0] * 2, (rows - centre[1]) / size[1] * 2
+    distance = across**2 + down**2
+    image = np.full((*rows.shape, 3), GREEN, float)
+    for share, colour in ((1.0, (30, 50, 210)), (0.7, (210, 80, 30)), (0.4, (40, 210, 220))):
+        image[distance < share**2] = colour
+    image = image.reshape(height, fine, width, fine, 3).mean(axis=(1, 3))
+    if noise is not None:
+        image += np.random.default_rng(noise).normal(0, 10, image.shape)
+    return np.clip(image, 0, 255).astype(np.uint8)
+
+
+@pytest.fixture(scope="module")
+def clip():
+    """A target that moves between pixels and grows a little, with sensor noise."""
+    images = [
+        picture((40 + 2.3 * t, 40 - 1.4 * t), (24 + t / 2, 36 + t / 2), noise=t) for t in range(6)
+    ]
+    return images, np.array([28.0, 22.0, 24.0, 36.0])
+
+
+READINGS = [
+    {},
+    {"preset": "as-written"},
+    {"colour": "hsv"},
+    {"bins": 16},
+    {"bins": 5, "colour": "hsv"},
+    {"scale": "fixed"},
+    {"scale_step": 0.05, "scale_smoothing": 1.0},
+    {"step_halving": False, "max_iterations": 2},
+    {"stop_distance": 3.0},
+]
+
+
+@pytest.mark.parametrize("reading", READINGS, ids=str)
+def test_the_boxes_are_those_of_the_equations_written_out_slowly(clip, reading):
+    images, box = clip
+    found = track(images, box, **reading)
+    expected = slow_track(images, box, **reading)
+    np.testing.assert_allclose(boxes(found), expected[:, :4], rtol=0, atol=1e-9)
+    confidences = [estimate.confidence for estimate in found]
+    np.testing.assert_allclose(confidences, expected[:, 4], rtol=0, atol=1e-9)
+    assert [estimate.details["iterations"] for estimate in found] == expected[:, 5].tolist()
+    for estimate in found:
+        assert estimate.details["coefficient"] == estimate.confidence
+        assert estimate.details["half_width"] == estimate.box[2] / 2
+        assert estimate.details["half_height"] == estimate.box[3] / 2
+
+
+def test_the_readings_are_different_trackers(clip):
+    images, box = clip
+    found = [boxes(track(images, box, **reading)) for reading in READINGS]
+    for i, one in enumerate(found):
+        for other in found[:i]:
+            assert np.abs(one - other).max() > 1e-3
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.integers(24, 32), st.integers(20, 30), st.integers(1, 5), st.integers(1, 4))
+def test_one_step_goes_to_the_middle_of_all_that_has_the_targets_colour(x, y, width, height):
+    full, spot = np.full((60, 60, 3), 200, np.uint8), np.full((60, 60, 3), GREEN, np.uint8)
+    spot[y : y + height, x : x + width] = 200
+    (estimate,) = track([full, spot], [20, 12, 20, 30], scale="fixed", max_iterations=1)
+    np.testing.assert_allclose(
+        centres([estimate]), [[x + width / 2, y + height / 2]], rtol=0, atol=1e-12
+    )
+    assert estimate.details["iterations"] == 1
+
+
+def test_two_colours_pull_by_the_root_of_what_they_are_short_of():
+    first, second = np.zeros((40, 40, 3), np.uint8), np.full((40, 40, 3), GREEN, np.uint8)
+    first[:, 20:] = 255  # the ellipse's halves weigh the same
+    second[20, 18] = second[20, 21] = 0
+    second[20, 24] = 255
+    settings = {"scale": "fixed", "max_iterations": 1, "step_halving": False}
+    (estimate,) = track([first, second], [10, 10, 20, 20], **settings)
+
+    def weight(column):  # under the kernel, of radius 10 around (20, 20)
+        return 1 - ((column + 0.5 - 20) ** 2 + 0.5**2) / 100
+
+    black = (0.5 / (weight(18) + weight(21))) ** 0.5
+    white = (0.5 / weight(24)) ** 0.5
+    x = (black * (18.5 + 21.5) + white * 24.5) / (2 * black + white)
+    np.testing.assert_allclose(centres([estimate]), [[x, 20.5]], rtol=0, atol=1e-4)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.integers(-9, 9), st.integers(-14, 14))
+def test_a_target_that_moved_on_plain_ground_is_found_within_half_a_pixel(dx, dy):
+    here, there = picture((60, 40), fine=1), picture((60 + dx, 40 + dy), fine=1)
+    (estimate,) = track([here, there], [48, 22, 24, 36], stop_distance=1e-3)
+    np.testing.assert_allclose(centres([estimate]), [[60 + dx, 40 + dy]], atol=0.5)
+    assert estimate.confidence > 0.99
+
+
+def test_the_size_follows_a_target_that_grows_and_shrinks():
+    sizes = np.concatenate([np.linspace(24, 36, 60), np.linspace(36, 26, 60)])
+    images = [picture((60, 40), (s, 1.5 * s), noise=t) for t, s in enumerate(sizes)]
+    found = boxes(track(images, [48, 22, 24, 36]))
+    np.testing.assert_allclose(found[:, 2], sizes[1:], rtol=0.1)
+    np.testing.assert_allclose(found[:, 3], 1.5 * found[:, 2])
+    fixed = boxes(track(images, [48, 22, 24, 36], scale="fixed"))
+    assert (fixed[:, 2:] == [24, 36]).all()
+
+
+def test_the_size_changes_by_no_more_than_the_smoothed_step(clip):
+    images, box = clip
+    widths = np.concatenate([[box[2]], boxes(track(images, box))[:, 2]])
+    changes = widths[1:] / widths[:-1] - 1
+    allowed = np.array([-0.01, 0, 0.01])
+    assert np.abs(changes[:, np.newaxis] - allowed).min(axis=1).max() < 1e-12
+    assert changes.max() > 0
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    st.integers(0, 999),
+    st.tuples(st.floats(-40, 60), st.floats(-40, 40), st.floats(3, 60), st.floats(3, 60)),
+)
+def test_steps_never_lower_the_coefficient(seed, box):
+    rng = np.random.default_rng(seed)
+    blocks = rng.integers(0, 256, (2, 6, 7, 3), dtype=np.uint8)
+    images = blocks.repeat(8, axis=1).repeat(8, axis=2)
+    coefficients = []
+    for most in range(1, 6):
+        try:
+            (estimate,) = track(
+                list(images), box, max_iterations=most, scale="fixed", stop_distance=1e-9
+            )
+        except TrackerError as refusal:
+            assert "in the image" in str(refusal)  # noqa: PT017
+            return
+        coefficients.append(estimate.confidence)
+        assert 0 <= estimate.confidence <= 1
+        assert (centres([estimate])[0] > 0).all() or not estimate.visible
+    assert (np.diff(coefficients) >= -1e-12).all()
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.integers(-15, 12), st.integers(-12, 12), st.sampled_from(["rgb", "hsv"]))
+def test_moving_the_scene_by_whole_pixels_moves_the_track(dx, dy, colour):
+    images = [picture((60 + t, 40 - t), noise=t) for t in range(3)]
+    moved = [np.roll(image, (dy, dx), (0, 1)) for image in images]
+    here = track(images, [48, 22, 24, 36], colour=colour)
+    there = track(moved, [48 + dx, 22 + dy, 24, 36], colour=colour)
+    np.testing.assert_allclose(boxes(there) - boxes(here), [[dx, dy, 0, 0]] * 2, atol=1e-7)
+
+
+def test_no_side_shrinks_below_three_pixels():
+    full, spot = np.full((80, 120, 3), 90, np.uint8), np.full((80, 120, 3), GREEN, np.uint8)
+    spot[39:41, 59:61] = 90  # the smaller the ellipse, the larger the share of the spot
+    found = boxes(track([full, *[spot] * 30], [50, 34, 20, 12], scale_smoothing=1.0))
+    np.testing.assert_allclose(found[9, 2], 20 * 0.9**10)
+    np.testing.assert_allclose(found[-1, 2:], np.array([20, 12]) * 0.9**13)  # 3.05 high
+
+
+def test_no_side_grows_beyond_the_image():
+    first, second = np.full((2, 80, 120, 3), GREEN, np.uint8)
+    first[36:44, 56:64] = 90
+    second[28:52, 48:72] = 90  # the larger the ellipse, the more ground it has
+    found = boxes(track([first, *[second] * 30], [45, 25, 30, 30], scale_smoothing=1.0))
+    np.testing.assert_allclose(found[-1, 2:], 30 * 1.1**10)  # 77.8 of 80
+
+
+def test_a_target_of_one_colour_keeps_its_size_and_stays_on_it():
+    image = np.full((80, 120, 3), GREEN, np.uint8)
+    image[20:60, 40:70] = 90
+    moved = np.roll(image, (3, 5), (0, 1))
+    (estimate,) = track([image, moved], [40, 20, 30, 40])
+    assert estimate.box[2:].tolist() == [30, 40]
+    assert estimate.confidence > 0.995
+    assert np.abs(estimate.box[:2] - [45, 23]).max() < 1.5
+
+
+def test_in_an_image_of_one_colour_nothing_moves():
+    plain = np.full((80, 120, 3), 90, np.uint8)
+    (estimate,) = track([plain, plain], [40.3, 20.6, 30, 40])
+    np.testing.assert_allclose(estimate.box, [40.3, 20.6, 30, 40], atol=0.3)
+    assert estimate.confidence == 1.0
+    assert estimate.box[2:].tolist() == [30, 40]
+
+
+@pytest.mark.parametrize("colour", ["rgb", "hsv"])
+def test_in_grey_images_the_brightness_is_followed(colour):
+    here, there = (
+        picture(centre, fine=1)[..., 1:2].repeat(3, axis=2) for centre in ((60, 40), (64, 37))
+    )
+    (estimate,) = track([here, there], [48, 22, 24, 36], colour=colour)
+    np.testing.assert_allclose(centres([estimate]), [[64, 37]], atol=0.3)
+
+
+def test_a_target_that_left_is_not_visible_and_is_found_when_it_comes_back():
+    here, empty = picture((60, 40)), np.full((80, 120, 3), 0, np.uint8)
+    gone, back = track([here, empty, here], [48, 22, 24, 36])
+    assert not gone.visible
+    assert gone.confidence == 0
+    assert gone.details["iterations"] == 0
+    assert gone.box.tolist() == [48, 22, 24, 36]
+    assert back.visible
+    np.testing.assert_allclose(back.box, [48, 22, 24, 36], atol=0.2)
+
+
+def test_a_target_half_outside_is_followed_by_what_is_inside():
+    images = [picture((c, 40)) for c in (20, 14, 8, 3)]
+    found = track(images, [8, 22, 24, 36])
+    assert all(estimate.visible for estimate in found)
+    assert centres(found)[-1, 0] < 9
+    inwards = track(images[::-1], [-9, 22, 24, 36])
+    assert centres(inwards)[-1, 0] > 10
+
+
+def test_a_jump_beyond_the_pixels_first_looked_up_is_followed():
+    far = [np.zeros((300, 400, 3), np.uint8) for _ in range(2)]
+    far[0][:] = far[1][:] = (0, 0, 250)
+    far[0][100:140, 100:140] = 255
+    far[1][118:122, 130:300] = 255  # seen from the start, and leads away
+    settings = {"scale": "fixed", "max_iterations": 100, "stop_distance": 1e-3}
+    (alone,) = track(far, [100, 100, 40, 40], **settings)
+    assert alone.box[0] > 125
+    tracker = trackers.create("mean-shift", **settings)
+    tracker.init_shared(SharedFrame(far[0], 999), np.array([100.0, 100, 40, 40]))
+    together = tracker.update_shared(SharedFrame(far[1], 999))
+    assert together.box.tolist() == alone.box.tolist()
+
+
+@pytest.mark.parametrize("colour", ["rgb", "hsv"])
+def test_many_in_lock_step_find_the_boxes_of_one_alone(clip, colour):
+    images, box = clip
+    alone = track(images, box, colour=colour)
+    tracker = trackers.create("mean-shift", colour=colour)
+    tracker.init_shared(SharedFrame(images[0], 60), box)
+    together = [tracker.update_shared(SharedFrame(image, 60)) for image in images[1:]]
+    np.testing.assert_array_equal(boxes(together), boxes(alone))
+    assert [e.details for e in together] == [e.details for e in alone]
+
+
+@pytest.mark.parametrize(
+    ("box", "what"),
+    [
+        ((20, 20, 2.9, 9), "narrower or lower than 3 pixels"),
+        ((20, 20, 9, 0), "narrower or lower than 3 pixels"),
+        ((20, 20, np.nan, 9), "narrower or lower than 3 pixels"),
+        ((300, 20, 9, 9), "nothing lies in the image"),
+        ((-9, -9, 9, 9), "nothing lies in the image"),
+    ],
+    ids=str,
+)
+def test_a_box_too_small_or_outside_is_refused_in_one_line(clip, box, what):
+    with pytest.raises(TrackerError, match=rf"^mean-shift: [^\n]*{what}[^\n]*box\.$"):
+        track(clip[0][:1], box)
+
+
+def test_as_written_stops_within_a_pixel():
+    parameters = trackers.resolve("mean-shift", preset="as-written").parameters
+    assert (parameters.stop_distance, parameters.max_iterations, parameters.bins) == (1.0, 20, 8)
+    assert (parameters.scale_step, parameters.scale_smoothing) == (0.1, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value"),
+    [("bins", 1), ("bins", 33), ("scale_step", 1.0), ("stop_distance", 0), ("colour", "luv")],
+)
+def test_a_parameter_out_of_bounds_is_named(parameter, value):
+    with pytest.raises(TrackerError, match=f"mean-shift: parameter {parameter}="):
+        trackers.create("mean-shift", **{parameter: value})

@@ -1,0 +1,277 @@
+"""The filter against textbook matrices and OpenCV's; the tracker's promises."""
+
+from math import exp, inf, log
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import trackers
+from trackers.base.parameters import TrackerError
+from trackers.base.sharing import SharedFrame
+from trackers.mean_shift_kalman import _deviation
+from trackers.mean_shifting.constant_velocity import ConstantVelocity
+
+GREEN, RED, BLUE = (60, 180, 40), (30, 50, 210), (210, 80, 30)
+
+
+def textbook(position, velocity_deviation, noise, measurements, deviations):
+    """States (x, y, vx, vy) of one filter of both axes, in the full matrices, Joseph's form."""
+    transition = np.eye(4) + np.eye(4, k=2)
+    by_acceleration = np.array([[0.5, 0], [0, 0.5], [1, 0], [0, 1]])
+    process = noise**2 * by_acceleration @ by_acceleration.T
+    observed = np.eye(2, 4)
+    state = np.array([*position, 0, 0])
+    covariance = np.diag([0, 0, *np.square(velocity_deviation)])
+    for measured, deviation in zip(measurements, deviations, strict=True):
+        state = transition @ state
+        covariance = transition @ covariance @ transition.T + process
+        uncertainty = np.diag(np.square(deviation))
+        innovation = observed @ covariance @ observed.T + uncertainty
+        gain = covariance @ observed.T @ np.linalg.inv(innovation)
+        state = state + gain @ (measured - observed @ state)
+        rest = np.eye(4) - gain @ observed
+        covariance = rest @ covariance @ rest.T + gain @ uncertainty @ gain.T
+        yield state, covariance, gain
+
+
+def opencv(position, velocity_deviation, noise, measurements, deviations):
+    """The same filter as OpenCV has it."""
+    kalman = cv2.KalmanFilter(4, 2, 0, cv2.CV_64F)
+    kalman.transitionMatrix = np.eye(4) + np.eye(4, k=2)
+    kalman.measurementMatrix = np.eye(2, 4)
+    by_acceleration = np.array([[0.5, 0], [0, 0.5], [1, 0], [0, 1]])
+    kalman.processNoiseCov = noise**2 * by_acceleration @ by_acceleration.T
+    kalman.statePost = np.array([[*position, 0, 0]]).T
+    kalman.errorCovPost = np.diag([0, 0, *np.square(velocity_deviation)])
+    for measured, deviation in zip(measurements, deviations, strict=True):
+        kalman.predict()
+        kalman.measurementNoiseCov = np.diag(np.square(deviation))
+        yield kalman.correct(measured[:, np.newaxis]).ravel(), kalman.errorCovPost, kalman.gain
+
+
+sizes = st.floats(0.1, 100)
+
+
+@given(
+    st.tuples(st.floats(-500, 500), st.floats(-500, 500)),
+    st.tuples(sizes, sizes),
+    st.floats(0.01, 50),
+    st.lists(st.tuples(*[st.floats(-500, 500)] * 2, sizes, sizes), min_size=1, max_size=12),
+)
+def test_the_filter_is_the_textbooks_and_opencvs(position, velocity_deviation, noise, given):
+    measurements, deviations = np.array(given)[:, :2], np.array(given)[:, 2:]
+    ours = ConstantVelocity(np.array(position), np.array(velocity_deviation), noise)
+    question = position, velocity_deviation, noise, measurements, deviations
+    for k, (theirs, open_cvs) in enumerate(
+        zip(textbook(*question), opencv(*question), strict=True)
+    ):
+        ours.predict()
+        gains = ours.correct(measurements[k], deviations[k])
+        for state, covariance, gain in (theirs, open_cvs):
+            np.testing.assert_allclose(ours.means.T.ravel(), state, rtol=1e-6, atol=1e-6)
+            for axis in (0, 1):
+                expected = covariance[axis::2, axis::2]
+                np.testing.assert_allclose(ours.covariances[axis], expected, rtol=1e-6, atol=1e-6)
+                assert gains[axis] == pytest.approx(gain[axis, axis], rel=1e-6)
+        assert ours.position.tolist() == ours.means[:, 0].tolist()
+
+
+def test_a_measurement_that_says_nothing_changes_nothing():
+    ours = ConstantVelocity(np.array([3.0, 4.0]), np.array([2.0, 5.0]), 1.0)
+    ours.predict()
+    means, covariances = ours.means.copy(), ours.covariances.copy()
+    gains = ours.correct(np.array([99.0, -99.0]), np.array([inf, inf]))
+    assert gains.tolist() == [0, 0]
+    np.testing.assert_array_equal(ours.means, means)
+    np.testing.assert_array_equal(ours.covariances, covariances)
+
+
+def test_an_exact_measurement_is_taken_as_it_is():
+    ours = ConstantVelocity(np.array([3.0, 4.0]), np.array([2.0, 5.0]), 1.0)
+    for k in range(1, 5):
+        ours.predict()
+        gains = ours.correct(np.array([3.0 + k, 4.0 - 2 * k]), np.zeros(2))
+        assert gains.tolist() == [1, 1]
+        np.testing.assert_allclose(ours.position, [3 + k, 4 - 2 * k], atol=1e-12)
+    ours.predict()
+    # With an exact position before, the velocity is (gain of 2) the two last places' but noise.
+    np.testing.assert_allclose(ours.position, [8, -6], atol=0.1)
+
+
+@given(st.floats(0.01, 1), st.floats(0.5, 50), st.floats(1, 50), st.floats(-1, 1))
+def test_the_deviation_is_that_of_the_scaled_gaussian_through_three_points(
+    scale, deviation, distance, shift
+):
+    def gaussian(at):
+        return scale * exp(-((at - shift * distance) ** 2) / (2 * deviation**2))
+
+    points = [gaussian(at) for at in (-distance, 0, distance)]
+    if min(points) > 1e-200:
+        assert _deviation(*points, distance) == pytest.approx(deviation, rel=1e-3) or (
+            distance / deviation < 1e-3
+        )
+
+
+def test_no_peak_says_nothing_and_a_peak_of_one_point_all():
+    assert _deviation(0.6, 0.5, 0.7, 9.0) == inf
+    assert _deviation(0.5, 0.5, 0.5, 9.0) == inf
+    assert _deviation(0.0, 0.5, 0.4, 9.0) == 0.0
+
+
+def picture(left, top, hidden=None, height=120, width=200):
+    """A target red over blue on noisy green; `hidden` columns are covered in grey."""
+    image = np.full((height, width, 3), GREEN, float)
+    image[max(top, 0) : max(top + 30, 0), max(left, 0) : max(left + 24, 0)] = RED
+    image[max(top + 15, 0) : max(top + 30, 0), max(left, 0) : max(left + 24, 0)] = BLUE
+    if hidden is not None:
+        image[:, slice(*hidden)] = 128
+    image += np.random.default_rng(abs(left * 31 + top)).normal(0, 8, image.shape)
+    return np.clip(image, 0, 255).astype(np.uint8)
+
+
+def track(images, box, name="mean-shift-kalman", **parameters):
+    tracker = trackers.create(name, **parameters)
+    tracker.init(images[0], np.asarray(box, float))
+    return [tracker.update(image) for image in images[1:]]
+
+
+def boxes(estimates):
+    return np.array([estimate.box for estimate in estimates])
+
+
+def test_box_and_gain_are_the_filters_of_the_measured_places():
+    images = [picture(20 + 4 * t, 40 + t) for t in range(8)]
+    found = track(images, [20, 40, 24, 30], acceleration_noise=3.0)
+    measured = np.array([[e.details["measured_x"], e.details["measured_y"]] for e in found])
+    gains = np.array([[e.details["gain_x"], e.details["gain_y"]] for e in found])
+    covariance = [np.diag([0.0, h**2]) for h in (12.0, 15.0)]
+    state = [np.array([32.0, 0.0]), np.array([55.0, 0.0])]
+    transition, noise = np.array([[1, 1], [0, 1]]), 9 * np.array([[0.25, 0.5], [0.5, 1]])
+    for k, estimate in enumerate(found):
+        for axis in (0, 1):
+            state[axis] = transition @ state[axis]
+            covariance[axis] = transition @ covariance[axis] @ transition.T + noise
+            gain, position = gains[k, axis], covariance[axis][0, 0]
+            uncertainty = position / gain - position  # what this gain says of the measurement
+            assert uncertainty > 0
+            full = covariance[axis][:, 0] / (position + uncertainty)
+            state[axis] = state[axis] + full * (measured[k, axis] - state[axis][0])
+            covariance[axis] = covariance[axis] - np.outer(full, covariance[axis][0])
+        centre = estimate.box[:2] + estimate.box[2:] / 2
+        np.testing.assert_allclose(centre, [state[0][0], state[1][0]], atol=1e-6)
+        assert estimate.visible
+
+
+def slow_codes(image):
+    blue, green, red = np.moveaxis(image.astype(int) // 32, 2, 0)
+    return red * 64 + green * 8 + blue
+
+
+def slow_histogram(codes, x, y):
+    rows, columns = np.indices(codes.shape) + 0.5
+    weights = np.maximum(1 - ((columns - x) / 12) ** 2 - ((rows - y) / 15) ** 2, 0)
+    histogram = np.bincount(codes.ravel(), weights.ravel(), 512)
+    return histogram / histogram.sum()
+
+
+def test_the_first_gain_is_that_of_the_surface_of_the_coefficient():
+    images = [picture(20, 40), picture(22, 41)]
+    settings = {"scale": "fixed", "acceleration_noise": 3.0}
+    (estimate,) = track(images, [20, 40, 24, 30], **settings)
+    x, y = estimate.details["measured_x"], estimate.details["measured_y"]
+    peak = estimate.confidence
+
+    def coefficient(x, y):
+        q = slow_histogram(slow_codes(images[0]), 32.0, 55.0)
+        return np.sqrt(slow_histogram(slow_codes(images[1]), x, y) * q).sum()
+
+    for axis, half in (("x", 12.0), ("y", 15.0)):
+        aside = np.array([half, 0]) if axis == "x" else np.array([0, half])
+        before, after = coefficient(*(np.array([x, y]) - aside)), coefficient(*([x, y] + aside))
+        variance = half**2 / -log(before * after / peak**2)
+        position = half**2 + 9 / 4
+        expected = position / (position + variance)
+        assert estimate.details[f"gain_{axis}"] == pytest.approx(expected, rel=1e-3)
+
+
+def test_it_bridges_an_occlusion_that_mean_shift_alone_does_not():
+    lefts = [20 + 5 * t for t in range(26)]
+    images = [picture(left, 40, hidden=(75, 100)) for left in lefts]
+    start = [20, 40, 24, 30]
+    found = boxes(track(images, start))
+    assert np.abs(found[-3:, 0] - lefts[-3:]).max() < 8
+    alone = boxes(track(images, start, "mean-shift"))
+    assert np.abs(alone[-3:, 0] - lefts[-3:]).min() > 30
+
+
+def test_below_the_least_coefficient_the_prediction_stands():
+    images = [picture(20 + 5 * t, 40) for t in range(8)] + [
+        np.full((120, 200, 3), 128, np.uint8)
+    ] * 3
+    found = track(images, [20, 40, 24, 30])
+    seen, hidden = found[:7], found[7:]
+    assert all(estimate.visible for estimate in seen)
+    assert not any(estimate.visible for estimate in hidden)
+    steps = np.diff(boxes([seen[-1], *hidden]), axis=0)
+    np.testing.assert_allclose(steps, [steps[0]] * 3, atol=1e-9)  # its velocity, and its size
+    assert steps[0, 0] == pytest.approx(5, abs=1)
+    assert [estimate.details["gain_x"] for estimate in hidden] == [0, 0, 0]
+
+
+def test_a_place_is_believed_from_the_least_coefficient_on():
+    images = [picture(20, 40), picture(22, 41)]
+    (estimate,) = track(images, [20, 40, 24, 30])
+    for least, visible in (
+        (estimate.confidence, True),
+        (min(estimate.confidence + 1e-9, 1), False),
+    ):
+        (again,) = track(images, [20, 40, 24, 30], least_coefficient=least)
+        assert again.visible is visible
+
+
+def test_a_target_that_left_is_looked_for_at_the_border_where_the_prediction_left_the_image():
+    here, empty = picture(20, 40), np.full((120, 200, 3), 128, np.uint8)
+    tracker = trackers.create("mean-shift-kalman")
+    tracker.init(here, np.array([20.0, 40, 24, 30]))
+    tracker._motion.means[:] = [[-60, -9], [55, 0]]
+    gone = tracker.update(empty)
+    assert not gone.visible
+    assert (gone.details["measured_x"], gone.details["measured_y"]) == (0, 55)
+    np.testing.assert_allclose(gone.box, [-69 - 12, 40, 24, 30])
+    back = tracker.update(picture(-8, 40))
+    assert back.visible
+    assert back.details["measured_x"] == pytest.approx(4, abs=3)
+    assert back.box[0] > gone.box[0] + 30
+
+
+def test_many_in_lock_step_find_the_boxes_of_one_alone():
+    images = [picture(20 + 4 * t, 40 + t) for t in range(5)]
+    box = np.array([20.0, 40, 24, 30])
+    alone = track(images, box)
+    tracker = trackers.create("mean-shift-kalman")
+    tracker.init_shared(SharedFrame(images[0], 60), box)
+    together = [tracker.update_shared(SharedFrame(image, 60)) for image in images[1:]]
+    np.testing.assert_array_equal(boxes(together), boxes(alone))
+    assert [e.details for e in together] == [e.details for e in alone]
+
+
+def test_as_written_believes_every_place():
+    parameters = trackers.resolve("mean-shift-kalman", preset="as-written").parameters
+    assert (parameters.least_coefficient, parameters.stop_distance) == (0.0, 1.0)
+    assert parameters.acceleration_noise == 5.0
+    plain = trackers.resolve("mean-shift", preset="as-written").parameters
+    assert plain.model_dump().items() <= parameters.model_dump().items()
+
+
+def test_a_box_too_small_or_outside_is_refused_by_its_name():
+    for box in ([20, 40, 2, 30], [900, 40, 24, 30]):
+        with pytest.raises(TrackerError, match=r"^mean-shift-kalman: .* box"):
+            track([picture(20, 40)], box)
+
+
+def test_the_noise_must_be_above_zero():
+    with pytest.raises(TrackerError, match="mean-shift-kalman: parameter acceleration_noise="):
+        trackers.create("mean-shift-kalman", acceleration_noise=0)

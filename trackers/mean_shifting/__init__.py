@@ -1,0 +1,1 @@
+"""Colour histograms under an elliptic kernel, found again by mean shift; and prediction."""
