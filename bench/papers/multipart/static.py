@@ -11,7 +11,6 @@ and of rectangles that differ from it as a user's hand might.
 import csv
 import io
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import as_completed
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
+from bench.papers.examination import examined
 from bench.papers.multipart.appearance import Appearance, part_distance, states_of
 from bench.reference import reference
 from bench.store.files import write_atomically
@@ -190,28 +190,12 @@ def examine_all(names: Sequence[str], folder: Path, jobs: int) -> dict[str, Scen
     }
     left = [sequence.name for sequence in opened if sequence.name not in scenes]
     try:
-        for scene in _examined(left, jobs):
+        title = "Scenes examined before any tracker runs"
+        for _, scene in examined(examine, left, jobs, title):
             scenes[scene.sequence] = scene
     finally:  # also on Ctrl-C: what was examined is not examined again
         write_log(folder / LOG.name, [scenes[name] for name in sorted(scenes)])
     return scenes
-
-
-def _examined(names: Sequence[str], jobs: int) -> Iterator[Scene]:
-    from loky import ProcessPoolExecutor
-    from tqdm import tqdm
-
-    if not names:
-        return
-    executor = ProcessPoolExecutor(max_workers=jobs)
-    try:
-        futures = [executor.submit(examine, name) for name in names]
-        title = "Scenes examined before any tracker runs"
-        ended = as_completed(futures)
-        for future in tqdm(ended, title, len(futures), unit="scene", disable=None, delay=1.0):
-            yield future.result()
-    finally:
-        executor.shutdown(wait=True, kill_workers=True)
 
 
 def read_log(path: Path) -> dict[str, Scene]:

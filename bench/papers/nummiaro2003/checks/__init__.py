@@ -63,3 +63,7 @@ With `everything` also:
   has no unit: 0 if one of the target's colours matches as well as both, 1 if no better than
   clutter).
 """
+
+from bench.papers.nummiaro2003.checks.examining import examine
+
+__all__ = ["examine"]

@@ -1,0 +1,127 @@
+"""What ellipses look like to the tracker, without a filter."""
+
+from math import pi
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets import Sequence
+from trackers.base.interface import Image
+from trackers.base.sharing import SharedFrame
+from trackers.colour.counting import ellipse_histograms
+from trackers.colour.ellipses import Kernel, coefficients
+from trackers.colour.joint import JointBins
+from trackers.elliptic.model import LEAST_SHARE
+
+__all__ = ["CLEAR", "Model", "clear_frames", "clutter", "ellipses_in", "grid", "spaced"]
+
+Array: TypeAlias = NDArray[np.float64]
+
+CLEAR = 0.95  # visible fraction from which a target counts as not hidden
+WIDTHS = 3
+
+
+class Model:
+    """Histogram of an ellipse, and coefficients of others with it.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (height, width, 3)
+        BGR.
+    ellipse : ndarray of float64, shape (4,)
+        Centre x and y, Hx and Hy [pixels].
+    colours : JointBins
+        How pixels are binned.
+    kernel : {'isotropic', 'epanechnikov', 'uniform'}
+        How they are weighted.
+
+    Attributes
+    ----------
+    histogram : ndarray of float64, shape (bins,)
+        Normalised.
+    """
+
+    def __init__(
+        self,
+        image: Image,
+        ellipse: Array,
+        colours: JointBins | None = None,
+        kernel: Kernel = "isotropic",
+    ) -> None:
+        self._colours, self._kernel = colours or JointBins(), kernel
+        every = np.arange(self._colours.n_bins)
+        found = ellipse_histograms(
+            SharedFrame(image), ellipse[np.newaxis], kernel, self._colours, every
+        )
+        self.histogram: Array = found.counts[0] / found.totals[0]
+        self._bins = np.flatnonzero(found.counts[0])
+
+    def coefficients(self, image: Image, ellipses: Array) -> Array:
+        """Bhattacharyya coefficients of ellipses (n, 4); 0 with less than a quarter inside."""
+        found = ellipse_histograms(
+            SharedFrame(image), ellipses, self._kernel, self._colours, self._bins
+        )
+        least = LEAST_SHARE * pi * ellipses[:, 2] * ellipses[:, 3]
+        totals = np.where(found.pixels >= least, found.totals, 0)
+        return coefficients(found.counts, totals, self.histogram[np.newaxis, self._bins])
+
+
+def ellipses_in(boxes: Array) -> Array:
+    """Ellipses in boxes: centre x and y, Hx and Hy, shape (n, 4) as the boxes or (4,) as one."""
+    half_axes = boxes[..., 2:] / 2
+    return np.concatenate([boxes[..., :2] + half_axes, half_axes], axis=-1)
+
+
+def grid(ellipse: Array, reach: tuple[float, float], steps: tuple[float, float]) -> Array:
+    """The ellipse moved over a grid, at most by `reach` to each side, shape (n, 4) [pixels]."""
+    across, down = (
+        step * np.arange(-int(most / step), int(most / step) + 1)
+        for most, step in zip(reach, steps, strict=True)
+    )
+    offsets = np.stack(np.meshgrid(across, down), axis=2).reshape(-1, 2)
+    moved = np.tile(ellipse, (len(offsets), 1))
+    moved[:, :2] += offsets
+    return moved
+
+
+def clutter(ellipse: Array, image: Image, steps_a_width: int = 4) -> Array:
+    """Ellipses of the same size within three widths that a score would call a miss.
+
+    Parameters
+    ----------
+    ellipse : ndarray of float64, shape (4,)
+        The true one; centres within its box count as on the target.
+    image : ndarray of uint8, shape (height, width, 3)
+        Centres are inside it.
+    steps_a_width : int
+        Of the grid.
+
+    Returns
+    -------
+    ndarray of float64, shape (n, 4)
+    """
+    width = 2 * float(ellipse[2])
+    step = width / steps_a_width
+    around = grid(ellipse, (WIDTHS * width, WIDTHS * width), (step, step))
+    hit = (np.abs(around[:, :2] - ellipse[:2]) <= ellipse[2:]).all(axis=1)
+    size = np.array(image.shape[1::-1])
+    inside = ((around[:, :2] >= 0) & (around[:, :2] <= size)).all(axis=1)
+    return around[inside & ~hit]
+
+
+def clear_frames(sequence: Sequence, most: int, least: float = CLEAR) -> list[int]:
+    """At most so many frames after the first, evenly spaced, that show so much of the target."""
+    shown = sequence.present & (sequence.visibility >= least)
+    shown[: sequence.first_frame + 1] = False
+    return spaced(np.flatnonzero(shown), most)
+
+
+def spaced(frames: NDArray[np.intp], most: int) -> list[int]:
+    """At most so many of the frames, evenly spaced."""
+    if len(frames) == 0:
+        return []
+    chosen: list[int] = np.unique(
+        frames[np.linspace(0, len(frames) - 1, most).round().astype(int)]
+    ).tolist()
+    return chosen

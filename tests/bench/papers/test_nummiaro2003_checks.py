@@ -1,0 +1,287 @@
+"""What is measured on scenes without a filter: closed forms on painted targets."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bench.papers.nummiaro2003.checks import (
+    background,
+    kernels,
+    lighting,
+    mixture,
+    noise,
+    occlusion,
+    scale,
+    transformed,
+)
+from bench.papers.nummiaro2003.checks.appearance import (
+    Model,
+    clear_frames,
+    clutter,
+    ellipses_in,
+    grid,
+)
+from datasets import Sequence
+
+BOX = np.array([140.0, 80.0, 40.0, 60.0])
+ELLIPSE = np.array([160.0, 110.0, 20.0, 30.0])
+RED, BLUE, GREY, GREEN = (40, 40, 200), (200, 60, 40), (128, 128, 128), (60, 160, 60)
+
+
+def blank(colour=GREY):
+    return np.full((220, 320, 3), colour, np.uint8)
+
+
+def within(ellipse, scale=1.0):
+    """Which pixels an ellipse holds."""
+    rows, columns = np.mgrid[:220, :320] + 0.5
+    across, down = (columns - ellipse[0]) / ellipse[2], (rows - ellipse[1]) / ellipse[3]
+    return across**2 + down**2 <= scale**2
+
+
+def ringed(inner=RED, outer=BLUE, ground=GREY, at=ELLIPSE):
+    """A core of one colour in a rim of another: its proportions tell its scale."""
+    image = blank(ground)
+    image[within(at)] = outer
+    image[within(at, 0.6)] = inner
+    return image
+
+
+def sequence(images, boxes=None, visibility=None):
+    n = len(images)
+    return Sequence(
+        "painted",
+        images,
+        np.tile(BOX, (n, 1)) if boxes is None else boxes,
+        fingerprint="p",
+        visibility=np.ones(n) if visibility is None else visibility,
+    )
+
+
+def reference(image, ellipse, weight):
+    """Normalised 8x8x8 histogram of an ellipse, in plain floating point."""
+    inside = within(ellipse)
+    rows, columns = np.mgrid[:220, :320] + 0.5
+    weights = weight(columns - ellipse[0], rows - ellipse[1])[inside]
+    blue, green, red = (image[inside].astype(int) >> 5).T
+    counts = np.bincount(red * 64 + green * 8 + blue, weights, 512)
+    return counts / counts.sum()
+
+
+def test_a_model_is_the_weighted_histogram_of_the_text():
+    image = ringed()
+    expected = reference(image, ELLIPSE, lambda dx, dy: 1 - (dx**2 + dy**2) / (20**2 + 30**2))
+    assert Model(image, ELLIPSE).histogram == pytest.approx(expected, abs=1e-4)
+
+
+def test_coefficients_are_the_sum_of_roots_and_nothing_where_too_little_is_inside():
+    image = ringed()
+    model = Model(image, ELLIPSE, kernel="uniform")
+    outside = ELLIPSE * [0, 1, 1, 1] - [15, 0, 0, 0]
+    found = model.coefficients(ringed(RED, GREEN), np.stack([ELLIPSE, outside]))
+    assert found[0] == pytest.approx(0.36, abs=0.01)  # the core's share of the area
+    assert found[1] == 0.0
+
+
+def test_clutter_is_what_a_score_calls_a_miss_within_three_widths_and_in_the_image():
+    around = clutter(ELLIPSE, blank())
+    offsets = np.abs(around[:, :2] - ELLIPSE[:2])
+    assert offsets.max() == 3 * 40
+    assert not (offsets <= ELLIPSE[2:]).all(axis=1).any()
+    assert ((around[:, :2] >= 0) & (around[:, :2] <= [320, 220])).all()
+    assert (around[:, 2:] == ELLIPSE[2:]).all()
+
+
+def test_a_grid_reaches_as_far_to_all_sides_and_holds_the_middle():
+    found = grid(ELLIPSE, (2.0, 3.5), (1.0, 1.0))
+    assert len(found) == 5 * 7
+    assert np.ptp(found[:, 0]) == 4.0
+    assert (found == ELLIPSE).all(axis=1).any()
+
+
+def test_clear_frames_are_after_the_first_and_show_the_target():
+    shown = sequence([blank()] * 20, visibility=[1.0] * 5 + [0.5] * 5 + [1.0] * 10)
+    assert clear_frames(shown, 100) == [1, 2, 3, 4, *range(10, 20)]
+    assert clear_frames(shown, 3) == [1, 12, 19]
+    assert clear_frames(shown, 100, 0.5) == list(range(1, 20))
+
+
+def test_a_target_on_ground_of_another_colour_is_above_the_threshold_and_all_ground_below():
+    tables = background.measure(sequence([ringed()] * 10), quick=False)
+    appearance, positions = tables["appearance"], tables["background"]
+    assert len(appearance) == 9
+    assert appearance["coefficient"].to_numpy() == pytest.approx(1.0)
+    assert appearance["above_threshold"].all()
+    assert (appearance["threshold"] == 0.0).all()
+    assert (positions["below_threshold"] == 1.0).all()
+    assert positions["own"].tolist().count(1.0) == 1
+
+
+def test_ground_of_the_targets_colour_is_a_false_positive_in_frames_that_set_no_threshold():
+    twin = ELLIPSE + [100, 0, 0, 0]
+    image = ringed()
+    image[within(twin)] = BLUE
+    image[within(twin, 0.6)] = RED
+    found = background.measure(sequence([ringed(), *[image] * 9]), quick=False)["background"]
+    others = found[found["own"] == 0]
+    assert (found.loc[found["own"] == 1, "below_threshold"] == 1.0).all()
+    assert len(others) > 0
+    assert others["below_threshold"].between(0.7, 0.99).all()
+
+
+def test_the_threshold_is_two_deviations_above_the_mean_of_an_empty_frame():
+    half = blank()
+    half[:, 160:] = BLUE
+    boxes = np.array([[np.nan] * 4, BOX, BOX])
+    shown = sequence([half, ringed(), ringed()], boxes, [0.0, 1.0, 1.0])
+    model = Model(ringed(), ELLIPSE)
+    found = background.condition(shown, model)
+    assert found.frame == 0
+    grey_and_blue = [0.0, float(np.sqrt(model.histogram.max()))]
+    assert grey_and_blue[0] < found.mean < grey_and_blue[1]
+    assert found.deviation == pytest.approx(grey_and_blue[1] / 2, rel=0.2)
+    assert found.threshold == found.mean + 2 * found.deviation
+
+
+def test_a_target_half_hidden_by_the_ground_has_the_root_of_what_is_seen():
+    hidden = ringed(RED, RED)
+    hidden[:, :160] = GREY
+    images = [ringed(RED, RED), hidden, ringed(RED, RED)]
+    tables = occlusion.measure(sequence(images, visibility=[1.0, 0.5, 0.9]), quick=False)
+    (half,) = tables["occlusion"].to_dict("records")
+    assert half["frame"] == 1
+    assert half["coefficient"] == pytest.approx(np.sqrt(0.5), abs=0.01)
+    assert half["above_threshold"] == 1.0
+    assert tables["occlusion_curve"]["frame"].tolist() == [1, 2]
+
+
+def test_a_turned_ellipse_of_a_turned_image_looks_the_same_and_an_upright_one_does_not():
+    tables = transformed.measure(sequence([ringed()] * 3), quick=True)
+    whole, upright = tables["transformed"], tables["transformed_upright"]
+    assert set(whole["transformation"]) == {"rotation", "scale"}
+    shrunk = whole["amount"] < 1  # rims mix: a camera farther away sees that, too
+    assert whole.loc[~shrunk, "coefficient"].min() > 0.98
+    assert whole.loc[shrunk, "coefficient"].min() > 0.9
+    by_region = upright.set_index(["region", "amount"])["coefficient"]
+    assert by_region["extents", 45.0] < 0.95
+    assert by_region["extents", 180.0] > 0.98
+    assert by_region["circle"].min() > 0.9
+
+
+def test_a_round_target_without_direction_is_the_same_upright():
+    round_one = np.array([160.0, 110.0, 25.0, 25.0])
+    boxes = np.tile([135.0, 85.0, 50.0, 50.0], (3, 1))
+    shown = sequence([ringed(at=round_one)] * 3, boxes)
+    upright = transformed.measure(shown, quick=True)["transformed_upright"]
+    assert upright["coefficient"].min() > 0.98
+
+
+def test_the_image_turns_against_the_clock():
+    image = blank()
+    image[105:115, 175:180] = RED  # to the right of the centre: goes up
+    found = transformed.turned(image, ELLIPSE, 90)
+    assert (found[90:95, 155:165] == RED).all()
+
+
+def test_without_turning_the_turned_histogram_is_the_upright_one():
+    image = ringed()
+    found = transformed.turned_histogram(image, ELLIPSE, 0.0)
+    assert found == pytest.approx(Model(image, ELLIPSE).histogram, abs=1e-4)
+
+
+def test_a_model_of_two_colours_peaks_at_the_true_scale_and_one_of_one_colour_below():
+    ring = scale.measure(sequence([ringed()] * 12), quick=True)
+    assert (ring["scale"]["peak"] == 1.0).all()
+    assert ring["scale"]["right"].all()
+    assert (ring["scale"]["coefficient"] > ring["scale"]["coefficient_half"] + 0.1).all()
+    plain = scale.measure(sequence([ringed(RED, RED)] * 12), quick=True)["scale"]
+    assert (plain["peak"] < 0.9).all()
+    assert not plain["right"].any()
+
+
+def test_a_recent_model_follows_a_change_of_colour_and_the_first_does_not():
+    grown = np.array([160.0, 110.0, 30.0, 45.0])
+    images = [ringed(RED, GREEN)] + [ringed(at=grown)] * 12
+    boxes = np.array([BOX, *[[130.0, 65.0, 60.0, 90.0]] * 12])
+    found = scale.measure(sequence(images, boxes), quick=False)["scale"]
+    later = found[found["frame"] > 5].groupby("model")["peak"].mean()
+    assert later["recent"] == 1.0
+    assert later["first"] <= 0.6  # within the core, all that it knows
+
+
+def test_weights_that_fall_to_the_rim_do_better_where_the_rim_is_hidden():
+    hidden = ringed()
+    hidden[within(ELLIPSE) & ~within(ELLIPSE, 0.85)] = GREEN
+    hidden[:, 230:250] = BLUE  # clutter of the rim's colour
+    shown = sequence([ringed(), *[hidden] * 5], visibility=[1.0] + [0.72] * 5)
+    found = kernels.measure(shown, quick=False)["kernels"]
+    margin = found.groupby("kernel")["margin"].mean()
+    assert margin["epanechnikov"] > margin["isotropic"] > margin["uniform"]
+    assert (found["margin"] == found["coefficient"] - found["clutter"]).all()
+    assert (found["centre_error"] < 0.15).all()
+
+
+def test_the_centre_is_off_by_as_much_as_the_target_is():
+    images = [ringed(), ringed(at=ELLIPSE + [10, 0, 0, 0])]
+    found = kernels.measure(sequence(images), quick=True)["kernels"]
+    assert found["centre_error"].to_numpy() == pytest.approx(0.5, abs=0.01)
+
+
+def test_hue_and_saturation_outlast_a_gain_that_moves_every_rgb_bin():
+    found = lighting.measure(sequence([ringed((20, 20, 150), (20, 20, 150))] * 3), quick=True)
+    by_gain = found["lighting"].set_index(["colour", "gain"])
+    assert by_gain.loc[("rgb", 0.5), "drop"] == pytest.approx(1.0)
+    assert by_gain.loc[("hsv", 1.25), "drop"] == pytest.approx(0.0)
+    assert found["lighting_scene"]["coefficient"].to_numpy() == pytest.approx(1.0)
+
+
+def test_fine_bins_suffer_from_noise_that_coarse_ones_do_not_see():
+    image = ringed((48, 48, 208), (208, 48, 48), ground=(112, 112, 112))
+    shown = sequence([image] * 3)
+    found = noise.measure(shown, quick=True)["noise"]
+    again = noise.measure(shown, quick=True)["noise"]
+    pd.testing.assert_frame_equal(found, again)
+    by_bins = found.set_index(["bins", "noise"])["coefficient"]
+    assert by_bins[32, 0] == pytest.approx(1.0)
+    assert by_bins[4, 4] > 0.99
+    assert by_bins[32, 16] < by_bins[8, 16] - 0.05
+
+
+def two_coloured(random, red=RED, blue=BLUE):
+    """Pixels of which three in five are nearly of one colour, the others of another."""
+    means = np.repeat([red, blue], [600, 400], axis=0)
+    return np.clip(means + random.normal(0, 3, means.shape), 0, 255).astype(np.uint8)
+
+
+def test_a_histogram_tells_one_of_two_colours_from_both_and_a_mixture_does_not():
+    random = np.random.default_rng(0)
+    target, later = two_coloured(random), two_coloured(random)
+    alone = later[:600]
+    histogram, blended = mixture.Histogram(target), mixture.Mixture(target)
+    expected = -(1 - np.sqrt(0.6)) / (2 * 0.1**2)
+    assert histogram.score(later) == pytest.approx(0.0, abs=0.6)
+    assert histogram.score(alone) == pytest.approx(expected, abs=0.6)
+    assert blended.score(alone) > blended.score(later)
+
+
+def test_a_mixture_of_gaussian_pixels_has_their_density():
+    random = np.random.default_rng(1)
+    pixels = np.clip(random.normal(128, 10, (4000, 3)), 0, 255).round().astype(np.uint8)
+    variance = 10**2 + mixture.FLOOR
+    expected = -1.5 * (np.log(2 * np.pi * variance) + 10**2 / variance)
+    assert mixture.Mixture(pixels).score(pixels) == pytest.approx(expected, abs=0.02)
+
+
+def test_the_separation_of_a_mixture_has_no_unit_and_that_of_a_histogram_is_greater():
+    random = np.random.default_rng(2)
+    image = np.clip(ringed() + random.normal(0, 3, (220, 320, 3)), 0, 255).astype(np.uint8)
+    found = mixture.measure(sequence([image] * 4), quick=True)["mixture"]
+    by_model = found.groupby("model")["separation"].mean()
+    assert by_model["histogram"] > 0.1
+    assert by_model["mixture"] < 0.05
+    assert (found["log_ratio"] == found["target"] - found["distractor"]).all()
+
+
+def test_ellipses_lie_in_their_boxes():
+    assert ellipses_in(BOX).tolist() == ELLIPSE.tolist()
+    assert ellipses_in(np.stack([BOX, BOX]))[1].tolist() == ELLIPSE.tolist()
