@@ -33,7 +33,7 @@ EMPTY, WALK = 60, 250
 COMING_IN = 60
 """At most, from the first sight of him to the whole [frames]."""
 
-DEPTHS = (8.6, 9.2), (11.5, 12.2)
+DEPTHS = (8.0, 8.5), (12.2, 12.7)
 """Near and far ends of his ways before the cars [metres]."""
 
 PAVEMENT = 15.75, 16.3
@@ -50,13 +50,11 @@ def scene(knobs: PersonKnobs) -> VisitScene:
 
 def entries(knobs: PersonKnobs) -> NDArray[np.float64]:
     """The door, the left border and the right one."""
-    camera = _camera(knobs.scene)
-    z = DOORSTEP + 0.4
-    left, right = (
-        float(camera.column(_door(knobs.scene) + side * OPENING[0] / 2, z)) for side in (-1, 1)
-    )
-    top, bottom = (float(camera.row(borders.MIDDLE + up, z)) for up in (0.3, -0.3))
-    door = [left, top, right - left, bottom - top]
+    camera, z = _camera(knobs.scene), DOORSTEP
+    edges = _door(knobs.scene) + np.array([-0.5, 0.5]) * OPENING[0]
+    left, right = camera.column(edges, np.full(2, z))
+    bottom, top = camera.row(borders.MIDDLE + np.array([-0.3, 0.3]), np.full(2, z))
+    door = np.array([left, top, right - left, bottom - top])
     return np.vstack([door, borders.sides(camera, (DEPTHS[0][0], DEPTHS[1][1]))])
 
 

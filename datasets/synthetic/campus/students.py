@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.campus import borders, people
 from datasets.synthetic.campus.knobs import StudentsKnobs
+from datasets.synthetic.campus.old_tree import old_tree
 from datasets.synthetic.campus.plan import VisitPlan
 from datasets.synthetic.campus.scene import VisitScene
-from datasets.synthetic.campus.trunk import trunk
 from datasets.synthetic.engine.scene import part_generator
 from datasets.synthetic.walking import routes
 from datasets.synthetic.walking.course import Course, straight
@@ -64,7 +64,7 @@ def _plan(seed: int, tree: int) -> VisitPlan:
     random = _generator(seed, "tree")
     x, z = _abreast(target, HIDDEN, random.uniform(0.68, 0.73))
     width = tree * _width(views, first, int(random.integers(*BEHIND_THE_TREE, endpoint=True)))
-    old = trunk(random, x, z, float(views.still.scale(z)), width, tree)
+    tree_there = old_tree(random, x, z, float(views.still.scale(z)), width, tree)
 
     random = _generator(seed, "ways before")
     pace = random.uniform(1.4, 1.7)
@@ -81,7 +81,7 @@ def _plan(seed: int, tree: int) -> VisitPlan:
         tall = max(bystanders[i].stature, first.stature)
         bystanders[i] = replace(bystanders[i], stature=tall)
     street = int(_generator(seed, "street").integers(2**32))
-    return VisitPlan(street, views, [first, *bystanders], slice(COMES, GONE), [old])
+    return VisitPlan(street, views, [first, *bystanders], slice(COMES, GONE), tree_there)
 
 
 def _generator(seed: int, part: str) -> np.random.Generator:

@@ -29,6 +29,10 @@ SEQUENCES = (
     "multipart/5",
     "multipart/7:light=dappled:scene=2",
     "stress/twin:distance=1:twin=other",
+    "nummiaro2003/person",
+    "nummiaro2003/person:light=dappled:scene=2:start=empty",
+    "nummiaro2003/students",
+    "nummiaro2003/students:light=dappled:scene=1:tree=3",
 )
 
 
