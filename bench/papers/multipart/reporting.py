@@ -26,7 +26,6 @@ from bench.papers.multipart.static import INITIAL, LOG, THRESHOLD, Scene, read_l
 from bench.papers.multipart.tables import readings_table, scene_table, table_1
 from bench.papers.multipart.timing import (
     by_representation,
-    failed_passes,
     frame_times,
     kernel_times,
     naive_ratios,
@@ -34,6 +33,7 @@ from bench.papers.multipart.timing import (
 )
 from bench.papers.recorded import read_published
 from bench.papers.scores import canonical_name
+from bench.papers.timed import failed_passes
 from bench.store.results import Results
 from bench.store.truth import read_truth
 from reports.ledger import ledger_table

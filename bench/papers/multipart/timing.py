@@ -10,10 +10,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import datasets
+from bench.papers.timed import timed_runs
 from bench.store.layout import Cell as StoredCell
-from bench.store.layout import run_path
-from bench.store.loading import load_results
-from bench.store.results import Results
 from datasets.text_form import parse_text
 from reports.tables import MISSING, Cell, Table
 from trackers.base.interface import Image
@@ -26,7 +24,6 @@ from trackers.multipart import LEAST_PIXELS, LEAST_SHARE
 
 __all__ = [
     "by_representation",
-    "failed_passes",
     "frame_times",
     "kernel_times",
     "naive_ratios",
@@ -47,24 +44,18 @@ def frame_times(folder: Path, cells: Collection[StoredCell] | None = None) -> pd
     DataFrame
         `representation`, `sequence`, `frame`, `seconds`: medians over the repetitions.
     """
-    results = Results(folder)
-    runs = load_results(folder, cells)
     pieces = []
-    finished = runs[runs["status"] == "finished"]
-    for _, run in (finished[finished["disturbed"] == 0] if len(finished) else finished).iterrows():
-        path = run_path(run["tracker"], run["sequence"], run["repetition"], run["protocol"])
-        times = results.read(folder / path).times
-        if times is None:
-            continue
-        _, options = parse_text(run["tracker"])
-        seconds = times.cpu[np.isfinite(times.cpu)]
+    for run in timed_runs(folder, cells):
+        assert run.times is not None
+        _, options = parse_text(run.identity.tracker)
+        timed = np.isfinite(run.times.cpu)
         pieces.append(
             pd.DataFrame(
                 {
                     "representation": options["representation"],
-                    "sequence": run["sequence"],
-                    "frame": np.flatnonzero(np.isfinite(times.cpu)),
-                    "seconds": seconds,
+                    "sequence": run.identity.sequence,
+                    "frame": np.flatnonzero(timed),
+                    "seconds": run.times.cpu[timed],
                 }
             )
         )
@@ -159,16 +150,6 @@ def naive_ratios(sequence: str, seed: int = 0) -> NDArray[np.float64]:
             seconds.append(thread_time() - began)
         ratios.append(seconds[1] / seconds[0])
     return np.array(ratios)
-
-
-def failed_passes(folder: Path, cells: Collection[StoredCell] | None = None) -> list[str]:
-    """Timing runs that failed, each in a line with the reason."""
-    runs = load_results(folder, cells)
-    return [
-        f"failed: {run['tracker']} on {run['sequence']}, repetition {run['repetition']}: "
-        + str(run["failure"]).partition("\n")[0]
-        for _, run in runs[runs["status"] == "failed"].iterrows()
-    ]
 
 
 def time_table(

@@ -15,13 +15,13 @@ from bench.papers.multipart import RECORDED
 from bench.papers.multipart.scores import adaptive_rows, tidy_scores, without_failures
 from bench.papers.multipart.timing import (
     by_representation,
-    failed_passes,
     frame_times,
     kernel_times,
     naive_ratios,
     time_table,
 )
 from bench.papers.recorded import read_published
+from bench.papers.timed import failed_passes
 from bench.store.files import ResultsError
 from bench.store.index import read_index
 from bench.store.loading import load_results
