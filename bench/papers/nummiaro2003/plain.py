@@ -1,0 +1,160 @@
+"""The particle filter of the paper's Fig. 1 in plain NumPy, without any special optimisation.
+
+It is written down equation by equation, from the text and not from the tracker's code, with
+which it shares nothing but the order of the random numbers and the whole weights of pixels: the
+two must give the same estimates. What happens while a target is lost is not here.
+"""
+
+from math import ceil, exp, floor, nan, pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["PlainFilter"]
+
+Array = NDArray[np.float64]
+
+ALPHA = 0.1
+POSITION_NOISE, VELOCITY_NOISE, SIZE_NOISE, SCALE_NOISE = 0.12, 0.05, 0.01, 0.003  # of Hx
+BACKGROUND_STEP = 0.5  # of Hx
+LEAST_HALF_AXIS = 3.0  # pixels
+LEAST_SHARE = 0.25  # of an ellipse inside the image
+WHOLE = 65536  # weights of pixels are whole numbers of this part of the largest
+
+
+class PlainFilter:
+    """RGB histograms, constant velocity and scale change, and the density in equation 11.
+
+    Parameters
+    ----------
+    seed : numpy.random.SeedSequence
+        Of the random numbers.
+    particles : int
+        N.
+    bins : int
+        A channel.
+    sigma : float
+        Deviation of the likelihood of a distance.
+    update_threshold : float
+        The likelihood of the mean state above which the model follows.
+
+    Attributes
+    ----------
+    mean : ndarray of float64, shape (7,)
+        E[S]: x, y, vx, vy, Hx, Hy, a' [pixels and frames].
+    positive : int
+        Samples that fulfil the appearance condition (equation 15).
+    threshold : float
+        Its μ + 2σ, with the model as it is now.
+    """
+
+    def __init__(
+        self,
+        seed: np.random.SeedSequence,
+        particles: int = 100,
+        bins: int = 8,
+        sigma: float = 0.1,
+        update_threshold: float = 0.9,
+    ) -> None:
+        self._random = np.random.default_rng(seed)
+        self._n, self._bins, self._sigma = particles, bins, sigma
+        self._update_threshold = update_threshold
+        self.mean = np.full(7, nan)
+        self.positive, self.threshold = 0, nan
+
+    def init(self, image: NDArray[np.uint8], box: Array) -> None:
+        """Take the target model from the ellipse in a box of the first frame."""
+        x, y, width, height = box.tolist()
+        self.mean = np.array([x + width / 2, y + height / 2, 0, 0, width / 2, height / 2, 0])
+        self._states = np.tile(self.mean, (self._n, 1))
+        self._weights = np.full(self._n, 1 / self._n)
+        # sₜ = A sₜ₋₁ + wₜ₋₁: the centre moves by the velocity, both half axes by a'.
+        aspect = height / width
+        self._a = np.eye(7)
+        self._a[[0, 1, 4, 5], [2, 3, 6, 6]] = 1, 1, 1, aspect
+        self._aspect, self._image_size = aspect, image.shape[1::-1]
+        codes = self.codes(image)
+        self._model = self._histogram(codes, self.mean)
+        background = np.array([self._histogram(codes, place) for place in self._places()])
+        self._background_roots = np.sqrt(background)
+        self._find_threshold()
+
+    def update(self, image: NDArray[np.uint8]) -> None:
+        """One iteration of Fig. 1, the appearance condition and the model update."""
+        cumulative = np.cumsum(self._weights)
+        cumulative /= cumulative[-1]
+        chosen = np.searchsorted(cumulative, self._random.random(self._n))
+        self._states = self._states[chosen] @ self._a.T + self._noise()
+        width, height = self._image_size
+        least = max(LEAST_HALF_AXIS, LEAST_HALF_AXIS / self._aspect)
+        self._states[:, 4] = np.clip(self._states[:, 4], least, min(width, height / self._aspect))
+        self._states[:, 5] = self._states[:, 4] * self._aspect
+
+        codes = self.codes(image)
+        coefficients, self._weights = self.weigh(codes)
+        self.mean = self._weights @ self._states
+        self.positive = int((coefficients > self.threshold).sum())
+
+        histogram = self._histogram(codes, self.mean)
+        likelihood = exp(-(1 - self._coefficient(histogram)) / (2 * self._sigma**2))
+        if likelihood / (sqrt(2 * pi) * self._sigma) > self._update_threshold:
+            self._model = (1 - ALPHA) * self._model + ALPHA * histogram
+            self._find_threshold()
+
+    def weigh(self, codes: NDArray[np.uint16]) -> tuple[Array, Array]:
+        """Coefficients and weights of the samples, step 3 of Fig. 1."""
+        histograms = [self._histogram(codes, state) for state in self._states]
+        coefficients = np.array([self._coefficient(histogram) for histogram in histograms])
+        likelihoods = np.exp(-(1 - coefficients) / (2 * self._sigma**2))
+        return coefficients, likelihoods / likelihoods.sum()
+
+    def codes(self, image: NDArray[np.uint8]) -> NDArray[np.uint16]:
+        """Bin of each pixel."""
+        blue, green, red = np.moveaxis(image.astype(np.uint16) * self._bins // 256, 2, 0)
+        return np.asarray((red * self._bins + green) * self._bins + blue)
+
+    def _histogram(self, codes: NDArray[np.uint16], state: Array) -> Array:
+        """Equations 2 to 4; zeros where too little of the ellipse is in the image."""
+        x, y, _, _, half_x, half_y, _ = state.tolist()
+        height, width = codes.shape
+        left, right = max(ceil(x - half_x - 0.5), 0), min(floor(x + half_x + 0.5), width)
+        top, bottom = max(ceil(y - half_y - 0.5), 0), min(floor(y + half_y + 0.5), height)
+        across = (np.arange(left, right) + 0.5 - x)[np.newaxis]
+        down = (np.arange(top, bottom) + 0.5 - y)[:, np.newaxis]
+        inside = (across / half_x) ** 2 + (down / half_y) ** 2 <= 1
+        if inside.sum() < LEAST_SHARE * pi * half_x * half_y:
+            return np.zeros(self._bins**3)
+        fall = WHOLE / (half_x**2 + half_y**2)
+        weights = WHOLE - np.floor(fall * across**2) - np.floor(fall * down**2)
+        bins = codes[top:bottom, left:right][inside]
+        counts = np.bincount(bins, weights[inside], minlength=self._bins**3)
+        return np.asarray(counts / counts.sum())
+
+    def _coefficient(self, histogram: Array) -> float:
+        """Equation 6."""
+        return float(np.sqrt(histogram * self._model).sum())
+
+    def _noise(self) -> Array:
+        """Noise of each state, in lengths of the last estimate's Hx."""
+        drawn = self._random.standard_normal((self._n, 10))
+        size = SIZE_NOISE * drawn[:, 4]
+        parts = [POSITION_NOISE * drawn[:, 0:2], VELOCITY_NOISE * drawn[:, 2:4]]
+        parts += [np.column_stack([size, size * self._aspect, SCALE_NOISE * drawn[:, 6]])]
+        return float(self.mean[4]) * np.hstack(parts)
+
+    def _places(self) -> list[Array]:
+        """States at rest all over the background: not where the target is."""
+        x, y, _, _, half_x, half_y, _ = self.mean.tolist()
+        width, height = self._image_size
+        step = max(BACKGROUND_STEP * half_x, 1.0)
+        return [
+            np.array([column, row, 0, 0, half_x, half_y, 0])
+            for row in np.arange(half_y, height - half_y + 1e-9, step)
+            for column in np.arange(half_x, width - half_x + 1e-9, step)
+            if abs(column - x) >= 2 * half_x or abs(row - y) >= 2 * half_y
+        ]
+
+    def _find_threshold(self) -> None:
+        """Equations 13 to 15."""
+        found = self._background_roots @ np.sqrt(self._model)
+        self.threshold = found.mean() + 2 * sqrt(((found - found.mean()) ** 2).mean())

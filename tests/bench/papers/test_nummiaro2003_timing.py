@@ -1,0 +1,209 @@
+"""The plain filter against the compiled tracker, and how times become numbers."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import bench
+import datasets
+import trackers
+from bench.experiment import Experiment, SequenceSource
+from bench.papers.nummiaro2003 import costs, timing
+from bench.papers.nummiaro2003.costs import (
+    clock_rate,
+    compiled_filter,
+    cost_slopes,
+    cost_times,
+    plain_filter,
+    plain_times,
+    weighting_times,
+)
+from bench.papers.nummiaro2003.plain import PlainFilter
+from bench.papers.nummiaro2003.timing import (
+    _at_two_clocks,
+    frame_times,
+    measured_times,
+    time_tables,
+)
+from bench.store.loading import load_results
+from reports.tables import MISSING
+
+NAME = "plain/target"
+
+
+@pytest.fixture(scope="module")
+def images():
+    return list(datasets.load(NAME)[:25])
+
+
+def worst_difference(images, box, settings, plain_settings):
+    seed = np.random.SeedSequence(5)
+    tracker = trackers.create(
+        "nummiaro2003", seed, preset="as-written", reinitialise=False, **settings
+    )
+    plain = PlainFilter(np.random.SeedSequence(5), **plain_settings)
+    for one in (tracker, plain):
+        one.init(images[0], box)
+    worst, updates = 0.0, 0.0
+    for image in images[1:]:
+        threshold = plain.threshold
+        plain.update(image)
+        said = tracker.update(image)
+        assert said.details["appearance_threshold"] == pytest.approx(threshold, abs=1e-9)
+        centre, half_axes = plain.mean[:2], plain.mean[4:6]
+        box_of_plain = np.concatenate([centre - half_axes, 2 * half_axes])
+        worst = max(worst, float(np.abs(said.box - box_of_plain).max()))
+        assert said.details["positive_appearances"] == plain.positive
+        updates += said.details["updated"]
+    return worst, updates
+
+
+@pytest.mark.parametrize(
+    ("settings", "follows"),
+    [
+        ({}, True),
+        ({"particles": 30, "bins": 5}, True),
+        ({"sigma": 0.05, "update_threshold": 0.2}, True),
+        ({"update_threshold": 3.95}, False),
+        ({"sigma": 0.3, "particles": 1}, True),
+    ],
+)
+def test_the_tracker_and_the_plain_filter_give_the_same_estimates(images, settings, follows):
+    box = datasets.load(NAME).boxes[0]
+    worst, updates = worst_difference(images, box, settings, settings)
+    assert worst < 1e-6
+    assert (updates > 0) == follows
+
+
+def test_an_ellipse_that_is_partly_outside_is_the_same_for_both(images):
+    width = images[0].shape[1]
+    box = np.array([width - 25.0, -12.5, 40.3, 60.7])
+    worst, _ = worst_difference(images[:12], box, {}, {})
+    assert worst < 1e-6
+
+
+def test_slopes_are_those_of_lines_through_the_times():
+    random = np.random.default_rng(1)
+    values = np.repeat([50.0, 100, 200, 400], 6)
+    seconds = 1e-4 + 2e-6 * values + 1e-5 * random.standard_normal(len(values))
+    flat = 1e-4 + 1e-5 * random.standard_normal(len(values))
+    costs = pd.concat(
+        pd.DataFrame({"factor": name, "value": values, "seconds": times})
+        for name, times in (("samples", seconds), ("bins", flat))
+    )
+    lines = cost_slopes(costs).set_index("factor")
+    coefficients, covariance = np.polyfit(values, seconds, 1, cov=True)
+    assert lines.loc["samples", "slope"] == pytest.approx(coefficients[0])
+    half = lines.loc["samples", "upper_limit"] - coefficients[0]
+    assert half == pytest.approx(2.0739 * np.sqrt(covariance[0, 0]), rel=1e-3)
+    assert lines.loc["samples", "lower_limit"] == pytest.approx(coefficients[0] - half)
+    assert lines.loc["bins", "lower_limit"] < 0 < lines.loc["bins", "upper_limit"]
+    correlation = np.corrcoef(values, seconds)[0, 1]
+    assert lines.loc["samples", "r_squared"] == pytest.approx(correlation**2)
+
+
+@pytest.fixture
+def short_sweeps(monkeypatch):
+    sweeps = {"samples": (20, 200), "area": (0.5, 1.0), "bins": (4, 8)}
+    monkeypatch.setattr(costs, "SWEEPS", sweeps)
+    monkeypatch.setattr(costs, "_ROUNDS", 3)
+
+
+def test_costs_are_measured_by_samples_area_and_bins(short_sweeps):
+    found = cost_times(NAME, compiled_filter, 2)
+    by_factor = found.groupby("factor")["value"].unique()
+    _, _, width, height = datasets.load(NAME).boxes[0]
+    assert sorted(by_factor["samples"]) == [20, 200]
+    assert sorted(by_factor["bins"]) == [64, 512]
+    assert sorted(by_factor["area"]) == pytest.approx(
+        [np.pi / 4 * width * height * k for k in (0.5, 1)]
+    )
+    assert len(found) == 12
+    plain = cost_times(NAME, plain_filter, 1).query("factor == 'samples'").set_index("value")
+    assert plain.loc[200, "seconds"] > 2 * plain.loc[20, "seconds"]
+
+
+def test_plain_code_takes_longer_and_spends_most_of_it_on_weighting():
+    times = plain_times([NAME], 8)
+    assert len(times) == 7
+    assert (times["plain"] / times["compiled"]).median() > 1.5
+    parts = weighting_times([NAME], 8).groupby("implementation")
+    assert set(parts.groups) == {"compiled", "plain"}
+    for _, rows in parts:
+        assert (rows["weighting"] < 1.3 * rows["update"]).mean() > 0.5
+    plain = parts.get_group("plain")
+    assert (plain["weighting"] / plain["update"]).median() > 0.5
+
+
+def test_the_clock_of_a_core_is_between_half_and_ten_gigahertz():
+    assert 0.5e9 < clock_rate() < 10e9
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    tracker = "nummiaro2003:preset=as-written:particles=20"
+    experiment = Experiment("t", (tracker,), (SequenceSource(NAME),), repetitions=2, timing=True)
+    return bench.run(experiment, tmp_path_factory.mktemp("results"), jobs=1)
+
+
+def test_times_of_frames_have_the_area_of_the_ellipse(folder):
+    frames = frame_times(folder)
+    clean = load_results(folder).query("disturbed == 0")
+    assert len(frames) == (len(datasets.load(NAME)) - 1) * len(clean)
+    assert set(frames.columns) == {"sequence", "repetition", "frame", "seconds", "area"}
+    runs = load_results(folder)
+    for _, row in frames.groupby("repetition").head(2).iterrows():
+        (text,) = set(runs["tracker"])
+        _, _, width, height = bench.evaluate(text, NAME, int(row["repetition"])).boxes[row["frame"]]
+        assert row["area"] == pytest.approx(np.pi / 4 * width * height)
+
+
+def measured(clock=1.6e9):
+    """Times that are known: 10 ms in plain code, at half of the clock's rate 20."""
+    times = pd.DataFrame({"sequence": "a", "plain": [0.008, 0.01, 0.02], "compiled": 0.001})
+    profile = [("a", "compiled", 0.4), ("a", "plain", 0.9)]
+    slope = {"factor": "samples", "lower_limit": 1e-6, "upper_limit": 3e-6, "r_squared": 0.99}
+    return {
+        "frame_times": pd.DataFrame(
+            {"sequence": ["a"] * 3, "frame": [1, 2, 3], "seconds": [1e-3, 2e-3, 3e-3], "area": 50.0}
+        ),
+        "plain_times": _at_two_clocks(times, clock),
+        "profile": pd.DataFrame(profile, columns=["sequence", "implementation", "weighting_share"]),
+        "time_slopes": pd.DataFrame(
+            [slope | {"slope": 2e-6, "implementation": name} for name in ("compiled", "plain")]
+        ),
+    }
+
+
+def test_plain_milliseconds_are_given_at_both_clocks():
+    row = measured()["plain_times"].iloc[0]
+    assert row["milliseconds"] == pytest.approx(10)
+    assert row["milliseconds_at_800_mhz"] == pytest.approx(20)
+    assert row["compiled_milliseconds"] == pytest.approx(1)
+
+
+def test_tables_show_times_with_quartiles_and_slopes_with_intervals():
+    times, cost = time_tables(measured(), ["failed: why"])
+    assert [cell.text for cell in times.rows[0]] == [
+        "a", "50", "2.00 [1.50–2.50]", "10.0 [9.0–15.0]", "20", "40 %", "90 %",
+    ]  # fmt: skip
+    assert "1.60 GHz" in times.notes[0]
+    assert times.notes[-1] == "failed: why"
+    assert [cell.text for cell in cost.rows[0]] == [
+        "samples [µs a sample]", "2 [1, 3]", "0.99", "2 [1, 3]", "0.99",
+    ]  # fmt: skip
+    tables = measured()
+    tables["frame_times"] = tables["frame_times"][:0]
+    times, _ = time_tables(tables)
+    assert [cell.text for cell in times.rows[0]][1:3] == [MISSING] * 2
+
+
+def test_all_that_the_ledger_asks_for_is_measured(folder, monkeypatch, short_sweeps):
+    monkeypatch.setattr(timing, "SEQUENCES", (NAME,))
+    monkeypatch.setattr(timing, "_QUICK_FRAMES", 4)
+    tables = measured_times(folder, quick=True)
+    assert len(tables["run_times"]) == len(frame_times(folder))
+    assert len(tables["frame_times"]) <= len(datasets.load(NAME)) - 1
+    assert len(tables["time_slopes"]) == 6
+    assert len(tables["profile"]) == 2
+    assert len(time_tables(tables)) == 2
