@@ -115,6 +115,24 @@ def test_a_target_that_comes_in_where_particles_wait_is_found_in_all_runs(monkey
     pd.testing.assert_frame_equal(entrance.measure(sequence, quick=True)["entrance"], found)
 
 
+def test_the_known_histogram_is_of_a_whole_target_in_the_light(monkeypatch):
+    xs = [np.nan] * 12 + [3.0 * frame - 6 for frame in range(60)]
+    dark = [painted(x, (10, 10, 40), (40, 10, 10)) if frame < 30 else painted(x)
+            for frame, x in enumerate(xs)]  # fmt: skip
+    plain = walking(xs, dark)
+    shade = np.arange(len(xs)) < 30
+    shaded = Sequence(
+        "shaded", dark, plain.boxes, fingerprint="s", visibility=plain.visibility,
+        attributes={"shade": shade},
+    )  # fmt: skip
+    region = np.array([[0.0, 0.0, 200.0, 120.0]])
+    monkeypatch.setattr(entrance, "entries", lambda name: region)
+    assert entrance.measure(plain, quick=True)["entrance"]["tracks_from"].min() < 30
+    assert entrance.measure(shaded, quick=True)["entrance"]["tracks_from"].min() >= 30
+    with pytest.raises(SequenceError, match="never wholly visible in the light"):
+        entrance.measure(walking([np.nan, *[3.0] * 60]), quick=True)
+
+
 def test_a_target_that_comes_in_elsewhere_is_not_found_and_few_positives_start_sooner(monkeypatch):
     sequence = walking([np.nan] * 12 + [206.0 - 2 * frame for frame in range(60)])
     region = np.array([[0.0, 0.0, 24.0, 20.0]])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bench.metrics.centre_error import centre_inside
 from bench.papers.nummiaro2003.checks.running import PRESETS, tracker
-from datasets import Sequence
+from datasets import Sequence, SequenceError
 from datasets.synthetic.nummiaro2003 import entries
 from trackers.base.interface import Estimate
 from trackers.base.sharing import SharedFrame
@@ -23,6 +23,7 @@ KICK_OFFS = (0.05, AS_WRITTEN, 0.2, 0.4)
 REPETITIONS = 20
 FURTHER_REPETITIONS = 5
 VISIBLE = 0.8
+WHOLE = 0.99
 IN_TIME = 10  # frames
 WATCHED = 40  # frames from when the target is visible to the end
 PICTURED = (-10, 0, IN_TIME)  # frames of the figure, from when it is visible
@@ -99,9 +100,9 @@ def _waited(
     kick_offs: tuple[float, ...],
     repetitions: int,
 ) -> list[_Run]:
-    """Let trackers wait from the first frame on, the model being of the first best view."""
-    best = int(np.where(sequence.present, sequence.visibility, 0.0).argmax())
-    box, view = sequence.boxes[best], sequence[best]
+    """Let trackers wait from the first frame on."""
+    known = _known(sequence)
+    box, view = sequence.boxes[known], sequence[known]
     image = sequence[0]
     runs = []
     for preset in PRESETS:
@@ -116,6 +117,21 @@ def _waited(
         for run in runs:
             run.estimates.append(run.tracker.update_shared(shown))
     return runs
+
+
+def _known(sequence: Sequence) -> int:
+    """Frame of the model: the first in which the target is wholly visible, and in the light.
+
+    "The object must be fully visible, so that a good color distribution can be calculated."
+    """
+    shade = sequence.attributes.get("shade", np.zeros(len(sequence), np.bool_))
+    lit = np.flatnonzero(sequence.present & (sequence.visibility >= WHOLE) & ~shade)
+    if len(lit) == 0:
+        raise SequenceError(
+            f"{sequence.name}: the target is never wholly visible in the light, so that its "
+            "histogram is not known; take another scene."
+        )
+    return int(lit[0])
 
 
 def _visible_from(sequence: Sequence) -> int:
