@@ -28,7 +28,7 @@ __all__ = ["entries", "scene"]
 
 LENGTH = 242
 COMES, HIDDEN, GONE = 20, 121, 232
-"""Frames: the first with the target, that in which the tree hides him most, the last."""
+"""Frames: the first with the target, that in which the tree hides him most, the first without."""
 
 BEHIND_THE_TREE = 15, 19
 """Time for which less than a tenth of him is seen [frames]."""
@@ -73,15 +73,14 @@ def _plan(seed: int, tree: int) -> VisitPlan:
         random = _generator(seed, f"way behind {i}")
         nearest = float(target.z.max()) + CLEAR
         others.append(routes.behind_the_target(random, views, target, others, nearest))
-    bystanders = [
-        people.bystander(_generator(seed, f"person {i}"), course, first.look)
-        for i, course in enumerate(others)
-    ]
-    for i in range(len(PASSED)):  # nobody sees over them
-        tall = max(bystanders[i].stature, first.stature)
-        bystanders[i] = replace(bystanders[i], stature=tall)
+    there = [first]
+    for i, course in enumerate(others):
+        person = people.bystander(_generator(seed, f"person {i}"), course, first.look)
+        if i < len(PASSED):  # he is not seen over their heads
+            person = replace(person, stature=max(person.stature, first.stature))
+        there.append(person)
     street = int(_generator(seed, "street").integers(2**32))
-    return VisitPlan(street, views, [first, *bystanders], slice(COMES, GONE), tree_there)
+    return VisitPlan(street, views, there, slice(COMES, GONE), tree_there)
 
 
 def _generator(seed: int, part: str) -> np.random.Generator:

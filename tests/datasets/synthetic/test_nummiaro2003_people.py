@@ -13,6 +13,11 @@ from datasets.synthetic import nummiaro2003
 from datasets.synthetic.campus import person, students
 from datasets.synthetic.campus.plan import VisitPlan
 from datasets.synthetic.campus.scene import VisitScene
+from datasets.synthetic.people.look import Look
+from datasets.synthetic.walking.course import straight
+from datasets.synthetic.walking.plan import Person
+from datasets.synthetic.walking.truth import body_boxes
+from datasets.synthetic.walking.views import fixed
 
 PERSON, STUDENTS = "nummiaro2003/person", "nummiaro2003/students"
 SEEDS = st.integers(0, 2**32 - 1)
@@ -182,6 +187,19 @@ def test_without_the_target_all_is_the_same_but_where_he_is(visit):
         assert (columns.min() >= x - reach - 3) & (columns.max() < x + width + reach + 3)
 
 
+def test_a_target_is_absent_as_soon_as_his_box_is_out_of_the_picture():
+    way = straight(240, 120, (0.0, 8.0), (1.3, 0.0), 0.0)
+    someone = Person(Look((0, 0, 90), (90, 0, 0)), 0, 1.75, way)
+    views = fixed(np.random.default_rng(0), 240)
+    passing = VisitPlan(0, views, [someone], slice(10, None))
+    x, _, width, _ = body_boxes(*passing.places[0].T).T
+    ((first, frames),) = spells(passing.present)
+    assert first > 20
+    assert first + frames < 220
+    assert x[first] + width[first] > 0 >= x[first - 1] + width[first - 1]
+    assert x[first + frames - 1] < 640 <= x[first + frames]
+
+
 def test_masks_agree_with_boxes_and_visibility(visit):
     plan = visit.frames.plan
     for frame in (*range(visit.first_frame, visit.first_frame + 12), 121, 181, 203, 225, 231):
@@ -201,7 +219,8 @@ def test_attributes_are_those_of_the_target_that_is_there(visit):
     assert not any(flags[~visit.present].any() for flags in visit.attributes.values())
     occluded = visit.present & (visit.visibility < 0.9)
     assert (visit.attributes["occlusion"] == occluded).all()
-    assert not visit.attributes["scale_change"][visit.first_frame]
+    size = visit.boxes[:, 3] / visit.boxes[visit.first_frame, 3]
+    assert (visit.attributes["scale_change"] == ((size < 0.8) | (size > 1.25))).all()
 
 
 def test_any_order_gives_the_same_bytes(visit):
