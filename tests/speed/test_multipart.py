@@ -12,108 +12,15 @@ import numpy as np
 import pytest
 
 import trackers
+from tests.speed.rivals import MeanShift, compare, run, say
 from trackers.base.parameters import TrackerError
 from trackers.base.sharing import SharedFrame
-
-SIZE = 60, 140
-STOP = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 10, 2)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def one_thread():
-    before = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    yield
-    cv2.setNumThreads(before)
-
-
-@pytest.fixture(scope="module")
-def clip():
-    """Frames of a red and blue target with some texture on ground of many colours."""
-    rng = np.random.default_rng(0)
-    ground = np.zeros((480, 640, 3))
-    for scale in (3, 12, 40):
-        noise = cv2.GaussianBlur(rng.uniform(0, 1, ground.shape), (0, 0), scale)
-        ground += cv2.normalize(noise, None, 0, 80, cv2.NORM_MINMAX)
-    target = np.empty((140, 60, 3))
-    target[:70], target[70:] = (45, 45, 190), (180, 70, 40)
-    target += cv2.GaussianBlur(rng.normal(0, 60, target.shape), (0, 0), 2)
-    images, boxes = [], []
-    for frame in range(40):
-        image = ground + rng.normal(0, 4, ground.shape)
-        x, y = round(290 + 120 * np.sin(frame / 14)), round(170 + 80 * np.cos(frame / 11))
-        image[y : y + 140, x : x + 60] = target + rng.normal(0, 4, target.shape)
-        images.append(np.clip(image, 0, 255).astype(np.uint8))
-        boxes.append((x, y, *SIZE))
-    return images, np.array(boxes, float)
-
-
-class MeanShift:
-    """OpenCV's mean shift on a hue back-projection of the frame or of the window ± `margin`."""
-
-    def __init__(self, margin=1000):
-        self.margin = margin
-
-    def init(self, image, box):
-        self.window = tuple(box.astype(int))
-        x, y, width, height = self.window
-        hsv = cv2.cvtColor(image[y : y + height, x : x + width], cv2.COLOR_BGR2HSV)
-        counts = cv2.calcHist([hsv], [0], None, [180], [0, 180])
-        self.counts = cv2.normalize(counts, None, 0, 255, cv2.NORM_MINMAX)
-
-    def update(self, image):
-        x, y, width, height = self.window
-        left, top = max(x - self.margin, 0), max(y - self.margin, 0)
-        near = image[top : y + height + self.margin, left : x + width + self.margin]
-        hsv = cv2.cvtColor(near, cv2.COLOR_BGR2HSV)
-        projection = cv2.calcBackProject([hsv], [0], self.counts, [0, 180], 1)
-        _, (x, y, width, height) = cv2.meanShift(
-            projection, (x - left, y - top, width, height), STOP
-        )
-        self.window = x + left, y + top, width, height
-        return trackers.Estimate(np.array(self.window, float))
-
-
-def run(tracker, clip, seconds=None, n=40):
-    """Track; give the mean overlap."""
-    images, truth = clip
-    tracker.init(images[0], truth[0])
-    overlaps = []
-    for image, expected in zip(images[1:n], truth[1:], strict=False):
-        begin = thread_time()
-        estimate = tracker.update(image)
-        if seconds is not None:
-            seconds.append(thread_time() - begin)
-        first = np.maximum(estimate.box[:2], expected[:2])
-        last = np.minimum(estimate.box[:2] + estimate.box[2:], expected[:2] + expected[2:])
-        common = np.prod(np.maximum(last - first, 0))
-        overlaps.append(common / (np.prod(estimate.box[2:]) + np.prod(expected[2:]) - common))
-    return np.mean(overlaps)
-
-
-def say(*words):
-    print("\n ", *words, end="")  # noqa: T201  # what `pytest -s` is for
 
 
 def multipart(clip, **parameters):
     tracker = trackers.create("multipart", **parameters)
     run(tracker, clip, n=3)  # compiles, fills tables
     return tracker
-
-
-def compare(clip, ours, theirs, rounds=3, n=40):
-    """Median time of theirs over ours; both in turns, so that both meet the same machine."""
-    our_seconds, their_seconds = [], []
-    for _ in range(rounds):
-        our_overlap = run(ours, clip, our_seconds, n)
-        their_overlap = run(theirs, clip, their_seconds, n)
-    ratio = median(their_seconds) / median(our_seconds)
-    say(
-        f"ours {median(our_seconds) * 1e3:.3f} ms (p99 {np.percentile(our_seconds, 99) * 1e3:.3f}),"
-        f" theirs {median(their_seconds) * 1e3:.3f} ms, {ratio:.2f} times ours;"
-        f" overlap {our_overlap:.2f}, theirs {their_overlap:.2f}"
-    )
-    return ratio
 
 
 @pytest.mark.parametrize("representation", ["single", "multi"])

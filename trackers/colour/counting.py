@@ -103,11 +103,11 @@ def ellipse_histograms(
     right, bottom = np.clip((centres + half_axes).max(axis=0) + 1, 0, limits).astype(int).tolist()
     high = bool(half_axes[0, 1] > half_axes[0, 0])
     if width * height < frame.sharers * (right - left) * (bottom - top):
-        codes, corner = frame.compute(_codes, colours, high), (0, 0)
+        whole = frame.compute(_codes, colours, high)
+        codes = whole[left:right, top:bottom] if high else whole[top:bottom, left:right]
     else:
         codes = colours.codes(frame.image[top:bottom, left:right], high)
-        corner = left, top
-    return ellipse_counts(codes, corner, high, ellipses, kernel, bins, colours.n_bins)
+    return ellipse_counts(codes, (left, top), high, ellipses, kernel, bins, colours.n_bins)
 
 
 def _codes(image: Image, colours: JointBins, transposed: bool) -> NDArray[np.uint16]:

@@ -73,29 +73,37 @@ def ellipse_counts(
     left, top = corner
     if transposed:
         ellipses, left, top = ellipses[:, [1, 0, 3, 2]], top, left
-    counted = _count(codes, left, top, ellipses, KERNELS.index(kernel), slots, len(bins))
+    places = _placed(codes, slots)
+    counted = _count(places, left, top, ellipses, KERNELS.index(kernel), len(bins))
     return EllipseCounts(*counted)
 
 
 @njit(cache=True)
+def _placed(codes: NDArray[np.uint16], slots: NDArray[np.uint16]) -> NDArray[np.uint16]:
+    """Slot of every pixel: 0 for what is not asked for.
+
+    Histograms are emptied and added up for every ellipse, so they had better be short.
+    """
+    places = np.empty(codes.shape, np.uint16)
+    for row in range(codes.shape[0]):
+        for column in range(codes.shape[1]):
+            places[row, column] = slots[np.uintp(codes[row, column])]
+    return places
+
+
+@njit(cache=True)
 def _count(
-    codes: NDArray[np.uint16],
+    places: NDArray[np.uint16],
     left: int,
     top: int,
     ellipses: NDArray[np.float64],
     kernel: int,
-    slots: NDArray[np.uint16],
     n_asked: int,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    n_rows, n_columns = codes.shape
+    n_rows, n_columns = places.shape
     n = len(ellipses)
     counts = np.empty((n, n_asked), np.int64)
     totals, pixels = np.zeros(n, np.int64), np.zeros(n, np.int64)
-    # Slot 0 takes what is not asked for: histograms are emptied and added up for every ellipse.
-    places = np.empty(codes.shape, np.uint16)
-    for row in range(n_rows):
-        for column in range(n_columns):
-            places[row, column] = slots[np.uintp(codes[row, column])]
     taken = np.empty(n_columns, np.int64)
     starts, stops = np.empty(n_rows, np.int64), np.empty(n_rows, np.int64)
     # Neighbours mostly are in the same bin: four histograms keep an addition from waiting

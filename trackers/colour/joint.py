@@ -54,8 +54,9 @@ class JointBins:
             With R, G, B (or H, S, V) in the order of significance.
         """
         if self.space == "rgb":
-            return _rgb_codes(image, _divided(self.bins), self.bins, transposed)
-        codes = looked_up(image, _hsv_table(self.bins))
+            codes = _rgb_codes(image, _divided(self.bins), self.bins)
+        else:
+            codes = looked_up(image, _hsv_table(self.bins))
         return np.ascontiguousarray(codes.T) if transposed else codes
 
 
@@ -66,27 +67,15 @@ def _divided(bins: int) -> NDArray[np.uint16]:
 
 
 @njit(cache=True)
-def _rgb_codes(
-    image: Image, of_byte: NDArray[np.uint16], bins: int, transposed: bool
-) -> NDArray[np.uint16]:
+def _rgb_codes(image: Image, of_byte: NDArray[np.uint16], bins: int) -> NDArray[np.uint16]:
     height, width, _ = image.shape
-    green_step, red_step = np.uint16(bins), np.uint16(bins * bins)
-    blue, green, red = of_byte, of_byte * green_step, of_byte * red_step
-    if transposed:
-        found = np.empty((width, height), np.uint16)
-        for row in range(height):
-            for column in range(width):
-                found[column, row] = (
-                    blue[np.uintp(image[row, column, 0])]
-                    + green[np.uintp(image[row, column, 1])]
-                    + red[np.uintp(image[row, column, 2])]
-                )
-        return found
+    green, red = of_byte * np.uint16(bins), of_byte * np.uint16(bins * bins)
     found = np.empty((height, width), np.uint16)
     for row in range(height):
         for column in range(width):
+            # Indices that can't be negative need no check for it.
             found[row, column] = (
-                blue[np.uintp(image[row, column, 0])]
+                of_byte[np.uintp(image[row, column, 0])]
                 + green[np.uintp(image[row, column, 1])]
                 + red[np.uintp(image[row, column, 2])]
             )

@@ -62,19 +62,15 @@ class TargetModel:
     ----------
     first, current : ndarray of float64, shape (bins,)
         At the beginning and now; of models of their own the weighted mean.
+    bins : ndarray of int64, shape (m,)
+        The bins that must be counted in particles.
     """
 
     def __init__(self, first: Array, particles: int, apart: bool, alpha: float) -> None:
         self.first = self.current = first
         self._alpha = alpha
         self._models = np.tile(first, (particles, 1)) if apart else None
-
-    @property
-    def bins(self) -> NDArray[np.int64]:
-        """The bins that must be counted in particles."""
-        if self._models is None:
-            return np.flatnonzero(self.current)
-        return np.arange(len(self.current))
+        self.bins = np.arange(len(first)) if apart else np.flatnonzero(first)
 
     def select(self, chosen: NDArray[np.intp]) -> None:
         """Let models go on with the particles that are chosen."""
@@ -133,4 +129,5 @@ class TargetModel:
         if histogram is None or not coefficient > least:
             return 0.0
         self.current = (1 - alpha) * self.current + alpha * histogram
+        self.bins = np.flatnonzero(self.current)
         return 1.0

@@ -1,0 +1,340 @@
+"""The tracker's promises: when it tracks, when it waits, when its model follows."""
+
+import numpy as np
+import pytest
+
+import bench
+import trackers
+from bench.contestant import contestant
+from bench.evaluation import run_in_lock_step
+from datasets import load
+from trackers.base.parameters import TrackerError
+
+RED, BLUE = (30, 40, 210), (210, 60, 30)
+HEIGHT, WIDTH = 120, 200
+SIZE = 20, 28
+
+
+def ground(seed=0):
+    """Greyish ground with some texture."""
+    return np.random.default_rng(seed).integers(70, 140, (HEIGHT, WIDTH, 3)).astype(np.uint8)
+
+
+def with_target(x, y=50, colour=RED, size=SIZE, image=None):
+    """The ground with a target whose left top corner is there."""
+    image = ground() if image is None else image
+    image[max(y, 0) : max(y + size[1], 0), max(x, 0) : max(x + size[0], 0)] = colour
+    return image
+
+
+def box_at(x, y=50, size=SIZE):
+    return np.array([x, y, *size], float)
+
+
+def follow(tracker, images):
+    return [tracker.update(image) for image in images]
+
+
+def centre(estimate):
+    return estimate.box[:2] + estimate.box[2:] / 2
+
+
+def started(x=40, **parameters):
+    tracker = trackers.create("nummiaro2003", **parameters)
+    tracker.init(with_target(x), box_at(x))
+    return tracker
+
+
+@pytest.mark.parametrize("preset", ["as-written", "recommended"])
+@pytest.mark.parametrize("dynamics", ["first-order", "random-walk"])
+@pytest.mark.parametrize("colour", ["rgb", "hsv"])
+def test_a_target_that_moves_is_followed(preset, dynamics, colour):
+    tracker = started(preset=preset, dynamics=dynamics, colour=colour)
+    for frame, estimate in enumerate(follow(tracker, [with_target(40 + 2 * k) for k in range(40)])):
+        # On the target; inside one of a single colour every smaller ellipse looks the same.
+        assert (np.abs(centre(estimate) - [50 + 2 * frame, 64]) < (12, 16)).all()
+        assert estimate.visible
+        assert estimate.details["mode"] == 1
+        assert estimate.details["coefficient"] > 0.7
+
+
+def test_a_target_that_accelerates_is_followed_with_second_order_dynamics():
+    tracker = started(x=10, dynamics="second-order", velocity_noise=0.01, scale_noise=0.0)
+    ways = [round(0.2 * frame**2) for frame in range(1, 26)]
+    for way, estimate in zip(
+        ways, follow(tracker, [with_target(10 + w) for w in ways]), strict=True
+    ):
+        assert (np.abs(centre(estimate) - [20 + way, 64]) < (14, 16)).all()
+
+
+def test_the_estimate_is_the_weighted_mean_of_the_particles():
+    tracker = started()
+    for estimate in follow(tracker, [with_target(40 + k) for k in range(5)]):
+        particles, weights = estimate.arrays["particles"], estimate.arrays["weights"]
+        mean = (weights[:, np.newaxis] * particles).sum(axis=0)  # equation 1
+        np.testing.assert_allclose(centre(estimate), mean[:2], rtol=1e-12)
+        np.testing.assert_allclose(estimate.box[2:], 2 * mean[4:6], rtol=1e-12)
+        assert estimate.details["half_width"] == pytest.approx(mean[4])
+        assert estimate.details["half_height"] == pytest.approx(mean[5])
+        assert weights.sum() == pytest.approx(1.0)
+        assert estimate.confidence == estimate.details["likelihood"]
+
+
+def test_weights_are_equation_10():
+    tracker = started(sigma=0.1, model_update=False)
+    model = tracker.histogram_of(with_target(40), box_at(40))
+    image = with_target(42)
+    estimate = tracker.update(image)
+    particles, weights = estimate.arrays["particles"], estimate.arrays["weights"]
+    likelihoods = []
+    for x, y, _, _, half_x, half_y, _ in particles:
+        box = np.array([x - half_x, y - half_y, 2 * half_x, 2 * half_y])
+        rho = np.sqrt(tracker.histogram_of(image, box) * model).sum()
+        likelihoods.append(np.exp(-(1 - rho) / (2 * 0.1**2)) / np.sqrt(2 * np.pi * 0.1))
+    np.testing.assert_allclose(weights, likelihoods / np.sum(likelihoods), rtol=1e-9)
+
+
+def test_a_target_that_is_hidden_is_waited_for_and_found_again():
+    tracker = started(seed=3)
+    follow(tracker, [with_target(40 + k) for k in range(8)])
+    hidden = follow(tracker, [ground(k) for k in range(10)])
+    assert [estimate.details["mode"] for estimate in hidden[:2]] == [1, 1]
+    assert [estimate.details["mode"] for estimate in hidden[2:]] == [0] * 8
+    assert all(estimate.details["positive_appearances"] < 10 for estimate in hidden)
+    assert not any(estimate.visible for estimate in hidden[2:])
+    for estimate in hidden[3:]:
+        np.testing.assert_array_equal(estimate.box, hidden[2].box)
+    found = follow(tracker, [with_target(58 + k) for k in range(12)])
+    assert found[-1].details["mode"] == 1
+    assert np.abs(centre(found[-1]) - [79, 64]).max() < 12
+
+
+@pytest.mark.parametrize("frames", [1, 2, 5])
+def test_it_takes_some_frames_with_too_few_to_give_up(frames):
+    tracker = started(loss_frames=frames)
+    modes = [e.details["mode"] for e in follow(tracker, [ground(k) for k in range(8)])]
+    assert modes == [1] * (frames - 1) + [0] * (9 - frames)
+
+
+def test_a_single_frame_with_enough_begins_the_count_afresh():
+    tracker = started(loss_frames=2)
+    shown = [ground(), with_target(40), ground(), with_target(40), ground(1), ground(2)]
+    modes = [e.details["mode"] for e in follow(tracker, shown)]
+    assert modes == [1, 1, 1, 1, 1, 0]
+
+
+def test_without_reinitialisation_it_tracks_whatever_it_sees():
+    tracker = started(reinitialise=False)
+    assert {e.details["mode"] for e in follow(tracker, [ground(k) for k in range(9)])} == {1.0}
+
+
+def test_the_model_follows_a_target_that_fades_and_not_one_that_changes_at_once():
+    def fading(share):
+        speckled = np.random.default_rng(0).random(SIZE[::-1]) < share
+        target = np.where(speckled[..., None], BLUE, RED)
+        return with_target(40, colour=target)
+
+    updated = started(sigma=0.1, alpha=0.3, update_reading="coefficient")
+    kept = started(sigma=0.1, model_update=False)
+    slowly = [fading(share) for share in np.linspace(0, 1, 60)]
+    assert follow(updated, slowly)[-1].details["coefficient"] > 0.85
+    last = follow(kept, slowly)[-1].details
+    assert last["updated"] == 0
+    assert last["coefficient"] < 0.75
+    sudden = started(sigma=0.1, alpha=0.3, update_reading="coefficient")
+    assert follow(sudden, [fading(1.0)] * 3)[0].details["updated"] == 0
+
+
+def test_an_unconditional_update_takes_everything():
+    tracker = started(update_reading="always", reinitialise=False)
+    assert {e.details["updated"] for e in follow(tracker, [ground(k) for k in range(6)])} == {1.0}
+
+
+def test_the_background_threshold_is_that_of_the_current_model_or_stays():
+    shown = [with_target(40, colour=(30 + 8 * k, 40, 210 - 8 * k)) for k in range(20)]
+    current = follow(started(update_reading="always"), shown)
+    first = follow(started(update_reading="always", appearance="first"), shown)
+    assert len({e.details["appearance_threshold"] for e in current}) > 10
+    assert len({e.details["appearance_threshold"] for e in first}) == 1
+
+
+def test_frames_without_the_target_say_what_the_background_looks_like():
+    plain, watching = (trackers.create("nummiaro2003") for _ in range(2))
+    redder = with_target(120, y=10, size=(60, 90))
+    watching.watch(redder)
+    for tracker in (plain, watching):
+        tracker.init(with_target(40), box_at(40))
+    thresholds = [
+        t.update(with_target(40)).details["appearance_threshold"] for t in (plain, watching)
+    ]
+    assert thresholds[1] > thresholds[0] + 0.1
+    watching.init(with_target(40), box_at(40))  # what was watched served one initialisation
+    plain.init(with_target(40), box_at(40))
+    again = [t.update(with_target(40)).details["appearance_threshold"] for t in (plain, watching)]
+    assert again[0] == again[1]
+
+
+def test_a_known_histogram_waits_for_the_target_to_come_in():
+    tracker = trackers.create("nummiaro2003", sigma=0.1)
+    model = tracker.histogram_of(with_target(40), box_at(40))
+    tracker.init_by_histogram(ground(), model, np.array(SIZE) / 2)
+    waiting = follow(tracker, [ground(k) for k in range(1, 10)])
+    assert {e.details["mode"] for e in waiting} == {0.0}
+    x = waiting[-1].arrays["particles"][:, 0]
+    assert ((x < 20) | (x > WIDTH - 20)).all()
+    coming = follow(tracker, [with_target(-30 + 2 * k, y=46) for k in range(36)])
+    modes = [e.details["mode"] for e in coming]
+    assert modes[0] == 0
+    assert modes[-1] == 1
+    assert np.abs(centre(coming[-1]) - [50, 60]).max() < 12
+
+
+def test_a_known_histogram_can_wait_at_doors():
+    tracker = trackers.create("nummiaro2003", sigma=0.1)
+    model = tracker.histogram_of(with_target(40), box_at(40))
+    door = np.array([[90.0, 50.0, 20.0, 20.0]])
+    tracker.init_by_histogram(ground(), model, np.array(SIZE) / 2, door)
+    estimate = tracker.update(ground(1))
+    x, y = estimate.arrays["particles"][:, :2].T
+    assert (x >= 90).all()
+    assert (x <= 110).all()
+    assert (y >= 50).all()
+    assert (y <= 70).all()
+    assert follow(tracker, [with_target(90, y=46)] * 3)[-1].details["mode"] == 1
+
+
+def test_a_histogram_that_is_none_is_refused():
+    tracker = trackers.create("nummiaro2003")
+    for histogram in (np.ones(512), np.ones(10) / 10):
+        with pytest.raises(TrackerError, match="512 bins that sum to 1"):
+            tracker.init_by_histogram(ground(), histogram, np.array([10.0, 14.0]))
+
+
+def test_a_detector_is_asked_until_it_finds_something():
+    asked = []
+
+    def detect(image):
+        asked.append(image)
+        reddish = (image == RED).all(axis=2)
+        if not reddish.any():
+            return np.zeros((0, 4))
+        rows, columns = np.nonzero(reddish)
+        return np.array([[columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]])
+
+    tracker = trackers.create("nummiaro2003")
+    tracker.init_by_detector(ground(), detect)
+    empty = tracker.update(ground(1))
+    assert not empty.visible
+    np.testing.assert_array_equal(empty.box, [0, 0, WIDTH, HEIGHT])
+    np.testing.assert_array_equal(tracker.update(with_target(60)).box, box_at(60))
+    assert len(asked) == 3
+    later = follow(tracker, [with_target(60 + k) for k in range(10)])
+    assert len(asked) == 3
+    assert np.abs(centre(later[-1]) - [79, 64]).max() < 10
+
+
+def test_models_of_their_own_follow_as_well():
+    tracker = started(models="per-particle")
+    estimates = follow(tracker, [with_target(40 + k) for k in range(20)])
+    assert np.abs(centre(estimates[-1]) - [69, 64]).max() < 10
+    assert 0 < estimates[-1].details["updated"] <= 1
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [{}, {"preset": "as-written"}, {"models": "per-particle"}, {"colour": "hsv"}, {"bins": 32}],
+)
+@pytest.mark.parametrize("particles", [1, 2])
+def test_few_particles_are_fine(parameters, particles):
+    tracker = started(particles=particles, **parameters)
+    for estimate in follow(
+        tracker, [with_target(40), ground(), ground(), ground(), with_target(44)]
+    ):
+        assert np.isfinite(estimate.box).all()
+        assert (estimate.box[2:] >= 6).all()
+
+
+@pytest.mark.parametrize("update", [True, False])
+def test_an_image_of_one_colour_tells_nothing_and_does_no_harm(update):
+    image = np.full((HEIGHT, WIDTH, 3), 128, np.uint8)
+    tracker = trackers.create("nummiaro2003", model_update=update)
+    tracker.init(image, box_at(40))
+    estimates = follow(tracker, [image] * 6)
+    assert estimates[0].details["appearance_threshold"] == pytest.approx(1.0)
+    assert estimates[0].details["positive_appearances"] == 0  # nothing exceeds its background
+    assert [e.details["mode"] for e in estimates] == [1, 1, 0, 0, 0, 0]
+    assert all(np.isfinite(e.box).all() for e in estimates)
+
+
+def test_a_target_of_one_colour_and_one_in_grey_are_followed():
+    for target, image in (
+        (RED, None),
+        ((250, 250, 250), np.full((HEIGHT, WIDTH, 3), 60, np.uint8)),
+    ):
+        tracker = trackers.create("nummiaro2003")
+        shown = [
+            with_target(40 + k, colour=target, image=None if image is None else image.copy())
+            for k in range(15)
+        ]
+        tracker.init(shown[0], box_at(40))
+        assert np.abs(centre(follow(tracker, shown[1:])[-1]) - [64, 64]).max() < 10
+
+
+def test_a_target_smaller_than_three_pixels_is_looked_for_in_six():
+    tracker = trackers.create("nummiaro2003")
+    tracker.init(with_target(40, size=(2, 2)), box_at(40, size=(2, 2)))
+    estimate = tracker.update(with_target(40, size=(2, 2)))
+    assert (estimate.box[2:] >= 6).all()
+
+
+def test_a_box_outside_the_image_is_refused():
+    tracker = trackers.create("nummiaro2003")
+    for box in (box_at(-60), box_at(-18), box_at(WIDTH + 5)):
+        with pytest.raises(TrackerError, match="too little"):
+            tracker.init(ground(), box)
+    with pytest.raises(TrackerError, match="no area"):
+        tracker.init(ground(), np.array([10.0, 10.0, 0.0, 5.0]))
+
+
+def test_a_target_that_leaves_the_image_is_no_longer_seen():
+    tracker = started(x=20, model_update=False)
+    leaving = [with_target(20 - 3 * k) for k in range(30)]
+    estimates = follow(tracker, leaving)
+    assert estimates[3].visible
+    assert not estimates[-1].visible
+    assert all(np.isfinite(e.box).all() for e in estimates)
+
+
+def test_an_instance_runs_again_as_a_new_one_would():
+    shown = [with_target(40 + k) for k in range(6)] + [ground(k) for k in range(6)]
+    tracker = started(seed=7)
+    first = [e.box for e in follow(tracker, shown)]
+    tracker.init(with_target(40), box_at(40))
+    np.testing.assert_array_equal([e.box for e in follow(tracker, shown)], first)
+
+
+def test_boxes_are_to_the_bit_the_same_alone_and_in_lock_step():
+    sequence = load("multipart/5")[:25]
+    texts = ["nummiaro2003", "nummiaro2003:preset=as-written", "nummiaro2003:colour=hsv"]
+    entries = [(contestant(text), repetition) for text in texts for repetition in range(8)]
+    together = run_in_lock_step(entries, sequence).runs
+    for (chosen, repetition), run in zip(entries[::5], together[::5], strict=True):
+        assert not run.failure
+        alone = bench.evaluate(chosen.label, sequence, repetition)
+        np.testing.assert_array_equal(run.boxes, alone.boxes)
+
+
+def test_as_written_follows_the_text_and_recommended_says_what_it_changes():
+    written = trackers.resolve("nummiaro2003", preset="as-written").parameters
+    assert written.sigma == 0.1
+    assert written.update_reading == "density"
+    assert written.placement == "last"
+    for name, value in (
+        ("particles", 100), ("bins", 8), ("colour", "rgb"), ("kernel", "isotropic"),
+        ("dynamics", "first-order"), ("axes", "together"), ("scale_change", "linear"),
+        ("scale_persistence", 1.0), ("update_threshold", 0.9), ("kick_off", 0.1),
+        ("models", "one"), ("appearance", "current"),
+    ):  # fmt: skip
+        assert getattr(written, name) == value
+    options = trackers.resolve("nummiaro2003", model_update="false", particles="200").options
+    assert options == {"particles": 200, "model_update": False}
