@@ -33,6 +33,8 @@ SEQUENCES = (
     "nummiaro2003/person:light=dappled:scene=2:start=empty",
     "nummiaro2003/students",
     "nummiaro2003/students:light=dappled:scene=1:tree=3",
+    "nummiaro2003/head",
+    "nummiaro2003/head:light=lamps:scene=1",
 )
 
 

@@ -1,0 +1,3 @@
+"""A worker in a factory: his head, close up, before machines."""
+
+__all__: list[str] = []

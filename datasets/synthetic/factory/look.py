@@ -1,0 +1,91 @@
+"""What a worker looks like, drawn at random."""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+__all__ = ["BGR", "Cut", "Look", "drawn_look"]
+
+BGR: TypeAlias = tuple[int, int, int]
+Cut: TypeAlias = Literal["short", "full", "wreath"]
+
+DARK_HAIR: tuple[BGR, ...] = ((26, 28, 32), (36, 44, 60), (104, 108, 112))
+ANY_HAIR: tuple[BGR, ...] = (*DARK_HAIR, (48, 70, 98), (72, 122, 158))
+COMPLEXIONS: tuple[tuple[BGR, tuple[BGR, ...]], ...] = (
+    ((150, 174, 216), ANY_HAIR),
+    ((134, 160, 206), ANY_HAIR),
+    ((104, 134, 182), DARK_HAIR),
+    ((66, 90, 132), DARK_HAIR),
+)
+"""Skin, and the hair that goes with it."""
+
+CLOTHES: tuple[BGR, ...] = (
+    (120, 74, 44),  # work blue
+    (84, 52, 38),  # navy
+    (150, 120, 84),  # light blue
+    (104, 102, 98),  # grey
+    (70, 88, 62),  # green
+    (196, 198, 196),  # white
+    (44, 46, 140),  # red
+    (36, 92, 206),  # orange
+)
+SHIRTS: tuple[BGR, ...] = (
+    (206, 208, 208),
+    (150, 146, 140),
+    (70, 66, 64),
+    (176, 150, 118),
+    (60, 58, 130),
+    (112, 146, 170),
+)
+CUTS: tuple[Cut, ...] = ("short", "short", "full", "wreath")
+
+
+@dataclass(frozen=True)
+class Look:
+    """Head and working clothes. Colours are BGR in [0, 255].
+
+    Attributes
+    ----------
+    hair, skin : BGR
+    cut : {'short', 'full', 'wreath'}
+        Of the hair; a wreath leaves the crown bare.
+    beard, glasses : bool
+        Whether there are any.
+    clothes, shirt : BGR
+        The jacket, or the bib and brace over a shirt.
+    bib : bool
+        Whether the shirt's sleeves are seen.
+    bulk : float
+        Breadth of the body, 1 is usual.
+    stature : float
+        [metres].
+    """
+
+    hair: BGR
+    skin: BGR
+    cut: Cut
+    beard: bool
+    glasses: bool
+    clothes: BGR
+    shirt: BGR
+    bib: bool
+    bulk: float
+    stature: float
+
+
+def drawn_look(random: np.random.Generator) -> Look:
+    """Somebody, each trait for itself."""
+    skin, hairs = COMPLEXIONS[random.integers(len(COMPLEXIONS))]
+    return Look(
+        hair=hairs[random.integers(len(hairs))],
+        skin=skin,
+        cut=CUTS[random.integers(len(CUTS))],
+        beard=bool(random.random() < 0.25),
+        glasses=bool(random.random() < 0.35),
+        clothes=CLOTHES[random.integers(len(CLOTHES))],
+        shirt=SHIRTS[random.integers(len(SHIRTS))],
+        bib=bool(random.random() < 0.5),
+        bulk=float(random.uniform(0.94, 1.1)),
+        stature=float(random.uniform(1.68, 1.84)),
+    )

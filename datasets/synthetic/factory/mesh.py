@@ -1,0 +1,239 @@
+"""A mesh of triangles, placed by bones, seen by a camera and painted.
+
+Where a vertex is seen is rounded to a fraction of a pixel; all arithmetic on pixels is on
+integers.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+__all__ = ["FINE", "NOBODY", "UNIT", "paint_owners", "place_vertices", "which_is_seen"]
+
+FINE = 2
+"""Samples a pixel, in either direction."""
+
+NOBODY = -1
+"""What owns a sample that no triangle covers."""
+
+UNIT = 32
+"""Steps in one sample's width, and in one texel."""
+
+_BITS = 20  # of a triangle's index
+_NEARNESS = 1 << 21  # of what is one metre away
+
+
+@njit(cache=True, error_model="numpy")
+def place_vertices(
+    positions: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    bones: NDArray[np.int64],
+    axes: NDArray[np.float64],
+    origins: NDArray[np.float64],
+    lamp: NDArray[np.float64],
+    camera: NDArray[np.float64],
+) -> NDArray[np.int64]:
+    """Where vertices are seen, and how they are lit.
+
+    Parameters
+    ----------
+    positions, normals : ndarray of float64, shape (v, 3)
+        In the frame of each vertex' bone [metres].
+    bones : ndarray of int64, shape (v,)
+        Which bone a vertex hangs on.
+    axes : ndarray of float64, shape (b, 3, 3)
+        Columns are each bone's axes in the world: x to the right, y up, z away from the camera.
+    origins : ndarray of float64, shape (b, 3)
+        Of each bone in the world [metres].
+    lamp : ndarray of float64, shape (4,)
+        Direction to the light, and the light where none of it falls.
+    camera : ndarray of float64, shape (4,)
+        Focal length, column and row of the optical axis [pixels], height [metres].
+
+    Returns
+    -------
+    ndarray of int64, shape (v, 4)
+        Column and row [1/UNIT sample], nearness, light [1/256].
+    """
+    placed = np.empty((len(positions), 4), np.int64)
+    for i in range(len(positions)):
+        b = bones[i]
+        x, y, z, towards = origins[b, 0], origins[b, 1], origins[b, 2], 0.0
+        for j in range(3):
+            x += axes[b, 0, j] * positions[i, j]
+            y += axes[b, 1, j] * positions[i, j]
+            z += axes[b, 2, j] * positions[i, j]
+            for k in range(3):
+                towards += axes[b, k, j] * normals[i, j] * lamp[k]
+        scale = camera[0] / z
+        placed[i, 0] = round((camera[1] + x * scale) * FINE * UNIT)
+        placed[i, 1] = round((camera[2] + (camera[3] - y) * scale) * FINE * UNIT)
+        placed[i, 2] = round(_NEARNESS / z)
+        placed[i, 3] = round(256 * (lamp[3] + (1 - lamp[3]) * (0.5 + 0.5 * towards)))
+    return placed
+
+
+@njit(cache=True, error_model="numpy")
+def which_is_seen(
+    placed: NDArray[np.int64],
+    triangles: NDArray[np.int64],
+    left: int,
+    top: int,
+    height: int,
+    width: int,
+) -> NDArray[np.int64]:
+    """Triangle that owns each sample of a window: the nearest that faces the camera.
+
+    Parameters
+    ----------
+    placed : ndarray of int64, shape (v, 4)
+        See `place_vertices`.
+    triangles : ndarray of int64, shape (t, 3)
+        Vertices of each, clockwise in the picture where it faces the camera.
+    left, top, height, width : int
+        The window [pixels]; it may reach beyond the picture.
+
+    Returns
+    -------
+    ndarray of int64, shape (height * FINE, width * FINE)
+        Index of the triangle, or `NOBODY`.
+    """
+    # Nearness above the triangle's index: the greatest is the nearest.
+    keys = np.full((height * FINE, width * FINE), NOBODY, np.int64)
+    half = UNIT // 2
+    for t in range(len(triangles)):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        ax, ay = placed[a, 0] - left * FINE * UNIT, placed[a, 1] - top * FINE * UNIT
+        bx, by = placed[b, 0] - left * FINE * UNIT, placed[b, 1] - top * FINE * UNIT
+        cx, cy = placed[c, 0] - left * FINE * UNIT, placed[c, 1] - top * FINE * UNIT
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        if area <= 0:
+            continue
+        first_x = max((min(ax, bx, cx) + half - 1) // UNIT, 0)
+        last_x = min((max(ax, bx, cx) - half) // UNIT, keys.shape[1] - 1)
+        first_y = max((min(ay, by, cy) + half - 1) // UNIT, 0)
+        last_y = min((max(ay, by, cy) - half) // UNIT, keys.shape[0] - 1)
+        if first_x > last_x or first_y > last_y:
+            continue
+        near_b, near_c = placed[b, 2] - placed[a, 2], placed[c, 2] - placed[a, 2]
+        slope_x = ((near_b * (cy - ay) - near_c * (by - ay)) << 8) // area
+        slope_y = ((near_c * (bx - ax) - near_b * (cx - ax)) << 8) // area
+        x = first_x * UNIT + half
+        for row in range(first_y, last_y + 1):
+            y = row * UNIT + half
+            wa = (cx - bx) * (y - by) - (cy - by) * (x - bx)
+            wb = (ax - cx) * (y - cy) - (ay - cy) * (x - cx)
+            near = (placed[a, 2] << 8) + slope_x * (x - ax) + slope_y * (y - ay)
+            across_a, across_b = (by - cy) * UNIT, (cy - ay) * UNIT
+            line = keys[row, first_x : last_x + 1]
+            for column in range(len(line)):
+                outside = (wa | wb | (area - wa - wb)) >> 63
+                key = (near >> 8) << _BITS | t | outside
+                line[column] = max(line[column], key)
+                wa += across_a
+                wb += across_b
+                near += slope_x * UNIT
+    flat = keys.ravel()
+    for sample in range(len(flat)):
+        flat[sample] = flat[sample] & ((1 << _BITS) - 1) | flat[sample] >> 63
+    return keys
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _interpolated(
+    placed: NDArray[np.int64], places: NDArray[np.int64], i: int, j: int, k: int, x: int, y: int
+) -> tuple[int, int, int]:
+    """Place in the atlas and light of a point in a triangle."""
+    ax, ay = placed[i, 0], placed[i, 1]
+    bx, by = placed[j, 0], placed[j, 1]
+    cx, cy = placed[k, 0], placed[k, 1]
+    area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    wa = (cx - bx) * (y - by) - (cy - by) * (x - bx)
+    wb = (ax - cx) * (y - cy) - (ay - cy) * (x - cx)
+    wc = area - wa - wb
+    share = (1 << 40) // area
+    u = ((wa * places[i, 0] + wb * places[j, 0] + wc * places[k, 0]) * share) >> 40
+    v = ((wa * places[i, 1] + wb * places[j, 1] + wc * places[k, 1]) * share) >> 40
+    light = ((wa * placed[i, 3] + wb * placed[j, 3] + wc * placed[k, 3]) * share) >> 40
+    return u, v, light
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _texel(atlas: NDArray[np.uint8], u: int, v: int, channel: int) -> int:
+    """Colour between four texels, times UNIT squared."""
+    left, upper = (u // UNIT) & (atlas.shape[1] - 1), v // UNIT
+    right, lower = (left + 1) & (atlas.shape[1] - 1), min(upper + 1, len(atlas) - 1)
+    a, b = u & (UNIT - 1), v & (UNIT - 1)
+    above = (UNIT - a) * atlas[upper, left, channel] + a * atlas[upper, right, channel]
+    below = (UNIT - a) * atlas[lower, left, channel] + a * atlas[lower, right, channel]
+    mixed: int = (UNIT - b) * above + b * below
+    return mixed
+
+
+@njit(cache=True, error_model="numpy")
+def paint_owners(
+    owners: NDArray[np.int64],
+    placed: NDArray[np.int64],
+    triangles: NDArray[np.int64],
+    parts: NDArray[np.int64],
+    places: NDArray[np.int64],
+    atlas: NDArray[np.uint8],
+    left: int,
+    top: int,
+    gain: int,
+) -> NDArray[np.uint8]:
+    """Picture of a mesh: a colour for each part in a pixel, mixed by its samples.
+
+    Parameters
+    ----------
+    owners : ndarray of int64, shape (height * FINE, width * FINE)
+        See `which_is_seen`, of the window whose corner is (left, top).
+    placed, triangles
+        See `which_is_seen`.
+    parts : ndarray of int64, shape (t,)
+        Part that each triangle belongs to.
+    places : ndarray of int64, shape (v, 2)
+        Column and row of each vertex in the atlas [1/UNIT texel].
+    atlas : ndarray of uint8, shape (rows, 2**k, 3)
+        Textures one below the other, each periodic across.
+    left, top : int
+        Corner of the window [pixels].
+    gain : int
+        Light, times 256.
+
+    Returns
+    -------
+    ndarray of uint8, shape (height + 2, width + 2, 4)
+        Colour premultiplied by the last channel, coverage; see `compositing.blend_sprite`.
+    """
+    height, width = owners.shape[0] // FINE, owners.shape[1] // FINE
+    picture = np.zeros((height + 2, width + 2, 4), np.uint8)
+    samples, half = FINE * FINE, FINE * FINE // 2
+    for row in range(height):
+        for column in range(width):
+            part = NOBODY
+            blue, green, red, covered = 0, 0, 0, 0
+            b, g, r = 0, 0, 0
+            for sample in range(samples):
+                sample_y = row * FINE + sample // FINE
+                sample_x = column * FINE + sample % FINE
+                t = owners[sample_y, sample_x]
+                if t == NOBODY:
+                    continue
+                if parts[t] != part:
+                    part = parts[t]
+                    y = (sample_y + top * FINE) * UNIT + UNIT // 2
+                    x = (sample_x + left * FINE) * UNIT + UNIT // 2
+                    i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+                    u, v, light = _interpolated(placed, places, i, j, k, x, y)
+                    light *= gain
+                    b = min((_texel(atlas, u, v, 0) * light) >> 26, 255)
+                    g = min((_texel(atlas, u, v, 1) * light) >> 26, 255)
+                    r = min((_texel(atlas, u, v, 2) * light) >> 26, 255)
+                blue, green, red, covered = blue + b, green + g, red + r, covered + 255
+            if covered > 0:
+                picture[row + 1, column + 1, 0] = (blue + half) // samples
+                picture[row + 1, column + 1, 1] = (green + half) // samples
+                picture[row + 1, column + 1, 2] = (red + half) // samples
+                picture[row + 1, column + 1, 3] = (covered + half) // samples
+    return picture
