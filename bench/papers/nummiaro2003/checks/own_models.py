@@ -14,7 +14,6 @@ from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
 from trackers.colour.counting import ellipse_histograms
 from trackers.colour.joint import JointBins
-from trackers.nummiaro2003 import Nummiaro2003
 
 __all__ = ["measure", "nearer"]
 
@@ -30,39 +29,64 @@ def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
     """Tables `model_times` and `wrong_models`; see `bench.papers.nummiaro2003.checks`."""
     first = sequence.first_frame
     end = first + 1 + TIMED.stop if quick else len(sequence)
+    pairs = [
+        _Pair(sequence, preset, repetition)
+        for preset in PRESETS
+        for repetition in range(1 if quick else REPETITIONS)
+    ]
     times, wrong = [], []
-    for preset in PRESETS:
-        for repetition in range(1 if quick else REPETITIONS):
-            labels = {"preset": preset, "repetition": repetition}
-            both = {
-                models: _begun(sequence, preset, models, repetition)
-                for models in ("one", "per-particle")
-            }
-            original = both["per-particle"].histogram_of(sequence[first], sequence.boxes[first])
-            for frame in range(first + 1, end):
-                image = sequence[frame]
-                seconds, boxes = {}, {}
-                for models, follower in both.items():
-                    began = thread_time()
-                    boxes[models] = follower.update(image).box
-                    seconds[models.replace("-", "_")] = thread_time() - began
-                if frame - first in TIMED:
-                    times.append({**labels, "frame": frame, **seconds})
-                if (frame - first) % EVERY == 0 and sequence.present[frame]:
-                    ellipse = ellipses_in(sequence.boxes[frame])
-                    around = clutter(ellipse, image, STEPS_A_WIDTH)
-                    models_now = _models(both["per-particle"])
-                    truth, estimate = sequence.boxes[[frame]], boxes["per-particle"]
-                    wrong.append(
-                        {
-                            **labels,
-                            "frame": frame,
-                            "visibility": float(sequence.visibility[frame]),
-                            "inside": float(centre_inside(truth, estimate)[0]),
-                            "nearer_clutter": nearer(models_now, original, image, around),
-                        }
-                    )
+    for frame in range(first + 1, end):
+        image, truth = sequence[frame], sequence.boxes[frame]
+        examined = (frame - first) % EVERY == 0 and sequence.present[frame]
+        around = clutter(ellipses_in(truth), image, STEPS_A_WIDTH) if examined else None
+        for pair in pairs:
+            labels = {"preset": pair.preset, "repetition": pair.repetition, "frame": frame}
+            seconds, box = pair.update(image)
+            if frame - first in TIMED:
+                times.append(labels | seconds)
+            if around is not None:
+                wrong.append(
+                    {
+                        **labels,
+                        "visibility": float(sequence.visibility[frame]),
+                        "inside": float(centre_inside(truth, box)[0]),
+                        "nearer_clutter": nearer(pair.models, pair.original, image, around),
+                    }
+                )
     return {"model_times": pd.DataFrame(times), "wrong_models": pd.DataFrame(wrong)}
+
+
+class _Pair:
+    """Trackers with one model for all particles and with one for each, on the same frames."""
+
+    def __init__(self, sequence: Sequence, preset: str, repetition: int) -> None:
+        self.preset, self.repetition = preset, repetition
+        first = sequence.first_frame
+        image, box = sequence[first], sequence.boxes[first]
+        self._one, self._each = (
+            tracker(sequence, repetition, preset=preset, models=models)
+            for models in ("one", "per-particle")
+        )
+        self.original = self._one.histogram_of(image, box)
+        for begun in (self._one, self._each):
+            if first > 0:
+                begun.watch(sequence[first - 1])
+            begun.init(image, box)
+
+    def update(self, image: Image) -> tuple[dict[str, float], Array]:
+        """CPU seconds of both by name, and the box of the latter."""
+        began = thread_time()
+        self._one.update(image)
+        between = thread_time()
+        box = self._each.update(image).box
+        return {"one": between - began, "per_particle": thread_time() - between}, box
+
+    @property
+    def models(self) -> Array:
+        """Those of the particles: too large to be among the arrays that a run keeps."""
+        models = self._each._model._models
+        assert models is not None
+        return models
 
 
 def nearer(models: Array, original: Array, image: Image, around: Array) -> float:
@@ -85,20 +109,3 @@ def nearer(models: Array, original: Array, image: Image, around: Array) -> float
     others = found.counts / np.maximum(found.totals, 1)[:, np.newaxis]
     greatest = (np.sqrt(models) @ np.sqrt(others).T).max(axis=1)
     return float(np.mean(greatest > np.sqrt(models) @ np.sqrt(original)))
-
-
-def _begun(sequence: Sequence, preset: str, models: str, repetition: int) -> Nummiaro2003:
-    """A tracker with the first frame behind it."""
-    begun = tracker(sequence, repetition, preset=preset, models=models)
-    first = sequence.first_frame
-    if first > 0:
-        begun.watch(sequence[first - 1])
-    begun.init(sequence[first], sequence.boxes[first])
-    return begun
-
-
-def _models(follower: Nummiaro2003) -> Array:
-    """The particles' models: too large to be among the arrays that a run keeps."""
-    models = follower._model._models
-    assert models is not None
-    return models
