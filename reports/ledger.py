@@ -10,7 +10,7 @@ from reports.tables import Cell, Table
 __all__ = ["ledger_table"]
 
 
-def ledger_table(claims: Sequence[Mapping[str, Any]]) -> Table:
+def ledger_table(claims: Sequence[Mapping[str, Any]], *, gated: bool = True) -> Table:
     """Claims with verdict and evidence.
 
     Parameters
@@ -18,6 +18,8 @@ def ledger_table(claims: Sequence[Mapping[str, Any]]) -> Table:
     claims : sequence of mapping
         `id`, `source`, `text`, `verdict`, `readings`, and `evidence` with `reason`,
         `all_drawn_scenes`, `post_hoc`, `fragile` and `asserted`.
+    gated : bool
+        Whether some scenes were dropped before anything ran; all of them have a column then.
     """
     rows = []
     for claim in claims:
@@ -31,16 +33,20 @@ def ledger_table(claims: Sequence[Mapping[str, Any]]) -> Table:
         if evidence["fragile"]:
             holds += "; fragile"
         shown = [claim["id"], claim["source"], says, claim["verdict"]]
-        shown += [evidence["all_drawn_scenes"], holds, evidence["reason"]]
+        shown += [evidence["all_drawn_scenes"]] if gated else []
+        shown += [holds, evidence["reason"]]
         rows.append([Cell(str(text)) for text in shown])
     counts = pd.Series([claim["verdict"] for claim in claims]).value_counts()
     told = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
-    heads = ["claim", "source", "what it says", "verdict", "all drawn scenes", "holds in", "why"]
+    heads = ["claim", "source", "what it says", "verdict"]
+    heads += ["all drawn scenes"] if gated else []
+    heads += ["holds in", "why"]
+    rests = ". Verdicts rest on the scenes that the gate kept" if gated else ""
     return Table(
         name="claims",
-        caption=f"{len(claims)} claims: {told}. Verdicts rest on the scenes that the gate kept",
+        caption=f"{len(claims)} claims: {told}{rests}",
         heads=heads,
-        n_labels=7,
+        n_labels=len(heads),
         rows=rows,
         data=pd.DataFrame(
             {

@@ -40,12 +40,7 @@ __all__ = ["COLUMNS", "judge"]
 COLUMNS = ("sequence", "scene", "light", "repetition", "frames", "kept_scene")
 """Columns of every table of scores, whatever the paper."""
 
-_DEFAULTS: Mapping[str, str | int | bool] = {
-    "light": "",
-    "repetition": 0,
-    "frames": 1,
-    "kept_scene": True,
-}
+_DEFAULTS: Mapping[str, int | bool] = {"repetition": 0, "frames": 1, "kept_scene": True}
 """What tables beside the scores need not have."""
 
 NOT_RUN = "nothing was run that tests it; give --all"
@@ -137,6 +132,11 @@ class _Part:
         return not any(matching(self.rows, rows).empty for rows in selections(self.test))
 
     @property
+    def n_metrics(self) -> int:
+        """In how many ways it is judged."""
+        return 1 if isinstance(self.test, BoundTest | RatioTest) else len(self.test.metrics)
+
+    @property
     def lights(self) -> set[str]:
         """Lights of the scenes; none of what has no scenes."""
         return set(self.rows["light"].unique()) if "light" in self.rows else set()
@@ -187,12 +187,14 @@ def _verdicts(claim: Claim, parts: list[_Part]) -> Iterator[tuple[str, str, Verd
         yield from _whole_and_groups(claim, parts[0])
         return
     said = {
-        f"{part.name}, {metric.replace('_', ' ')}" if metric else part.name: verdict
+        f"{part.name}, {metric.replace('_', ' ')}" if part.n_metrics > 1 else part.name: verdict
         for part in parts
         for metric, group, verdict in _whole_and_groups(claim, part)
         if not group
     }
-    yield "", "", conjunction(list(said.values()), list(said))
+    whole = conjunction(list(said.values()), list(said))
+    reasons = [f"{name}: {v.verdict.replace('-', ' ')}, {v.reason}" for name, v in said.items()]
+    yield "", "", replace(whole, reason=" ".join(reasons))
     for name, verdict in said.items():
         yield "", name, verdict
 

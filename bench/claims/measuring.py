@@ -162,7 +162,8 @@ def _values(rows: pd.DataFrame, test: CellTest, selection: Rows, metric: str) ->
     named = {column for limits in (test.where, *test.groups.values()) for column in limits}
     if isinstance(test, InteractionTest):
         named |= set(test.against)
-    keys = [*CELL, "light", *sorted(named.difference(CELL, ["light"]))]
+    told = {"light"}.intersection(runs)  # which tables beside the scores need not say
+    keys = [*CELL, *sorted(told | named.difference(CELL))]
     return _scaled(runs, metric).groupby([runs[key] for key in keys]).mean()
 
 

@@ -182,3 +182,65 @@ def test_thresholds_without_error_make_none():
     assert error_share(two, plain, low) == 0
     assert error_share(two, plain, high) > 0
     assert zero_error_thresholds([0.3], [0.3]) is None
+
+
+ADAPTIVE = read_claims("nummiaro2003")
+
+
+def adaptive_runs(**columns):
+    """Runs of the adaptive colour particle filter on a sequence, ten scenes."""
+    usual = {
+        "tracker": "nummiaro2003", "preset": "as-written", "variant": "", "update": "with",
+        "reinitialisation": "with", "light": "even", "sequence": "nummiaro2003/traffic",
+        "kept_scene": True, "repetition": 0, "frames": 100,
+    }  # fmt: skip
+    return pd.DataFrame({"scene": range(10), **usual, **columns})
+
+
+@pytest.mark.parametrize(
+    ("good", "other", "verdict"),
+    [(50, 1, "holds"), (50, 30, "does-not-hold"), (4, 0, "does-not-hold")],
+)
+def test_an_update_has_its_place_in_good_frames(good, other, verdict):
+    frame = adaptive_runs(good_frames=100, good_updates=good, other_frames=50, other_updates=other)
+    claim = ADAPTIVE["NU-9"]
+    assert conclude(claim, judge(claim, frame)).verdict == verdict
+    never = conclude(claim, judge(claim, frame.assign(other_frames=0, other_updates=0)))
+    assert never.verdict == "undecided"
+
+
+def test_each_reading_of_the_condition_is_judged():
+    counts = {"good_frames": 100, "other_frames": 50}
+    frames = [
+        adaptive_runs(variant=variant, good_updates=good, other_updates=other, **counts)
+        for variant, good, other in (
+            ("", 50, 0),
+            ("update_reading=printed", 0, 0),
+            ("update_reading=coefficient", 100, 50),
+        )
+    ]
+    without = adaptive_runs(update="without", good_updates=0, other_updates=0, **counts)
+    claim = ADAPTIVE["NU-9"]
+    found = conclude(claim, judge(claim, pd.concat([*frames, without])))
+    assert (found.verdict, found.readings, found.post_hoc) == ("holds", "1 of 2", "0 of 1")
+
+
+@pytest.mark.parametrize(
+    ("fast", "verdict"), [(0.95, "holds"), (0.5, "does-not-hold"), (np.nan, "undecided")]
+)
+def test_fast_frames_are_set_against_nine_tenths_of_the_others(fast, verdict):
+    wobble = np.arange(10) / 1000
+    frame = adaptive_runs(inside_fast=fast + wobble, inside_otherwise=1.0)
+    claim = ADAPTIVE["NU-23"]
+    assert conclude(claim, judge(claim, frame)).verdict == verdict
+
+
+def test_time_and_area_rise_together():
+    claim = ADAPTIVE["NU-14"]
+    area = np.linspace(1, 2, 30)
+    for seconds, verdict in ((area**3, "holds"), (-area, "does-not-hold")):
+        table = pd.DataFrame({"area": area, "seconds": seconds})
+        found = judge(claim, adaptive_runs(), {"frame_times": table})
+        assert conclude(claim, found).verdict == verdict
+    nothing = pd.DataFrame({"area": [], "seconds": []})  # other load disturbed all passes
+    assert judge(claim, adaptive_runs(), {"frame_times": nothing})[0].verdict.verdict == "undecided"

@@ -111,3 +111,30 @@ def test_the_published_numbers_add_up():
         for name in ("single", "multi", "proposed")
     }
     assert sums == {"single": 4600, "multi": 4586, "proposed": 5080}
+
+
+def test_the_adaptive_colour_particle_filter_has_all_its_claims():
+    claims = read_claims("nummiaro2003")
+    expected = [*range(1, 5), "4a", *range(5, 10), "9a", 10, 11, "11b", *range(12, 31)]
+    assert list(claims) == [f"NU-{name}" for name in expected]
+    for claim in claims.values():
+        assert claim.readings.is_headline({"preset": "as-written", "variant": ""})
+        assert claim.readings.is_post_hoc({"preset": "recommended", "variant": ""})
+        assert claim.says.endswith((".", ".)"))
+        if isinstance(claim.test, CheckTest):
+            assert claim.test.check in CHECKS
+
+
+@pytest.mark.parametrize("paper", ["multipart", "nummiaro2003"])
+def test_the_experiments_of_a_claim_are_there_and_by_default_unless_it_says_so(paper):
+    from bench.papers import Effort, load_paper
+
+    module = load_paper(paper)
+    whole = {e.name for e in module.experiments(Effort(everything=True))}
+    default = {e.name for e in module.experiments(Effort())}
+    for claim in read_claims(paper).values():
+        assert set(claim.experiment) <= whole, claim.id
+        if claim.effort == "default" and claim.experiment:
+            assert set(claim.experiment) & default, claim.id
+        if claim.effort == "all" and claim.experiment:
+            assert set(claim.experiment) - default, claim.id

@@ -1,0 +1,113 @@
+"""Stored runs of the adaptive colour particle filter and its baselines as one tidy frame."""
+
+from collections.abc import Collection
+from math import nan
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from bench.claims.ledger import ANY
+from bench.papers.nummiaro2003.courses import COURSE, course_of
+from bench.papers.scores import counts_of, runs_of, sequence_labels
+from bench.store.layout import Cell
+from bench.store.results import Results
+from bench.store.truth import StoredTruth, read_truth
+from datasets.text_form import parse_text
+
+__all__ = ["CELL", "TRACKER", "tidy_scores", "with_shared_runs"]
+
+TRACKER = "nummiaro2003"
+
+CELL = ("sequence", "scene", "light", "tree", "preset", "variant")
+"""What a failed run costs: a scene under a reading, with and without update alike."""
+
+_NO_VARIANT = {"preset", "model_update", "reinitialise"}
+_USUAL = {"scene": 0, "light": "even", "tree": 1, "noise": nan}
+"""What is said of sequences that have no such knob."""
+
+
+def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataFrame:
+    """Scores of an experiment's runs, one row a run.
+
+    Parameters
+    ----------
+    folder : Path
+        Results of an experiment on synthetic sequences.
+    cells : collection of Cell, optional
+        The runs that are meant; all by default.
+
+    Returns
+    -------
+    DataFrame
+        `tracker` (name alone), `preset`, `variant` (other parameters than the preset's, in text
+        form; empty for none), `update` and `reinitialisation` (with, without); of baselines
+        these four are `any`. `sequence` (without variant), `scene`, `light`, `tree`, `noise` and
+        further options of the sequence; what `bench.papers.scores.counts_of` gives; what
+        `courses.course_of` gives (NaN for a failed run); `kept_scene`, true of all.
+
+    Raises
+    ------
+    ResultsError
+        Where a run is missing or stale.
+    """
+    runs = runs_of(folder, cells)
+    labels = pd.DataFrame(
+        [_tracker_labels(run) | _sequence_labels(run["sequence"]) for _, run in runs.iterrows()]
+    )
+    rows = labels.join(counts_of(folder, runs)).assign(kept_scene=True)
+    results = Results(folder)
+    truths: dict[tuple[str, str], StoredTruth] = {}
+    courses: list[dict[str, float]] = []
+    for path, failure in zip(rows["path"], rows["failure"], strict=True):
+        if failure:
+            courses.append(dict.fromkeys(COURSE, nan))
+            continue
+        run = results.read(Path(path))
+        key = run.identity.sequence, run.identity.fingerprint
+        if key not in truths:
+            truths[key] = read_truth(folder, *key)
+        courses.append(course_of(run, truths[key]))
+    scores: pd.DataFrame = rows.join(pd.DataFrame(courses, columns=list(COURSE)))
+    return scores
+
+
+def _tracker_labels(run: "pd.Series[Any]") -> dict[str, str]:
+    name, options = parse_text(run["tracker"])
+    if name != TRACKER:
+        return {"tracker": name} | dict.fromkeys(
+            ("preset", "variant", "update", "reinitialisation"), ANY
+        )
+    others = [f"{key}={value}" for key, value in options.items() if key not in _NO_VARIANT]
+    return {
+        "tracker": name,
+        "preset": options.get("preset", "recommended"),
+        "variant": ":".join(sorted(others)),
+        "update": _with(options.get("model_update", "true")),
+        "reinitialisation": _with(options.get("reinitialise", "true")),
+    }
+
+
+def _with(value: str) -> str:
+    return "with" if value == "true" else "without"
+
+
+def _sequence_labels(text: str) -> dict[str, Any]:
+    labels = {**_USUAL, **sequence_labels(text)}
+    if not isinstance(labels["light"], str):  # a cloud's share of the light, of `plain/target`
+        labels["light"] = "even"
+    return labels
+
+
+def with_shared_runs(scores: pd.DataFrame) -> pd.DataFrame:
+    """The scores, and runs without update again under every reading of the update's condition.
+
+    Without update they are the same to the bit whatever it would ask for, so they are copied.
+    """
+    reads = scores["variant"].str.match(r"update_reading=\w+$")
+    without = (scores["update"] == "without") & (scores["variant"] == "")
+    copies: list[pd.DataFrame] = [
+        scores[without & (scores["preset"] == preset)].assign(variant=variant)
+        for preset, variant in scores[reads][["preset", "variant"]].drop_duplicates().to_numpy()
+    ]
+    return pd.concat([scores, *copies], ignore_index=True)

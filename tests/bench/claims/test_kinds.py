@@ -1,0 +1,241 @@
+"""Kinds of tests beyond the orders of two rows: on tables, with parts, of errors and shares."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bench.claims.conclusion import conclude
+from bench.claims.evaluation import judge
+from bench.claims.ledger import LedgerError, read_claims
+
+HEAD = """
+version = 1
+
+[readings]
+preset = ["as-written", "recommended"]
+light = ["even", "dappled"]
+post_hoc = [{ preset = "recommended" }]
+
+[claim.X-1]
+source = "Table 1"
+quote = "more robust"
+says = "A is better."
+kind = "check"
+experiment = []
+falsifier = "A is worse."
+"""
+
+
+@pytest.fixture
+def claim(tmp_path):
+    """Makes a claim of the text of its test."""
+
+    def make(test):
+        path = tmp_path / "trial.toml"
+        path.write_text(HEAD + test)
+        return read_claims(path)["X-1"]
+
+    return make
+
+
+def scores(share=lambda **_: 1.0, preset=("as-written",), light=("even",), **columns):
+    """Runs of two trackers on a sequence, ten scenes, two repetitions; a metric of one's own."""
+    rows = []
+    for tracker in ("ours", "theirs"):
+        for one in preset:
+            for shade in light:
+                for scene in range(10):
+                    told = share(tracker=tracker, preset=one, light=shade, scene=scene)
+                    rows += [
+                        {
+                            "tracker": tracker, "preset": one, "sequence": "s", "scene": scene,
+                            "light": shade, "repetition": repetition, "frames": 100,
+                            "kept_scene": True, "success_frames": 100 * told,
+                            "frames_inside": 100 * told, "first_loss": 100 * told,
+                            "size_error": told, "found": told, **columns,
+                        }
+                        for repetition in (0, 1)
+                    ]  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+ORDER = """
+[claim.X-1.test]
+kind = "order"
+better = { tracker = "ours" }
+worse = { tracker = "theirs" }
+sequences = ["s"]
+"""
+
+
+def outcome(claim, frame, **tables):
+    return conclude(claim, judge(claim, frame, tables))
+
+
+def test_of_errors_less_is_better_and_the_margin_is_a_share_of_the_worse(claim):
+    test = claim(ORDER + 'metrics = ["size_error"]\nmargin = 0.05')
+
+    def errors(gain):
+        return scores(lambda tracker, scene, **_: 0.4 + 0.001 * scene - gain * (tracker == "ours"))
+
+    assert outcome(test, errors(0.1)).verdict == "holds"
+    assert outcome(test, errors(-0.1)).verdict == "does-not-hold"
+    found = outcome(test, errors(0.01))  # less than five per cent of 0.4
+    assert found.verdict == "does-not-hold"
+    assert "too small to matter" in found.reason
+    assert outcome(test, errors(0.03)).verdict == "holds"
+
+
+def test_what_depends_on_no_reading_belongs_to_every_one(claim):
+    frame = scores(
+        lambda tracker, preset, scene, **_: (
+            0.5 if tracker == "theirs" else (0.9 if preset == "as-written" else 0.4) + scene / 1000
+        ),
+        preset=("as-written", "recommended"),
+    )
+    frame.loc[frame["tracker"] == "theirs", "preset"] = "any"
+    found = outcome(claim(ORDER), frame)
+    assert (found.verdict, found.readings, found.post_hoc) == ("holds", "1 of 1", "0 of 1")
+    assert found.fragile
+
+
+def test_columns_of_readings_are_the_ledgers(claim):
+    def by_light(tracker, light, scene, **_):
+        return 0.5 + scene / 1000 + (0.2 if (tracker == "ours") == (light == "even") else 0)
+
+    found = outcome(claim(ORDER), scores(by_light, light=("even", "dappled")))
+    assert (found.verdict, found.readings) == ("holds", "1 of 2")
+    labels = {(f.reading["light"], f.light) for f in found.findings}
+    assert labels == {("even", "both"), ("dappled", "both")}
+    named = claim(ORDER + 'where = { light = ["dappled"] }')
+    assert outcome(named, scores(by_light, light=("even", "dappled"))).verdict == "does-not-hold"
+
+
+@pytest.mark.parametrize(
+    ("share", "verdict"), [(0.97, "holds"), (0.5, "does-not-hold"), (0.85, "undecided")]
+)
+def test_a_share_is_of_the_rows_that_were_trials(claim, share, verdict):
+    test = claim('test = { kind = "share", rows = {}, metrics = ["found"], sequences = ["s"] }')
+    generator = np.random.default_rng(0)
+    frame = scores()
+    frame["found"] = generator.random(len(frame)) < share
+    assert outcome(test, frame).verdict == verdict
+    silent = frame.assign(found=frame["found"].astype(float))
+    silent.loc[~frame["found"], "found"] = np.nan
+    assert outcome(test, silent).verdict == "holds"
+    assert f"{int(frame['found'].sum())} of {int(frame['found'].sum())}" in (
+        outcome(test, silent).reason
+    )
+
+
+TABLE = """
+[claim.X-1.test]
+kind = "share"
+table = "background"
+rows = {}
+metrics = ["below"]
+trials = "positions"
+least = 0.95
+lower = 0.95
+sequences = ["s"]
+"""
+
+
+def test_rows_of_a_table_may_stand_for_many_trials(claim):
+    def table(share):
+        return pd.DataFrame(
+            {"sequence": "s", "scene": range(10), "below": share, "positions": 1000}
+        )
+
+    assert outcome(claim(TABLE), scores(), background=table(0.97)).verdict == "holds"
+    assert outcome(claim(TABLE), scores(), background=table(0.93)).verdict == "does-not-hold"
+    assert outcome(claim(TABLE), scores()).verdict == "undecided"
+    with pytest.raises(ValueError, match=r"X-1: the table background has no column 'positions'"):
+        judge(claim(TABLE), scores(), {"background": table(1.0).drop(columns="positions")})
+
+
+def test_no_row_lies_beyond_a_bound(claim):
+    test = claim('test = { kind = "bound", table = "t", metric = "x", least = 0.5 }')
+    assert outcome(test, scores(), t=pd.DataFrame({"x": [0.5, 0.9]})).verdict == "holds"
+    found = outcome(test, scores(), t=pd.DataFrame({"x": [0.4, 0.9]}))
+    assert (found.verdict, found.readings) == ("does-not-hold", "0 of 1")
+    assert "the least x is 0.4" in found.reason
+    part = claim(
+        'test = { kind = "bound", table = "t", metric = "x", most = 1, where = { y = ["a"] } }'
+    )
+    table = pd.DataFrame({"x": [0.5, 9.0], "y": ["a", "b"]})
+    assert outcome(part, scores(), t=table).verdict == "holds"
+    with pytest.raises(LedgerError, match=r"test: give either `least` or `most`"):
+        claim('test = { kind = "bound", table = "t", metric = "x" }')
+
+
+def test_a_ratio_is_of_pairs(claim):
+    test = claim('test = { kind = "ratio", table = "t", longer = "a", shorter = "b" }')
+    b = np.linspace(1, 2, 10)
+    for factor, verdict in ((1.2, "holds"), (0.8, "does-not-hold")):
+        table = pd.DataFrame({"a": factor * b, "b": b})
+        assert outcome(test, scores(), t=table).verdict == verdict
+
+
+INTERACTION = """
+[claim.X-1.test]
+kind = "interaction"
+better = { tracker = "ours" }
+worse = { tracker = "theirs" }
+sequences = ["s"]
+where = { noise = [16] }
+against = { noise = [0] }
+"""
+
+
+@pytest.mark.parametrize(("gain", "verdict"), [(0.2, "holds"), (0.0, "does-not-hold")])
+def test_an_interaction_sets_rows_against_rows_of_the_same_scenes(claim, gain, verdict):
+    def noisy(tracker, scene, **_):
+        return 0.5 + scene / 1000 + (gain + 0.1 if tracker == "ours" else 0.0)
+
+    def clean(tracker, scene, **_):
+        return 0.5 + scene / 500 + (0.1 if tracker == "ours" else 0.0)
+
+    frame = pd.concat([scores(noisy, noise=16.0), scores(clean, noise=0.0)])
+    found = outcome(claim(INTERACTION), frame)
+    assert found.verdict == verdict
+    assert f"means {gain + 0.1:+.3f} and +0.100" in found.reason
+
+
+PARTS = """
+[claim.X-1.test]
+kind = "parts"
+
+[claim.X-1.test.parts.kept]
+kind = "all"
+rows = { tracker = "ours" }
+sequences = ["s"]
+
+[claim.X-1.test.parts.quick]
+kind = "bound"
+table = "t"
+metric = "x"
+most = 1.0
+"""
+
+
+def test_a_claim_with_parts_holds_where_all_do_and_says_which_does_not(claim):
+    test = claim(PARTS)
+    fine, slow = pd.DataFrame({"x": [0.5]}), pd.DataFrame({"x": [2.0]})
+    assert outcome(test, scores(), t=fine).verdict == "holds"
+    found = outcome(test, scores(), t=slow)
+    assert found.verdict == "does-not-hold"
+    assert "kept: holds, 20 of 20" in found.reason
+    assert "quick: does not hold, the greatest x is 2" in found.reason
+    assert {f.group for f in found.findings} == {"", "kept", "quick"}
+    lost = scores(lambda **_: 0.5)
+    assert outcome(test, lost, t=fine).verdict == "does-not-hold"
+    assert outcome(test, scores()).verdict == "undecided"
+    with pytest.raises(LedgerError, match=r"claim X-1: test.parts.quick.most: input should be"):
+        claim(PARTS.replace("most = 1.0", 'most = "x"'))
+
+
+def test_what_nothing_can_show_is_not_testable_and_says_why(claim):
+    found = outcome(claim('test = { kind = "none", reason = "no method is given." }'), scores())
+    assert (found.verdict, found.reason) == ("not-testable", "no method is given.")
+    assert found.readings == ""
