@@ -113,7 +113,7 @@ def centres(estimates):
     return found[:, :2] + found[:, 2:] / 2
 
 
-def picture(centre, size=(24.0, 36.0), height=80, width=120, noise=None, fine=4):
+def picture(centre, size=(24.0, 36.0), height=80, width=120, noise=None, fine=2):
     """Ellipses of three colours, one in the other, on green; edges blended of `fine` steps."""
     rows, columns = (np.indices((height * fine, width * fine)) + 0.5) / fine
     across, down = (columns - centre[0]) / size[0] * 2, (rows - centre[1]) / size[1] * 2
@@ -131,7 +131,8 @@ def picture(centre, size=(24.0, 36.0), height=80, width=120, noise=None, fine=4)
 def clip():
     """A target that moves between pixels and grows a little, with sensor noise."""
     images = [
-        picture((40 + 2.3 * t, 40 - 1.4 * t), (24 + t / 2, 36 + t / 2), noise=t) for t in range(6)
+        picture((40 + 2.3 * t, 40 - 1.4 * t), (24 + t / 2, 36 + t / 2), noise=t, fine=4)
+        for t in range(6)
     ]
     return images, np.array([28.0, 22.0, 24.0, 36.0])
 
@@ -162,6 +163,28 @@ def test_the_boxes_are_those_of_the_equations_written_out_slowly(clip, reading):
         assert estimate.details["coefficient"] == estimate.confidence
         assert estimate.details["half_width"] == estimate.box[2] / 2
         assert estimate.details["half_height"] == estimate.box[3] / 2
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    st.integers(0, 999),
+    st.tuples(st.integers(-20, 60), st.integers(-20, 50), st.integers(3, 40), st.integers(3, 40)),
+)
+def test_so_they_are_wherever_the_ellipse_crosses_the_border(seed, box):
+    images = np.random.default_rng(seed).integers(0, 256, (2, 48, 56, 3), dtype=np.uint8)
+    images[:, ::2] = images[:, 1::2]
+    box = np.array(box) + [0.1234, 0.2345, 0.3456, 0.4567]  # no pixel on the rim
+    settings = {"bins": 2, "max_iterations": 2}
+    try:
+        found = track(list(images), box, **settings)
+    except TrackerError as refusal:
+        assert "in the image" in str(refusal)  # noqa: PT017
+        half = box[2:] / 2
+        assert not len(slow_kernel(images[0, ..., 0], *(box[:2] + half), *half)[0])
+        return
+    expected = slow_track(images, box, **settings)
+    np.testing.assert_allclose(boxes(found), expected[:, :4], rtol=0, atol=1e-9)
+    assert found[0].confidence == pytest.approx(expected[0, 4], abs=1e-9)
 
 
 def test_the_readings_are_different_trackers(clip):
@@ -211,7 +234,7 @@ def test_a_target_that_moved_on_plain_ground_is_found_within_half_a_pixel(dx, dy
 
 
 def test_the_size_follows_a_target_that_grows_and_shrinks():
-    sizes = np.concatenate([np.linspace(24, 36, 60), np.linspace(36, 26, 60)])
+    sizes = np.concatenate([np.linspace(24, 34, 50), np.linspace(34, 26, 50)])
     images = [picture((60, 40), (s, 1.5 * s), noise=t) for t, s in enumerate(sizes)]
     found = boxes(track(images, [48, 22, 24, 36]))
     np.testing.assert_allclose(found[:, 2], sizes[1:], rtol=0.1)
@@ -253,7 +276,7 @@ def test_steps_never_lower_the_coefficient(seed, box):
     assert (np.diff(coefficients) >= -1e-12).all()
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=15)
 @given(st.integers(-15, 12), st.integers(-12, 12), st.sampled_from(["rgb", "hsv"]))
 def test_moving_the_scene_by_whole_pixels_moves_the_track(dx, dy, colour):
     images = [picture((60 + t, 40 - t), noise=t) for t in range(3)]
@@ -326,17 +349,18 @@ def test_a_target_half_outside_is_followed_by_what_is_inside():
     assert centres(inwards)[-1, 0] > 10
 
 
-def test_a_jump_beyond_the_pixels_first_looked_up_is_followed():
-    far = [np.zeros((300, 400, 3), np.uint8) for _ in range(2)]
-    far[0][:] = far[1][:] = (0, 0, 250)
-    far[0][100:140, 100:140] = 255
-    far[1][118:122, 130:300] = 255  # seen from the start, and leads away
+@pytest.mark.parametrize("turns", range(4))
+def test_what_leads_beyond_the_pixels_first_looked_up_is_followed(turns):
+    first, second = np.zeros((2, 400, 400, 3), np.uint8)
+    first[180:220, 180:220] = 255
+    second[198:202, 210:380] = 255  # seen from the start, and leads away
+    images = [np.ascontiguousarray(np.rot90(image, turns)) for image in (first, second)]
     settings = {"scale": "fixed", "max_iterations": 100, "stop_distance": 1e-3}
-    (alone,) = track(far, [100, 100, 40, 40], **settings)
-    assert alone.box[0] > 125
+    (alone,) = track(images, [180, 180, 40, 40], **settings)
+    assert np.abs(centres([alone]) - 200).max() > 25
     tracker = trackers.create("mean-shift", **settings)
-    tracker.init_shared(SharedFrame(far[0], 999), np.array([100.0, 100, 40, 40]))
-    together = tracker.update_shared(SharedFrame(far[1], 999))
+    tracker.init_shared(SharedFrame(images[0], 999), np.array([180.0, 180, 40, 40]))
+    together = tracker.update_shared(SharedFrame(images[1], 999))
     assert together.box.tolist() == alone.box.tolist()
 
 
