@@ -6,11 +6,11 @@ Lengths are in metres. A limb's frame begins at its upper joint and hangs down f
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.engine.texture import fractal
+from datasets.synthetic.engine.texture import fractal, lerp
 from datasets.synthetic.factory.look import Look
 from datasets.synthetic.factory.solid import AROUND, Solid, loft, turns
 
-__all__ = ["FOREARM", "HAND", "NECK", "SHOULDER", "TRUNK", "UPPER_ARM", "body"]
+__all__ = ["FOREARM", "NECK", "SHOULDER", "TRUNK", "UPPER_ARM", "body"]
 
 Array = NDArray[np.float64]
 
@@ -67,13 +67,13 @@ def body(look: Look, random: np.random.Generator) -> list[Solid]:
     upper = [_sleeve(UPPER_ARM, (0.060, 0.058, 0.052), sleeve, folds(1.1)) for _ in range(2)]
     lower = [_sleeve(FOREARM, (0.052, 0.046, 0.037), sleeve, folds(1.1)) for _ in range(2)]
     return [
-        _plain(loft(48, _NECK), np.asarray(look.skin, np.float64) * 0.86, folds(0.25)),
-        _plain(loft(32, _COLLAR), collar, folds(0.5)),
+        _plain(loft(49, _NECK), np.asarray(look.skin, np.float64) * 0.86, folds(0.25)),
+        _plain(loft(33, _COLLAR), collar, folds(0.5)),
         _trunk(look, folds),
         *upper,
         *lower,
         *[_hand(look, folds(0.2)) for _ in range(2)],
-        *[_plain(loft(96, _LEG), trousers, folds(1.0)) for _ in range(2)],
+        *[_plain(loft(97, _LEG), trousers, folds(1.0)) for _ in range(2)],
     ]
 
 
@@ -99,7 +99,7 @@ def _plain(surface: Array, colour: Array, gain: Array) -> Solid:
 
 
 def _sleeve(length: float, radii: tuple[float, float, float], colour: Array, gain: Array) -> Solid:
-    rows = 64
+    rows = 65
     first, middle, last = radii
     ends = [(-0.6 * first, 0.3 * first), (-0.4 * first, 0.75 * first), (0.0, first)]
     ends += [(length / 2, middle), (length, last), (length + 0.3 * last, 0.8 * last)]
@@ -111,7 +111,7 @@ def _sleeve(length: float, radii: tuple[float, float, float], colour: Array, gai
 
 
 def _hand(look: Look, gain: Array) -> Solid:
-    rows = 48
+    rows = 49
     knots = [(-0.02, 0.020, 0.024), (0.03, 0.026, 0.020), (0.08, 0.042, 0.018)]
     knots += [(0.13, 0.040, 0.016), (HAND - 0.02, 0.030, 0.012), (HAND, 0.008, 0.005)]
     profile = [(-y, w, d, d, 0.0, 0.0) for y, w, d in knots]
@@ -123,13 +123,13 @@ def _hand(look: Look, gain: Array) -> Solid:
 
 
 def _trunk(look: Look, folds: _Folds) -> Solid:
-    rows = 192
+    rows = 193
     surface = loft(rows, _TRUNK, 2.4) * np.array([look.bulk, 1.0, look.bulk])
     x, height, z = (surface[:, :-1, axis] for axis in range(3))
     cloth = np.asarray(look.clothes, np.float64) * folds(0.8)[:rows, :, None]
     shirt = np.asarray(look.shirt, np.float64) * folds(0.6)[:rows, :, None]
     covered = _bib(x, height, z > 0) if look.bib else _jacket(x, height, z > 0)
-    texture = shirt + (cloth - shirt) * covered[..., None]
+    texture = lerp(shirt, cloth, covered)
     pocket = np.maximum(np.abs(np.abs(x) - (0.0 if look.bib else 0.095)), np.abs(height - 0.265))
     seams = 4 * covered * (1 - covered) + (z > 0) * _within(np.abs(pocket - 0.052), 0.003)
     if not look.bib:  # the zip, and the seam over the back
@@ -139,9 +139,9 @@ def _trunk(look: Look, folds: _Folds) -> Solid:
     texture = texture * (1 - 0.3 * np.clip(seams, 0, 1))[..., None]
     metal = np.maximum(np.abs(np.abs(x) - 0.085), np.abs(height - 0.325))
     metal = look.bib * (z > 0) * _within(metal, 0.014)
-    texture = _mixed(texture, (168.0, 172.0, 174.0), metal)
+    texture = lerp(texture, np.array([168.0, 172.0, 174.0]), metal)
     badge = (z > 0) * _within(np.abs(x - 0.10), 0.028) * _within(np.abs(height - 0.36), 0.012)
-    return Solid(surface, _mixed(texture, (210.0, 214.0, 216.0), badge), (4, 8))
+    return Solid(surface, lerp(texture, np.array([210.0, 214.0, 216.0]), badge), (4, 8))
 
 
 def _bib(x: Array, height: Array, before: NDArray[np.bool_]) -> Array:
@@ -160,7 +160,3 @@ def _jacket(x: Array, height: Array, before: NDArray[np.bool_]) -> Array:
 def _within(values: Array, limit: float | Array) -> Array:
     """1 below a limit, 0 above it; as soft as a texel is wide."""
     return np.clip((limit - values) / 0.005 + 0.5, 0, 1)
-
-
-def _mixed(colours: Array, other: tuple[float, float, float], share: Array) -> Array:
-    return colours + (np.array(other) - colours) * share[..., None]

@@ -6,15 +6,16 @@ Lengths are in metres, about the middle between chin and crown.
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.engine.texture import fractal
+from datasets.synthetic.engine.texture import fractal, lerp
 from datasets.synthetic.factory.look import Look
 from datasets.synthetic.factory.solid import AROUND, Solid, loft, turns
 
-__all__ = ["head"]
+__all__ = ["ROWS", "head"]
 
 Array = NDArray[np.float64]
 
-ROWS = 160
+ROWS = 161
+"""Of its texture, from the crown to below the chin."""
 
 # Height, half width, reach to the front and to the back, tilt of the section, shift forward.
 _SKULL = (
@@ -52,10 +53,8 @@ def head(look: Look, random: np.random.Generator) -> Solid:
     outward = 1 + hair * _THICK[look.cut] * (1 + 0.25 * strands) / 0.09
     surface = surface * outward[..., None]
     skin = _skin(look, skull, random)
-    colour = (
-        np.asarray(look.hair, np.float64) * (1 + 0.20 * strands + 0.8 * skull[..., 1])[..., None]
-    )
-    texture = skin + (colour - skin) * hair[..., None]
+    shine = 1 + 0.20 * strands + 0.8 * skull[..., 1]
+    texture = lerp(skin, np.asarray(look.hair, np.float64) * shine[..., None], hair)
     return Solid(surface, texture[:, :-1], (4, 4))
 
 
@@ -101,56 +100,54 @@ def _with_features(skull: Array) -> Array:
 
 
 def _skin(look: Look, skull: Array, random: np.random.Generator) -> Array:
-    """Face with eyes, brows, nostrils and mouth, ears, throat; beard and glasses if worn."""
+    """Face, ears and throat, with a beard and glasses where they are worn."""
     x, y, z = skull[..., 0], skull[..., 1], skull[..., 2]
-    before = np.clip((z - 0.02) / 0.02, 0, 1)
-    aside = np.abs(x)
-    mottle = _pattern(random, 8, 64, 0.7)
-    base = np.asarray(look.skin, np.float64)
-    skin = base * (1 + 0.035 * mottle)[..., None]
-    red = 0.10 * _bump(aside, 0.045, 0.018) * _bump(y, -0.030, 0.02) + 0.10 * _bump(
-        aside, 0, 0.012
-    ) * _bump(y, -0.028, 0.012)
-    skin = skin * (1 + before * red)[..., None] ** np.array([-1.0, -0.8, 0.5])
+    before, aside = np.clip((z - 0.02) / 0.02, 0, 1), np.abs(x)
+    skin = np.asarray(look.skin, np.float64) * (1 + 0.035 * _pattern(random, 8, 64, 0.7))[..., None]
+    cheeks = _bump(aside, 0.045, 0.018) * _bump(y, -0.030, 0.02)
+    tip = _bump(aside, 0, 0.012) * _bump(y, -0.028, 0.012)
+    skin = skin * (1 + 0.10 * before * (cheeks + tip))[..., None] ** np.array([-1.0, -0.8, 0.5])
     hollow = 0.22 * _bump(aside, 0.031, 0.016) * _bump(y, 0.015, 0.011)
     hollow = hollow + 0.16 * _bump(aside, 0.012, 0.007) * _bump(y, -0.040, 0.006)
     hollow = hollow + 0.14 * _bump(y, -0.082, 0.006) * _bump(x, 0, 0.02)
-    skin = skin * (1 - before * hollow)[..., None]
-    skin = skin * (1 - 0.35 * np.clip((-y - 0.095) / 0.01, 0, 1))[..., None]  # below the chin
+    throat = 0.35 * np.clip((-y - 0.095) / 0.01, 0, 1)
+    skin = skin * ((1 - before * hollow) * (1 - throat))[..., None]
+    ear = _bump(z, -0.008, 0.009) * _bump(y, -0.004, 0.022) * (aside > 0.05)
+    skin = skin * (1 - ear[..., None] * np.array([0.25, 0.25, 0.10]))
     if look.beard:
         line = -0.048 + 0.05 * np.clip((0.06 - z) / 0.05, 0, 1)
         grown = np.clip((line - y) / 0.016, 0, 1) * np.clip((z + 0.005) / 0.02, 0, 1)
         grown = grown * (1 - 0.9 * _bump(y, -0.064, 0.007) * _bump(x, 0, 0.022))
-        skin = _mixed(skin, np.asarray(look.hair, np.float64) * 0.9, 0.75 * grown)
-    white = np.array([196.0, 202.0, 206.0]) * 0.9
-    eye = before * (_bump(aside, 0.031, 0.0135) ** 4 > 0.1) * (np.abs(y - 0.016) < 0.0055)
-    skin = _mixed(skin, white, 0.8 * eye)
-    iris = before * (np.square(aside - 0.031) + np.square(y - 0.016) < 0.0062**2)
-    skin = _mixed(skin, np.array([46.0, 48.0, 52.0]), 0.95 * iris)
-    lid = before * _bump(y, 0.0225, 0.0025) * _bump(aside, 0.031, 0.016)
-    skin = _mixed(skin, np.array([34.0, 40.0, 56.0]), 0.7 * lid)
-    brow = before * _bump(y, 0.036, 0.0045) * np.clip(1.5 - np.abs(aside - 0.031) / 0.014, 0, 1)
-    skin = _mixed(skin, np.asarray(look.hair, np.float64) * 0.85, 0.8 * np.clip(brow, 0, 1))
-    lips = before * _bump(y, -0.064, 0.0065) * (aside < 0.024)
-    skin = _mixed(skin, base * np.array([0.62, 0.60, 0.84]), 0.75 * lips)
-    mouth = before * _bump(y, -0.064, 0.002) * (aside < 0.025)
-    skin = _mixed(skin, np.array([36.0, 36.0, 70.0]), 0.7 * mouth)
-    nostril = before * _bump(aside, 0.008, 0.004) * _bump(y, -0.042, 0.003)
-    skin = _mixed(skin, np.array([36.0, 40.0, 60.0]), 0.7 * nostril)
-    ear = _bump(z, -0.008, 0.009) * _bump(y, -0.004, 0.022) * (aside > 0.05)
-    skin = skin * (1 - ear[..., None] * np.array([0.25, 0.25, 0.10]))
-    if look.glasses:
-        across = np.abs(aside - 0.033) / 0.024
-        down = np.abs(y - 0.012) / 0.018
-        far = (across**4 + down**4) ** 0.25
-        rim = before * np.clip(1.6 - np.abs(far - 1) * 9, 0, 1)
-        bridge = before * (aside < 0.010) * (np.abs(y - 0.018) < 0.003)
-        temple = (aside > 0.045) * (np.abs(y - 0.018) < 0.0035) * (z > -0.01)
-        lens = before * (far < 1)
-        skin = _mixed(skin, np.array([150.0, 140.0, 128.0]), 0.18 * lens)
-        skin = _mixed(skin, np.array([38.0, 36.0, 36.0]), np.clip(rim + bridge + temple, 0, 0.9))
-    return skin
+        skin = lerp(skin, np.asarray(look.hair, np.float64) * 0.9, 0.75 * grown)
+    skin = _face(look, skin, before, aside, y)
+    return _glasses(skin, before, skull) if look.glasses else skin
 
 
-def _mixed(colours: Array, other: Array, share: Array) -> Array:
-    return np.asarray(colours + (other - colours) * share[..., None])
+def _face(look: Look, skin: Array, before: Array, aside: Array, y: Array) -> Array:
+    """Eyes, brows, mouth and nostrils, painted where the head's front is."""
+    lips = np.asarray(look.skin, np.float64) * np.array([0.62, 0.60, 0.84])
+    white, dark = np.array([176.0, 182.0, 185.0]), np.array([44.0, 46.0, 52.0])
+    eye = (_bump(aside, 0.031, 0.0135) ** 4 > 0.1) * (np.abs(y - 0.016) < 0.0055)
+    iris = np.square(aside - 0.031) + np.square(y - 0.016) < 0.0062**2
+    lid = _bump(y, 0.0225, 0.0025) * _bump(aside, 0.031, 0.016)
+    brow = _bump(y, 0.036, 0.0045) * np.clip(1.5 - np.abs(aside - 0.031) / 0.014, 0, 1)
+    nostril = _bump(aside, 0.008, 0.004) * _bump(y, -0.042, 0.003)
+    skin = lerp(skin, white, 0.8 * before * eye)
+    skin = lerp(skin, dark, 0.95 * before * iris)
+    skin = lerp(skin, dark, 0.7 * before * np.maximum(lid, nostril))
+    skin = lerp(skin, np.asarray(look.hair, np.float64) * 0.85, 0.8 * before * brow)
+    skin = lerp(skin, lips, 0.75 * before * _bump(y, -0.064, 0.0065) * (aside < 0.024))
+    between = np.array([36.0, 36.0, 70.0])
+    return lerp(skin, between, 0.7 * before * _bump(y, -0.064, 0.002) * (aside < 0.025))
+
+
+def _glasses(skin: Array, before: Array, skull: Array) -> Array:
+    """Rims, bridge and temples, with lenses that take a little light."""
+    aside, y, z = np.abs(skull[..., 0]), skull[..., 1], skull[..., 2]
+    u, v = (aside - 0.033) / 0.024, (y - 0.012) / 0.018
+    far = np.sqrt(np.sqrt(u * u * u * u + v * v * v * v))
+    rim = before * np.clip(1.6 - np.abs(far - 1) * 9, 0, 1)
+    bridge = before * (aside < 0.010) * (np.abs(y - 0.018) < 0.003)
+    temple = (aside > 0.045) * (np.abs(y - 0.018) < 0.0035) * (z > -0.01)
+    skin = lerp(skin, np.array([150.0, 140.0, 128.0]), 0.18 * before * (far < 1))
+    return lerp(skin, np.array([38.0, 36.0, 36.0]), np.clip(rim + bridge + temple, 0, 0.9))

@@ -46,7 +46,8 @@ def place_vertices(
     origins : ndarray of float64, shape (b, 3)
         Of each bone in the world [metres].
     lamp : ndarray of float64, shape (4,)
-        Direction to the light, and the light where none of it falls.
+        Direction to the light, and the light where none of it falls. It is a hall's: what
+        faces sideways still gets half of it.
     camera : ndarray of float64, shape (4,)
         Focal length, column and row of the optical axis [pixels], height [metres].
 

@@ -79,7 +79,7 @@ class Routine:
 
 @dataclass(frozen=True)
 class _Operation:
-    """What is done at a machine; begins when he is there."""
+    """What is done at a machine, from when he is there [frames] until he leaves."""
 
     start: float
     end: float
@@ -105,31 +105,26 @@ def drawn_routine(random: np.random.Generator) -> Routine:
     bob = 0.016 * np.sin(2 * np.pi * (1.9 * time + random.uniform())) * np.minimum(steps, 1.0)
     glance, peer = _glances(random, operations)
     hands = _keyed(operations, [o.hands for o in operations])
-    hands += np.stack([wandering(random, FRAMES, (0.5, 2.5), 0.018) for _ in range(6)], 1).reshape(
-        FRAMES, 2, 3
-    )
+    nod = _keyed(operations, [o.nod for o in operations]) + peer
+    busy = np.stack([wandering(random, FRAMES, (0.5, 2.5), 0.018) for _ in range(6)], axis=1)
     return Routine(
-        x + wandering(random, FRAMES, (1.5, 5.0), 0.014),
-        z + wandering(random, FRAMES, (1.5, 5.0), 0.010),
-        _keyed(operations, [o.crouch for o in operations]) + bob,
-        heading,
-        lean + wandering(random, FRAMES, (1.2, 4.0), 0.02),
-        turn + glance + wandering(random, FRAMES, (0.8, 4.0), 0.06),
-        _keyed(operations, [o.nod for o in operations])
-        + peer
-        + wandering(random, FRAMES, (0.8, 4.0), 0.05),
-        wandering(random, FRAMES, (1.0, 6.0), 0.07),
-        hands,
-        _gesture(random, operations),
+        x=x + wandering(random, FRAMES, (1.5, 5.0), 0.014),
+        z=z + wandering(random, FRAMES, (1.5, 5.0), 0.010),
+        crouch=_keyed(operations, [o.crouch for o in operations]) + bob,
+        heading=heading,
+        lean=lean + wandering(random, FRAMES, (1.2, 4.0), 0.02),
+        turn=turn + glance + wandering(random, FRAMES, (0.8, 4.0), 0.06),
+        nod=nod + wandering(random, FRAMES, (0.8, 4.0), 0.05),
+        tilt=wandering(random, FRAMES, (1.0, 6.0), 0.07),
+        hands=hands + busy.reshape(hands.shape),
+        to_face=_gesture(random, operations),
     )
 
 
 def _operations(random: np.random.Generator) -> list[_Operation]:
-    # He is seen from every side: the first five hold all four facings.
-    facings = [
-        FRONT,
-        *random.permutation([AWAY, LEFT, RIGHT, random.choice([AWAY, FRONT])]).tolist(),
-    ]
+    # He is seen from every side: the first five hold all four facings, and are always reached.
+    others = random.permutation([AWAY, LEFT, RIGHT, random.choice([AWAY, FRONT])])
+    facings = [FRONT, *others.tolist()]
     operations: list[_Operation] = []
     time, column = 0.0, random.uniform(*COLUMNS)
     while time < FRAMES:

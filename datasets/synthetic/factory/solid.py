@@ -20,11 +20,12 @@ class Solid:
     Attributes
     ----------
     surface : ndarray of float64, shape (rows, AROUND + 1, 3)
-        Where each texel lies, from one end to the other [metres]; the last column is the first.
+        Where each texel lies, from one end to the other [metres]; the last column is the
+        first. A mesh is made of every so many rows, the first and the last among them.
     texture : ndarray of float64, shape (rows, AROUND, 3)
         BGR in [0, 255].
     spacing : tuple of int
-        Texels between two vertices of the mesh, down and around; they divide the sizes.
+        Texels between two vertices of the mesh, down and around.
     """
 
     surface: Array

@@ -163,9 +163,7 @@ def _joined(solids: list[Solid]) -> tuple[Integers, Integers]:
         ]
         down, around = solid.spacing
         row, column = np.indices((rows, columns))
-        place = np.stack(
-            [column * around, texels + np.minimum(row * down, len(solid.texture) - 1)], 2
-        )
+        place = np.stack([column * around, texels + row * down], axis=2)
         places.append(place.reshape(-1, 2) * UNIT)
         vertices += rows * columns
         texels += len(solid.texture)

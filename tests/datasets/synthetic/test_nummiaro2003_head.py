@@ -14,6 +14,7 @@ import datasets
 from datasets import SequenceError
 from datasets.synthetic import nummiaro2003
 from datasets.synthetic.factory import scene as factory
+from datasets.synthetic.factory.head import ROWS
 from datasets.synthetic.factory.knobs import HeadKnobs
 
 NAME = "nummiaro2003/head"
@@ -82,7 +83,7 @@ def test_what_is_drawn_in_another_skin_and_hair_is_the_head():
     one = factory.scene(HeadKnobs(scene=3))
     before = one.render(30).astype(int)
     worker = one.worker
-    atlas, head_rows = worker._atlas.copy(), 160
+    atlas, head_rows = worker._atlas.copy(), ROWS
     try:
         worker._atlas[:head_rows] = 255 - worker._atlas[:head_rows]
         after = one.render(30).astype(int)
