@@ -77,10 +77,11 @@ def test_a_model_is_the_weighted_histogram_of_the_text():
 def test_coefficients_are_the_sum_of_roots_and_nothing_where_too_little_is_inside():
     image = ringed()
     model = Model(image, ELLIPSE, kernel="uniform")
-    outside = ELLIPSE * [0, 1, 1, 1] - [15, 0, 0, 0]
-    found = model.coefficients(ringed(RED, GREEN), np.stack([ELLIPSE, outside]))
+    outside, partly = (ELLIPSE * [0, 1, 1, 1] - [x, 0, 0, 0] for x in (15, 5))
+    found = model.coefficients(ringed(RED, GREEN, BLUE), np.stack([ELLIPSE, outside, partly]))
     assert found[0] == pytest.approx(0.36, abs=0.01)  # the core's share of the area
     assert found[1] == 0.0
+    assert found[2] == pytest.approx(0.8, abs=0.01)  # the rim's colour alone
 
 
 def test_clutter_is_what_a_score_calls_a_miss_within_three_widths_and_in_the_image():
@@ -90,6 +91,7 @@ def test_clutter_is_what_a_score_calls_a_miss_within_three_widths_and_in_the_ima
     assert not (offsets <= ELLIPSE[2:]).all(axis=1).any()
     assert ((around[:, :2] >= 0) & (around[:, :2] <= [320, 220])).all()
     assert (around[:, 2:] == ELLIPSE[2:]).all()
+    assert len(around) == 25 * 23 - 5 * 7  # of a grid of 10 pixels, less what hits
 
 
 def test_a_grid_reaches_as_far_to_all_sides_and_holds_the_middle():
@@ -204,6 +206,8 @@ def test_a_recent_model_follows_a_change_of_colour_and_the_first_does_not():
     images = [ringed(RED, GREEN)] + [ringed(at=grown)] * 12
     boxes = np.array([BOX, *[[130.0, 65.0, 60.0, 90.0]] * 12])
     found = scale.measure(sequence(images, boxes), quick=False)["scale"]
+    changed = found[found["frame"] == 5].set_index("model")["peak"]
+    assert changed["recent"] == changed["first"]  # five frames before is the first
     later = found[found["frame"] > 5].groupby("model")["peak"].mean()
     assert later["recent"] == 1.0
     assert later["first"] <= 0.6  # within the core, all that it knows
@@ -244,6 +248,7 @@ def test_fine_bins_suffer_from_noise_that_coarse_ones_do_not_see():
     by_bins = found.set_index(["bins", "noise"])["coefficient"]
     assert by_bins[32, 0] == pytest.approx(1.0)
     assert by_bins[4, 4] > 0.99
+    assert by_bins[8, 16] > 0.95  # the model has seen the same noise
     assert by_bins[32, 16] < by_bins[8, 16] - 0.05
 
 
@@ -279,6 +284,8 @@ def test_the_separation_of_a_mixture_has_no_unit_and_that_of_a_histogram_is_grea
     by_model = found.groupby("model")["separation"].mean()
     assert by_model["histogram"] > 0.1
     assert by_model["mixture"] < 0.05
+    distractor = found.loc[found["model"] == "histogram", "distractor"].to_numpy()
+    assert distractor == pytest.approx(-(1 - 0.8) / (2 * 0.1**2), abs=0.5)  # the rim: .64
     assert (found["log_ratio"] == found["target"] - found["distractor"]).all()
 
 

@@ -46,6 +46,13 @@ def test_the_mean_of_the_particles_is_at_the_maximum_where_nothing_else_looks_li
     assert found["spread"].between(0.01, 1.0).all()
 
 
+def test_the_distance_is_to_the_maximum_wherever_the_truth_is():
+    xs = [40.0 + 2 * frame for frame in range(8)]
+    ahead = walking(xs, [painted(40.0 + 3 * frame) for frame in range(8)])
+    last = maximum.measure(ahead, quick=True)["maximum"].groupby("preset").last()
+    assert (last["distance"] < 0.25).all()  # the truth lies half a half axis behind
+
+
 def test_the_surface_is_a_grid_of_a_pixel_whose_greatest_value_is_that_of_the_table():
     tables = maximum.measure(walking([40.0 + frame for frame in range(8)]), quick=True)
     for preset, surface in tables["surface"].groupby("preset"):
@@ -150,8 +157,7 @@ def test_a_model_counts_as_wrong_where_clutter_looks_more_like_it_than_the_first
     red = np.zeros(512)
     red[(200 >> 5) * 64 + (40 >> 5) * 8 + (40 >> 5)] = 1.0
     mixed = 0.7 * red + 0.3 * green
-    models = np.stack([red, green, mixed, 1 - mixed / 2])
-    models[3] /= models[3].sum()
+    assert own_models.nearer(green[np.newaxis], green, image, ellipse) == 0.0
     assert own_models.nearer(np.stack([red, mixed]), red, image, ellipse) == 0.0
     assert own_models.nearer(np.stack([red, green]), red, image, ellipse) == 0.5
     assert own_models.nearer(np.stack([mixed, green]), mixed, image, ellipse) == 0.5
