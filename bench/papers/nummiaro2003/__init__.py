@@ -71,7 +71,7 @@ def examined_tables(folder: Path, effort: Effort) -> "dict[str, DataFrame]":
     effort : Effort
         How much is asked for.
     """
-    from bench.papers.nummiaro2003.checks.examining import examine
+    from bench.papers.nummiaro2003.checks import examine
 
     folder.mkdir(parents=True, exist_ok=True)
     return examine(

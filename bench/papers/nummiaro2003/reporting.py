@@ -9,7 +9,7 @@ from bench.papers import Asked, Effort, Report
 from bench.papers.judging import conclusions, failure_remarks
 from bench.papers.nummiaro2003 import RECORDED, TITLE, examined_tables
 from bench.papers.nummiaro2003.criteria import criteria_table
-from bench.papers.nummiaro2003.figures import draw
+from bench.papers.nummiaro2003.figures import draw, undrawn
 from bench.papers.nummiaro2003.scores import CELL, tidy_scores, with_shared_runs
 from bench.papers.nummiaro2003.tables import (
     followed_rows,
@@ -43,10 +43,12 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
     runs = pd.concat(pieces.values(), ignore_index=True)
     scores = with_shared_runs(runs)
     judged = without_failures(scores, CELL)
-    measured = examined_tables(folder, effort) | measured_times(
-        results / TIMED, asked[TIMED], quick=effort.quick
-    )
-    claims = conclusions("nummiaro2003", judged, _for_claims(measured))
+    measured = {
+        **examined_tables(folder, effort),
+        **measured_times(results / TIMED, asked[TIMED], quick=effort.quick),
+        "forgetting": _forgetting(),
+    }
+    claims = conclusions("nummiaro2003", judged, measured)
     for_scripts = [claim.for_json() for claim in claims]
     figures = runs[(runs["variant"].isin(["", "any"])) & (runs["light"] == "even")]
     figures = figures[figures["tree"] == 1]
@@ -55,7 +57,7 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
         tracking_table(figures),
         occlusion_table(figures),
         scale_table(figures, "figure-9", SCALE),
-        update_table(figures),
+        update_table(figures, "updates"),
     ]
     if effort.everything:
         tables += _further(pieces.get(GRID), scores)
@@ -64,14 +66,17 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
         published = {} if effort.published is None else read_published(effort.published)
         name = RECORDED.name
         tables.append(RECORDED.table(results / name, published, asked[name]))
+    pictures = draw(results, folder, asked, measured)
     return Report(
         title=TITLE,
-        remarks=_remarks(figures, effort) + failure_remarks(runs, scores, judged, CELL, COMPANIONS),
+        remarks=_remarks(figures, effort)
+        + undrawn(pictures)
+        + failure_remarks(runs, scores, judged, CELL, COMPANIONS),
         tables=tables,
         rows=followed_rows(figures),
         claims=for_scripts,
         criteria=criteria_table(judged, measured),
-        pictures=draw(results, folder, asked, measured),
+        pictures=pictures,
     )
 
 
@@ -92,14 +97,8 @@ OVER_READINGS = (
 def _further(grid: pd.DataFrame | None, scores: pd.DataFrame) -> list[Table]:
     """Tables over readings."""
     made = [] if grid is None else [scale_table(grid, "figure-9-readings", OVER_READINGS)]
-    return [*made, update_table(scores[scores["light"] == "even"]), readings_table(scores)]
-
-
-def _for_claims(measured: dict[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
-    """What was measured, as the ledger asks for it."""
-    background = measured["background"]
-    below = background.assign(below_threshold=1 - background["false_positive"])
-    return {**measured, "background": below, "forgetting": _forgetting()}
+    even = scores[scores["light"] == "even"]
+    return [*made, update_table(even, "updates-readings"), readings_table(scores)]
 
 
 def _forgetting() -> pd.DataFrame:

@@ -87,7 +87,7 @@ def occlusion_table(scores: pd.DataFrame) -> Table:
     )
 
 
-def update_table(scores: pd.DataFrame) -> Table:
+def update_table(scores: pd.DataFrame, name: str) -> Table:
     """How often the model was updated, where it should be and where not (Eq. 11)."""
     chosen = scores[(scores["update"] == "with") & (scores["reinitialisation"] == "with")]
     data = []
@@ -101,7 +101,7 @@ def update_table(scores: pd.DataFrame) -> Table:
                 row[f"{name}, {kind}"] = f"{share:.1f}" if np.isfinite(share) else MISSING
         data.append(row)
     return _table(
-        "updates",
+        name,
         "Eq. 11: frames with an update in %, of the good ones (half of the target or more is "
         "visible, the centre inside) and of all others",
         data,

@@ -1,0 +1,224 @@
+"""Tables and criteria from scores with known means, and scores from real runs."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import bench
+from bench.experiment import Experiment, SequenceSource
+from bench.papers import Effort
+from bench.papers.nummiaro2003 import examined_scenes, experiments
+from bench.papers.nummiaro2003.courses import COURSE
+from bench.papers.nummiaro2003.criteria import criteria_table
+from bench.papers.nummiaro2003.scores import CELL, tidy_scores, with_shared_runs
+from bench.papers.nummiaro2003.tables import (
+    SEQUENCES,
+    followed_rows,
+    occlusion_table,
+    readings_table,
+    scale_table,
+    tracking_table,
+    update_table,
+)
+from bench.papers.scores import without_failures
+
+SIDES = ("with", "without")
+
+
+def scores(**by_update):
+    """Runs on all five sequences, two presets, four scenes, two repetitions.
+
+    `by_update` has values of a column with and without update; other columns are fine.
+    """
+    rows = []
+    for sequence in SEQUENCES:
+        for preset in ("as-written", "recommended"):
+            for update in SIDES:
+                for again in SIDES:
+                    for scene in range(4):
+                        for repetition in (0, 1):
+                            row = {
+                                "tracker": "nummiaro2003", "preset": preset, "variant": "",
+                                "update": update, "reinitialisation": again,
+                                "sequence": sequence, "scene": scene, "light": "even", "tree": 1,
+                                "repetition": repetition, "frames": 200, "success_frames": 100,
+                                "frames_inside": 150, "first_loss": 200, "mean_overlap": 0.5,
+                                "kept_scene": True, "path": "", "failure": "",
+                            }  # fmt: skip
+                            row |= dict.fromkeys(COURSE, 1.0)
+                            row |= {name: pair[update] for name, pair in by_update.items()}
+                            rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def pair(with_, without):
+    return {"with": with_, "without": without}
+
+
+def texts(table):
+    return [[cell.text for cell in row] for row in table.rows]
+
+
+def test_every_tracker_has_a_row_a_sequence_with_median_and_quartiles():
+    frame = scores()
+    baseline = frame.iloc[:8].assign(
+        tracker="mean-shift", preset="any", variant="any", update="any"
+    )
+    table = tracking_table(pd.concat([frame, baseline]))
+    rows = texts(table)
+    assert len(rows) == 5 * 2 * 2 * 2 + 1
+    assert rows[0][:4] == ["person", "as-written", "with", "with"]
+    assert rows[0][4:7] == ["75 [75–75]", "50 [50–50]", "100 [100–100]"]
+    assert ["person", "mean-shift", "—", "—"] in [row[:4] for row in rows]
+
+
+def test_shares_of_the_occlusion_are_means_over_scenes():
+    frame = scores(recovered=pair(0.0, 1.0))
+    frame.loc[frame["scene"] == 0, "recovered"] = 1.0
+    rows = occlusion_table(frame).data.set_index(["tracker", "update", "re-initialisation"])
+    assert rows.loc[("as-written", "with", "with"), "on target within 30 frames"] == "25"
+    assert rows.loc[("as-written", "without", "with"), "on target within 30 frames"] == "100"
+
+
+def test_half_axes_stand_side_by_side_and_scenes_are_counted():
+    frame = scores(size_error=pair(0.2, 0.4), size_bias=pair(-0.2, -0.4))
+    frame.loc[(frame["scene"] == 1) & (frame["update"] == "with"), "size_error"] = 0.8
+    (written, recommended) = texts(scale_table(frame, "figure-9", "caption"))
+    assert written[0] == "as-written"
+    assert written[1] == "0.400 / 0.350"
+    assert written[-1] == "3 of 4 scenes"
+    assert recommended[1:] == written[1:]
+
+
+def test_updates_are_shares_of_good_and_other_frames():
+    frame = scores(good_frames=pair(200, 1), good_updates=pair(50, 0))
+    row = update_table(frame, "updates").data.iloc[0]
+    assert row["person, good"] == "25.0"
+    assert row["person, other"] == "100.0"
+    none = update_table(frame.assign(other_frames=0, other_updates=0), "updates").data.iloc[0]
+    assert none["head, other"] == "—"
+
+
+def test_readings_say_what_was_not_run():
+    frame = scores(first_loss=pair(200, 100))
+    part = frame[(frame["sequence"] == SEQUENCES[0]) & (frame["preset"] == "as-written")]
+    table = readings_table(pd.concat([frame, part.assign(variant="sigma=0.2:kernel=uniform")]))
+    rows = table.data.set_index("reading")
+    assert rows.loc["as-written", "head"] == "50 / 100"
+    assert rows.loc["as-written, sigma=0.2, kernel=uniform", "head"] == "—"
+    assert rows.loc["as-written, sigma=0.2, kernel=uniform", "person"] == "50 / 100"
+
+
+def test_the_papers_number_stands_beside_ours():
+    rows = followed_rows(scores(first_loss=pair(200, 100)))
+    found = {(row["label"], row["column"]): row for row in rows}
+    row = found["head, with update", "as-written"]
+    assert (row["published"], row["measured"], row["interval"]) == (450, 200.0, [200.0, 200.0])
+    assert found["head, without update", "recommended"]["published"] is None
+
+
+def failing(frame):
+    hit = (frame["scene"] == 2) & (frame["update"] == "with") & (frame["preset"] == "as-written")
+    return frame.assign(
+        failure=frame["failure"].mask(hit, "why"), first_loss=frame["first_loss"].mask(hit)
+    )
+
+
+def test_a_failed_run_takes_its_cell_with_and_without_update_and_is_shown():
+    frame = failing(scores())
+    left = without_failures(frame, CELL)
+    gone = frame.drop(left.index)
+    assert set(gone["update"]) == set(SIDES)
+    assert set(gone["preset"]) == {"as-written"}
+    assert set(gone["scene"]) == {2}
+    row = next(row for row in texts(tracking_table(frame)) if row[1:3] == ["as-written", "with"])
+    assert row[4] == "— (2 of 8 failed)"
+    rows = {(row["label"], row["column"]): row for row in followed_rows(frame)}
+    assert rows["head, with update", "as-written"]["measured"] is None
+    better = frame.assign(size_error=np.where(frame["update"] == "with", 0.1, 0.2))
+    counted = {row[-1] for row in texts(scale_table(better, "figure-9", "caption"))}
+    assert counted == {"3 of 3 scenes", "4 of 4 scenes"}
+
+
+def met(frame, **tables):
+    table = criteria_table(frame, tables)
+    found = table.data[table.data["preset"].isin(["as-written", "—"])]
+    return dict(zip(found["criterion"], found["met"], strict=True))
+
+
+def test_criteria_say_what_is_met_and_what_is_missed():
+    good = scores(first_loss=pair(200, 100), size_error=pair(0.2, 0.4))
+    lost = good["reinitialisation"] == "without"
+    good["right_at_end"] = np.where(lost, 0.2, 0.9)
+    scale = pd.DataFrame({"model": ["recent"] * 10 + ["first"], "right": [1.0] * 10 + [0.0]})
+    assert set(met(good, scale=scale).values()) == {"yes"}
+    bad = scores(first_loss=pair(100, 200), size_error=pair(0.4, 0.2), count_fell=pair(1.0, 0.0))
+    assert set(met(bad, scale=scale.assign(right=0.0)).values()) == {"no"}
+    nothing = met(good[good["sequence"] == SEQUENCES[0]])
+    assert set(nothing.values()) == {"—"}
+
+
+def test_runs_without_update_serve_all_readings_of_its_condition():
+    frame = scores()
+    chosen = (frame["update"] == "with") & (frame["preset"] == "as-written")
+    asked = pd.concat(
+        [
+            frame,
+            frame[chosen].assign(variant="update_reading=printed"),
+            frame[chosen].assign(variant="sigma=0.2"),
+        ]
+    )
+    whole = with_shared_runs(asked)
+    counts = whole[whole["update"] == "without"].groupby(["preset", "variant"]).size()
+    assert counts.to_dict() == {
+        ("as-written", ""): 80,
+        ("as-written", "update_reading=printed"): 80,
+        ("recommended", ""): 80,
+    }
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    trackers = (
+        "nummiaro2003:preset=as-written:particles=20:model_update=false:sigma=0.2",
+        "nummiaro2003:particles=20:reinitialise=false",
+        "mean-shift",
+    )
+    sources = (SequenceSource("plain/target:length=30:noise=4"),)
+    experiment = Experiment("trial", trackers, sources, repetitions=2)
+    return bench.run(experiment, tmp_path_factory.mktemp("results"), jobs=1)
+
+
+def test_every_run_is_a_row_with_its_reading_and_what_happened(folder):
+    frame = tidy_scores(folder)
+    assert len(frame) == 5
+    labels = frame[["tracker", "preset", "variant", "update", "reinitialisation"]]
+    assert set(labels.itertuples(index=False, name=None)) == {
+        ("nummiaro2003", "as-written", "particles=20:sigma=0.2", "without", "with"),
+        ("nummiaro2003", "recommended", "particles=20", "with", "without"),
+        ("mean-shift", "any", "any", "any", "any"),
+    }
+    assert set(frame["light"]) == {"even"}
+    assert (set(frame["noise"]), set(frame["tree"])) == ({4.0}, {1})
+    ours = frame[frame["tracker"] == "nummiaro2003"]
+    assert (ours["good_frames"] + ours["other_frames"] == 29).all()
+    assert frame["size_error"].notna().all()
+    assert frame[frame["tracker"] == "mean-shift"]["good_frames"].isna().all()
+    one = bench.evaluate("mean-shift", "plain/target:length=30:noise=4")
+    native = bench.score(one, "plain/target:length=30:noise=4")
+    row = frame[frame["tracker"] == "mean-shift"].iloc[0]
+    assert row["frames_inside"] == native["frames_inside"] + 1
+
+
+@pytest.mark.parametrize("quick", [True, False])
+def test_what_is_examined_are_the_scenes_of_the_figures(quick):
+    names = examined_scenes(Effort(quick=quick))
+    tracked = {
+        source.text
+        for experiment in experiments(Effort(quick=quick))
+        if not experiment.timing
+        for source in experiment.sequences
+    }
+    empty = [name for name in names if name.endswith(":start=empty")]
+    assert set(names) - set(empty) == tracked
+    assert len(empty) == (1 if quick else 8)
