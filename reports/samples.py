@@ -3,7 +3,7 @@
 Ellipses are rows of centre x, y and half axes, in pixels (pixel column i spans [i, i + 1)).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from reports.figures import bare_figure
 from reports.palette import colour
 
-__all__ = ["Placed", "Surface", "placement_plot", "surface_plot", "trajectory_plot"]
+__all__ = ["Placed", "Surface", "Track", "placement_plot", "surface_plot", "trajectory_plot"]
 
 Array = NDArray[np.float64]
 
@@ -78,6 +78,26 @@ class Placed:
     samples: Array
     mean: Array | None = None
     regions: Array | None = None
+
+
+@dataclass(frozen=True)
+class Track:
+    """A way through an image that stands still.
+
+    Attributes
+    ----------
+    image : ndarray of uint8, shape (height, width, 3)
+        BGR.
+    title : str
+        Above it.
+    boxes, truth : ndarray of float64, shape (n, 4)
+        Of the mean state and of the target, by frame; NaN rows are gaps.
+    """
+
+    image: NDArray[np.uint8]
+    title: str
+    boxes: Array
+    truth: Array
 
 
 def surface_plot(
@@ -146,27 +166,26 @@ def placement_plot(panels: Sequence[Placed], title: str) -> Figure:
     return figure
 
 
-def trajectory_plot(
-    tracks: Mapping[str, tuple[NDArray[np.uint8], Array]], title: str, every: int
-) -> Figure:
-    """The mean state's way, and its ellipse in some of the frames.
+def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
+    """The mean state's way, and its ellipse in some of the frames; the target's way is dashed.
 
     Parameters
     ----------
-    tracks : mapping of str to (ndarray of uint8, ndarray of float64 of shape (n, 4))
-        By title the image to draw on, BGR, and the mean state's box by frame.
+    tracks : sequence of Track
+        Side by side.
     title : str
         Headline.
     every : int
         An ellipse is drawn in each frame that this divides, with the frame's number.
     """
-    figure, all_axes = _panels([image for image, _ in tracks.values()], title)
-    for axes, (name, (_, boxes)) in zip(all_axes, tracks.items(), strict=True):
-        axes.set_title(name, fontsize=9)
-        half = boxes[:, 2:] / 2
-        states = np.hstack([boxes[:, :2] + half, half])
-        for shade, line_width in (("black", 2.6), (colour(4), 1.4)):
-            axes.plot(*states[:, :2].T, color=shade, linewidth=line_width)
+    figure, all_axes = _panels([track.image for track in tracks], title)
+    for axes, track in zip(all_axes, tracks, strict=True):
+        axes.set_title(track.title, fontsize=9)
+        states, truth = _ellipses_in(track.boxes), _ellipses_in(track.truth)
+        axes.plot(*truth[:, :2].T, color=_MEAN, linewidth=1.2, linestyle=(0, (3, 2)),
+                  path_effects=[withStroke(linewidth=2.4, foreground="black")])  # fmt: skip
+        axes.plot(*states[:, :2].T, color=colour(4), linewidth=1.4,
+                  path_effects=[withStroke(linewidth=2.6, foreground="black")])  # fmt: skip
         chosen = np.flatnonzero(np.isfinite(states[::every]).all(axis=1)) * every
         _draw_ellipses(axes, states[chosen], _MEAN, 1.2)
         for number in chosen.tolist():
@@ -175,6 +194,11 @@ def trajectory_plot(
                           ha="center", fontsize=6, color="white",
                           path_effects=[withStroke(linewidth=1.5, foreground="black")])  # fmt: skip
     return figure
+
+
+def _ellipses_in(boxes: Array) -> Array:
+    half = boxes[:, 2:] / 2
+    return np.hstack([boxes[:, :2] + half, half])
 
 
 def _panels(images: Sequence[NDArray[np.uint8]], title: str) -> tuple[Figure, list[Axes]]:

@@ -4,7 +4,7 @@ They take a series table: a row a frame of a run, with the columns `label` (whic
 to), `repetition`, `frame` and `value`. A frame without a row, or with NaN, is a gap.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -86,7 +86,7 @@ def series_grid(
     title: str,
     quantity: str,
     labels: Sequence[str],
-    truths: dict[str, NDArray[np.float64]],
+    truths: Mapping[str, NDArray[np.float64]],
 ) -> Figure:
     """One number over frames, as small multiples: a row a reading, a column a scene.
 
@@ -96,7 +96,7 @@ def series_grid(
         Series table with `reading` and `scene`, both text, in the order to be shown.
     title, quantity, labels
         See `series_plot`.
-    truths : dict of str to ndarray of float64, shape (n,)
+    truths : mapping of str to ndarray of float64, shape (n,)
         The true number by scene and frame.
     """
     readings = list(dict.fromkeys(series["reading"]))
@@ -121,7 +121,7 @@ def series_grid(
 
 
 def appearance_plot(
-    frames: pd.DataFrame, title: str, threshold: float, hidden: NDArray[np.bool_]
+    frames: pd.DataFrame, title: str, threshold: float, shades: Mapping[str, NDArray[np.bool_]]
 ) -> Figure:
     """Positive appearances a frame above, and beneath how many runs were initialising.
 
@@ -134,8 +134,8 @@ def appearance_plot(
         Headline.
     threshold : float
         Appearances at which the mode changes, drawn as a dashed line.
-    hidden : ndarray of bool, shape (n,)
-        Frames in which the target can't be seen; shaded.
+    shades : mapping of str to ndarray of bool, shape (n,)
+        Frames to be shaded, by what the legend says of them; each kind darker than the last.
     """
     figure, (upper, lower) = new_figure(title, 4.4, rows=2, heights=(3, 1))
     every_frame = pd.RangeIndex(frames["frame"].min(), frames["frame"].max() + 1)
@@ -143,10 +143,13 @@ def appearance_plot(
     upper.axhline(threshold, color="black", linestyle="--", linewidth=1.2, label="threshold b·N")
     initialising = 1.0 - frames.groupby("frame")["mode"].mean().reindex(every_frame)
     lower.fill_between(every_frame, initialising, step="mid", color=colour(1), linewidth=0)
-    for number, (start, stop) in enumerate(_spans(hidden)):
-        for axes in (upper, lower):
-            label = "target hidden" if axes is upper and number == 0 else None
-            axes.axvspan(start - 0.5, stop - 0.5, color="0.85", zorder=0, linewidth=0, label=label)
+    for grey, (kind, flags) in zip((0.93, 0.82, 0.7), shades.items(), strict=False):
+        for number, (start, stop) in enumerate(_spans(flags)):
+            for axes in (upper, lower):
+                label = kind if axes is upper and number == 0 else None
+                axes.axvspan(
+                    start - 0.5, stop - 0.5, color=str(grey), zorder=0, linewidth=0, label=label
+                )
     upper.set(ylabel="samples", xlim=(every_frame[0], every_frame[-1]))
     upper.set_ylim(bottom=0)
     runs = frames["repetition"].nunique()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reports.samples import Placed, Surface, placement_plot, surface_plot, trajectory_plot
+from reports.samples import Placed, Surface, Track, placement_plot, surface_plot, trajectory_plot
 
 GREY = np.full((120, 160, 3), 128, np.uint8)
 MEAN = np.array([60.5, 50.5, 8.0, 14.0])
@@ -60,12 +60,15 @@ def test_places_have_their_samples_their_mean_and_their_regions():
 def test_a_trajectory_has_an_ellipse_every_so_many_frames_and_gaps_where_there_is_no_box():
     boxes = np.column_stack([np.arange(9.0), np.zeros(9), np.full(9, 10.0), np.full(9, 20.0)])
     boxes[[0, 8]] = np.nan
-    (axes,) = trajectory_plot({"person": (GREY, boxes)}, "T", 4).axes
+    truth = boxes + [50.0, 0, 0, 0]
+    (axes,) = trajectory_plot([Track(GREY, "person", boxes, truth)], "T", 4).axes
+    assert axes.get_title() == "person"
     np.testing.assert_allclose(drawn(axes.collections[-1]), [[9.0, 10.0, 5.0, 10.0]])
     assert [text.get_text() for text in axes.texts] == ["4"]
     way = axes.lines[-1].get_xydata()
     np.testing.assert_allclose(way[1:8, 0], np.arange(6.0, 13.0))
     assert np.isnan(way[[0, 8]]).all()
+    np.testing.assert_allclose(axes.lines[0].get_xydata()[1:8, 0], np.arange(56.0, 63.0))
 
 
 @pytest.mark.parametrize("n", [1, 3])

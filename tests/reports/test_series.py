@@ -86,14 +86,20 @@ def test_appearances_have_their_threshold_their_mode_and_shaded_occlusions():
         for i in range(4)
     ]
     hidden = np.isin(np.arange(8), [0, 4, 5, 7])
-    upper, lower = appearance_plot(pd.concat(runs), "T", 10.0, hidden).axes
+    shades = {"half": hidden, "all": np.arange(8) == 4, "never": np.zeros(8, bool)}
+    figure = appearance_plot(pd.concat(runs), "T", 10.0, shades)
+    upper, lower = figure.axes
     counts, threshold = upper.lines
     assert counts.get_ydata().tolist() == [91.5, 50, 5, 4, 60, 90]
     assert set(threshold.get_ydata()) == {10.0}
     assert threshold.get_linestyle() == "--"
     spans = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in upper.patches]
-    assert spans == [(-0.5, 0.5), (3.5, 5.5), (6.5, 7.5)]
-    assert len(lower.patches) == 3
+    assert spans == [(-0.5, 0.5), (3.5, 5.5), (6.5, 7.5), (3.5, 4.5)]
+    greys = [patch.get_facecolor()[0] for patch in upper.patches]
+    assert greys[0] == greys[2] > greys[3]
+    assert len(lower.patches) == 4
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert words == ["positive appearances", "threshold b·N", "half", "all"]
     assert lower.get_yticklabels()[-1].get_text() == "4"
 
 
@@ -104,6 +110,6 @@ def test_the_mode_is_the_share_of_the_runs_that_initialise(n_modes):
                       "mode": [1.0, float(i >= n_modes), 1.0]})
         for i in range(3)
     ]  # fmt: skip
-    _, lower = appearance_plot(pd.concat(runs), "T", 10.0, np.zeros(3, bool)).axes
+    _, lower = appearance_plot(pd.concat(runs), "T", 10.0, {}).axes
     heights = lower.collections[0].get_paths()[0].vertices[:, 1]
     assert heights.max() == pytest.approx(n_modes / 3)

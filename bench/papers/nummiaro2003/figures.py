@@ -12,13 +12,14 @@ from matplotlib.figure import Figure
 
 import datasets
 from bench.papers import Asked
+from bench.papers.nummiaro2003.courses import GONE, HIDDEN
 from bench.papers.nummiaro2003.grid import scale_grids
 from bench.papers.nummiaro2003.stored import UPDATE, StoredRuns, over_frames
 from bench.papers.nummiaro2003.strips import film_strips
 from datasets import Sequence
 from reports.figures import write_figure
 from reports.film_strip import write_film_strip
-from reports.samples import Placed, Surface, placement_plot, surface_plot, trajectory_plot
+from reports.samples import Placed, Surface, Track, placement_plot, surface_plot, trajectory_plot
 from reports.series import appearance_plot, series_plot
 
 __all__ = ["draw", "undrawn"]
@@ -29,7 +30,6 @@ PERSON, CAR, STUDENTS, TRAFFIC = (
     f"nummiaro2003/{name}" for name in ("person", "car", "students", "traffic")
 )
 PRESET = "as-written"
-HIDDEN = 0.1  # visible fraction below which the target can't be seen
 EVERY = 25  # frames of Fig. 4
 
 FIGURES = tuple(f"figure-{number}" for number in range(2, 11))
@@ -137,14 +137,19 @@ def _placed(
 
 def _trajectories(stored: StoredRuns) -> Figure | None:
     """Fig. 4."""
-    tracks = {}
+    experiment = "nummiaro2003-figure-4"
+    tracks = []
     for name in (PERSON, CAR):
-        for run in stored.of("nummiaro2003-figure-4", name)[:1]:
-            present = np.flatnonzero(np.isfinite(run.boxes).all(axis=1))
-            tracks[name] = datasets.load(name)[int(present[-1])], run.boxes
+        for run in stored.of(experiment, name)[:1]:
+            truth = stored.truth(experiment, run).boxes
+            last = int(np.flatnonzero(np.isfinite(truth).all(axis=1))[-1])
+            tracks.append(Track(datasets.load(name)[last], name, run.boxes, truth))
     if not tracks:
         return None
-    title = f"Fig. 4, first repetition: the mean state's way, and its ellipse every {EVERY} frames"
+    title = (
+        f"Fig. 4, first repetition: the mean state's way, its ellipse every {EVERY} frames, and "
+        "the target's way (dashed)"
+    )
     return trajectory_plot(tracks, title, EVERY)
 
 
@@ -166,14 +171,14 @@ def _appearances(stored: StoredRuns, *, update: bool) -> Figure | None:
     if not runs:
         return None
     truth, parameters = stored.truth(experiment, runs[0]), runs[0].identity.parameters
-    absent = ~np.isfinite(truth.boxes).all(axis=1)
+    visible = np.where(np.isfinite(truth.boxes).all(axis=1), truth.visibility, 0.0)
     rows = over_frames({"": runs}, "positive_appearances", "mode")
     return appearance_plot(
         rows,
         f"Fig. 7, {STUDENTS}, {'with' if update else 'without'} update: samples that fulfil the "
         "appearance condition",
         parameters["kick_off"] * parameters["particles"],
-        absent | (truth.visibility < HIDDEN),
+        {"hidden by half": visible < HIDDEN, "hidden or gone": visible < GONE},
     )
 
 

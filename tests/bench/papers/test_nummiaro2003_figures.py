@@ -198,7 +198,7 @@ def test_appearances_have_the_threshold_and_the_shades_of_their_runs(stored):
     shaded = np.zeros(60, bool)
     for patch in upper.patches:
         shaded[int(np.ceil(patch.get_x())) : int(np.ceil(patch.get_x() + patch.get_width()))] = True
-    hidden = ~np.isfinite(truth.boxes[:, 0]) | (truth.visibility < 0.1)
+    hidden = ~np.isfinite(truth.boxes[:, 0]) | (truth.visibility < 0.5)
     assert shaded.tolist() == hidden.tolist()
     assert 0 < hidden.sum() < 40
     share = lower.collections[0].get_paths()[0].vertices[:, 1].max()
