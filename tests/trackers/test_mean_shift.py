@@ -57,7 +57,9 @@ def slow_shift(codes, q, x, y, half, stop, most, halving):
         weights = np.sqrt(q[found] / p[found])
         new_x, new_y = (weights @ columns) / weights.sum(), (weights @ rows) / weights.sum()
         step = hypot(new_x - x, new_y - y)
-        while halving and step >= stop and coefficient(new_x, new_y) < here:
+        while halving and coefficient(new_x, new_y) < here:
+            if step < stop:
+                return x, y, here, steps
             new_x, new_y = (x + new_x) / 2, (y + new_y) / 2
             step = hypot(new_x - x, new_y - y)
         x, y = new_x, new_y
@@ -272,8 +274,7 @@ def test_steps_never_lower_the_coefficient(seed, box):
             return
         coefficients.append(estimate.confidence)
         assert 0 <= estimate.confidence <= 1
-        assert (centres([estimate])[0] > 0).all() or not estimate.visible
-    assert (np.diff(coefficients) >= -1e-12).all()
+    assert (np.diff(coefficients) >= 0).all()
 
 
 @settings(deadline=None, max_examples=15)

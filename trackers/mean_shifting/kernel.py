@@ -207,8 +207,8 @@ def mean_shift(
     max_iterations : int
         Most steps taken.
     halving : bool
-        Whether a step that lowers the coefficient is halved until it does not, or is shorter
-        than `stop_distance`.
+        Whether a step that lowers the coefficient is halved until it does not; one shorter
+        than `stop_distance` is not taken then.
     """
     x, y, half_width, half_height = ellipse
     counts, weights = np.empty((4, n_bins), np.int64), np.zeros(n_bins)
@@ -228,8 +228,10 @@ def mean_shift(
             _count(window, here, counts)
             found = _weigh(counts, bins, model, weights)
             step = np.hypot(new_x - x, new_y - y)
-            if not halving or found >= coefficient or step < stop_distance:
+            if not halving or found >= coefficient:
                 break
+            if step < stop_distance:
+                return Found(x, y, coefficient, iterations, True)
             new_x, new_y = (x + new_x) / 2, (y + new_y) / 2
         x, y, coefficient = new_x, new_y, found
         if step < stop_distance:
