@@ -76,8 +76,22 @@ def test_the_python_of_the_readme_runs(tmp_path, monkeypatch):
     bench.run(
         bench.Experiment("adhoc", ("static",), (bench.experiment.SequenceSource("samples/face"),))
     )
-    (code,) = blocks("README.md", "python")
-    exec(code, {"my_boxes": datasets.load("samples/face").boxes})
+    sequence = datasets.load("samples/face")
+    known = {
+        "my_boxes": sequence.boxes,
+        "image": sequence[0],
+        "box": sequence.boxes[0],
+        "empty_image": sequence[60],
+        "half_axes": sequence.boxes[0, 2:] / 2,
+        "doors": sequence.boxes[:1],
+        "detector": lambda image: sequence.boxes[:1],
+        "next_image": sequence[1],
+    }
+    ran = blocks("README.md", "python")
+    for code in ran:
+        exec(code, known)
+    assert len(ran) == 2
+    assert known["estimate"].visible
 
 
 def test_every_tracker_and_built_in_sequence_is_in_the_readme():
