@@ -15,13 +15,16 @@ from datasets.synthetic.street.ground import Band, ground_rows
 from datasets.synthetic.street.prop import Prop
 from datasets.synthetic.street.street import HOUSES, Street
 
-__all__ = ["BAYS", "DOORSTEP", "CarPark", "entrance", "parked_cars"]
+__all__ = ["BAYS", "DOORSTEP", "THRESHOLD", "CarPark", "entrance", "parked_cars"]
 
 BAYS = 13.1, 15.4
 """Where the cars stand [metres from the camera]."""
 
 DOORSTEP = HOUSES - 1.2
 """Front of the porch [metres from the camera]."""
+
+THRESHOLD = 0.4
+"""Depth before and behind the porch's front over which it gets dark [metres]."""
 
 LAWN = 7.9
 """Near edge of the asphalt [metres from the camera]."""
@@ -51,7 +54,7 @@ class CarPark(Street):
 
     def gains(self, x: float, z: float, heights: ArrayLike) -> NDArray[np.float64]:
         """See `Street.gains`; it is darker inside the porch."""
-        inside = smooth_step(np.array(z), DOORSTEP - 0.4, DOORSTEP + 0.4)
+        inside = smooth_step(np.array(z), DOORSTEP - THRESHOLD, DOORSTEP + THRESHOLD)
         return super().gains(x, z, heights) * (1 - INSIDE * float(inside))
 
     @cached_property

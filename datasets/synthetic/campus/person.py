@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.campus import borders, people
-from datasets.synthetic.campus.car_park import DOORSTEP, CarPark, entrance, parked_cars
+from datasets.synthetic.campus.car_park import DOORSTEP, THRESHOLD, CarPark, entrance, parked_cars
 from datasets.synthetic.campus.knobs import PersonKnobs
 from datasets.synthetic.campus.plan import VisitPlan
 from datasets.synthetic.campus.porch import OPENING
@@ -76,7 +76,7 @@ def _plan(seed: int, empty: bool) -> VisitPlan:
 
 
 def _coming(seed: int, things: list[Prop]) -> tuple[Person, int]:
-    """The target who is first seen after `EMPTY` frames, and when he is first seen wholly."""
+    """The target who is first seen after `EMPTY` frames, and when wholly, in the light."""
     camera, frames = _camera(seed), EMPTY + COMING_IN + WALK
     random = _generator(seed, "target way")
     start, points = _way(random, camera, _door(seed))
@@ -85,7 +85,8 @@ def _coming(seed: int, things: list[Prop]) -> tuple[Person, int]:
     plan = VisitPlan(0, _views(camera, frames), [first], slice(0, None), things, CarPark)
     seen = np.array([plan.seen(f)[2].sum() / plan.coverage(0, f)[2].sum() for f in range(100)])
     comes = int(np.argmax(seen >= 0.1))
-    whole = int(np.argmax(seen >= 0.995))
+    outside = course.z[: len(seen)] < DOORSTEP - THRESHOLD
+    whole = int(np.argmax((seen >= 0.995) & outside))
     waiting = np.arange(frames) - (EMPTY - comes)
     course = Course(*(getattr(course, f.name)[np.maximum(waiting, 0)] for f in fields(course)))
     return Person(first.look, first.seed, first.stature, course), EMPTY + whole - comes

@@ -123,9 +123,13 @@ def test_who_is_present_from_the_start_walks_the_same_way_and_nothing_hides_him(
     assert sequence.present.all()
     assert (sequence.visibility > 0.95).all()
     assert not sequence.attributes["out_of_view"][10:].any()
-    whole = int(np.argmax(empty.visibility >= 0.995))
-    assert 60 < whole < 120
-    assert (sequence.boxes[:190] == empty.boxes[whole : whole + 190]).all()
+    assert not sequence.attributes["shade"].any()
+    lit = ~empty.attributes["shade"] & empty.present
+    whole = int(np.argmax((empty.visibility >= 0.995) & lit))
+    start = int(np.argmax((empty.boxes == sequence.boxes[0]).all(axis=1)))
+    assert 60 < whole <= start < 120
+    assert start < whole + 25  # out of the porch for good
+    assert (sequence.boxes[:190] == empty.boxes[start : start + 190]).all()
     assert 1.2 < sequence.boxes[:, 3].max() / sequence.boxes[:, 3].min() < 2.3
 
 
