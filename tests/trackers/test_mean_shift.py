@@ -5,7 +5,7 @@ from math import hypot
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import trackers
@@ -172,6 +172,8 @@ def test_the_boxes_are_those_of_the_equations_written_out_slowly(clip, reading):
     st.integers(0, 999),
     st.tuples(st.integers(-20, 60), st.integers(-20, 50), st.integers(3, 40), st.integers(3, 40)),
 )
+@example(0, (20, -15, 20, 20))  # its outer columns end above the image
+@example(0, (-15, 20, 20, 20))
 def test_so_they_are_wherever_the_ellipse_crosses_the_border(seed, box):
     images = np.random.default_rng(seed).integers(0, 256, (2, 48, 56, 3), dtype=np.uint8)
     images[:, ::2] = images[:, 1::2]
@@ -374,6 +376,18 @@ def test_many_in_lock_step_find_the_boxes_of_one_alone(clip, colour):
     together = [tracker.update_shared(SharedFrame(image, 60)) for image in images[1:]]
     np.testing.assert_array_equal(boxes(together), boxes(alone))
     assert [e.details for e in together] == [e.details for e in alone]
+
+
+def test_many_look_the_bins_of_a_frame_up_once(clip):
+    images, box = clip
+    company = [trackers.create("mean-shift", scale=scale) for scale in ("adaptive", "fixed")]
+    for tracker in company:
+        tracker.init(images[0], box)
+    for sharers, places in ((1, 0), (60, 1)):
+        frame = SharedFrame(images[1], sharers)
+        for tracker in company:
+            tracker.update_shared(frame)
+        assert len(frame._computed) == places
 
 
 @pytest.mark.parametrize(
