@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from datasets.interface import Sequence, SequenceError
 from datasets.synthetic.campus.knobs import PersonKnobs, StudentsKnobs
+from datasets.synthetic.driving.knobs import DrivingKnobs
 from datasets.synthetic.engine.knobs import Knobs
 from datasets.synthetic.factory.knobs import HeadKnobs
 from datasets.text_form import parse_text
@@ -25,7 +26,9 @@ __all__ = ["entries", "load", "names", "options"]
 
 SCENES: dict[str, tuple[type[Knobs], str]] = {
     "nummiaro2003/person": (PersonKnobs, "datasets.synthetic.campus.person"),
+    "nummiaro2003/car": (DrivingKnobs, "datasets.synthetic.driving.parking"),
     "nummiaro2003/students": (StudentsKnobs, "datasets.synthetic.campus.students"),
+    "nummiaro2003/traffic": (DrivingKnobs, "datasets.synthetic.driving.traffic"),
     "nummiaro2003/head": (HeadKnobs, "datasets.synthetic.factory.scene"),
 }
 """By name: the knobs, and the module that makes a scene of them (a `SceneModule`).

@@ -31,8 +31,12 @@ SEQUENCES = (
     "stress/twin:distance=1:twin=other",
     "nummiaro2003/person",
     "nummiaro2003/person:light=dappled:scene=2:start=empty",
+    "nummiaro2003/car",
+    "nummiaro2003/car:light=dappled:scene=1",
     "nummiaro2003/students",
     "nummiaro2003/students:light=dappled:scene=1:tree=3",
+    "nummiaro2003/traffic",
+    "nummiaro2003/traffic:light=dappled:scene=1",
     "nummiaro2003/head",
     "nummiaro2003/head:light=lamps:scene=1",
 )

@@ -1,0 +1,3 @@
+"""Cars that drive on roads, seen by a camera on a mast or in another car."""
+
+__all__: list[str] = []
