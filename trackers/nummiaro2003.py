@@ -129,7 +129,9 @@ class Nummiaro2003(SharingTracker):
     wait; what π_T = 0.9 is compared with has several readings, of which `density` is the
     preset `as-written`'s. `recommended` differs in what was chosen after results were seen:
     σ = 0.05 and an update where ρ itself exceeds 0.9 (on scenes of their own), and particles
-    that wait where the target would be by now. Of an ellipse at least a quarter must be inside
+    that wait where the target would be by now. `robust` is for recorded video: chosen one
+    parameter after the other on synthetic scenes and the samples, none of them a scene that a
+    table shows. Of an ellipse at least a quarter must be inside
     the image, else its ρ is 0; half axes are 3 pixels or more.
 
     Details: `positive_appearances` (particles that look like the target), `mode` (1 tracks, 0
@@ -148,6 +150,8 @@ class Nummiaro2003(SharingTracker):
     presets = {
         "as-written": {"sigma": 0.1, "update_reading": "density", "placement": "last"},
         "recommended": {},
+        "robust": {"dynamics": "random-walk", "position_noise": 0.3, "size_noise": 0.03}
+        | {"sigma": 0.08, "bins": 16, "alpha": 0.02},
     }
     Parameters = Nummiaro2003Parameters
 
