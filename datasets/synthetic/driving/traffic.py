@@ -136,7 +136,6 @@ def _views(random: np.random.Generator, target: Course, follower: Course) -> lis
     bearing = np.unwrap(np.arctan2(target.x - x, target.z - z))
     off = bearing - follower.heading
     wander = wandering(random, FRAMES, SLOW, 0.05)
-    # The car's own turn is followed at once, the target with half a turn's delay.
     yaw = bearing - ROOM * np.tanh((off + wander) / ROOM)
     yaw += wandering(random, FRAMES, QUICK, 0.006)
     pitch = random.uniform(0.015, 0.045) + wandering(random, FRAMES, SLOW, 0.008)

@@ -18,6 +18,7 @@ from datasets.synthetic.driving.car import Car
 from datasets.synthetic.driving.facets import packed
 from datasets.synthetic.driving.parking import parking_plan
 from datasets.synthetic.driving.scene import DrivingScene
+from datasets.synthetic.driving.thing import from_far
 from datasets.synthetic.driving.traffic import traffic_plan
 from datasets.synthetic.driving.truth import driving_truth
 
@@ -37,7 +38,7 @@ def truth_of(name, seed):
     return plan, driving_truth(plan, np.zeros(len(plan), np.bool_))
 
 
-@settings(max_examples=12)
+@settings(max_examples=5)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_the_car_comes_nearer_turns_and_goes_away_or_parks(seed):
     plan, truth = truth_of("nummiaro2003/car", seed)
@@ -55,7 +56,7 @@ def test_the_car_comes_nearer_turns_and_goes_away_or_parks(seed):
     assert truth.visibility[0] == 1
 
 
-@settings(max_examples=12)
+@settings(max_examples=5)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_the_car_ahead_grows_and_shrinks_by_three_or_four_and_turns(seed):
     plan, truth = truth_of("nummiaro2003/traffic", seed)
@@ -77,7 +78,7 @@ def test_the_car_ahead_grows_and_shrinks_by_three_or_four_and_turns(seed):
     assert truth.attributes["turning"].any()
 
 
-@settings(max_examples=12)
+@settings(max_examples=5)
 @given(seed=st.integers(0, 2**32 - 1), name=st.sampled_from(NAMES))
 def test_no_other_car_has_the_targets_paint(seed, name):
     plan = PLANS[name](seed)
@@ -88,7 +89,7 @@ def test_no_other_car_has_the_targets_paint(seed, name):
         assert np.abs(np.subtract(paint, target)).max() > 30
 
 
-@settings(max_examples=12)
+@settings(max_examples=5)
 @given(seed=st.integers(0, 2**32 - 1), name=st.sampled_from(NAMES))
 def test_cars_do_not_drive_through_one_another(seed, name):
     plan = PLANS[name](seed)
@@ -128,7 +129,7 @@ def black_and_white(request):
     ]
 
 
-@pytest.mark.parametrize("share", [0.0, 0.3, 0.55, 0.8, 1.0])
+@pytest.mark.parametrize("share", [0.0, 0.55, 0.8])
 def test_what_changes_with_the_targets_paint_is_where_truth_says(black_and_white, share):
     plan = black_and_white[0].plan
     frame = round(share * (len(plan) - 1))
@@ -151,7 +152,7 @@ def test_what_changes_with_the_targets_paint_is_where_truth_says(black_and_white
         assert extents == pytest.approx([x, y, x + width, y + height], abs=2.5)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [NAMES[1], pytest.param(NAMES[0], marks=pytest.mark.slow)])
 def test_any_order_and_another_process_give_the_same_bytes(name):
     sequence = datasets.load(f"{name}:light=dappled")
     frames = [7, 200, 8, 0, 300]
@@ -184,8 +185,6 @@ def test_what_stands_still_is_the_same_around_moving_cars():
     for frame in (60, 180, 330):
         quick = scene._with_moving(frame)
         view = scene.plan.views[frame]
-        from datasets.synthetic.driving.thing import from_far
-
         canvas = np.empty_like(quick)
         scene._world.draw(canvas, view)
         moving = [scene.plan.moving(number, frame) for number in range(len(scene.plan.cars))]

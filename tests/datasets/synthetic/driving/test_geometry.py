@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from datasets.synthetic.driving.car import Car, CarAt
@@ -51,6 +51,7 @@ def test_far_ground_is_on_the_horizon():
     assert view.project(far)[1] == pytest.approx(view.horizon, abs=0.01)
 
 
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_faces_of_a_car_are_plane_and_look_outwards(seed):
     facets = any_shape(np.random.default_rng(seed)).facets
@@ -60,6 +61,7 @@ def test_faces_of_a_car_are_plane_and_look_outwards(seed):
         assert normal @ normal == pytest.approx(1)
 
 
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), heading=angles)
 def test_a_cars_box_holds_its_length_width_and_height(seed, heading):
     shape = any_shape(np.random.default_rng(seed))
