@@ -22,6 +22,7 @@ RECORDED = Recorded(
         "multipart:representation=single",
         "multipart:representation=multi",
         "multipart",
+        "multipart:preset=robust",
         "camshift",
         "static",
     ),

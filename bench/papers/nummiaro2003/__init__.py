@@ -41,6 +41,8 @@ RECORDED = Recorded(
         "nummiaro2003:preset=as-written:model_update=false",
         "nummiaro2003",
         "nummiaro2003:model_update=false",
+        "nummiaro2003:preset=robust",
+        "multipart:preset=robust",
         "mean-shift",
         "mean-shift-kalman",
         "static",

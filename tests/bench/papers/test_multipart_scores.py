@@ -20,7 +20,7 @@ from bench.papers.multipart.timing import (
     naive_ratios,
     time_table,
 )
-from bench.papers.recorded import read_published
+from bench.papers.recorded import read_published, shares_of_place_and_size
 from bench.papers.timed import failed_passes
 from bench.store.files import ResultsError
 from bench.store.index import read_index
@@ -154,10 +154,18 @@ def test_recorded_runs_stand_beside_published_figures_with_the_first_frame_count
     )
     table = RECORDED.table(folder, read_published(figures))
     rows = {row[1].text: [cell.text for cell in row[2:]] for row in table.rows}
-    assert rows["static"] == ["1.000", "100.0"]
-    assert rows["CPF, published"] == ["0.500", "25.0"]
+    assert rows["static"] == ["1.000", "100.0", "1.00", "1.00"]
+    assert rows["CPF, published"] == ["0.500", "25.0", "", ""]
     assert "KMS, published" not in rows
     assert "±" in rows["multipart"][0]
+
+
+def test_what_costs_the_overlap_is_told_apart():
+    truth = np.array([[10.0, 20, 40, 60], [50, 20, 40, 60]])
+    shifted, shrunk = truth + [20, 0, 0, 0], truth + [10, 15, -20, -30]
+    assert shares_of_place_and_size(truth, truth) == pytest.approx((1, 1))
+    assert shares_of_place_and_size(truth, shifted) == pytest.approx((1 / 3, 1))
+    assert shares_of_place_and_size(truth, shrunk) == pytest.approx((1, 1 / 4))
 
 
 @pytest.fixture
