@@ -1,5 +1,6 @@
 """Examining scenes one by one in processes of their own, before or beside the trackers' runs."""
 
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import as_completed
 from typing import TypeVar
@@ -32,10 +33,13 @@ def examined(
     if not scenes:
         return
     executor = ProcessPoolExecutor(max_workers=min(jobs, len(scenes)))
-    try:
-        futures = {executor.submit(function, scene): scene for scene in scenes}
-        ended = as_completed(futures)
-        for future in tqdm(ended, title, len(futures), unit="scene", disable=None, delay=1.0):
-            yield futures[future], future.result()
-    finally:
-        executor.shutdown(wait=True, kill_workers=True)
+    with warnings.catch_warnings():
+        # Workers keep textures of the scenes that they saw; loky replaces those that grow.
+        warnings.filterwarnings("ignore", "A worker was restarted", UserWarning)
+        try:
+            futures = {executor.submit(function, scene): scene for scene in scenes}
+            ended = as_completed(futures)
+            for future in tqdm(ended, title, len(futures), unit="scene", disable=None, delay=1.0):
+                yield futures[future], future.result()
+        finally:
+            executor.shutdown(wait=True, kill_workers=True)
