@@ -12,7 +12,7 @@ from trackers.base.parameters import Parameters, TrackerError
 from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.colour.ellipses import Kernel
 from trackers.colour.joint import ColourSpace, JointBins
-from trackers.elliptic.background import Background
+from trackers.elliptic.background import Background, spacing_of
 from trackers.elliptic.likelihood import Likelihood, Reading
 from trackers.elliptic.model import Ellipses, TargetModel
 from trackers.elliptic.motion import Axes, Dynamics, Motion, ScaleChange, at_rest, ellipse_in
@@ -103,8 +103,8 @@ class Nummiaro2003Parameters(Parameters):
     appearance: Literal["current", "first"] = Field(
         "current", description="model that says which particles look like the target"
     )
-    background_step: float = Field(
-        0.5, gt=0.0, description="of the grid on which background is examined [half widths]"
+    background_positions: int = Field(
+        1000, ge=1, description="about so many places of the background are examined [count]"
     )
 
 
@@ -334,7 +334,7 @@ class Nummiaro2003(SharingTracker):
         self._background = Background(
             frame if watched is None else SharedFrame(watched),
             mean[4:6],
-            settings.background_step,
+            spacing_of(settings.background_positions, mean[4:6], self._image_size),
             self._colours,
             settings.kernel,
             mean[:2] if watched is None and tracking else None,

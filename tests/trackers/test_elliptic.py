@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from trackers.base.sharing import SharedFrame
 from trackers.colour.ellipses import EllipseCounts
 from trackers.colour.joint import JointBins
-from trackers.elliptic.background import Background
+from trackers.elliptic.background import Background, spacing_of
 from trackers.elliptic.likelihood import Likelihood
 from trackers.elliptic.model import Ellipses, TargetModel
 from trackers.elliptic.motion import Motion, at_rest, ellipse_in
@@ -182,7 +182,7 @@ def slow_histogram(image, centre, half_axes):
 def test_background_is_examined_at_every_place_of_the_grid():
     image = picture()
     half_axes = np.array([8.0, 11.0])
-    background = Background(SharedFrame(image), half_axes, 1.0, JointBins(), "isotropic")
+    background = Background(SharedFrame(image), half_axes, 8.0, JointBins(), "isotropic")
     columns, rows = np.arange(8, 92.01, 8), np.arange(11, 69.01, 8)
     assert len(background.positions) == len(columns) * len(rows)
     np.testing.assert_allclose(np.unique(background.positions[:, 0]), columns)
@@ -199,21 +199,32 @@ def test_background_is_examined_at_every_place_of_the_grid():
     assert background.threshold(model) == pytest.approx(mean + 2 * deviation, rel=1e-12)
 
 
+@given(st.integers(50, 2000), st.floats(3, 60), st.floats(3, 60))
+def test_the_grid_has_about_as_many_positions_as_asked_for(positions, half_x, half_y):
+    half_axes = np.array([half_x, half_y])
+    spacing = spacing_of(positions, half_axes, (640, 480))
+    across, down = (
+        len(np.arange(half, size - half + 1e-9, spacing))
+        for half, size in zip(half_axes, (640, 480), strict=True)
+    )
+    assert positions <= across * down <= 1.4 * positions + 50
+
+
 def test_the_surroundings_of_the_target_are_not_background():
     half_axes, target = np.array([6.0, 9.0]), np.array([50.0, 40.0])
     background = Background(
-        SharedFrame(picture()), half_axes, 0.5, JointBins(), "isotropic", target
+        SharedFrame(picture()), half_axes, 3.0, JointBins(), "isotropic", target
     )
     away = np.abs(background.positions - target) / half_axes
     assert (away.max(axis=1) >= 2 - 1e-9).all()
-    whole = Background(SharedFrame(picture()), half_axes, 0.5, JointBins(), "isotropic")
+    whole = Background(SharedFrame(picture()), half_axes, 3.0, JointBins(), "isotropic")
     near = np.abs(whole.positions - target) / half_axes
     assert len(background.positions) == (near.max(axis=1) >= 2).sum() < len(whole.positions)
 
 
 def test_a_target_that_fills_the_image_leaves_no_background():
     background = Background(
-        SharedFrame(picture()), np.array([60.0, 41.0]), 0.5, JointBins(), "isotropic"
+        SharedFrame(picture()), np.array([60.0, 41.0]), 3.0, JointBins(), "isotropic"
     )
     assert background.threshold(np.full(512, 1 / 512)) == 0.0
 

@@ -9,11 +9,27 @@ from trackers.colour.counting import ellipse_histograms
 from trackers.colour.ellipses import Kernel
 from trackers.colour.joint import JointBins
 
-__all__ = ["Background"]
+__all__ = ["Background", "spacing_of"]
 
 Array = NDArray[np.float64]
 
 _AT_ONCE = 128  # positions
+
+
+def spacing_of(positions: int, half_axes: Array, image_size: tuple[int, int]) -> float:
+    """Spacing of a grid of about so many ellipses that are whole inside an image [pixels].
+
+    Parameters
+    ----------
+    positions : int
+        How many.
+    half_axes : ndarray of float64, shape (2,)
+        Hx and Hy [pixels].
+    image_size : tuple of int
+        Width and height [pixels].
+    """
+    free = np.maximum(np.array(image_size) - 2 * half_axes, 1.0)
+    return float(np.sqrt(free.prod() / positions))
 
 
 class Background:
@@ -27,8 +43,8 @@ class Background:
         The image.
     half_axes : ndarray of float64, shape (2,)
         Hx and Hy [pixels].
-    step : float
-        Of the grid [Hx].
+    spacing : float
+        Of the grid, at least 1 [pixels]; see `spacing_of`.
     colours : JointBins
         How pixels are binned.
     kernel : {'isotropic', 'epanechnikov', 'uniform'}
@@ -47,15 +63,14 @@ class Background:
         self,
         frame: SharedFrame,
         half_axes: Array,
-        step: float,
+        spacing: float,
         colours: JointBins,
         kernel: Kernel,
         without: Array | None = None,
     ) -> None:
         height, width = frame.image.shape[:2]
-        spacing = max(step * float(half_axes[0]), 1.0)
         across, down = (
-            np.arange(half, size - half + 1e-9, spacing)
+            np.arange(half, size - half + 1e-9, max(spacing, 1.0))
             for half, size in zip(half_axes.tolist(), (width, height), strict=True)
         )
         places = np.stack(np.meshgrid(across, down), axis=2).reshape(-1, 2)

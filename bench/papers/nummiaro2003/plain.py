@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 ALPHA = 0.1
 POSITION_NOISE, VELOCITY_NOISE, SIZE_NOISE, SCALE_NOISE = 0.12, 0.05, 0.01, 0.003  # of Hx
-BACKGROUND_STEP = 0.5  # of Hx
+BACKGROUND_POSITIONS = 1000  # about
 LEAST_HALF_AXIS = 3.0  # pixels
 LEAST_SHARE = 0.25  # of an ellipse inside the image
 WHOLE = 65536  # weights of pixels are whole numbers of this part of the largest
@@ -146,7 +146,8 @@ class PlainFilter:
         """States at rest all over the background: not where the target is."""
         x, y, _, _, half_x, half_y, _ = self.mean.tolist()
         width, height = self._image_size
-        step = max(BACKGROUND_STEP * half_x, 1.0)
+        free = max(width - 2 * half_x, 1.0) * max(height - 2 * half_y, 1.0)
+        step = max(sqrt(free / BACKGROUND_POSITIONS), 1.0)
         return [
             np.array([column, row, 0, 0, half_x, half_y, 0])
             for row in np.arange(half_y, height - half_y + 1e-9, step)

@@ -102,4 +102,5 @@ def _without_target(sequence: Sequence, frame: int, half_axes: Array, model: Mod
 
 
 def _background(image: Image, half_axes: Array, step: float, without: Array | None) -> Background:
-    return Background(SharedFrame(image), half_axes, step, JointBins(), "isotropic", without)
+    spacing = step * float(half_axes[0])
+    return Background(SharedFrame(image), half_axes, spacing, JointBins(), "isotropic", without)
