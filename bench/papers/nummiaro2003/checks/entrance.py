@@ -154,9 +154,11 @@ def _table(sequence: Sequence, runs: list[_Run]) -> pd.DataFrame:
 
 
 def _pictured(sequence: Sequence, runs: list[_Run]) -> Iterator[pd.DataFrame]:
-    """Particles of some frames."""
+    """Particles of some frames, and of the one in which the target is found."""
     for run in runs:
-        for frame in (_visible_from(sequence) + offset for offset in PICTURED):
+        modes = [estimate.details["mode"] for estimate in run.estimates]
+        found = {modes.index(1.0) + 1} if 1.0 in modes else set()
+        for frame in sorted(found | {_visible_from(sequence) + offset for offset in PICTURED}):
             estimate = run.estimates[frame - 1]
             particles = estimate.arrays["particles"][:, [0, 1, 4, 5]]
             yield pd.DataFrame(particles, columns=["x", "y", "half_width", "half_height"]).assign(
