@@ -45,8 +45,6 @@ class Contestant:
         Source file; None for a callable without one.
     init : str
         Truth that it is initialised with: `boxes`, or the name of a region.
-    watches : bool
-        Whether it is shown the frames before the target is there; see `trackers.Watcher`.
     """
 
     label: str
@@ -57,7 +55,6 @@ class Contestant:
     make: TrackerMaker
     file: Path | None
     init: str = BOXES
-    watches: bool = False
 
     @cached_property
     def version(self) -> dict[str, Any]:
@@ -104,7 +101,6 @@ def contestant(tracker: str | TrackerMaker) -> Contestant:
         randomness=getattr(tracker, "randomness", Randomness.GENERATOR),
         make=tracker,
         file=Path(source) if source and Path(source).is_file() else None,
-        watches=hasattr(tracker, "watch"),
     )
 
 
@@ -179,7 +175,6 @@ def _from_text(text: str) -> Contestant:
         make=specification.create,
         file=specification.file,
         init=init,
-        watches=hasattr(specification.plugin, "watch"),
     )
 
 

@@ -139,7 +139,12 @@ def run_in_lock_step(
         )
         for (chosen, repetition), own in zip(entries, kept, strict=True)
     ]
-    watchers = [(number, own) for number, own in enumerate(recorders) if own.watches]
+    watchers = []
+    for number, recorder in enumerate(recorders if first else ()):
+        watch.calling(number, first)
+        if recorder.watches(first):
+            watchers.append((number, recorder))
+        watch.called(number)
     for frame in range(first if watchers else 0):
         watch.reading(frame)
         shown = SharedFrame(sequence[frame], len(watchers))

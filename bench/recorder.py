@@ -7,7 +7,7 @@ import traceback
 from collections.abc import Callable, Mapping
 from math import inf, isnan, nan
 from time import perf_counter
-from typing import Any
+from typing import Any, TypeVar
 
 import cv2
 import numpy as np
@@ -29,6 +29,8 @@ __all__ = [
     "Recorder",
     "checked_box",
 ]
+
+R = TypeVar("R")
 
 COLUMNS = 6
 """Box, visibility, confidence: what is kept of every frame."""
@@ -75,8 +77,6 @@ class Recorder:
 
     Attributes
     ----------
-    watches : bool
-        Whether it is shown the frames before the target is there.
     failure : str
         Why the tracker is no longer asked; empty while it is.
     seconds : float
@@ -103,7 +103,6 @@ class Recorder:
         # Settled before the tracker runs: what changes meanwhile is not what was run.
         self.identity = identify(chosen, sequence, repetition, protocol)
         self._chosen = chosen
-        self.watches = chosen.watches
         self._sequence = sequence
         self._given = reference(sequence, chosen.init, sequence.name).boxes
         self._share = share
@@ -118,35 +117,22 @@ class Recorder:
         self._update: Callable[[SharedFrame], Estimate]
         self._made: Tracker | None = None
 
+    def watches(self, first: int) -> bool:
+        """Make the tracker; tell whether it is shown the frames before `first`."""
+        return self._try(first, lambda: isinstance(self._tracker(), Watcher)) or False
+
     def show(self, shown: SharedFrame, frame: int) -> None:
         """Show a frame in which the target is not there yet to a tracker that watches."""
-        if self.failure:
-            return
-        began = perf_counter()
-        try:
-            tracker = self._tracker()
-            if isinstance(tracker, Watcher):
-                tracker.watch(shown.image)
-        except _OURS:
-            raise
-        except BaseException as error:  # noqa: BLE001  # what a tracker raises is its result
-            self._fail(frame, error)
-        self.seconds += perf_counter() - began
+        tracker = self._tracker()
+        if isinstance(tracker, Watcher) and not self.failure:
+            self._try(frame, lambda: tracker.watch(shown.image))
 
     def start(self, shown: SharedFrame, frame: int, mask: Mask | None) -> None:
         """Make the tracker and give it the target."""
         box = self._given[frame]
         self._rows[frame] = (*box, True, nan)
-        if self.failure:
-            return
-        began = perf_counter()
-        try:
-            self._initialise(shown, box.copy(), mask)
-        except _OURS:
-            raise
-        except BaseException as error:  # noqa: BLE001  # what a tracker raises is its result
-            self._fail(frame, error)
-        self.seconds += perf_counter() - began
+        if not self.failure:
+            self._try(frame, lambda: self._initialise(shown, box.copy(), mask))
 
     def follow(self, shown: SharedFrame, frame: int) -> float:
         """Ask for the next estimate; give the seconds that the tracker took."""
@@ -183,6 +169,19 @@ class Recorder:
             times=times,
             circumstances={"seconds": self.seconds},
         )
+
+    def _try(self, frame: int, call: Callable[[], R]) -> R | None:
+        """Let the tracker do something before it is asked; None where it raises."""
+        began = perf_counter()
+        try:
+            return call()
+        except _OURS:
+            raise
+        except BaseException as error:  # noqa: BLE001  # what a tracker raises is its result
+            self._fail(frame, error)
+            return None
+        finally:
+            self.seconds += perf_counter() - began
 
     def _tracker(self) -> Tracker:
         if self._made is None:

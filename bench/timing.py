@@ -66,7 +66,10 @@ def time_run(
 
 def _pass(timer: "_Timer", sequence: Sequence, stop: int, watch: Watch) -> None:
     first = sequence.first_frame
-    for frame in range(first if timer.watches else 0):
+    watch.calling(0, first)
+    watches = first > 0 and timer.watches(first)
+    watch.called(0)
+    for frame in range(first if watches else 0):
         watch.reading(frame)
         shown = SharedFrame(sequence[frame])
         watch.calling(0, frame)

@@ -370,6 +370,20 @@ def test_frames_before_the_target_are_read_for_those_who_watch_alone(late):
     assert set(late.frames.asked) == set(range(8))
 
 
+def test_a_tracker_that_a_function_makes_watches_as_well(late):
+    bench.evaluate(lambda seed: Watching(seed), late)
+    assert len(Watching.seen) == 3
+
+
+def test_a_tracker_that_cannot_be_made_fails_before_anything_is_watched(late):
+    def unmade(seed):
+        raise RuntimeError("no such thing")
+
+    run = bench.evaluate(unmade, late)
+    assert "no such thing" in run.failure
+    assert "frame 3" in run.failure
+
+
 def test_what_a_tracker_raises_while_it_watches_fails_its_own_run(late):
     class Raising(Watching):
         def watch(self, image):
