@@ -28,7 +28,7 @@ def criteria_table(scores: pd.DataFrame, tables: Mapping[str, pd.DataFrame]) -> 
         What was measured on the scenes: `scale`, see `checks`.
     """
     written = scores[(scores["tracker"] == TRACKER) & (scores["variant"] == "")]
-    written = written[(written["light"] == "even") & (written["tree"] == 1)]
+    written = written[written["light"] == "even"]
     rows = [_peak(tables.get("scale"))]
     for preset, runs in written.groupby("preset", sort=False):
         found = [_head(runs), _fell(runs), _right(runs, "with"), _right(runs, "without")]

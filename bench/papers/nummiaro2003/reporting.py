@@ -51,7 +51,6 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
     claims = conclusions("nummiaro2003", judged, measured)
     for_scripts = [claim.for_json() for claim in claims]
     figures = runs[(runs["variant"].isin(["", "any"])) & (runs["light"] == "even")]
-    figures = figures[figures["tree"] == 1]
     tables = [
         ledger_table(for_scripts, gated=False),
         tracking_table(figures),

@@ -13,18 +13,25 @@ from bench.papers.scores import counts_of, runs_of, sequence_labels
 from bench.store.layout import Cell
 from bench.store.results import Results
 from bench.store.truth import StoredTruth, read_truth
-from datasets.text_form import parse_text
+from datasets.text_form import format_text, parse_text
 
-__all__ = ["CELL", "TRACKER", "tidy_scores", "with_shared_runs"]
+__all__ = ["CELL", "TRACKER", "labels_on", "tidy_scores", "with_shared_runs"]
 
 TRACKER = "nummiaro2003"
 
-CELL = ("sequence", "scene", "light", "tree", "preset", "variant")
+CELL = ("sequence", "scene", "light", "preset", "variant")
 """What a failed run costs: a scene under a reading, with and without update alike."""
 
 _NO_VARIANT = {"preset", "model_update", "reinitialise"}
-_USUAL = {"scene": 0, "light": "even", "tree": 1, "noise": nan}
+_USUAL = {"scene": 0, "light": "even", "noise": nan}
 """What is said of sequences that have no such knob."""
+
+_SHARED = {
+    "update": r"update_reading=(?!variance)\w+$",
+    "reinitialisation": r"(placement|loss_frames)=\w+$",
+}
+"""Without this, a run is the same to the bit under variants like these. (The reading `variance`
+changes the weights too.)"""
 
 
 def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataFrame:
@@ -42,8 +49,9 @@ def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataF
     DataFrame
         `tracker` (name alone), `preset`, `variant` (other parameters than the preset's, in text
         form; empty for none), `update` and `reinitialisation` (with, without); of baselines
-        these four are `any`. `sequence` (without variant), `scene`, `light`, `tree`, `noise` and
-        further options of the sequence; what `bench.papers.scores.counts_of` gives; what
+        these four are `any`. `sequence` (without variant, but that a tree wider than that of the
+        figures makes it another), `scene`, `light`, `noise` and further options of the
+        sequence; what `bench.papers.scores.counts_of` gives; what
         `courses.course_of` gives (NaN for a failed run); `kept_scene`, true of all.
 
     Raises
@@ -53,7 +61,7 @@ def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataF
     """
     runs = runs_of(folder, cells)
     labels = pd.DataFrame(
-        [_tracker_labels(run) | _sequence_labels(run["sequence"]) for _, run in runs.iterrows()]
+        [_tracker_labels(run) | labels_on(run["sequence"]) for _, run in runs.iterrows()]
     )
     rows = labels.join(counts_of(folder, runs)).assign(kept_scene=True)
     results = Results(folder)
@@ -92,22 +100,29 @@ def _with(value: str) -> str:
     return "with" if value == "true" else "without"
 
 
-def _sequence_labels(text: str) -> dict[str, Any]:
+def labels_on(text: str) -> dict[str, Any]:
+    """Columns of `tidy_scores` that say on which sequence a run was."""
     labels = {**_USUAL, **sequence_labels(text)}
     if not isinstance(labels["light"], str):  # a cloud's share of the light, of `plain/target`
         labels["light"] = "even"
+    if labels.get("tree", 1) != 1:
+        labels["sequence"] = format_text(labels["sequence"], {"tree": labels["tree"]})
     return labels
 
 
 def with_shared_runs(scores: pd.DataFrame) -> pd.DataFrame:
-    """The scores, and runs without update again under every reading of the update's condition.
+    """The scores, and runs again under every reading that makes no difference to them.
 
-    Without update they are the same to the bit whatever it would ask for, so they are copied.
+    Without update it is the same whatever an update would ask for, without re-initialisation
+    whenever a target would be lost and wherever it would be looked for. Only the repetitions
+    that the reading has are copied, so that it is compared with its like.
     """
-    reads = scores["variant"].str.match(r"update_reading=\w+$")
-    without = (scores["update"] == "without") & (scores["variant"] == "")
-    copies: list[pd.DataFrame] = [
-        scores[without & (scores["preset"] == preset)].assign(variant=variant)
-        for preset, variant in scores[reads][["preset", "variant"]].drop_duplicates().to_numpy()
-    ]
-    return pd.concat([scores, *copies], ignore_index=True)
+    pieces = [scores]
+    for column, pattern in _SHARED.items():
+        without = scores[(scores[column] == "without") & (scores["variant"] == "")]
+        read = scores[scores["variant"].str.match(pattern)]
+        for (preset, variant), runs in read.groupby(["preset", "variant"], sort=False):
+            same = without[without["preset"] == preset]
+            same = same[same["repetition"].isin(runs["repetition"])]
+            pieces.append(same.assign(variant=variant))
+    return pd.concat(pieces, ignore_index=True)

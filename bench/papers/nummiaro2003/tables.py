@@ -216,7 +216,7 @@ def _reading(preset: object, variant: object) -> str:
 
 def _by_update(runs: pd.DataFrame, metric: str) -> pd.DataFrame:
     """Means over repetitions by scene, with and without update."""
-    wide = runs.pivot_table(metric, ["scene", "light", "tree"], "update", aggfunc="mean")
+    wide = runs.pivot_table(metric, ["scene", "light"], "update", aggfunc="mean")
     return wide.reindex(columns=["without", "with"])
 
 

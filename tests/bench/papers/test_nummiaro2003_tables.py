@@ -1,18 +1,29 @@
 """Tables and criteria from scores with known means, and scores from real runs."""
 
+from functools import partial
+
 import numpy as np
 import pandas as pd
 import pytest
 
 import bench
+from bench.claims.conclusion import conclude
+from bench.claims.evaluation import judge
+from bench.claims.ledger import read_claims
 from bench.experiment import Experiment, SequenceSource
 from bench.papers import Effort
 from bench.papers.nummiaro2003 import examined_scenes, experiments
 from bench.papers.nummiaro2003.courses import COURSE
 from bench.papers.nummiaro2003.criteria import criteria_table
-from bench.papers.nummiaro2003.scores import CELL, tidy_scores, with_shared_runs
+from bench.papers.nummiaro2003.scores import (
+    CELL,
+    labels_on,
+    tidy_scores,
+    with_shared_runs,
+)
 from bench.papers.nummiaro2003.tables import (
     SEQUENCES,
+    STUDENTS,
     followed_rows,
     occlusion_table,
     readings_table,
@@ -40,7 +51,7 @@ def scores(**by_update):
                             row = {
                                 "tracker": "nummiaro2003", "preset": preset, "variant": "",
                                 "update": update, "reinitialisation": again,
-                                "sequence": sequence, "scene": scene, "light": "even", "tree": 1,
+                                "sequence": sequence, "scene": scene, "light": "even",
                                 "repetition": repetition, "frames": 200, "success_frames": 100,
                                 "frames_inside": 150, "first_loss": 200, "mean_overlap": 0.5,
                                 "kept_scene": True, "path": "", "failure": "",
@@ -165,6 +176,7 @@ def test_runs_without_update_serve_all_readings_of_its_condition():
         [
             frame,
             frame[chosen].assign(variant="update_reading=printed"),
+            frame[chosen].assign(variant="update_reading=variance"),  # changes the weights too
             frame[chosen].assign(variant="sigma=0.2"),
         ]
     )
@@ -175,6 +187,52 @@ def test_runs_without_update_serve_all_readings_of_its_condition():
         ("as-written", "update_reading=printed"): 80,
         ("recommended", ""): 80,
     }
+
+
+def test_runs_without_reinitialisation_serve_all_readings_of_where_a_target_is_looked_for():
+    frame = scores()
+    chosen = (frame["reinitialisation"] == "with") & (frame["preset"] == "as-written")
+    first = frame[chosen & (frame["repetition"] == 0)]
+    variants = ("placement=image", "loss_frames=2", "appearance=first")
+    asked = pd.concat([frame, *(first.assign(variant=variant) for variant in variants)])
+    whole = with_shared_runs(asked)
+    without = whole[(whole["reinitialisation"] == "without") & (whole["variant"] != "")]
+    assert without.groupby("variant").size().to_dict() == {
+        "placement=image": 40,
+        "loss_frames=2": 40,
+    }
+    assert set(without["repetition"]) == {0}  # as many as of what they are compared with
+    assert set(without["preset"]) == {"as-written"}
+
+
+def test_a_wider_tree_makes_another_sequence():
+    names = {
+        "nummiaro2003/students:scene=3": "nummiaro2003/students",
+        "nummiaro2003/students:scene=3:tree=2": "nummiaro2003/students:tree=2",
+        "nummiaro2003/head": "nummiaro2003/head",
+    }
+    for text, name in names.items():
+        assert labels_on(text)["sequence"] == name
+
+
+def test_wider_trees_change_the_verdict_that_names_them_alone():
+    frame = scores(recovered=pair(1.0, 1.0), frames_inside=pair(160, 150))
+    wobble = frame["scene"] / 1000
+    frame["right_at_end"] = 0.5 + wobble + 0.3 * (frame["reinitialisation"] == "with")
+    hidden = frame[frame["sequence"] == STUDENTS].assign(
+        sequence=f"{STUDENTS}:tree=2", recovered=0.0, frames_inside=10
+    )
+    wide = pd.concat([frame, hidden], ignore_index=True)
+    claims = read_claims("nummiaro2003")
+
+    def found(name, rows):
+        return conclude(claims[name], judge(claims[name], rows)).for_json()
+
+    for name in ("NU-1", "NU-9", "NU-17", "NU-18"):
+        assert found(name, frame) == found(name, wide), name
+    assert found("NU-26", frame) != found("NU-26", wide)
+    for make in (readings_table, occlusion_table, partial(update_table, name="updates")):
+        assert texts(make(frame)) == texts(make(wide))
 
 
 @pytest.fixture(scope="module")
@@ -199,7 +257,7 @@ def test_every_run_is_a_row_with_its_reading_and_what_happened(folder):
         ("mean-shift", "any", "any", "any", "any"),
     }
     assert set(frame["light"]) == {"even"}
-    assert (set(frame["noise"]), set(frame["tree"])) == ({4.0}, {1})
+    assert set(frame["noise"]) == {4.0}
     ours = frame[frame["tracker"] == "nummiaro2003"]
     assert (ours["good_frames"] + ours["other_frames"] == 29).all()
     assert frame["size_error"].notna().all()

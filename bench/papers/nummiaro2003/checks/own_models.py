@@ -84,7 +84,7 @@ class _Pair:
     @property
     def models(self) -> Array:
         """Those of the particles: too large to be among the arrays that a run keeps."""
-        models = self._each._model._models
+        models = self._each._model.models
         assert models is not None
         return models
 
