@@ -39,7 +39,7 @@ CASCADE = """<?xml version="1.0"?>
 
 
 @needs_hog
-def test_a_person_is_found_and_tracked_from_there():
+def test_a_walking_person_is_found_in_most_frames_and_tracked_from_there():
     sequence = datasets.load("multipart/1")
     detect = people()
     frames = range(0, 200, 20)
@@ -50,6 +50,10 @@ def test_a_person_is_found_and_tracked_from_there():
         inside = (found[:, :2] < (x, y)).all(axis=1) & (found[:, :2] + found[:, 2:] > (x, y)).all(1)
         hits += bool(inside.any())
     assert hits >= len(frames) / 2
+    tracker = trackers.create("nummiaro2003")
+    tracker.init_by_detector(sequence[0], detect)
+    waited = next(k for k in range(1, 60) if tracker.update(sequence[k]).visible)
+    assert "coefficient" in tracker.update(sequence[waited + 1]).details
 
 
 @needs_hog

@@ -203,11 +203,31 @@ def test_a_known_histogram_can_wait_at_doors():
     assert follow(tracker, [with_target(90, y=46)] * 3)[-1].details["mode"] == 1
 
 
-def test_a_histogram_that_is_none_is_refused():
+def test_what_is_no_histogram_no_size_or_no_region_is_refused():
     tracker = trackers.create("nummiaro2003")
-    for histogram in (np.ones(512), np.ones(10) / 10):
-        with pytest.raises(TrackerError, match="512 bins that sum to 1"):
-            tracker.init_by_histogram(ground(), histogram, np.array([10.0, 14.0]))
+    good, size = np.full(512, 1 / 512), np.array([10.0, 14.0])
+    negative = good.copy()
+    negative[:2] = -0.5, 0.5 + 2 / 512
+    for histogram in (np.ones(512), np.ones(10) / 10, negative):
+        with pytest.raises(TrackerError, match="512 bins, none below 0, that sum to 1"):
+            tracker.init_by_histogram(ground(), histogram, size)
+    for half_axes in ([0.0, 14.0], [10.0], [np.nan, 3.0], 7.0):
+        with pytest.raises(TrackerError, match="two lengths above 0"):
+            tracker.init_by_histogram(ground(), good, np.array(half_axes))
+    for regions in (np.zeros((0, 4)), np.zeros(4), np.array([[0.0, 0, -3, 5]])):
+        with pytest.raises(TrackerError, match="regions must"):
+            tracker.init_by_histogram(ground(), good, size, regions)
+    tracker.init_by_histogram(ground(), good, np.array([1.0, 1.0]))
+    assert (tracker.update(ground()).box[2:] >= 6).all()
+
+
+def test_regions_are_waited_at_wherever_a_lost_target_is_looked_for():
+    door = np.array([[90.0, 50.0, 20.0, 20.0]])
+    for placement in ("last", "predicted", "borders", "image"):
+        tracker = trackers.create("nummiaro2003", placement=placement)
+        tracker.init_by_histogram(ground(), np.full(512, 1 / 512), np.array([10.0, 14.0]), door)
+        x = tracker.update(ground(1)).arrays["particles"][:, 0]
+        assert ((x >= 90) & (x <= 110)).all()
 
 
 def test_a_detector_is_asked_until_it_finds_something():
@@ -231,6 +251,34 @@ def test_a_detector_is_asked_until_it_finds_something():
     later = follow(tracker, [with_target(60 + k) for k in range(10)])
     assert len(asked) == 3
     assert np.abs(centre(later[-1]) - [79, 64]).max() < 10
+
+
+def test_a_detection_that_is_mostly_outside_the_image_is_passed_over():
+    outside, inside = box_at(WIDTH - 2), box_at(60)
+    tracker = trackers.create("nummiaro2003")
+    tracker.init_by_detector(ground(), lambda image: np.array([outside]))
+    assert not tracker.update(ground(1)).visible
+    tracker.init_by_detector(with_target(60), lambda image: np.array([outside, inside]))
+    assert np.abs(centre(tracker.update(with_target(61))) - [70, 64]).max() < 10
+
+
+def test_what_was_watched_before_a_box_that_is_refused_does_not_stay():
+    refused, plain = (trackers.create("nummiaro2003") for _ in range(2))
+    refused.watch(with_target(120, y=10, size=(60, 90)))
+    with pytest.raises(TrackerError):
+        refused.init(ground(), box_at(-60))
+    for tracker in (refused, plain):
+        tracker.init(with_target(40), box_at(40))
+    thresholds = [
+        t.update(with_target(40)).details["appearance_threshold"] for t in (refused, plain)
+    ]
+    assert thresholds[0] == thresholds[1]
+
+
+def test_the_first_model_counts_even_where_the_present_one_has_forgotten_it():
+    tracker = started(alpha=1.0, appearance="first", update_reading="always", reinitialise=False)
+    follow(tracker, [with_target(40, colour=BLUE)] * 2)
+    assert tracker.update(with_target(40)).details["positive_appearances"] > 50
 
 
 def test_models_of_their_own_follow_as_well():

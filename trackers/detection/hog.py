@@ -11,6 +11,8 @@ from trackers.base.parameters import TrackerError
 
 __all__ = ["people"]
 
+MARGIN = np.array([0.15, 0.12])  # of 64 x 128 pixels, around people 96 pixels high
+
 
 def people(least_score: float = 0.0) -> Callable[[Image], NDArray[np.float64]]:
     """Detector of upright people at least 128 pixels high.
@@ -23,7 +25,8 @@ def people(least_score: float = 0.0) -> Callable[[Image], NDArray[np.float64]]:
     Returns
     -------
     callable
-        Gives boxes of shape (k, 4) in an image [pixels], the highest score first.
+        Gives boxes of shape (k, 4) in an image [pixels], the highest score first. They are the
+        detector's windows without the margin around the person that it was trained with.
 
     Raises
     ------
@@ -41,6 +44,8 @@ def people(least_score: float = 0.0) -> Callable[[Image], NDArray[np.float64]]:
     def detect(image: Image) -> NDArray[np.float64]:
         boxes, scores = hog.detectMultiScale(image, hitThreshold=least_score)
         order = np.argsort(-np.ravel(scores), kind="stable")
-        return np.reshape(boxes, (-1, 4)).astype(np.float64)[order]
+        windows = np.reshape(boxes, (-1, 4)).astype(np.float64)[order]
+        sizes = windows[:, 2:]
+        return np.hstack([windows[:, :2] + MARGIN * sizes, (1 - 2 * MARGIN) * sizes])
 
     return detect

@@ -62,6 +62,8 @@ class TargetModel:
     ----------
     first, current : ndarray of float64, shape (bins,)
         At the beginning and now; of models of their own the weighted mean.
+    models : ndarray of float64, shape (particles, bins), or None
+        Those of each particle, where they are apart.
     bins : ndarray of int64, shape (m,)
         The bins that must be counted in particles.
     """
@@ -69,22 +71,22 @@ class TargetModel:
     def __init__(self, first: Array, particles: int, apart: bool, alpha: float) -> None:
         self.first = self.current = first
         self._alpha = alpha
-        self._models = np.tile(first, (particles, 1)) if apart else None
+        self.models = np.tile(first, (particles, 1)) if apart else None
         self.bins = np.arange(len(first)) if apart else np.flatnonzero(first)
 
     def select(self, chosen: NDArray[np.intp]) -> None:
         """Let models go on with the particles that are chosen."""
-        if self._models is not None:
-            self._models = self._models[chosen]
+        if self.models is not None:
+            self.models = self.models[chosen]
 
     def forget(self) -> None:
         """Give all particles the current model."""
-        if self._models is not None:
-            self._models[:] = self.current
+        if self.models is not None:
+            self.models[:] = self.current
 
     def coefficients(self, found: EllipseCounts) -> Array:
         """Bhattacharyya coefficient of each particle, whose `bins` were counted, shape (n,)."""
-        models = self.current[np.newaxis, self.bins] if self._models is None else self._models
+        models = self.current[np.newaxis, self.bins] if self.models is None else self.models
         return coefficients(found.counts, found.totals, models)
 
     def first_coefficients(self, found: EllipseCounts) -> Array:
@@ -120,14 +122,14 @@ class TargetModel:
             Share of the models that were updated, in [0, 1].
         """
         alpha = self._alpha
-        if self._models is not None:
+        if self.models is not None:
             chosen = (self.coefficients(found) > least) & (found.totals > 0)
             own = found.counts[chosen] / found.totals[chosen, np.newaxis]
-            self._models[chosen] = (1 - alpha) * self._models[chosen] + alpha * own
-            self.current = weights @ self._models
+            self.models[chosen] = (1 - alpha) * self.models[chosen] + alpha * own
+            self.current = weights @ self.models
             return float(chosen.mean())
         if histogram is None or not coefficient > least:
             return 0.0
         self.current = (1 - alpha) * self.current + alpha * histogram
-        self.bins = np.flatnonzero(self.current)
+        self.bins = np.flatnonzero(self.first + self.current)
         return 1.0

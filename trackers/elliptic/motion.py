@@ -11,7 +11,16 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LEAST_HALF_AXIS", "Axes", "Dynamics", "Motion", "ScaleChange", "at_rest", "ellipse_in"]
+__all__ = [
+    "LEAST_HALF_AXIS",
+    "Axes",
+    "Dynamics",
+    "Motion",
+    "ScaleChange",
+    "at_rest",
+    "box_around",
+    "ellipse_in",
+]
 
 Array: TypeAlias = NDArray[np.float64]
 Dynamics: TypeAlias = Literal["first-order", "second-order", "random-walk"]
@@ -44,6 +53,11 @@ def ellipse_in(box: Array) -> Array:
     """State at rest of the ellipse in a box `[x, y, width, height]` [pixels], shape (7,)."""
     half_axes = np.maximum(box[2:] / 2, LEAST_HALF_AXIS)
     return np.asarray(at_rest((box[:2] + box[2:] / 2)[np.newaxis], half_axes)[0])
+
+
+def box_around(state: Array) -> Array:
+    """Box `[x, y, width, height]` around the ellipse of a state (7,) [pixels]."""
+    return np.asarray(np.concatenate([state[X] - state[H], 2 * state[H]]))
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from trackers.base.parameters import TrackerError
 from trackers.elliptic.motion import at_rest
 
 __all__ = ["Placement", "Whereabouts"]
@@ -32,6 +33,11 @@ class Whereabouts:
     entries : ndarray of float64, shape (k, 4), or None
         Boxes in which a target that enters has its centre: doors, borders. None: the left
         and the right border, at the height at which the target was last.
+
+    Raises
+    ------
+    TrackerError
+        For entries that are no boxes.
     """
 
     half_axes: Array
@@ -39,6 +45,16 @@ class Whereabouts:
     entries: Array | None = None
     _seen: Array | None = None
     _reliable: deque[tuple[int, Array]] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
+
+    def __post_init__(self) -> None:
+        if self.entries is None:
+            return
+        self.entries = np.array(self.entries, float)
+        if self.entries.ndim != 2 or self.entries.shape[1] != 4 or len(self.entries) == 0:
+            shape = self.entries.shape
+            raise TrackerError(f"regions must be boxes, shape (k, 4) with k > 0, not {shape}.")
+        if not np.isfinite(self.entries).all() or (self.entries[:, 2:] < 0).any():
+            raise TrackerError(f"regions must have finite sizes: {self.entries.tolist()}.")
 
     def seen(self, centre: Array, half_axes: Array) -> None:
         """Note where the target is thought to be, most particles looking like it."""
@@ -59,7 +75,8 @@ class Whereabouts:
             'borders': where it may enter. 'image': anywhere. 'last': half of them where it may
             enter, half around where it was last seen, by 3 Hx sideways and Hx upright.
             'predicted': three tenths where it may enter, the others around where it would be
-            now, had it gone on as before. Where it has never been seen, all where it may enter.
+            now, had it gone on as before. Where it has never been seen, all where it may enter;
+            'image' does so where `entries` are given.
         n : int
             How many.
         frame : int
@@ -77,7 +94,8 @@ class Whereabouts:
             sizes = np.maximum(sizes * np.exp(SIZE_SPREAD * spread), 1.0)
         near = round(share * n)
         around = centre + deviation * random.standard_normal((near, 2))
-        anywhere = self._anywhere() if placement == "image" else self._entries()
+        known = self.entries is not None and self._seen is None  # it has yet to come in
+        anywhere = self._anywhere() if placement == "image" and not known else self._entries()
         chosen = anywhere[random.integers(len(anywhere), size=n - near)]
         inside = chosen[:, :2] + random.random((n - near, 2)) * chosen[:, 2:]
         return at_rest(np.concatenate([around, inside]), sizes)
