@@ -118,10 +118,9 @@ class Nummiaro2003(SharingTracker):
     (equations 13 to 15). With more than b N such particles initialisation ends; with fewer for
     some frames it begins again, particles being placed afresh in every frame.
 
-    It starts by a box (`init`), by a histogram that is known (`init_by_histogram`), or by a
-    detector (`init_by_detector`). Frames before the target is there (`watch`; the last counts)
-    say what the background looks like; without them the first frame does, less the target's
-    surroundings.
+    It starts by a box, by a known histogram (`init_by_histogram`), or by a detector
+    (`init_by_detector`). Frames before the target is there (`watch`; the last counts) say what the
+    background looks like; without them the first frame does, less the target's surroundings.
 
     The text leaves open σ, α, all noise, how long "a couple of frames" is, and where particles
     wait; what π_T = 0.9 is compared with has several readings. `as-written` is the text with
@@ -137,8 +136,7 @@ class Nummiaro2003(SharingTracker):
     initialises), `half_width` and `half_height` (Hx and Hy of the estimate, pixels),
     `coefficient` and `likelihood` of the mean state (in [0, 1]), `updated` (1 where the model
     was) and `appearance_threshold` (μ + 2σ). While initialising the box is that of the last
-    estimate and the target counts as not visible. Arrays: `particles` (N, 7) in pixels and
-    frames, and their `weights` (N,).
+    estimate and the target is not visible. Arrays: `particles` (N, 7), `weights` (N,).
     """
 
     paper = (
