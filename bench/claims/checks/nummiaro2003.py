@@ -1,9 +1,10 @@
 """Checks of the paper on an adaptive colour-based particle filter.
 
-Of the scores they read `good_frames`, `good_updates`, `other_frames`, `other_updates` (counts:
-frames in which half of the target is visible and the centre is inside, the others, and those of
-either in which the model was updated), `inside_fast` and `inside_otherwise` (shares). Beside them,
-the table that a setting names.
+Of the scores they read `good_frames`, `good_updates`, `other_frames`, `other_updates` (counts, of
+the frames in which it tracks, as it is never updated in those in which it initialises: half of the
+target is visible and the centre is inside, the others, and those of either in which the model was
+updated), `waiting_frames` (others in which it initialises), `inside_fast` and `inside_otherwise`
+(shares). Beside them, the table that a setting names.
 """
 
 from collections.abc import Mapping
@@ -22,13 +23,16 @@ _HALF = 0.5  # added to every count, so that odds are finite
 
 
 def update_condition(evidence: Evidence) -> list[Finding]:
-    """The model is updated in good frames, and hardly ever in others."""
+    """While tracking, the model is updated in good frames, and hardly ever in others."""
     found = []
     updating = _updating(evidence.scores)
     for finding, runs in runs_by_reading(evidence, updating, "sequences"):
-        good, good_updates, other, other_updates = (
+        good, good_updates, other, other_updates, waiting = (
             float(runs[name].sum())
-            for name in ("good_frames", "good_updates", "other_frames", "other_updates")
+            for name in (
+                *("good_frames", "good_updates", "other_frames", "other_updates"),
+                "waiting_frames",
+            )
         )
         if not good or not other:
             continue
@@ -37,7 +41,8 @@ def update_condition(evidence: Evidence) -> list[Finding]:
         reason = (
             f"updates in {100 * share:.1f} % of the good frames and "
             f"{100 * other_updates / other:.1f} % of {other:.0f} others, a ratio of odds of "
-            f"{odds:.2f}."
+            f"{odds:.2f} (while tracking; {100 * other_updates / (other + waiting):.1f} % of the "
+            f"others with the {waiting:.0f} in which it initialises)."
         )
         passed = odds > evidence.setting("odds") and share > evidence.setting("least")
         found.append(finding(verdict=check(passed, odds, reason, len(runs))))

@@ -35,10 +35,11 @@ Flags = NDArray[np.bool_]
 
 COURSE = (
     *("size_error", "size_bias", "size_correlation", "centre_rms"),
-    *("good_frames", "good_updates", "other_frames", "other_updates"),
+    *("good_frames", "good_updates", "other_frames", "other_updates", "waiting_frames"),
+    "update_share",
     *("inside_partly_hidden", "inside_fast", "inside_otherwise"),
     *("recovered", "right_at_end", "count_fell", "initialised", "tracking_again"),
-    *("bridged", "count_fell_at_end"),
+    *("bridged", "count_fell_shortly", "count_fell_at_end"),
 )
 """Names of what `course_of` gives."""
 
@@ -98,15 +99,17 @@ def course_of(run: Run, truth: Truth) -> dict[str, float]:
         - `size_error`, `size_bias`: mean of |Hx - truth| and of Hx - truth over the truth;
           `size_correlation` with the truth; `centre_rms`: root of the mean square [pixels];
         - `good_frames`, `good_updates`, `other_frames`, `other_updates`: see
-          `bench.claims.checks.nummiaro2003`;
+          `bench.claims.checks.nummiaro2003`; `waiting_frames`: others in which the tracker
+          initialises; `update_share`: of the frames in which it tracks;
         - `inside_partly_hidden`, `inside_fast`, `inside_otherwise`: shares of such frames with
           the centre inside; fast is the fifth in which the target moves most in the image;
-        - `recovered`: five frames in a row inside, up to 30 frames after the first complete
-          hiding; `right_at_end`: share inside of the last 20 frames in view;
+        - `recovered`: tracking, five frames in a row inside, up to 30 frames after the first
+          complete hiding; `right_at_end`: share inside of the last 20 frames in view;
         - `count_fell`, `initialised`: fewer than b N positive particles, or the mode, in a frame
           of that hiding; `tracking_again`: the mode 30 frames after it;
         - `bridged`: inside ten frames after each shorter hiding, and never initialising till
-          then, of those before which it was inside;
+          then, of those before which it was inside; `count_fell_shortly`: fewer than b N in a
+          frame of one of these;
         - `count_fell_at_end`: fewer than b N up to ten frames after the target left.
     """
     present: Flags = np.asarray(np.isfinite(truth.boxes).all(axis=1))
@@ -152,14 +155,18 @@ def _where_inside(truth: Truth, inside: Flags, evaluated: Flags) -> dict[str, fl
 
 def _updates(run: Run, truth: Truth, inside: Flags, after: Flags) -> dict[str, float]:
     seen = ~(truth.visibility < HIDDEN) & np.isfinite(truth.boxes).all(axis=1)
-    good = after & seen & inside
-    other = after & ~(seen & inside)
+    tracks = run.details["mode"] > 0  # there is no update while it initialises
+    good = after & seen & inside & tracks
+    every_other = after & ~(seen & inside)
+    other = every_other & tracks
     updated = run.details["updated"]
     return {
         "good_frames": float(good.sum()),
         "good_updates": float(np.nansum(updated[good])),
         "other_frames": float(other.sum()),
         "other_updates": float(np.nansum(updated[other])),
+        "waiting_frames": float((every_other & ~tracks).sum()),
+        "update_share": _share(updated[after & tracks]),
     }
 
 
@@ -178,7 +185,7 @@ def _occlusion(run: Run, truth: Truth, inside: Flags, present: Flags) -> dict[st
     clear = np.flatnonzero(visible > CLEAR)
     back = int(clear[clear >= complete.stop][0])
     found = {
-        "recovered": float(_settles(inside[back : back + RECOVERY + 1])),
+        "recovered": float(_settles((inside & tracks)[back : back + RECOVERY + 1])),
         "right_at_end": _share(inside[clear[-END:]]),
         "count_fell": float(few[hidden].any()),
         "initialised": float((~tracks[hidden]).any()),
@@ -187,6 +194,8 @@ def _occlusion(run: Run, truth: Truth, inside: Flags, present: Flags) -> dict[st
     short = [hiding for hiding in every if hiding.first > back and inside[hiding.first - 1]]
     if short:
         found["bridged"] = float(all(_is_bridged(hiding, inside, tracks) for hiding in short))
+        fell = [few[hiding.first : hiding.stop].any() for hiding in short]
+        found["count_fell_shortly"] = float(any(fell))
     if stop < len(present):
         found["count_fell_at_end"] = float(few[stop : stop + BRIDGE + 1].any())
     return found
@@ -206,5 +215,5 @@ def _settles(inside: Flags) -> bool:
     return False
 
 
-def _share(flags: Flags) -> float:
+def _share(flags: Flags | NDArray[np.float64]) -> float:
     return float(flags.mean()) if len(flags) else nan

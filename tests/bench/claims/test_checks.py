@@ -202,15 +202,18 @@ def adaptive_runs(**columns):
     [(50, 1, "holds"), (50, 30, "does-not-hold"), (4, 0, "does-not-hold")],
 )
 def test_an_update_has_its_place_in_good_frames(good, other, verdict):
-    frame = adaptive_runs(good_frames=100, good_updates=good, other_frames=50, other_updates=other)
+    frame = adaptive_runs(
+        good_frames=100, good_updates=good, other_frames=50, other_updates=other, waiting_frames=50
+    )
     claim = ADAPTIVE["NU-9"]
+    assert f"{other:.1f} % of the others with the 500 in" in judge(claim, frame)[0].verdict.reason
     assert conclude(claim, judge(claim, frame)).verdict == verdict
     never = conclude(claim, judge(claim, frame.assign(other_frames=0, other_updates=0)))
     assert never.verdict == "undecided"
 
 
 def test_each_reading_of_the_condition_is_judged():
-    counts = {"good_frames": 100, "other_frames": 50}
+    counts = {"good_frames": 100, "other_frames": 50, "waiting_frames": 0}
     frames = [
         adaptive_runs(variant=variant, good_updates=good, other_updates=other, **counts)
         for variant, good, other in (

@@ -69,9 +69,12 @@ def test_a_run_as_the_paper_tells_it():
     assert found["right_at_end"] == found["count_fell_at_end"] == 1.0
     assert found["size_error"] == found["size_bias"] == found["centre_rms"] == 0.0
     assert np.isnan(found["size_correlation"])  # neither size changes
-    assert found["good_updates"] == found["good_frames"] == LEAVES - COMES - 1 - 16 - 4 - 3 - 3
+    # It initialises in two good frames and in twelve others.
+    assert found["good_updates"] == found["good_frames"] == LEAVES - COMES - 1 - 16 - 4 - 3 - 3 - 2
     assert found["other_updates"] == 0.0
-    assert found["good_frames"] + found["other_frames"] == N - COMES - 1
+    assert (found["waiting_frames"], found["count_fell_shortly"]) == (12, 0.0)
+    assert found["good_frames"] + found["other_frames"] == N - COMES - 1 - 14
+    assert found["update_share"] == found["good_frames"] / (N - COMES - 1 - 14)
 
 
 def test_a_target_that_is_found_too_late_or_for_a_moment_is_not_recovered():
@@ -82,6 +85,28 @@ def test_a_target_that_is_found_too_late_or_for_a_moment_is_not_recovered():
     found = course_of(run(boxes), truth())
     assert (found["recovered"], found["right_at_end"]) == (0.0, 0.0)
     assert np.isnan(found["bridged"])  # it was on the target before neither
+
+
+def test_a_target_that_walks_through_a_frozen_box_is_not_recovered():
+    waits = np.where(np.arange(N) >= 104, 0.0, 1.0)
+    assert course_of(run(mode=waits), truth())["recovered"] == 0.0
+    late = np.where((np.arange(N) >= 104) & (np.arange(N) < 140), 0.0, 1.0)
+    assert course_of(run(mode=late), truth())["recovered"] == 1.0
+
+
+def test_frames_in_which_nothing_can_be_updated_are_no_credit_to_the_condition():
+    hidden = np.arange(N) >= LEAVES
+    found = course_of(run(updated=np.ones(N) - hidden, mode=1.0 - hidden), truth())
+    assert found["other_updates"] == found["other_frames"] == 16 + 4 + 3 + 3
+    assert found["waiting_frames"] == N - LEAVES
+
+
+def test_a_count_that_falls_in_a_short_hiding_is_told_where_the_tracker_was_on_target():
+    low = np.full(N, 50.0)
+    low[SHORT[1]] = 9
+    assert course_of(run(positive_appearances=low), truth())["count_fell_shortly"] == 1.0
+    beside = course_of(run(shifted(slice(190, 205)), positive_appearances=low), truth())
+    assert beside["count_fell_shortly"] == 0.0
 
 
 @pytest.mark.parametrize(
