@@ -4,6 +4,7 @@ Most compare rows of the scores, or of a table of what was measured besides (`ta
 a sequence in one scene:
 
 - `order`, `equal`: rows `better` less rows `worse` (columns and their values);
+- `no-worse`: likewise `equal` or better, on the repetitions that both have;
 - `interaction`: `order` on `sequences`, by `where`, against `order` on the rows `against`;
 - `all`: runs of `rows` whose first loss is the length;
 - `lost`: of the sequences, how many lose at least `share` of the runs of `rows`;
@@ -40,6 +41,7 @@ __all__ = [
     "Limits",
     "LostTest",
     "NoTest",
+    "NoWorseTest",
     "NumberTest",
     "OrderTest",
     "PartTest",
@@ -95,18 +97,32 @@ class _CellTest(_TableTest):
 
 
 class OrderTest(_CellTest):
-    """A is better than B."""
+    """A is better than B.
+
+    `needs` are columns of A and the least means (shares) of them: below these the two are one and
+    the same, and there is nothing to compare.
+    """
 
     kind: Literal["order"]
     better: Rows
     worse: Rows
     margin: float = Field(MARGIN, ge=0.0)
+    needs: dict[Text, float] = {}
 
 
 class EqualTest(_CellTest):
     """A is comparable to B: the same rows as of an order, within the margin."""
 
     kind: Literal["equal"]
+    better: Rows
+    worse: Rows
+    margin: float = Field(MARGIN, ge=0.0)
+
+
+class NoWorseTest(_CellTest):
+    """A is as good as B, or better: the same rows as of an order."""
+
+    kind: Literal["no-worse"]
     better: Rows
     worse: Rows
     margin: float = Field(MARGIN, ge=0.0)
@@ -209,7 +225,15 @@ class NoTest(Entry):
 
 
 CellTest = (
-    OrderTest | EqualTest | InteractionTest | AllTest | LostTest | BestTest | ShareTest | NumberTest
+    OrderTest
+    | EqualTest
+    | NoWorseTest
+    | InteractionTest
+    | AllTest
+    | LostTest
+    | BestTest
+    | ShareTest
+    | NumberTest
 )
 """Tests by cells."""
 

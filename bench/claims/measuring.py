@@ -1,5 +1,7 @@
 """A test's verdict on the rows of one reading."""
 
+from dataclasses import replace
+from typing import TypeAlias
 from zlib import crc32
 
 import numpy as np
@@ -16,6 +18,7 @@ from bench.claims.kinds import (
     InteractionTest,
     Limits,
     LostTest,
+    NoWorseTest,
     NumberTest,
     OrderTest,
     PartTest,
@@ -28,6 +31,7 @@ from bench.statistics.verdicts import (
     all_kept,
     check,
     equal,
+    no_worse,
     number,
     order,
     order_of_groups,
@@ -40,10 +44,12 @@ __all__ = ["CELL", "limited", "matching", "named_columns", "selections", "verdic
 
 CELL = ["sequence", "scene"]
 
+_Comparison: TypeAlias = OrderTest | EqualTest | NoWorseTest | InteractionTest
+
 
 def selections(test: CellTest) -> list[Rows]:
     """The rows that a test compares."""
-    if isinstance(test, OrderTest | EqualTest | InteractionTest):
+    if isinstance(test, _Comparison):
         return [test.better, test.worse]
     if isinstance(test, BestTest):
         return [test.rows, *test.others]
@@ -62,6 +68,8 @@ def named_columns(test: PartTest) -> list[str]:
     named |= set(test.metrics)
     if isinstance(test, InteractionTest):
         named |= set(test.against)
+    if isinstance(test, OrderTest):
+        named |= set(test.needs)
     if isinstance(test, ShareTest) and test.trials:
         named.add(test.trials)
     return sorted(named)
@@ -85,9 +93,14 @@ def verdict_of(claim: str, test: PartTest, rows: pd.DataFrame, metric: str) -> V
         return _bound(test, rows)
     if isinstance(test, RatioTest):
         return ratio_above(rows[test.longer], rows[test.shorter], test.least)
-    if isinstance(test, OrderTest | EqualTest):
-        rule = order if isinstance(test, OrderTest) else equal
-        return rule(_differences(rows, test, metric), _margin(rows, test, metric))
+    if isinstance(test, OrderTest):
+        return _order(test, rows, metric)
+    if isinstance(test, EqualTest):
+        return equal(_differences(rows, test, metric), _margin(rows, test, metric))
+    if isinstance(test, NoWorseTest):
+        both = [set(matching(rows, side)["repetition"]) for side in selections(test)]
+        rows = rows[rows["repetition"].isin(set.intersection(*both))]
+        return no_worse(_differences(rows, test, metric), _margin(rows, test, metric))
     if isinstance(test, InteractionTest):
         generator = np.random.default_rng(crc32(claim.encode()))
         ours = limited(rows[rows["sequence"].isin(test.sequences)], test.where)
@@ -107,6 +120,17 @@ def verdict_of(claim: str, test: PartTest, rows: pd.DataFrame, metric: str) -> V
     if isinstance(test, ShareTest):
         return _share(test, runs, metric)
     return _kept(test, runs)
+
+
+def _order(test: OrderTest, rows: pd.DataFrame, metric: str) -> Verdict:
+    verdict = order(_differences(rows, test, metric), _margin(rows, test, metric))
+    for column, least in test.needs.items():
+        share = float(matching(rows, test.better)[column].mean())
+        words = f"{column.replace('_', ' ')} {100 * share:.1f} %"
+        if not share >= least:
+            return undecided(f"there is nothing to compare: {words}.")
+        verdict = replace(verdict, reason=f"{verdict.reason.removesuffix('.')}; {words}.")
+    return verdict
 
 
 def _kept(test: AllTest | LostTest, runs: pd.DataFrame) -> Verdict:
@@ -137,9 +161,7 @@ def _bound(test: BoundTest, rows: pd.DataFrame) -> Verdict:
     return check(test.most is not None and most <= test.most, most, reason, len(values))
 
 
-def _margin(
-    rows: pd.DataFrame, test: OrderTest | EqualTest | InteractionTest, metric: str
-) -> float:
+def _margin(rows: pd.DataFrame, test: _Comparison, metric: str) -> float:
     """The margin in the metric's unit: of errors it is a share of the worse side's mean."""
     if metric not in ERRORS:
         return test.margin
@@ -147,9 +169,7 @@ def _margin(
     return test.margin * float(mean) if np.isfinite(mean) else test.margin
 
 
-def _differences(
-    rows: pd.DataFrame, test: OrderTest | EqualTest | InteractionTest, metric: str
-) -> "pd.Series[float]":
+def _differences(rows: pd.DataFrame, test: _Comparison, metric: str) -> "pd.Series[float]":
     """Better less worse by cell; lights and the like of a cell are compared one by one."""
     better = _values(rows, test, test.better, metric)
     pairs = (better - _values(rows, test, test.worse, metric)).dropna().groupby(CELL).mean()

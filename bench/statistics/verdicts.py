@@ -16,7 +16,7 @@ sequence's length. Fewer than `LEAST_CELLS` cells decide nothing.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import exp, nan
 from typing import Literal
 
@@ -152,6 +152,18 @@ def equal(differences: ArrayLike, margin: float = MARGIN) -> Verdict:
         return Verdict("does-not-hold", mean, wide, len(cells), f"{words}.")
     words = f"the interval reaches over the margin of ±{margin:g}"
     return Verdict("undecided", mean, wide, len(cells), f"{words}.")
+
+
+def no_worse(differences: ArrayLike, margin: float = MARGIN) -> Verdict:
+    """Judge "A is as good as B, or better".
+
+    As `equal`; it also holds where `order` does, or where the interval is wholly above the
+    margin. Parameters: see `order`.
+    """
+    as_good, better = equal(differences, margin), order(differences, margin)
+    if as_good.verdict == "does-not-hold" and as_good.statistic > 0:
+        return replace(as_good, verdict="holds", reason="it is better by more than the margin.")
+    return better if better.verdict == "holds" else as_good
 
 
 def all_kept(kept_runs: ArrayLike, runs: ArrayLike) -> Verdict:

@@ -23,13 +23,11 @@ from bench.claims.checks.runs import labelled, runs_by_reading
 from bench.claims.findings import Check, Evidence, Finding
 from bench.statistics.separation import auc, error_share, zero_error_thresholds
 from bench.statistics.verdicts import (
-    Verdict,
     all_kept,
     check,
     conjunction,
-    equal,
+    no_worse,
     number,
-    order,
     ratio_above,
 )
 
@@ -137,7 +135,7 @@ def preferable(evidence: Evidence) -> list[Finding]:
         for metric in ("frames_inside", "first_loss"):
             gain = _shares(runs, "single", metric) - _shares(runs, "multi", metric)
             gain = gain.dropna().groupby(CELL).mean()
-            parts = [_no_worse(gain), time]
+            parts = [no_worse(gain), time]
             verdict = conjunction(parts, ["single no worse", "single no slower"])
             found.append(finding(verdict=verdict, metric=metric))
     return found
@@ -191,14 +189,6 @@ CHECKS: Mapping[str, Check] = {
     )
 }
 """By the name that the ledger gives."""
-
-
-def _no_worse(gain: "pd.Series[float]") -> Verdict:
-    """Equal or better: what either rule finds, or an interval wholly above the margin."""
-    as_good, better = equal(gain), order(gain)
-    if as_good.verdict == "does-not-hold" and as_good.statistic > 0:
-        return replace(as_good, verdict="holds", reason="it is better by more than the margin.")
-    return better if better.verdict == "holds" else as_good
 
 
 def _shares(runs: pd.DataFrame, representation: str, metric: str) -> "pd.Series[float]":

@@ -124,5 +124,5 @@ def with_shared_runs(scores: pd.DataFrame) -> pd.DataFrame:
         for (preset, variant), runs in read.groupby(["preset", "variant"], sort=False):
             same = without[without["preset"] == preset]
             same = same[same["repetition"].isin(runs["repetition"])]
-            pieces.append(same.assign(variant=variant))
+            pieces.append(same.assign(variant=str(variant)))
     return pd.concat(pieces, ignore_index=True)

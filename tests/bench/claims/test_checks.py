@@ -8,6 +8,7 @@ from bench.claims.conclusion import conclude
 from bench.claims.evaluation import judge
 from bench.claims.ledger import read_claims
 from bench.statistics.separation import auc, error_share, zero_error_thresholds
+from bench.statistics.verdicts import no_worse
 
 CLAIMS = read_claims("multipart")
 NOTHING = pd.DataFrame()
@@ -138,12 +139,10 @@ def test_single_is_not_preferable_if_worse():
 
 
 def test_a_gain_far_above_the_margin_is_no_loss():
-    from bench.claims.checks.multipart import _no_worse
-
     few_signs = pd.Series([0.5] * 6 + [-0.01] * 3)
-    assert _no_worse(few_signs).verdict == "holds"
-    assert _no_worse(-few_signs).verdict == "does-not-hold"
-    assert _no_worse(few_signs * 0).verdict == "holds"
+    assert no_worse(few_signs).verdict == "holds"
+    assert no_worse(-few_signs).verdict == "does-not-hold"
+    assert no_worse(few_signs * 0).verdict == "holds"
 
 
 @pytest.mark.parametrize(
@@ -247,3 +246,78 @@ def test_time_and_area_rise_together():
         assert conclude(claim, found).verdict == verdict
     nothing = pd.DataFrame({"area": [], "seconds": []})  # other load disturbed all passes
     assert judge(claim, adaptive_runs(), {"frame_times": nothing})[0].verdict.verdict == "undecided"
+
+
+def kick_off_tables(**worse):
+    """Runs and entrances with every kick-off fraction; `worse` is what 0.1 has less of."""
+    gain = dict.fromkeys(("recovered", "right_at_end", "started", "no_false_start"), 0.0) | worse
+    wobble = np.arange(10) / 1000
+    runs = [
+        adaptive_runs(
+            sequence="nummiaro2003/students",
+            variant=variant,
+            repetition=repetition,
+            **{
+                name: 0.9 - (0 if variant else gain[name]) + wobble
+                for name in ("recovered", "right_at_end")
+            },
+        )
+        for variant in ("", "kick_off=0.05", "kick_off=0.2", "kick_off=0.4")
+        for repetition in range(1 if variant else 4)
+    ]
+    entered = [
+        {
+            "sequence": "nummiaro2003/person", "scene": scene, "light": "even",
+            "preset": "as-written", "kick_off": b, "repetition": 0,
+            **{name: 0.9 - gain[name] * (b == 0.1) for name in ("started", "no_false_start")},
+        }
+        for b in (0.05, 0.1, 0.2, 0.4)
+        for scene in range(10)
+    ]  # fmt: skip
+    return pd.concat(runs), {"kick_off": pd.DataFrame(entered)}
+
+
+@pytest.mark.parametrize(
+    ("worse", "verdict"),
+    [
+        ({}, "holds"),
+        ({"recovered": 0.04}, "holds"),
+        ({"recovered": 0.1}, "does-not-hold"),
+        ({"started": 0.1}, "does-not-hold"),
+        ({"no_false_start": 0.1}, "does-not-hold"),
+        ({"right_at_end": -0.3}, "holds"),
+    ],
+)
+def test_a_kick_off_fraction_is_no_worse_than_any_other(worse, verdict):
+    claim = ADAPTIVE["NU-12"]
+    scores, tables = kick_off_tables(**worse)
+    assert conclude(claim, judge(claim, scores, tables)).verdict == verdict
+    assert conclude(claim, judge(claim, scores)).verdict == "undecided"
+
+
+def test_weights_must_also_lead_to_the_centre():
+    claim = ADAPTIVE["NU-5"]
+    table = pd.DataFrame(
+        {"sequence": "nummiaro2003/car", "scene": scene, "kernel": kernel, "frame": 0,
+         "margin": 0.3 + 0.1 * (kernel == "isotropic") + scene / 1000,
+         "centre_error": 0.2 + scene / 1000 - 0.1 * (kernel == "isotropic")}
+        for scene in range(10)
+        for kernel in ("isotropic", "uniform")
+    )  # fmt: skip
+    for kernels, verdict in ((table, "holds"), (table.assign(centre_error=0.2), "does-not-hold")):
+        assert (
+            conclude(claim, judge(claim, adaptive_runs(), {"kernels": kernels})).verdict == verdict
+        )
+
+
+def test_a_model_that_never_changes_is_compared_with_nothing():
+    claim = ADAPTIVE["NU-22"]
+    for share, verdict in ((0.5, "holds"), (0.0, "undecided")):
+        sides = [
+            adaptive_runs(
+                update=update, update_share=share * (update == "with"),
+                size_error=0.2 + error + np.arange(10) / 1000, size_correlation=0.8 - error,
+            )
+            for update, error in (("with", 0.0), ("without", 0.2))
+        ]  # fmt: skip
+        assert conclude(claim, judge(claim, pd.concat(sides))).verdict == verdict

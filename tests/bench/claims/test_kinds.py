@@ -86,6 +86,40 @@ def test_of_errors_less_is_better_and_the_margin_is_a_share_of_the_worse(claim):
     assert outcome(test, errors(0.03)).verdict == "holds"
 
 
+def test_where_both_sides_are_the_same_there_is_nothing_to_compare(claim):
+    def gain(tracker, scene, **_):
+        return 0.5 + scene / 1000 + (0.2 if tracker == "ours" else 0.0)
+
+    test = claim(ORDER + "needs = { updates = 0.01 }")
+    found = outcome(test, scores(gain, updates=0.5))
+    assert found.verdict == "holds"
+    assert "updates 50.0 %." in found.reason
+    for share in (0.0, 0.009, np.nan):
+        found = outcome(test, scores(gain, updates=share))
+        assert found.verdict == "undecided"
+        assert "nothing to compare: updates" in found.reason
+    with pytest.raises(ValueError, match="no column 'updates'"):
+        judge(test, scores(gain))
+
+
+def test_no_worse_is_equal_or_better_on_the_repetitions_of_both(claim):
+    test = claim(ORDER.replace('"order"', '"no-worse"') + "margin = 0.05")
+
+    def gain(value):
+        return lambda tracker, scene, **_: 0.5 + scene / 1000 + value * (tracker == "ours")
+
+    for value, verdict in (
+        (0.2, "holds"),
+        (0.0, "holds"),
+        (-0.04, "holds"),
+        (-0.2, "does-not-hold"),
+    ):
+        assert outcome(test, scores(gain(value))).verdict == verdict
+    frame = scores(gain(0.0))
+    further = frame[(frame["tracker"] == "ours")].assign(repetition=7, frames_inside=0)
+    assert outcome(test, pd.concat([frame, further])).verdict == "holds"
+
+
 def test_what_depends_on_no_reading_belongs_to_every_one(claim):
     frame = scores(
         lambda tracker, preset, scene, **_: (

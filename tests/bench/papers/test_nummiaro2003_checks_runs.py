@@ -80,8 +80,8 @@ def entered(tracking, inside, visibility):
 def test_a_run_that_tracks_the_target_at_once_has_started_and_no_false_start():
     found = entered([0] * 10 + [1] * 20, [0] * 10 + [1] * 20, [0] * 8 + [0.5] * 2 + [1] * 20)
     assert found == {
-        "empty_frames": 8, "false_starts": 0, "false_start_rate": 0, "visible_from": 10,
-        "tracks_from": 10, "detected": 10, "started": 1, "kept": 1,
+        "empty_frames": 8, "false_starts": 0, "false_start_rate": 0, "no_false_start": 1,
+        "visible_from": 10, "tracks_from": 10, "detected": 10, "started": 1, "kept": 1,
     }  # fmt: skip
 
 
@@ -92,6 +92,17 @@ def test_every_switch_to_tracking_without_the_target_is_a_false_start():
     assert found["false_start_rate"] == 20
     assert found["detected"] == 24
     assert (found["started"], found["kept"]) == (0, 0)  # 14 frames are too late
+
+
+def test_a_target_that_walks_past_what_was_taken_for_it_is_not_found():
+    visible = [0] * 10 + [1] * 20
+    passing = entered([0] * 5 + [1] * 25, [0] * 14 + [1] * 3 + [0] * 13, visible)
+    assert (passing["false_starts"], passing["no_false_start"]) == (1, 0)
+    assert (passing["detected"], passing["started"], passing["kept"]) == (14, 0, 0)
+    anew = entered([0] * 5 + [1] * 8 + [0] + [1] * 16, [0] * 14 + [1] * 3 + [0] * 13, visible)
+    assert (anew["started"], anew["kept"]) == (1, 0)
+    stays = entered([0] * 5 + [1] * 25, [0] * 14 + [1] * 16, visible)
+    assert (stays["started"], stays["kept"]) == (1, 1)
 
 
 def test_ten_frames_after_it_is_visible_are_in_time_and_the_background_is_no_target():

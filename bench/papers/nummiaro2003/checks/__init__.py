@@ -39,10 +39,11 @@ Always:
 - `entrance` (NU-28, Fig. 3; `person:start=empty`, b = .1, the model of the first frame that shows
   all of the target, not in the shade), a run a row: `preset`, `kick_off` (b), `repetition`,
   `empty_frames`, `false_starts` (switches to tracking in these), `false_start_rate` (in a hundred
-  empty frames), `visible_from` (first frame of visibility > .8), `tracks_from` (first frame with
-  any of the target in which it tracks; NaN for never), `detected` (likewise, with the centre
-  inside), `started` (detected at most ten frames after `visible_from`), `kept` (tracks with the
-  centre inside ten frames after it);
+  empty frames), `no_false_start`, `visible_from` (first frame of visibility > .8), `tracks_from`
+  (first frame with any of the target in which it tracks; NaN for never), `detected` (likewise, with
+  the centre inside), `started` (at most ten frames after `visible_from` it tracks with the centre
+  inside, and began to with the target in view; or `kept`), `kept` (tracks with the centre inside
+  ten frames after it);
 - `entrance_particles`, for Fig. 3, of the first run: `preset`, `frame`, `tracking`, `x`, `y`,
   `half_width`, `half_height`, `weight`; `entrance_regions`: `x`, `y`, `width`, `height`.
 

@@ -78,19 +78,25 @@ def entered(
     """
     empty = int(np.flatnonzero(visibility > 0)[0])
     visible = int(np.flatnonzero(visibility > VISIBLE)[0])
-    starts = tracking[1:empty] & ~tracking[: empty - 1]
-    false_starts = float(np.count_nonzero(starts))
+    begins = tracking & ~np.r_[False, tracking[:-1]]
+    false_starts = float(np.count_nonzero(begins[:empty]))
+    in_time = slice(empty, visible + IN_TIME + 1)
+    # Of what it follows, where that began: what it took for the target before is not the target.
+    since = np.maximum.accumulate(np.where(begins, np.arange(len(begins)), -1))
+    found = tracking & inside & (since >= empty)
+    kept = tracking[visible + IN_TIME] and inside[visible + IN_TIME]
     tracks_from = np.flatnonzero(tracking[empty:])
     detected = np.flatnonzero(tracking[empty:] & inside[empty:])
     return {
         "empty_frames": float(empty),
         "false_starts": false_starts,
         "false_start_rate": 100 * false_starts / empty,
+        "no_false_start": float(false_starts == 0),
         "visible_from": float(visible),
         "tracks_from": float(empty + tracks_from[0]) if len(tracks_from) else nan,
         "detected": float(empty + detected[0]) if len(detected) else nan,
-        "started": float(len(detected) > 0 and empty + detected[0] <= visible + IN_TIME),
-        "kept": float(tracking[visible + IN_TIME] and inside[visible + IN_TIME]),
+        "started": float(kept or found[in_time].any()),
+        "kept": float(kept),
     }
 
 
