@@ -152,6 +152,7 @@ def test_what_changes_with_the_targets_paint_is_where_truth_says(black_and_white
         assert extents == pytest.approx([x, y, x + width, y + height], abs=2.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [NAMES[1], pytest.param(NAMES[0], marks=pytest.mark.slow)])
 def test_any_order_and_another_process_give_the_same_bytes(name):
     sequence = datasets.load(f"{name}:light=dappled")
@@ -163,6 +164,7 @@ def test_any_order_and_another_process_give_the_same_bytes(name):
     assert answer.stdout.split() == digests[::-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_light_changes_nothing_of_the_truth_but_the_shade(name):
     even, dappled = (datasets.load(f"{name}:light={light}") for light in ("even", "dappled"))
@@ -195,6 +197,7 @@ def test_what_stands_still_is_the_same_around_moving_cars():
         assert (difference > 2).mean() < 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_memory_does_not_grow_with_the_frames(name):
     sequence = datasets.load(name)

@@ -175,6 +175,7 @@ def test_lamps_change_the_light_and_nothing_of_the_truth():
     assert means.max() > 1.02
 
 
+@pytest.mark.slow
 def test_any_order_and_another_process_give_the_same_bytes():
     name = f"{NAME}:scene=5"
     sequence = datasets.load(name)
