@@ -27,6 +27,7 @@ __all__ = [
     "compiled_filter",
     "cost_slopes",
     "cost_times",
+    "model_times",
     "plain_filter",
     "plain_times",
     "weighting_times",
@@ -47,10 +48,16 @@ _STEPS = 5_000_000
 _CYCLES_A_STEP = 6  # three shifts and three operations, none of which can begin before the last
 
 
-def compiled_filter(particles: int = PARTICLES, bins: int = BINS) -> Any:
+def compiled_filter(particles: int = PARTICLES, bins: int = BINS, models: str = "one") -> Any:
     """The tracker as written, without what happens while a target is lost."""
-    settings = {"particles": particles, "bins": bins, "reinitialise": False}
-    return trackers.create("nummiaro2003", preset="as-written", **settings)
+    return trackers.create(
+        "nummiaro2003",
+        preset="as-written",
+        particles=particles,
+        bins=bins,
+        models=models,
+        reinitialise=False,
+    )
 
 
 def plain_filter(particles: int = PARTICLES, bins: int = BINS) -> PlainFilter:
@@ -82,6 +89,28 @@ def plain_times(names: Sequence[str], frames: int) -> pd.DataFrame:
         found = _in_turns({"compiled": compiled.update, "plain": plain.update}, images[1:])
         pieces.append(found.assign(sequence=name))
     return pd.concat(pieces, ignore_index=True)
+
+
+def model_times(name: str, frames: int) -> pd.DataFrame:
+    """The tracker with one model for all samples and with one for each, side by side.
+
+    Parameters
+    ----------
+    name : str
+        Sequence.
+    frames : int
+        How many of it, from the first.
+
+    Returns
+    -------
+    DataFrame
+        A row a frame: `one` and `per_particle` [seconds].
+    """
+    images, box = _beginning(name, frames)
+    filters = {"one": compiled_filter(), "per_particle": compiled_filter(models="per-particle")}
+    for each in filters.values():
+        each.init(images[0], box)
+    return _in_turns({label: each.update for label, each in filters.items()}, images[1:])
 
 
 def cost_times(name: str, make: Callable[[int, int], Any], blocks: int) -> pd.DataFrame:

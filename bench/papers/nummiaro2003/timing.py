@@ -11,6 +11,7 @@ from bench.papers.nummiaro2003.costs import (
     compiled_filter,
     cost_slopes,
     cost_times,
+    model_times,
     plain_filter,
     plain_times,
     weighting_times,
@@ -22,6 +23,7 @@ from reports.tables import MISSING, Cell, Table
 __all__ = ["frame_times", "measured_times", "time_tables"]
 
 SEQUENCES = ("nummiaro2003/person", "nummiaro2003/car")
+STUDENTS = "nummiaro2003/students"
 PAPERS_CLOCK = 800e6  # Hz
 FRAME = 40.0  # milliseconds
 
@@ -81,6 +83,7 @@ def measured_times(
         (`lower_quartile`, `upper_quartile`), `compiled_milliseconds` beside it and the
         `clock` [Hz]. `time_slopes`: see `cost_slopes`, with `implementation`. `profile`:
         `sequence`, `implementation`, `weighting_share` (of an update, the median over frames).
+        `model_times`: see `costs.model_times`, on `students`.
     """
     runs = frame_times(folder, cells)
     frames, blocks = (_QUICK_FRAMES, _QUICK_BLOCKS) if quick else (_FRAMES, _BLOCKS)
@@ -97,6 +100,7 @@ def measured_times(
         "frame_times": runs.groupby(["sequence", "frame"], as_index=False).agg(medians),
         "plain_times": _at_two_clocks(plain_times(SEQUENCES, frames), clock_rate()),
         "time_slopes": pd.concat(slopes, ignore_index=True),
+        "model_times": model_times(STUDENTS, frames),
         "profile": parts.groupby(keys, as_index=False).agg({"weighting_share": "median"}),
     }
 
@@ -166,12 +170,18 @@ def _frame_table(tables: Mapping[str, pd.DataFrame], failed: Sequence[str]) -> T
             "plain is the same filter in NumPy, sample by sample, with the same estimates; at 800 "
             "MHz it would need as many cycles as here, where the core runs at "
             f"{tables['plain_times']['clock'].iloc[0] / 1e9:.2f} GHz; a frame has {FRAME:.0f} ms",
+            f"a model for each sample takes {_ratio(tables['model_times']):.1f} times as long as "
+            "one for all, compiled, on students (median over frames)",
             "weighting: bins, histograms and weights of the samples, of the whole update's time",
             "timing runs that other load disturbed are left out; where none is left, a dash",
             *failed,
         ],
         data=pd.DataFrame(data),
     )
+
+
+def _ratio(times: pd.DataFrame) -> float:
+    return float((times["per_particle"] / times["one"]).median())
 
 
 def _cost_table(slopes: pd.DataFrame) -> Table:

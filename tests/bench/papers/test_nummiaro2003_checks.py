@@ -21,6 +21,7 @@ from bench.papers.nummiaro2003.checks.appearance import (
     ellipses_in,
     grid,
 )
+from bench.papers.nummiaro2003.checks.running import tracker
 from datasets import Sequence
 
 BOX = np.array([140.0, 80.0, 40.0, 60.0])
@@ -143,6 +144,11 @@ def test_the_threshold_is_two_deviations_above_the_mean_of_an_empty_frame():
     assert grey_and_blue[0] < found.mean < grey_and_blue[1]
     assert found.deviation == pytest.approx(grey_and_blue[1] / 2, rel=0.2)
     assert found.threshold == found.mean + 2 * found.deviation
+    waiting = tracker(shown, 0)
+    waiting.watch(half)
+    waiting.init(shown[1], BOX)
+    details = waiting.update(shown[2]).details
+    assert found.threshold == pytest.approx(details["appearance_threshold"], abs=1e-12)
 
 
 def test_a_target_half_hidden_by_the_ground_has_the_root_of_what_is_seen():
@@ -236,7 +242,6 @@ def test_hue_and_saturation_outlast_a_gain_that_moves_every_rgb_bin():
     by_gain = found["lighting"].set_index(["colour", "gain"])
     assert by_gain.loc[("rgb", 0.5), "drop"] == pytest.approx(1.0)
     assert by_gain.loc[("hsv", 1.25), "drop"] == pytest.approx(0.0)
-    assert found["lighting_scene"]["coefficient"].to_numpy() == pytest.approx(1.0)
 
 
 def test_fine_bins_suffer_from_noise_that_coarse_ones_do_not_see():

@@ -14,6 +14,7 @@ from bench.papers.nummiaro2003.costs import (
     compiled_filter,
     cost_slopes,
     cost_times,
+    model_times,
     plain_filter,
     plain_times,
     weighting_times,
@@ -80,6 +81,14 @@ def test_an_ellipse_that_is_partly_outside_is_the_same_for_both(images):
     box = np.array([width - 25.0, -12.5, 40.3, 60.7])
     worst, _ = worst_difference(images[:12], box, {}, {})
     assert worst < 1e-6
+
+
+def test_models_of_their_own_are_timed_in_turn_with_one_for_all():
+    times = model_times(NAME, 12)
+    assert list(times) == ["one", "per_particle"]
+    assert len(times) == 11  # the first update warms up
+    assert (times > 0).all(axis=None)
+    assert times["per_particle"].median() > times["one"].median()
 
 
 def test_slopes_are_those_of_lines_through_the_times():
@@ -168,6 +177,7 @@ def measured(clock=1.6e9):
             {"sequence": ["a"] * 3, "frame": [1, 2, 3], "seconds": [1e-3, 2e-3, 3e-3], "area": 50.0}
         ),
         "plain_times": _at_two_clocks(times, clock),
+        "model_times": pd.DataFrame({"one": [1.0, 1.0, 2.0], "per_particle": [3.0, 2.0, 4.0]}),
         "profile": pd.DataFrame(profile, columns=["sequence", "implementation", "weighting_share"]),
         "time_slopes": pd.DataFrame(
             [slope | {"slope": 2e-6, "implementation": name} for name in ("compiled", "plain")]
@@ -188,6 +198,7 @@ def test_tables_show_times_with_quartiles_and_slopes_with_intervals():
         "a", "50", "2.00 [1.50–2.50]", "10.0 [9.0–15.0]", "20", "40 %", "90 %",
     ]  # fmt: skip
     assert "1.60 GHz" in times.notes[0]
+    assert "a model for each sample takes 2.0 times as long" in times.notes[1]
     assert times.notes[-1] == "failed: why"
     assert [cell.text for cell in cost.rows[0]] == [
         "samples [µs a sample]", "2 [1, 3]", "0.99", "2 [1, 3]", "0.99",
@@ -200,8 +211,10 @@ def test_tables_show_times_with_quartiles_and_slopes_with_intervals():
 
 def test_all_that_the_ledger_asks_for_is_measured(folder, monkeypatch, short_sweeps):
     monkeypatch.setattr(timing, "SEQUENCES", (NAME,))
+    monkeypatch.setattr(timing, "STUDENTS", NAME)
     monkeypatch.setattr(timing, "_QUICK_FRAMES", 4)
     tables = measured_times(folder, quick=True)
+    assert len(tables["model_times"]) == 3
     assert len(tables["run_times"]) == len(frame_times(folder))
     assert len(tables["frame_times"]) <= len(datasets.load(NAME)) - 1
     assert len(tables["time_slopes"]) == 6

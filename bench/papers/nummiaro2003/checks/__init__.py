@@ -28,7 +28,7 @@ Always:
 - `scale` (criterion), a clear frame and model a row: `frame`, `model` (`recent`: of the true
   ellipse five frames before; `first`), `peak` (scale at which ρ is greatest, the truth's being 1),
   `peak_error` (|peak - 1|), `right` (peak_error ≤ .1), `coefficient` (at the true scale),
-  `coefficient_half` (at half of it); `scale_curves`: `frame`, `model`, `factor`, `coefficient`;
+  `coefficient_half` (at half of it);
 - `maximum` (NU-7, Fig. 2; `person`, a run without model update), a clear frame a row: `preset`,
   `frame`, `visibility`, `distance` (mean state to the greatest ρ on a grid of a pixel [Hx]),
   `near` (distance ≤ .25), `spread` (deviation of the particles around their mean [Hx]),
@@ -52,11 +52,9 @@ With `everything` also:
 - `kick_off` (NU-12; `person:start=empty`): as `entrance`, with several values of b;
 - `lighting` (NU-6), a clear frame, gain and colour space a row: `colour` (`rgb`, `hsv`), `gain`
   (of the image; 1 is left out), `frame`, `coefficient`, `drop` (of ρ from that without gain);
-  `lighting_scene`, without gains: `colour`, `frame`, `coefficient`;
-- `model_times` (NU-8; `students`), a frame a row: `preset`, `repetition`, `frame`, `one`,
-  `per_particle` (an update with one model for all, one for each [CPU seconds]); `wrong_models`, a
-  frame of the latter a row: `preset`, `repetition`, `frame`, `visibility`, `inside`,
-  `nearer_clutter` (share of the models whose ρ with some clutter exceeds that with the first);
+- `wrong_models` (NU-8; `students`, a model for each particle), a frame a row: `preset`,
+  `repetition`, `frame`, `visibility`, `inside`, `nearer_clutter` (share of the models whose ρ with
+  some clutter exceeds that with the first);
 - `noise` (NU-25; `person`), a clear frame a row: `frame`, `bins` (a channel), `noise` (deviation
   of what is added [grey levels]), `coefficient`, `clutter`, `margin`;
 - `mixture` (NU-27), a clear frame and model a row: `model` (`histogram`, `mixture`), `frame`,

@@ -1,6 +1,5 @@
 """What ellipses look like to the tracker, without a filter."""
 
-from math import pi
 from typing import TypeAlias
 
 import numpy as np
@@ -9,10 +8,9 @@ from numpy.typing import NDArray
 from datasets import Sequence
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
-from trackers.colour.counting import ellipse_histograms
 from trackers.colour.ellipses import Kernel, coefficients
 from trackers.colour.joint import JointBins
-from trackers.elliptic.model import LEAST_SHARE
+from trackers.elliptic.model import Ellipses
 
 __all__ = ["CLEAR", "Model", "clear_frames", "clutter", "ellipses_in", "grid", "spaced"]
 
@@ -49,22 +47,23 @@ class Model:
         colours: JointBins | None = None,
         kernel: Kernel = "isotropic",
     ) -> None:
-        self._colours, self._kernel = colours or JointBins(), kernel
-        every = np.arange(self._colours.n_bins)
-        found = ellipse_histograms(
-            SharedFrame(image), ellipse[np.newaxis], kernel, self._colours, every
-        )
+        self._ellipses = Ellipses(colours or JointBins(), kernel)
+        every = np.arange(self._ellipses.colours.n_bins)
+        found = self._ellipses.counts(SharedFrame(image), _states(ellipse[np.newaxis]), every)
         self.histogram: Array = found.counts[0] / found.totals[0]
         self._bins = np.flatnonzero(found.counts[0])
 
     def coefficients(self, image: Image, ellipses: Array) -> Array:
         """Bhattacharyya coefficients of ellipses (n, 4); 0 with less than a quarter inside."""
-        found = ellipse_histograms(
-            SharedFrame(image), ellipses, self._kernel, self._colours, self._bins
-        )
-        least = LEAST_SHARE * pi * ellipses[:, 2] * ellipses[:, 3]
-        totals = np.where(found.pixels >= least, found.totals, 0)
-        return coefficients(found.counts, totals, self.histogram[np.newaxis, self._bins])
+        found = self._ellipses.counts(SharedFrame(image), _states(ellipses), self._bins)
+        return coefficients(found.counts, found.totals, self.histogram[np.newaxis, self._bins])
+
+
+def _states(ellipses: Array) -> Array:
+    """Ellipses (n, 4) as states of the tracker that do not move, shape (n, 7)."""
+    states = np.zeros((len(ellipses), 7))
+    states[:, [0, 1, 4, 5]] = ellipses
+    return states
 
 
 def ellipses_in(boxes: Array) -> Array:

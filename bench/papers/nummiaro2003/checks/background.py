@@ -7,11 +7,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.papers.nummiaro2003.checks.appearance import Model, clear_frames, ellipses_in, spaced
+from bench.papers.nummiaro2003.checks.running import tracker
 from datasets import Sequence
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
 from trackers.colour.joint import JointBins
-from trackers.elliptic.background import Background
+from trackers.elliptic.background import Background, spacing_of
 
 __all__ = ["Condition", "condition", "measure"]
 
@@ -20,8 +21,7 @@ Array = NDArray[np.float64]
 VISIBLE = 0.8
 FRAMES = 50
 FRAMES_OF_POSITIONS = 5
-STEP = 0.5  # of the tracker's own grid [Hx]
-FINE_STEP = 0.25  # of "all the positions"; nearer ones are hardly new
+FINE_STEP = 0.25  # of "all the positions" [Hx]; nearer ones are hardly new
 
 
 class Condition(NamedTuple):
@@ -38,7 +38,7 @@ class Condition(NamedTuple):
 
 
 def condition(sequence: Sequence, model: Model) -> Condition:
-    """The appearance condition as the tracker makes it.
+    """The appearance condition as the tracker makes it, from as many positions.
 
     It is from the last frame without the target, where the sequence begins with such; else
     from the first frame without the target's surroundings.
@@ -47,7 +47,10 @@ def condition(sequence: Sequence, model: Model) -> Condition:
     frame = max(first - 1, 0)
     target = ellipses_in(sequence.boxes[first])
     without = target[:2] if frame == first else None
-    background = _background(sequence[frame], target[2:], STEP, without)
+    image = sequence[frame]
+    positions = tracker(sequence, 0).parameters.background_positions
+    spacing = spacing_of(positions, target[2:], (image.shape[1], image.shape[0]))
+    background = _background(image, target[2:], spacing, without)
     found = background.coefficients(model.histogram)
     return Condition(float(found.mean()), float(found.std()), frame)
 
@@ -91,7 +94,7 @@ def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
 
 def _without_target(sequence: Sequence, frame: int, half_axes: Array, model: Model) -> Array:
     """Coefficients of ellipses of a size all over a frame; none whose box meets the true one."""
-    background = _background(sequence[frame], half_axes, FINE_STEP, None)
+    background = _background(sequence[frame], half_axes, FINE_STEP * float(half_axes[0]), None)
     coefficients = background.coefficients(model.histogram)
     if not sequence.present[frame]:
         return coefficients
@@ -101,6 +104,7 @@ def _without_target(sequence: Sequence, frame: int, half_axes: Array, model: Mod
     return np.asarray(coefficients[apart])
 
 
-def _background(image: Image, half_axes: Array, step: float, without: Array | None) -> Background:
-    spacing = step * float(half_axes[0])
+def _background(
+    image: Image, half_axes: Array, spacing: float, without: Array | None
+) -> Background:
     return Background(SharedFrame(image), half_axes, spacing, JointBins(), "isotropic", without)

@@ -11,29 +11,25 @@ from trackers.colour.joint import JointBins
 __all__ = ["measure"]
 
 FRAMES = 5
-FRAMES_OF_SCENE = 25
 GAINS = (0.5, 0.75, 1.25, 1.5)
 SPACES = {"rgb": JointBins("rgb"), "hsv": JointBins("hsv")}
 
 
 def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
-    """Tables `lighting` and `lighting_scene`; see `bench.papers.nummiaro2003.checks`."""
+    """Table `lighting`; see `bench.papers.nummiaro2003.checks`."""
     first = sequence.first_frame
     start = ellipses_in(sequence.boxes[first])
     models = {name: Model(sequence[first], start, space) for name, space in SPACES.items()}
-    gained = clear_frames(sequence, 1 if quick else FRAMES)
-    rows, scene = [], []
-    for frame in sorted({*gained, *clear_frames(sequence, 3 if quick else FRAMES_OF_SCENE)}):
+    rows = []
+    for frame in clear_frames(sequence, 1 if quick else FRAMES):
         image, ellipse = sequence[frame], ellipses_in(sequence.boxes[frame])[np.newaxis]
         for name, model in models.items():
-            labels = {"colour": name, "frame": frame}
             plain = float(model.coefficients(image, ellipse)[0])
-            scene.append(labels | {"coefficient": plain})
-            for gain in GAINS if frame in gained else ():
+            for gain in GAINS:
                 coefficient = float(model.coefficients(_with_gain(image, gain), ellipse)[0])
-                changed = {"coefficient": coefficient, "drop": plain - coefficient}
-                rows.append(labels | {"gain": gain} | changed)
-    return {"lighting": pd.DataFrame(rows), "lighting_scene": pd.DataFrame(scene)}
+                labels = {"colour": name, "frame": frame, "gain": gain}
+                rows.append(labels | {"coefficient": coefficient, "drop": plain - coefficient})
+    return {"lighting": pd.DataFrame(rows)}
 
 
 def _with_gain(image: Image, gain: float) -> Image:

@@ -1,6 +1,4 @@
-"""What a target model for each particle costs, and what such models come to look like."""
-
-from time import thread_time
+"""What target models of the particles' own come to look like."""
 
 import numpy as np
 import pandas as pd
@@ -20,73 +18,45 @@ __all__ = ["measure", "nearer"]
 Array = NDArray[np.float64]
 
 REPETITIONS = 2
-TIMED = range(5, 60)  # frames after the first: warm, and the target still whole
+QUICK_FRAMES = 60
 EVERY = 5  # frames
 STEPS_A_WIDTH = 2  # of the clutter
 
 
 def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
-    """Tables `model_times` and `wrong_models`; see `bench.papers.nummiaro2003.checks`."""
+    """Table `wrong_models`; see `bench.papers.nummiaro2003.checks`."""
     first = sequence.first_frame
-    end = first + 1 + TIMED.stop if quick else len(sequence)
-    pairs = [
-        _Pair(sequence, preset, repetition)
-        for preset in PRESETS
-        for repetition in range(1 if quick else REPETITIONS)
-    ]
-    times, wrong = [], []
-    for frame in range(first + 1, end):
+    image, box = sequence[first], sequence.boxes[first]
+    begun = []
+    for preset in PRESETS:
+        for repetition in range(1 if quick else REPETITIONS):
+            one = tracker(sequence, repetition, preset=preset, models="per-particle")
+            if first > 0:
+                one.watch(sequence[first - 1])
+            one.init(image, box)
+            begun.append(({"preset": preset, "repetition": repetition}, one))
+    original = begun[0][1].histogram_of(image, box)
+    rows = []
+    for frame in range(first + 1, first + 1 + QUICK_FRAMES if quick else len(sequence)):
         image, truth = sequence[frame], sequence.boxes[frame]
         examined = (frame - first) % EVERY == 0 and sequence.present[frame]
         around = clutter(ellipses_in(truth), image, STEPS_A_WIDTH) if examined else None
-        for pair in pairs:
-            labels = {"preset": pair.preset, "repetition": pair.repetition, "frame": frame}
-            seconds, box = pair.update(image)
-            if frame - first in TIMED:
-                times.append(labels | seconds)
+        shown = SharedFrame(image, len(begun))
+        for labels, one in begun:
+            estimate = one.update_shared(shown)
             if around is not None:
-                wrong.append(
+                models = one._model.models
+                assert models is not None
+                rows.append(
                     {
                         **labels,
+                        "frame": frame,
                         "visibility": float(sequence.visibility[frame]),
-                        "inside": float(centre_inside(truth, box)[0]),
-                        "nearer_clutter": nearer(pair.models, pair.original, image, around),
+                        "inside": float(centre_inside(truth, estimate.box)[0]),
+                        "nearer_clutter": nearer(models, original, image, around),
                     }
                 )
-    return {"model_times": pd.DataFrame(times), "wrong_models": pd.DataFrame(wrong)}
-
-
-class _Pair:
-    """Trackers with one model for all particles and with one for each, on the same frames."""
-
-    def __init__(self, sequence: Sequence, preset: str, repetition: int) -> None:
-        self.preset, self.repetition = preset, repetition
-        first = sequence.first_frame
-        image, box = sequence[first], sequence.boxes[first]
-        self._one, self._each = (
-            tracker(sequence, repetition, preset=preset, models=models)
-            for models in ("one", "per-particle")
-        )
-        self.original = self._one.histogram_of(image, box)
-        for begun in (self._one, self._each):
-            if first > 0:
-                begun.watch(sequence[first - 1])
-            begun.init(image, box)
-
-    def update(self, image: Image) -> tuple[dict[str, float], Array]:
-        """CPU seconds of both by name, and the box of the latter."""
-        began = thread_time()
-        self._one.update(image)
-        between = thread_time()
-        box = self._each.update(image).box
-        return {"one": between - began, "per_particle": thread_time() - between}, box
-
-    @property
-    def models(self) -> Array:
-        """Those of the particles: too large to be among the arrays that a run keeps."""
-        models = self._each._model.models
-        assert models is not None
-        return models
+    return {"wrong_models": pd.DataFrame(rows)}
 
 
 def nearer(models: Array, original: Array, image: Image, around: Array) -> float:

@@ -16,14 +16,14 @@ RIGHT = 0.1
 
 
 def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
-    """Tables `scale` and `scale_curves`; see `bench.papers.nummiaro2003.checks`."""
+    """Table `scale`; see `bench.papers.nummiaro2003.checks`."""
     first = sequence.first_frame
     known = set(clear_frames(sequence, len(sequence))) | {first}
     frames = [
         frame for frame in clear_frames(sequence, 3 if quick else FRAMES) if frame - BEFORE in known
     ]
     original = Model(sequence[first], ellipses_in(sequence.boxes[first]))
-    rows, curves = [], []
+    rows = []
     for frame in frames:
         before = ellipses_in(sequence.boxes[frame - BEFORE])
         models = {"recent": Model(sequence[frame - BEFORE], before), "first": original}
@@ -44,8 +44,4 @@ def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
                     "coefficient_half": float(coefficients[FACTORS == 0.5][0]),
                 }
             )
-            curves += [
-                labels | {"factor": factor, "coefficient": coefficient}
-                for factor, coefficient in zip(FACTORS.tolist(), coefficients.tolist(), strict=True)
-            ]
-    return {"scale": pd.DataFrame(rows), "scale_curves": pd.DataFrame(curves)}
+    return {"scale": pd.DataFrame(rows)}
