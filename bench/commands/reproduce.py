@@ -37,7 +37,9 @@ __all__ = ["command"]
     type=click.Path(path_type=Path, exists=True, dir_okay=False),
     help="CSV of figures that others published on those, to stand beside ours.",
 )
-@click.option("--criteria", is_flag=True, help="Also which of a prototype's findings were met.")
+@click.option(
+    "--criteria", is_flag=True, help="Also which of an earlier trial's findings were met."
+)
 @click.option("--strict", is_flag=True, help="Exit status 1 where a claim does not hold.")
 @output_option
 @engine_options

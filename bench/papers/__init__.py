@@ -78,7 +78,7 @@ class Report:
         The ledger after the verdicts, for scripts: `id`, `source`, `text`, `verdict`,
         `readings`, `evidence`.
     criteria : Table
-        Which findings of an earlier prototype were met.
+        Which findings of an earlier trial were met.
     pictures : list of Path
         Figures that were written.
     """

@@ -89,7 +89,7 @@ def test_a_quick_reproduction_answers_a_script_and_is_done_the_second_time(track
     assert json.loads(second.stdout)["claims"] == told["claims"]
     text = trackmark("reproduce", "multipart", "--quick", "--seeds", "1", "--criteria").stdout
     assert "Table 1, other videos, even light" in text
-    assert "Findings of a prototype" in text
+    assert "Findings of an earlier trial" in text
 
 
 @pytest.mark.slow

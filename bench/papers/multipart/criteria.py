@@ -1,4 +1,4 @@
-"""Findings of a prototype on other scenes, and whether they are met here; nothing is asserted."""
+"""Findings of an earlier trial on other scenes: met here or not; nothing is asserted."""
 
 from collections.abc import Mapping
 
@@ -17,7 +17,7 @@ TIE = 0.02  # of the length
 def criteria_table(
     scores: pd.DataFrame, scenes: Mapping[str, Scene], time_ratio: float | None
 ) -> Table:
-    """What a prototype found with the body rectangle, and what is found here.
+    """What an earlier trial found with the body rectangle, and what is found here.
 
     Parameters
     ----------
@@ -41,16 +41,16 @@ def criteria_table(
         rows.append(["multi takes no longer in one pass (ratio)", "1.0", f"{time_ratio:.3f}", met])
     return Table(
         name="criteria",
-        caption="Findings of a prototype on scenes of its own, and whether they are met on these",
-        heads=["finding", "prototype", "here", "met"],
+        caption="Findings of an earlier trial on scenes of its own, and whether they are met here",
+        heads=["finding", "earlier trial", "here", "met"],
         n_labels=1,
         rows=[[Cell(text) for text in row] for row in rows],
-        data=pd.DataFrame(rows, columns=["finding", "prototype", "here", "met"]),
+        data=pd.DataFrame(rows, columns=["finding", "earlier trial", "here", "met"]),
     )
 
 
 def _switch(
-    initial: str, scenes: Mapping[str, Scene], prototype: str, wanted: float | None
+    initial: str, scenes: Mapping[str, Scene], trial: str, wanted: float | None
 ) -> list[str]:
     right = [
         (getattr(scene, f"distance_{initial}") > THRESHOLD)
@@ -60,7 +60,7 @@ def _switch(
     met = MISSING if wanted is None else _yes(np.mean(right) >= wanted)
     words = f"the switch is right with the {initial} rectangle"
     words += "" if wanted is None else f" (≥ {100 * wanted:.0f} %)"
-    return [words, prototype, f"{sum(right)} of {len(right)}", met]
+    return [words, trial, f"{sum(right)} of {len(right)}", met]
 
 
 def _comparisons(body: pd.DataFrame) -> list[list[str]]:

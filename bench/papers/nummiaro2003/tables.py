@@ -16,6 +16,7 @@ __all__ = [
     "occlusion_table",
     "readings_table",
     "scale_table",
+    "text_table",
     "tracking_table",
     "update_table",
 ]
@@ -54,7 +55,7 @@ def tracking_table(scores: pd.DataFrame) -> Table:
                 }
             )
     n_scenes = scores["scene"].nunique()
-    return _table(
+    return text_table(
         "tracking",
         f"Fig. 4, 6, 8 and 10 in figures, other videos: median [quartiles] over {n_scenes} scenes "
         "and their repetitions; shares of the length, the given first frame counted",
@@ -83,7 +84,7 @@ def occlusion_table(scores: pd.DataFrame) -> Table:
         }
         for labels, group in _trackers(_ours_on(scores, STUDENTS))
     ]
-    return _table(
+    return text_table(
         "occlusion",
         "Fig. 6 and 7: shares of the runs in %, means over scenes; `right at the end` is the "
         "share of the last 20 frames in view with the centre inside. Short hidings: of the runs "
@@ -111,7 +112,7 @@ def update_table(scores: pd.DataFrame, name: str) -> Table:
             ):
                 row[f"{name}, {kind}"] = _number(100 * updates / trials if trials else nan, 1)
         data.append(row)
-    return _table(
+    return text_table(
         name,
         "Eq. 11: frames with an update in %, of the good ones (half of the target or more is "
         "visible, the centre inside) and of the others, while tracking; and of the others and "
@@ -152,7 +153,7 @@ def scale_table(scores: pd.DataFrame, name: str, caption: str) -> Table:
         row["updates [%]"] = f"{share:.0f}"
         row["smaller error with"] = f"{smaller} of {len(wide)} scenes"
         data.append(row)
-    return _table(name, caption, data, n_labels=1)
+    return text_table(name, caption, data, n_labels=1)
 
 
 def readings_table(scores: pd.DataFrame) -> Table:
@@ -171,7 +172,7 @@ def readings_table(scores: pd.DataFrame) -> Table:
         data.append(row)
     heads = ["reading", "light", *(name.partition("/")[2] for name in SEQUENCES)]
     data = [{head: row.get(head, MISSING) for head in heads} for row in data]
-    return _table(
+    return text_table(
         "readings",
         "What decides the outcome: frames before the first loss in % of the length, without / with "
         "update, means over scenes. `recommended`, σ = 0.05, the coefficient as the condition of "
@@ -199,6 +200,19 @@ def followed_rows(scores: pd.DataFrame) -> list[dict[str, Any]]:
             }
         )
     return rows
+
+
+def text_table(name: str, caption: str, data: Sequence[Mapping[str, str]], n_labels: int) -> Table:
+    """A table of texts; the keys of its rows are the heads."""
+    heads = list(data[0]) if data else []
+    return Table(
+        name=name,
+        caption=caption,
+        heads=heads,
+        n_labels=n_labels,
+        rows=[[Cell(row.get(head, MISSING)) for head in heads] for row in data],
+        data=pd.DataFrame(data),
+    )
 
 
 def _of_figures(scores: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
@@ -263,15 +277,3 @@ def _percentage(runs: pd.DataFrame, metric: str) -> str:
 
 def _number(value: float, digits: int) -> str:
     return f"{value:.{digits}f}" if np.isfinite(value) else MISSING
-
-
-def _table(name: str, caption: str, data: Sequence[Mapping[str, str]], n_labels: int) -> Table:
-    heads = list(data[0]) if data else []
-    return Table(
-        name=name,
-        caption=caption,
-        heads=heads,
-        n_labels=n_labels,
-        rows=[[Cell(row.get(head, MISSING)) for head in heads] for row in data],
-        data=pd.DataFrame(data),
-    )

@@ -15,6 +15,8 @@ from bench.papers import Effort
 from bench.papers.nummiaro2003 import examined_scenes, experiments
 from bench.papers.nummiaro2003.courses import COURSE
 from bench.papers.nummiaro2003.criteria import criteria_table
+from bench.papers.nummiaro2003.measured import entrance_table, scene_table
+from bench.papers.nummiaro2003.reporting import condition_table
 from bench.papers.nummiaro2003.scores import (
     CELL,
     labels_on,
@@ -170,6 +172,86 @@ def test_criteria_say_what_is_met_and_what_is_missed():
     assert set(met(bad, scale=scale.assign(right=0.0)).values()) == {"no"}
     nothing = met(good[good["sequence"] == SEQUENCES[0]])
     assert set(nothing.values()) == {"—"}
+
+
+def recorded(*overlaps):
+    """Rows of the table on recorded sequences: robust and CPF, by sequence."""
+    rows = [
+        (sequence, tracker, text)
+        for sequence, pair in enumerate(overlaps)
+        for tracker, text in zip(
+            ("nummiaro2003:preset=robust", "CPF, published", "static"), (*pair, "0.9"), strict=True
+        )
+    ]
+    return pd.DataFrame(rows, columns=["sequence", "tracker", "mean overlap"])
+
+
+@pytest.mark.parametrize(
+    ("overlaps", "here", "met"),
+    [
+        ((("0.5 ±0.01", "0.5"), ("0.6", "0.4"), ("0.1", "0.4")), "2 of 3", "yes"),
+        ((("0.499", "0.5"), ("0.6", "0.4"), ("0.1", "0.4")), "1 of 3", "no"),
+        ((("3 failed", "0.5"), ("0.6", "0.4")), "1 of 1", "yes"),
+    ],
+)
+def test_the_preset_robust_is_set_beside_published_figures(overlaps, here, met):
+    table = criteria_table(scores(), {}, recorded(*overlaps)).data
+    row = table[table["preset"] == "robust"].iloc[0]
+    assert (row["here"], row["met"]) == (here, met)
+    alone = recorded(*overlaps).query("tracker != 'CPF, published'")
+    for nothing in (None, alone):
+        assert "robust" not in set(criteria_table(scores(), {}, nothing).data["preset"])
+
+
+def entrances(**columns):
+    usual = {
+        "name": "person", "preset": "as-written", "kick_off": 0.1, "repetition": range(4),
+        "started": 1.0, "kept": [1, 1, 1, 0], "no_false_start": [1, 0, 1, 1],
+        "false_start_rate": [0, 2, 0, 0],
+    }  # fmt: skip
+    return pd.DataFrame(usual | columns)
+
+
+def test_false_starts_are_printed_by_kick_off_fraction_and_no_run_twice():
+    further = pd.concat([entrances(), entrances(kick_off=0.4, started=0.0)])
+    rows = texts(entrance_table({"entrance": entrances(), "kick_off": further}))
+    assert rows[0] == ["as-written", "0.1", "100", "75", "75", "0.50", "4"]
+    assert rows[1][:3] == ["as-written", "0.4", "0"]
+    assert len(rows) == 2
+    assert entrance_table({}).rows == []
+
+
+def test_what_was_measured_on_the_scenes_is_printed_where_it_was():
+    curve = pd.DataFrame({"visibility": [0.1, 0.5, 0.6], "coefficient": [0.2, 0.6, 0.8]})
+    wrong = pd.DataFrame({"preset": "as-written", "nearer_clutter": [0.0, 0.25, np.nan]})
+    rows = texts(scene_table({"occlusion_curve": curve, "wrong_models": wrong}))
+    assert [row[1:] for row in rows] == [
+        ["0.20 [0.20–0.20]", "0.20", "0.20", "1"],
+        ["0.70 [0.65–0.75]", "0.60", "0.80", "2"],
+        ["0.12 [0.06–0.19]", "0.00", "0.25", "2"],
+    ]
+    assert "40 to 60 %" in rows[1][0]
+
+
+def test_claims_on_the_update_stand_side_by_side_as_written_and_as_printed():
+    frame = scores(
+        good_frames=pair(100, 100), good_updates=pair(50, 0), other_frames=pair(50, 50),
+        other_updates=pair(1, 0), update_share=pair(0.3, 0.0),
+    )  # fmt: skip
+    chosen = frame[(frame["update"] == "with") & (frame["preset"] == "as-written")]
+    printed = chosen.assign(variant="update_reading=printed", good_updates=0, update_share=0.0)
+    whole = with_shared_runs(pd.concat([frame, printed], ignore_index=True))
+    ledger = read_claims("nummiaro2003")
+    claims = [
+        conclude(ledger[name], judge(ledger[name], whole))
+        for name in ("NU-9", "NU-17", "NU-21", "NU-22", "NU-24")
+    ]
+    rows = condition_table(claims).data.set_index("claim")
+    assert list(rows.index) == ["NU-9", "NU-21", "NU-22", "NU-24"]
+    assert rows.loc["NU-9", "as written"].startswith("holds: updates in 50.0 %")
+    assert rows.loc["NU-9", "as printed"].startswith("does not hold: updates in 0.0 %")
+    assert "nothing to compare: update share 0.0 %" in rows.loc["NU-22", "as printed"]
+    assert "nothing to compare" not in rows.loc["NU-22", "as written"]
 
 
 def test_runs_without_update_serve_all_readings_of_its_condition():
