@@ -108,8 +108,8 @@ def course_of(run: Run, truth: Truth) -> dict[str, float]:
         - `count_fell`, `initialised`: fewer than b N positive particles, or the mode, in a frame
           of that hiding; `tracking_again`: the mode 30 frames after it;
         - `bridged`: inside ten frames after each shorter hiding, and never initialising till
-          then, of those before which it was inside; `count_fell_shortly`: fewer than b N in a
-          frame of one of these;
+          then, of those before which it tracked and was inside; `count_fell_shortly`: fewer than
+          b N in a frame of one of these;
         - `count_fell_at_end`: fewer than b N up to ten frames after the target left.
     """
     present: Flags = np.asarray(np.isfinite(truth.boxes).all(axis=1))
@@ -180,18 +180,19 @@ def _occlusion(run: Run, truth: Truth, inside: Flags, present: Flags) -> dict[st
     parameters = run.identity.parameters
     few = run.details["positive_appearances"] < parameters["kick_off"] * parameters["particles"]
     tracks = run.details["mode"] > 0
+    follows = inside & tracks
     hidden = np.arange(complete.first, complete.stop)
     hidden = hidden[visible[hidden] < GONE]
     clear = np.flatnonzero(visible > CLEAR)
     back = int(clear[clear >= complete.stop][0])
     found = {
-        "recovered": float(_settles((inside & tracks)[back : back + RECOVERY + 1])),
+        "recovered": float(_settles(follows[back : back + RECOVERY + 1])),
         "right_at_end": _share(inside[clear[-END:]]),
         "count_fell": float(few[hidden].any()),
         "initialised": float((~tracks[hidden]).any()),
         "tracking_again": float(tracks[back + RECOVERY]),
     }
-    short = [hiding for hiding in every if hiding.first > back and inside[hiding.first - 1]]
+    short = [hiding for hiding in every if hiding.first > back and follows[hiding.first - 1]]
     if short:
         found["bridged"] = float(all(_is_bridged(hiding, inside, tracks) for hiding in short))
         fell = [few[hiding.first : hiding.stop].any() for hiding in short]

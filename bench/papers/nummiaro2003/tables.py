@@ -88,8 +88,8 @@ def occlusion_table(scores: pd.DataFrame) -> Table:
         "occlusion",
         "Fig. 6 and 7: shares of the runs in %, means over scenes; `right at the end` is the "
         "share of the last 20 frames in view with the centre inside. Short hidings: of the runs "
-        "that were on the target before them (tested); they last two to four frames, so that a "
-        "target is hardly ever given up in them after loss_frames = 3 with fewer than b N",
+        "that tracked the target before one of them (tested); they last two to four frames, and a "
+        "target is given up after loss_frames = 3 frames with fewer than b N",
         data,
         n_labels=3,
     )

@@ -90,6 +90,7 @@ def test_a_target_that_is_found_too_late_or_for_a_moment_is_not_recovered():
 def test_a_target_that_walks_through_a_frozen_box_is_not_recovered():
     waits = np.where(np.arange(N) >= 104, 0.0, 1.0)
     assert course_of(run(mode=waits), truth())["recovered"] == 0.0
+    assert np.isnan(course_of(run(mode=waits), truth())["bridged"])  # followed it before neither
     late = np.where((np.arange(N) >= 104) & (np.arange(N) < 140), 0.0, 1.0)
     assert course_of(run(mode=late), truth())["recovered"] == 1.0
 

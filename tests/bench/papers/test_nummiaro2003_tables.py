@@ -34,6 +34,7 @@ from bench.papers.nummiaro2003.tables import (
     update_table,
 )
 from bench.papers.scores import without_failures
+from datasets.text_form import parse_text
 
 SIDES = ("with", "without")
 
@@ -366,3 +367,18 @@ def test_what_is_examined_are_the_scenes_of_the_figures(quick):
     empty = [name for name in names if name.endswith(":start=empty")]
     assert set(names) - set(empty) == tracked
     assert len(empty) == (1 if quick else 8)
+
+
+def test_what_shared_runs_stand_for_is_not_run_and_all_else_is():
+    planned = {
+        experiment.name: [parse_text(text)[1] for text in experiment.trackers]
+        for experiment in experiments(Effort(everything=True))
+    }
+    asked = [
+        (options.get("update_reading", ""), options.get("model_update", "true"))
+        for options in planned["nummiaro2003-readings"]
+    ]
+    assert {("variance", "true"), ("variance", "false")} <= set(asked)
+    assert {reading for reading, update in asked if update == "false"} == {"", "variance"}
+    again = {options.get("reinitialise", "true") for options in planned["nummiaro2003-placement"]}
+    assert again == {"true"}
