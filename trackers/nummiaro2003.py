@@ -28,7 +28,7 @@ Array: TypeAlias = NDArray[np.float64]
 class Nummiaro2003Parameters(Parameters):
     """Parameters of `Nummiaro2003`."""
 
-    particles: int = Field(100, ge=1, description="number of particles N [count]")
+    particles: int = Field(100, ge=1, le=100_000, description="number of particles N [count]")
     colour: ColourSpace = Field("rgb", description="colour space of the histograms")
     bins: int = Field(
         8, ge=2, le=32, description="bins a channel; V of hsv has half as many [count]"
@@ -215,8 +215,8 @@ class Nummiaro2003(SharingTracker):
         Raises
         ------
         TrackerError
-            For a histogram of another size, or one that does not sum to 1; for half axes that
-            are not two positive lengths; for regions that are no boxes.
+            For what is no histogram, for half axes that are no lengths, for regions that are
+            no boxes.
         """
         self._watched = None
         model, bins = np.array(histogram, float), self._colours.n_bins
@@ -227,9 +227,7 @@ class Nummiaro2003(SharingTracker):
             )
         sizes = np.array(half_axes, float)
         if sizes.shape != (2,) or not ((sizes > 0) & np.isfinite(sizes)).all():
-            raise TrackerError(
-                f"nummiaro2003: half axes must be two lengths above 0, not {half_axes}."
-            )
+            raise TrackerError(f"nummiaro2003: half axes are two lengths above 0, not {half_axes}.")
         height, width = image.shape[:2]
         whole = np.array([width, height, 0.0, 0.0]) / 2 + np.array([*-sizes, *(2 * sizes)])
         frame = SharedFrame(image)
@@ -254,15 +252,12 @@ class Nummiaro2003(SharingTracker):
     def histogram_of(self, image: Image, box: Box) -> Array:
         """Target model of the ellipse in a box, shape (bins,); it sums to 1.
 
-        Raises
-        ------
-        TrackerError
-            Where less than a quarter of the ellipse is in the image.
+        Raises TrackerError where less than a quarter of the ellipse is in the image.
         """
-        model = self._ellipses.histogram(SharedFrame(image), ellipse_in(box))
+        model = self._ellipses.histogram(SharedFrame(image), ellipse_in(np.asarray(box, float)))
         if model is not None:
             return model
-        raise TrackerError(f"nummiaro2003: too little of {box.tolist()} lies in the image.")
+        raise TrackerError(f"nummiaro2003: too little of the box {box} lies in the image.")
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
         """See `Tracker.update`."""
@@ -353,7 +348,10 @@ class Nummiaro2003(SharingTracker):
         """Ask the detector; what it finds begins the track, otherwise it is asked again."""
         assert self._detector is not None
         height, width = image.shape[:2]
-        for box in np.reshape(np.asarray(self._detector(image), float), (-1, 4)):
+        found = np.asarray(self._detector(image), float)
+        if found.size % 4:
+            raise TrackerError(f"nummiaro2003: the detector gave {found!r}, no boxes (k, 4).")
+        for box in found.reshape(-1, 4):
             ellipse = ellipse_in(box)
             if self._ellipses.histogram(SharedFrame(image), ellipse) is not None:
                 self.init(image, box)

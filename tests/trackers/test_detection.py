@@ -89,8 +89,9 @@ def test_a_file_that_is_no_cascade_is_refused_by_name(tmp_path):
 @pytest.mark.parametrize(
     ("name", "make"), [("HOGDescriptor", people), ("CascadeClassifier", cascade)]
 )
-def test_an_opencv_without_them_is_named_with_what_to_install(name, make, monkeypatch):
+def test_an_opencv_without_them_is_named_with_what_to_install(name, make, monkeypatch, tmp_path):
     monkeypatch.delattr(cv2, name, raising=False)
-    arguments = ["face.xml"] if make is cascade else []
+    (tmp_path / "face.xml").write_text(CASCADE)
+    arguments = [tmp_path / "face.xml"] if make is cascade else []
     with pytest.raises(TrackerError, match="opencv-contrib-python-headless"):
         make(*arguments)

@@ -253,6 +253,22 @@ def test_a_detector_is_asked_until_it_finds_something():
     assert np.abs(centre(later[-1]) - [79, 64]).max() < 10
 
 
+def test_what_is_no_image_and_what_is_no_box_is_refused_in_one_line():
+    tracker = trackers.create("nummiaro2003")
+    grey, box = ground()[..., 0], box_at(40)
+    for image in (grey, grey[..., np.newaxis], ground() / 255.0, np.dstack([ground(), grey])):
+        with pytest.raises(TrackerError, match=r"an image is uint8 of shape \(height, width, 3\)"):
+            tracker.init(image, box)
+    for wrong in ([1, 2, 3], [np.nan, 2, 3, 4], [[1, 2, 3, 4]]):
+        with pytest.raises(TrackerError, match="four finite numbers"):
+            tracker.init(ground(), wrong)
+    tracker.init(with_target(40), box.tolist())
+    assert tracker.update(with_target(41)).visible
+    for nothing in (None, [1.0, 2.0, 3.0]):
+        with pytest.raises(TrackerError, match="no boxes"):
+            tracker.init_by_detector(ground(), lambda image, nothing=nothing: nothing)
+
+
 def test_a_detection_that_is_mostly_outside_the_image_is_passed_over():
     outside, inside = box_at(WIDTH - 2), box_at(60)
     tracker = trackers.create("nummiaro2003")

@@ -7,6 +7,7 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 import numpy as np
 
 from trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin
+from trackers.base.parameters import TrackerError
 
 __all__ = ["SharedFrame", "SharingTracker"]
 
@@ -24,11 +25,21 @@ class SharedFrame:
     sharers : int
         How many trackers are shown it, at least 1. What pays only for many can be made when
         they are many; the estimates must not depend on it.
+
+    Raises
+    ------
+    TrackerError
+        For an image of another type or shape.
     """
 
     __slots__ = ("_computed", "image", "sharers")
 
     def __init__(self, image: Image, sharers: int = 1) -> None:
+        if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3:
+            raise TrackerError(
+                f"an image is uint8 of shape (height, width, 3), BGR, not {image.dtype} of shape "
+                f"{image.shape}; cv2.cvtColor converts."
+            )
         locked = image.view()
         locked.flags.writeable = False
         # Handed on without its owner: a flag alone, a tracker could set back.
@@ -66,8 +77,17 @@ class SharingTracker(TrackerPlugin):
         """See `Tracker.update`; `frame` may hold work that others did."""
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`."""
-        self.init_shared(SharedFrame(image), box, mask)
+        """See `Tracker.init`.
+
+        Raises
+        ------
+        TrackerError
+            For a box that is not four finite numbers; and as `init_shared`.
+        """
+        numbers = np.asarray(box, np.float64)
+        if numbers.shape != (4,) or not np.isfinite(numbers).all():
+            raise TrackerError(f"a box is [x, y, width, height], four finite numbers, not {box}.")
+        self.init_shared(SharedFrame(image), numbers, mask)
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""

@@ -33,13 +33,13 @@ def cascade(file: str | Path, neighbours: int = 3) -> Callable[[Image], NDArray[
     TrackerError
         Where the installed OpenCV has no cascades, or the file holds none.
     """
+    if not Path(file).is_file():
+        raise TrackerError(f"{file}: there is no such cascade file.")
     if not hasattr(cv2, "CascadeClassifier"):
         raise TrackerError(
             f"the installed OpenCV {cv2.__version__} has no cascade classifier; install "
             "opencv-contrib-python-headless in place of opencv-python-headless."
         )
-    if not Path(file).is_file():
-        raise TrackerError(f"{file}: there is no such cascade file.")
     try:
         classifier = cv2.CascadeClassifier(str(file))
         unusable = classifier.empty()
