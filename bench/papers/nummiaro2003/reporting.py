@@ -130,7 +130,8 @@ def _told(conclusion: Conclusion, variant: str) -> str:
     """Verdicts under a reading, over all scenes in even light, with their reasons."""
     reading = {"preset": "as-written", "variant": variant, "update": "with", "light": "even"}
     found = [
-        f"{finding.verdict.verdict.replace('-', ' ')}: {finding.verdict.reason}"
+        f"{finding.metric.replace('_', ' ')} {finding.verdict.verdict.replace('-', ' ')}: "
+        f"{finding.verdict.reason}".lstrip()
         for finding in conclusion.findings
         if finding.scenes == "kept"
         and finding.light == "both"

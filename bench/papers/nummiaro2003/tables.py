@@ -102,7 +102,7 @@ def update_table(scores: pd.DataFrame, name: str) -> Table:
     for labels, group in _trackers(chosen[chosen["sequence"].isin(SEQUENCES)]):
         row = {"tracker": labels["tracker"]}
         for sequence, runs in _of_figures(group):
-            name = sequence.partition("/")[2]
+            bare = sequence.partition("/")[2]
             counts = runs.sum(numeric_only=True)
             every_other = counts["other_frames"] + counts["waiting_frames"]
             for kind, updates, trials in (
@@ -110,7 +110,7 @@ def update_table(scores: pd.DataFrame, name: str) -> Table:
                 ("other", counts["other_updates"], counts["other_frames"]),
                 ("other or waiting", counts["other_updates"], every_other),
             ):
-                row[f"{name}, {kind}"] = _number(100 * updates / trials if trials else nan, 1)
+                row[f"{bare}, {kind}"] = _number(100 * updates / trials if trials else nan, 1)
         data.append(row)
     return text_table(
         name,
