@@ -307,6 +307,7 @@ def test_a_wider_tree_makes_another_sequence():
 
 def test_wider_trees_change_the_verdict_that_names_them_alone():
     frame = scores(recovered=pair(1.0, 1.0), frames_inside=pair(160, 150))
+    frame = frame[frame["preset"] == "as-written"].copy()
     wobble = frame["scene"] / 1000
     frame["right_at_end"] = 0.5 + wobble + 0.3 * (frame["reinitialisation"] == "with")
     hidden = frame[frame["sequence"] == STUDENTS].assign(
@@ -318,7 +319,7 @@ def test_wider_trees_change_the_verdict_that_names_them_alone():
     def found(name, rows):
         return conclude(claims[name], judge(claims[name], rows)).for_json()
 
-    for name in ("NU-1", "NU-9", "NU-17", "NU-18"):
+    for name in ("NU-9", "NU-17"):
         assert found(name, frame) == found(name, wide), name
     assert found("NU-26", frame) != found("NU-26", wide)
     for make in (readings_table, occlusion_table, partial(update_table, name="updates")):
