@@ -42,6 +42,7 @@ RECORDED = Recorded(
         "nummiaro2003",
         "nummiaro2003:model_update=false",
         "nummiaro2003:preset=robust",
+        "multipart",
         "multipart:preset=robust",
         "mean-shift",
         "mean-shift-kalman",

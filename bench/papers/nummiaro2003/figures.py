@@ -97,7 +97,7 @@ def _surface(tables: Tables) -> Figure | None:
         ellipses["particle"],
         ellipses["mean"][0],
         Surface(surface["x"].min(), surface["y"].min(), values.to_numpy(), "coefficient ρ"),
-        f"Fig. 2, {name}, frame {frame}: samples (black), their mean (white), and the "
+        f"Fig. 2, as written, {name}, frame {frame}: samples (black), their mean (white), and the "
         "Bhattacharyya coefficient around the target",
     )
 
@@ -120,7 +120,9 @@ def _entrance(tables: Tables) -> Figure | None:
         for frame, words in frames
         if np.isfinite(frame)
     ]
-    title = f"Fig. 3, {sequence.name}: samples at doors and borders, and the target found"
+    title = (
+        f"Fig. 3, as written, {sequence.name}: samples at doors and borders, and the target found"
+    )
     return placement_plot(panels, title)
 
 
@@ -147,8 +149,8 @@ def _trajectories(stored: StoredRuns) -> Figure | None:
     if not tracks:
         return None
     title = (
-        f"Fig. 4, first repetition: the mean state's way, its ellipse every {EVERY} frames, and "
-        "the target's way (dashed)"
+        "Fig. 4, as written, first repetition: the mean state's way, its ellipse every "
+        f"{EVERY} frames, and the target's way (dashed)"
     )
     return trajectory_plot(tracks, title, EVERY)
 
@@ -160,7 +162,7 @@ def _times(tables: Tables) -> Figure | None:
         return None
     series = times.assign(label=times["sequence"], value=1e3 * times["seconds"])
     labels = [name for name in (PERSON, CAR) if name in set(times["sequence"])]
-    title = "Fig. 5: time per frame, 100 samples, one thread, compiled"
+    title = "Fig. 5, as written: time per frame, 100 samples, one thread, compiled"
     return series_plot(series, title, "CPU time [ms]", labels)
 
 
@@ -175,8 +177,8 @@ def _appearances(stored: StoredRuns, *, update: bool) -> Figure | None:
     rows = over_frames({"": runs}, "positive_appearances", "mode")
     return appearance_plot(
         rows,
-        f"Fig. 7, {STUDENTS}, {'with' if update else 'without'} update: samples that fulfil the "
-        "appearance condition",
+        f"Fig. 7, as written, {STUDENTS}, {'with' if update else 'without'} update: samples that "
+        "fulfil the appearance condition",
         parameters["kick_off"] * parameters["particles"],
         {"hidden by half": visible < HIDDEN, "hidden or gone": visible < GONE},
     )
@@ -191,7 +193,7 @@ def _half_width(stored: StoredRuns) -> Figure | None:
         return None
     series = over_frames(runs, "half_width").rename(columns={"half_width": "value"})
     truth = stored.truth(experiment, found[0]).boxes[:, 2] / 2
-    title = f"Fig. 9, {TRAFFIC}: the half axis Hx of the mean state"
+    title = f"Fig. 9, as written, {TRAFFIC}: the half axis Hx of the mean state"
     return series_plot(series, title, "Hx [px]", list(UPDATE), truth)
 
 

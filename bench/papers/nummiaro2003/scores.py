@@ -5,7 +5,9 @@ from math import nan
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from bench.claims.ledger import ANY
 from bench.papers.nummiaro2003.courses import COURSE, course_of
@@ -51,7 +53,8 @@ def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataF
         form; empty for none), `update` and `reinitialisation` (with, without); of baselines
         these four are `any`. `sequence` (without variant, but that a tree wider than that of the
         figures makes it another), `scene`, `light`, `noise` and further options of the
-        sequence; what `bench.papers.scores.counts_of` gives; what
+        sequence; what `bench.papers.scores.counts_of` gives, but that `frames` and `first_loss`
+        count the frames alone in which the target is there; what
         `courses.course_of` gives (NaN for a failed run); `kept_scene`, true of all.
 
     Raises
@@ -67,7 +70,8 @@ def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataF
     results = Results(folder)
     truths: dict[tuple[str, str], StoredTruth] = {}
     courses: list[dict[str, float]] = []
-    for path, failure in zip(rows["path"], rows["failure"], strict=True):
+    lengths = rows[["frames", "first_loss"]].astype(float).to_numpy(copy=True)
+    for i, (path, failure) in enumerate(zip(rows["path"], rows["failure"], strict=True)):
         if failure:
             courses.append(dict.fromkeys(COURSE, nan))
             continue
@@ -76,8 +80,20 @@ def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataF
         if key not in truths:
             truths[key] = read_truth(folder, *key)
         courses.append(course_of(run, truths[key]))
+        lengths[i] = _with_the_target(truths[key].boxes, *lengths[i])
+    rows[["frames", "first_loss"]] = lengths
     scores: pd.DataFrame = rows.join(pd.DataFrame(courses, columns=list(COURSE)))
     return scores
+
+
+def _with_the_target(
+    boxes: NDArray[np.float64], frames: float, first_loss: float
+) -> tuple[float, float]:
+    """Length and frames before the loss, of the frames alone in which the target is there."""
+    there = np.asarray(np.isfinite(boxes).all(axis=1))
+    if first_loss >= frames:  # never
+        return float(there.sum()), float(there.sum())
+    return float(there.sum()), float(there[: int(first_loss)].sum())
 
 
 def _tracker_labels(run: "pd.Series[Any]") -> dict[str, str]:

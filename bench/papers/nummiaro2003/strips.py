@@ -26,8 +26,8 @@ Strip = NDArray[np.uint8]
 def film_strips(stored: StoredRuns) -> dict[str, Strip]:
     """Strips of the first repetition, by name; none where there is no run."""
     rows = {
-        "figure-6": ("nummiaro2003-figure-6", STUDENTS, 2 * COLUMNS, "Fig. 6"),
-        "figure-8": ("nummiaro2003-figure-8", TRAFFIC, COLUMNS, "Fig. 8"),
+        "figure-6": ("nummiaro2003-figure-6", STUDENTS, 2 * COLUMNS, "Fig. 6, as written"),
+        "figure-8": ("nummiaro2003-figure-8", TRAFFIC, COLUMNS, "Fig. 8, as written"),
     }
     strips = {}
     for name, (experiment, sequence, n_frames, title) in rows.items():
@@ -43,7 +43,7 @@ def film_strips(stored: StoredRuns) -> dict[str, Strip]:
         head = datasets.load(HEAD)
         truth = stored.truth("nummiaro2003-figure-10", next(iter(both.values()))).boxes
         frames = _frames(head, 2 * COLUMNS)
-        strips["figure-10"] = _strip(head, both, truth, "Fig. 10", frames)
+        strips["figure-10"] = _strip(head, both, truth, "Fig. 10, as written", frames)
     return strips
 
 

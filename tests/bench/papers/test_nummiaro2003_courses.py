@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bench.papers.nummiaro2003.courses import COURSE, Hiding, course_of, hidings
+from bench.papers.nummiaro2003.scores import _with_the_target
 
 N, COMES, LEAVES = 240, 20, 230
 TREE = slice(100, 116)
@@ -172,3 +173,12 @@ def test_a_tracker_that_says_nothing_of_modes_has_its_place_and_size_alone():
     assert found["inside_partly_hidden"] == 1.0
     known = {name for name, value in found.items() if np.isfinite(value)}
     assert not known & {"recovered", "good_frames", "bridged", "right_at_end"}
+
+
+def test_lengths_and_losses_count_the_frames_alone_in_which_the_target_is_there():
+    boxes = np.ones((12, 4))
+    boxes[:3] = boxes[10:] = np.nan
+    assert _with_the_target(boxes, 12, 12) == (7, 7)  # never lost
+    assert _with_the_target(boxes, 12, 3) == (7, 0)  # lost at once
+    assert _with_the_target(boxes, 12, 6) == (7, 3)
+    assert _with_the_target(np.ones((5, 4)), 5, 2) == (5, 2)
