@@ -395,7 +395,6 @@ def test_many_look_the_bins_of_a_frame_up_once(clip):
     [
         ((20, 20, 2.9, 9), "narrower or lower than 3 pixels"),
         ((20, 20, 9, 0), "narrower or lower than 3 pixels"),
-        ((20, 20, np.nan, 9), "narrower or lower than 3 pixels"),
         ((300, 20, 9, 9), "nothing lies in the image"),
         ((-9, -9, 9, 9), "nothing lies in the image"),
     ],

@@ -368,7 +368,7 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("box", [(20, 20, 12, 0), (20, 20, -5, 9), (20, 20, np.nan, 9)], ids=str)
+@pytest.mark.parametrize("box", [(20, 20, 12, 0), (20, 20, -5, 9)], ids=str)
 def test_a_box_without_area_is_refused_in_one_line(clip, box):
     with pytest.raises(TrackerError, match=r"^multipart: the box \[.*\] has no area; [^\n]*$"):
         track(clip[0], box)
