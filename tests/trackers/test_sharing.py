@@ -93,7 +93,7 @@ def test_plain_calls_go_through_the_shared_ones_with_a_frame_of_their_own():
     assert len({id(frame) for frame in tracker.seen}) == 2
 
 
-IMAGE = np.zeros((20, 30, 3), np.uint8)
+BLACK = np.zeros((20, 30, 3), np.uint8)
 
 
 @pytest.mark.parametrize("name", ["multipart", "nummiaro2003", "mean-shift", "mean-shift-kalman"])
@@ -103,11 +103,11 @@ IMAGE = np.zeros((20, 30, 3), np.uint8)
 def test_what_is_no_box_is_refused_in_one_line_by_every_tracker_that_shares(name, box):
     words = r"^a box is \[x, y, width, height\], four finite numbers, not [^\n]*$"
     with pytest.raises(TrackerError, match=words):
-        trackers.create(name).init(IMAGE, np.array(box))
+        trackers.create(name).init(BLACK, np.array(box))
 
 
 @pytest.mark.parametrize(
-    "image", [IMAGE[..., 0], IMAGE[..., :1], IMAGE / 255, IMAGE.repeat(2, axis=2), IMAGE > 0]
+    "image", [BLACK[..., 0], BLACK[..., :1], BLACK / 255, BLACK.repeat(2, axis=2), BLACK > 0]
 )
 def test_what_is_no_image_is_refused_in_one_line(image):
     words = r"^an image is uint8 of shape \(height, width, 3\), BGR, not [^\n]*$"
