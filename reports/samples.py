@@ -22,6 +22,7 @@ __all__ = ["Placed", "Surface", "Track", "placement_plot", "surface_plot", "traj
 Array = NDArray[np.float64]
 
 _SAMPLE, _MEAN = "black", "white"
+_ROOM = 32, 14  # that a number takes in an image [pixels]
 _SHOWN = 2.0
 """How far the image beside a surface reaches, in the mean's longer half axis."""
 
@@ -176,7 +177,8 @@ def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
     title : str
         Headline.
     every : int
-        An ellipse is drawn in each frame that this divides, with the frame's number.
+        An ellipse is drawn in each frame that this divides, with the frame's number where
+        there is room for it.
     """
     figure, all_axes = _panels([track.image for track in tracks], title)
     for axes, track in zip(all_axes, tracks, strict=True):
@@ -188,8 +190,13 @@ def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
                   path_effects=[withStroke(linewidth=2.6, foreground="black")])  # fmt: skip
         chosen = np.flatnonzero(np.isfinite(states[::every]).all(axis=1)) * every
         _draw_ellipses(axes, states[chosen], _MEAN, 1.2)
+        said: list[tuple[float, float]] = []
         for number in chosen.tolist():
             x, y, _, height = states[number]
+            place = float(x), float(y - height)
+            if any(abs(place[0] - u) < _ROOM[0] and abs(place[1] - v) < _ROOM[1] for u, v in said):
+                continue
+            said.append(place)
             axes.annotate(str(number), (x, y - height), (0, 2), textcoords="offset points",
                           ha="center", fontsize=6, color="white",
                           path_effects=[withStroke(linewidth=1.5, foreground="black")])  # fmt: skip

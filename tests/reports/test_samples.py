@@ -71,6 +71,14 @@ def test_a_trajectory_has_an_ellipse_every_so_many_frames_and_gaps_where_there_i
     np.testing.assert_allclose(axes.lines[0].get_xydata()[1:8, 0], np.arange(56.0, 63.0))
 
 
+def test_frames_have_their_numbers_where_these_do_not_cover_one_another():
+    x = np.array([10.0, 20, 60, 65, 110])
+    boxes = np.column_stack([x, np.full(5, 50.0), np.full(5, 10.0), np.full(5, 20.0)])
+    (axes,) = trajectory_plot([Track(GREY, "person", boxes, boxes)], "T", 1).axes
+    assert [text.get_text() for text in axes.texts] == ["0", "2", "4"]
+    assert len(drawn(axes.collections[-1])) == 5
+
+
 @pytest.mark.parametrize("n", [1, 3])
 def test_panels_keep_the_images_shape(n):
     figure = placement_plot([Placed(GREY, "a", SAMPLES)] * n, "T")
