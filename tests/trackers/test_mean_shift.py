@@ -182,7 +182,7 @@ def test_so_they_are_wherever_the_ellipse_crosses_the_border(seed, box):
     try:
         found = track(list(images), box, **settings)
     except TrackerError as refusal:
-        assert "in the image" in str(refusal)  # noqa: PT017
+        assert "in the image" in str(refusal)  # noqa: PT017  # or it is refused
         half = box[2:] / 2
         assert not len(slow_kernel(images[0, ..., 0], *(box[:2] + half), *half)[0])
         return
@@ -272,7 +272,7 @@ def test_steps_never_lower_the_coefficient(seed, box):
                 list(images), box, max_iterations=most, scale="fixed", stop_distance=1e-9
             )
         except TrackerError as refusal:
-            assert "in the image" in str(refusal)  # noqa: PT017
+            assert "in the image" in str(refusal)  # noqa: PT017  # or it is refused
             return
         coefficients.append(estimate.confidence)
         assert 0 <= estimate.confidence <= 1

@@ -21,7 +21,7 @@ from trackers.colour.joint import JointBins
 from trackers.colour.luv import N_BINS, LuvBins
 from trackers.colour.regions import Regions
 
-__all__ = ["ellipse_histograms", "region_counts"]
+__all__ = ["codes_of_frame", "ellipse_histograms", "region_counts"]
 
 # Nanoseconds, measured on one machine.
 _CODE = 1.5  # a pixel looked up
@@ -103,11 +103,16 @@ def ellipse_histograms(
     right, bottom = np.clip((centres + half_axes).max(axis=0) + 1, 0, limits).astype(int).tolist()
     high = bool(half_axes[0, 1] > half_axes[0, 0])
     if width * height < frame.sharers * (right - left) * (bottom - top):
-        whole = frame.compute(_codes, colours, high)
+        whole = codes_of_frame(frame, colours, high)
         codes = whole[left:right, top:bottom] if high else whole[top:bottom, left:right]
     else:
         codes = colours.codes(frame.image[top:bottom, left:right], high)
     return ellipse_counts(codes, (left, top), high, ellipses, kernel, bins, colours.n_bins)
+
+
+def codes_of_frame(frame: SharedFrame, colours: JointBins, transposed: bool) -> NDArray[np.uint16]:
+    """Bin of every pixel of a frame, looked up once for all its sharers; see `JointBins.codes`."""
+    return frame.compute(_codes, colours, transposed)
 
 
 def _codes(image: Image, colours: JointBins, transposed: bool) -> NDArray[np.uint16]:

@@ -3,6 +3,9 @@
 A pixel belongs to an ellipse where its centre does. Its weight is 65536 less what its distances
 from the centre along the two axes take away, each rounded down to a whole number: sums in any
 order give the same bits.
+
+Mean shift counts one ellipse again and again, and asks its pixels back: it has a kernel of its
+own, in `trackers.mean_shifting.kernel`, with the same weights to the bit.
 """
 
 from typing import Literal, NamedTuple, TypeAlias

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from trackers.base.interface import Box, Image
+from trackers.base.interface import Box
 from trackers.base.parameters import Parameters, TrackerError
 from trackers.base.sharing import SharedFrame
-from trackers.colour.counting import ellipse_histograms
+from trackers.colour.counting import codes_of_frame, ellipse_histograms
 from trackers.colour.ellipses import EllipseCounts, coefficients
 from trackers.colour.joint import ColourSpace, JointBins
 from trackers.mean_shifting.kernel import Found, Window, mean_shift
@@ -191,10 +191,7 @@ class Target:
         top, bottom = floor(max(y - reach_y, 0)), ceil(min(y + reach_y, height))
         columns, rows = max(right - left, 0), max(bottom - top, 0)
         if frame.sharers * columns * rows >= width * height:
-            return Window(frame.compute(_codes, self._colours), 0, 0, width, height)
+            codes = codes_of_frame(frame, self._colours, transposed=True)
+            return Window(codes, 0, 0, width, height)
         near = frame.image[top : top + rows, left : left + columns]
         return Window(self._colours.codes(near, transposed=True), left, top, width, height)
-
-
-def _codes(image: Image, colours: JointBins) -> NDArray[np.uint16]:
-    return colours.codes(image, transposed=True)
