@@ -1,0 +1,3 @@
+"""A kitchen: a cup that a hand carries past things of nearly its colour."""
+
+__all__: list[str] = []
