@@ -3,17 +3,17 @@
 All are CPU times, measured in one process, in turns on the same images.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import repeat
 from time import thread_time
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numba import njit
 
-import datasets
 import trackers
+from bench.papers.in_turns import Update, beginning, in_turns, slope
 from bench.papers.nummiaro2003.plain import PlainFilter
 from trackers.base.interface import Box, Image
 from trackers.base.sharing import SharedFrame
@@ -32,8 +32,6 @@ __all__ = [
     "plain_times",
     "weighting_times",
 ]
-
-Update: TypeAlias = Callable[[Image], Any]
 
 PARTICLES, BINS = 100, 8
 SWEEPS: Mapping[str, Sequence[float]] = {
@@ -82,11 +80,11 @@ def plain_times(names: Sequence[str], frames: int) -> pd.DataFrame:
     """
     pieces = []
     for name in names:
-        images, box = _beginning(name, frames)
+        images, box = beginning(name, frames)
         compiled, plain = compiled_filter(), plain_filter()
         for one in (compiled, plain):
             one.init(images[0], box)
-        found = _in_turns({"compiled": compiled.update, "plain": plain.update}, images[1:])
+        found = in_turns({"compiled": compiled.update, "plain": plain.update}, images[1:])
         pieces.append(found.assign(sequence=name))
     return pd.concat(pieces, ignore_index=True)
 
@@ -106,11 +104,11 @@ def model_times(name: str, frames: int) -> pd.DataFrame:
     DataFrame
         A row a frame: `one` and `per_particle` [seconds].
     """
-    images, box = _beginning(name, frames)
+    images, box = beginning(name, frames)
     filters = {"one": compiled_filter(), "per_particle": compiled_filter(models="per-particle")}
     for each in filters.values():
         each.init(images[0], box)
-    return _in_turns({label: each.update for label, each in filters.items()}, images[1:])
+    return in_turns({label: each.update for label, each in filters.items()}, images[1:])
 
 
 def cost_times(name: str, make: Callable[[int, int], Any], blocks: int) -> pd.DataFrame:
@@ -131,7 +129,7 @@ def cost_times(name: str, make: Callable[[int, int], Any], blocks: int) -> pd.Da
         Medians of some rounds: `factor` (samples, area, bins), `value` (their number; pixels²;
         the number of bins in all), `seconds`.
     """
-    (image, *_), box = _beginning(name, 0)
+    (image, *_), box = beginning(name, 0)
     settings = [(factor, value) for factor, values in SWEEPS.items() for value in values]
     values, updates = {}, {}
     for factor, value in settings:
@@ -144,7 +142,7 @@ def cost_times(name: str, make: Callable[[int, int], Any], blocks: int) -> pd.Da
         area = np.pi / 4 * enlarged[2] * enlarged[3]
         values[label] = {"samples": particles, "area": area, "bins": bins**3}[factor]
         updates[label] = one.update
-    medians = [_in_turns(updates, repeat(image, _ROUNDS)).median() for _ in range(blocks)]
+    medians = [in_turns(updates, repeat(image, _ROUNDS)).median() for _ in range(blocks)]
     return pd.DataFrame(
         {"factor": label.split()[0], "value": values[label], "seconds": block[label]}
         for block in medians
@@ -161,23 +159,10 @@ def cost_slopes(costs: pd.DataFrame) -> pd.DataFrame:
         A row a factor: `factor`, `slope`, `lower_limit` and `upper_limit` of its 95 % interval
         [seconds a sample, a pixel² and a bin], `r_squared`.
     """
-    from scipy.special import stdtrit
-    from scipy.stats import linregress
-
-    rows = []
-    for factor, times in costs.groupby("factor", sort=False):
-        line = linregress(times["value"].to_numpy(float), times["seconds"].to_numpy(float))
-        half = float(stdtrit(len(times) - 2, 0.975)) * line.stderr
-        rows.append(
-            {
-                "factor": factor,
-                "slope": line.slope,
-                "lower_limit": line.slope - half,
-                "upper_limit": line.slope + half,
-                "r_squared": line.rvalue**2,
-            }
-        )
-    return pd.DataFrame(rows)
+    return pd.DataFrame(
+        {"factor": factor} | slope(times["value"], times["seconds"])
+        for factor, times in costs.groupby("factor", sort=False)
+    )
 
 
 def weighting_times(names: Sequence[str], frames: int) -> pd.DataFrame:
@@ -192,9 +177,9 @@ def weighting_times(names: Sequence[str], frames: int) -> pd.DataFrame:
     """
     pieces = []
     for name in names:
-        images, box = _beginning(name, frames)
+        images, box = beginning(name, frames)
         for implementation, parts_of in (("compiled", _compiled_parts), ("plain", _plain_parts)):
-            found = _in_turns(parts_of(images[0], box), images[1:], shuffled=False)
+            found = in_turns(parts_of(images[0], box), images[1:], shuffled=False)
             pieces.append(found.assign(sequence=name, implementation=implementation))
     return pd.concat(pieces, ignore_index=True)
 
@@ -246,33 +231,7 @@ def _chain(state: Any, steps: int) -> Any:
     return state
 
 
-def _beginning(name: str, frames: int) -> tuple[list[Image], Box]:
-    """The first images with the target, and its box."""
-    sequence = datasets.load(name)
-    first = sequence.first_frame
-    stop = min(first + frames + 1, len(sequence))
-    return [sequence[frame] for frame in range(first, stop)], sequence.boxes[first]
-
-
 def _enlarged(box: Box, factor: float) -> Box:
     """A box of this factor's area about the same centre."""
     size = box[2:] * np.sqrt(factor)
     return np.asarray(np.concatenate([box[:2] + (box[2:] - size) / 2, size]))
-
-
-def _in_turns(
-    updates: Mapping[str, Update], images: Iterable[Image], *, shuffled: bool = True
-) -> pd.DataFrame:
-    """CPU seconds of each on every image; the first image warms up and is left out."""
-    order, random = list(updates), np.random.default_rng(0)
-    rows: list[dict[str, float]] = []
-    for image in images:
-        if shuffled:
-            random.shuffle(order)
-        row = {}
-        for label in order:
-            began = thread_time()
-            updates[label](image)
-            row[label] = thread_time() - began
-        rows.append(row)
-    return pd.DataFrame(rows[1:])[list(updates)]
