@@ -1,11 +1,18 @@
 """Examining scenes one by one in processes of their own, before or beside the trackers' runs."""
 
+import hashlib
+import json
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import as_completed
+from pathlib import Path
 from typing import TypeVar
 
-__all__ = ["examined"]
+import pandas as pd
+
+from bench.store.files import write_atomically
+
+__all__ = ["examined", "kept_tables"]
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -43,3 +50,43 @@ def examined(
                 yield futures[future], future.result()
         finally:
             executor.shutdown(wait=True, kill_workers=True)
+
+
+def kept_tables(
+    function: Callable[[T], Mapping[str, pd.DataFrame]],
+    identities: Mapping[T, object],
+    folder: Path,
+    jobs: int,
+    title: str,
+) -> dict[str, pd.DataFrame]:
+    """Tables that a function makes of each scene, or made of it before.
+
+    Parameters
+    ----------
+    function : callable
+        As for `examined`; gives tables by name.
+    identities : mapping
+        Scenes, and all that their tables depend on, as JSON knows it.
+    folder : Path
+        Keeps the tables.
+    jobs, title
+        As for `examined`.
+
+    Returns
+    -------
+    dict of str to DataFrame
+        Tables by name, rows in the order of the scenes.
+    """
+    files = {}
+    for scene, identity in identities.items():
+        key = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:16]
+        files[scene] = folder / f"{key}.json"
+    left = [scene for scene, file in files.items() if not file.is_file()]
+    for scene, tables in examined(function, left, jobs, title):
+        content = {name: table.to_dict("list") for name, table in tables.items()}
+        write_atomically(files[scene], json.dumps(content).encode())
+    found: dict[str, list[pd.DataFrame]] = {}
+    for file in files.values():
+        for name, columns in json.loads(file.read_bytes()).items():
+            found.setdefault(name, []).append(pd.DataFrame(columns))
+    return {name: pd.concat(tables, ignore_index=True) for name, tables in found.items()}

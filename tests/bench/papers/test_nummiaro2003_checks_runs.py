@@ -214,7 +214,7 @@ def measured(monkeypatch):
         examining.Check(table("others"), ("person",)),
     )
     monkeypatch.setattr(examining, "CHECKS", checks)
-    monkeypatch.setattr(examining, "examined", in_turn)
+    monkeypatch.setattr(examination, "examined", in_turn)
     return asked
 
 

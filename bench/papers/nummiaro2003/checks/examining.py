@@ -1,7 +1,5 @@
 """All that is measured on scenes: scene by scene, kept on disk until scene or source change."""
 
-import hashlib
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -12,7 +10,7 @@ import pandas as pd
 
 import datasets
 import trackers
-from bench.papers.examination import examined
+from bench.papers.examination import kept_tables
 from bench.papers.nummiaro2003.checks import (
     background,
     entrance,
@@ -26,7 +24,6 @@ from bench.papers.nummiaro2003.checks import (
     scale,
     transformed,
 )
-from bench.store.files import write_atomically
 from datasets.source_digest import source_digest
 from datasets.text_form import parse_text
 
@@ -36,6 +33,7 @@ Tables = Mapping[str, pd.DataFrame]
 
 PACKAGE = Path(str(trackers.__file__)).parent
 SUITE = "nummiaro2003/"
+TITLE = "Scenes measured for single claims"
 EVERY = ("person", "car", "students", "traffic", "head")
 
 
@@ -113,23 +111,13 @@ def examine(
         For a sequence that is unknown.
     """
     source = source_digest(Path(__file__), PACKAGE)
-    files = {}
-    for sequence in map(datasets.load, scenes):
-        for further in (False, True) if everything else (False,):
-            if any(_chosen(sequence.name, further)):
-                identity = json.dumps([sequence.name, sequence.fingerprint, source, quick, further])
-                key = hashlib.sha256(identity.encode()).hexdigest()[:16]
-                files[sequence.name, further] = folder / "checks" / f"{key}.json"
-    left = [part for part, file in files.items() if not file.is_file()]
-    title = "Scenes measured for single claims"
-    for part, tables in examined(partial(_measured, quick=quick), left, jobs, title):
-        content = {name: table.to_dict("list") for name, table in tables.items()}
-        write_atomically(files[part], json.dumps(content).encode())
-    found: dict[str, list[pd.DataFrame]] = {}
-    for file in files.values():
-        for name, columns in json.loads(file.read_bytes()).items():
-            found.setdefault(name, []).append(pd.DataFrame(columns))
-    return {name: pd.concat(tables, ignore_index=True) for name, tables in found.items()}
+    identities = {
+        (sequence.name, further): [sequence.name, sequence.fingerprint, source, quick, further]
+        for sequence in map(datasets.load, scenes)
+        for further in ((False, True) if everything else (False,))
+        if any(_chosen(sequence.name, further))
+    }
+    return kept_tables(partial(_measured, quick=quick), identities, folder / "checks", jobs, TITLE)
 
 
 def _chosen(name: str, further: bool) -> list[Check]:

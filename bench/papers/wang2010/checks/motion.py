@@ -10,9 +10,10 @@ from bench.papers.wang2010.plain import local_difference
 from datasets import Sequence, SequenceError
 from trackers.base.interface import Image, Mask
 
-__all__ = ["averaged", "found", "moving_things", "moving_frames", "target_mask"]
+__all__ = ["averaged", "found", "latest", "moving_frames", "moving_things", "target_mask"]
 
 Differences: TypeAlias = NDArray[np.float64]
+Images: TypeAlias = tuple[Image, Image, Image]
 
 SEEN = 16  # grey levels: a difference that no sensor's noise makes
 LEAST_THING = 12  # pixels: smaller ones are noise, or edges that moved by a fraction
@@ -85,8 +86,14 @@ def moving_frames(things: NDArray[np.bool_], most: int) -> list[int]:
     return chosen
 
 
-def averaged(image: Image, previous: Image, earlier: Image, window: int = 5) -> Differences:
+def latest(sequence: Sequence, frame: int) -> Images:
+    """A frame and the two before it."""
+    return sequence[frame], sequence[frame - 1], sequence[frame - 2]
+
+
+def averaged(images: Images, window: int = 5) -> Differences:
     """Mean of the last two local differences, (D1 + D2) / 2, shape (height, width)."""
+    image, previous, earlier = images
     last = local_difference(image, previous, window)
     before = local_difference(previous, earlier, window)
     return np.asarray((last + before) / 2, np.float64)

@@ -1,0 +1,36 @@
+"""What of the moving things the map B finds, by the window of the differences (WA-4)."""
+
+import numpy as np
+import pandas as pd
+
+from bench.papers.wang2010.checks.motion import (
+    averaged,
+    found,
+    latest,
+    moving_frames,
+    moving_things,
+)
+from bench.papers.wang2010.plain import moving
+from datasets import Sequence
+
+__all__ = ["measure"]
+
+WINDOWS = (1, 3, 5, 7)
+FRAMES = 25
+
+
+def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
+    """Table `wa-4`; see `bench.papers.wang2010.checks`."""
+    things = moving_things(sequence)
+    rows = []
+    for frame in moving_frames(things, 5 if quick else FRAMES):
+        images = latest(sequence, frame)
+        swept = np.asarray(things[frame - 2 : frame + 1].any(axis=0))
+        for window in WINDOWS:
+            marked = moving(averaged(images, window))
+            rows.append(
+                {"window": window, "frame": frame}
+                | found(marked, things[frame])
+                | {"precision_swept": found(marked, swept)["precision"]}
+            )
+    return {"wa-4": pd.DataFrame(rows)}
