@@ -45,7 +45,8 @@ def colour_bins(
     hue, saturation : ndarray of int64, shape (rows, columns)
         Grey pixels have hue 0, black ones saturation 0.
     """
-    return _hue_bins(image, hue_bins), _saturation_bins(image, saturation_bins)
+    channels = _channels(image)
+    return _hue_bins(channels, hue_bins), _saturation_bins(channels, saturation_bins)
 
 
 def make_template(
@@ -79,7 +80,7 @@ def make_template(
 
 def hue_map(image: NDArray[np.uint8], template: Template) -> Map:
     """I_h: how frequent each pixel's hue is in the template, in [0, 1]."""
-    found = template.hue[_hue_bins(image, len(template.hue))]
+    found = template.hue[_hue_bins(_channels(image), len(template.hue))]
     return _without_uncounted(found, image, template)
 
 
@@ -103,8 +104,8 @@ def _counted(
     return (spread >= minimum_saturation * largest) & (largest >= minimum_value * 255.0)
 
 
-def _hue_bins(image: NDArray[np.uint8], bins: int) -> Bins:
-    blue, green, red, largest, spread = _channels(image)
+def _hue_bins(channels: tuple[Bins, ...], bins: int) -> Bins:
+    blue, green, red, largest, spread = channels
     # Hue is sixths / (6 spread) of a turn.
     sixths = np.where(
         largest == red,
@@ -114,12 +115,12 @@ def _hue_bins(image: NDArray[np.uint8], bins: int) -> Bins:
     return np.asarray(bins * sixths // (6 * np.maximum(spread, 1)))
 
 
-def _saturation_bins(image: NDArray[np.uint8], bins: int) -> Bins:
-    *_, largest, spread = _channels(image)
-    return np.minimum(bins * spread // np.maximum(largest, 1), bins - 1)
+def _saturation_bins(channels: tuple[Bins, ...], bins: int) -> Bins:
+    *_, largest, spread = channels
+    return np.asarray(np.minimum(bins * spread // np.maximum(largest, 1), bins - 1))
 
 
-def _channels(image: NDArray[np.uint8]) -> tuple[Bins, Bins, Bins, Bins, Bins]:
+def _channels(image: NDArray[np.uint8]) -> tuple[Bins, ...]:
     """Blue, green and red, the largest of them, and how far they spread."""
     blue, green, red = np.moveaxis(image.astype(np.int64), 2, 0)
     largest = np.maximum(np.maximum(blue, green), red)
