@@ -42,7 +42,7 @@ def moving_things(sequence: Sequence) -> NDArray[np.bool_]:
 
     The target's mask is the sequence's own. What else moves is told by the empty ground,
     which under a camera at rest is the median of the frames: a thing is a connected piece of
-    what differs from it and has changed since the frame before.
+    what differs from it and has changed since the frame before (or, in the first, by the next).
 
     Parameters
     ----------
@@ -52,14 +52,14 @@ def moving_things(sequence: Sequence) -> NDArray[np.bool_]:
     Returns
     -------
     ndarray of bool, shape (n, height, width)
-        False throughout the first frame.
+        Where something moves.
     """
     images = np.stack([sequence[frame] for frame in range(len(sequence))])
     ground = np.median(images, axis=0).astype(np.uint8)
     masks = np.zeros(images.shape[:3], np.bool_)
-    for frame in range(1, len(images)):
+    for frame in range(len(images)):
         differs = _differ(images[frame], ground)
-        changed = _differ(images[frame], images[frame - 1])
+        changed = _differ(images[frame], images[frame - 1 if frame else 1])
         target = target_mask(sequence, frame)
         count, things = cv2.connectedComponents((differs | target).astype(np.uint8))
         sizes = np.bincount(things.ravel(), minlength=count)

@@ -1,0 +1,214 @@
+"""What short runs of the trackers show on painted targets, and how all tables are kept."""
+
+from math import isnan
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import datasets
+from bench.papers import examination
+from bench.papers.wang2010.checks import camera, drift, examining, recovery, weights
+from bench.papers.wang2010.checks.running import runs
+from datasets import Sequence, SequenceError
+from datasets.synthetic.plain import names as plain_names
+
+GREEN, GREY, SIDE = (0, 160, 0), (128, 128, 128), 20
+
+
+def painted(x, y=50):
+    image = np.full((120, 160, 3), GREY, np.uint8)
+    image[y : y + SIDE, x : x + SIDE] = GREEN
+    return image
+
+
+def walking(xs, images=None, name="painted"):
+    """A green square on grey whose left top corner is at these places."""
+    boxes = np.array([[x, 50, SIDE, SIDE] for x in xs], float)
+    return Sequence(name, images or [painted(x) for x in xs], boxes, fingerprint="p")
+
+
+def test_a_drift_is_told_by_distance_spread_and_similarity():
+    arrays = {
+        "predicted": np.array([[0.0, 0.0], [8.0, 0.0]]),
+        "particles": np.array([[3.0, 4.0], [3.0, 4.0]]),
+        "predicted_similarity": np.array([0.1, 0.5]),
+        "similarity": np.array([0.4, 0.5]),
+    }
+    before, after = drift.drifted(arrays, np.array([0.0, 0.0]))
+    assert before["stage"] == "predicted"
+    assert (before["distance"], before["spread"], before["similarity"]) == (4.0, 4.0, 0.3)
+    assert isnan(before["risen"])
+    assert after == {
+        "stage": "drifted", "distance": 5.0, "spread": 0.0, "similarity": 0.45, "risen": 0.5,
+        "fallen": 0.0,
+    }  # fmt: skip
+
+
+def test_particles_drift_to_a_target_that_nothing_looks_like():
+    rows = drift.measure(walking([40 + 2 * frame for frame in range(15)]), quick=True)["wa-11"]
+    assert set(rows["preset"]) == {"as-written", "recommended"}
+    assert rows["frame"].unique().tolist() == list(range(1, 15))
+    assert rows["inside"].all()
+    means = rows.groupby("stage")[["distance", "spread", "similarity"]].mean()
+    assert means.loc["drifted", "distance"] < means.loc["predicted", "distance"] - 0.5
+    assert means.loc["drifted", "spread"] < means.loc["predicted", "spread"] - 0.5
+    assert means.loc["drifted", "similarity"] > means.loc["predicted", "similarity"]
+    after = rows[rows["stage"] == "drifted"]
+    assert (after["risen"] + after["fallen"] <= 1).all()
+    assert after["risen"].mean() > 0.5
+
+
+def test_weights_on_the_target_are_compared_with_those_beside_it():
+    particles = np.array([[10.0, 10.0], [19.9, 29.9], [20.0, 15.0], [0.0, 0.0]])
+    box = np.array([10.0, 10.0, 10.0, 20.0])
+    found = weights.on_against_off(particles, np.array([0.5, 0.3, 0.1, 0.1]), box)
+    assert found == {"on_target": 0.5, "on_over_off": pytest.approx(4.0)}
+    assert isnan(weights.on_against_off(particles[:2], np.array([0.5, 0.5]), box)["on_over_off"])
+    assert isnan(weights.on_against_off(particles[2:], np.array([0.5, 0.5]), box)["on_over_off"])
+
+
+def test_weights_as_written_differ_by_no_more_than_the_formula_can():
+    rows = weights.measure(walking([40 + 2 * frame for frame in range(15)]), quick=True)["wa-29"]
+    written = rows[rows["preset"] == "as-written"]
+    assert set(rows["tracker"]) == {"wang2010", "particle-filter"}
+    assert written["weight_ratio"].between(1.0, np.exp(0.5)).all()
+    assert written["on_over_off"].dropna().between(1.0, np.exp(0.5)).all()
+    assert (written["effective_share"] > 0.95).all()
+    recommended = rows[rows["preset"] == "recommended"]
+    assert recommended["effective_share"].mean() < written["effective_share"].mean()
+
+
+def test_a_start_is_moved_by_widths_as_far_as_the_image_reaches():
+    box = np.array([30.0, 50.0, 20.0, 30.0])
+    found = list(recovery.ways(box, (120, 160, 3)))
+    assert found[0] == (0, (0, 0))
+    assert found[1:5] == [(1, (20, 0)), (1, (-20, 0)), (1, (0, 20)), (1, (0, -20))]
+    assert found[5:] == [(2, (40, 0)), (2, (0, 40)), (2, (0, -40)), (3, (60, 0))]
+
+
+def test_a_copy_of_the_target_stands_where_the_tracker_starts():
+    image, box = painted(40), np.array([40.0, 50.0, 20.0, 20.0])
+    view, beside = recovery.displaced(image, box, (60, -20))
+    assert beside.tolist() == [100.0, 30.0, 20.0, 20.0]
+    assert (view == np.where(painted(100, 30) == GREY, painted(40), painted(100, 30))).all()
+    assert (image == painted(40)).all()
+    same, here = recovery.displaced(image, box, (0, 0))
+    assert (same == image).all()
+    assert (here == box).all()
+
+
+def test_a_target_is_found_from_where_the_error_stays_small():
+    assert recovery.recovered_from(np.array([1.0, 2.0]), 4.0) == 1.0
+    assert recovery.recovered_from(np.array([9.0, 2.0, 8.0, 4.0]), 4.0) == 4.0
+    assert isnan(recovery.recovered_from(np.array([1.0, 1.0, 4.1]), 4.0))
+
+
+def test_a_start_on_the_target_needs_no_recovery_and_camshift_finds_nothing_from_afar():
+    rows = recovery.measure(walking([60 + frame for frame in range(25)]), quick=True)["wa-28"]
+    assert rows["widths"].value_counts().to_dict() == {0: 6, 1: 24, 2: 24, 3: 12}
+    near = rows[rows["widths"] == 0]
+    assert near["recovered"].sum() >= 4  # the flat filter without drift spreads from the start
+    assert (near.loc[near["tracker"] != "particle-filter", "recovered_from"] == 1.0).all()
+    far = rows[(rows["widths"] >= 2) & rows["tracker"].str.startswith("camshift")]
+    assert (far[["recovered", "reached"]] == 0.0).all(axis=None)
+    assert far["recovered_from"].isna().all()
+    assert set(far["preset"]) == {"any"}
+
+
+def test_everything_changes_under_a_camera_that_moves_and_the_target_alone_under_one_at_rest():
+    ground = np.random.default_rng(0).integers(0, 256, (120, 320, 3), np.uint8)
+
+    def view(x, pan):
+        image = ground[:, pan : pan + 160].copy()
+        image[50:70, x : x + SIDE] = GREEN
+        return image
+
+    xs = [40 + 2 * frame for frame in range(15)]
+    still = walking(xs, [view(x, 0) for x in xs], "at-rest")
+    following = walking(xs, [view(x, 6 * frame) for frame, x in enumerate(xs)], "multipart/1")
+    at_rest, moving = (camera.measure(shown, quick=True)["camera"] for shown in (still, following))
+    assert at_rest["camera"].unique().tolist() == ["at rest"]
+    assert moving["camera"].unique().tolist() == ["moving"]
+    assert at_rest["frame"].tolist() == list(range(1, 12))
+    assert (at_rest["changing"] < 0.1).all()
+    assert (moving["changing"] > 0.9).all()
+    assert (at_rest["moving_inside"] > moving["moving_inside"]).all()
+
+
+def test_a_tracker_that_fails_is_named():
+    outside = walking([-19.6, 40, 40], [painted(40)] * 3, "broken")
+    with pytest.raises(SequenceError, match=r"broken: camshift failed: .*no pixel"):
+        runs(outside, ["camshift"])
+
+
+def test_sequences_that_are_measured_exist():
+    known = datasets.names()
+    assert {name for check in examining.CHECKS for name in check.sequences} <= set(known)
+    assert {check.measure.__module__ for check in examining.CHECKS if check.everything} == {
+        f"bench.papers.wang2010.checks.{name}"
+        for name in ("illumination", "averaging", "threshold", "recovery")
+    }
+
+
+@pytest.fixture
+def measured(monkeypatch):
+    """Sequences that were measured, in turn, by checks of one table each."""
+    asked = []
+
+    def table(name):
+        def measure(sequence, quick):
+            assert sequence[3] is sequence[3]  # rendered once
+            asked.append((sequence.name, name, quick))
+            return {name: pd.DataFrame({"value": [1.5, np.nan]}), "none": pd.DataFrame()}
+
+        return measure
+
+    checks = (
+        examining.Check(table("always"), tuple(plain_names())),
+        examining.Check(table("further"), tuple(plain_names()), everything=True),
+        examining.Check(table("others")),
+    )
+    monkeypatch.setattr(examining, "CHECKS", checks)
+    monkeypatch.setattr(
+        examination,
+        "examined",
+        lambda function, scenes, jobs, title: ((scene, function(scene)) for scene in scenes),
+    )
+    return asked
+
+
+def test_tables_have_the_scene_in_front_and_none_is_empty(measured, tmp_path):
+    tables = examining.examine(["plain/target:scene=3", "plain/target"], tmp_path, 1)
+    assert list(tables) == ["always"]
+    found = tables["always"]
+    assert list(found) == ["name", "sequence", "scene", "value"]
+    assert found["scene"].tolist() == [3, 3, 0, 0]
+    assert found["name"].tolist() == ["plain/target:scene=3"] * 2 + ["plain/target"] * 2
+    assert set(found["sequence"]) == {"plain/target"}
+    assert found["value"].isna().tolist() == [False, True] * 2
+
+
+def test_what_was_measured_is_not_measured_again_and_everything_adds_to_it(measured, tmp_path):
+    first = examining.examine(["plain/target"], tmp_path, 1)
+    again = examining.examine(["plain/target"], tmp_path, 1)
+    assert measured == [("plain/target", "always", False)]
+    pd.testing.assert_frame_equal(first["always"], again["always"])
+    both = examining.examine(["plain/target"], tmp_path, 1, everything=True)
+    assert measured[1:] == [("plain/target", "further", False)]
+    assert set(both) == {"always", "further"}
+
+
+def test_a_quick_look_is_kept_apart_and_another_source_measures_anew(
+    measured, tmp_path, monkeypatch
+):
+    examining.examine(["plain/target"], tmp_path, 1, quick=True)
+    examining.examine(["plain/target"], tmp_path, 1)
+    monkeypatch.setattr(examining, "source_digest", lambda file, package: ("other", {}))
+    examining.examine(["plain/target"], tmp_path, 1)
+    assert [quick for _, _, quick in measured] == [True, False, False]
+
+
+def test_nothing_is_measured_where_no_check_belongs(measured, tmp_path):
+    assert examining.examine(["multipart/2"], tmp_path, 1) == {}
+    assert measured == []
