@@ -4,7 +4,8 @@
 
 The verdict is that of the headline reading (the text as written, all lights together, on the
 scenes that passed the static gate). Of the three metrics the claim counts as decided only where
-`frames_inside` and `first_loss` agree. A claim that holds in one reading and does not in another is
+`frames_inside` and `first_loss` agree. Where the text names no headline among rival readings, it
+is decided only where these agree. A claim that holds in one reading and does not in another is
 fragile.
 """
 
@@ -98,10 +99,11 @@ def conclude(claim: Claim, findings: Sequence[Finding]) -> Conclusion:
         and finding.light == "both"
         and claim.readings.is_headline(finding.reading)
     ]
-    outcome, reason = _decided(f for f in headline if f.scenes == "kept")
+    rivals = claim.readings.rivals
+    outcome, reason = _settled([f for f in headline if f.scenes == "kept"], rivals)
     on_drawn = [f for f in headline if f.scenes == "drawn"]
     # What depends on no scene is found once.
-    drawn = _decided(on_drawn)[0] if on_drawn else outcome
+    drawn = _settled(on_drawn, rivals)[0] if on_drawn else outcome
     known = _by_reading(findings, post_hoc=False)
     hindsight = _by_reading(findings, post_hoc=True)
     seen = {outcome, *known, *hindsight}
@@ -126,6 +128,25 @@ def _by_reading(findings: Iterable[Finding], *, post_hoc: bool) -> list[Outcome]
             key = tuple(sorted(finding.reading.items()))
             readings.setdefault(key, []).append(finding)
     return [_decided(found)[0] for found in readings.values()]
+
+
+def _settled(findings: Sequence[Finding], rivals: Sequence[str]) -> tuple[Outcome, str]:
+    """One outcome of rival readings', and its reason."""
+    readings: dict[str, list[Finding]] = {}
+    for finding in findings:
+        told = [f"{name} {finding.reading[name]}" for name in rivals if finding.reading.get(name)]
+        readings.setdefault(", ".join(told), []).append(finding)
+    if len(readings) < 2:
+        return _decided(findings)
+    said = {words: _decided(found) for words, found in readings.items()}
+    outcomes = {outcome for outcome, _ in said.values()}
+    told_apart = " ".join(
+        f"{words} {outcome.replace('-', ' ')}: {reason}"
+        for words, (outcome, reason) in said.items()
+    )
+    if len(outcomes) == 1:
+        return outcomes.pop(), told_apart
+    return "undecided", f"it depends on the {' and the '.join(rivals)}. {told_apart}"
 
 
 def _decided(findings: Iterable[Finding]) -> tuple[Outcome, str]:

@@ -113,7 +113,10 @@ def _frame(evidence: Evidence, test: PartTest) -> pd.DataFrame | None:
     sequences: list[object] = [*test.sequences]
     if isinstance(test, InteractionTest):
         sequences += test.against.get("sequence", [])
-    return table[table["sequence"].isin(sequences)]
+    table = table[table["sequence"].isin(sequences)]
+    # Rows that it does not compare have readings, too, but these are not the claim's.
+    compared = set[object]().union(*(matching(table, rows).index for rows in selections(test)))
+    return table[table.index.isin(compared)]
 
 
 @dataclass(frozen=True)

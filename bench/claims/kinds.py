@@ -60,7 +60,7 @@ COUNTS = ("success_frames", "frames_inside", "first_loss")
 Other metrics are judged as they are."""
 
 ERRORS = ("centre_error", "size_error")
-"""Metrics of which less is better; a margin is a share of the worse side's mean."""
+"""Metrics of which less is better begin so; a margin is a share of the worse side's mean."""
 
 SCORES = "scores"
 """Name of the table that a reproduction's runs make."""

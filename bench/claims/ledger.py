@@ -12,6 +12,7 @@ retired = ["X-3"]                # ids that were in use once; none is ever given
 initial = ["full", "tight", "body"]                      # the first one is the headline
 variant = ["", "uv_range=natural"]                       # likewise
 post_hoc = [{ initial = "body" }, { variant = "uv_range=natural" }]      # chosen after results
+rivals = []                      # columns of which the text names no value: none is the headline
 
 [claim.X-1]
 source = "Section 3, Table 1"    # place in the paper
@@ -57,6 +58,7 @@ class Readings(Entry):
     __pydantic_extra__: dict[str, Annotated[tuple[str, ...], Field(min_length=1)]]
 
     post_hoc: tuple[dict[str, str], ...] = ()
+    rivals: tuple[Text, ...] = ()
 
     @property
     def columns(self) -> Mapping[str, tuple[str, ...]]:
@@ -67,9 +69,10 @@ class Readings(Entry):
     def _choices_are_of_columns(self) -> "Readings":
         if not self.columns:
             raise ValueError("there must be a column of readings")
-        for column in {column for choice in self.post_hoc for column in choice}:
-            if column not in self.columns:
-                raise ValueError(f"post_hoc names {column!r}, which is no column of readings")
+        named = {"post_hoc": {column for choice in self.post_hoc for column in choice}}
+        for key, columns in (named | {"rivals": {*self.rivals}}).items():
+            for column in sorted(columns.difference(self.columns)):
+                raise ValueError(f"{key} names {column!r}, which is no column of readings")
         return self
 
     def is_post_hoc(self, reading: Mapping[str, str]) -> bool:
@@ -80,9 +83,9 @@ class Readings(Entry):
         )
 
     def is_headline(self, reading: Mapping[str, str]) -> bool:
-        """Whether it is the first of all readings, or depends on none."""
+        """Whether it is the first of all readings, or depends on none; rivals are equal."""
         return all(
-            reading.get(column, values[0]) in ("", values[0])
+            reading.get(column, values[0]) in ("", values[0]) or column in self.rivals
             for column, values in self.columns.items()
         )
 

@@ -163,7 +163,7 @@ def _bound(test: BoundTest, rows: pd.DataFrame) -> Verdict:
 
 def _margin(rows: pd.DataFrame, test: _Comparison, metric: str) -> float:
     """The margin in the metric's unit: of errors it is a share of the worse side's mean."""
-    if metric not in ERRORS:
+    if not metric.startswith(ERRORS):
         return test.margin
     mean = _values(rows, test, test.worse, metric).mean()
     return test.margin * float(mean) if np.isfinite(mean) else test.margin
@@ -173,7 +173,7 @@ def _differences(rows: pd.DataFrame, test: _Comparison, metric: str) -> "pd.Seri
     """Better less worse by cell; lights and the like of a cell are compared one by one."""
     better = _values(rows, test, test.better, metric)
     pairs = (better - _values(rows, test, test.worse, metric)).dropna().groupby(CELL).mean()
-    return -pairs if metric in ERRORS else pairs
+    return -pairs if metric.startswith(ERRORS) else pairs
 
 
 def _values(rows: pd.DataFrame, test: CellTest, selection: Rows, metric: str) -> "pd.Series[float]":

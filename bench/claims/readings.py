@@ -23,17 +23,19 @@ def readings_among(
     readings : Readings
         Of a ledger.
     tables : sequence of DataFrame
-        What a claim is judged by; a column that none of them has makes no reading.
+        What a claim is judged by. A column that none of them has, or on which none of their rows
+        depends, makes no reading, nor does a value that no row has.
     named : collection of str
         Columns that are no reading here.
     """
-    columns = [
-        column
-        for column in readings.columns
-        if column not in named and any(column in table for table in tables)
-    ]
-    for values in product(*(readings.columns[column] for column in columns)):
-        yield dict(zip(columns, values, strict=True))
+    columns = {}
+    for column, values in readings.columns.items():
+        found = (set(table[column].unique()) for table in tables if column in table)
+        there = set[object]().union(*found) - {ANY}
+        if there and column not in named:
+            columns[column] = [value for value in values if value in there]
+    for chosen in product(*columns.values()):
+        yield dict(zip(columns, chosen, strict=True))
 
 
 def rows_under(
