@@ -4,7 +4,7 @@ All are CPU times, measured in one process, in turns on the same images, for the
 for the compiled trackers.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,23 +21,37 @@ from bench.papers.wang2010.plain import (
     local_difference,
     moving,
 )
-from trackers.base.interface import Image
+from trackers.base.interface import Box, Image
 from trackers.colour_motion.differences import first_frame, frame_after
 
-__all__ = ["IMPLEMENTATIONS", "METHODS", "method_times", "motion_times", "particle_slopes",
-           "particle_times"]  # fmt: skip
+__all__ = [
+    "IMPLEMENTATIONS",
+    "METHODS",
+    "WINDOWED",
+    "WINDOWS",
+    "make",
+    "method_times",
+    "particle_slopes",
+    "particle_times",
+]
 
 IMPLEMENTATIONS = ("plain", "compiled")
 METHODS: Mapping[str, tuple[str, type[Any]]] = {
     "camshift": ("camshift", PlainCamShift),
     "camshift_improved": ("camshift-improved", PlainImprovedCamShift),
-    "proposed": ("wang2010", PlainWang2010),
+    "wang2010": ("wang2010", PlainWang2010),
     "particle_filter": ("particle-filter", PlainParticleFilter),
 }
 """The tracker's name and the plain method, by the name of a column."""
 
+WINDOWED = ("camshift", "camshift_improved")
+WINDOWS = ("fixed", "adaptive")
+
 NUMBERS = (15, 60, 100, 200, 400, 800)
 """Of particles."""
+
+RADII = {"wang2010": 60**0.5 / 2, "particle_filter": 400**0.5 / 2}
+"""By the rule, for each filter's own number of particles."""
 
 WINDOW = 5  # of local differences
 
@@ -52,7 +66,7 @@ def make(method: str, implementation: str, **parameters: Any) -> Any:
 
 
 def method_times(names: Sequence[str], passes: int, frames: int) -> pd.DataFrame:
-    """All methods as written, side by side.
+    """All methods as written and the motion map alone, side by side.
 
     Parameters
     ----------
@@ -66,29 +80,62 @@ def method_times(names: Sequence[str], passes: int, frames: int) -> pd.DataFrame
     Returns
     -------
     DataFrame
-        A row a pass and frame: `sequence`, `implementation`, and CPU seconds of every method of
-        `METHODS`.
+        A row a pass, frame and window of both CamShifts: `sequence`, `implementation`, `window`,
+        and CPU seconds of every method of `METHODS`, and of `motion`. The filters' are the same
+        beside both windows.
     """
     pieces = []
     for name in names:
         images, box = beginning(name, frames)
         for implementation in IMPLEMENTATIONS:
             for _ in range(passes):
-                updates = {}
-                for method in METHODS:
-                    tracker = make(method, implementation)
-                    tracker.init(images[0], box)
-                    updates[method] = tracker.update
-                found = in_turns(updates, images[1:])
-                pieces.append(found.assign(sequence=name, implementation=implementation))
+                found = _pass(images, box, implementation)
+                for window in WINDOWS:
+                    columns = {f"{method} {window}": method for method in WINDOWED}
+                    of_window = found.rename(columns=columns)[[*METHODS, "motion"]]
+                    where = {"sequence": name, "implementation": implementation, "window": window}
+                    pieces.append(of_window.assign(**where))
     return pd.concat(pieces, ignore_index=True)
+
+
+def _pass(images: Sequence[Image], box: Box, implementation: str) -> pd.DataFrame:
+    updates = {"motion": _motion(images[0], implementation)}
+    for method in METHODS:
+        for window in WINDOWS if method in WINDOWED else ("",):
+            one = make(method, implementation, **({"window": window} if window else {}))
+            one.init(images[0], box)
+            updates[f"{method} {window}".rstrip()] = one.update
+    return in_turns(updates, images[1:])
+
+
+def _motion(first: Image, implementation: str) -> Update:
+    """What makes the motion map of the next image; in plain code, joins it to a map of colours."""
+    if implementation == "compiled":
+        motion = first_frame(first)
+
+        def compiled(image: Image) -> None:
+            nonlocal motion
+            motion = frame_after(image, motion, WINDOW, True)
+
+        return compiled
+
+    previous, before = first, local_difference(first, first, WINDOW)
+    colour = np.ones(first.shape[:2])
+
+    def plain(image: Image) -> None:
+        nonlocal previous, before
+        latest = local_difference(image, previous, WINDOW)
+        joint_map(colour, moving((latest + before) / 2))
+        previous, before = image, latest
+
+    return plain
 
 
 def particle_times(name: str, passes: int, frames: int) -> pd.DataFrame:
     """Both filters with several numbers of particles.
 
-    Their transition has the radius that the text gives for its own number, whatever the number
-    here: with the rule the cloud, and with it what the compiled trackers sum up, would grow, too.
+    Their transition keeps the radius of `RADII`: by the rule the cloud would grow with the number,
+    and with it what the compiled trackers sum up.
 
     Parameters as `method_times`, for one sequence.
 
@@ -98,25 +145,25 @@ def particle_times(name: str, passes: int, frames: int) -> pd.DataFrame:
         A row a pass: `method`, `implementation`, `particles`, `seconds` (median over frames).
     """
     images, box = beginning(name, frames)
+    settings = {f"{method} {number}": (method, number) for method in RADII for number in NUMBERS}
     rows = []
     for implementation in IMPLEMENTATIONS:
         for _ in range(passes):
             updates: dict[str, Update] = {}
-            for method, radius in (("proposed", 60**0.5 / 2), ("particle_filter", 10.0)):
-                for number in NUMBERS:
-                    one = make(method, implementation, particles=number, radius=radius)
-                    one.init(images[0], box)
-                    updates[f"{method} {number}"] = one.update
-            for label, seconds in in_turns(updates, images[1:]).median().items():
-                method, number_text = str(label).split()
-                rows.append(
-                    {
-                        "method": method,
-                        "implementation": implementation,
-                        "particles": int(number_text),
-                        "seconds": seconds,
-                    }
-                )
+            for label, (method, number) in settings.items():
+                one = make(method, implementation, particles=number, radius=RADII[method])
+                one.init(images[0], box)
+                updates[label] = one.update
+            medians = in_turns(updates, images[1:]).median()
+            rows += [
+                {
+                    "method": method,
+                    "implementation": implementation,
+                    "particles": number,
+                    "seconds": medians[label],
+                }
+                for label, (method, number) in settings.items()
+            ]
     return pd.DataFrame(rows)
 
 
@@ -140,55 +187,3 @@ def particle_slopes(times: pd.DataFrame) -> pd.DataFrame:
         | slope(rows["particles"], rows["seconds"])
         for (method, implementation), rows in groups
     )
-
-
-def motion_times(name: str, passes: int, frames: int) -> pd.DataFrame:
-    """Traditional and improved CamShift beside the motion map alone.
-
-    Parameters as `method_times`, for one sequence.
-
-    Returns
-    -------
-    DataFrame
-        A row a pass: `implementation`, medians over frames of `camshift`, `camshift_improved`
-        and `motion` [seconds], and `share`, that of the motion map in what the improved one
-        takes longer.
-    """
-    images, box = beginning(name, frames)
-    rows = []
-    for implementation in IMPLEMENTATIONS:
-        for _ in range(passes):
-            updates = {"motion": _motion(implementation, images)}
-            for method in ("camshift", "camshift_improved"):
-                one = make(method, implementation)
-                one.init(images[0], box)
-                updates[method] = one.update
-            found = in_turns(updates, images[1:]).median()
-            longer = found["camshift_improved"] - found["camshift"]
-            share = {"share": found["motion"] / longer}
-            rows.append({"implementation": implementation} | found.to_dict() | share)
-    return pd.DataFrame(rows)
-
-
-def _motion(implementation: str, images: Iterable[Image]) -> Update:
-    """What makes the motion map of the next image, and adds it to a map of colours."""
-    first = next(iter(images))
-    if implementation == "compiled":
-        motion = first_frame(first)
-
-        def compiled(image: Image) -> None:
-            nonlocal motion
-            motion = frame_after(image, motion, WINDOW, True)
-
-        return compiled
-
-    previous, before = first, local_difference(first, first, WINDOW)
-    colour = np.ones(first.shape[:2])
-
-    def plain(image: Image) -> None:
-        nonlocal previous, before
-        latest = local_difference(image, previous, WINDOW)
-        joint_map(colour, moving((latest + before) / 2))
-        previous, before = image, latest
-
-    return plain

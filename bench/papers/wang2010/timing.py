@@ -12,8 +12,9 @@ from bench.papers.timed import timed_runs
 from bench.papers.wang2010.costs import (
     IMPLEMENTATIONS,
     METHODS,
+    WINDOWED,
+    WINDOWS,
     method_times,
-    motion_times,
     particle_slopes,
     particle_times,
 )
@@ -24,7 +25,7 @@ __all__ = ["PUBLISHED", "frame_times", "measured_times", "time_tables"]
 
 TABLE_1, SECTION_3_2 = "wang2010/table-tennis", "wang2010/hand"
 PUBLISHED: Mapping[str, Mapping[str, float]] = {
-    TABLE_1: {"camshift": 0.063, "proposed": 0.120, "particle_filter": 0.214},
+    TABLE_1: {"camshift": 0.063, "wang2010": 0.120, "particle_filter": 0.214},
     SECTION_3_2: {"camshift": 0.071, "camshift_improved": 0.098},
 }
 """Seconds a frame of Table 1 and of section 3.2, by sequence and method."""
@@ -32,7 +33,7 @@ PUBLISHED: Mapping[str, Mapping[str, float]] = {
 WORDS = {
     "camshift": "CamShift",
     "camshift_improved": "improved CamShift",
-    "proposed": "proposed, N = 60",
+    "wang2010": "proposed, N = 60",
     "particle_filter": "particle filter, N = 400",
 }
 
@@ -91,28 +92,40 @@ def measured_times(
     Returns
     -------
     dict of str to DataFrame
-        `implementation` is `plain` or `compiled`, times are CPU seconds, and methods as written:
-        `camshift`, `camshift_improved`, `proposed` (N = 60), `particle_filter` (N = 400).
-
-        `frame_times`: see there. `method_times` (WA-18, WA-20, WA-23, C9), a pass and frame a
-        row, measured side by side: `sequence`, `implementation`, a column of seconds for each of
-        the four. `particle_times` (WA-19), a pass a row: `method` (`proposed`,
-        `particle_filter`), `implementation`, `particles`, `seconds`. `time_slopes` (WA-19), a
-        line through these a row: `method`, `implementation`, `slope`, `lower_limit`,
-        `upper_limit` [seconds a particle], `r_squared`. `motion_times` (WA-23), a pass a row:
-        see `costs.motion_times`. `motion_share`: `implementation`, `share`, its median.
+        Times are CPU seconds, methods as written: `camshift`, `camshift_improved`, `wang2010`
+        (N = 60), `particle_filter` (N = 400); `motion` is the motion map alone, `window` that of
+        both CamShifts. `frame_times`: see there. `plain_times` (WA-18 to WA-20), a pass, frame
+        and window a row on `table-tennis`: `window` and a column of seconds for each of the four
+        and for `motion`, measured side by side; `plain_camshift_times` (WA-23): the same on
+        `hand`. `motion_share` (WA-23), a window a row: `share` of the motion map in what
+        improved CamShift takes longer on `hand`. `compiled_times` (C9),
+        `compiled_camshift_times`, `compiled_motion_share`: the same of the compiled trackers.
+        `particle_times` (WA-19), a pass a row: `method` (`wang2010`, `particle_filter`),
+        `implementation` (`plain`, `compiled`), `particles`, `seconds`. `time_slopes` (WA-19),
+        a line through these a row: `method`, `implementation`, `slope`, `lower_limit`,
+        `upper_limit` [seconds a particle], `r_squared`.
     """
     passes, frames = (_QUICK_PASSES, _QUICK_FRAMES) if quick else (_PASSES, _FRAMES)
     by_number = particle_times(TABLE_1, passes, frames)
-    motion = motion_times(SECTION_3_2, passes, frames)
     return {
         "frame_times": frame_times(folder, cells),
-        "method_times": method_times(list(PUBLISHED), passes, frames),
+        **_by_implementation(method_times(list(PUBLISHED), passes, frames)),
         "particle_times": by_number,
         "time_slopes": particle_slopes(by_number),
-        "motion_times": motion,
-        "motion_share": motion.groupby("implementation", as_index=False)[["share"]].median(),
     }
+
+
+def _by_implementation(times: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    tables = {}
+    for implementation, share in (("plain", "motion_share"), ("compiled", "compiled_motion_share")):
+        here = times[times["implementation"] == implementation]
+        tables[f"{implementation}_times"] = here[here["sequence"] == TABLE_1]
+        improved = here[here["sequence"] == SECTION_3_2]
+        tables[f"{implementation}_camshift_times"] = improved
+        medians = improved.groupby("window")[["camshift", "camshift_improved", "motion"]].median()
+        longer = medians["camshift_improved"] - medians["camshift"]
+        tables[share] = (medians["motion"] / longer).rename("share").reset_index()
+    return tables
 
 
 def time_tables(tables: Mapping[str, pd.DataFrame], failed: Sequence[str] = ()) -> list[Table]:
@@ -130,25 +143,36 @@ def time_tables(tables: Mapping[str, pd.DataFrame], failed: Sequence[str] = ()) 
 
 def _method_table(tables: Mapping[str, pd.DataFrame], failed: Sequence[str]) -> Table:
     data = [
-        _row(tables, sequence, method)
+        _row(tables, sequence, method, window)
         for sequence, published in PUBLISHED.items()
         for method in published
+        for window in (WINDOWS if method in WINDOWED else ("",))
+    ]
+    published = PUBLISHED[TABLE_1]
+    over_proposed = [
+        f"{name} {_ratio(tables[f'{name}_times'], 'particle_filter', 'wang2010'):.2f}"
+        for name in IMPLEMENTATIONS
     ]
     return Table(
         name="table-1",
         caption=(
-            "Table 1 and section 3.2: time a frame, as written, as ratios to CamShift beside the "
-            "paper's (MATLAB 6.5 on a Pentium 4 of 2.8 GHz; seconds of two machines are not "
-            "compared); medians of CPU time on one thread, in plain NumPy and compiled"
+            "Table 1 and section 3.2: time a frame, as written, as ratios to CamShift with a fixed "
+            "window beside the paper's (MATLAB 6.5 on a Pentium 4 of 2.8 GHz; seconds of two "
+            "machines are not compared); medians of CPU time on one thread, in plain NumPy and "
+            "compiled"
         ),
         heads=list(data[0]),
         n_labels=2,
         rows=[[Cell(text) for text in row.values()] for row in data],
         notes=[
-            _filter_over_proposed(tables["method_times"]),
-            "ratios: geometric means over frames that all methods were shown in turns; CamShift "
-            "has a fixed window",
-            _motion_words(tables["motion_share"]),
+            "particle filter over proposed: paper "
+            f"{published['particle_filter'] / published['wang2010']:.2f}, "
+            + ", ".join(over_proposed),
+            "ratios: geometric means over frames that all methods were shown in turns",
+            "of what improved CamShift takes longer the motion map takes "
+            f"{_percent(tables['motion_share'])} in plain NumPy, "
+            f"{_percent(tables['compiled_motion_share'])} compiled (the paper: the difference is "
+            "due to it); the rest is saturation, and steps on another map",
             "timing runs: compiled, each by itself; those that other load disturbed are left out, "
             "and where none is left there is a dash",
             *failed,
@@ -157,49 +181,38 @@ def _method_table(tables: Mapping[str, pd.DataFrame], failed: Sequence[str]) -> 
     )
 
 
-def _row(tables: Mapping[str, pd.DataFrame], sequence: str, method: str) -> dict[str, str]:
+def _row(
+    tables: Mapping[str, pd.DataFrame], sequence: str, method: str, window: str
+) -> dict[str, str]:
     published = PUBLISHED[sequence]
     row = {
         "sequence": sequence,
-        "method": WORDS[method],
+        "method": f"{WORDS[method]}, {window} window" if window else WORDS[method],
         "paper [s]": f"{published[method]:.3f}",
         "paper, ratio": f"{published[method] / published['camshift']:.2f}",
     }
+    table = "times" if sequence == TABLE_1 else "camshift_times"
     for implementation in IMPLEMENTATIONS:
-        times = _timed(tables["method_times"], sequence, implementation)
-        row[f"{implementation} [ms]"] = f"{1e3 * times[method].median():.3g}"
-        row[f"{implementation}, ratio"] = f"{_ratio(times, method, 'camshift'):.2f}"
+        times = tables[f"{implementation}_{table}"]
+        fixed = times[times["window"] == "fixed"]
+        own = times[times["window"] == window] if window else fixed
+        pairs = {"own": own[method].to_numpy(), "camshift": fixed["camshift"].to_numpy()}
+        row[f"{implementation} [ms]"] = f"{1e3 * np.median(pairs['own']):.3g}"
+        row[f"{implementation}, ratio"] = f"{_ratio(pairs, 'own', 'camshift'):.2f}"
     runs = tables["frame_times"]
     runs = runs[(runs["sequence"] == sequence) & (runs["method"] == method)]
-    row["timing runs [ms]"] = f"{1e3 * runs['seconds'].median():.3g}" if len(runs) else MISSING
+    timed = len(runs) > 0 and window != "adaptive"
+    row["timing runs [ms]"] = f"{1e3 * runs['seconds'].median():.3g}" if timed else MISSING
     return row
 
 
-def _timed(times: pd.DataFrame, sequence: str, implementation: str) -> pd.DataFrame:
-    return times[(times["sequence"] == sequence) & (times["implementation"] == implementation)]
-
-
-def _ratio(times: pd.DataFrame, longer: str, shorter: str) -> float:
+def _ratio(times: Any, longer: str, shorter: str) -> float:
     return float(np.exp(np.log(times[longer] / times[shorter]).mean()))
 
 
-def _filter_over_proposed(times: pd.DataFrame) -> str:
-    ratios = [
-        f"{implementation} "
-        f"{_ratio(_timed(times, TABLE_1, implementation), 'particle_filter', 'proposed'):.2f}"
-        for implementation in IMPLEMENTATIONS
-    ]
-    published = PUBLISHED[TABLE_1]["particle_filter"] / PUBLISHED[TABLE_1]["proposed"]
-    return f"particle filter over proposed: paper {published:.2f}, {', '.join(ratios)}"
-
-
-def _motion_words(share: pd.DataFrame) -> str:
-    shares = [f"{row['implementation']} {100 * row['share']:.0f} %" for _, row in share.iterrows()]
-    return (
-        "of what improved CamShift takes longer than CamShift the motion map takes "
-        f"{', '.join(shares)} (the paper: the difference is due to it); the rest is saturation, "
-        "and steps on another map"
-    )
+def _percent(shares: pd.DataFrame) -> str:
+    """The motion map's share, with a fixed window."""
+    return f"{100 * shares.set_index('window')['share']['fixed']:.0f} %"
 
 
 def _particle_table(slopes: pd.DataFrame) -> Table:

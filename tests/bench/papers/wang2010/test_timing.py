@@ -13,7 +13,6 @@ from bench.papers.wang2010.costs import (
     METHODS,
     make,
     method_times,
-    motion_times,
     particle_slopes,
     particle_times,
 )
@@ -37,15 +36,18 @@ def test_both_implementations_of_a_method_give_the_same_boxes():
 
 def test_methods_are_timed_in_turns_in_both_implementations():
     times = method_times([NAME], 2, 6)
-    assert set(METHODS) < set(times)
-    assert len(times) == 2 * 2 * 5  # the first update of a pass warms up
-    assert (times[list(METHODS)] > 0).all(axis=None)
-    plain, compiled = (
-        times[times["implementation"] == name][list(METHODS)].median()
-        for name in ("plain", "compiled")
-    )
+    assert len(times) == 2 * 2 * 2 * 5  # the first update of a pass warms up
+    columns = [*METHODS, "motion"]
+    assert (times[columns] > 0).all(axis=None)
+    medians = times.groupby(["implementation", "window"])[columns].median()
+    plain, compiled = medians.loc["plain", "fixed"], medians.loc["compiled", "fixed"]
     assert (plain > compiled).all()
-    assert plain["camshift"] < plain["camshift_improved"] < plain["proposed"]
+    assert plain["camshift"] < plain["camshift_improved"] < plain["wang2010"]
+    assert plain["motion"] < plain["camshift_improved"]
+    # What has no window is the same in both rows.
+    fixed, adaptive = (times[times["window"] == window] for window in ("fixed", "adaptive"))
+    assert fixed["wang2010"].tolist() == adaptive["wang2010"].tolist()
+    assert fixed["camshift"].tolist() != adaptive["camshift"].tolist()
 
 
 def test_particles_are_timed_by_their_number(monkeypatch):
@@ -53,16 +55,8 @@ def test_particles_are_timed_by_their_number(monkeypatch):
     times = particle_times(NAME, 2, 5)
     assert len(times) == 2 * 2 * 2 * 3
     plain = particle_slopes(times).query("implementation == 'plain'").set_index("method")
-    assert plain.loc["proposed", "slope"] > plain.loc["particle_filter", "slope"] > 0
+    assert plain.loc["wang2010", "slope"] > plain.loc["particle_filter", "slope"] > 0
     assert (plain["lower_limit"] < plain["slope"]).all()
-
-
-def test_the_motion_map_is_timed_beside_both_camshifts():
-    times = motion_times(NAME, 2, 6)
-    assert times["implementation"].tolist() == ["plain", "plain", "compiled", "compiled"]
-    longer = times["camshift_improved"] - times["camshift"]
-    assert times["share"].to_numpy() == pytest.approx((times["motion"] / longer).to_numpy())
-    assert (times["motion"] > 0).all()
 
 
 @pytest.fixture(scope="module")
@@ -85,27 +79,25 @@ def test_timing_runs_are_those_of_methods_as_written(folder):
 
 def known():
     """Times that are known: plain in whole milliseconds, compiled a tenth of it."""
-    plain = {"camshift": 1.0, "camshift_improved": 1.5, "proposed": 2.0, "particle_filter": 5.0}
-    rows = [
-        {"sequence": sequence, "implementation": implementation}
-        | {method: scale * drift * value for method, value in plain.items()}
+    plain = {"camshift": 1.0, "camshift_improved": 1.5, "wang2010": 2.0, "particle_filter": 5.0}
+    times = pd.DataFrame(
+        {"sequence": sequence, "implementation": implementation, "window": window}
+        | {method: scale * drift * wide * value for method, value in plain.items()}
+        | {"motion": scale * drift * wide * 0.2}
         for sequence in PUBLISHED
         for implementation, scale in (("plain", 1e-3), ("compiled", 1e-4))
+        for window, wide in (("fixed", 1.0), ("adaptive", 1.2))
         for drift in (0.5, 1.0, 4.0)
-    ]
+    )
     line = {"lower_limit": 1e-6, "upper_limit": 3e-6, "slope": 2e-6, "r_squared": 0.99}
-    return {
-        "method_times": pd.DataFrame(rows),
-        "motion_share": pd.DataFrame(
-            {"implementation": ["compiled", "plain"], "share": [0.4, 0.9]}
-        ),
+    return timing._by_implementation(times) | {
         "frame_times": pd.DataFrame(
             {"method": "camshift", "sequence": TABLE_1, "frame": [1, 2], "seconds": [1e-3, 3e-3]}
         ),
         "time_slopes": pd.DataFrame(
             [
-                line | {"method": "proposed", "implementation": name}
-                for name in ("plain", "compiled")
+                line | {"method": "wang2010", "implementation": name}
+                for name in costs.IMPLEMENTATIONS
             ]
         ),
     }
@@ -115,16 +107,18 @@ def test_ratios_stand_beside_those_of_the_paper():
     table, particles = time_tables(known(), ["failed: why"])
     texts = [[cell.text for cell in row] for row in table.rows]
     assert texts[0] == [
-        *(TABLE_1, "CamShift", "0.063", "1.00"), *("1", "1.00", "0.1", "1.00"), "2",
+        *(TABLE_1, "CamShift, fixed window", "0.063", "1.00"), *("1", "1.00", "0.1", "1.00"), "2",
     ]  # fmt: skip
-    assert [row[2:6] for row in texts[1:3]] == [
+    assert texts[1][1:6] == ["CamShift, adaptive window", "0.063", "1.00", "1.2", "1.20"]
+    assert [row[2:6] for row in texts[2:4]] == [
         ["0.120", "1.90", "2", "2.00"],
         ["0.214", "3.40", "5", "5.00"],
     ]
-    assert texts[4][:6] == [SECTION_3_2, "improved CamShift", "0.098", "1.38", "1.5", "1.50"]
+    assert texts[6][:2] == [SECTION_3_2, "improved CamShift, fixed window"]
+    assert texts[6][2:6] == ["0.098", "1.38", "1.5", "1.50"]
     assert {row[-1] for row in texts[1:]} == {MISSING}
     assert table.notes[0] == "particle filter over proposed: paper 1.78, plain 2.50, compiled 2.50"
-    assert "compiled 40 %, plain 90 %" in table.notes[2]
+    assert "40 % in plain NumPy, 40 % compiled" in table.notes[2]
     assert table.notes[-1] == "failed: why"
     assert [cell.text for cell in particles.rows[0]] == [
         "proposed", "2 [1, 3]", "0.99", "2 [1, 3]", "0.99",
@@ -132,17 +126,24 @@ def test_ratios_stand_beside_those_of_the_paper():
 
 
 def test_all_that_the_ledger_asks_for_is_measured(folder, monkeypatch):
+    other = "plain/target:length=21"
     monkeypatch.setattr(timing, "TABLE_1", NAME)
-    monkeypatch.setattr(timing, "SECTION_3_2", NAME)
-    monkeypatch.setattr(timing, "PUBLISHED", {NAME: PUBLISHED[TABLE_1]})
+    monkeypatch.setattr(timing, "SECTION_3_2", other)
+    published = dict(zip((NAME, other), PUBLISHED.values(), strict=True))
+    monkeypatch.setattr(timing, "PUBLISHED", published)
     monkeypatch.setattr(timing, "_QUICK_FRAMES", 4)
     monkeypatch.setattr(costs, "NUMBERS", (15, 60))
     tables = measured_times(folder, quick=True)
     assert set(tables) == {
-        *("frame_times", "method_times", "motion_times", "motion_share"),
-        *("particle_times", "time_slopes"),
+        *("frame_times", "particle_times", "time_slopes"),
+        *("plain_times", "plain_camshift_times", "motion_share"),
+        *("compiled_times", "compiled_camshift_times", "compiled_motion_share"),
     }
     assert len(tables["time_slopes"]) == 4
-    assert set(tables["motion_share"]["implementation"]) == {"plain", "compiled"}
-    assert np.isfinite(tables["motion_share"]["share"]).all()
-    assert [len(table.rows) for table in time_tables(tables)] == [3, 2]
+    for name in ("plain_times", "compiled_camshift_times"):
+        assert len(tables[name]) == 2 * 2 * 3  # passes, windows and frames
+    assert set(tables["plain_times"]["sequence"]) == {NAME}
+    share = tables["motion_share"].set_index("window")["share"]
+    assert share.index.tolist() == ["adaptive", "fixed"]
+    assert np.isfinite(share).all()
+    assert [len(table.rows) for table in time_tables(tables)] == [8, 2]
