@@ -32,6 +32,7 @@ def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
                     continue
                 speed = step * float(np.hypot(*(middles[frame] - middles[frame - 1])))
                 labels = {"step": step, "phase": phase, "speed": speed, "frame": frame}
+                swept = np.asarray(things[list(seen)].any(axis=0))
                 for noise in NOISES:
                     image, previous, earlier = (
                         with_noise(sequence[number], noise, generator) for number in seen
@@ -45,6 +46,7 @@ def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
                             {"differences": differences, "noise": noise}
                             | labels
                             | found(marked, things[frame])
+                            | {"precision_swept": found(marked, swept)["precision"]}
                         )
     return {"wa-5": pd.DataFrame(rows)}
 
