@@ -39,7 +39,7 @@ IMPLEMENTATIONS = ("plain", "compiled")
 METHODS: Mapping[str, tuple[str, type[Any]]] = {
     "camshift": ("camshift", PlainCamShift),
     "camshift_improved": ("camshift-improved", PlainImprovedCamShift),
-    "wang2010": ("wang2010", PlainWang2010),
+    "proposed": ("wang2010", PlainWang2010),
     "particle_filter": ("particle-filter", PlainParticleFilter),
 }
 """The tracker's name and the plain method, by the name of a column."""
@@ -50,7 +50,7 @@ WINDOWS = ("fixed", "adaptive")
 NUMBERS = (15, 60, 100, 200, 400, 800)
 """Of particles."""
 
-RADII = {"wang2010": 60**0.5 / 2, "particle_filter": 400**0.5 / 2}
+RADII = {"proposed": 60**0.5 / 2, "particle_filter": 400**0.5 / 2}
 """By the rule, for each filter's own number of particles."""
 
 WINDOW = 5  # of local differences

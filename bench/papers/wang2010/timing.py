@@ -25,7 +25,7 @@ __all__ = ["PUBLISHED", "frame_times", "measured_times", "time_tables"]
 
 TABLE_1, SECTION_3_2 = "wang2010/table-tennis", "wang2010/hand"
 PUBLISHED: Mapping[str, Mapping[str, float]] = {
-    TABLE_1: {"camshift": 0.063, "wang2010": 0.120, "particle_filter": 0.214},
+    TABLE_1: {"camshift": 0.063, "proposed": 0.120, "particle_filter": 0.214},
     SECTION_3_2: {"camshift": 0.071, "camshift_improved": 0.098},
 }
 """Seconds a frame of Table 1 and of section 3.2, by sequence and method."""
@@ -33,7 +33,7 @@ PUBLISHED: Mapping[str, Mapping[str, float]] = {
 WORDS = {
     "camshift": "CamShift",
     "camshift_improved": "improved CamShift",
-    "wang2010": "proposed, N = 60",
+    "proposed": "proposed, N = 60",
     "particle_filter": "particle filter, N = 400",
 }
 
@@ -92,40 +92,37 @@ def measured_times(
     Returns
     -------
     dict of str to DataFrame
-        Times are CPU seconds, methods as written: `camshift`, `camshift_improved`, `wang2010`
-        (N = 60), `particle_filter` (N = 400); `motion` is the motion map alone, `window` that of
-        both CamShifts. `frame_times`: see there. `plain_times` (WA-18 to WA-20), a pass, frame
-        and window a row on `table-tennis`: `window` and a column of seconds for each of the four
-        and for `motion`, measured side by side; `plain_camshift_times` (WA-23): the same on
-        `hand`. `motion_share` (WA-23), a window a row: `share` of the motion map in what
-        improved CamShift takes longer on `hand`. `compiled_times` (C9),
-        `compiled_camshift_times`, `compiled_motion_share`: the same of the compiled trackers.
-        `particle_times` (WA-19), a pass a row: `method` (`wang2010`, `particle_filter`),
-        `implementation` (`plain`, `compiled`), `particles`, `seconds`. `time_slopes` (WA-19),
-        a line through these a row: `method`, `implementation`, `slope`, `lower_limit`,
-        `upper_limit` [seconds a particle], `r_squared`.
+        Times are CPU seconds, methods as written: `camshift`, `camshift_improved`, `proposed`
+        (N = 60), `particle_filter` (N = 400). `implementation` is `plain` or `compiled`, `window`
+        that of both CamShifts.
+
+        `frame_times`: see there. `method_times` (WA-18 to WA-20, WA-23, C9), a pass, frame and
+        window a row: `sequence` (`table-tennis`, `hand`), `implementation`, `window`, a column for
+        each method and `motion` (the motion map alone), all measured side by side; the filters'
+        are the same beside both windows. `motion_share` (WA-23): `implementation`, `window`,
+        `share` of the motion map in what improved CamShift takes longer on `hand`.
+        `particle_times` (WA-19), a pass a row: `method` (`proposed`, `particle_filter`),
+        `implementation`, `particles`, `seconds`. `time_slopes` (WA-19), a line through these a
+        row: `method`, `implementation`, `slope`, `lower_limit`, `upper_limit` [seconds a
+        particle], `r_squared`.
     """
     passes, frames = (_QUICK_PASSES, _QUICK_FRAMES) if quick else (_PASSES, _FRAMES)
+    by_method = method_times(list(PUBLISHED), passes, frames)
     by_number = particle_times(TABLE_1, passes, frames)
     return {
         "frame_times": frame_times(folder, cells),
-        **_by_implementation(method_times(list(PUBLISHED), passes, frames)),
+        "method_times": by_method,
+        "motion_share": _motion_share(by_method),
         "particle_times": by_number,
         "time_slopes": particle_slopes(by_number),
     }
 
 
-def _by_implementation(times: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    tables = {}
-    for implementation, share in (("plain", "motion_share"), ("compiled", "compiled_motion_share")):
-        here = times[times["implementation"] == implementation]
-        tables[f"{implementation}_times"] = here[here["sequence"] == TABLE_1]
-        improved = here[here["sequence"] == SECTION_3_2]
-        tables[f"{implementation}_camshift_times"] = improved
-        medians = improved.groupby("window")[["camshift", "camshift_improved", "motion"]].median()
-        longer = medians["camshift_improved"] - medians["camshift"]
-        tables[share] = (medians["motion"] / longer).rename("share").reset_index()
-    return tables
+def _motion_share(times: pd.DataFrame) -> pd.DataFrame:
+    here = times[times["sequence"] == SECTION_3_2].groupby(["implementation", "window"])
+    medians = here[["camshift", "camshift_improved", "motion"]].median()
+    longer = medians["camshift_improved"] - medians["camshift"]
+    return (medians["motion"] / longer).rename("share").reset_index()
 
 
 def time_tables(tables: Mapping[str, pd.DataFrame], failed: Sequence[str] = ()) -> list[Table]:
@@ -150,9 +147,10 @@ def _method_table(tables: Mapping[str, pd.DataFrame], failed: Sequence[str]) -> 
     ]
     published = PUBLISHED[TABLE_1]
     over_proposed = [
-        f"{name} {_ratio(tables[f'{name}_times'], 'particle_filter', 'wang2010'):.2f}"
+        f"{name} {_ratio(_timed(tables, TABLE_1, name), 'particle_filter', 'proposed'):.2f}"
         for name in IMPLEMENTATIONS
     ]
+    shares = tables["motion_share"].set_index(["implementation", "window"])["share"]
     return Table(
         name="table-1",
         caption=(
@@ -166,13 +164,13 @@ def _method_table(tables: Mapping[str, pd.DataFrame], failed: Sequence[str]) -> 
         rows=[[Cell(text) for text in row.values()] for row in data],
         notes=[
             "particle filter over proposed: paper "
-            f"{published['particle_filter'] / published['wang2010']:.2f}, "
+            f"{published['particle_filter'] / published['proposed']:.2f}, "
             + ", ".join(over_proposed),
             "ratios: geometric means over frames that all methods were shown in turns",
             "of what improved CamShift takes longer the motion map takes "
-            f"{_percent(tables['motion_share'])} in plain NumPy, "
-            f"{_percent(tables['compiled_motion_share'])} compiled (the paper: the difference is "
-            "due to it); the rest is saturation, and steps on another map",
+            f"{100 * shares['plain', 'fixed']:.0f} % in plain NumPy, "
+            f"{100 * shares['compiled', 'fixed']:.0f} % compiled, with a fixed window (the paper: "
+            "the difference is due to it); the rest is saturation, and steps on another map",
             "timing runs: compiled, each by itself; those that other load disturbed are left out, "
             "and where none is left there is a dash",
             *failed,
@@ -191,9 +189,8 @@ def _row(
         "paper [s]": f"{published[method]:.3f}",
         "paper, ratio": f"{published[method] / published['camshift']:.2f}",
     }
-    table = "times" if sequence == TABLE_1 else "camshift_times"
     for implementation in IMPLEMENTATIONS:
-        times = tables[f"{implementation}_{table}"]
+        times = _timed(tables, sequence, implementation)
         fixed = times[times["window"] == "fixed"]
         own = times[times["window"] == window] if window else fixed
         pairs = {"own": own[method].to_numpy(), "camshift": fixed["camshift"].to_numpy()}
@@ -206,13 +203,13 @@ def _row(
     return row
 
 
+def _timed(tables: Mapping[str, pd.DataFrame], sequence: str, implementation: str) -> pd.DataFrame:
+    times = tables["method_times"]
+    return times[(times["sequence"] == sequence) & (times["implementation"] == implementation)]
+
+
 def _ratio(times: Any, longer: str, shorter: str) -> float:
     return float(np.exp(np.log(times[longer] / times[shorter]).mean()))
-
-
-def _percent(shares: pd.DataFrame) -> str:
-    """The motion map's share, with a fixed window."""
-    return f"{100 * shares.set_index('window')['share']['fixed']:.0f} %"
 
 
 def _particle_table(slopes: pd.DataFrame) -> Table:
