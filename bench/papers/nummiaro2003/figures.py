@@ -14,8 +14,9 @@ import datasets
 from bench.papers import Asked
 from bench.papers.nummiaro2003.courses import GONE, HIDDEN
 from bench.papers.nummiaro2003.grid import scale_grids
-from bench.papers.nummiaro2003.stored import UPDATE, StoredRuns, over_frames
+from bench.papers.nummiaro2003.stored import UPDATE, AdaptiveRuns
 from bench.papers.nummiaro2003.strips import film_strips
+from bench.papers.stored import over_frames
 from datasets import Sequence
 from reports.figures import write_figure
 from reports.film_strip import write_film_strip
@@ -50,7 +51,7 @@ def draw(results: Path, folder: Path, asked: Asked, tables: Tables) -> list[Path
         Of what `checks` measures `surface`, `surface_particles`, `entrance_particles` and
         `entrance_regions`; of `timing.measured_times` `run_times`.
     """
-    stored = StoredRuns(results, asked)
+    stored = AdaptiveRuns(results, asked)
     plots = {
         "figure-2": _surface(tables),
         "figure-3": _entrance(tables),
@@ -137,12 +138,12 @@ def _placed(
     return Placed(sequence[frame], f"frame {frame}: {words}", ellipses, regions=boxes)
 
 
-def _trajectories(stored: StoredRuns) -> Figure | None:
+def _trajectories(stored: AdaptiveRuns) -> Figure | None:
     """Fig. 4."""
     experiment = "nummiaro2003-figure-4"
     tracks = []
     for name in (PERSON, CAR):
-        for run in stored.of(experiment, name)[:1]:
+        for run in stored.written(experiment, name)[:1]:
             truth = stored.truth(experiment, run).boxes
             last = int(np.flatnonzero(np.isfinite(truth).all(axis=1))[-1])
             tracks.append(Track(datasets.load(name)[last], name, run.boxes, truth))
@@ -166,10 +167,10 @@ def _times(tables: Tables) -> Figure | None:
     return series_plot(series, title, "CPU time [ms]", labels)
 
 
-def _appearances(stored: StoredRuns, *, update: bool) -> Figure | None:
+def _appearances(stored: AdaptiveRuns, *, update: bool) -> Figure | None:
     """Fig. 7."""
     experiment = "nummiaro2003-figure-6"
-    runs = stored.of(experiment, STUDENTS, model_update=update)
+    runs = stored.written(experiment, STUDENTS, model_update=update)
     if not runs:
         return None
     truth, parameters = stored.truth(experiment, runs[0]), runs[0].identity.parameters
@@ -184,7 +185,7 @@ def _appearances(stored: StoredRuns, *, update: bool) -> Figure | None:
     )
 
 
-def _half_width(stored: StoredRuns) -> Figure | None:
+def _half_width(stored: AdaptiveRuns) -> Figure | None:
     """Fig. 9."""
     experiment = "nummiaro2003-figure-8"
     runs = stored.by_update(experiment, TRAFFIC)

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 import pandas as pd
 from matplotlib.figure import Figure
 
-from bench.papers.nummiaro2003.stored import UPDATE, StoredRuns, over_frames
+from bench.papers.nummiaro2003.stored import UPDATE, AdaptiveRuns
+from bench.papers.stored import over_frames
 from datasets.text_form import format_text
 from reports.series import series_grid
 
@@ -43,7 +44,7 @@ GRIDS: Mapping[str, tuple[str, Mapping[str, Mapping[str, object]], tuple[int, ..
 """By name: experiment, readings, scenes, headline."""
 
 
-def scale_grids(stored: StoredRuns) -> dict[str, Figure]:
+def scale_grids(stored: AdaptiveRuns) -> dict[str, Figure]:
     """Hx of the mean state with and without update, by name; none without runs."""
     plots = {}
     for name, (experiment, readings, scenes, title) in GRIDS.items():

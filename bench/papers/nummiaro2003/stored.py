@@ -1,106 +1,36 @@
 """Stored runs of the paper's tracker by what sets them apart."""
 
-from collections.abc import Mapping
-from functools import cache
-from pathlib import Path
-
-import numpy as np
-import pandas as pd
-
-from bench.contestant import contestant
-from bench.papers import Asked
+from bench.papers.stored import StoredRuns
 from bench.record import Run
-from bench.store.layout import run_path
-from bench.store.loading import load_results
-from bench.store.results import Results
-from bench.store.truth import StoredTruth, read_truth
 from datasets.text_form import format_text
 
-__all__ = ["UPDATE", "StoredRuns", "over_frames"]
+__all__ = ["UPDATE", "AdaptiveRuns"]
 
 UPDATE = {"without update": False, "with update": True}
 """Whether the model is updated, by what figures call it."""
 
-_CELL = ["tracker", "sequence", "repetition", "protocol"]
 
+class AdaptiveRuns(StoredRuns):
+    """Finished runs of `nummiaro2003` that this call asked for."""
 
-class StoredRuns:
-    """Finished runs that this call asked for.
-
-    Parameters
-    ----------
-    results : Path
-        Folder of all experiments.
-    asked : mapping of str to collection of Cell
-        Runs that are meant, by experiment.
-    """
-
-    def __init__(self, results: Path, asked: Asked) -> None:
-        self._results, self._asked = results, asked
-        self._listed = cache(self._list)
-
-    def of(self, experiment: str, sequence: str, **parameters: object) -> list[Run]:
-        """Runs on a sequence, in order of their repetitions; none where none was asked for.
+    def written(self, experiment: str, sequence: str, **parameters: object) -> list[Run]:
+        """Runs with these parameters, from the preset `as-written` unless another is given.
 
         Parameters
         ----------
-        experiment : str
-            Name.
-        sequence : str
-            Canonical name.
+        experiment, sequence : str
+            See `of`.
         **parameters
-            Of `nummiaro2003`, from the preset `as-written` unless another is given.
+            Of `nummiaro2003`.
         """
-        label = contestant(format_text("nummiaro2003", {"preset": "as-written"} | parameters)).label
-        runs = self._listed(experiment)
-        runs = runs[(runs["tracker"] == label) & (runs["sequence"] == sequence)]
-        results = Results(self._results / experiment)
-        places = runs.sort_values("repetition")[_CELL]
-        return [
-            results.read(results.folder / run_path(*place))
-            for place in places.itertuples(index=False, name=None)
-        ]
+        tracker = format_text("nummiaro2003", {"preset": "as-written"} | parameters)
+        return self.of(experiment, sequence, tracker)
 
     def by_update(
         self, experiment: str, sequence: str, **parameters: object
     ) -> dict[str, list[Run]]:
-        """Runs without and with update of the model, by label; see `of`."""
+        """Runs without and with update of the model, by label; see `written`."""
         return {
-            label: self.of(experiment, sequence, **parameters, model_update=update)
+            label: self.written(experiment, sequence, **parameters, model_update=update)
             for label, update in UPDATE.items()
         }
-
-    def truth(self, experiment: str, run: Run) -> StoredTruth:
-        """Truth that a run was made with."""
-        key = run.identity
-        return read_truth(self._results / experiment, key.sequence, key.fingerprint)
-
-    def _list(self, experiment: str) -> pd.DataFrame:
-        if experiment not in self._asked:
-            return pd.DataFrame(columns=_CELL)
-        runs = load_results(self._results / experiment, self._asked[experiment])
-        return runs[runs["status"] == "finished"]
-
-
-def over_frames(runs: Mapping[str, list[Run]], *details: str) -> pd.DataFrame:
-    """Details of runs, a row a frame in which the tracker said something.
-
-    Parameters
-    ----------
-    runs : mapping of str to list of Run
-        By label.
-    *details : str
-        Names.
-
-    Returns
-    -------
-    DataFrame
-        `label`, `repetition`, `frame` and the details.
-    """
-    pieces = [pd.DataFrame(columns=["label", "repetition", "frame", *details])]
-    for label, repetitions in runs.items():
-        for run in repetitions:
-            columns = {name: run.details[name] for name in details}
-            rows = pd.DataFrame({"label": label, "repetition": run.identity.repetition} | columns)
-            pieces.append(rows.assign(frame=np.arange(len(rows))).dropna())
-    return pd.concat(pieces[1:] or pieces, ignore_index=True)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
-from bench.papers.nummiaro2003.stored import UPDATE, StoredRuns
+from bench.papers.nummiaro2003.stored import UPDATE, AdaptiveRuns
 from bench.record import Run
 from datasets import Sequence
 from reports.film_strip import evenly_spaced, film_strip
@@ -23,7 +23,7 @@ SHADES = {label: colour(position) for position, label in enumerate(UPDATE)}
 Strip = NDArray[np.uint8]
 
 
-def film_strips(stored: StoredRuns) -> dict[str, Strip]:
+def film_strips(stored: AdaptiveRuns) -> dict[str, Strip]:
     """Strips of the first repetition, by name; none where there is no run."""
     rows = {
         "figure-6": ("nummiaro2003-figure-6", STUDENTS, 2 * COLUMNS, "Fig. 6, as written"),
@@ -48,7 +48,7 @@ def film_strips(stored: StoredRuns) -> dict[str, Strip]:
 
 
 def _one_above_the_other(
-    stored: StoredRuns, experiment: str, name: str, n_frames: int, title: str
+    stored: AdaptiveRuns, experiment: str, name: str, n_frames: int, title: str
 ) -> list[Strip]:
     """Strips without update, then those with."""
     parts = []

@@ -16,8 +16,9 @@ from bench.experiment import read_experiment
 from bench.papers.nummiaro2003 import figures, grid, strips
 from bench.papers.nummiaro2003.figures import draw, undrawn
 from bench.papers.nummiaro2003.grid import READINGS, scale_grids
-from bench.papers.nummiaro2003.stored import StoredRuns, over_frames
+from bench.papers.nummiaro2003.stored import AdaptiveRuns
 from bench.papers.nummiaro2003.strips import film_strips
+from bench.papers.stored import over_frames
 from bench.store.asked import Asked
 from bench.store.results import Results
 from bench.store.truth import write_truth
@@ -63,7 +64,7 @@ def asked(results):
 
 @pytest.fixture
 def stored(results, asked):
-    return StoredRuns(results, asked)
+    return AdaptiveRuns(results, asked)
 
 
 @pytest.fixture(autouse=True)
@@ -156,9 +157,9 @@ def test_runs_are_told_apart_by_sequence_and_parameters_in_order_of_repetitions(
         assert {run.identity.sequence for run in found} == {f"{SCENES}:scene=2"}
         updates = {run.identity.parameters["model_update"] for run in found}
         assert updates == {label == "with update"}
-    assert stored.of("nummiaro2003-figure-8", SCENES, sigma=0.2) == []
-    assert stored.of("nummiaro2003-figure-8", NAME) == []
-    assert stored.of("nummiaro2003-figure-99", SCENES) == []
+    assert stored.written("nummiaro2003-figure-8", SCENES, sigma=0.2) == []
+    assert stored.written("nummiaro2003-figure-8", NAME) == []
+    assert stored.written("nummiaro2003-figure-99", SCENES) == []
 
 
 def test_runs_that_nobody_asked_for_or_that_failed_are_not_shown(results, asked, tmp_path):
@@ -171,7 +172,7 @@ def test_runs_that_nobody_asked_for_or_that_failed_are_not_shown(results, asked,
         if run.identity.repetition == 0:
             file.unlink()
             folder.write(replace(run, failure="frame 3: why", details={}))
-    (left,) = StoredRuns(copy, {experiment: some}).of(experiment, NAME)
+    (left,) = AdaptiveRuns(copy, {experiment: some}).written(experiment, NAME)
     assert left.identity.repetition == 1
 
 
@@ -190,7 +191,7 @@ def test_the_half_axis_is_that_of_the_runs_and_of_the_truth(stored):
 
 def test_appearances_have_the_threshold_and_the_shades_of_their_runs(stored):
     upper, lower = figures._appearances(stored, update=True).axes
-    runs = stored.of("nummiaro2003-figure-6", NAME)
+    runs = stored.written("nummiaro2003-figure-6", NAME)
     counts = np.median([run.details["positive_appearances"][1:] for run in runs], axis=0)
     np.testing.assert_allclose(upper.lines[0].get_ydata(), counts)
     assert set(upper.lines[1].get_ydata()) == {10.0}
@@ -232,7 +233,7 @@ def test_small_multiples_are_of_the_readings_that_were_run(stored):
     (axes,) = plots["figure-9-readings"].axes
     assert axes.get_title() == "scene 9"
     assert axes.get_ylabel() == "together, factors, σ 0.05\nHx [px]"
-    run = stored.of("nummiaro2003-figure-9", f"{SCENES}:scene=9",
+    run = stored.written("nummiaro2003-figure-9", f"{SCENES}:scene=9",
                     **READINGS["together, factors, σ 0.05"])[0]  # fmt: skip
     np.testing.assert_allclose(axes.lines[-1].get_ydata(), run.details["half_width"][1:])
     assert [axes.get_title() for axes in plots["figure-9-scenes"].axes] == ["scene 0", "scene 2"]
@@ -261,7 +262,7 @@ def test_strips_say_when_a_run_is_initialising_and_hold_the_papers_frame(stored,
         assert 41 in numbers
         assert shape == "ellipse"
         update = "without" not in title
-        run = stored.of("nummiaro2003-figure-6", NAME, model_update=update)[0]
+        run = stored.written("nummiaro2003-figure-6", NAME, model_update=update)[0]
         initialising = {number for number in numbers if run.details["mode"][number] == 0}
         assert set(words) == initialising
     assert any(call[4] for call in students)
@@ -270,7 +271,7 @@ def test_strips_say_when_a_run_is_initialising_and_hold_the_papers_frame(stored,
 
 
 def test_details_over_frames_begin_after_the_given_one(stored):
-    runs = {"a": stored.of("nummiaro2003-figure-6", NAME)}
+    runs = {"a": stored.written("nummiaro2003-figure-6", NAME)}
     rows = over_frames(runs, "mode", "half_width")
     assert list(rows.columns) == ["label", "repetition", "mode", "half_width", "frame"]
     assert rows["frame"].min() == 1
