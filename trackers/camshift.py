@@ -1,6 +1,6 @@
 """CamShift: mean shift on a hue back-projection, with a fixed or an adaptive window."""
 
-from math import floor, sqrt
+from math import floor
 from typing import Literal
 
 import numpy as np
@@ -14,13 +14,12 @@ from trackers.back_projection.hue import (
     mean_shift,
     unvisited_hues,
 )
+from trackers.back_projection.window import adapted_window
 from trackers.base.interface import Box, Estimate, Mask
 from trackers.base.parameters import Parameters, TrackerError
 from trackers.base.sharing import SharedFrame, SharingTracker
 
 __all__ = ["CamShift"]
-
-SMALLEST_WINDOW = 3  # pixels a side that Bradski's rule never goes below
 
 
 class CamShiftParameters(Parameters):
@@ -110,7 +109,8 @@ class CamShift(SharingTracker):
         )
         mean = total / (self._largest * width * height)
         if settings.window == "adaptive" and total > 0:
-            self._resize(total / self._largest, frame.image.shape)
+            self._window = adapted_window(total / self._largest, self._ratio, frame.image.shape)
+            self._box_size = float(self._window[0]), float(self._window[1])
         box_width, box_height = self._box_size
         return Estimate(
             np.array([self._x - box_width / 2, self._y - box_height / 2, box_width, box_height]),
@@ -118,16 +118,6 @@ class CamShift(SharingTracker):
             confidence=mean,
             details={"iterations": float(iterations), "mean_back_projection": mean},
         )
-
-    def _resize(self, weight: float, image_shape: tuple[int, ...]) -> None:
-        """Bradski's rule, on back-projections in [0, 1]: `weight` is M00 in pixels."""
-        width = floor(2 * sqrt(weight * self._ratio) + 0.5)
-        height = floor(2 * sqrt(weight / self._ratio) + 0.5)
-        self._window = (
-            min(max(width, SMALLEST_WINDOW), image_shape[1]),
-            min(max(height, SMALLEST_WINDOW), image_shape[0]),
-        )
-        self._box_size = float(self._window[0]), float(self._window[1])
 
     def _hues(self, frame: SharedFrame) -> HueBins:
         settings = self.parameters

@@ -16,7 +16,6 @@ from trackers.back_projection.hue import (
     hue_bin,
     mean_shift,
     moments,
-    saturation_bin,
     unvisited_hues,
 )
 from trackers.base.sharing import SharedFrame
@@ -56,17 +55,6 @@ def test_the_exact_hue_is_that_of_the_standard_library(bgr):
     assert float(exact_hue(*bgr)) == pytest.approx(
         colorsys.rgb_to_hsv(red / 255, green / 255, blue / 255)[0], abs=1e-9
     )
-
-
-@given(colour, bins)
-@example((0, 0, 0), 32)
-@example((0, 0, 1), 32)
-@example((5, 10, 10), 32)
-def test_the_saturation_bin_is_the_exact_fractions(bgr, n_bins):
-    pixel = tuple(np.uint8(value) for value in bgr)
-    largest = max(bgr)
-    saturation = Fraction(largest - min(bgr), largest) if largest else 0
-    assert saturation_bin(*pixel, n_bins) == min(floor(n_bins * saturation), n_bins - 1)
 
 
 # From here on images of few colours, small enough for loops in Python.

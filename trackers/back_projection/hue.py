@@ -24,7 +24,6 @@ __all__ = [
     "hue_bin",
     "mean_shift",
     "moments",
-    "saturation_bin",
     "unvisited_hues",
 ]
 
@@ -89,25 +88,6 @@ def hue_bin(blue: int, green: int, red: int, n_bins: int) -> int:
     else:
         sixths = r - g + 4 * spread
     return int(n_bins * sixths // (6 * spread))
-
-
-@njit(cache=True)
-def saturation_bin(blue: int, green: int, red: int, n_bins: int) -> int:
-    """Saturation bin in `range(n_bins)`, in integers; black is 0.
-
-    Examples
-    --------
-    >>> [saturation_bin(*bgr, 32) for bgr in [(0, 0, 0), (9, 9, 9), (5, 10, 10), (0, 0, 1)]]
-    [0, 0, 16, 31]
-    """
-    b, g, r = np.int64(blue), np.int64(green), np.int64(red)
-    largest = max(b, g, r)
-    spread = largest - min(b, g, r)
-    if largest == 0:
-        return 0
-    if spread == largest:
-        return n_bins - 1
-    return int(n_bins * spread // largest)
 
 
 @njit(cache=True)

@@ -1,0 +1,316 @@
+"""The joint map of colour and motion, and windows that drift on it, against plain NumPy."""
+
+from fractions import Fraction
+from itertools import pairwise
+from math import floor
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from bench.papers.wang2010 import plain
+from bench.papers.wang2010.plain.observation import JointMaps
+from bench.papers.wang2010.plain.windows import window_slices
+from trackers.back_projection.hue import hue_bin
+from trackers.base.parameters import TrackerError
+from trackers.base.sharing import SharedFrame
+from trackers.colour_motion.differences import first_frame, frame_after, moving_share
+from trackers.colour_motion.drift import (
+    Region,
+    colour_bins,
+    drift,
+    region_of,
+    summed,
+    weight_bits,
+    window_at,
+)
+from trackers.colour_motion.model import ColourMotionModel, ModelParameters
+
+pictures = arrays.arrays(
+    np.uint8,
+    st.tuples(st.integers(1, 9), st.integers(1, 9), st.just(3)),
+    elements=st.integers(0, 255),
+)
+
+
+def random_image(seed, rows=24, columns=31):
+    return np.random.default_rng(seed).integers(0, 256, (rows, columns, 3), dtype=np.uint8)
+
+
+def bins_of(image, hue_bins=32, saturation_bins=32, minimum_saturation=0.0, minimum_value=0.0):
+    rows, columns = image.shape[:2]
+    found = np.empty((rows, columns), np.int32)
+    for row in range(rows):
+        colour_bins(
+            image,
+            row,
+            0,
+            columns,
+            hue_bins,
+            saturation_bins,
+            minimum_saturation,
+            minimum_value,
+            found[row],
+        )
+    return found
+
+
+@given(pictures, st.integers(1, 256), st.integers(1, 256))
+@example(np.array([[[0, 0, 0], [9, 9, 9], [0, 0, 255], [255, 0, 1]]], np.uint8), 256, 256)
+def test_a_pixels_bins_are_those_of_whole_numbers(image, hue_bins, saturation_bins):
+    hue, saturation = plain.colour_bins(image, hue_bins, saturation_bins)
+    found = bins_of(image, hue_bins, saturation_bins)
+    np.testing.assert_array_equal(found, hue * saturation_bins + saturation)
+
+
+@pytest.mark.parametrize("bins", [1, 7, 32, 255, 256])
+def test_every_quotient_that_bytes_can_give_is_binned_exactly(bins):
+    # Hue depends on the difference of two channels and on the spread, saturation on spread and
+    # largest: with blue least, all of (spread, difference) and all of (largest, spread).
+    largest, spread = np.meshgrid(np.arange(256), np.arange(256), indexing="ij")
+    spread = np.minimum(spread, largest)
+    image = np.stack([largest - spread, largest, largest - spread // 3], axis=2).astype(np.uint8)
+    more = np.stack([np.zeros_like(spread), spread, largest], axis=2).astype(np.uint8)
+    for picture in (image, more, more[:, :, ::-1].copy(), more[:, :, [1, 0, 2]].copy()):
+        hue, saturation = plain.colour_bins(picture, bins, bins)
+        np.testing.assert_array_equal(bins_of(picture, bins, bins), hue * bins + saturation)
+
+
+@given(st.tuples(*[st.integers(0, 255)] * 3), st.integers(1, 256))
+@example((0, 0, 0), 32)
+@example((0, 0, 1), 32)
+@example((5, 10, 10), 32)
+def test_the_saturation_bin_is_the_exact_fractions(bgr, n_bins):
+    largest = max(bgr)
+    saturation = Fraction(largest - min(bgr), largest) if largest else 0
+    expected = min(floor(n_bins * saturation), n_bins - 1)
+    assert bins_of(np.array([[bgr]], np.uint8), 1, n_bins) == expected
+
+
+def test_camshift_and_the_joint_map_have_the_same_hues():
+    image = random_image(5)
+    expected = [[hue_bin(*pixel, 30) for pixel in row] for row in image.tolist()]
+    np.testing.assert_array_equal(bins_of(image, 30, 1), expected)
+
+
+def test_pale_and_dark_pixels_have_a_bin_of_their_own():
+    image = np.array([[[100, 100, 140], [100, 100, 141], [0, 0, 51], [0, 0, 50]]], np.uint8)
+    found = bins_of(image, 4, 4, minimum_saturation=0.29, minimum_value=0.2)
+    assert (found == 16).tolist() == [[True, False, False, True]]
+
+
+@given(pictures, st.sampled_from([1, 3, 5, 7, 9]), st.integers(0, 99), st.booleans())
+def test_local_differences_are_the_sums_over_windows(image, window, seed, averaged):
+    rng = np.random.default_rng(seed)
+    images = [image, *(rng.integers(0, 256, image.shape, dtype=np.uint8) for _ in range(2))]
+    motion = first_frame(images[0])
+    expected = None
+    for before, after in pairwise(images):
+        motion = frame_after(after, motion, window, averaged)
+        last, expected = expected, plain.local_difference(after, before, window)
+        both = expected + (last if averaged and last is not None else expected)
+        np.testing.assert_array_equal(motion.latest, expected)
+        np.testing.assert_array_equal(motion.latest.astype(int) + motion.earlier.astype(int), both)
+        assert motion.mean == pytest.approx(both.mean(), rel=1e-12)
+        assert motion.deviation == pytest.approx(both.std(), rel=1e-6, abs=1e-3)
+        assert motion.changing == np.mean(both >= 2 * 3 * 8 * window**2)
+
+
+def test_the_largest_differences_fit():
+    black, white = np.zeros((20, 20, 3), np.uint8), np.full((20, 20, 3), 255, np.uint8)
+    motion = frame_after(white, first_frame(black), 9, True)
+    motion = frame_after(black, motion, 9, True)
+    assert motion.latest[10, 10] == 81 * 765
+    assert motion.changing == 1.0
+    assert motion.mean == 2 * motion.latest.mean()
+
+
+@pytest.mark.parametrize("window", [(0, 0, 31, 24), (3, 5, 9, 6), (-4, -4, 40, 3)])
+def test_the_moving_share_counts_what_exceeds_the_threshold(window):
+    motion = frame_after(random_image(1), first_frame(random_image(0)), 3, True)
+    both = motion.latest.astype(int) + motion.earlier
+    threshold = float(np.median(both))  # some are equal to it, and do not exceed it
+    left, top, right, bottom = window
+    inside = both[max(top, 0) : bottom, max(left, 0) : right] > threshold
+    found = moving_share(motion.latest, motion.earlier, threshold, *window)
+    assert found == inside.mean()
+    assert moving_share(motion.latest, motion.earlier, threshold, 40, 0, 50, 9) == 0.0
+
+
+def test_weights_are_as_fine_as_64_bits_allow():
+    for rows, columns in ((1, 1), (85, 108), (115, 142), (480, 640), (2160, 3840), (9000, 9000)):
+        most = rows * columns * max(rows, columns)
+        bits = weight_bits(rows, columns)
+        assert most * 2**bits < 2**62
+        assert bits == 40 or most * 2 ** (bits + 1) >= 2**61
+
+
+@given(st.floats(-20, 60), st.floats(-20, 60), st.integers(1, 50), st.integers(1, 50))
+def test_a_window_is_cut_off_at_the_images_rim(x, y, width, height):
+    left, top, right, bottom = window_at(x, y, width, height, 24, 31)
+    rows, columns = window_slices((24, 31), x, y, width, height)
+    assert (left, right) == (columns.start, max(columns.stop, columns.start))
+    assert (top, bottom) == (rows.start, max(rows.stop, rows.start))
+
+
+def random_map(seed, rows=24, columns=31):
+    """Sums of a map over the whole image, and the map in floats."""
+    image, before = random_image(seed, rows, columns), random_image(seed + 1, rows, columns)
+    motion = frame_after(image, first_frame(before), 3, True)
+    threshold = motion.mean + 0.5 * motion.deviation
+    rng = np.random.default_rng(seed)
+    weights = rng.integers(0, 2**20, (2, 17))
+    region = Region(0, 0, columns, rows)
+    arguments = (image, motion.latest, motion.earlier, threshold, weights)
+    moves = motion.latest.astype(int) + motion.earlier > threshold
+    hue, saturation = plain.colour_bins(image, 4, 4)
+    values = weights[moves.astype(int), hue * 4 + saturation].astype(float)
+    return arguments, region, values
+
+
+def sums_of(arguments, region):
+    image, *rest = arguments
+    return summed(image, region, *rest, 4, 4, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("region", [(0, 0, 31, 24), (4, 7, 20, 12), (30, 23, 31, 24)])
+def test_sums_are_those_of_a_region_and_its_first_moments(region):
+    arguments, _, values = random_map(3)
+    left, top, right, bottom = region
+    part = values[top:bottom, left:right]
+    rows, columns = np.mgrid[top:bottom, left:right]
+    sums = sums_of(arguments, Region(*region))
+    for channel, expected in enumerate((part, part * columns, part * rows)):
+        np.testing.assert_array_equal(sums[1:, 1:, channel], expected.cumsum(axis=0).cumsum(axis=1))
+        assert not sums[0, :, channel].any()
+        assert not sums[:, 0, channel].any()
+
+
+@settings(max_examples=60)
+@given(
+    st.integers(0, 50),
+    st.floats(0.5, 30.5),
+    st.floats(0.5, 23.5),
+    st.integers(1, 12),
+    st.integers(1, 12),
+    st.floats(0, 4),
+    st.integers(1, 10),
+)
+def test_windows_drift_as_plain_mean_shift_does(seed, x, y, width, height, stop, most):
+    arguments, region, values = random_map(seed)
+    points = np.array([[x, y], [15.0, 12.0]])
+    sums = sums_of(arguments, region)
+    moved, outside = drift(sums, region, 24, 31, points, width, height, stop, most)
+    assert outside == (0, 0, 0, 0)
+    for i, point in enumerate(points):
+        expected = plain.mean_shift(values, *point, width, height, stop, most)
+        assert moved.points[i] == pytest.approx(expected[:2], abs=1e-9)
+        assert moved.iterations[i] == expected[2]
+        assert moved.after[i] == expected[3]
+        rows, columns = window_slices(values.shape, *point, width, height)
+        assert moved.before[i] == values[rows, columns].sum()
+
+
+def test_without_iterations_windows_stay_and_are_weighed():
+    arguments, region, values = random_map(8)
+    points = np.array([[3.2, 4.9], [30.4, 23.4]])
+    moved, _ = drift(sums_of(arguments, region), region, 24, 31, points, 5, 7, 0.0, 0)
+    np.testing.assert_array_equal(moved.points, points)
+    np.testing.assert_array_equal(moved.before, moved.after)
+    assert moved.after[1] == values[20:, 28:].sum()
+    assert not moved.iterations.any()
+
+
+def test_a_window_that_leaves_the_region_is_named():
+    arguments, _, _ = random_map(2)
+    region = Region(5, 5, 15, 15)
+    points = np.array([[10.0, 10.0], [15.0, 10.0]])
+    _, outside = drift(sums_of(arguments, region), region, 24, 31, points, 4, 4, 9.0, 1)
+    assert outside == (13, 8, 17, 12)
+
+
+def test_the_region_of_points_holds_their_windows_and_no_more():
+    points = np.array([[10.0, 3.0], [12.6, 9.0], [29.0, 5.0]])
+    assert region_of(points, 4, 6, 24, 31) == (8, 0, 31, 12)
+
+
+def learned(image, box=(8, 6, 10, 9), frames=(), **parameters):
+    """A model of a box, and its joint map of the last of some frames."""
+    x, y, width, height = box
+    frame = SharedFrame(image)
+    centre = np.array([x + width / 2, y + height / 2])
+    model = ColourMotionModel(
+        "some-tracker", ModelParameters(**parameters), frame, centre, (width, height)
+    )
+    joint = None
+    for later in frames:
+        joint = model.observe(SharedFrame(later))
+    return model, joint
+
+
+READINGS = [
+    {},
+    {"alpha": 1.0, "beta": 0.0},
+    {"alpha": 0.5, "beta": 1.0, "hue_bins": 7, "saturation_bins": 3},
+    {"difference_window": 1, "threshold_factor": 1.0},
+    {"difference_window": 9, "differences": "one", "threshold_factor": 0.5},
+    {"motion_threshold": 80.0, "difference_window": 3},
+    {"minimum_saturation": 0.5, "minimum_value": 0.4},
+]
+
+
+@pytest.mark.parametrize("parameters", READINGS, ids=str)
+@pytest.mark.parametrize("n_frames", [1, 2, 3])
+def test_the_joint_map_is_equation_5(parameters, n_frames):
+    images = [random_image(seed) for seed in range(n_frames + 1)]
+    _, joint = learned(images[0], frames=images[1:], **parameters)
+    maps = JointMaps(**parameters)
+    maps.init(images[0], np.array([8.0, 6, 10, 9]))
+    for image in images[1:]:
+        maps.update(image)
+    rows, columns = np.mgrid[:24, :31]
+    points = np.stack([columns.ravel(), rows.ravel()], axis=1) + 0.5
+    moved = joint.drift(points, (1, 1), 0.0, 0)  # windows of a pixel: the map itself
+    np.testing.assert_allclose(moved.after * joint.unit, maps.joint.ravel(), atol=1e-11)
+    details = joint.details(np.array([12.0, 11.0]), (6, 4))
+    assert details["moving"] == maps.moving.mean()
+    assert details["moving_inside"] == maps.moving[9:13, 9:15].mean()
+    assert details["similarity"] == pytest.approx(maps.joint[9:13, 9:15].mean(), abs=1e-11)
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 99), st.integers(0, 99), st.integers(1, 9), st.integers(1, 9))
+def test_how_much_is_summed_up_first_changes_nothing(seed, order, width, height):
+    images = [random_image(seed), random_image(seed + 1)]
+    rng = np.random.default_rng(order)
+    points = rng.uniform(0.5, 23.5, (6, 2))
+    _, together = learned(images[0], frames=images[1:])
+    expected = together.drift(points, (width, height), 0.1, 10)
+    _, apart = learned(images[0], frames=images[1:])
+    for i in rng.permutation(6):
+        found = apart.drift(points[i : i + 1], (width, height), 0.1, 10)
+        np.testing.assert_array_equal(found.points[0], expected.points[i])
+        assert found.after[0] == expected.after[i]
+
+
+def test_a_frame_of_another_size_is_refused():
+    model, _ = learned(random_image(0))
+    with pytest.raises(
+        TrackerError, match=r"some-tracker: a frame of 30x24 pixels after one of 31x24"
+    ):
+        model.observe(SharedFrame(random_image(1, columns=30)))
+
+
+def test_a_window_without_pixels_that_count_is_refused():
+    with pytest.raises(TrackerError, match="some-tracker: no pixel of the 10x9 window around"):
+        learned(np.full((24, 31, 3), 7, np.uint8), minimum_value=0.5)
+    with pytest.raises(TrackerError, match="no pixel"):
+        learned(random_image(0), box=(90, 90, 10, 9))
+
+
+@pytest.mark.parametrize("window", [2, 8, 11, 0])
+def test_a_window_of_differences_is_odd_and_at_most_nine(window):
+    with pytest.raises(ValueError, match="difference_window"):
+        ModelParameters(difference_window=window)

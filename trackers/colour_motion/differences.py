@@ -1,0 +1,170 @@
+"""Improved frame differencing: what has moved between three frames (Wang & Tang 2010, 2.1.2).
+
+The camera must stand still. Where it moves every pixel differs, the adaptive threshold rises with
+all of them, and what passes it are edges of the scene: `FrameMotion.changing` tells.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from trackers.base.interface import Image
+
+__all__ = ["LARGEST_WINDOW", "FrameMotion", "first_frame", "frame_after", "moving_share"]
+
+LARGEST_WINDOW = 9
+"""Pixels a side whose sum of differences, 3 · 255 each, fits 16 bits."""
+
+NOTICEABLE = 8
+"""Grey levels a pixel, on the mean of a window: what sensors' noise does not reach."""
+
+Sums = NDArray[np.uint16]
+
+
+@dataclass(frozen=True, eq=False)
+class FrameMotion:
+    """How much a frame differs from those before it.
+
+    Trackers that share a frame's work share these, one after the other; so it is equal to itself
+    alone, and its arrays are not written to.
+
+    Attributes
+    ----------
+    grey : ndarray of uint16, shape (height, width)
+        R + G + B of the frame.
+    latest, earlier : ndarray of uint16, shape (height, width)
+        D¹ and D²: absolute differences of grey, summed over the window around each pixel, from
+        the frame before to this one, and from that before it. Their sum S is 2 D of step 3. Empty
+        in the first frame.
+    mean, deviation : float
+        Mean of S over the image, and its standard deviation (of the population).
+    changing : float
+        Share of the pixels whose window differs by at least 8 of 255 grey levels a pixel.
+    """
+
+    grey: Sums
+    latest: Sums
+    earlier: Sums
+    mean: float
+    deviation: float
+    changing: float
+
+
+def first_frame(image: Image) -> FrameMotion:
+    """What the first frame gives to the next: its grey. Nothing has moved yet."""
+    grey = np.empty(image.shape[:2], np.uint16)
+    _sum_channels(image, grey)
+    none = np.empty((0, 0), np.uint16)
+    return FrameMotion(grey, none, none, 0.0, 0.0, 0.0)
+
+
+def frame_after(image: Image, previous: FrameMotion, window: int, averaged: bool) -> FrameMotion:
+    """Local differences of a frame.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (height, width, 3)
+        As large as the frame before.
+    previous : FrameMotion
+        Of the frame before, with the same `window`.
+    window : int
+        Side of the square that differences are summed over, odd, at most `LARGEST_WINDOW`
+        [pixels]. What is outside the image counts as unchanged.
+    averaged : bool
+        Whether D is the mean of D¹ and D², or D¹ alone. The second frame has no D².
+    """
+    # One piece of memory: two would be given back to the system and faulted in at every frame.
+    grey, latest = np.empty((2, *image.shape[:2]), np.uint16)
+    _sum_channels(image, grey)
+    averaged = averaged and previous.latest.shape == grey.shape
+    earlier = previous.latest if averaged else latest
+    noticeable = 2 * 3 * NOTICEABLE * window * window
+    total, squares, changing = _local_differences(
+        grey, previous.grey, window, averaged, earlier, noticeable, latest
+    )
+    mean = total / grey.size
+    variance = squares / grey.size - mean * mean
+    return FrameMotion(grey, latest, earlier, mean, max(variance, 0.0) ** 0.5, changing / grey.size)
+
+
+@njit(cache=True)
+def moving_share(
+    latest: Sums, earlier: Sums, threshold: float, left: int, top: int, right: int, bottom: int
+) -> float:
+    """Share of the pixels of a window inside the image with D¹ + D² above a threshold.
+
+    0 for a window without a pixel in the image. Columns `left` to `right` and rows `top` to
+    `bottom`, their ends excluded.
+    """
+    rows, columns = latest.shape
+    left, top, right, bottom = max(left, 0), max(top, 0), min(right, columns), min(bottom, rows)
+    if right <= left or bottom <= top:
+        return 0.0
+    limit = np.int32(np.floor(threshold))  # of whole numbers just those above it exceed it
+    moving = 0
+    for row in range(top, bottom):
+        first, second = latest[row, left:right], earlier[row, left:right]
+        of_row = np.int32(0)  # as wide as what is compared, for the loop to be vectorised
+        for column in range(right - left):
+            of_row += np.int32(np.int32(first[column]) + np.int32(second[column]) > limit)
+        moving += int(of_row)
+    return moving / ((right - left) * (bottom - top))
+
+
+@njit(cache=True)
+def _sum_channels(image: Image, grey: Sums) -> None:
+    rows, columns, _ = image.shape
+    for row in range(rows):
+        for column in range(columns):
+            blue, green, red = image[row, column, 0], image[row, column, 1], image[row, column, 2]
+            grey[row, column] = np.uint16(blue) + np.uint16(green) + np.uint16(red)
+
+
+@njit(cache=True)
+def _local_differences(
+    grey: Sums,
+    previous: Sums,
+    window: int,
+    averaged: bool,
+    earlier: Sums,
+    noticeable: int,
+    latest: Sums,
+) -> tuple[np.int64, np.int64, np.int64]:
+    """Fill `latest`; sum of S, of S², and number of pixels with S of at least `noticeable`.
+
+    S is `latest` + `earlier` if `averaged`, otherwise twice `latest`. One pass over the rows:
+    `sums` holds what the last `window` rows differ by in each column.
+    """
+    rows, columns = grey.shape
+    half = window // 2
+    recent = np.zeros((window, columns), np.uint16)
+    sums = np.zeros(columns + 2 * half, np.uint16)  # with unchanged columns on both sides
+    total, squares, changing = np.int64(0), np.int64(0), np.int64(0)
+    for row in range(rows + half):
+        oldest = recent[row % window]
+        for column in range(columns):
+            sums[half + column] -= oldest[column]
+        if row < rows:
+            for column in range(columns):
+                step = np.int32(grey[row, column]) - np.int32(previous[row, column])
+                oldest[column] = np.uint16(abs(step))
+                sums[half + column] += oldest[column]
+        else:
+            oldest[:] = 0
+        if row < half:
+            continue
+        of_row = latest[row - half]
+        for column in range(columns):
+            of_row[column] = sums[column]
+        for shift in range(1, window):
+            for column in range(columns):
+                of_row[column] += sums[column + shift]
+        other = earlier[row - half] if averaged else of_row
+        for column in range(columns):
+            both = np.uint32(of_row[column]) + np.uint32(other[column])
+            total += np.int64(both)
+            squares += np.int64(np.uint64(both) * np.uint64(both))
+            changing += np.int64(both >= noticeable)
+    return total, squares, changing

@@ -1,0 +1,89 @@
+"""OpenCV's CamShift on a hue back-projection, as its users have it."""
+
+import cv2
+import numpy as np
+from pydantic import Field
+
+from trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin
+from trackers.base.parameters import Parameters, TrackerError
+from trackers.opencv.adapter import pixel_rectangle
+
+__all__ = ["OpenCVCamShift"]
+
+N_HUES = 180  # of OpenCV's bytes
+
+
+class OpenCVCamShiftParameters(Parameters):
+    """Parameters of `OpenCVCamShift`."""
+
+    hue_bins: int = Field(32, ge=1, le=N_HUES, description="bins of the hue histogram [count]")
+    stop_distance: float = Field(
+        2.0, ge=0.0, description="a mean shift step shorter than this is the last one [pixels]"
+    )
+    max_iterations: int = Field(10, ge=1, description="most mean shift steps in a frame [count]")
+    minimum_saturation: float = Field(
+        0.0, ge=0.0, le=1.0, description="pixels of less saturation weigh nothing [fraction]"
+    )
+    minimum_value: float = Field(
+        0.0, ge=0.0, le=1.0, description="pixels darker than this weigh nothing [fraction]"
+    )
+
+
+class OpenCVCamShift(TrackerPlugin):
+    """OpenCV's CamShift on a hue back-projection, as its users have it.
+
+    Another definition than `camshift`: where the window has come to rest OpenCV enlarges it by ten
+    pixels all around, fits the size by second moments, and rounds everything to whole pixels; the
+    back-projection is one of bytes. It is here to be compared with, and takes part in no claim
+    of a paper. The box is the window; where nothing is left of it the last one is kept, and
+    the target counts as not visible.
+    """
+
+    paper = (
+        "G. R. Bradski, Computer vision face tracking for use in a perceptual user interface, "
+        "Intel Technology Journal Q2, 1998; as OpenCV has it"
+    )
+    Parameters = OpenCVCamShiftParameters
+
+    def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
+        """See `Tracker.init`.
+
+        Raises
+        ------
+        TrackerError
+            Where no pixel of the box is in the image and passes the minimum saturation and value.
+        """
+        settings = self.parameters
+        x, y, width, height = self._window = pixel_rectangle(box, image)
+        patch = image[y : y + height, x : x + width]
+        hsv = np.asarray(cv2.cvtColor(patch, cv2.COLOR_BGR2HSV), np.uint8)
+        counts = cv2.calcHist([hsv], [0], self._counted(hsv), [settings.hue_bins], [0, N_HUES])
+        if counts.max() == 0:
+            raise TrackerError(
+                f"opencv-camshift: no pixel of the box {np.round(box, 1).tolist()} passes "
+                "minimum_saturation and minimum_value; give another box or lower them."
+            )
+        self._weights = counts * np.float32(255 / counts.max())
+
+    def update(self, image: Image) -> Estimate:
+        """See `Tracker.update`."""
+        settings = self.parameters
+        hsv = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), np.uint8)
+        weights = cv2.calcBackProject([hsv], [0], self._weights, [0, N_HUES], 1)
+        weights = cv2.bitwise_and(weights, self._counted(hsv))
+        criteria = (
+            cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT,
+            settings.max_iterations,
+            settings.stop_distance,
+        )
+        (_, size, _), (x, y, width, height) = cv2.CamShift(weights, self._window, criteria)
+        found = max(size) > 0 and min(width, height) > 0  # of nothing it gives no size
+        if found:
+            self._window = x, y, width, height
+        return Estimate(np.array(self._window, np.float64), visible=found)
+
+    def _counted(self, hsv: Image) -> Image:
+        """255 for pixels that count, 0 for the pale and the dark."""
+        settings = self.parameters
+        least = (0, 255 * settings.minimum_saturation, 255 * settings.minimum_value)
+        return np.asarray(cv2.inRange(hsv, least, (255, 255, 255)), np.uint8)
