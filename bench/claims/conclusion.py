@@ -9,7 +9,7 @@ is decided only where these agree. A claim that holds in one reading and does no
 fragile.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any
@@ -53,6 +53,32 @@ class Conclusion:
     post_hoc: str
     fragile: bool
     findings: tuple[Finding, ...]
+
+    def under(self, choice: Mapping[str, str]) -> tuple[Outcome, str] | None:
+        """Verdict and reason under a reading, over all lights and the scenes kept.
+
+        Parameters
+        ----------
+        choice : mapping of str to str
+            Values of columns of readings; columns that are not named are read as the headline.
+
+        Returns
+        -------
+        tuple of str, or None
+            None where the claim was not tested under it. A column on which the claim does not
+            depend may have any value.
+        """
+        readings = self.claim.readings
+        usual = {column: values[0] for column, values in readings.columns.items()}
+        for column in readings.rivals:
+            del usual[column]
+        wanted = {**usual, **choice}
+        found = [
+            finding
+            for finding in _whole(self.findings)
+            if all(finding.reading.get(key, value) in ("", value) for key, value in wanted.items())
+        ]
+        return _settled(found, readings.rivals) if found else None
 
     def for_json(self) -> dict[str, Any]:
         """What a script reads."""
@@ -119,12 +145,16 @@ def conclude(claim: Claim, findings: Sequence[Finding]) -> Conclusion:
     )
 
 
+def _whole(findings: Iterable[Finding]) -> list[Finding]:
+    """Those over all lights and cells, on the scenes that were kept."""
+    return [f for f in findings if not f.group and f.light == "both" and f.scenes == "kept"]
+
+
 def _by_reading(findings: Iterable[Finding], *, post_hoc: bool) -> list[Outcome]:
     """The outcome of each reading of the text, over all lights, as that of the headline."""
     readings: dict[tuple[tuple[str, str], ...], list[Finding]] = {}
-    for finding in findings:
-        is_whole = not finding.group and finding.light == "both" and finding.scenes == "kept"
-        if is_whole and finding.post_hoc == post_hoc:
+    for finding in _whole(findings):
+        if finding.post_hoc == post_hoc:
             key = tuple(sorted(finding.reading.items()))
             readings.setdefault(key, []).append(finding)
     return [_decided(found)[0] for found in readings.values()]

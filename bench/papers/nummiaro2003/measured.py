@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import pandas as pd
 
-from bench.papers.nummiaro2003.tables import text_table
+from bench.papers.tables import text_table
 from reports.tables import Table
 
 __all__ = ["entrance_table", "scene_table"]

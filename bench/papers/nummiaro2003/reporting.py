@@ -19,13 +19,13 @@ from bench.papers.nummiaro2003.tables import (
     occlusion_table,
     readings_table,
     scale_table,
-    text_table,
     tracking_table,
     update_table,
 )
 from bench.papers.nummiaro2003.timing import measured_times, time_tables
 from bench.papers.recorded import read_published
 from bench.papers.scores import without_failures
+from bench.papers.tables import text_table
 from bench.papers.timed import failed_passes
 from reports.ledger import ledger_table
 from reports.tables import MISSING, Table

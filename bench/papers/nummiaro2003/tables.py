@@ -1,6 +1,6 @@
 """Runs as tables: tracking by figure, what the occlusion does, Hx with and without update."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from math import nan
 from typing import Any
 
@@ -9,14 +9,14 @@ import pandas as pd
 
 from bench.papers.nummiaro2003.scores import CELL, TRACKER
 from bench.papers.scores import without_failures
-from reports.tables import MISSING, Cell, Table
+from bench.papers.tables import median_quartiles, number_words, share_words, text_table
+from reports.tables import MISSING, Table
 
 __all__ = [
     "followed_rows",
     "occlusion_table",
     "readings_table",
     "scale_table",
-    "text_table",
     "tracking_table",
     "update_table",
 ]
@@ -50,8 +50,8 @@ def tracking_table(scores: pd.DataFrame) -> Table:
                     "inside [%]": _shares(group, "frames_inside"),
                     "overlap ≥ 0.5 [%]": _shares(group, "success_frames"),
                     "before the first loss [%]": _shares(group, "first_loss"),
-                    "mean overlap": _spread(group, "mean_overlap", 1.0, 3),
-                    "centre, rms [px]": _spread(group, "centre_rms", 1.0, 1),
+                    "mean overlap": median_quartiles(group, "mean_overlap", 1.0, 3),
+                    "centre, rms [px]": median_quartiles(group, "centre_rms", 1.0, 1),
                 }
             )
     n_scenes = scores["scene"].nunique()
@@ -79,7 +79,7 @@ def occlusion_table(scores: pd.DataFrame) -> Table:
     data = [
         {
             **labels,
-            **{words: _percentage(group, name) for name, words in events.items()},
+            **{words: share_words(group, name) for name, words in events.items()},
             "short hidings tested": f"{group['bridged'].notna().sum()} of {len(group)}",
         }
         for labels, group in _trackers(_ours_on(scores, STUDENTS))
@@ -110,7 +110,7 @@ def update_table(scores: pd.DataFrame, name: str) -> Table:
                 ("other", counts["other_updates"], counts["other_frames"]),
                 ("other or waiting", counts["other_updates"], every_other),
             ):
-                row[f"{bare}, {kind}"] = _number(100 * updates / trials if trials else nan, 1)
+                row[f"{bare}, {kind}"] = number_words(100 * updates / trials if trials else nan, 1)
         data.append(row)
     return text_table(
         name,
@@ -147,7 +147,7 @@ def scale_table(scores: pd.DataFrame, name: str, caption: str) -> Table:
         ):
             means = _by_update(runs, metric).mean()
             pair = [means[side] for side in ("without", "with")]
-            row[words] = " / ".join(_number(value, digits) for value in pair)
+            row[words] = " / ".join(number_words(value, digits) for value in pair)
         updating = runs[runs["update"] == "with"]
         share = 100 * updating["good_updates"].sum() / max(updating["good_frames"].sum(), 1)
         row["updates [%]"] = f"{share:.0f}"
@@ -168,7 +168,7 @@ def readings_table(scores: pd.DataFrame) -> Table:
         for sequence, here in _of_figures(runs.assign(share=runs["first_loss"] / runs["frames"])):
             means = 100 * _by_update(without_failures(here, CELL), "share").mean()
             pair = [means.get(side, np.nan) for side in ("without", "with")]
-            row[sequence.partition("/")[2]] = " / ".join(_number(value, 0) for value in pair)
+            row[sequence.partition("/")[2]] = " / ".join(number_words(value, 0) for value in pair)
         data.append(row)
     heads = ["reading", "light", *(name.partition("/")[2] for name in SEQUENCES)]
     data = [{head: row.get(head, MISSING) for head in heads} for row in data]
@@ -202,19 +202,6 @@ def followed_rows(scores: pd.DataFrame) -> list[dict[str, Any]]:
     return rows
 
 
-def text_table(name: str, caption: str, data: Sequence[Mapping[str, str]], n_labels: int) -> Table:
-    """A table of texts; the keys of its rows are the heads."""
-    heads = list(data[0]) if data else []
-    return Table(
-        name=name,
-        caption=caption,
-        heads=heads,
-        n_labels=n_labels,
-        rows=[[Cell(row.get(head, MISSING)) for head in heads] for row in data],
-        data=pd.DataFrame(data),
-    )
-
-
 def _of_figures(scores: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
     for sequence in SEQUENCES:
         runs = scores[scores["sequence"] == sequence]
@@ -246,34 +233,7 @@ def _by_update(runs: pd.DataFrame, metric: str) -> pd.DataFrame:
     return wide.reindex(columns=["without", "with"])
 
 
-def _failed(runs: pd.DataFrame) -> str:
-    """What stands in the place of a figure that a failed run is part of; empty for none."""
-    failed = int((runs["failure"] != "").sum())
-    return f"{MISSING} ({failed} of {len(runs)} failed)" if failed else ""
-
-
 def _shares(runs: pd.DataFrame, metric: str) -> str:
-    return _spread(runs.assign(**{metric: 100 * runs[metric] / runs["frames"]}), metric, 1.0, 0)
-
-
-def _spread(runs: pd.DataFrame, metric: str, scale: float, digits: int) -> str:
-    """Median [quartiles]."""
-    if lacking := _failed(runs):
-        return lacking
-    values = scale * runs[metric].dropna()
-    if not len(values):
-        return MISSING
-    low, middle, high = (values.quantile(q) for q in (0.25, 0.5, 0.75))
-    return f"{middle:.{digits}f} [{low:.{digits}f}–{high:.{digits}f}]"
-
-
-def _percentage(runs: pd.DataFrame, metric: str) -> str:
-    """Mean over scenes, of what is known."""
-    if lacking := _failed(runs):
-        return lacking
-    value = 100 * runs.groupby(["scene", "light"])[metric].mean().mean()
-    return _number(value, 0)
-
-
-def _number(value: float, digits: int) -> str:
-    return f"{value:.{digits}f}" if np.isfinite(value) else MISSING
+    return median_quartiles(
+        runs.assign(**{metric: 100 * runs[metric] / runs["frames"]}), metric, 1.0, 0
+    )
