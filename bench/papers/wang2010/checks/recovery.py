@@ -20,7 +20,7 @@ from bench.papers.wang2010.plain.windows import whole_size, window_slices
 from datasets import Sequence
 from trackers.base.interface import Box, Image, Tracker
 
-__all__ = ["displaced", "measure", "recovered_from", "ways"]
+__all__ = ["displaced", "measure", "outcome", "ways"]
 
 FILTERS = ("wang2010", "particle-filter")
 TRACKERS = (
@@ -50,7 +50,6 @@ def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
                 made = chosen.make(run_seed(chosen.name, sequence.name, number))
                 made.init(view, beside)
                 errors = centre_error(part.boxes[1:], _followed(made, part))
-                within = recovered_from(errors, tolerance)
                 rows.append(
                     {
                         "tracker": tracker,
@@ -59,10 +58,8 @@ def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
                         "widths": widths,
                         "right": offset[0],
                         "down": offset[1],
-                        "recovered": float(np.isfinite(within)),
-                        "recovered_from": within,
-                        "reached": float((errors <= tolerance).any()),
                     }
+                    | outcome(errors, tolerance)
                 )
     return {"wa-28": pd.DataFrame(rows)}
 
@@ -101,30 +98,29 @@ def displaced(image: Image, box: Box, offset: tuple[int, int]) -> tuple[Image, B
     return view, box + [right, down, 0, 0]
 
 
-def recovered_from(errors: NDArray[np.float64], tolerance: float) -> float:
-    """Frame from which all errors to the last are within the tolerance, counted from 1.
+def outcome(errors: NDArray[np.float64], tolerance: float) -> dict[str, float]:
+    """What became of a start.
 
     Parameters
     ----------
     errors : ndarray of float64, shape (n,)
-        Of the frames after the start.
+        Of the frames after it.
     tolerance : float
         In the same unit.
 
     Returns
     -------
-    float
-        NaN where the last is not.
-
-    Examples
-    --------
-    >>> recovered_from(np.array([9.0, 2.0, 8.0, 3.0, 1.0]), 4.0)
-    4.0
+    dict of str to float
+        The last columns of `wa-28`.
     """
     outside = np.flatnonzero(errors > tolerance)
-    if len(outside) == 0:
-        return 1.0
-    return nan if outside[-1] == len(errors) - 1 else float(outside[-1] + 2)
+    since = int(outside[-1]) + 2 if len(outside) else 1
+    recovered = since <= len(errors)
+    return {
+        "recovered": float(recovered),
+        "recovered_from": float(since) if recovered else nan,
+        "reached": float(len(outside) < len(errors)),
+    }
 
 
 def _followed(tracker: Tracker, part: Sequence) -> NDArray[np.float64]:

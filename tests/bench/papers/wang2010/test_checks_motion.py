@@ -65,6 +65,12 @@ def test_what_moves_is_the_target_where_nothing_else_does(crossing):
         assert (things[frame] == target_mask(crossing, frame)).all()
 
 
+def test_ground_that_is_uncovered_does_not_move():
+    masks = [square(SIDE * frame) for frame in range(8)]  # a fiftieth of the ground at once
+    things = moving_things(sequence([painted((mask, LIGHT)) for mask in masks], masks))
+    assert (things == np.stack(masks)).all()
+
+
 def test_whoever_comes_with_the_target_moves_too_and_what_rests_does_not():
     poster = square(120, 90), 60
     masks = [square(10 + SPEED * frame) for frame in range(24)]
@@ -87,6 +93,20 @@ def test_a_target_in_the_grounds_colour_moves_if_its_edges_do():
     assert (things[5] == masks[5]).all()
 
 
+def test_in_the_first_frame_that_moves_which_the_next_has_elsewhere():
+    masks = [square(10)] * 2 + [square(10 + SPEED * frame) for frame in range(20)]
+    things = moving_things(sequence([painted((mask, LIGHT)) for mask in masks], masks))
+    assert not things[:3].any()
+    assert (things[3] == masks[3]).all()
+
+
+def test_a_speck_is_no_thing(crossing):
+    images = [image.copy() for image in crossing]
+    images[7][100:103, 100:103] = 255
+    flickering = sequence(images, [crossing.mask(frame) for frame in range(24)])
+    assert (moving_things(flickering) == moving_things(crossing)).all()
+
+
 def test_noise_moves_nothing(crossing):
     generator = np.random.default_rng(0)
     masks = [crossing.mask(frame) for frame in range(24)]
@@ -106,6 +126,12 @@ def test_frames_in_which_something_moves_have_two_before_them():
     things[1:9, 0, 0] = True
     assert moving_frames(things, 100) == [2, 3, 4, 5, 6, 7, 8]
     assert moving_frames(things, 2) == [2, 8]
+
+
+def test_the_averaged_difference_is_of_the_last_frame_and_of_the_one_before():
+    images = tuple(painted((square(0), level)) for level in (200, 150, 140))
+    found_difference = averaged(images, window=1)
+    assert (found_difference == np.where(square(0), 3 * (50 + 10) / 2, 0)).all()
 
 
 def test_recall_precision_and_their_mean_are_shares_of_pixels():
