@@ -126,14 +126,16 @@ class PlaceFilter(SharingTracker):
         steps = self._steps
         if self.parameters.velocity == "mean":
             steps = steps.mean(axis=0)
-        limits = np.array([image_shape[1] - 0.5, image_shape[0] - 0.5])
-        return np.asarray(np.clip(self._places + steps + self._thrown(), 0.5, limits))
+        last_pixel = np.array([image_shape[1] - 0.5, image_shape[0] - 0.5])
+        carried = self._places + steps + self._thrown()
+        inside: Array = np.minimum(np.maximum(carried, 0.5), last_pixel)
+        return inside
 
     def _uniforms(self) -> Array:
         """Numbers for the resampling; the systematic one looks at a single one."""
         n: int = self.parameters.particles
         if self.parameters.resampling == "systematic":
-            return np.broadcast_to(self._generator.random(1), n)
+            return np.full(n, self._generator.random())
         return self._generator.random(n)
 
     def _estimated(self, weights: Array, points: Array, chosen: NDArray[np.intp]) -> Array:
@@ -150,10 +152,11 @@ class PlaceFilter(SharingTracker):
     def _spread(self, weights: Array, points: Array) -> dict[str, float]:
         """What became of the particles; see the details of `wang2010`."""
         n = len(points)
-        pixels = np.floor(points).astype(np.int64)
+        apart = (points - points.sum(axis=0) / n).ravel()
+        pixels = points.astype(np.int64)
         return {
             "effective_sample_size": effective_number(weights) / n,
             "weight_ratio": float(weights.max()) * n,
-            "spread": float(np.sqrt(points.var(axis=0).sum())),
-            "modes": float(len(np.unique(pixels[:, 1] << 32 | pixels[:, 0]))),
+            "spread": sqrt(apart @ apart / n),
+            "modes": float(len(set((pixels[:, 0] << 32 | pixels[:, 1]).tolist()))),
         }
