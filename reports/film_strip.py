@@ -35,6 +35,7 @@ def film_strip(
     shape: Shape = "box",
     shades: Mapping[str, str] | None = None,
     words: Mapping[int, str] | None = None,
+    count_from: int = 0,
 ) -> NDArray[np.uint8]:
     """Draw a film strip.
 
@@ -58,6 +59,8 @@ def film_strip(
         `#rrggbb` by label; in order of the labels by default.
     words : mapping of int to str, optional
         What is written beside the number of a frame.
+    count_from : int
+        What the first frame's number is said to be.
 
     Returns
     -------
@@ -72,7 +75,7 @@ def film_strip(
         image = image_of(number)
         scale = (width - _GAP * (columns - 1)) / columns / image.shape[1]
         here = {label: rows[number] for label, rows in boxes.items()}
-        said = f"{number} {words.get(number, '')}".strip()
+        said = f"{number + count_from} {words.get(number, '')}".strip()
         tiles.append(overlay(image, here, shades, scale, said, shape))
     blank = np.full_like(tiles[0], 40)
     tiles += [blank] * (-len(tiles) % columns)

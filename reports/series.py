@@ -1,4 +1,4 @@
-"""Numbers over frames: median and quartiles over repetitions.
+"""Numbers over frames: median and quartiles over repetitions, or whatever repeats.
 
 They take a series table: a row a frame of a run, with the columns `label` (which line it belongs
 to), `repetition`, `frame` and `value`. A frame without a row, or with NaN, is a gap.
@@ -19,7 +19,8 @@ from reports.palette import colour
 
 __all__ = ["appearance_plot", "draw_median", "series_grid", "series_plot"]
 
-QUARTILES = "median and quartiles over repetitions"
+QUARTILES = "median and quartiles over"
+REPETITIONS = "repetitions"
 _TRUTH_STYLE: dict[str, Any] = {"color": "#444444", "linestyle": (0, (4, 2)), "linewidth": 1.3}
 
 
@@ -57,6 +58,7 @@ def series_plot(
     quantity: str,
     labels: Sequence[str],
     truth: NDArray[np.float64] | None = None,
+    over: str = REPETITIONS,
 ) -> Figure:
     """One number over frames, a line a label.
 
@@ -72,12 +74,14 @@ def series_plot(
         Lines, in order; each keeps its colour.
     truth : ndarray of float64, shape (n,), optional
         The true number by frame, drawn dashed and grey.
+    over : str
+        What `repetition` counts.
     """
     figure, (axes,) = new_figure(title, 3.6)
     _draw_lines(axes, series, labels, truth)
     axes.set(xlabel="frame", ylabel=quantity)
     axes.set_ylim(bottom=0)
-    add_legend(figure, axes, _heading(series))
+    add_legend(figure, axes, _heading(series, over))
     return figure
 
 
@@ -87,6 +91,8 @@ def series_grid(
     quantity: str,
     labels: Sequence[str],
     truths: Mapping[str, NDArray[np.float64]],
+    over: str = REPETITIONS,
+    row_height: float = 1.4,
 ) -> Figure:
     """One number over frames, as small multiples: a row a reading, a column a scene.
 
@@ -94,14 +100,16 @@ def series_grid(
     ----------
     series : DataFrame
         Series table with `reading` and `scene`, both text, in the order to be shown.
-    title, quantity, labels
+    title, quantity, labels, over
         See `series_plot`.
     truths : mapping of str to ndarray of float64, shape (n,)
         The true number by scene and frame.
+    row_height : float
+        In inches.
     """
     readings = list(dict.fromkeys(series["reading"]))
     scenes = list(dict.fromkeys(series["scene"]))
-    height = 0.8 + 1.4 * len(readings)
+    height = 0.8 + row_height * len(readings)
     figure, all_axes = new_figure(title, height, len(readings), len(scenes))
     places = [(reading, scene) for reading in readings for scene in scenes]
     for axes, (reading, scene) in zip(all_axes, places, strict=True):
@@ -116,7 +124,7 @@ def series_grid(
         if reading == readings[-1]:
             axes.set_xlabel("frame", fontsize=8)
     all_axes[0].set_ylim(bottom=0)
-    add_legend(figure, all_axes[0], _heading(series))
+    add_legend(figure, all_axes[0], _heading(series, over))
     return figure
 
 
@@ -155,7 +163,7 @@ def appearance_plot(
     runs = frames["repetition"].nunique()
     lower.set(ylabel="runs in\ninitialisation", xlabel="frame", ylim=(0, 1))
     lower.set_yticks([0, 0.5, 1], ["0", "", str(runs)])
-    add_legend(figure, upper, QUARTILES if runs > 1 else "")
+    add_legend(figure, upper, f"{QUARTILES} {REPETITIONS}" if runs > 1 else "")
     return figure
 
 
@@ -171,8 +179,8 @@ def _draw_lines(
             draw_median(axes, runs, "value", position, label, every_frame)
 
 
-def _heading(series: pd.DataFrame) -> str:
-    return QUARTILES if _repeated(series) else ""
+def _heading(series: pd.DataFrame, over: str) -> str:
+    return f"{QUARTILES} {over}" if _repeated(series) else ""
 
 
 def _repeated(runs: pd.DataFrame) -> bool:

@@ -217,3 +217,9 @@ def test_a_strip_draws_ellipses_in_given_shades_and_says_more_of_a_frame():
     assert np.abs(plain[10 * 4, 40 * 4].astype(int) - to_bgr(colour(2))).max() < 40
     assert plain[10 * 4 + 4, 20 * 4 + 4].tolist() == [128] * 3
     assert np.argwhere((plain != said).any(axis=2))[:, 1].min() > 8  # beyond the number
+
+
+def test_a_strip_counts_frames_from_where_it_is_told_to():
+    later = film_strip(lambda number: GREY, [2, 4], {}, columns=2, width=320)
+    counted = film_strip(lambda number: GREY, [1, 3], {}, columns=2, width=320, count_from=1)
+    assert np.array_equal(later, counted)

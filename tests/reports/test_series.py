@@ -38,6 +38,14 @@ def test_a_line_is_the_median_and_its_band_the_quartiles():
     assert not axes.collections
 
 
+def test_the_legend_says_what_quartiles_are_over():
+    for plot in (
+        series_plot(five(), "T", "Hx [px]", ["a"], over="scenes"),
+        series_grid(five(reading="z", scene="s"), "T", "Hx [px]", ["a"], {}, over="scenes"),
+    ):
+        assert plot.legends[0].get_title().get_text() == "median and quartiles over scenes"
+
+
 def test_a_label_keeps_its_colour_and_the_truth_begins_at_frame_0():
     figure = series_plot(five("b"), "T", "Hx [px]", ["a", "b"], np.array([7.0, 8.0, 9.0, 9.5]))
     truth, line = figure.axes[0].lines

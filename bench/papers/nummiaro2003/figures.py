@@ -12,18 +12,17 @@ from matplotlib.figure import Figure
 
 import datasets
 from bench.papers import Asked
+from bench.papers.drawing import write_pictures
 from bench.papers.nummiaro2003.courses import GONE, HIDDEN
 from bench.papers.nummiaro2003.grid import scale_grids
 from bench.papers.nummiaro2003.stored import UPDATE, AdaptiveRuns
 from bench.papers.nummiaro2003.strips import film_strips
 from bench.papers.stored import over_frames
 from datasets import Sequence
-from reports.figures import write_figure
-from reports.film_strip import write_film_strip
 from reports.samples import Placed, Surface, Track, placement_plot, surface_plot, trajectory_plot
 from reports.series import appearance_plot, series_plot
 
-__all__ = ["draw", "undrawn"]
+__all__ = ["NUMBERS", "draw"]
 
 Tables = Mapping[str, pd.DataFrame]
 
@@ -33,7 +32,7 @@ PERSON, CAR, STUDENTS, TRAFFIC = (
 PRESET = "as-written"
 EVERY = 25  # frames of Fig. 4
 
-FIGURES = tuple(f"figure-{number}" for number in range(2, 11))
+NUMBERS = tuple(range(2, 11))
 
 
 def draw(results: Path, folder: Path, asked: Asked, tables: Tables) -> list[Path]:
@@ -62,24 +61,7 @@ def draw(results: Path, folder: Path, asked: Asked, tables: Tables) -> list[Path
         "figure-9": _half_width(stored),
         **scale_grids(stored),
     }
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [
-        write_figure(folder / f"{name}.png", plot)
-        for name, plot in plots.items()
-        if plot is not None
-    ]
-    paths += [
-        write_film_strip(folder / f"{name}.png", strip)
-        for name, strip in film_strips(stored).items()
-    ]
-    return sorted(paths, key=lambda path: (int(path.stem.split("-")[1]), path.stem))
-
-
-def undrawn(pictures: list[Path]) -> list[str]:
-    """What a reader must know of figures that there are no runs for, in a line or none."""
-    there = {path.stem for path in pictures}
-    lacking = [name.removeprefix("figure-") for name in FIGURES if name not in there]
-    return [f"Not drawn, for want of finished runs: Fig. {', '.join(lacking)}."] if lacking else []
+    return write_pictures(folder, plots, film_strips(stored))
 
 
 def _surface(tables: Tables) -> Figure | None:

@@ -8,10 +8,11 @@ import pandas as pd
 
 from bench.claims.conclusion import Conclusion
 from bench.papers import Asked, Effort, Report
+from bench.papers.drawing import undrawn
 from bench.papers.judging import conclusions, failure_remarks
 from bench.papers.nummiaro2003 import RECORDED, TITLE, examined_tables
 from bench.papers.nummiaro2003.criteria import criteria_table
-from bench.papers.nummiaro2003.figures import draw, undrawn
+from bench.papers.nummiaro2003.figures import NUMBERS, draw
 from bench.papers.nummiaro2003.measured import entrance_table, scene_table
 from bench.papers.nummiaro2003.scores import CELL, tidy_scores, with_shared_runs
 from bench.papers.nummiaro2003.tables import (
@@ -79,7 +80,7 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
     return Report(
         title=TITLE,
         remarks=_remarks(figures, effort)
-        + undrawn(pictures)
+        + undrawn(pictures, NUMBERS)
         + failure_remarks(runs, scores, judged, CELL, COMPANIONS),
         tables=tables,
         rows=followed_rows(figures),

@@ -13,8 +13,10 @@ import datasets
 from bench.contestant import contestant
 from bench.evaluation import run_in_lock_step
 from bench.experiment import read_experiment
+from bench.papers import drawing
+from bench.papers.drawing import undrawn
 from bench.papers.nummiaro2003 import figures, grid, strips
-from bench.papers.nummiaro2003.figures import draw, undrawn
+from bench.papers.nummiaro2003.figures import NUMBERS, draw
 from bench.papers.nummiaro2003.grid import READINGS, scale_grids
 from bench.papers.nummiaro2003.stored import AdaptiveRuns
 from bench.papers.nummiaro2003.strips import film_strips
@@ -118,7 +120,7 @@ def tables():
 def unwritten(monkeypatch):
     """Pictures are made, but not rendered: that takes longest."""
     for writer in ("write_figure", "write_film_strip"):
-        monkeypatch.setattr(figures, writer, lambda path, _: path)
+        monkeypatch.setattr(drawing, writer, lambda path, _: path)
 
 
 def test_figures_come_in_the_papers_order(results, asked, tables, tmp_path, unwritten):
@@ -128,7 +130,7 @@ def test_figures_come_in_the_papers_order(results, asked, tables, tmp_path, unwr
         *("figure-7", "figure-7-without-update", "figure-8"),
         *("figure-9", "figure-9-readings", "figure-9-scenes", "figure-10"),
     ]
-    assert undrawn(paths) == []
+    assert undrawn(paths, NUMBERS) == []
 
 
 @pytest.mark.slow
@@ -143,7 +145,9 @@ def test_figures_without_runs_are_left_out_with_a_word(results, asked, tables, t
     only = {name: cells for name, cells in asked.items() if name.endswith("figure-8")}
     paths = draw(results, tmp_path, only, none)
     assert [path.stem for path in paths] == ["figure-8", "figure-9", "figure-9-scenes"]
-    assert undrawn(paths) == ["Not drawn, for want of finished runs: Fig. 2, 3, 4, 5, 6, 7, 10."]
+    assert undrawn(paths, NUMBERS) == [
+        "Not drawn, for want of finished runs: Fig. 2, 3, 4, 5, 6, 7, 10."
+    ]
 
 
 def test_runs_are_told_apart_by_sequence_and_parameters_in_order_of_repetitions(stored):

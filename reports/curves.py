@@ -1,0 +1,76 @@
+"""A number against a setting, with its interval: one line a label, one panel a case."""
+
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from reports.figures import add_legend, line_style, new_figure
+
+__all__ = ["curve_plot"]
+
+
+def curve_plot(
+    points: pd.DataFrame,
+    title: str,
+    setting: str,
+    quantity: str,
+    labels: Sequence[str],
+    *,
+    heading: str = "",
+    marks: Mapping[float, str] | None = None,
+    logarithmic: bool = False,
+) -> Figure:
+    """Draw curves over a logarithmic abscissa.
+
+    Parameters
+    ----------
+    points : DataFrame
+        `panel` (in the order to be shown), `label` (the line), `setting` (above 0), `value`, and
+        the ends of its interval `low` and `high`.
+    title : str
+        Headline.
+    setting, quantity : str
+        What abscissa and ordinate are, with their units.
+    labels : sequence of str
+        Lines, in order; each keeps its colour.
+    heading : str
+        Of the legend: what the intervals are.
+    marks : mapping of float to str, optional
+        Settings that are marked by a vertical line, and what is written at it.
+    logarithmic : bool
+        Whether the ordinate is, too; else it begins at 0.
+    """
+    panels = list(dict.fromkeys(points["panel"]))
+    figure, all_axes = new_figure(title, 3.4, columns=len(panels))
+    for axes, panel in zip(all_axes, panels, strict=True):
+        here = points[points["panel"] == panel]
+        for position, label in enumerate(labels):
+            line = here[here["label"] == label].sort_values("setting")
+            below, above = line["value"] - line["low"], line["high"] - line["value"]
+            axes.errorbar(
+                line["setting"],
+                line["value"],
+                (below, above),
+                label=label,
+                marker="o",
+                markersize=4,
+                capsize=2,
+                elinewidth=1,
+                **line_style(position),
+            )
+        axes.set(xlabel=setting, xscale="log")
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.set_title(panel, fontsize=9)
+        for value, words in (marks or {}).items():
+            axes.axvline(value, color="0.5", linewidth=1, linestyle=":", zorder=0)
+            axes.text(value, 1.0, words, transform=axes.get_xaxis_transform(),
+                      fontsize=7, color="0.4", ha="right", va="top", rotation=90)  # fmt: skip
+    all_axes[0].set_ylabel(quantity)
+    if logarithmic:
+        all_axes[0].set_yscale("log")
+        all_axes[0].yaxis.set_major_formatter("{x:g}")
+    else:
+        all_axes[0].set_ylim(bottom=0)
+    add_legend(figure, all_axes[0], heading)
+    return figure

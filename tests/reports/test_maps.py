@@ -1,0 +1,27 @@
+"""Panels of images and maps: what is shown, in what range, with which box."""
+
+import numpy as np
+
+from reports.maps import Panel, map_plot
+
+
+def test_images_are_in_colour_and_maps_from_black_to_white():
+    image = np.zeros((10, 20, 3), np.uint8)
+    image[..., 0] = 200  # blue
+    values = np.linspace(0, 0.5, 200).reshape(10, 20)
+    panels = [
+        Panel("frame", image, np.array([2.0, 3, 6, 4])),
+        Panel("map", values),
+        Panel("another", values),
+    ]
+    figure = map_plot(panels, "T", 2)
+    frame, mapped, another, empty = figure.axes
+    assert frame.images[0].get_array()[0, 0].tolist() == [0, 0, 200]
+    assert frame.images[0].get_extent() == [0, 20, 10, 0]
+    (box,) = frame.patches
+    assert (box.get_xy(), box.get_width(), box.get_height()) == ((2, 3), 6, 4)
+    assert np.array_equal(mapped.images[0].get_array(), values)
+    assert mapped.images[0].get_clim() == (0, 1)
+    assert not mapped.patches
+    assert another.get_title() == "another"
+    assert not empty.images
