@@ -97,7 +97,7 @@ def test_the_ball_is_never_in_the_bat_and_leaves_it_with_the_restitution(seed):
     assert gap.min() > -0.03
     assert np.abs(ball[:, 0] - bat[:, 0]).max() < 12  # well on the blade
     assert np.abs(gap[: 64 * (STROKE - 1)]).max() < 0.03  # it lies there until it is struck
-    landing = np.flatnonzero((gap[1:] < 0.03) & (gap[:-1] >= 0.03))[0] + 1
+    landing = np.flatnonzero((gap < 0.03) & (times > 13))[0]
     assert 16 < times[landing] < 19
     over = 16
     pace = (bat[landing + over, 1] - bat[landing - over, 1]) * 64 / (2 * over)
