@@ -7,9 +7,9 @@ variant), `scene`, then columns of its own. Frames count from 0: the paper's fra
 share or a yes or no is a float in [0, 1]; NaN where what is asked did not arise. Parameters are
 those of `as-written` unless they are columns; maps are those of `bench.papers.wang2010.plain`.
 
-"What moves" is the target, what holds it and whoever comes with it; see `checks.motion`. `recall`
-is the share of it that a map B marks, `precision` the share of B that is on it, `f1` their harmonic
-mean, in one frame.
+"What moves" is the target, what holds it and whoever comes with it, by their true silhouettes; see
+`checks.motion`. `recall` is the share of it that a map B marks, `precision` the share of B that is
+on it, `f1` their harmonic mean, in one frame.
 
 Always:
 

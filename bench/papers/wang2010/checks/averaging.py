@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from bench.metrics.centre_error import centres
-from bench.papers.wang2010.checks.motion import averaged, found, moving_frames, moving_things
+from bench.papers.wang2010.checks.motion import MovingThings, averaged, found
 from bench.papers.wang2010.checks.views import with_noise
 from bench.papers.wang2010.plain import local_difference, moving
 from datasets import Sequence
@@ -22,17 +22,17 @@ NOISES = (0.0, 4.0, 8.0, 16.0)  # deviations of what is added [grey levels]
 def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
     """Table `wa-5`; see `bench.papers.wang2010.checks`."""
     generator = np.random.default_rng(0)
-    things = moving_things(sequence)
+    things = MovingThings(sequence)
     middles = centres(sequence.boxes)
     rows = []
-    for frame in moving_frames(things, 2 if quick else FRAMES):
+    for frame in things.frames(2 if quick else FRAMES):
         for step in STEPS:
             for phase, seen in enumerate(_seen(frame, step)):
                 if seen[-1] < 0:
                     continue
                 speed = step * float(np.hypot(*(middles[frame] - middles[frame - 1])))
                 labels = {"step": step, "phase": phase, "speed": speed, "frame": frame}
-                swept = np.asarray(things[list(seen)].any(axis=0))
+                swept = things.swept(seen)
                 for noise in NOISES:
                     image, previous, earlier = (
                         with_noise(sequence[number], noise, generator) for number in seen

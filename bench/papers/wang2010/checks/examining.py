@@ -23,7 +23,7 @@ from bench.papers.wang2010.checks import (
     weights,
     window,
 )
-from datasets.interface import Frames, Image
+from bench.papers.wang2010.checks.remembered import Remembered
 from datasets.source_digest import source_digest
 from datasets.text_form import parse_text
 
@@ -118,7 +118,7 @@ def _measured(part: tuple[str, bool], quick: bool) -> Tables:
     """All tables of a sequence that have a row."""
     name, further = part
     sequence = datasets.load(name)
-    sequence.frames = _Remembered(sequence.frames)
+    sequence.frames = Remembered(sequence.frames)
     bare, options = parse_text(sequence.name)
     labels: dict[str, Any] = {
         "name": sequence.name,
@@ -131,19 +131,3 @@ def _measured(part: tuple[str, bool], quick: bool) -> Tables:
         for table, rows in check.measure(sequence, quick).items()
         if len(rows)
     }
-
-
-class _Remembered:
-    """Frames that are rendered once: every check asks for the same ones."""
-
-    def __init__(self, frames: Frames) -> None:
-        self._frames = frames
-        self._seen: dict[int, Image] = {}
-
-    def __len__(self) -> int:
-        return len(self._frames)
-
-    def __getitem__(self, frame: int) -> Image:
-        if frame not in self._seen:
-            self._seen[frame] = self._frames[frame]
-        return self._seen[frame]

@@ -1,23 +1,21 @@
 """What moves in a scene, and how much of it a motion map finds."""
 
+from collections.abc import Iterable
 from typing import TypeAlias
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.papers.wang2010.checks.remembered import Remembered
+from bench.papers.wang2010.checks.silhouettes import silhouettes
 from bench.papers.wang2010.plain import local_difference
 from datasets import Sequence, SequenceError
 from trackers.base.interface import Image, Mask
 
-__all__ = ["averaged", "found", "latest", "moving_frames", "moving_things", "target_mask"]
+__all__ = ["MovingThings", "averaged", "found", "latest", "target_mask"]
 
 Differences: TypeAlias = NDArray[np.float64]
 Images: TypeAlias = tuple[Image, Image, Image]
-
-SEEN = 16  # grey levels: a difference that no sensor's noise makes
-LEAST_THING = 12  # pixels: smaller ones are noise, or edges that moved by a fraction
-LEAST_CHANGED = 0.02  # of a thing's pixels, for one that moves
 
 
 def target_mask(sequence: Sequence, frame: int) -> Mask:
@@ -37,53 +35,42 @@ def target_mask(sequence: Sequence, frame: int) -> Mask:
     return mask
 
 
-def moving_things(sequence: Sequence) -> NDArray[np.bool_]:
-    """True mask of all that moves: the target, what holds it, and whoever comes with it.
+class MovingThings:
+    """True masks of all that moves, by frame.
 
-    The target's mask is the sequence's own. What else moves is told by the empty ground,
-    which under a camera at rest is the median of the frames: a thing is a connected piece of
-    what differs from it and has changed since the frame before (or, in the first, by the next).
+    A thing moves in a frame in which its silhouette is not that of the frame before (in the
+    first frame, that of the next).
 
     Parameters
     ----------
     sequence : Sequence
-        With masks, and a camera at rest.
-
-    Returns
-    -------
-    ndarray of bool, shape (n, height, width)
-        Where something moves.
+        Of a scene whose `silhouettes` are known, at least two frames.
     """
-    images = np.stack([sequence[frame] for frame in range(len(sequence))])
-    ground = np.median(images, axis=0).astype(np.uint8)
-    masks = np.zeros(images.shape[:3], np.bool_)
-    for frame in range(len(images)):
-        differs = _differ(images[frame], ground)
-        changed = _differ(images[frame], images[frame - 1 if frame else 1])
-        target = target_mask(sequence, frame)
-        count, things = cv2.connectedComponents((differs | target).astype(np.uint8))
-        sizes = np.bincount(things.ravel(), minlength=count)
-        moved = np.bincount(things[changed], minlength=count)
-        moves = (sizes >= LEAST_THING) & (moved >= LEAST_CHANGED * sizes)
-        moves[0] = False  # the ground
-        masks[frame] = moves[things]
-    return masks
 
+    def __init__(self, sequence: Sequence) -> None:
+        frames = sequence.frames
+        self._scene = frames.frames if isinstance(frames, Remembered) else frames
+        self._length = len(sequence)
+        self._seen: dict[int, list[Mask]] = {}
 
-def _differ(first: Image, second: Image) -> Mask:
-    return np.asarray(cv2.absdiff(first, second).max(axis=2) >= SEEN)
+    def __getitem__(self, frame: int) -> Mask:
+        now, other = self._things(frame), self._things(frame - 1 if frame else 1)
+        moving = [thing for thing, was in zip(now, other, strict=True) if (thing != was).any()]
+        return np.asarray(np.any([np.zeros_like(now[0]), *moving], axis=0))
 
+    def swept(self, frames: Iterable[int]) -> Mask:
+        """Where something moving is in one of these frames."""
+        return np.asarray(np.any([self[frame] for frame in frames], axis=0))
 
-def moving_frames(things: NDArray[np.bool_], most: int) -> list[int]:
-    """At most so many frames in which something moves, evenly spaced, with two before them."""
-    frames = np.flatnonzero(things.any(axis=(1, 2)))
-    frames = frames[frames >= 2]
-    if len(frames) == 0:
-        return []
-    chosen: list[int] = np.unique(
-        frames[np.linspace(0, len(frames) - 1, most).round().astype(int)]
-    ).tolist()
-    return chosen
+    def frames(self, most: int) -> list[int]:
+        """At most so many frames in which something moves, evenly spaced, with two before them."""
+        spaced = np.unique(np.linspace(2, self._length - 1, most).round().astype(int)).tolist()
+        return [frame for frame in spaced if self[frame].any()]
+
+    def _things(self, frame: int) -> list[Mask]:
+        if frame not in self._seen:
+            self._seen[frame] = silhouettes(self._scene, frame)
+        return self._seen[frame]
 
 
 def latest(sequence: Sequence, frame: int) -> Images:

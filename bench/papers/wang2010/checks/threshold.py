@@ -3,13 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from bench.papers.wang2010.checks.motion import (
-    averaged,
-    found,
-    latest,
-    moving_frames,
-    moving_things,
-)
+from bench.papers.wang2010.checks.motion import MovingThings, averaged, found, latest
 from bench.papers.wang2010.checks.views import with_contrast, with_noise
 from bench.papers.wang2010.plain import threshold
 from datasets import Sequence
@@ -28,9 +22,9 @@ LEVELS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0)
 def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
     """Table `wa-6`; see `bench.papers.wang2010.checks`."""
     generator = np.random.default_rng(0)
-    things = moving_things(sequence)
+    things = MovingThings(sequence)
     rows = []
-    for frame in moving_frames(things, 1 if quick else FRAMES):
+    for frame in things.frames(1 if quick else FRAMES):
         for contrast in CONTRASTS:
             views = [with_contrast(image, contrast) for image in latest(sequence, frame)]
             for noise in NOISES:

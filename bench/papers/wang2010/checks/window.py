@@ -1,15 +1,8 @@
 """What of the moving things the map B finds, by the window of the differences (WA-4)."""
 
-import numpy as np
 import pandas as pd
 
-from bench.papers.wang2010.checks.motion import (
-    averaged,
-    found,
-    latest,
-    moving_frames,
-    moving_things,
-)
+from bench.papers.wang2010.checks.motion import MovingThings, averaged, found, latest
 from bench.papers.wang2010.plain import moving
 from datasets import Sequence
 
@@ -21,11 +14,11 @@ FRAMES = 25
 
 def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
     """Table `wa-4`; see `bench.papers.wang2010.checks`."""
-    things = moving_things(sequence)
+    things = MovingThings(sequence)
     rows = []
-    for frame in moving_frames(things, 5 if quick else FRAMES):
+    for frame in things.frames(5 if quick else FRAMES):
         images = latest(sequence, frame)
-        swept = np.asarray(things[frame - 2 : frame + 1].any(axis=0))
+        swept = things.swept(range(frame - 2, frame + 1))
         for window in WINDOWS:
             marked = moving(averaged(images, window))
             rows.append(

@@ -1,18 +1,22 @@
 """What the motion map finds of what moves: closed forms on painted squares."""
 
+import cv2
 import numpy as np
 import pytest
 
+import datasets
 from bench.papers.wang2010.checks import averaging, threshold, window
+from bench.papers.wang2010.checks.examining import OURS
 from bench.papers.wang2010.checks.motion import (
+    MovingThings,
     averaged,
     found,
     latest,
-    moving_frames,
-    moving_things,
     target_mask,
 )
-from bench.papers.wang2010.checks.views import with_contrast, with_noise
+from bench.papers.wang2010.checks.remembered import Remembered
+from bench.papers.wang2010.checks.silhouettes import silhouettes
+from bench.papers.wang2010.checks.views import with_contrast
 from bench.papers.wang2010.plain import moving
 from datasets import Sequence, SequenceError
 
@@ -35,10 +39,24 @@ def painted(*things):
     return image
 
 
-def sequence(images, masks):
+class Painted(list):
+    """Images, and what moves in them."""
+
+    things = ()
+
+
+@silhouettes.register
+def _(scene: Painted, frame):
+    return [masks[frame] for masks in scene.things]
+
+
+def sequence(images, masks, *others):
+    """A sequence of which these are the target's masks, and those of other things."""
     boxes = [[columns.min(), rows.min(), SIDE, SIDE] for rows, columns in map(np.nonzero, masks)]
+    scene = Painted(images)
+    scene.things = (masks, *others)
     return Sequence(
-        "painted", images, np.array(boxes, float), fingerprint="p", masks=lambda frame: masks[frame]
+        "painted", scene, np.array(boxes, float), fingerprint="p", masks=lambda frame: masks[frame]
     )
 
 
@@ -59,73 +77,72 @@ def by_differences(crossing):
     return averaging.measure(crossing, quick=False)["wa-5"]
 
 
-def test_what_moves_is_the_target_where_nothing_else_does(crossing):
-    things = moving_things(crossing)
+def test_what_moves_is_where_it_is_not_what_it_was(crossing):
+    things = MovingThings(crossing)
     for frame in range(24):
-        assert (things[frame] == target_mask(crossing, frame)).all()
+        assert (things[frame] == crossing.mask(frame)).all()
 
 
-def test_ground_that_is_uncovered_does_not_move():
-    masks = [square(SIDE * frame) for frame in range(8)]  # a fiftieth of the ground at once
-    things = moving_things(sequence([painted((mask, LIGHT)) for mask in masks], masks))
-    assert (things == np.stack(masks)).all()
-
-
-def test_whoever_comes_with_the_target_moves_too_and_what_rests_does_not():
-    poster = square(120, 90), 60
+def test_a_thing_that_rests_does_not_move_and_the_others_do():
     masks = [square(10 + SPEED * frame) for frame in range(24)]
-    others = [square(130 - 3 * frame, 5) for frame in range(20)]
-    others += [others[-1]] * 4  # it has come to rest
-    images = [
-        painted(poster, (mask, LIGHT), (other, 90))
-        for mask, other in zip(masks, others, strict=True)
-    ]
-    things = moving_things(sequence(images, masks))
-    for frame in range(20):
-        assert (things[frame] == (masks[frame] | others[frame])).all()
-    assert (things[21] == masks[21]).all()
-
-
-def test_a_target_in_the_grounds_colour_moves_if_its_edges_do():
-    masks = [square(10 + SPEED * frame) for frame in range(24)]
-    images = [painted((mask, LIGHT), (np.roll(mask, 2, axis=1) & mask, GROUND)) for mask in masks]
-    things = moving_things(sequence(images, masks))
-    assert (things[5] == masks[5]).all()
+    rests = [square(130, 5)] * 4 + [square(130 - 3 * frame, 5) for frame in range(1, 21)]
+    things = MovingThings(sequence([painted()] * 24, masks, rests))
+    for frame in range(4):
+        assert (things[frame] == masks[frame]).all()
+    for frame in range(4, 24):
+        assert (things[frame] == masks[frame] | rests[frame]).all()
 
 
 def test_in_the_first_frame_that_moves_which_the_next_has_elsewhere():
     masks = [square(10)] * 2 + [square(10 + SPEED * frame) for frame in range(20)]
-    things = moving_things(sequence([painted((mask, LIGHT)) for mask in masks], masks))
-    assert not things[:3].any()
-    assert (things[3] == masks[3]).all()
+    things = MovingThings(sequence([painted()] * 22, masks))
+    assert not things[0].any()
+    assert (MovingThings(sequence([painted()] * 20, masks[2:]))[0] == masks[0]).all()
 
 
-def test_a_speck_is_no_thing(crossing):
-    images = [image.copy() for image in crossing]
-    images[7][100:103, 100:103] = 255
-    flickering = sequence(images, [crossing.mask(frame) for frame in range(24)])
-    assert (moving_things(flickering) == moving_things(crossing)).all()
+def test_what_things_sweep_is_where_they_are_in_any_of_the_frames(crossing):
+    swept = MovingThings(crossing).swept([3, 5, 5])
+    assert (swept == (crossing.mask(3) | crossing.mask(5))).all()
 
 
-def test_noise_moves_nothing(crossing):
-    generator = np.random.default_rng(0)
-    masks = [crossing.mask(frame) for frame in range(24)]
-    noisy = sequence([with_noise(image, 2.0, generator) for image in crossing], masks)
-    assert (moving_things(noisy) == np.stack(masks)).mean() > 0.9999
+def test_frames_in_which_something_moves_have_two_before_them(crossing):
+    assert MovingThings(crossing).frames(100) == list(range(2, 24))
+    assert MovingThings(crossing).frames(2) == [2, 23]
+    masks = [square(10)] * 10 + [square(40)] * 10
+    assert MovingThings(sequence([painted()] * 20, masks)).frames(100) == [10]
+
+
+def test_remembered_frames_are_seen_through_to_their_scene(crossing):
+    kept = sequence(list(crossing), [crossing.mask(frame) for frame in range(24)])
+    kept.frames = Remembered(kept.frames)
+    assert (MovingThings(kept)[7] == crossing.mask(7)).all()
+
+
+def test_a_scene_of_which_it_is_not_known_what_moves_is_refused(crossing):
+    other = Sequence("other", list(crossing), crossing.boxes, fingerprint="o")
+    with pytest.raises(SequenceError, match="list: it is not known what moves"):
+        MovingThings(other)[3]
 
 
 def test_a_sequence_without_masks_is_refused(crossing):
     bare = Sequence("bare", list(crossing), crossing.boxes, fingerprint="b")
-    with pytest.raises(SequenceError, match="bare, frame 0: there is no mask"):
-        moving_things(bare)
+    with pytest.raises(SequenceError, match="bare, frame 3: there is no mask"):
+        target_mask(bare, 3)
 
 
-def test_frames_in_which_something_moves_have_two_before_them():
-    things = np.zeros((10, 2, 2), bool)
-    assert moving_frames(things, 5) == []
-    things[1:9, 0, 0] = True
-    assert moving_frames(things, 100) == [2, 3, 4, 5, 6, 7, 8]
-    assert moving_frames(things, 2) == [2, 8]
+@pytest.mark.parametrize("name", [*OURS[:2], pytest.param(OURS[2], marks=pytest.mark.slow)])
+def test_what_moves_in_a_scene_holds_the_target_and_hides_the_ground(name):
+    """They hold the target, and what changes is near them: all but shadows."""
+    scene = datasets.load(f"{name}:scene=3")
+    things = MovingThings(scene)
+    for frame in (12, 30):
+        target = scene.mask(frame)
+        assert np.count_nonzero(target & things[frame]) > 0.97 * np.count_nonzero(target)
+        assert np.count_nonzero(things[frame]) > 1.2 * np.count_nonzero(target)
+        assert things[frame].mean() < 0.4
+        changed = np.abs(scene[frame].astype(int) - scene[frame - 1]).max(axis=2) > 40
+        near = cv2.dilate(things.swept([frame - 1, frame]).astype(np.uint8), np.ones((5, 5)))
+        assert np.count_nonzero(changed & (near > 0)) > 0.8 * np.count_nonzero(changed)
 
 
 def test_the_averaged_difference_is_of_the_last_frame_and_of_the_one_before():
