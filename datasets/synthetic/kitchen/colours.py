@@ -1,0 +1,88 @@
+"""Colours of the things in a kitchen. BGR in [0, 255]."""
+
+from collections.abc import Sequence
+from colorsys import rgb_to_hsv
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "ACCENTS",
+    "BGR",
+    "CLOTHES",
+    "COUNTERS",
+    "CUPS",
+    "NEUTRALS",
+    "STEELS",
+    "any_but",
+    "nearly",
+]
+
+BGR: TypeAlias = tuple[int, int, int]
+Array = NDArray[np.float64]
+
+CUPS: tuple[BGR, ...] = (
+    (168, 88, 36),  # blue
+    (140, 62, 44),  # dark blue
+    (132, 124, 28),  # turquoise
+    (66, 126, 42),  # green
+    (138, 62, 96),  # violet
+    (62, 30, 164),  # crimson
+    (104, 46, 150),  # magenta
+)
+"""None has the hue of skin, of wood or of a cream wall."""
+
+NEUTRALS: tuple[BGR, ...] = (
+    (192, 208, 216),  # cream
+    (200, 210, 214),  # white
+    (168, 176, 182),  # warm grey
+    (152, 174, 190),  # sand
+    (204, 196, 182),  # pale blue
+)
+COUNTERS: tuple[BGR, ...] = (
+    (92, 132, 172),  # beech
+    (58, 88, 124),  # walnut
+    (120, 158, 190),  # maple
+    (118, 126, 132),  # stone
+)
+ACCENTS: tuple[BGR, ...] = (
+    (44, 160, 216),  # mustard
+    (46, 104, 206),  # orange
+    (44, 44, 172),  # red
+    (60, 138, 122),  # olive green
+    (150, 104, 56),  # blue
+    (196, 204, 206),  # white
+    (56, 52, 50),  # black
+    (96, 130, 160),  # earthenware
+)
+STEELS: tuple[BGR, ...] = ((152, 158, 160), (160, 156, 150))
+CLOTHES: tuple[BGR, ...] = (
+    (74, 70, 68),  # charcoal
+    (150, 148, 144),  # grey
+    (186, 200, 208),  # cream
+    (60, 110, 96),  # olive
+    (44, 74, 150),  # rust
+    (96, 62, 46),  # navy
+    (70, 148, 190),  # ochre
+)
+
+APART = 0.1
+"""Part of the circle of hues by which other things differ from the cup, whites too."""
+
+
+def any_but(random: np.random.Generator, colours: Sequence[BGR], cup: Array) -> Array:
+    """One of some colours, varied a little, whose hue isn't near the cup's."""
+    fit = [colour for colour in colours if APART < abs(_hue(colour) - _hue(cup)) < 1 - APART]
+    return nearly(random, fit[int(random.integers(len(fit)))], 0.05)
+
+
+def nearly(random: np.random.Generator, colour: ArrayLike, spread: float = 0.03) -> Array:
+    """A colour as another thing of that colour has it: a little lighter or darker, above all."""
+    gains = (1 + spread * random.uniform(-1, 1)) * (1 + 0.4 * spread * random.uniform(-1, 1, 3))
+    return np.asarray(np.clip(np.asarray(colour, np.float64) * gains, 0, 255))
+
+
+def _hue(colour: ArrayLike) -> float:
+    blue, green, red = (np.asarray(colour, np.float64) / 255).tolist()
+    return rgb_to_hsv(red, green, blue)[0]
