@@ -155,6 +155,12 @@ def test_a_window_is_cut_off_at_the_images_rim(x, y, width, height):
     assert (top, bottom) == (rows.start, max(rows.stop, rows.start))
 
 
+def test_a_centroid_that_rounding_put_beside_an_edge_is_on_it():
+    for off in (-6e-12, 0.0, 6e-12):
+        assert window_at(13.5 + off, 9.0 + off, 10, 7, 24, 31) == (9, 6, 19, 13)
+    assert window_at(13.5 - 1e-6, 9.0, 10, 7, 24, 31).left == 8
+
+
 def random_map(seed, rows=24, columns=31):
     """Sums of a map over the whole image, and the map in floats."""
     image, before = random_image(seed, rows, columns), random_image(seed + 1, rows, columns)

@@ -30,6 +30,13 @@ __all__ = [
 Array = NDArray[np.float64]
 
 
+ROUNDING = 1e-9
+"""Pixels that a centroid may be off, weights being rounded: what should be on an edge is on it.
+
+Centroids on edges are no rarity: weights are sums of a few counts, so rows of pixels often balance.
+"""
+
+
 class Region(NamedTuple):
     """A rectangle of pixels: columns left to right, rows top to bottom, ends excluded."""
 
@@ -83,8 +90,8 @@ def window_at(x: float, y: float, width: int, height: int, rows: int, columns: i
     rows, columns : int
         Of the image.
     """
-    left = int(np.floor(x - width / 2 + 0.5))
-    top = int(np.floor(y - height / 2 + 0.5))
+    left = int(np.floor(x - width / 2 + 0.5 + ROUNDING))
+    top = int(np.floor(y - height / 2 + 0.5 + ROUNDING))
     first_column, first_row = min(max(left, 0), columns), min(max(top, 0), rows)
     return Region(
         first_column,

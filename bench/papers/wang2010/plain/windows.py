@@ -10,6 +10,7 @@ __all__ = ["mean_shift", "whole_size", "window_slices", "window_sum"]
 Map = NDArray[np.float64]
 
 NOTHING = 1e-9  # a window whose sum is no more than this stays where it is
+ROUNDING = 1e-9  # pixels that a centroid in floats may be off: what should be on an edge is on it
 
 
 def whole_size(size: float) -> int:
@@ -21,7 +22,8 @@ def window_slices(
     shape: tuple[int, ...], x: float, y: float, width: int, height: int
 ) -> tuple[slice, slice]:
     """Rows and columns of the window around a centre that lie in an image of this shape."""
-    left, top = floor(x - width / 2 + 0.5), floor(y - height / 2 + 0.5)
+    left = floor(x - width / 2 + 0.5 + ROUNDING)
+    top = floor(y - height / 2 + 0.5 + ROUNDING)
     rows, columns = shape[:2]
     return (
         slice(min(max(top, 0), rows), min(max(top + height, 0), rows)),
