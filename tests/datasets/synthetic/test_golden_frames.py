@@ -41,6 +41,8 @@ SEQUENCES = (
     "nummiaro2003/head:light=lamps:scene=1",
     "wang2010/table-tennis",
     "wang2010/table-tennis:scene=3",
+    "wang2010/hand",
+    "wang2010/hand:background=plain:scene=1",
 )
 
 
