@@ -70,14 +70,11 @@ class Conclusion:
         """
         readings = self.claim.readings
         usual = {column: values[0] for column, values in readings.columns.items()}
-        for column in readings.rivals:
-            del usual[column]
-        wanted = {**usual, **choice}
-        found = [
-            finding
-            for finding in _whole(self.findings)
-            if all(finding.reading.get(key, value) in ("", value) for key, value in wanted.items())
-        ]
+        wanted = {key: value for key, value in usual.items() if key not in readings.rivals}
+        found = _whole(self.findings)
+        for column, value in {**wanted, **choice}.items():
+            told = {value, ""} if usual[column] else {value}
+            found = [one for one in found if one.reading.get(column, value) in told]
         return _settled(found, readings.rivals) if found else None
 
     def for_json(self) -> dict[str, Any]:

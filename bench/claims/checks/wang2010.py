@@ -12,7 +12,7 @@ from bench.claims.checks.runs import runs_by_reading
 from bench.claims.findings import Check, Evidence, Finding
 from bench.statistics.verdicts import LEAST_CELLS, Verdict, check, undecided
 
-__all__ = ["CHECKS"]
+__all__ = ["CHECKS", "particles_needed", "success_by_number"]
 
 PROPOSED, TRADITIONAL = "wang2010", "particle-filter"
 LEAST_NUMBERS = 4  # of particles, that make a curve
@@ -24,8 +24,8 @@ def least_particles(evidence: Evidence) -> list[Finding]:
     least, most = evidence.setting("least"), evidence.setting("most")
     found = []
     for finding, runs in _curves(evidence, [TRADITIONAL]):
-        curve = _success(runs, TRADITIONAL)
-        number = _needed(curve, evidence.setting("share"))
+        curve = success_by_number(runs, TRADITIONAL)
+        number = particles_needed(curve, evidence.setting("share"))
         reason = (
             f"{_words(curve, number)}, to be compared with {least:g} to {most:g} ({_told(curve)})."
         )
@@ -40,8 +40,8 @@ def fewer_particles(evidence: Evidence) -> list[Finding]:
     particles = int(evidence.setting("particles"))
     found = []
     for finding, runs in _curves(evidence, [PROPOSED, TRADITIONAL]):
-        ours, theirs = (_success(runs, tracker) for tracker in (PROPOSED, TRADITIONAL))
-        numbers = [_needed(curve, share) for curve in (ours, theirs)]
+        ours, theirs = (success_by_number(runs, tracker) for tracker in (PROPOSED, TRADITIONAL))
+        numbers = [particles_needed(curve, share) for curve in (ours, theirs)]
         with_papers = float(ours.get(particles, 0.0))
         # Where the traditional filter never succeeds, it needs more than was tried.
         more = numbers[0] < inf and numbers[1] >= ratio * numbers[0]
@@ -53,6 +53,19 @@ def fewer_particles(evidence: Evidence) -> list[Finding]:
         verdict = _checked(with_papers >= share and more, with_papers, reason, runs)
         found.append(finding(verdict=verdict))
     return found
+
+
+def success_by_number(runs: pd.DataFrame, tracker: str) -> "pd.Series[float]":
+    """Share of successful runs by number of particles, the mean over scenes."""
+    chosen = runs[runs["tracker"] == tracker]
+    by_scene = chosen.groupby(["particles", "scene"])["success"].mean()
+    return by_scene.groupby("particles").mean()
+
+
+def particles_needed(curve: "pd.Series[float]", share: float) -> float:
+    """Least number that reaches the curve's plateau; infinite for one lower than the share."""
+    plateau = curve.max()
+    return float(curve.index[curve >= NEAR * plateau].min()) if plateau >= share else inf
 
 
 CHECKS: Mapping[str, Check] = {
@@ -72,19 +85,6 @@ def _curves(
         numbers = runs.groupby("tracker")["particles"].nunique()
         if (numbers.reindex(trackers, fill_value=0) >= LEAST_NUMBERS).all():
             yield finding, runs
-
-
-def _success(runs: pd.DataFrame, tracker: str) -> "pd.Series[float]":
-    """Share of successful runs by number of particles, the mean over scenes."""
-    chosen = runs[runs["tracker"] == tracker]
-    by_scene = chosen.groupby(["particles", "scene"])["success"].mean()
-    return by_scene.groupby("particles").mean()
-
-
-def _needed(curve: "pd.Series[float]", share: float) -> float:
-    """Least number that reaches the curve's plateau; infinite for one lower than the share."""
-    plateau = curve.max()
-    return float(curve.index[curve >= NEAR * plateau].min()) if plateau >= share else inf
 
 
 def _words(curve: "pd.Series[float]", number: float) -> str:

@@ -125,7 +125,31 @@ def test_the_adaptive_colour_particle_filter_has_all_its_claims():
             assert claim.test.check in CHECKS
 
 
-@pytest.mark.parametrize("paper", ["multipart", "nummiaro2003"])
+def test_the_camshift_inside_a_particle_filter_has_all_its_claims():
+    claims = read_claims("wang2010")
+    assert list(claims) == [f"WA-{name}" for name in [*range(1, 23), "22a", *range(23, 30)]]
+    as_written = {"preset": "as-written", "variant": "", "model": "fused", "reach": "rule"}
+    for claim in claims.values():
+        for window in ("fixed", "adaptive"):  # of which neither is the headline
+            assert claim.readings.is_headline(as_written | {"window": window})
+        assert not claim.readings.is_headline(as_written | {"reach": "3.87"})
+        assert not claim.readings.is_post_hoc(as_written | {"preset": "recommended"})
+        for chosen in ({"preset": "robust"}, {"variant": "sigma=0.2"}, {"variant": "radius=10"}):
+            assert claim.readings.is_post_hoc(as_written | chosen)
+        assert claim.says.endswith(".")
+        if isinstance(claim.test, CheckTest):
+            assert claim.test.check in CHECKS
+
+
+def test_rivals_are_columns_of_readings_and_have_no_headline(tmp_path):
+    rivals = GOOD.replace("post_hoc", 'rivals = ["initial"]\npost_hoc')
+    claim = read_claims(written(tmp_path, rivals))["X-1"]
+    assert claim.readings.is_headline({"initial": "body"})
+    with pytest.raises(LedgerError, match="rivals names 'light', which is no column of readings"):
+        read_claims(written(tmp_path, rivals.replace('["initial"]', '["light"]')))
+
+
+@pytest.mark.parametrize("paper", ["multipart", "nummiaro2003", "wang2010"])
 def test_the_experiments_of_a_claim_are_there_and_by_default_unless_it_says_so(paper):
     from bench.papers import Effort, load_paper
 

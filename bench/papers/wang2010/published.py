@@ -1,0 +1,85 @@
+"""The paper's numbers beside ours, for scripts."""
+
+from math import exp, isfinite
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from bench.claims.checks.wang2010 import particles_needed, success_by_number
+from bench.papers.wang2010.courses import HAND, TABLE_TENNIS
+from bench.papers.wang2010.scores import FILTER, PROPOSED
+from bench.papers.wang2010.timing import PUBLISHED
+from bench.statistics.intervals import mean_interval
+
+__all__ = ["particle_rows", "time_rows"]
+
+NAMES = {TABLE_TENNIS: "table-1", HAND: "section-3.2"}
+NEEDED = {PROPOSED: 60, FILTER: 400}
+SUCCESS = 0.9  # of the runs, that make a number suffice
+
+
+def time_rows(times: pd.DataFrame) -> list[dict[str, Any]]:
+    """Table 1 and the times of section 3.2: seconds a frame, and ratios to CamShift's.
+
+    Parameters
+    ----------
+    times : DataFrame
+        `method_times` of `timing`; ours are those in plain NumPy, CamShift's window fixed.
+
+    Returns
+    -------
+    list of dict
+        See `bench.papers.Report.rows`. Seconds have quartiles over frames, ratios a 95 % interval.
+    """
+    plain = times[(times["implementation"] == "plain") & (times["window"] == "fixed")]
+    rows = []
+    for sequence, seconds in PUBLISHED.items():
+        here = plain[plain["sequence"] == sequence]
+        for method, published in seconds.items():
+            label = {"table": NAMES[sequence], "label": method}
+            low, middle, high = (float(here[method].quantile(q)) for q in (0.25, 0.5, 0.75))
+            rows.append(
+                label
+                | {"column": "seconds a frame", "published": published}
+                | {"measured": middle, "interval": [low, high]}
+            )
+            if method != "camshift":
+                logs = np.log(here[method] / here["camshift"])
+                rows.append(
+                    label
+                    | {
+                        "column": "ratio to CamShift",
+                        "published": published / seconds["camshift"],
+                        "measured": exp(logs.mean()),
+                        "interval": [exp(limit) for limit in mean_interval(logs)],
+                    }
+                )
+    return rows
+
+
+def particle_rows(scores: pd.DataFrame) -> list[dict[str, Any]]:
+    """How many particles the filters need as written; None where no number suffices.
+
+    Parameters
+    ----------
+    scores : DataFrame
+        See `tidy_scores`.
+    """
+    written = (scores["preset"] == "as-written") & (scores["variant"] == "")
+    written &= (scores["model"] == "fused") & (scores["sequence"] == TABLE_TENNIS)
+    runs = scores[written & (scores["reach"] != "3.87")]
+    rows = []
+    for tracker, published in NEEDED.items():
+        number = particles_needed(success_by_number(runs, tracker), SUCCESS)
+        rows.append(
+            {
+                "table": "particles",
+                "label": tracker,
+                "column": "particles needed on the first sequence",
+                "published": published,
+                "measured": number if isfinite(number) else None,
+                "interval": None,
+            }
+        )
+    return rows
