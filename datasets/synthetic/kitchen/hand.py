@@ -8,7 +8,7 @@ from datasets.synthetic.factory.look import COMPLEXIONS
 from datasets.synthetic.kitchen.colours import CLOTHES, Array, any_but
 from datasets.synthetic.kitchen.painting import Finish, Pattern, Thing, grain
 from datasets.synthetic.kitchen.plan import Cup
-from datasets.synthetic.kitchen.rays import bowl, limb
+from datasets.synthetic.kitchen.solids import bowl, limb
 
 __all__ = ["held_cup"]
 

@@ -44,7 +44,7 @@ class Finish:
 
 @dataclass(frozen=True)
 class Thing:
-    """What is seen as one: solids (see `rays`) with a finish."""
+    """What is seen as one: solids (see `solids`) with a finish."""
 
     finish: Finish
     solids: list[Array] = field(default_factory=list)

@@ -1,9 +1,4 @@
-"""Solids given by their distance to any point, and what a camera far away sees of them.
-
-Lengths are in pixels of the picture: x to the right, y up, z towards the camera, which looks
-down a little. Rays are parallel. A row of numbers is a solid; a thing is a list of solids,
-which can run together smoothly.
-"""
+"""What a camera far away, which looks down a little, sees of solids. Its rays are parallel."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,14 +7,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["NOTHING", "View", "bowl", "box", "half_space", "limb", "what_is_seen"]
+from datasets.synthetic.kitchen.solids import BOX, HALF_SPACE, LIMB, packed
+
+__all__ = ["NOTHING", "View", "what_is_seen"]
 
 Array = NDArray[np.float64]
 
 NOTHING = -1
 """Index of the thing where there is none."""
 
-_HALF_SPACE, _LIMB, _BOX, _BOWL = range(4)
 _START, _END = 150.0, 420.0  # of a ray, from the plane of the picture [pixels]
 
 
@@ -44,59 +40,6 @@ class View:
         return np.asarray(depth * np.sin(self.pitch) - height * np.cos(self.pitch))
 
 
-def half_space(normal: Sequence[float], reach: float) -> Array:
-    """All that lies behind a plane, `reach` beyond the origin."""
-    return _solid(_HALF_SPACE, 0.0, *normal, reach)
-
-
-def limb(start: ArrayLike, end: ArrayLike, radii: tuple[float, float], blend: float = 0.0) -> Array:
-    """Ball at either end and all between them; `blend` is how far it runs into its thing."""
-    a, b = np.asarray(start, np.float64), np.asarray(end, np.float64)
-    return _solid(_LIMB, blend, *a, *b, *radii)
-
-
-def box(
-    middle: ArrayLike,
-    half: ArrayLike,
-    rounding: float,
-    turn: float = 0.0,
-    lean: float = 0.0,
-    folds: tuple[float, float] = (0.0, 0.0),
-) -> Array:
-    """Box with round edges.
-
-    Parameters
-    ----------
-    middle, half : array of float64, shape (3,)
-        Its middle, and half its width, height and depth [pixels].
-    rounding : float
-        Radius of the edges [pixels].
-    turn, lean : float
-        About the upright axis, then backwards [radians].
-    folds : tuple of float
-        Depth of upright folds in it [pixels], and how fast they follow one another
-        [radians/pixel].
-    """
-    centre, size = np.asarray(middle, np.float64), np.asarray(half, np.float64) - rounding
-    turned = np.cos(turn), np.sin(turn), np.cos(lean), np.sin(lean)
-    return _solid(_BOX, 0.0, *centre, *size, rounding, *turned, *folds)
-
-
-def bowl(
-    foot: ArrayLike, height: float, radii: tuple[float, float], wall: float, closed: bool = False
-) -> Array:
-    """Round vessel, its radii below and above to the middle of the wall; a lid closes it."""
-    base = np.asarray(foot, np.float64)
-    return _solid(_BOWL, 0.0, *base, height, *radii, wall / 2, float(closed))
-
-
-def _solid(kind: int, blend: float, *numbers: float) -> Array:
-    row = np.zeros(16)
-    row[[0, 2]] = kind, blend
-    row[3 : 3 + len(numbers)] = numbers
-    return row
-
-
 @njit(cache=True)
 def _to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> float:
     along_x, along_y = x1 - x0, y1 - y0
@@ -109,15 +52,15 @@ def _to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) 
 @njit(cache=True)
 def _distance_to(s: Array, i: int, x: float, y: float, z: float) -> float:
     """Distance of a point to one of the solids [pixels]; negative inside."""
-    if s[i, 0] == _HALF_SPACE:
+    if s[i, 0] == HALF_SPACE:
         return float(s[i, 3] * x + s[i, 4] * y + s[i, 5] * z - s[i, 6])
     x, y, z = x - s[i, 3], y - s[i, 4], z - s[i, 5]
-    if s[i, 0] == _LIMB:
+    if s[i, 0] == LIMB:
         u, v, w = s[i, 6] - s[i, 3], s[i, 7] - s[i, 4], s[i, 8] - s[i, 5]
         share = min(max((x * u + y * v + z * w) / (u * u + v * v + w * w), 0.0), 1.0)
         x, y, z = x - share * u, y - share * v, z - share * w
         return float(np.sqrt(x * x + y * y + z * z) - s[i, 9] - share * (s[i, 10] - s[i, 9]))
-    if s[i, 0] == _BOX:
+    if s[i, 0] == BOX:
         x, z = s[i, 10] * x - s[i, 11] * z, s[i, 11] * x + s[i, 10] * z
         y, z = s[i, 12] * y - s[i, 13] * z, s[i, 13] * y + s[i, 12] * z
         if s[i, 14] > 0:
@@ -137,7 +80,7 @@ def _distance_to(s: Array, i: int, x: float, y: float, z: float) -> float:
 
 @njit(cache=True)
 def _distance(solids: Array, balls: Array, x: float, y: float, z: float) -> tuple[float, int]:
-    """Distance of a point to the nearest thing, and which it is."""
+    """Distance of a point to the nearest thing [pixels], and which it is; see `packed`."""
     nearest, owner = 1e9, NOTHING
     for thing in range(len(balls)):
         u, v, w = x - balls[thing, 0], y - balls[thing, 1], z - balls[thing, 2]
@@ -197,6 +140,16 @@ def _lit(
 
 
 @njit(cache=True)
+def _passes(balls: Array, x: float, below: float, up: float, on: float) -> bool:
+    """Whether a ray comes near anything."""
+    for thing in range(len(balls)):
+        u, v = x - balls[thing, 0], below - balls[thing, 2] * up + balls[thing, 1] * on
+        if u * u + v * v < balls[thing, 3] * balls[thing, 3]:
+            return True
+    return False
+
+
+@njit(cache=True)
 def _cast(
     solids: Array, balls: Array, corner: Array, step: float, width: int, height: int,
     pitch: float, light: Array, shaded: bool,
@@ -209,6 +162,8 @@ def _cast(
         below = corner[1] + (row + 0.5) * step
         for column in range(width):
             x = corner[0] + (column + 0.5) * step
+            if not _passes(balls, x, below, up, on):
+                continue
             y, z = _START * up - below * on, _START * on + below * up
             way, owner = 0.0, NOTHING
             while way < _END:
@@ -242,7 +197,7 @@ def what_is_seen(
     Parameters
     ----------
     things : sequence of sequence of ndarray
-        Each made of what `half_space`, `limb`, `box` and `bowl` give.
+        The solids of each: see `solids`.
     view : View
     corner : tuple of float
         Left top of the picture, from the origin to the right and down [pixels].
@@ -262,36 +217,9 @@ def what_is_seen(
     lights : ndarray of float64, shape (fine * height, fine * width, 2)
         Light on it, and the lamp's reflection in it, 1 for a mirror; 0 unless `shaded`.
     """
-    counts = np.array([len(thing) for thing in things])
-    ends = np.cumsum(counts)
-    balls = np.column_stack([np.stack([_ball(thing) for thing in things]), ends - counts, ends])
+    solids, balls = packed(things)
     seen: tuple[NDArray[np.int64], Array, Array] = _cast(
-        np.array([solid for thing in things for solid in thing]), balls,
-        np.asarray(corner, np.float64), 1 / fine, fine * size[0], fine * size[1],
+        solids, balls, np.asarray(corner, np.float64), 1 / fine, fine * size[0], fine * size[1],
         view.pitch, np.asarray(view.light), shaded,
     )  # fmt: skip
     return seen
-
-
-def _ball(thing: Sequence[Array]) -> Array:
-    """Middle and radius of a ball that holds a thing, shape (4,) [pixels]."""
-    lows, highs = zip(*(_bounds(solid) for solid in thing), strict=True)
-    low, high = np.min(lows, axis=0), np.max(highs, axis=0)
-    return np.append((low + high) / 2, np.sqrt(np.sum((high - low) ** 2)) / 2)
-
-
-def _bounds(solid: Array) -> tuple[Array, Array]:
-    """Corners of an upright box that holds a solid, its blends and folds [pixels]."""
-    middle = solid[3:6]
-    if solid[0] == _HALF_SPACE:
-        return np.full(3, -1e4), np.full(3, 1e4)
-    if solid[0] == _LIMB:
-        reach = max(solid[9:11]) + solid[2]
-        return np.minimum(middle, solid[6:9]) - reach, np.maximum(middle, solid[6:9]) + reach
-    if solid[0] == _BOX:
-        reach = np.sqrt(np.sum(solid[6:9] ** 2)) + solid[9] + 2 * solid[14]
-        return middle - reach, middle + reach
-    reach = max(solid[7:9]) + solid[9]
-    low, high = middle - reach, middle + reach
-    low[1], high[1] = middle[1] - solid[9], middle[1] + solid[6] + solid[9]
-    return low, high

@@ -13,7 +13,7 @@ from datasets.synthetic.kitchen.colours import (
 )
 from datasets.synthetic.kitchen.painting import Finish, Pattern, Thing, grain, plain, tiles
 from datasets.synthetic.kitchen.plan import SIZE, WALL, Plan
-from datasets.synthetic.kitchen.rays import bowl, box, half_space, limb
+from datasets.synthetic.kitchen.solids import bowl, box, half_space, limb
 
 __all__ = ["bare_room", "carton", "similar_things", "stores"]
 
