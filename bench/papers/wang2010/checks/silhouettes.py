@@ -64,6 +64,6 @@ def _(scene: HandScene, frame: int) -> list[Mask]:
 def _(scene: CupScene, frame: int) -> list[Mask]:
     """The cup with the hand and the arm that carry it, as far as nothing is before them."""
     plan = scene.plan
-    carried = scene._carried.at(plan.middle(frame), float(plan.tilt(frame)))[..., 3]
-    mask = carried * (1 - scene.hidden) >= 0.5
+    carried = scene.setting.carried.at(plan.middle(frame), float(plan.tilt(frame)))[..., 3]
+    mask = carried * (1 - scene.setting.hidden) >= 0.5
     return [np.asarray(mask[:, ::-1] if plan.mirrored else mask)]
