@@ -103,11 +103,12 @@ def _frame(evidence: Evidence, test: PartTest) -> pd.DataFrame | None:
         for column, value in _DEFAULTS.items():
             if column not in table:
                 table[column] = value
-    wanted = [*COLUMNS, *evidence.claim.readings.columns] if test.table == SCORES else []
-    for column in (*wanted, *named_columns(test)):
+    general, named = [*COLUMNS, *evidence.claim.readings.columns], named_columns(test)
+    for column in (*(general if test.table == SCORES else ()), *named):
         if column not in table:
             words = f"the {'scores have' if test.table == SCORES else f'table {test.table} has'}"
             raise ValueError(f"claim {evidence.claim.id}: {words} no column {column!r}.")
+    table = table[[column for column in table if column in {*general, *named}]]
     if isinstance(test, BoundTest | RatioTest):
         return limited(table, test.where)
     sequences: list[object] = [*test.sequences]
@@ -168,10 +169,12 @@ def _judged(
             here = parts if light == "both" else [p.limited({"light": [light]}) for p in parts]
             if not all(part.is_run for part in here):
                 continue
-            for scenes in ("kept", "drawn"):
-                limits: Limits = {"kept_scene": [True]} if scenes == "kept" else {}
-                chosen = [part.limited(limits) for part in here]
-                for metric, group, verdict in _verdicts(claim, chosen):
+            kept = [part.limited({"kept_scene": [True]}) for part in here]
+            found = {"kept": list(_verdicts(claim, kept))}
+            are_all = all(len(k.rows) == len(h.rows) for k, h in zip(kept, here, strict=True))
+            found["drawn"] = found["kept"] if are_all else list(_verdicts(claim, here))
+            for scenes, verdicts in found.items():
+                for metric, group, verdict in verdicts:
                     yield Finding(
                         claim.id,
                         verdict,
