@@ -1,6 +1,6 @@
 """A number against a setting, with its interval: one line a label, one panel a case."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -18,7 +18,7 @@ def curve_plot(
     labels: Sequence[str],
     *,
     heading: str = "",
-    marks: Mapping[float, str] | None = None,
+    marks: Sequence[float] = (),
     logarithmic: bool = False,
 ) -> Figure:
     """Draw curves over a logarithmic abscissa.
@@ -36,12 +36,13 @@ def curve_plot(
         Lines, in order; each keeps its colour.
     heading : str
         Of the legend: what the intervals are.
-    marks : mapping of float to str, optional
-        Settings that are marked by a vertical line, and what is written at it.
+    marks : sequence of float
+        Settings that are marked by a vertical line, and named as the first and the last are.
     logarithmic : bool
         Whether the ordinate is, too; else it begins at 0.
     """
     panels = list(dict.fromkeys(points["panel"]))
+    named = sorted({points["setting"].min(), points["setting"].max(), *marks})
     figure, all_axes = new_figure(title, 3.4, columns=len(panels))
     for axes, panel in zip(all_axes, panels, strict=True):
         here = points[points["panel"] == panel]
@@ -60,12 +61,11 @@ def curve_plot(
                 **line_style(position),
             )
         axes.set(xlabel=setting, xscale="log")
-        axes.xaxis.set_major_formatter("{x:g}")
+        axes.set_xticks(named, [f"{value:g}" for value in named])
+        axes.set_xticks([], minor=True)
         axes.set_title(panel, fontsize=9)
-        for value, words in (marks or {}).items():
+        for value in marks:
             axes.axvline(value, color="0.5", linewidth=1, linestyle=":", zorder=0)
-            axes.text(value, 1.0, words, transform=axes.get_xaxis_transform(),
-                      fontsize=7, color="0.4", ha="right", va="top", rotation=90)  # fmt: skip
     all_axes[0].set_ylabel(quantity)
     if logarithmic:
         all_axes[0].set_yscale("log")
