@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 import datasets
 from datasets import SequenceError
 from datasets.synthetic.gesture import cones
+from datasets.synthetic.gesture import textures as palm
 from datasets.synthetic.gesture.knobs import HandKnobs
 from datasets.synthetic.gesture.scene import scene
 from datasets.synthetic.gesture.way import drawn_way
@@ -171,7 +172,7 @@ def test_only_hand_and_sitter_move():
         arm |= cones.cover(hand.hand.cones[frame], cones.CLOTH, 120, 160) > 0
         arm |= hand.mask(frame)
     assert moved[grown(arm, 2) & hand.mask(0)].mean() > 2 * moved[:35].mean()
-    assert moved[~grown(arm, 2)].mean() < 4  # noise, and some who breathe
+    assert 1 < moved[~grown(arm, 2)].mean() < 4  # fresh noise, and some who breathe
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -195,6 +196,16 @@ def test_fingers_bend_and_spread():
     assert (bent < 70).all()
     assert (np.ptp(bent, axis=0) > 8).all()
     assert 4 < np.ptp(spread) < 30
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_the_line_around_the_thumbs_ball_is_on_the_thumbs_side(side):
+    skin, _ = palm.textures(np.random.default_rng(0), side)
+    ball = skin[
+        round(palm.WRIST_ROW - 4.5 * palm.TEXELS) : round(palm.WRIST_ROW - 1.5 * palm.TEXELS)
+    ]
+    dark = np.nonzero(ball < 0.88)[1] - palm.SIDE / 2
+    assert 0 < side * np.median(dark) < 2 * palm.TEXELS
 
 
 @pytest.mark.slow
