@@ -40,7 +40,7 @@ class View:
         return np.asarray(depth * np.sin(self.pitch) - height * np.cos(self.pitch))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> float:
     along_x, along_y = x1 - x0, y1 - y0
     share = ((x - x0) * along_x + (y - y0) * along_y) / (along_x * along_x + along_y * along_y)
@@ -49,7 +49,7 @@ def _to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) 
     return float(np.sqrt(x * x + y * y))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _distance_to(s: Array, i: int, x: float, y: float, z: float) -> float:
     """Distance of a point to one of the solids [pixels]; negative inside."""
     if s[i, 0] == HALF_SPACE:
@@ -78,7 +78,7 @@ def _distance_to(s: Array, i: int, x: float, y: float, z: float) -> float:
     return float(nearest - s[i, 9])
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _distance(solids: Array, balls: Array, x: float, y: float, z: float) -> tuple[float, int]:
     """Distance of a point to the nearest thing [pixels], and which it is; see `packed`."""
     nearest, owner = 1e9, NOTHING
@@ -100,7 +100,7 @@ def _distance(solids: Array, balls: Array, x: float, y: float, z: float) -> tupl
     return nearest, owner
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _facing(
     solids: Array, balls: Array, x: float, y: float, z: float
 ) -> tuple[float, float, float]:
@@ -113,7 +113,7 @@ def _facing(
     return u / length, v / length, w / length
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _lit(
     solids: Array, balls: Array, x: float, y: float, z: float, light: Array, on: float
 ) -> tuple[float, float]:
@@ -139,7 +139,7 @@ def _lit(
     return ambient + 0.88 * towards * sun, max(shine, 0.0) ** 40 * sun
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _passes(balls: Array, x: float, below: float, up: float, on: float) -> bool:
     """Whether a ray comes near anything."""
     for thing in range(len(balls)):
@@ -149,7 +149,7 @@ def _passes(balls: Array, x: float, below: float, up: float, on: float) -> bool:
     return False
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _cast(
     solids: Array, balls: Array, corner: Array, step: float, width: int, height: int,
     pitch: float, light: Array, shaded: bool,

@@ -46,7 +46,7 @@ def similar_things(plan: Plan, random: np.random.Generator, cup: Array) -> list[
     colour = nearly(random, cup)
     top = _height(plan, random.uniform(13, 19), WALL + 3)
     if random.random() < 0.5:
-        board = box((middle, top / 2, WALL + 3.2), (half, top / 2, 1.1), 1.0, lean=-0.08)
+        board = box((middle, top / 2, WALL + 3.2), (half, top / 2, 1.1), 1.0, lean=0.08)
         return [Thing(Finish(colour, 0.06, grain(random, 0.02)), [board])]
     hem = random.uniform(1.5, 4.0)
     folds = random.uniform(0.35, 0.7), random.uniform(0.45, 0.7)
