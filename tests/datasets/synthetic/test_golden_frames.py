@@ -43,6 +43,8 @@ SEQUENCES = (
     "wang2010/table-tennis:scene=3",
     "wang2010/hand",
     "wang2010/hand:background=plain:scene=1",
+    "wang2010/cup",
+    "wang2010/cup:background=plain:scene=1",
 )
 
 
