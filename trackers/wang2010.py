@@ -42,9 +42,11 @@ class Wang2010(PlaceFilter):
     paper names no bins (32 each here) and no n (5 here), on which much depends. "At most n₀"
     iterations is our reading; literally n₀ + 1 are allowed, `max_iterations=11`.
 
-    With a moving camera every pixel changes and the threshold, which adapts, passes edges of the
-    scene: the motion map then says nothing of the target. `changing` tells: near 0 with a camera
-    at rest, near 1 with one that moves. `beta=0` does without motion, `alpha=1` with hue alone.
+    The camera must stand still. Where it moves, edges change all over the image, the threshold
+    rises with them, and what passes it says nothing of the target. The details tell: `changing` is
+    some per cent with a camera at rest and a fifth to a half with one that moves, and then no more
+    moves inside the window (`moving_inside`) than elsewhere (`moving`). `beta=0` does without motion,
+    `alpha=1` with hue alone.
 
     Details: `effective_sample_size` (1 / Σ w² over N, in (0, 1]), `weight_ratio` (largest weight
     times N), `spread` (root mean square distance of the particles from their mean, pixels),

@@ -1,7 +1,7 @@
 """Improved frame differencing: what has moved between three frames (Wang & Tang 2010, 2.1.2).
 
-The camera must stand still. Where it moves every pixel differs, the adaptive threshold rises with
-all of them, and what passes it are edges of the scene: `FrameMotion.changing` tells.
+The camera must stand still. Where it moves, edges differ all over the image, and the adaptive
+threshold rises with them: `FrameMotion.changing` tells.
 """
 
 from dataclasses import dataclass
