@@ -45,8 +45,8 @@ class Wang2010(PlaceFilter):
     The camera must stand still. Where it moves, edges change all over the image, the threshold
     rises with them, and what passes it says nothing of the target. The details tell: `changing` is
     some per cent with a camera at rest and a fifth to a half with one that moves, and then no more
-    moves inside the window (`moving_inside`) than elsewhere (`moving`). `beta=0` does without motion,
-    `alpha=1` with hue alone.
+    moves inside the window (`moving_inside`) than elsewhere (`moving`). `beta=0` does without
+    motion, `alpha=1` with hue alone.
 
     Details: `effective_sample_size` (1 / Σ w² over N, in (0, 1]), `weight_ratio` (largest weight
     times N), `spread` (root mean square distance of the particles from their mean, pixels),
