@@ -180,6 +180,11 @@ def run_in_lock_step(
         fetching += fetched - began
         if running:
             own_seconds.append((perf_counter() - fetched - in_trackers) / running)
+    for number, recorder in enumerate(recorders):
+        if not recorder.failure:
+            watch.calling(number, n - 1)
+            recorder.finish(n - 1)
+            watch.called(number)
     overhead = median(own_seconds) if own_seconds else nan
     runs = [recorder.result() for recorder in recorders]
     return Pass(runs, overhead, fetching / (n - first))

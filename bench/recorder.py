@@ -18,7 +18,7 @@ from bench.record import RESERVED_COLUMNS, Protocol, Run, Times
 from bench.reference import reference
 from bench.watch import NotAttributableError
 from datasets import Sequence
-from trackers import Box, Estimate, Mask, Tracker, Watcher
+from trackers import Box, Estimate, Finisher, Mask, Tracker, Watcher
 from trackers.base.sharing import SharedFrame, SharingTracker
 
 __all__ = [
@@ -149,6 +149,12 @@ class Recorder:
         if self.seconds > self._run_seconds and not self.failure:
             self.fail(frame, f"the run took longer than its limit of {self._run_seconds:g} s")
         return answered - asked
+
+    def finish(self, frame: int) -> None:
+        """Tell a tracker that wants to know it that `frame` was the last one."""
+        tracker = self._tracker()
+        if isinstance(tracker, Finisher):
+            self._try(frame, lambda: self._take_revision(frame, tracker.finish()))
 
     def result(self, times: Times | None = None) -> Run:
         """The run as it stands."""

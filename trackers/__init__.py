@@ -4,6 +4,7 @@ from trackers.base.catalogue import Specification, create, describe, names, reso
 from trackers.base.interface import (
     Box,
     Estimate,
+    Finisher,
     Image,
     Mask,
     Randomness,
@@ -16,6 +17,7 @@ from trackers.base.parameters import Parameters, TrackerError
 __all__ = [
     "Box",
     "Estimate",
+    "Finisher",
     "Image",
     "Mask",
     "Parameters",

@@ -12,7 +12,17 @@ from numpy.typing import NDArray
 
 from trackers.base.parameters import Parameters
 
-__all__ = ["Box", "Estimate", "Image", "Mask", "Randomness", "Tracker", "TrackerPlugin", "Watcher"]
+__all__ = [
+    "Box",
+    "Estimate",
+    "Finisher",
+    "Image",
+    "Mask",
+    "Randomness",
+    "Tracker",
+    "TrackerPlugin",
+    "Watcher",
+]
 
 Image: TypeAlias = NDArray[np.uint8]
 """Shape (height, width, 3), BGR, contiguous; read-only to a tracker."""
@@ -75,6 +85,18 @@ class Watcher(Protocol):
 
     def watch(self, image: Image) -> None:
         """See a frame before the target is there; all come in order, and then `init`."""
+        ...
+
+
+@runtime_checkable
+class Finisher(Protocol):
+    """What a tracker offers besides, where the sequence's end settles what was left open."""
+
+    def finish(self) -> Mapping[int, Box]:
+        """Boxes of earlier frames that it now knows better, by frame; see `Estimate.revised`.
+
+        Called once after the last frame, if at all.
+        """
         ...
 
 
