@@ -100,6 +100,10 @@ def test_masked_pixels_count_neither_in_the_template_nor_in_the_map():
     assert np.array_equal(colour_map(image, template) > 0, red)
     dark = make_template(image, box, minimum_value=0.5)
     assert np.array_equal(colour_map(image, dark) > 0, red)
+    brightest = make_template(image, box, minimum_value=250 / 255)
+    assert np.array_equal(colour_map(image, brightest) > 0, red)
+    with pytest.raises(ValueError, match="no pixel of the box"):
+        make_template(image, box, minimum_value=251 / 255)
     with pytest.raises(ValueError, match="no pixel of the box"):
         make_template(image, np.array([0.0, 0, 5, 5]), minimum_saturation=0.5)
     with pytest.raises(ValueError, match="no pixel of the box"):
@@ -157,8 +161,8 @@ def slow_mean_shift(values, x, y, width, height, stop_distance, most):
 
 @given(
     st.integers(0, 9),
-    st.floats(0.5, 24.5),
-    st.floats(0.5, 18.5),
+    st.integers(32, 1568).map(lambda sixtyfourths: sixtyfourths / 64),
+    st.integers(32, 1184).map(lambda sixtyfourths: sixtyfourths / 64),
     st.integers(1, 9),
     st.integers(1, 9),
     st.sampled_from([0.0, 0.5, 2.0]),
@@ -171,6 +175,15 @@ def test_mean_shift_is_that_of_a_loop_over_pixels(seed, x, y, width, height, sto
     found = mean_shift(values, x, y, width, height, stop_distance, most)
     expected = slow_mean_shift(values, x, y, width, height, stop_distance, most)
     assert found == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_centre_that_rounding_has_moved_off_an_edge_has_the_window_of_the_edge():
+    values = np.random.default_rng(0).random((19, 25))
+    exact = mean_shift(values, 12.5, 9.0, 6, 5, max_iterations=1)
+    for error in (1e-12, -1e-12):
+        moved = mean_shift(values, 12.5 + error, 9.0 + error, 6, 5, max_iterations=1)
+        assert moved == exact
+    assert mean_shift(values, 12.5 - 1e-6, 9.0, 6, 5, max_iterations=1) != exact
 
 
 def test_mean_shift_climbs_to_the_centre_of_a_blob():
@@ -244,6 +257,9 @@ def test_the_second_frame_has_one_difference_and_later_ones_the_mean_of_two():
     second = local_difference(images[2], images[1])
     assert np.array_equal(tracker.maps.difference, (first + second) / 2)
     assert np.array_equal(tracker.maps.moving, moving((first + second) / 2))
+    tracker.init(images[0], np.array([5.0, 5, 8, 8]))
+    tracker.update(images[1])
+    assert np.array_equal(tracker.maps.difference, first)
     alone = PlainImprovedCamShift(differences="one", motion_threshold=60, difference_window=3)
     alone.init(images[1], np.array([5.0, 5, 8, 8]))
     alone.update(images[2])
