@@ -42,13 +42,14 @@ def test_it_leans_to_the_right():
     assert y == pytest.approx(40 - 7 * np.cos(0.5), abs=0.05)
 
 
-def test_its_extents_are_those_of_the_turned_rectangle(bar):
-    tilts = np.array([0.0, 0.3, -0.3])
-    boxes = bar.extents(np.array([[50.0, 40.0]] * 3), tilts)
-    width = 12 * np.cos(0.3) + 6 * np.sin(0.3)
-    height = 12 * np.sin(0.3) + 6 * np.cos(0.3)
-    turned = [50 - width / 2, 40 - height / 2, width, height]
-    assert boxes == pytest.approx(np.array([[44, 37, 12, 6], turned, turned]))
+def test_its_extents_are_those_of_the_turned_rectangle():
+    bar = Layer(np.full((6 * FINE, 12 * FINE), 255, np.uint8), (1, 2))
+    tilts = np.array([0.0, 0.3])
+    boxes = bar.extents(np.array([[50.0, 40.0]] * 2), tilts)
+    cosine, sine = np.cos(0.3), np.sin(0.3)
+    left, top = 50 - cosine - 4 * sine, 40 - sine - 2 * cosine
+    turned = [left, top, 12 * cosine + 6 * sine, 12 * sine + 6 * cosine]
+    assert boxes == pytest.approx(np.array([[49, 38, 12, 6], turned]))
     for box, tilt in zip(boxes, tilts, strict=True):
         rows, columns = np.nonzero(bar.at((50, 40), float(tilt)) > 0.02)
         assert columns.min() == pytest.approx(box[0], abs=1)
