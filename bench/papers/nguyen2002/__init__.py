@@ -1,0 +1,1 @@
+"""The reproduction of Nguyen & Smeulders 2002."""
