@@ -14,6 +14,7 @@ from bench.claims.findings import Evidence, Finding
 from bench.claims.kinds import (
     SCORES,
     BoundTest,
+    CellTest,
     CheckTest,
     InteractionTest,
     Limits,
@@ -116,8 +117,18 @@ def _frame(evidence: Evidence, test: PartTest) -> pd.DataFrame | None:
         sequences += test.against.get("sequence", [])
     table = table[table["sequence"].isin(sequences)]
     # Rows that it does not compare have readings, too, but these are not the claim's.
-    compared = set[object]().union(*(matching(table, rows).index for rows in selections(test)))
+    compared = set[object]()
+    for rows in selections(test):
+        for limits in _limits(test):
+            compared.update(matching(limited(table, limits), rows).index)
     return table[table.index.isin(compared)]
+
+
+def _limits(test: CellTest) -> list[Limits]:
+    """Where rows lie that a test looks at; its own groups are judged beside `where`."""
+    if isinstance(test, InteractionTest):
+        return [test.where, test.against]
+    return [{}] if test.groups else [test.where]
 
 
 @dataclass(frozen=True)
@@ -212,7 +223,7 @@ def _whole_and_groups(claim: Claim, part: _Part) -> Iterator[tuple[str, str, Ver
         return
     groups = test.groups
     if not groups and len(test.sequences) > 1:
-        groups = {sequence: {"sequence": [sequence]} for sequence in test.sequences}
+        groups = {name: {**test.where, "sequence": [name]} for name in test.sequences}
     for metric in test.metrics:
         by_group = {
             name: verdict_of(claim.id, test, limited(part.rows, limits), metric)

@@ -16,8 +16,9 @@ Two need no cells: `bound`, whether all rows lie within limits, and `ratio`, whe
 longer than another. `parts` is a claim with several tests, all of which must hold; `check` a
 function of `bench.claims.checks`, with `settings` of its own; `none` is not testable, and says why.
 
-`where` limits the cells that a verdict rests on; `groups` are judged beside it (each sequence
-where there are none); with `every` the verdict is that all groups hold.
+`where` limits the cells that a verdict rests on; `groups` are judged beside it, with limits of
+their own (each sequence by `where`, where there are none); with `every` the verdict is that all
+hold.
 """
 
 from typing import Annotated, Literal

@@ -31,7 +31,6 @@ TIMED = "wang2010-table-1"
 DEFAULT = (
     *FIGURES,
     "wang2010-particles",
-    "wang2010-motion-and-drift",
     "wang2010-sensitivities",
     "wang2010-sensitivities-cup",
     TIMED,

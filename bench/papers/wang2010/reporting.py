@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from bench.claims.conclusion import Conclusion
+from bench.claims.evaluation import NOT_RUN
 from bench.papers import Asked, Effort, Report
 from bench.papers.drawing import undrawn
 from bench.papers.judging import conclusions, failure_remarks
@@ -120,7 +121,11 @@ def _told(conclusion: Conclusion, reading: Mapping[str, str]) -> str:
     found = {
         window: conclusion.under({**reading, "window": window}) for window in ("fixed", "adaptive")
     }
-    said = {window: verdict[0].replace("-", " ") for window, verdict in found.items() if verdict}
+    said = {
+        window: verdict[0].replace("-", " ")
+        for window, verdict in found.items()
+        if verdict and not verdict[1].startswith(NOT_RUN)
+    }
     if len(set(said.values())) < 2:
         return next(iter(said.values()), MISSING)
     return ", ".join(f"{window}: {verdict}" for window, verdict in said.items())
@@ -131,8 +136,8 @@ def _remarks(runs: pd.DataFrame, effort: Effort) -> list[str]:
     remarks = [
         "Other videos: the paper's are lost to us. Ours were designed from its words, frozen, and "
         "only then tracked; its few numbers stand beside ours and are no target.",
-        f"{runs['scene'].nunique()} scenes of three sequences, at most {most} repetitions; a scene "
-        "is the unit of every verdict. Frames are counted from 1, as the paper counts them.",
+        f"Scenes of each of three sequences: {runs['scene'].nunique()}; repetitions: {most} at "
+        "most. A scene is the unit of every verdict. Frames are counted from 1, as in the paper.",
         "The headline is the text as written: σ = 1 as Equation 10 is printed, r = √N / 2. "
         "`recommended` has σ = 0.158, the value of Pérez et al. (2002).",
         "σ = 0.2, the proposed filter with r = 10, and the preset robust were chosen after seeing "

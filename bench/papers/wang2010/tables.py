@@ -70,7 +70,7 @@ def figure_table(scores: pd.DataFrame, sequence: str) -> Table:
         data.append({**row, "runs": str(len(runs))})
     figure = FIGURES[sequence]
     return text_table(
-        figure.lower().replace(". ", "-"),
+        figure.replace("Fig. ", "figure-"),
         f"{figure} in figures, other videos: medians [quartiles] and shares over "
         f"{scores['scene'].nunique()} scenes and their repetitions; frames counted from 1; the "
         "tolerance is half the mean side of the boxes, and `at` the share of the runs in it",
@@ -87,7 +87,7 @@ def curve_table(scores: pd.DataFrame) -> Table:
         for labels, runs in by_setting(scores[(scores["sequence"] == TABLE_TENNIS) & fused])
     ]
     return text_table(
-        "fig-4",
+        "figure-4",
         "Fig. 4 in figures: centre error [px] at frames, median [quartiles] over scenes and "
         "repetitions (the paper's values are lost)",
         data,

@@ -180,7 +180,7 @@ def test_few_scenes_or_numbers_say_nothing_of_the_least(made_scores):
     assert "nothing was run" in concluded("WA-12", three).reason
 
 
-def test_main_effects_are_over_both_levels_of_the_other(made_scores):
+def test_main_effects_are_over_both_levels_of_the_other_and_over_nothing_else(made_scores):
     """Motion helps with drift and harms less without; drift harms everywhere."""
     texts = [f"{tracker}:preset=as-written:particles=60:beta={beta}"
              for tracker in ("wang2010", "particle-filter") for beta in (0.8, 0)]  # fmt: skip
@@ -188,15 +188,21 @@ def test_main_effects_are_over_both_levels_of_the_other(made_scores):
         ("wang2010", "0.8"): 4.0, ("wang2010", "0"): 9.0, ("particle-filter", "0.8"): 3.0,
         ("particle-filter", "0"): 2.0,
     }  # fmt: skip
-    frame = made_scores(
-        lambda text, sequence, scene: (
-            errors[text.partition(":")[0], text.rpartition("=")[2]] + 0.01 * (scene % 3)
-        ),
-        dict.fromkeys((TABLE_TENNIS, HAND, CUP), texts),
-    )
-    found = {f.group: f.verdict for f in judge(CLAIMS["WA-26"], frame) if f.scenes == "kept"}
-    assert (found["motion"].verdict, found["drift"].verdict) == ("holds", "does-not-hold")
-    assert found[""].verdict == "does-not-hold"
+
+    def as_drawn(text, sequence, scene):
+        if "particles=60" not in text:
+            return 30.0 if "beta=0" in text else 1.0
+        return errors[text.partition(":")[0], text.rpartition("=")[2]] + 0.01 * (scene % 3)
+
+    others = ["camshift-improved:preset=as-written", "camshift-improved:preset=as-written:beta=0",
+              "particle-filter:preset=as-written", f"{FILTER}:beta=0"]  # fmt: skip
+    for more in ([], others):
+        trackers = {sequence: [*texts, *more] for sequence in (TABLE_TENNIS, HAND, CUP)}
+        frame = made_scores(as_drawn, trackers)
+        found = {f.group: f.verdict for f in judge(CLAIMS["WA-26"], frame) if f.scenes == "kept"}
+        assert (found["motion"].verdict, found["drift"].verdict) == ("holds", "does-not-hold")
+        assert found[""].verdict == "does-not-hold"
+        assert concluded("WA-26", frame).readings == "0 of 1"
 
 
 def test_times_are_judged_for_both_windows_of_camshift():
