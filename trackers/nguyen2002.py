@@ -1,0 +1,393 @@
+"""A template of per-pixel robust adaptive Kalman filters (Nguyen & Smeulders 2002)."""
+
+from collections.abc import Mapping
+from math import ceil, floor, inf, sqrt
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from trackers.base.interface import Box, Estimate, Image, Mask
+from trackers.base.parameters import Parameters, TrackerError
+from trackers.base.sharing import SharedFrame, SharingTracker
+from trackers.template.appearance import Appearance, Noise
+from trackers.template.features import FLOORS, Features, dimension, features_of
+from trackers.template.matching import Match, Pose, Window, reach, sampled, search
+from trackers.template.smoothing import Smoother
+
+__all__ = ["Nguyen2002"]
+
+Array = NDArray[np.float64]
+
+SMALLEST_SIDE = 4  # pixels of a template: the coarsest search looks at every fourth
+FIRST_CANDIDATE = 5
+WIDEST_SEARCH = 64  # pixels either way, where a target is looked for after an occlusion
+PLACE_NOISE, SCALE_NOISE = (0.5, 0.5, 2.0), (0.002, 0.01, 0.01)
+"""Of the smoother: deviations of acceleration, of a measurement, of the velocity at the start."""
+
+
+class Nguyen2002Parameters(Parameters):
+    """Parameters of `Nguyen2002`."""
+
+    features: Features = Field(
+        "invariants",
+        description="what a template holds of a pixel: ratios of colours (c1, c2, c3), their arc "
+        "tangents, R, G and B, or R + G + B",
+    )
+    delta: float = Field(
+        0.99, gt=0.0, lt=1.0, description="δ: share of residuals that are inliers [fraction]"
+    )
+    gamma: float = Field(
+        0.25, gt=0.0, lt=1.0, description="γ: more outliers than this are an occlusion [fraction]"
+    )
+    minimal_speed: float = Field(
+        0.05,
+        gt=0.0,
+        le=1.0,
+        description="κ of the slowest occlusion; n_omax is γ / κ [template widths/frame]",
+    )
+    outlier_rule: Literal["exceeds", "reaches"] = Field(
+        "exceeds", description="when a pixel's outliers in succession are too many: beyond n_omax"
+    )
+    longest_occlusion: int = Field(
+        35, ge=FIRST_CANDIDATE, le=1000, description="L: longest occlusion looked through [frames]"
+    )
+    candidates: Literal["skipped", "all"] = Field(
+        "skipped",
+        description="frames that may end an occlusion: 5, 7, 11, 19, 35 and so on after its "
+        "beginning, or all from 5",
+    )
+    average: int = Field(
+        10, ge=1, description="K: residuals' covariances that are averaged [frames]"
+    )
+    search_range: int = Field(
+        16, ge=4, le=256, multiple_of=4, description="the search goes so far either way [pixels]"
+    )
+    subpixel: bool = Field(True, description="whether it goes on in fractions of a pixel")
+    misregistration: bool = Field(
+        True, description="whether the first covariance makes up for the search's finest step"
+    )
+    consistency: bool = Field(
+        True, description="whether covariances of inliers make up for what the gate cut off"
+    )
+    norm: Literal["huber", "quadratic"] = Field("huber", description="ρ of the matching error")
+    covariance: Literal["full", "diagonal"] = Field(
+        "full", description="whether a pixel's components are taken to be correlated"
+    )
+    adaptive_noise: bool = Field(True, description="whether C_w follows the residuals, or stays 0")
+    gate: bool = Field(True, description="whether outliers are kept out of the template")
+    rebootstrap: bool = Field(
+        True, description="whether a pixel that was an outlier for too long is taken as it is"
+    )
+    reinitialise: Literal["bootstrap", "keep"] = Field(
+        "bootstrap",
+        description="after an occlusion the noise is learnt anew, or kept from the beginning",
+    )
+    report: Literal["smoothed", "raw"] = Field(
+        "smoothed", description="whether boxes are the smoothed or the matched places"
+    )
+    first_spread: float = Field(
+        0.25,
+        gt=0.0,
+        description="deviation of the first residuals, in the template's own deviations [ratio]",
+    )
+    end: Literal["minimum", "first"] = Field(
+        "minimum",
+        description="where an occlusion ends: at the candidate of least cost, or at the first one "
+        "with few outliers",
+    )
+    accept: float = Field(
+        0.5, ge=0.0, le=1.0, description="most outliers of such a first one [fraction]"
+    )
+
+
+class Candidate(NamedTuple):
+    """A frame that may be the end of an occlusion, so many frames after its beginning."""
+
+    offset: int
+    match: Match
+    share: float
+
+
+class Occlusion:
+    """What is remembered while the target is hidden: from where, and all frames since."""
+
+    def __init__(self, beginning: int, last: Pose, velocity: tuple[float, float]) -> None:
+        self.beginning = beginning
+        self.last = last
+        self.velocity = velocity
+        self.images: list[Image] = []
+        self.candidates: list[Candidate] = []
+
+    def extrapolated(self, frame: int) -> Pose:
+        """Where the target would be, had it gone on as it went."""
+        steps = frame - self.beginning + 1
+        x, y = (
+            value + steps * speed for value, speed in zip(self.last[:2], self.velocity, strict=True)
+        )
+        return Pose(x, y, self.last.scale)
+
+
+class Nguyen2002(SharingTracker):
+    """A template of per-pixel robust adaptive Kalman filters.
+
+    Each pixel of the first box holds d features, which a Kalman filter of its own smooths; all
+    share their covariances. In each frame the template goes, by translation and scale, to where the
+    sum of Huber's function of the residuals' Mahalanobis distances is least (equations 1 to 4), by
+    a search from coarse to fine around where a filter of constant velocity expects it. A pixel
+    whose residual is beyond the δ quantile of χ² is an outlier: its filter stands still, and after
+    n_omax such frames it is taken as it is (equation 11). The covariance of the others' residuals,
+    averaged over K frames, says how far residuals may go and how much the template's noise
+    must be for them (equations 12 to 15).
+
+    More than γ outliers are a severe occlusion. Then nothing is updated. The frozen template is
+    matched with frames 5, 7, 11, 19, 35 and so on after the beginning, up to L; that of least
+    cost is the end, however large its cost is, where the template is taken anew. So the end is
+    known only L frames after the beginning. Until then boxes are extrapolated and the target is
+    not visible; then `Estimate.revised` gives the frames since the beginning: interpolated up
+    to the end, matched after it. A sequence that ends before is revised when it is over
+    (`finish`). `end=first` takes the first candidate with few outliers, without looking ahead.
+
+    `as-written` is the text, where it has gaps with decisions: K = 10, L = 35 (the last number
+    printed), the range and the steps of the search, the smoother's noise, and the covariance of
+    the very first match, which decides much (`first_spread`). "Exceeds" n_omax is taken literally.
+    `recommended` goes on in fractions of a pixel and corrects the covariances for the search's
+    step (`misregistration`) and for the gate (`consistency`). `robust` (RGB, γ = 0.4, `end=first`)
+    was chosen after seeing results. Ratios are guarded against division by zero: a largest
+    value of 0 counts as one grey level. Scales stay between 0.5 and 2.
+
+    Details: `outliers` (share, of the last frame that was compared), `occluded` (0 or 1),
+    `state_noise`, `measurement_noise` and `residual` (traces of C_w, C_f and R̄, in squared
+    units of the features), `cost` (of the last match) and `revision` (frames revised now).
+    """
+
+    paper = (
+        "H. T. Nguyen, A. W. M. Smeulders, Template tracking using color invariant pixel "
+        "features, ICIP 2002"
+    )
+    presets = {
+        "as-written": {"subpixel": False, "misregistration": False, "consistency": False},
+        "recommended": {},
+        "robust": {"features": "rgb", "gamma": 0.4, "end": "first"},
+    }
+    Parameters = Nguyen2002Parameters
+
+    def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
+        """See `Tracker.init`.
+
+        Raises
+        ------
+        TrackerError
+            Where the box is smaller than 4 pixels either way, or outside the image.
+        """
+        settings = self.parameters
+        self._width, self._height = (max(1, floor(side + 0.5)) for side in box[2:])
+        rows, columns = frame.image.shape[:2]
+        x, y = float(box[0] + box[2] / 2 - 0.5), float(box[1] + box[3] / 2 - 0.5)
+        inside = -0.5 < x < columns - 0.5 and -0.5 < y < rows - 0.5
+        if min(self._width, self._height) < SMALLEST_SIDE or not inside:
+            raise TrackerError(
+                f"nguyen2002: a template has {SMALLEST_SIDE} pixels or more either way and its "
+                f"centre in the image; the box {np.round(box, 1).tolist()} is none."
+            )
+        self._size = np.array([box[2], box[3]])
+        self._shape = rows, columns
+        self._noise = self._noise_of(dimension(settings.features))
+        self._pose = Pose(x, y, 1.0)
+        self._appearance = Appearance(self._noise, self._view(frame.image, self._pose))
+        self._restart(self._pose, (0.0, 0.0, 0.0))
+        self._frame = 0
+        self._occlusion: Occlusion | None = None
+        self._share, self._cost = 0.0, 0.0
+
+    def update_shared(self, frame: SharedFrame) -> Estimate:
+        """See `Tracker.update`.
+
+        Raises
+        ------
+        TrackerError
+            For a frame of another size than the first.
+        """
+        if frame.image.shape[:2] != self._shape:
+            rows, columns = self._shape
+            raise TrackerError(
+                f"nguyen2002: a frame of {frame.image.shape[1]}x{frame.image.shape[0]} pixels "
+                f"after one of {columns}x{rows}; frames of a sequence are of one size."
+            )
+        self._frame += 1
+        revised: dict[int, Box] = {}
+        pose = self._advance(frame.image, self._frame, revised)
+        revised.pop(self._frame, None)
+        if self._occlusion is not None:  # the caller may write the next frame over this one
+            self._occlusion.images[-1] = frame.image.copy()
+        appearance = self._appearance
+        return Estimate(
+            self._box(pose),
+            visible=self._occlusion is None,
+            details={
+                "outliers": self._share,
+                "occluded": float(self._occlusion is not None),
+                "state_noise": float(np.trace(appearance.state)),
+                "measurement_noise": float(np.trace(appearance.measurement)),
+                "residual": float(np.trace(appearance.residual)),
+                "cost": self._cost,
+                "revision": float(len(revised)),
+            },
+            revised=revised or None,
+        )
+
+    def finish(self) -> Mapping[int, Box]:
+        """Boxes of an occlusion that the sequence's end cut short; see `trackers.Finisher`."""
+        revised: dict[int, Box] = {}
+        while self._occlusion is not None and self._occlusion.candidates:
+            self._resolve(self._occlusion, revised)
+        return revised
+
+    def _noise_of(self, d: int) -> Noise:
+        from scipy.special import chdtr, chdtri
+
+        settings = self.parameters
+        limit = float(chdtri(d, 1 - settings.delta))
+        factor = 1.0
+        if settings.consistency and settings.gate:
+            factor = settings.delta / float(chdtr(d + 2, limit))
+        most = round(settings.gamma / settings.minimal_speed, 9)  # 0.3 / 0.05 is less than 6
+        patience = floor(most) + 1 if settings.outlier_rule == "exceeds" else ceil(most)
+        return Noise(
+            limit=limit,
+            floor=FLOORS[settings.features],
+            factor=factor,
+            first_spread=settings.first_spread,
+            grid_step=self._finest_step if settings.misregistration else 0.0,
+            average=settings.average,
+            full=settings.covariance == "full",
+            adaptive=settings.adaptive_noise,
+            gate=settings.gate,
+            patience=patience if settings.rebootstrap else np.iinfo(np.int64).max,
+        )
+
+    @property
+    def _finest_step(self) -> float:
+        return 0.25 if self.parameters.subpixel else 1.0
+
+    def _advance(self, image: Image, frame: int, revised: dict[int, Box]) -> Pose:
+        """See the next frame, or see it again after an occlusion has ended before it."""
+        if self._occlusion is not None:
+            return self._look_through(self._occlusion, image, frame, revised)
+        around = Pose(*(smoother.predicted() for smoother in self._smoothers))
+        match, features = self._match(image, around, self.parameters.search_range)
+        first = not self._appearance.started
+        if first:
+            self._appearance.start(features)
+        seen = self._appearance.seen(features)
+        self._share, self._cost = seen.share, match.cost
+        if seen.share > self.parameters.gamma:
+            x, y, _ = self._smoothers
+            self._occlusion = Occlusion(frame, self._pose, (x.velocity, y.velocity))
+            return self._look_through(self._occlusion, image, frame, revised)
+        self._appearance.update(seen, first=first)
+        for smoother, value in zip(self._smoothers, match.pose, strict=True):
+            smoother.measure(value)
+        self._pose = match.pose
+        if self.parameters.report == "smoothed":
+            self._pose = Pose(*(smoother.value for smoother in self._smoothers))
+        return self._pose
+
+    def _look_through(
+        self, occlusion: Occlusion, image: Image, frame: int, revised: dict[int, Box]
+    ) -> Pose:
+        """Remember a frame of an occlusion; at the last that counts, find where it ended."""
+        settings = self.parameters
+        occlusion.images.append(image)
+        offset = frame - occlusion.beginning
+        if offset in self._offsets:
+            candidate = self._examined(occlusion, image, offset)
+            occlusion.candidates.append(candidate)
+            at_once = settings.end == "first" and candidate.share <= settings.accept
+            if at_once:
+                occlusion.candidates = [candidate]
+            if at_once or offset == self._offsets[-1]:
+                return self._resolve(occlusion, revised)
+        return occlusion.extrapolated(frame)
+
+    @property
+    def _offsets(self) -> list[int]:
+        longest = self.parameters.longest_occlusion
+        if self.parameters.candidates == "all":
+            return list(range(FIRST_CANDIDATE, longest + 1))
+        offsets, step = [FIRST_CANDIDATE], 2
+        while offsets[-1] + step <= longest:
+            offsets.append(offsets[-1] + step)
+            step *= 2
+        return offsets
+
+    def _examined(self, occlusion: Occlusion, image: Image, offset: int) -> Candidate:
+        """Match the frozen template with a frame."""
+        around = occlusion.extrapolated(occlusion.beginning + offset)
+        search_range = min(self.parameters.search_range + 2 * offset, WIDEST_SEARCH)
+        match, features = self._match(image, around, search_range)
+        return Candidate(offset, match, self._appearance.seen(features).share)
+
+    def _resolve(self, occlusion: Occlusion, revised: dict[int, Box]) -> Pose:
+        """End an occlusion at its best candidate, and track on from there."""
+        end = min(occlusion.candidates, key=lambda candidate: candidate.match.cost)
+        pose = end.match.pose
+        steps = end.offset + 1
+        for step in range(1, steps):
+            way = [a + step / steps * (b - a) for a, b in zip(occlusion.last, pose, strict=True)]
+            revised[occlusion.beginning + step - 1] = self._box(Pose(*way))
+        ended = occlusion.beginning + end.offset
+        revised[ended] = self._box(pose)
+        features = self._view(occlusion.images[end.offset], pose)
+        if self.parameters.reinitialise == "bootstrap":
+            self._appearance = Appearance(self._noise, features)
+        else:
+            self._appearance.take_keeping_noise(features)
+        velocity = [(b - a) / steps for a, b in zip(occlusion.last, pose, strict=True)]
+        self._restart(pose, (velocity[0], velocity[1], velocity[2]))
+        self._occlusion, self._pose = None, pose
+        self._share, self._cost = end.share, end.match.cost
+        for frame, image in enumerate(occlusion.images[end.offset + 1 :], ended + 1):
+            pose = self._advance(image, frame, revised)
+            revised[frame] = self._box(pose)
+        return pose
+
+    def _restart(self, pose: Pose, velocity: tuple[float, float, float]) -> None:
+        noises = (PLACE_NOISE, PLACE_NOISE, SCALE_NOISE)
+        self._smoothers = [
+            Smoother(value, speed, *noise)
+            for value, speed, noise in zip(pose, velocity, noises, strict=True)
+        ]
+
+    def _match(self, image: Image, around: Pose, search_range: int) -> tuple[Match, Array]:
+        """Find the template in a frame (equation 4), and view it there."""
+        settings = self.parameters
+        window = self._window(image, around, search_range)
+        match = search(
+            window,
+            self._appearance.template,
+            self._appearance.residual,
+            around,
+            search_range,
+            sqrt(self._noise.limit) if settings.norm == "huber" else inf,
+            settings.subpixel,
+        )
+        shape = self._height, self._width
+        return match, sampled(window, match.pose, *shape, settings.subpixel)
+
+    def _view(self, image: Image, pose: Pose) -> Array:
+        """The first view of a template."""
+        return sampled(self._window(image, pose, 0), pose, self._height, self._width, True)
+
+    def _window(self, image: Image, pose: Pose, search_range: int) -> Window:
+        rows, columns = self._shape
+        shape = self._height, self._width
+        left, top, right, bottom = reach(pose, search_range, shape, rows, columns)
+        features = features_of(image[top:bottom, left:right], self.parameters.features)
+        return Window(features, left, top, rows, columns)
+
+    def _box(self, pose: Pose) -> Box:
+        """Box in our coordinates, where pixel centres are halves."""
+        size = self._size * pose.scale
+        return np.concatenate([np.array([pose.x + 0.5, pose.y + 0.5]) - size / 2, size])

@@ -1,0 +1,1 @@
+"""Tracking by a template whose pixels are filtered, each by itself (Nguyen & Smeulders 2002)."""

@@ -1,0 +1,272 @@
+"""A robust Kalman filter for every pixel of a template, with one set of covariances for all.
+
+Nguyen & Smeulders 2002, sections 2.2 and 2.3.
+"""
+
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+__all__ = ["Appearance", "Noise", "Seen", "raised"]
+
+Array = NDArray[np.float64]
+
+PASSES = 6
+"""How often the first covariance is made of the pixels that it calls inliers."""
+
+
+class Noise(NamedTuple):
+    """How residuals are taken to be distributed, and what follows from them.
+
+    Attributes
+    ----------
+    limit : float
+        Squared Mahalanobis distance from which on a pixel is an outlier.
+    floor : float
+        Least eigenvalue of any covariance of residuals.
+    factor : float
+        What a covariance of inliers is multiplied by.
+    first_spread : float
+        Deviation of the very first residuals, in deviations of the template itself.
+    grid_step : float
+        Step of the search that the first covariance makes up for [pixels]; 0 for none.
+    average : int
+        K, frames that the covariance is averaged over.
+    full : bool
+        Whether components are correlated.
+    adaptive : bool
+        Whether the state's noise follows the residuals (equation 14), or stays 0.
+    gate : bool
+        Whether outliers are kept out.
+    patience : int
+        Frames in succession after which an outlier is taken as it is.
+    """
+
+    limit: float
+    floor: float
+    factor: float
+    first_spread: float
+    grid_step: float
+    average: int
+    full: bool
+    adaptive: bool
+    gate: bool
+    patience: int
+
+
+class Seen(NamedTuple):
+    """A template's pixels in a frame, compared with the template.
+
+    Attributes
+    ----------
+    features : ndarray of float64, shape (height, width, d)
+        f.
+    outliers : ndarray of bool, shape (height, width)
+    share : float
+        Of outliers, in [0, 1].
+    covariance : ndarray of float64, shape (d, d)
+        R of the inliers (equation 13), raised to the floor.
+    """
+
+    features: Array
+    outliers: NDArray[np.bool_]
+    share: float
+    covariance: Array
+
+
+@njit(cache=True)
+def raised(matrix: Array, floor: float) -> Array:
+    """The symmetric matrix with no eigenvalue below a floor, otherwise the same."""
+    symmetric = (matrix + matrix.T) / 2
+    values, vectors = np.linalg.eigh(symmetric)
+    if values[0] >= floor:
+        return symmetric
+    held: Array = np.dot(vectors * np.maximum(values, floor), np.ascontiguousarray(vectors.T))
+    return held
+
+
+class Appearance:
+    """Template g of all pixels, and the covariances of its filters.
+
+    It begins with a first view; the second view (`start`) says how noisy views are.
+
+    Parameters
+    ----------
+    noise : Noise
+    features : ndarray of float64, shape (height, width, d)
+        The first view.
+
+    Attributes
+    ----------
+    template : ndarray of float64, shape (height, width, d)
+    residual : ndarray of float64, shape (d, d)
+        Covariance that residuals are measured by: the mean of the last ones (equation 12); before
+        the second view a guess.
+    state, measurement : ndarray of float64, shape (d, d)
+        C_w and C_f.
+    started : bool
+        Whether there was a second view.
+    """
+
+    def __init__(self, noise: Noise, features: Array) -> None:
+        self._noise = noise
+        self.take(features)
+        zero = np.zeros((features.shape[2],) * 2)
+        self.state, self.measurement, self._estimate = zero, zero, zero
+
+    def take(self, features: Array) -> None:
+        """Begin anew with a first view."""
+        self.template = features.copy()
+        self._outlying = np.zeros(features.shape[:2], np.int64)
+        variances = self._noise.first_spread**2 * features.var(axis=(0, 1))
+        self.residual = np.diag(np.maximum(variances, self._noise.floor))
+        self._history: deque[Array] = deque(maxlen=self._noise.average)
+        self.started = False
+
+    def take_keeping_noise(self, features: Array) -> None:
+        """Begin anew with a first view, residuals being as after the very first one."""
+        first = 2 * self.measurement  # R(1), by equation 15
+        self.take(features)
+        self._estimate, self.state = self.measurement, np.zeros_like(self.measurement)
+        self._history.append(first)
+        self.residual, self.started = first, True
+
+    def start(self, features: Array) -> None:
+        """Learn from the second view how noisy views are (equation 15)."""
+        covariance = self.residual
+        for _ in range(PASSES):
+            covariance = self._compared(features, covariance).covariance
+        if self._noise.grid_step > 0:
+            down, across = np.gradient(self.template, axis=(0, 1))
+            slopes = np.concatenate([down, across]).reshape(-1, features.shape[2])
+            spread = slopes.T @ slopes / self._outlying.size
+            covariance = self._shaped(covariance + self._noise.grid_step**2 / 6 * spread)
+        self._history.append(covariance)
+        self.residual, self.measurement = covariance, covariance / 2
+        self._estimate, self.state = covariance / 2, np.zeros_like(covariance)
+        self.started = True
+
+    def seen(self, features: Array) -> Seen:
+        """Compare a view with the template."""
+        return self._compared(features, self.residual)
+
+    def update(self, seen: Seen, *, first: bool) -> None:
+        """Take a view into the template (equations 8 to 14).
+
+        Parameters
+        ----------
+        seen : Seen
+            Of this view.
+        first : bool
+            Whether it is the one of `start`, whose covariance is known already.
+        """
+        noise = self._noise
+        if not first:
+            self._history.append(seen.covariance)
+            self.residual = np.asarray(sum(self._history) / len(self._history), np.float64)
+        self.state, gain, self._estimate = _step(
+            self.residual,
+            self.measurement,
+            self._estimate,
+            self.state,
+            noise.adaptive and not first,
+        )
+        _filter_pixels(
+            self.template,
+            seen.features,
+            seen.outliers & noise.gate,
+            self._outlying,
+            gain,
+            noise.patience,
+        )
+
+    def _compared(self, features: Array, covariance: Array) -> Seen:
+        inverse = np.asarray(np.linalg.inv(covariance), np.float64)
+        outliers = np.empty(features.shape[:2], np.bool_)
+        products, inliers = _compare(
+            features, self.template, inverse, self._noise.limit, self._noise.gate, outliers
+        )
+        share = float(np.count_nonzero(outliers) / outliers.size)
+        mean = products / inliers * self._noise.factor if inliers else covariance
+        return Seen(features, outliers, share, self._shaped(mean))
+
+    def _shaped(self, covariance: Array) -> Array:
+        if not self._noise.full:
+            covariance = np.diag(np.diag(covariance))
+        return raised(covariance, self._noise.floor)
+
+
+@njit(cache=True)
+def _step(
+    residual: Array, measurement: Array, estimate: Array, state: Array, adaptive: bool
+) -> tuple[Array, Array, Array]:
+    """C_w, K and C_g of a frame (equations 8 to 10 and 14)."""
+    if adaptive:
+        state = raised(residual - measurement - estimate, 0.0)
+    predicted = estimate + state
+    gain = np.dot(predicted, np.linalg.inv(predicted + measurement))
+    return state, gain, raised(predicted - np.dot(gain, predicted), 0.0)
+
+
+@njit(cache=True)
+def _compare(
+    features: Array,
+    template: Array,
+    inverse: Array,
+    limit: float,
+    gate: bool,
+    outliers: NDArray[np.bool_],
+) -> tuple[Array, int]:
+    """Fill `outliers`; sum of r r' over the others (over all without `gate`), and their number."""
+    height, width, d = template.shape
+    products = np.zeros((d, d))
+    residual = np.empty(d)
+    inliers = 0
+    for i in range(height):
+        for j in range(width):
+            distance = 0.0
+            for k in range(d):
+                residual[k] = features[i, j, k] - template[i, j, k]
+            for k in range(d):
+                for m in range(d):
+                    distance += residual[k] * inverse[k, m] * residual[m]
+            outliers[i, j] = not distance < limit
+            if outliers[i, j] and gate:
+                continue
+            inliers += 1
+            for k in range(d):
+                for m in range(d):
+                    products[k, m] += residual[k] * residual[m]
+    return products, inliers
+
+
+@njit(cache=True)
+def _filter_pixels(
+    template: Array,
+    features: Array,
+    outliers: NDArray[np.bool_],
+    outlying: NDArray[np.int64],
+    gain: Array,
+    patience: int,
+) -> None:
+    """Equation 11: g + K r for inliers, f for what has been an outlier for too long, else g."""
+    height, width, d = template.shape
+    residual = np.empty(d)
+    for i in range(height):
+        for j in range(width):
+            if not outliers[i, j]:
+                outlying[i, j] = 0
+                for k in range(d):
+                    residual[k] = features[i, j, k] - template[i, j, k]
+                for k in range(d):
+                    for m in range(d):
+                        template[i, j, k] += gain[k, m] * residual[m]
+                continue
+            outlying[i, j] += 1
+            if outlying[i, j] >= patience:
+                outlying[i, j] = 0
+                for k in range(d):
+                    template[i, j, k] = features[i, j, k]
