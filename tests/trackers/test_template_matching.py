@@ -1,0 +1,202 @@
+"""The search from coarse to fine against looking everywhere."""
+
+from math import ceil, floor, inf, prod
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bench.papers.nguyen2002.plain import matching as plain
+from trackers.template.matching import Pose, Window, reach, sampled, search, whitening
+
+ROWS, COLUMNS = 70, 90
+CUTOFF = 3.368
+COVARIANCE = np.array([[30.0, 12.0, 5.0], [12.0, 25.0, -6.0], [5.0, -6.0, 20.0]])
+
+
+def texture(rows=ROWS, columns=COLUMNS, d=3, seed=0, blur=3.0):
+    noise = np.random.default_rng(seed).normal(0, 300, (rows, columns, d))
+    return cv2.GaussianBlur(noise, (0, 0), blur).reshape(rows, columns, d)
+
+
+def whole(features):
+    return Window(features, 0, 0, *features.shape[:2])
+
+
+def cropped(features, pose, search_range, shape):
+    left, top, right, bottom = reach(pose, search_range, shape, *features.shape[:2])
+    return Window(features[top:bottom, left:right].copy(), left, top, *features.shape[:2])
+
+
+def costs(features, template, poses, bilinear=False, cutoff=CUTOFF):
+    inverse = np.linalg.inv(COVARIANCE)
+    return np.array(
+        [
+            plain.matching_cost(
+                features, template, inverse, pose, cutoff, stride=2, bilinear=bilinear
+            )
+            for pose in poses
+        ]
+    )
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("scale", [1.0, 0.99, 1.02])
+def test_whole_pixels_are_those_of_an_exhaustive_search(seed, scale):
+    random = np.random.default_rng(seed)
+    features = texture(seed=seed)
+    x, y = 45 + random.uniform(-8, 8), 35 + random.uniform(-8, 8)
+    template = plain.sample(features, plain.Pose(x, y, scale), 15, 19, bilinear=True)
+    template += random.normal(0, 2, template.shape)
+    found = search(whole(features), template, COVARIANCE, Pose(45, 35, 1.0), 8, CUTOFF, False)
+    everywhere = [
+        plain.Pose(45 + across, 35 + down, coarse * fine)
+        for coarse in (0.98, 1.0, 1.02)
+        for fine in (0.99, 1.0, 1.01)
+        for down in range(-10, 11)
+        for across in range(-10, 11)
+    ]
+    all_costs = costs(features, template, everywhere)
+    best = everywhere[all_costs.argmin()]
+    assert (found.pose.x, found.pose.y) == (best.x, best.y)
+    assert found.pose.scale == pytest.approx(best.scale, abs=0.02)
+    assert found.cost <= np.partition(all_costs, 9)[9]  # scales differ by little at this size
+    assert found.cost == pytest.approx(costs(features, template, [found.pose])[0])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_quarters_of_a_pixel_are_next_to_those_of_an_exhaustive_search(seed):
+    random = np.random.default_rng(10 + seed)
+    features = texture(seed=seed)
+    x, y = 45 + random.uniform(-3, 3), 35 + random.uniform(-3, 3)
+    template = plain.sample(features, plain.Pose(x, y, 1.0), 24, 28, bilinear=True)
+    template += random.normal(0, 2, template.shape)
+    found = search(whole(features), template, COVARIANCE, Pose(45, 35, 1.0), 16, CUTOFF, True)
+    assert (found.pose.x, found.pose.y) == pytest.approx((x, y), abs=0.26)
+    everywhere = [
+        plain.Pose(floor(x) + across / 4, floor(y) + down / 4, found.pose.scale)
+        for down in range(-8, 12)
+        for across in range(-8, 12)
+    ]
+    all_costs = costs(features, template, everywhere, bilinear=True)
+    best = everywhere[all_costs.argmin()]
+    assert (found.pose.x, found.pose.y) == pytest.approx((best.x, best.y), abs=0.25)
+    assert found.cost <= np.partition(all_costs, 3)[3]
+    assert found.cost == pytest.approx(costs(features, template, [found.pose], bilinear=True)[0])
+
+
+@pytest.mark.parametrize(("subpixel", "further"), [(False, 4), (True, 4.75)])
+@pytest.mark.parametrize("search_range", [16, 26])
+def test_of_equal_costs_the_first_wins_and_the_search_starts_at_whole_pixels(
+    subpixel, further, search_range
+):
+    flat = np.zeros((ROWS, COLUMNS, 3))
+    found = search(
+        whole(flat),
+        flat[:12, :12],
+        COVARIANCE,
+        Pose(44.5, 35.49, 1.0),
+        search_range,
+        CUTOFF,
+        subpixel,
+    )
+    assert (found.pose.x, found.pose.y) == (
+        45 - search_range - further,
+        35 - search_range - further,
+    )
+    factors = (0.98, 0.99, 0.99, 0.995) if subpixel else (0.98, 0.99)
+    assert found.pose.scale == pytest.approx(prod(factors), abs=1e-15)
+
+
+@pytest.mark.parametrize(("scale", "limit"), [(0.5, 0.5), (0.4, 0.5), (2.3, 2.0)])
+def test_scales_stay_between_a_half_and_two(scale, limit):
+    flat = np.zeros((ROWS, COLUMNS, 3))
+    found = search(whole(flat), flat[:12, :12], COVARIANCE, Pose(45, 35, scale), 16, CUTOFF, False)
+    assert 0.5 <= found.pose.scale <= 2.0
+    assert found.pose.scale == pytest.approx(limit, rel=0.031)
+
+
+@pytest.mark.parametrize("error", [0.0, 1.0, CUTOFF - 1e-9, CUTOFF + 1e-9, 5.0, 40.0])
+def test_errors_cost_their_square_and_from_the_cutoff_on_what_they_are(error):
+    window = whole(np.full((ROWS, COLUMNS, 1), 7.0))
+    template = np.full((13, 10, 1), 7.0 - 2 * error)
+    place = Pose(45, 35, 1.0)
+    pixels = 6 * 5  # every second either way, from the second on
+    robust = search(window, template, np.array([[4.0]]), place, 8, CUTOFF, False).cost / pixels
+    if error < CUTOFF:
+        assert robust == pytest.approx(error**2 / 2)
+    else:
+        assert robust == pytest.approx(CUTOFF * error - CUTOFF**2 / 2)
+    square = search(window, template, np.array([[4.0]]), place, 8, inf, False).cost / pixels
+    assert square == pytest.approx(error**2 / 2)
+
+
+def test_hubers_function_keeps_the_place_of_a_template_a_quarter_of_which_is_covered():
+    features = texture(blur=2.0)
+    template = plain.sample(features, plain.Pose(45.0, 35.0, 1.0), 21, 25, bilinear=False)
+    covered = features.copy()
+    covered[25:46, 33:39] += 150.0
+    near = Pose(47, 34, 1.0)
+    robust = search(whole(covered), template, COVARIANCE, near, 16, CUTOFF, True).pose
+    assert (robust.x, robust.y) == pytest.approx((45, 35), abs=0.5)
+    square = search(whole(covered), template, COVARIANCE, near, 16, inf, True).pose
+    assert abs(square.x - 45) > 2
+
+
+def test_whitening_makes_mahalanobis_distances_lengths():
+    r = np.random.default_rng(0).normal(size=(50, 3))
+    lengths = ((r @ whitening(COVARIANCE).T) ** 2).sum(axis=1)
+    expected = np.einsum("ik,km,im->i", r, np.linalg.inv(COVARIANCE), r)
+    np.testing.assert_allclose(lengths, expected, rtol=1e-12)
+
+
+POSES = st.builds(
+    Pose, st.floats(-60, COLUMNS + 60), st.floats(-60, ROWS + 60), st.floats(0.5, 2.0)
+)
+
+
+@settings(max_examples=60)
+@given(pose=POSES, height=st.integers(4, 20), width=st.integers(4, 20), bilinear=st.booleans())
+def test_pixels_are_sampled_as_the_plain_reference_does_also_beside_the_image(
+    pose, height, width, bilinear
+):
+    features = texture()
+    window = cropped(features, pose, 0, (height, width))
+    expected = plain.sample(features, plain.Pose(*pose), height, width, bilinear=bilinear)
+    np.testing.assert_allclose(
+        sampled(window, pose, height, width, bilinear), expected, rtol=0, atol=1e-10
+    )
+
+
+@settings(max_examples=40)
+@given(
+    pose=POSES,
+    height=st.integers(4, 20),
+    width=st.integers(4, 20),
+    search_range=st.sampled_from([4, 16, 26]),
+)
+def test_a_search_finds_in_what_it_reaches_what_it_finds_in_the_whole_image(
+    pose, height, width, search_range
+):
+    features = texture(blur=1.5)
+    template = plain.sample(features, plain.Pose(47.3, 31.8, 1.1), height, width, bilinear=True)
+    window = cropped(features, pose, search_range, template.shape)
+    for subpixel in (False, True):
+        arguments = template, COVARIANCE, pose, search_range, CUTOFF, subpixel
+        assert search(window, *arguments) == search(whole(features), *arguments)
+
+
+@given(pose=POSES, search_range=st.integers(0, 64))
+def test_all_four_neighbours_of_a_place_are_within_reach(pose, search_range):
+    left, top, right, bottom = reach(pose, search_range, (9, 13), ROWS, COLUMNS)
+    for centre, half, first, end, limit in (
+        (pose.x, pose.scale * 6, left, right, COLUMNS),
+        (pose.y, pose.scale * 4, top, bottom, ROWS),
+    ):
+        for place in (centre - half - search_range, centre + half + search_range):
+            held = min(max(place, 0.0), limit - 1.0)
+            assert first <= floor(held)
+            assert min(floor(held) + 1, limit - 1) < end
+            assert ceil(held) < end
