@@ -1,0 +1,166 @@
+"""Two lamps: where they are, their light on surfaces, what is in its way.
+
+Places are as the camera has them: column and row in the picture, and towards the camera, all in
+pixels. Light is linear.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+__all__ = ["AMBIENT", "Lamp", "crossing", "drawn_lamps", "lit", "softness", "unshaded"]
+
+Array = NDArray[np.float64]
+Floats = NDArray[np.floating]
+
+REACH = 400.0
+"""Distance at which a lamp of power 1 lights a surface that faces it with 1 [pixels]."""
+
+RADIUS = 22.0
+"""Of a lamp's shade [pixels]."""
+
+AMBIENT = 0.16
+"""Part of a lamp's light that comes back from the room's other walls."""
+
+SPOTS, STRIDE = 10, 1.8
+"""Points of a lamp from which rays are sent, and how far they go at a time [pixels]."""
+
+PAIRS = (
+    ((0.42, 0.86, 1.24), (1.38, 1.00, 0.72)),  # tungsten, daylight
+    ((1.42, 0.92, 0.70), (0.46, 0.98, 1.14)),  # blue, amber
+    ((1.10, 0.74, 1.26), (0.74, 1.20, 0.72)),  # rose, green
+)
+"""Colours of two lamps that clearly differ, BGR."""
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """A lamp with a shade.
+
+    Attributes
+    ----------
+    place : ndarray of float64, shape (3,)
+    colour : ndarray of float64, shape (3,)
+        Power in blue, green and red.
+    """
+
+    place: Array
+    colour: Array
+
+
+def drawn_lamps(random: np.random.Generator, coloured: bool) -> tuple[Lamp, Lamp]:
+    """The lamp that goes off, which gives most of the light, and another one across from it."""
+    side = float(random.choice([-1, 1]))
+    aside, across = random.uniform(150, 210), random.uniform(150, 210)
+    first = np.array([160 - side * aside, random.uniform(-90, -20), random.uniform(230, 290)])
+    second = np.array([160 + side * across, random.uniform(-60, 40), random.uniform(220, 280)])
+    share = random.uniform(0.68, 0.74)
+    tints = np.ones((2, 3))
+    tints[1, :2] += random.choice([-1, 1]) * np.array([0.06, 0.025])
+    pair = np.array(PAIRS[int(random.integers(len(PAIRS)))])[random.permutation(2)]
+    first_tint, second_tint = pair if coloured else tints
+    return Lamp(first, share * first_tint), Lamp(second, (1 - share) * second_tint)
+
+
+@njit(cache=True)
+def lit(place: Array, point: Array, normal: Array) -> tuple[float, float]:
+    """Light of a lamp on a surface, and what of it a mirror would show.
+
+    Parameters
+    ----------
+    place, point : ndarray of float64, shape (3,)
+        Of the lamp, and on the surface.
+    normal : ndarray of float64, shape (3,)
+        Of length 1.
+
+    Returns
+    -------
+    light, shine : float
+        1 for a lamp of power 1 straight before the surface at the distance `REACH`.
+    """
+    u, v, w = place[0] - point[0], place[1] - point[1], place[2] - point[2]
+    far = np.sqrt(u * u + v * v + w * w)
+    facing = (u * normal[0] + v * normal[1] + w * normal[2]) / far
+    if facing <= 0:
+        return 0.0, 0.0
+    half = facing + normal[2]  # half way to the camera
+    half /= np.sqrt((u * u + v * v) / (far * far) + (w / far + 1) ** 2)
+    power = (REACH / far) ** 2
+    return facing * power, max(half, 0.0) ** 40 * power
+
+
+def crossing(lamp: Lamp, points: Floats, depth: float) -> Floats:
+    """Where a lamp's light on points comes through a plane before them.
+
+    Parameters
+    ----------
+    lamp : Lamp
+    points : ndarray of float, shape (..., 3)
+    depth : float
+        Of the plane [pixels].
+
+    Returns
+    -------
+    ndarray of float, shape (..., 2)
+        Columns and rows [pixels]; far away where the plane is behind the point.
+    """
+    place = lamp.place.astype(points.dtype)
+    share = (depth - points[..., 2:]) / (place[2] - points[..., 2:])
+    through = points[..., :2] + (place[:2] - points[..., :2]) * share
+    return np.where(share > 0, through, -1e4).astype(points.dtype)
+
+
+def softness(lamp: Lamp, depth: float, behind: float) -> float:
+    """How blurred in its own plane is what shades something behind it [pixels]."""
+    return float(RADIUS / 2 * (depth - behind) / (lamp.place[2] - behind))
+
+
+def unshaded(depths: Array, place: Array, fine: int) -> Array:
+    """Part of a lamp that is seen from every point of what stands still.
+
+    Parameters
+    ----------
+    depths : ndarray of float64, shape (h, w)
+        How far towards the camera each sample is [pixels]; all behind it is solid.
+    place : ndarray of float64, shape (3,)
+        Of the lamp.
+    fine : int
+        Samples a pixel, in either direction.
+
+    Returns
+    -------
+    ndarray of float64, shape (h, w, 1)
+    """
+    turns = np.arange(SPOTS) * 2.399963  # the golden angle
+    spread = RADIUS * np.sqrt((np.arange(SPOTS) + 0.5) / SPOTS)
+    spots = np.stack([spread * np.cos(turns), spread * np.sin(turns)], axis=1)
+    return np.asarray(_unshaded(depths, place, fine, spots))[..., None]
+
+
+@njit(cache=True)
+def _unshaded(depths: Array, place: Array, fine: int, spots: Array) -> Array:
+    height, width = depths.shape
+    highest = depths.max()
+    seen = np.zeros((height, width))
+    for row in range(height):
+        for column in range(width):
+            for k in range(len(spots)):
+                x, y, z = float(column), float(row), depths[row, column] + 0.8
+                u = (place[0] + spots[k, 0]) * fine - x
+                v = (place[1] + spots[k, 1]) * fine - y
+                w = place[2] - z
+                step = STRIDE * fine / np.sqrt(u * u + v * v + (w * fine) ** 2)
+                u, v, w = u * step, v * step, w * step
+                clear = 1.0
+                while z < highest:
+                    x, y, z = x + u, y + v, z + w
+                    across, down = int(x + 0.5), int(y + 0.5)
+                    if not (0 <= across < width and 0 <= down < height):
+                        break
+                    if depths[down, across] > z:
+                        clear = 0.0
+                        break
+                seen[row, column] += clear
+    return seen / len(spots)
