@@ -9,9 +9,12 @@ from typing import Any, Literal, TypeAlias
 
 from numpy.typing import NDArray
 
-__all__ = ["RESERVED_COLUMNS", "Identity", "Protocol", "Run", "Times"]
+__all__ = ["RESERVED_COLUMNS", "Identity", "Protocol", "Run", "Times", "Trace"]
 
 Protocol: TypeAlias = Literal["accuracy", "timing"]
+
+Trace: TypeAlias = Literal["online", "revised"]
+"""What a tracker said of each frame at once, or in the end."""
 
 RESERVED_COLUMNS = frozenset(
     ["frame", "x", "y", "width", "height", "visible", "confidence", "wall_seconds", "cpu_seconds"]
@@ -141,6 +144,10 @@ class Run:
     def status(self) -> Literal["finished", "failed"]:
         """How it ended."""
         return "failed" if self.failure else "finished"
+
+    def boxes_in(self, trace: Trace) -> NDArray[Any]:
+        """Boxes of a trace, shape (n, 4); both are the same where nothing was corrected."""
+        return self.boxes if trace == "online" or self.revised is None else self.revised
 
     def __repr__(self) -> str:
         key = self.identity

@@ -18,7 +18,7 @@ from bench.metrics.overlap import overlap
 from bench.reference import reference
 from bench.store.index import experiment_folders
 from bench.store.layout import Cell
-from bench.store.loading import load_results, ordered_rows
+from bench.store.loading import as_revised, load_results, ordered_rows
 from bench.store.results import Results
 from bench.store.truth import read_truth
 from reports.overlay import TRUTH
@@ -38,16 +38,19 @@ def title_of(folder: Path) -> str:
 def tables(folder: Path, cells: Collection[Cell] | None = None) -> list[Table]:
     """Tables of one experiment: summary and sequences, and times where runs were timed.
 
-    With `cells` they show these runs alone.
+    With `cells` they show these runs alone. Where a tracker revised boxes there are tables of
+    what was said at once and of what was said in the end, and captions say which.
     """
     runs = load_results(folder, cells)
     title = title_of(folder)
-    made = []
     scored = runs[runs["protocol"] == "accuracy"]
-    if len(scored):
-        if len(scored["sequence"].unique()) > 1:
-            made.append(summary_table(scored, SUMMARY, title, PRESET))
-        made.append(sequence_table(scored, PER_SEQUENCE, title, PRESET))
+    revised = as_revised(scored)
+    if revised is None:
+        made = _score_tables(scored, title)
+    else:
+        made = _score_tables(scored, f"{title}, online boxes (what was said at once)")
+        again = _score_tables(revised, f"{title}, revised boxes (what was said in the end)")
+        made += [replace(table, name=f"{table.name}-revised") for table in again]
     timed = timing_runs(runs)
     if len(timed):
         table = sequence_table(
@@ -57,6 +60,15 @@ def tables(folder: Path, cells: Collection[Cell] | None = None) -> list[Table]:
             PRESET,
         )
         made.append(replace(table, name="times"))
+    return made
+
+
+def _score_tables(scored: pd.DataFrame, title: str) -> list[Table]:
+    made = []
+    if len(scored["sequence"].unique()) > 1:
+        made.append(summary_table(scored, SUMMARY, title, PRESET))
+    if len(scored):
+        made.append(sequence_table(scored, PER_SEQUENCE, title, PRESET))
     return made
 
 

@@ -1,6 +1,7 @@
 """Scores of runs and of anybody's boxes, by named presets."""
 
 from collections.abc import Callable, Mapping
+from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -8,17 +9,20 @@ from numpy.typing import ArrayLike
 import datasets
 from bench.metrics.native import Truth, native
 from bench.metrics.times import time_scores
-from bench.record import Run
+from bench.record import Run, Trace
 from bench.reference import reference
 
-__all__ = ["PRESETS", "score", "score_boxes"]
+__all__ = ["PRESETS", "REVISED", "score", "score_both", "score_boxes"]
 
 PRESETS: Mapping[str, Callable[..., dict[str, float]]] = {"native": native}
 """Scoring function by preset name: `(truth, boxes, visible) -> scores`."""
 
+REVISED = "revised_"
+"""How the names of scores of revised boxes begin, where they stand beside those of online boxes."""
+
 
 def score(
-    run: Run, sequence: str | Truth, preset: str = "native", trace: str = "online"
+    run: Run, sequence: str | Truth, preset: str = "native", trace: Trace = "online"
 ) -> dict[str, float]:
     """Score a run, by the truth that it was initialised with.
 
@@ -45,7 +49,7 @@ def score(
     """
     if run.failure:
         raise ValueError(f"{run!r} can't be scored: {run.failure.splitlines()[0]}")
-    if trace not in ("online", "revised"):
+    if trace not in get_args(Trace):
         raise ValueError(f"unknown trace {trace!r}. Known: online, revised.")
     scored = _truth(sequence)
     fingerprint = getattr(scored, "fingerprint", run.identity.fingerprint)
@@ -53,10 +57,22 @@ def score(
         raise ValueError(
             f"{run!r} was made on another sequence, or on another version of it; run it again."
         )
-    boxes = run.revised if trace == "revised" and run.revised is not None else run.boxes
     start = reference(scored, run.identity.init, run.identity.sequence)
-    scores = _scorer(preset)(start, boxes, run.visible)
+    scores = _scorer(preset)(start, run.boxes_in(trace), run.visible)
     return scores if run.times is None else {**scores, **time_scores(run.times)}
+
+
+def score_both(run: Run, sequence: str | Truth) -> dict[str, float]:
+    """Scores of a run by the preset `native`, and those of its revised boxes (`REVISED`).
+
+    Parameters as of `score`. Of runs that revised nothing, and of timing runs, there are only those
+    of the online boxes.
+    """
+    scores = score(run, sequence)
+    if run.revised is None or run.times is not None:
+        return scores
+    revised = score(run, sequence, trace="revised")
+    return scores | {REVISED + name: value for name, value in revised.items()}
 
 
 def score_boxes(

@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from bench.experiment import Experiment, ExperimentError, SequenceSource
 from bench.metrics.centre_error import centres
 from bench.metrics.overlap import overlap
+from bench.record import Trace
+from bench.scoring import REVISED
 from bench.store.layout import Cell as StoredCell
 from bench.store.layout import run_path
-from bench.store.loading import load_results
+from bench.store.loading import as_revised, load_results
 from bench.store.results import Results
 from bench.store.truth import read_truth
 from reports.tables import Cell, Table
@@ -65,7 +67,8 @@ class Recorded:
     ) -> Table:
         """Mean overlap and success by sequence, published figures beneath ours.
 
-        As in the published figures the given first frame counts, with overlap 1.
+        As in the published figures the given first frame counts, with overlap 1. Of trackers that
+        revised boxes there are rows of what they said at once and of what they said in the end.
 
         Parameters
         ----------
@@ -77,16 +80,17 @@ class Recorded:
             The runs that are meant; all by default.
         """
         runs = load_results(folder, cells)
+        revised = as_revised(runs)
         data: list[dict[str, Any]] = []
         for sequence, here in runs.groupby("sequence", sort=False, observed=True):
             for tracker, found in here.groupby("tracker", sort=False, observed=True):
-                data.append(_ours(folder, sequence, tracker, found))
+                data += _ours(folder, sequence, tracker, found, revised)
             for name in self.others:
                 if (name, sequence) in published:
                     told, share = published[name, str(sequence)]
                     row = _row(sequence, f"{name}, published", f"{told:.3f}")
                     data.append(row | {"success [%]": f"{100 * share:.1f}"})
-        heads = list(_row("", "", ""))
+        heads = [head for head in _row("", "", "") if head != "trace" or revised is not None]
         return Table(
             name="recorded",
             caption=(
@@ -137,23 +141,39 @@ def read_published(path: Path) -> Published:
         raise ExperimentError(f"{path}: {error}.") from None
 
 
-def _ours(folder: Path, sequence: Any, tracker: Any, runs: pd.DataFrame) -> dict[str, str]:
+def _ours(
+    folder: Path, sequence: Any, tracker: Any, runs: pd.DataFrame, revised: pd.DataFrame | None
+) -> list[dict[str, str]]:
+    """A row of what a tracker said, or one of either trace where these differ."""
     lacking = runs[runs["status"] != "finished"]
     if len(lacking):
-        return _row(sequence, tracker, f"{len(lacking)} {lacking.iloc[0]['status']}")
+        return [_row(sequence, tracker, f"{len(lacking)} {lacking.iloc[0]['status']}")]
+    if revised is None or runs[f"{REVISED}mean_overlap"].isna().all():
+        return [_scored(folder, sequence, tracker, runs, "online") | {"trace": "both"}]
+    in_the_end = revised.loc[runs.index]
+    return [
+        _scored(folder, sequence, tracker, runs, "online"),
+        _scored(folder, sequence, tracker, in_the_end, "revised"),
+    ]
+
+
+def _scored(
+    folder: Path, sequence: Any, tracker: Any, runs: pd.DataFrame, trace: Trace
+) -> dict[str, str]:
     n = runs["evaluated_frames"]
     overlaps = (runs["mean_overlap"] * n + 1) / (n + 1)
     success = (runs["success_frames"] + 1) / (n + 1)
     spread = f" ±{overlaps.std():.3f}" if len(runs) > 1 else ""
-    of_true_size, at_true_centre = _parts(folder, runs)
+    of_true_size, at_true_centre = _parts(folder, runs, trace)
     return _row(sequence, tracker, f"{overlaps.mean():.3f}{spread}") | {
+        "trace": trace,
         "success [%]": f"{100 * success.mean():.1f}",
         "of true size": f"{of_true_size:.2f}",
         "at true centre": f"{at_true_centre:.2f}",
     }
 
 
-def _parts(folder: Path, runs: pd.DataFrame) -> tuple[float, float]:
+def _parts(folder: Path, runs: pd.DataFrame, trace: Trace) -> tuple[float, float]:
     """Mean overlap if only the centre, and if only the size, were the tracker's."""
     results = Results(folder)
     places = runs[["tracker", "sequence", "repetition", "protocol"]]
@@ -161,8 +181,9 @@ def _parts(folder: Path, runs: pd.DataFrame) -> tuple[float, float]:
     for place in places.itertuples(index=False, name=None):
         run = results.read(folder / run_path(*place))
         truth = read_truth(folder, run.identity.sequence, run.identity.fingerprint).boxes
-        there = np.isfinite(truth).all(axis=1) & np.isfinite(run.boxes).all(axis=1)
-        found.append(shares_of_place_and_size(truth[there], run.boxes[there]))
+        boxes = run.boxes_in(trace)
+        there = np.isfinite(truth).all(axis=1) & np.isfinite(boxes).all(axis=1)
+        found.append(shares_of_place_and_size(truth[there], boxes[there]))
     of_true_size, at_true_centre = np.mean(found, axis=0).tolist()
     return of_true_size, at_true_centre
 
@@ -190,6 +211,7 @@ def _row(sequence: Any, tracker: Any, overlap: str) -> dict[str, str]:
     return {
         "sequence": str(sequence),
         "tracker": str(tracker),
+        "trace": "",
         "mean overlap": overlap,
         "success [%]": "",
         "of true size": "",

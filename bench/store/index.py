@@ -18,9 +18,9 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from bench import metrics
+from bench import metrics, scoring
 from bench.record import Run
-from bench.scoring import score
+from bench.scoring import score_both
 from bench.store.arrow_file import arrow_bytes, read_arrow
 from bench.store.columns import CELL, PLACE, TEXT, numbered, places, tidy, with_place
 from bench.store.files import ResultsError, write_atomically
@@ -93,8 +93,8 @@ def read_table(
         `fingerprint`, `protocol`, `status`, `failure`, `source` and `truth` (where the
         sequence was opened from), `repetition`, `frames`, `size` [bytes] and `mtime`
         [nanoseconds] of the file, `seconds` that the tracker took, `frame_seconds` that a
-        frame took to decode or render, and a column a score of the preset `native` (null
-        where a run has it not, NaN where it is undefined).
+        frame took to decode or render, and a column a score of `bench.scoring.score_both`
+        (null where a run has it not, NaN where it is undefined).
 
     Raises
     ------
@@ -191,7 +191,7 @@ def index_row(results: Results, path: Path, run: Run, truth: Any) -> dict[str, A
         "mtime": status.st_mtime_ns,
         "seconds": run.circumstances.get("seconds"),
         "frame_seconds": run.circumstances.get("frame_seconds"),
-        "scores": {} if run.failure else score(run, truth),
+        "scores": {} if run.failure else score_both(run, truth),
     }
 
 
@@ -282,5 +282,5 @@ def row_of_file(results: Results, file: Path) -> dict[str, Any]:
 @cache
 def _scorer_version() -> bytes:
     """Changes with the definition of the scores."""
-    files = sorted(Path(str(metrics.__file__)).parent.glob("*.py"))
+    files = [*sorted(Path(str(metrics.__file__)).parent.glob("*.py")), Path(scoring.__file__)]
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest().encode()

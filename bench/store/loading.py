@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import compute
 
+from bench.scoring import REVISED
 from bench.store.asked import Asked, Cells
 from bench.store.columns import CELL, coded, codes, numbered, places
 from bench.store.index import experiment_folders, index_rows, read_table
@@ -17,7 +18,7 @@ from bench.store.results import Results
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["load_results", "ordered_rows", "with_asked"]
+__all__ = ["as_revised", "load_results", "ordered_rows", "with_asked"]
 
 
 def load_results(folder: str | Path, cells: Collection[Cell] | None = None) -> "pd.DataFrame":
@@ -59,6 +60,27 @@ def load_results(folder: str | Path, cells: Collection[Cell] | None = None) -> "
     pieces.clear()  # what is turned into a frame need not stay beside it
     frame: pd.DataFrame = table.to_pandas(split_blocks=True, self_destruct=True)
     return frame
+
+
+def as_revised(runs: "pd.DataFrame") -> "pd.DataFrame | None":
+    """The same runs with the scores of their revised boxes, where they have any.
+
+    Parameters
+    ----------
+    runs : DataFrame
+        As `load_results` gives them: scores of online boxes, those of revised ones beside them.
+
+    Returns
+    -------
+    DataFrame or None
+        None where no tracker revised anything: there is only one trace then.
+    """
+    beside = [name for name in runs if str(name).startswith(REVISED)]
+    if not runs[beside].notna().any(axis=None):
+        return None
+    names = [name.removeprefix(REVISED) for name in beside]
+    revised = runs[beside].set_axis(names, axis=1)
+    return runs.assign(**revised.where(revised.notna(), runs[names]))
 
 
 def with_asked(index: pa.Table, asked: Asked) -> pa.Table:

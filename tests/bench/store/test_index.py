@@ -149,7 +149,7 @@ def test_an_index_of_other_scores_is_made_anew(results, sequence, monkeypatch):
     store(results, sequence)
     rows = read_index(results)
     monkeypatch.setattr(index, "_scorer_version", lambda: b"another")
-    monkeypatch.setattr(index, "score", lambda run, truth: {"new": 1.0})
+    monkeypatch.setattr(index, "score_both", lambda run, truth: {"new": 1.0})
     (row,) = read_index(results)
     assert row["scores"] == {"new": 1.0}
     assert rows[0]["scores"] != row["scores"]

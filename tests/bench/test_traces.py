@@ -1,0 +1,111 @@
+"""What a tracker says at once and what it says in the end: both are scored, tables say which."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import bench
+from bench.experiment import Experiment, SequenceSource
+from bench.papers.recorded import Recorded
+from bench.reporting import tables
+from bench.scoring import REVISED, score_both
+from bench.store.loading import as_revised, load_results
+
+SECOND_THOUGHTS = '''
+"""Says that the target stays, and in the end where it would be had it moved to the right."""
+from trackers.base.interface import Estimate, TrackerPlugin
+
+
+class SecondThoughts(TrackerPlugin):
+    """Revises."""
+
+    def init(self, image, box, mask=None):
+        self.box, self.frame = box, 0
+
+    def update(self, image):
+        self.frame += 1
+        return Estimate(self.box)
+
+    def finish(self):
+        return {frame: self.box + [0.5 * frame, 0, 0, 0] for frame in range(1, self.frame + 1)}
+'''
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    """An experiment with a tracker that revises and one that does not."""
+    folder = tmp_path_factory.mktemp("traces")
+    file = folder / "second_thoughts.py"
+    file.write_text(SECOND_THOUGHTS)
+    sources = tuple(SequenceSource(f"plain/target:length=15:scene={n}") for n in (0, 1))
+    trackers = ("static", f"{file}:SecondThoughts")
+    return bench.run(Experiment("trial", trackers, sources), folder, jobs=1)
+
+
+def overlaps(table):
+    """Mean overlap by tracker, as a summary shows it."""
+    place = table.heads.index("mean overlap")
+    return {row[0].text: row[place].text for row in table.rows}
+
+
+def test_scores_of_both_traces_are_kept_of_runs_that_were_revised_alone(stored):
+    runs = load_results(stored).set_index("tracker_name")
+    beside = [name for name in runs if name.startswith(REVISED)]
+    assert f"{REVISED}mean_overlap" in beside
+    assert runs.loc["static", beside].isna().all(axis=None)
+    revising = runs.drop(index="static")
+    assert len(revising) == 2
+    pd.testing.assert_series_equal(
+        runs.loc["static", "mean_overlap"], revising["mean_overlap"], check_index=False
+    )
+    assert (revising[f"{REVISED}mean_overlap"] != revising["mean_overlap"]).all()
+
+
+def test_a_score_of_the_revised_trace_is_that_of_the_revised_boxes(stored, make_sequence):
+    sequence = make_sequence(n=6)
+    run = bench.evaluate("static", sequence)
+    assert not any(name.startswith(REVISED) for name in score_both(run, sequence))
+    shifted = np.array(sequence.boxes)
+    revised = bench.Run(**{**vars(run), "revised": shifted})
+    assert score_both(revised, sequence)[f"{REVISED}mean_overlap"] == 1.0
+    assert score_both(revised, sequence)["mean_overlap"] < 1.0
+    np.testing.assert_array_equal(run.boxes_in("revised"), run.boxes)
+    np.testing.assert_array_equal(revised.boxes_in("revised"), shifted)
+
+
+def test_runs_in_the_revised_trace_have_the_others_scores_where_nothing_was_revised(stored):
+    runs = load_results(stored)
+    revised = as_revised(runs)
+    still = runs["tracker_name"] == "static"
+    pd.testing.assert_frame_equal(revised[still], runs[still])
+    moved = runs[~still]
+    assert list(revised["mean_overlap"][~still]) == list(moved[f"{REVISED}mean_overlap"])
+    assert as_revised(runs[still]) is None
+    assert as_revised(runs[[name for name in runs if not name.startswith(REVISED)]]) is None
+
+
+def test_tables_say_which_trace_they_show_where_a_tracker_revised(stored, tmp_path):
+    made = {table.name: table for table in tables(stored)}
+    assert list(made) == ["summary", "sequences", "summary-revised", "sequences-revised"]
+    for name, table in made.items():
+        words = "revised boxes (what was said in the end)"
+        assert (words in table.caption) == name.endswith("-revised")
+        assert ("online boxes (what was said at once)" in table.caption) != (words in table.caption)
+    first, last = (overlaps(made[name]) for name in ("summary", "summary-revised"))
+    assert first["static"] == last["static"]
+    (other,) = set(first) - {"static"}
+    assert first[other] != last[other]
+    sources = (SequenceSource("plain/target:length=10"),)
+    plain = bench.run(Experiment("plain", ("static",), sources), tmp_path, jobs=1)
+    (alone,) = tables(plain)
+    assert "boxes (" not in alone.caption
+
+
+def test_recorded_sequences_have_a_row_of_each_trace_where_they_differ(stored):
+    table = Recorded("trial", "Trial", (), ()).table(stored, {})
+    assert table.heads[:3] == ["sequence", "tracker", "trace"]
+    rows = [[cell.text for cell in row] for row in table.rows]
+    assert [row[2] for row in rows] == ["both", "online", "revised"] * 2
+    both, online, revised = rows[:3]
+    assert both[3:] == online[3:]
+    assert online[3:] != revised[3:]
