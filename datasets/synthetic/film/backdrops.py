@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from datasets.interface import Image
 from datasets.synthetic.engine.texture import fractal
 from datasets.synthetic.factory.painting import Painting, any_of, varied
-from datasets.synthetic.film.targets import LIGHTS, PAINTS
+from datasets.synthetic.film.paints import LIGHTS, PAINTS
 
 __all__ = ["desert", "harbour", "roadstead", "station"]
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from datasets.synthetic.factory.painting import Painting, any_of
-from datasets.synthetic.film.sheet import Sheet
-from datasets.synthetic.film.targets import PAINTS, UNIT
+from datasets.synthetic.film.paints import PAINTS
+from datasets.synthetic.film.sheet import UNIT, Sheet
 
 __all__ = ["paint_carrier"]
 

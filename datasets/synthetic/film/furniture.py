@@ -3,8 +3,8 @@
 import numpy as np
 
 from datasets.synthetic.factory.painting import any_of
+from datasets.synthetic.film.paints import LIGHTS, PAINTS, WOODS
 from datasets.synthetic.film.sheet import Sheet
-from datasets.synthetic.film.targets import LIGHTS, PAINTS, WOODS
 from datasets.synthetic.street.prop import Prop
 
 __all__ = ["boat", "bollard", "column", "goods", "rock", "stall", "trolley"]

@@ -7,8 +7,8 @@ import numpy as np
 
 from datasets.synthetic.engine.texture import noise
 from datasets.synthetic.factory.painting import any_of, varied
-from datasets.synthetic.film.sheet import Sheet
-from datasets.synthetic.film.targets import LIGHTS, PAINTS, UNIT, WOODS
+from datasets.synthetic.film.paints import LIGHTS, PAINTS, WOODS
+from datasets.synthetic.film.sheet import UNIT, Sheet
 
 __all__ = ["HIDERS", "Hider"]
 

@@ -2,8 +2,8 @@
 
 The paper says: clips of an action film, 20 of them with 21 complete occlusions, of 150 frames
 on the average; the light hardly changes abruptly. All the rest is ours: rigid targets with
-print, windows and marks, six settings, a camera that moves along, what passes before the
-targets, and the film's grain, slow changes of exposure and coarse colour.
+print, windows and marks, six settings, a camera that goes along with a target or around it,
+what passes before the target, and the film's grain, slow changes of exposure and coarse colour.
 """
 
 from dataclasses import replace
@@ -25,7 +25,8 @@ from datasets.synthetic.film.place import Place
 from datasets.synthetic.film.plan import EXPOSURE, SIZE, plan
 from datasets.synthetic.film.rigid import Rigid
 from datasets.synthetic.film.settings import SETTINGS
-from datasets.synthetic.film.targets import KINDS, UNIT, paint_target, two_looks
+from datasets.synthetic.film.sheet import UNIT
+from datasets.synthetic.film.targets import KINDS, paint_target, two_looks
 from datasets.synthetic.street.layers import instants
 
 __all__ = ["FilmScene", "scene"]

@@ -7,9 +7,12 @@ from numpy.typing import ArrayLike, NDArray
 from datasets.synthetic.engine.texture import fractal
 from datasets.synthetic.factory.painting import Painting
 
-__all__ = ["Sheet"]
+__all__ = ["UNIT", "Sheet"]
 
 Array = NDArray[np.float64]
+
+UNIT = 100.0
+"""Scale of what is painted as large as it is seen [pixels/metre]; not the world's metres."""
 
 FINE = 3
 """Painted pixels per pixel of the picture."""
