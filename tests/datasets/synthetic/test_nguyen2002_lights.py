@@ -67,11 +67,11 @@ def around_the_switch(seed, lamps="white"):
 def test_length_size_and_rate():
     sequence = datasets.load(NAME)
     assert len(sequence) == FRAMES
-    assert sequence[0].shape == (240, 320, 3)
+    assert image(0, 0).shape == (240, 320, 3)
     assert sequence.fps == 25
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_three_complete_occlusions_away_from_what_the_lamp_does(seed):
     truth = opened(seed).truth()
     hidden = runs(truth.attributes["occluded"])
@@ -87,7 +87,7 @@ def test_three_complete_occlusions_away_from_what_the_lamp_does(seed):
     assert on + 10 < third < third + LONGEST < FRAMES
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_the_object_moves_and_stays_in_view(seed):
     x, y, width, height = opened(seed).truth().boxes.T
     assert min(x.min(), y.min()) > 10
@@ -101,7 +101,7 @@ def test_the_object_moves_and_stays_in_view(seed):
     assert steps.max() < 2.2
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_box_is_as_tight_as_a_tilt_allows(seed):
     one = opened(seed)
     truth = one.truth()
@@ -113,7 +113,7 @@ def test_a_box_is_as_tight_as_a_tilt_allows(seed):
         assert found == pytest.approx([x, y, x + width, y + height], abs=2.2)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_visibility_is_the_masks_part_of_the_whole_object(seed):
     one = opened(seed)
     truth = one.truth()
@@ -129,23 +129,21 @@ def test_visibility_is_the_masks_part_of_the_whole_object(seed):
 
 
 def test_what_changes_with_the_objects_print_is_the_mask():
-    one = scene(LightsKnobs(scene=2))
-    start, _ = runs(one.truth().attributes["occluded"])[0]
+    other = scene(LightsKnobs())
+    other.setting = Setting(0)
+    thing, *rest = other.setting._things
+    inverse = replace(thing.finish, pattern=lambda at: 1 - thing.finish.pattern(at))
+    other.setting.__dict__["_things"] = [Thing(inverse, thing.solids), *rest]
+    for part in ("room", "passers"):  # they stay, and take long
+        other.setting.__dict__[part] = getattr(opened(0).setting, part)
+    other._lighting.__dict__["_returned"] = opened(0)._lighting._returned
+    start, _ = runs(opened(0).truth().attributes["occluded"])[0]
     for frame in (0, start - 2):
-        before = image(2, frame)
-        one.setting = Setting(2)
-        thing, *rest = one.setting._things
-        inverse = replace(
-            thing.finish, pattern=lambda at, print_=thing.finish.pattern: 1 - print_(at)
-        )
-        one.setting.__dict__["_things"] = [Thing(inverse, thing.solids), *rest]
-        one.__dict__.pop("_lighting", None)
-        changed = np.abs(one.render(frame) - before).max(axis=2) > 20
-        mask = one.mask(frame)
+        changed = np.abs(other.render(frame) - image(0, frame)).max(axis=2) > 20
+        mask = opened(0).mask(frame)
+        near = cv2.dilate(mask.astype(np.uint8), np.ones((5, 5))) > 0
         assert changed[mask].mean() > 0.93
-        assert (
-            changed[~cv2.dilate(mask.astype(np.uint8), np.ones((5, 5))).astype(bool)].mean() < 1e-3
-        )
+        assert changed[~near].mean() < 1e-3
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -157,7 +155,7 @@ def test_what_passes_has_no_holes(kind):
 
 
 def test_every_kind_passes_in_some_scene():
-    found = {passing.kind for seed in range(5) for passing in opened(seed).plan.passings}
+    found = {passing.kind for seed in range(3) for passing in opened(seed).plan.passings}
     assert found == set(KINDS)
 
 
