@@ -45,6 +45,10 @@ SEQUENCES = (
     "wang2010/hand:background=plain:scene=1",
     "wang2010/cup",
     "wang2010/cup:background=plain:scene=1",
+    "nguyen2002/clip-01",
+    "nguyen2002/clip-04",
+    "nguyen2002/clip-05:scene=1",
+    "nguyen2002/clip-17:scene=2",
 )
 
 
