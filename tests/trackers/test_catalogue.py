@@ -196,6 +196,8 @@ def test_describe_gives_parameters_with_default_type_and_meaning(plugin):
     )
     assert (bins["name"], bins["type"], bins["default"]) == ("hue_bins", "int", 32)
     assert bins["meaning"].endswith("[count]")
+    types = {about["name"]: about["type"] for about in trackers.describe("wang2010")["parameters"]}
+    assert (types["radius"], types["difference_window"]) == ("float | rule", "int")
     drift = trackers.describe(f"{plugin}:Drift")
     assert drift["presets"] == {"recommended": {}, "fast": {"step": 5.0}}
 

@@ -218,6 +218,15 @@ def test_a_box_outside_the_image_is_refused_by_the_trackers_name():
             track(name, images, [200, 200, 10, 13])
 
 
+@pytest.mark.parametrize(("name", "words"), [("radius", "rule"), ("motion_threshold", "adaptive")])
+def test_a_rule_may_be_named_and_a_number_is_checked(name, words):
+    assert getattr(trackers.create("wang2010", **{name: words}).parameters, name) == words
+    assert getattr(trackers.create("wang2010", **{name: "3.5"}).parameters, name) == 3.5
+    for wrong in (-1.0, "sometimes"):
+        with pytest.raises(TrackerError, match=f"wang2010: parameter {name}={wrong}"):
+            trackers.create("wang2010", **{name: wrong})
+
+
 def test_presets_are_those_of_the_paper_and_of_the_literature():
     assert trackers.create("wang2010", preset="as-written").parameters.sigma == 1.0
     for preset in ("recommended", "sharp"):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 import numpy as np
 
@@ -155,9 +155,13 @@ def _name(file: Path) -> str:
 
 
 def _type_text(annotation: Any) -> str:
-    values = getattr(annotation, "__args__", None)
-    if values and not isinstance(values[0], type):
-        return " | ".join(str(value) for value in values)
+    """A parameter's type as a reader would say it: `float`, `fixed | adaptive`, `float | rule`."""
+    if get_origin(annotation) is Annotated:
+        return _type_text(get_args(annotation)[0])
+    if get_origin(annotation) is Literal:
+        return " | ".join(str(value) for value in get_args(annotation))
+    if get_args(annotation):
+        return " | ".join(_type_text(part) for part in get_args(annotation))
     return getattr(annotation, "__name__", str(annotation))
 
 

@@ -1,7 +1,7 @@
 """A particle filter over places on the joint map (Wang & Tang 2010, section 2.3)."""
 
 from math import floor, sqrt
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +25,8 @@ class CloudParameters(ModelParameters):
     """Parameters of `PlaceFilter`."""
 
     particles: int = Field(60, ge=1, le=100_000, description="number of particles N [count]")
-    radius: float | Literal["rule"] = Field(
+    radius: Annotated[float, Field(ge=0.0)] | Literal["rule"] = Field(
         "rule",
-        ge=0.0,
         description="r: a particle is thrown at most so far either way; rule: √N / 2 [pixels]",
     )
     sigma: float = Field(

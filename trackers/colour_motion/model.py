@@ -65,9 +65,8 @@ class ModelParameters(Parameters):
     differences: Literal["two", "one"] = Field(
         "two", description="how many differences of frames in succession are averaged"
     )
-    motion_threshold: float | Literal["adaptive"] = Field(
+    motion_threshold: Annotated[float, Field(ge=0.0)] | Literal["adaptive"] = Field(
         "adaptive",
-        ge=0.0,
         description="a pixel moves where the window around it differs by more than this a pixel; "
         "adaptive: by more than the image's mean and λ deviations [grey levels]",
     )

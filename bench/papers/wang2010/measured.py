@@ -58,8 +58,8 @@ def camera_table(tables: Tables) -> Table:
             )
     return text_table(
         "camera",
-        "The motion map with a camera that moves: nearly everything changes, so that the adaptive "
-        "threshold marks a few per cent wherever they are, and says nothing of the target",
+        "The motion map with a camera that moves: edges change all over the image, so that the "
+        "adaptive threshold marks a few per cent wherever they are, and says nothing of the target",
         data,
         n_labels=2,
     )

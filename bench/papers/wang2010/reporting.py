@@ -146,7 +146,7 @@ def _remarks(runs: pd.DataFrame, effort: Effort) -> list[str]:
         "not. Neither is the headline: where the two decide a claim differently it is undecided.",
         "After the drift particles are no draws from the transition prior; weights by the "
         "likelihood alone are the paper's approximation, not what its Equation 2 asks for.",
-        "The motion map needs a camera at rest: where it moves nearly everything changes, and the "
-        "map says nothing of the target (`changing` among the tracker's details).",
+        "The motion map needs a camera at rest: where it moves edges change all over the image "
+        "and the map says nothing of the target (`changing`, `moving_inside` among the details).",
     ]
     return [f"MARKED: {effort.words}.", *remarks] if effort.words else remarks
