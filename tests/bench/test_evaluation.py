@@ -275,6 +275,61 @@ def test_revisions_are_kept_beside_what_was_said_online(make_sequence):
     assert bench.score(run, sequence, trace="revised")["centre_error"] != online["centre_error"]
 
 
+def finishing(last_word, at=99, act=None):
+    """A maker of trackers whose last word is `last_word(tracker)`."""
+
+    class Finishing(misbehaving(act, at)):
+        def finish(self):
+            return last_word(self)
+
+    return Finishing
+
+
+def test_what_a_tracker_knows_at_the_sequences_end_is_a_revision(make_sequence):
+    sequence = make_sequence(n=6)
+    asked = []
+
+    def last_word(tracker):
+        asked.append(len(tracker.shown))
+        return {2: tracker.box, 5: tracker.box + [1, 0, 0, 0]}
+
+    maker = finishing(last_word)
+    maker.__qualname__ = Walker.__qualname__  # for the same random numbers
+    run = bench.evaluate(maker, sequence)
+    assert asked == [6]  # once, when all frames were shown
+    np.testing.assert_array_equal(run.boxes, boxes_of(Walker, sequence))
+    np.testing.assert_array_equal(run.revised[2], run.boxes[5])
+    np.testing.assert_array_equal(run.revised[5], run.boxes[5] + [1, 0, 0, 0])
+    np.testing.assert_array_equal(run.revised[[0, 1, 3, 4]], run.boxes[[0, 1, 3, 4]])
+
+
+def test_a_last_word_that_changes_nothing_leaves_no_second_trace(make_sequence):
+    assert bench.evaluate(finishing(lambda tracker: {}), make_sequence()).revised is None
+
+
+@pytest.mark.parametrize(
+    ("last_word", "reason"),
+    [
+        (lambda tracker: 1 / 0, "ZeroDivisionError"),
+        (lambda tracker: {6: tracker.box}, "revised frame 6 is not one of the frames 0 to 5"),
+        (lambda tracker: {3: tracker.box * np.nan}, "box"),
+    ],
+)
+def test_a_bad_last_word_costs_the_run_and_no_other(make_sequence, last_word, reason):
+    entries = [(contestant(finishing(last_word)), 0), (contestant("static"), 0)]
+    bad, other = run_in_lock_step(entries, make_sequence(n=6)).runs
+    assert bad.failure.startswith("frame 5: ")
+    assert reason in bad.failure
+    assert other.failure == ""
+
+
+def test_a_tracker_that_failed_has_no_last_word(make_sequence):
+    asked = []
+    maker = finishing(lambda tracker: asked.append(tracker) or {}, at=2, act=lambda i, t: 1 / 0)
+    assert bench.evaluate(maker, make_sequence()).failure.startswith("frame 2: ZeroDivisionError")
+    assert asked == []
+
+
 def test_arrays_and_masks_are_kept_only_when_asked_for(make_sequence):
     def draw(image, tracker):
         mask = np.ones(image.shape[:2], bool)
