@@ -49,6 +49,8 @@ SEQUENCES = (
     "nguyen2002/clip-04",
     "nguyen2002/clip-05:scene=1",
     "nguyen2002/clip-17:scene=2",
+    "nguyen2002/lights",
+    "nguyen2002/lights:lamps=coloured:scene=1",
 )
 
 
