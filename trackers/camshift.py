@@ -41,6 +41,9 @@ class CamShiftParameters(Parameters):
     minimum_value: float = Field(
         0.0, ge=0.0, le=1.0, description="pixels darker than this weigh nothing [fraction]"
     )
+    maximum_value: float = Field(
+        1.0, ge=0.0, le=1.0, description="pixels brighter than this weigh nothing [fraction]"
+    )
 
 
 class CamShift(SharingTracker):
@@ -90,7 +93,8 @@ class CamShift(SharingTracker):
         if self._largest == 0:
             raise TrackerError(
                 f"camshift: no pixel of the box {np.round(box, 1).tolist()} lies in the image "
-                "and passes minimum_saturation and minimum_value; give another box or lower them."
+                "and is within minimum_saturation, minimum_value and maximum_value; give another "
+                "box or widen them."
             )
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
@@ -126,4 +130,5 @@ class CamShift(SharingTracker):
             settings.hue_bins,
             settings.minimum_saturation,
             settings.minimum_value,
+            settings.maximum_value,
         )

@@ -27,6 +27,9 @@ class OpenCVCamShiftParameters(Parameters):
     minimum_value: float = Field(
         0.0, ge=0.0, le=1.0, description="pixels darker than this weigh nothing [fraction]"
     )
+    maximum_value: float = Field(
+        1.0, ge=0.0, le=1.0, description="pixels brighter than this weigh nothing [fraction]"
+    )
 
 
 class OpenCVCamShift(TrackerPlugin):
@@ -60,8 +63,9 @@ class OpenCVCamShift(TrackerPlugin):
         counts = cv2.calcHist([hsv], [0], self._counted(hsv), [settings.hue_bins], [0, N_HUES])
         if counts.max() == 0:
             raise TrackerError(
-                f"opencv-camshift: no pixel of the box {np.round(box, 1).tolist()} passes "
-                "minimum_saturation and minimum_value; give another box or lower them."
+                f"opencv-camshift: no pixel of the box {np.round(box, 1).tolist()} is within "
+                "minimum_saturation, minimum_value and maximum_value; give another box or widen "
+                "them."
             )
         self._weights = counts * np.float32(255 / counts.max())
 
@@ -83,7 +87,8 @@ class OpenCVCamShift(TrackerPlugin):
         return Estimate(np.array(self._window, np.float64), visible=found)
 
     def _counted(self, hsv: Image) -> Image:
-        """255 for pixels that count, 0 for the pale and the dark."""
+        """255 for pixels that count, 0 for the pale, the dark and the bright."""
         settings = self.parameters
         least = (0, 255 * settings.minimum_saturation, 255 * settings.minimum_value)
-        return np.asarray(cv2.inRange(hsv, least, (255, 255, 255)), np.uint8)
+        most = (255, 255, 255 * settings.maximum_value)
+        return np.asarray(cv2.inRange(hsv, least, most), np.uint8)

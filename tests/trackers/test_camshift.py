@@ -217,16 +217,18 @@ def test_without_weight_the_window_stays_and_finds_a_target_that_comes_back():
     assert back.box[:2] + back.box[2:] / 2 == pytest.approx([60, 60], abs=0.5)
 
 
-def test_a_mask_hides_the_pale_and_the_dark():
+def test_a_mask_hides_the_pale_the_dark_and_the_bright():
     image, box = scene((60, 60))
     clean, _ = scene((64, 60))
     pale = (180, 186, 200)  # red's hue, saturation 0.1
     dark = (2, 8, 20)  # red's hue, value 0.08
-    for patch, mask in ((pale, "minimum_saturation"), (dark, "minimum_value")):
+    bright = (25, 91, 253)  # red's hue, value 0.99
+    masks = {"minimum_saturation": (0.2, pale), "minimum_value": (0.2, dark)}
+    for mask, (limit, patch) in (masks | {"maximum_value": (0.9, bright)}).items():
         distracted = clean.copy()
         distracted[60:70, 42:52] = patch
         (plain,) = track([image, distracted], box)
-        (masked,) = track([image, distracted], box, **{mask: 0.2})
+        (masked,) = track([image, distracted], box, **{mask: limit})
         (expected,) = track([image, clean], box)
         assert masked.box.tolist() == expected.box.tolist()
         assert plain.box[0] < masked.box[0] - 0.1

@@ -39,7 +39,7 @@ def random_image(seed, rows=24, columns=31):
     return np.random.default_rng(seed).integers(0, 256, (rows, columns, 3), dtype=np.uint8)
 
 
-def bins_of(image, hue_bins=32, saturation_bins=32, minimum_saturation=0.0, minimum_value=0.0):
+def bins_of(image, hue_bins=32, saturation_bins=32, limits=(0.0, 0.0, 1.0)):
     rows, columns = image.shape[:2]
     found = np.empty((rows, columns), np.int32)
     for row in range(rows):
@@ -50,8 +50,7 @@ def bins_of(image, hue_bins=32, saturation_bins=32, minimum_saturation=0.0, mini
             columns,
             hue_bins,
             saturation_bins,
-            minimum_saturation,
-            minimum_value,
+            *limits,
             found[row],
         )
     return found
@@ -95,10 +94,10 @@ def test_camshift_and_the_joint_map_have_the_same_hues():
     np.testing.assert_array_equal(bins_of(image, 30, 1), expected)
 
 
-def test_pale_and_dark_pixels_have_a_bin_of_their_own():
-    image = np.array([[[100, 100, 140], [100, 100, 141], [0, 0, 51], [0, 0, 50]]], np.uint8)
-    found = bins_of(image, 4, 4, minimum_saturation=0.29, minimum_value=0.2)
-    assert (found == 16).tolist() == [[True, False, False, True]]
+def test_pale_dark_and_bright_pixels_have_a_bin_of_their_own():
+    pixels = [[100, 100, 140], [100, 100, 141], [0, 0, 51], [0, 0, 50], [0, 0, 204], [0, 0, 205]]
+    found = bins_of(np.array([pixels], np.uint8), 4, 4, limits=(0.29, 0.2, 0.8))
+    assert (found == 16).tolist() == [[True, False, False, True, False, True]]
 
 
 @given(pictures, st.sampled_from([1, 3, 5, 7, 9]), st.integers(0, 99), st.booleans())
@@ -178,7 +177,7 @@ def random_map(seed, rows=24, columns=31):
 
 def sums_of(arguments, region):
     image, *rest = arguments
-    return summed(image, region, *rest, 4, 4, 0.0, 0.0)
+    return summed(image, region, *rest, 4, 4, 0.0, 0.0, 1.0)
 
 
 @pytest.mark.parametrize("region", [(0, 0, 31, 24), (4, 7, 20, 12), (30, 23, 31, 24)])

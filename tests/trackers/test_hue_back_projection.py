@@ -64,13 +64,14 @@ def picture(seed, height=17, width=23):
     return np.random.default_rng(seed).integers(0, 256, (height, width, 3), dtype=np.uint8)
 
 
-def slow_bins(image, n_bins, minimum_saturation, minimum_value):
+def slow_bins(image, n_bins, minimum_saturation, minimum_value, maximum_value=1.0):
     found = np.empty(image.shape[:2], int)
     for row, column in np.ndindex(found.shape):
         bgr = [int(value) for value in image[row, column]]
         largest, spread = max(bgr), max(bgr) - min(bgr)
         saturation = spread / largest if largest else 0.0
-        masked = saturation < minimum_saturation or largest / 255 < minimum_value
+        in_range = minimum_value <= largest / 255 <= maximum_value
+        masked = saturation < minimum_saturation or not in_range
         found[row, column] = n_bins if masked else floor(n_bins * exact_hue(*bgr))
     return found
 
@@ -105,19 +106,19 @@ def test_window_moments_are_the_sums_over_visible_pixels(seed, window):
     np.testing.assert_array_equal(moments(hues_of(image), weights, *window), expected)
 
 
-@given(st.integers(0, 99), st.floats(0, 1), st.floats(0, 1))
-def test_masked_pixels_weigh_nothing(seed, minimum_saturation, minimum_value):
+@given(st.integers(0, 99), st.tuples(*[st.floats(0, 1)] * 3))
+def test_masked_pixels_weigh_nothing(seed, limits):
     image = picture(seed)
-    hues = hues_of(image, 32, minimum_saturation, minimum_value)
+    hues = hues_of(image, 32, *limits)
     counts = bin_counts(hues, 0, 0, 23, 17)
-    expected = slow_bins(image, 32, minimum_saturation, minimum_value)
+    expected = slow_bins(image, 32, *limits)
     np.testing.assert_array_equal(hues.bins, expected)
     np.testing.assert_array_equal(counts[:32], np.bincount(expected.ravel(), minlength=33)[:32])
     assert counts[32] == 0
 
 
-def hues_of(image, n_bins=32, minimum_saturation=0.0, minimum_value=0.0) -> HueBins:
-    return SharedFrame(image).compute(unvisited_hues, n_bins, minimum_saturation, minimum_value)
+def hues_of(image, n_bins=32, *limits) -> HueBins:
+    return SharedFrame(image).compute(unvisited_hues, n_bins, *(limits or (0.0, 0.0, 1.0)))
 
 
 def test_only_visited_pixels_are_binned():

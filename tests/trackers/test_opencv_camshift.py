@@ -58,6 +58,7 @@ def test_a_target_that_is_gone_is_not_visible_and_the_box_stays():
 
 
 def test_a_target_without_a_pixel_that_counts_is_refused():
-    tracker = trackers.create("opencv-camshift", minimum_value=0.9)
-    with pytest.raises(TrackerError, match="opencv-camshift: no pixel of the box"):
-        tracker.init(image_with(30, 20), np.array([30.0, 20, 18, 24]))
+    for limits in ({"minimum_value": 0.9}, {"maximum_value": 0.5}):
+        tracker = trackers.create("opencv-camshift", **limits)
+        with pytest.raises(TrackerError, match="opencv-camshift: no pixel of the box"):
+            tracker.init(image_with(30, 20), np.array([30.0, 20, 18, 24]))

@@ -48,6 +48,8 @@ class HueBins(NamedTuple):
         Number of hue bins, at most `MOST_BINS`.
     minimum_saturation, minimum_value : float
         Pixels below either are masked, fractions in [0, 1].
+    maximum_value : float
+        Pixels above it are masked, too.
     """
 
     image: Image
@@ -55,14 +57,19 @@ class HueBins(NamedTuple):
     n_bins: int
     minimum_saturation: float
     minimum_value: float
+    maximum_value: float
 
 
 def unvisited_hues(
-    image: Image, n_bins: int, minimum_saturation: float, minimum_value: float
+    image: Image,
+    n_bins: int,
+    minimum_saturation: float,
+    minimum_value: float,
+    maximum_value: float,
 ) -> HueBins:
     """Hue bins of a frame of which no pixel has been visited; see `HueBins`."""
     bins = np.full(image.shape[:2], _UNVISITED, np.uint8)
-    return HueBins(image, bins, n_bins, minimum_saturation, minimum_value)
+    return HueBins(image, bins, n_bins, minimum_saturation, minimum_value, maximum_value)
 
 
 @njit(cache=True)
@@ -97,7 +104,11 @@ def _visit(hues: HueBins, row: int, column: int) -> int:
     blue, green, red = image[row, column, 0], image[row, column, 1], image[row, column, 2]
     largest = max(blue, green, red)
     spread = largest - min(blue, green, red)
-    masked = spread < hues.minimum_saturation * largest or largest < hues.minimum_value * 255.0
+    masked = (
+        spread < hues.minimum_saturation * largest
+        or largest < hues.minimum_value * 255.0
+        or largest > hues.maximum_value * 255.0
+    )
     found = int(hues.n_bins if masked else hue_bin(blue, green, red, hues.n_bins))
     hues.bins[row, column] = found
     return found

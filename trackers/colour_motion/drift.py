@@ -122,12 +122,14 @@ def colour_bins(
     saturation_bins: int,
     minimum_saturation: float,
     minimum_value: float,
+    maximum_value: float,
     out: NDArray[np.int32],
 ) -> None:
     """Joint hue and saturation bins of a stretch of a row into `out`, shape (right - left,).
 
     Hue and saturation as MATLAB's `rgb2hsv` has them; the bin is hue · `saturation_bins` +
-    saturation, and `hue_bins` · `saturation_bins` for a pixel below either minimum (fractions).
+    saturation, and `hue_bins` · `saturation_bins` for a pixel below either minimum or above the
+    maximum (fractions).
 
     The quotients of whole numbers are exact although computed as float32: half a unit more in
     the numerator keeps them further from the next whole number than float32 can err, and the
@@ -138,7 +140,7 @@ def colour_bins(
     highest = np.float32(saturation_bins - 1)
     masked = np.int32(hue_bins * saturation_bins)
     least_saturation = np.float32(minimum_saturation)
-    least_value = np.float32(minimum_value * 255)
+    least_value, most_value = np.float32(minimum_value * 255), np.float32(maximum_value * 255)
     length = right - left
     channels = np.empty((3, length), np.float32)
     pixels = image[row, left:right]
@@ -156,7 +158,11 @@ def colour_bins(
         sixths = from_red if largest == red else (from_green if largest == green else from_blue)
         hue = np.int32((n_hues * sixths + half) / (six * max(spread, one)))
         saturation = np.int32(min((n_saturations * spread + half) / max(largest, one), highest))
-        passes = spread >= least_saturation * largest and largest >= least_value
+        passes = (
+            spread >= least_saturation * largest
+            and largest >= least_value
+            and largest <= most_value
+        )
         out[column] = hue * np.int32(saturation_bins) + saturation if passes else masked
 
 
@@ -172,6 +178,7 @@ def summed(
     saturation_bins: int,
     minimum_saturation: float,
     minimum_value: float,
+    maximum_value: float,
 ) -> NDArray[np.int64]:
     """Integral image of the joint map P (eq. 5) and of its first moments over a region.
 
@@ -202,6 +209,7 @@ def summed(
             saturation_bins,
             minimum_saturation,
             minimum_value,
+            maximum_value,
             bins,
         )
         total, total_x = np.int64(0), np.int64(0)

@@ -79,6 +79,9 @@ class ModelParameters(Parameters):
     minimum_value: float = Field(
         0.0, ge=0.0, le=1.0, description="pixels darker than this weigh nothing [fraction]"
     )
+    maximum_value: float = Field(
+        1.0, ge=0.0, le=1.0, description="pixels brighter than this weigh nothing [fraction]"
+    )
 
 
 class ColourMotionModel:
@@ -126,8 +129,8 @@ class ColourMotionModel:
             raise TrackerError(
                 f"{owner}: no pixel of the {window[0]}x{window[1]} window around "
                 f"({centre[0]:.1f}, {centre[1]:.1f}) lies "
-                "in the image and passes minimum_saturation and minimum_value; give another box "
-                "or lower them."
+                "in the image and is within minimum_saturation, minimum_value and maximum_value; "
+                "give another box or widen them."
             )
         hue, saturation = joint.sum(axis=1), joint.sum(axis=0)
         of_hue, of_saturation = hue / hue.max(), saturation / saturation.max()
@@ -164,13 +167,14 @@ class ColourMotionModel:
         )
 
     @property
-    def _binning(self) -> tuple[int, int, float, float]:
+    def _binning(self) -> tuple[int, int, float, float, float]:
         settings = self._settings
         return (
             settings.hue_bins,
             settings.saturation_bins,
             settings.minimum_saturation,
             settings.minimum_value,
+            settings.maximum_value,
         )
 
     def _threshold(self, motion: FrameMotion) -> float:
@@ -199,7 +203,7 @@ class JointMap:
         threshold: float,
         weights: NDArray[np.int64],
         bits: int,
-        binning: tuple[int, int, float, float],
+        binning: tuple[int, int, float, float, float],
     ) -> None:
         self._frame = frame
         self._motion = motion
