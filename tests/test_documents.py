@@ -99,6 +99,10 @@ def test_every_tracker_and_built_in_sequence_is_in_the_readme():
     for name in trackers.names():
         short = name.removeprefix("opencv")
         assert f"`{name}`" in text or f"`{short}`" in text, name
+    for suite, kind, first, last in re.findall(r"`(\w+)/(\w+)-(\d\d)` to `\w+-(\d\d)`", text):
+        text += "".join(
+            f"`{suite}/{kind}-{number:02d}`" for number in range(int(first), int(last) + 1)
+        )
     for name in datasets.names():
         assert f"`{name}`" in text, name
 
