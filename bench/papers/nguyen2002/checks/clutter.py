@@ -1,0 +1,89 @@
+"""How far the target's place stands out from clutter, by the cost of the match (NG-9)."""
+
+from math import ceil
+
+import numpy as np
+import pandas as pd
+
+from bench.papers.nguyen2002.checks.follower import FEATURES, Follower, true_pose
+from bench.papers.nguyen2002.checks.made_up import clear_frames
+from datasets import Sequence
+from trackers.template.features import Features
+from trackers.template.matching import Pose
+
+__all__ = ["clutter_places", "measure"]
+
+FRAMES = 3
+LAG = 5  # frames from the template to what it is compared with
+RANGE = 8  # pixels either way, that are searched around each place in clutter
+NEAR = 4  # likewise, around the target's true place
+STRAY = 4  # pixels by which a search may leave its range
+STRIDE = 2  # of the pixels that a match is judged by
+
+
+def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
+    """Table `ng-9`; see `bench.papers.nguyen2002.checks`."""
+    rows = []
+    for frame in _frames(sequence, 1 if quick else FRAMES):
+        for features in FEATURES:
+            at_target, in_clutter = _costs(sequence, frame, features)
+            rows.append(
+                {
+                    "features": features,
+                    "frame": frame,
+                    "at_target": at_target,
+                    "in_clutter": in_clutter,
+                    "margin": in_clutter - at_target,
+                    "ratio": in_clutter / at_target,
+                }
+            )
+    return {"ng-9": pd.DataFrame(rows)}
+
+
+def clutter_places(pose: Pose, shape: tuple[int, int], rows: int, columns: int) -> list[Pose]:
+    """Where to search clutter: all over the image, as far as the template stays inside.
+
+    No search from there comes nearer to the target than half its width or half its height.
+    """
+    height, width = (pose.scale * side for side in shape)
+    apart = RANGE + STRAY
+    xs, ys = (
+        np.linspace(
+            least := side / 2 + apart, most := limit - side / 2 - apart, _steps(most - least)
+        )
+        for side, limit in ((width, columns), (height, rows))
+    )
+    return [
+        Pose(float(x), float(y), pose.scale)
+        for y in ys
+        for x in xs
+        if abs(x - pose.x) > width / 2 + apart or abs(y - pose.y) > height / 2 + apart
+    ]
+
+
+def _steps(length: float) -> int:
+    """Number of places along a line, so that searches from there leave nothing out."""
+    return max(0, ceil(length / (2 * RANGE)) + 1)
+
+
+def _frames(sequence: Sequence, most: int) -> list[int]:
+    """At most so many, evenly spaced, up to which the target was clear for long enough."""
+    there = np.flatnonzero(clear_frames(sequence, LAG))
+    places = np.linspace(0, len(there) - 1, min(most, len(there))).round().astype(int)
+    return [int(there[place]) for place in np.unique(places)]
+
+
+def _costs(sequence: Sequence, frame: int, features: Features) -> tuple[float, float]:
+    """Matching errors a pixel at the target and at the best place in clutter.
+
+    The template is some frames old; its noise is that of the residuals at the target's true place.
+    """
+    before, image, box = frame - LAG, sequence[frame], sequence.boxes[frame]
+    follower = Follower(sequence[before], sequence.boxes[before], features)
+    follower.appearance.start(follower.truth(image, box))
+    pose = true_pose(sequence.boxes[before], box)
+    rows, columns = image.shape[:2]
+    places = clutter_places(pose, follower.shape, rows, columns)
+    pixels = np.prod([len(range(STRIDE // 2, side, STRIDE)) for side in follower.shape])
+    best = min((follower.match(image, place, RANGE).cost for place in places), default=np.nan)
+    return follower.match(image, pose, NEAR).cost / pixels, best / pixels

@@ -1,0 +1,53 @@
+"""All that is measured on scenes, and on which of them."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from bench.papers.nguyen2002.checks import (
+    adapting,
+    changed,
+    clutter,
+    contamination,
+    corners,
+    norms,
+    sensor,
+    shading,
+    sliding,
+    watching,
+)
+from bench.papers.scene_checks import SceneCheck, measured_on_scenes
+
+__all__ = ["examine"]
+
+LIGHTS = "nguyen2002/lights"
+CLIPS = tuple(f"nguyen2002/clip-{number:02}" for number in range(1, 21))
+BOTH = (LIGHTS, *CLIPS)
+"""Of the clips every other one is enough for claims that the paper tested, where not everything is
+asked for: a set of them is a unit."""
+
+CHECKS = (
+    SceneCheck(clutter.measure, CLIPS[::2]),
+    SceneCheck(watching.measure, CLIPS[::2]),
+    SceneCheck(sliding.measure, CLIPS[:1]),
+    SceneCheck(clutter.measure, CLIPS[1::2], everything=True),
+    SceneCheck(watching.measure, CLIPS[1::2], everything=True),
+    SceneCheck(contamination.measure, BOTH, everything=True),
+    SceneCheck(corners.measure, CLIPS, everything=True),
+    SceneCheck(changed.measure, BOTH, everything=True),
+    SceneCheck(adapting.measure, BOTH, everything=True),
+    SceneCheck(sliding.measure_on_targets, BOTH, everything=True),
+    SceneCheck(norms.measure, BOTH, everything=True),
+    SceneCheck(shading.measure, BOTH, everything=True),
+    SceneCheck(sensor.measure, BOTH, everything=True),
+)
+
+
+def examine(
+    scenes: Sequence[str], folder: Path, jobs: int, quick: bool = False, everything: bool = False
+) -> dict[str, pd.DataFrame]:
+    """Measure on scenes what the package says; see `measured_on_scenes`."""
+    return measured_on_scenes(
+        CHECKS, Path(__file__), scenes, folder, jobs, quick=quick, everything=everything
+    )

@@ -1,0 +1,122 @@
+"""Frames of a scene with something that we do to the target: what it looks like is then known."""
+
+from math import floor
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets import Sequence
+from trackers.base.interface import Box, Image, Mask
+
+__all__ = ["Patch", "clear_frames", "dimmed", "turned", "wholly_seen"]
+
+LESS = 0.01
+"""Visible share by which a target that is wholly seen differs from when it is seen best.
+
+What holds it may hide a part of it from beginning to end.
+"""
+
+TALLER = 1.25
+"""Height of a patch that is slid over the target, over the target's."""
+
+
+class Patch:
+    """Something of a scene's ground, as large as the target, from where this is farthest away.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (rows, columns, 3)
+    box : ndarray of float64, shape (4,)
+        The target's in it.
+    """
+
+    def __init__(self, image: Image, box: Box) -> None:
+        rows, columns = image.shape[:2]
+        x, y, width, height = box.tolist()
+        left = 0 if x + width / 2 > columns / 2 else columns - round(width)
+        top = 0 if y + height / 2 > rows / 2 else rows - round(height)
+        self._pixels = image[top : top + round(height), left : left + round(width)].copy()
+
+    def slid_over(self, image: Image, box: Box, share: float) -> tuple[Image, Mask]:
+        """An image with the patch over a share of the target's width from the left.
+
+        Returns
+        -------
+        image : ndarray of uint8, shape (rows, columns, 3)
+        mask : ndarray of bool, shape (rows, columns)
+            Pixels that show the patch.
+        """
+        x, y, width, height = box.tolist()
+        above = (TALLER - 1) / 2 * height
+        there = np.array([x - (1 - share) * width, y - above, width, TALLER * height])
+        return self.on(image, there, right_of=x)
+
+    def stuck_on(self, image: Image, box: Box, part: Box) -> tuple[Image, Mask]:
+        """Likewise, with the patch on a part of the target, which is given in shares of its box."""
+        size = box[2:]
+        there = np.concatenate([box[:2] + part[:2] * size, part[2:] * size])
+        return self.on(image, there)
+
+    def on(self, image: Image, there: Box, right_of: float = -np.inf) -> tuple[Image, Mask]:
+        """Likewise, with the patch in a box, as far as it lies right of a column."""
+        rows, columns = image.shape[:2]
+        # To the same side at every half, so that it keeps its place on the target.
+        left, top = np.floor(there[:2] + 0.5).astype(int).tolist()
+        right, bottom = np.floor(there[:2] + there[2:] + 0.5).astype(int).tolist()
+        mask = np.zeros((rows, columns), np.bool_)
+        begin = max(left, floor(max(right_of, 0.0) + 0.5))
+        mask[max(top, 0) : max(bottom, 0), begin : max(right, begin)] = True
+        pixels = cv2.resize(self._pixels, (right - left, bottom - top))
+        shown = image.copy()
+        down, across = np.nonzero(mask)
+        shown[down, across] = pixels[down - top, across - left]
+        return shown, mask
+
+
+def clear_frames(sequence: Sequence, before: int = 0) -> NDArray[np.bool_]:
+    """Frames in which as much of the target is seen as ever, and in so many before them, too.
+
+    In all these the lamps are the same.
+    """
+    clear = np.asarray(sequence.visibility >= sequence.visibility.max() - LESS)
+    lamp = sequence.attributes.get("lamp off", np.zeros(len(sequence), np.bool_))
+    found = clear.copy()
+    for step in range(1, before + 1):
+        found[:step] = False
+        found[step:] &= clear[:-step] & (lamp[step:] == lamp[:-step])
+    return found
+
+
+def wholly_seen(sequence: Sequence, least: int, most: int) -> Sequence | None:
+    """The longest part of clear frames, or so many of it; None where it has too few.
+
+    Parameters
+    ----------
+    sequence : Sequence
+    least, most : int
+        Frames.
+    """
+    unbroken = clear_frames(sequence, 1)
+    ends, begin, longest = np.flatnonzero(~unbroken).tolist() + [len(sequence)], 0, range(0)
+    for end in ends:
+        if end - begin > len(longest):
+            longest = range(begin, end)
+        begin = end
+    if not clear_frames(sequence)[longest.start] or len(longest) < least:
+        return None
+    return sequence[longest.start : longest.start + min(len(longest), most)]
+
+
+def dimmed(image: Image, gain: float) -> Image:
+    """In less light."""
+    return np.round(image * np.float32(gain)).astype(np.uint8)
+
+
+def turned(image: Image, box: Box, degrees: float) -> Image:
+    """Turned about the middle of a box; beyond its rim the image is continued."""
+    x, y = (box[:2] + box[2:] / 2 - 0.5).tolist()
+    turn = cv2.getRotationMatrix2D((x, y), degrees, 1.0)
+    size = image.shape[1], image.shape[0]
+    found = cv2.warpAffine(image, turn, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT)
+    return np.asarray(found, np.uint8)

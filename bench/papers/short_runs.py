@@ -1,0 +1,36 @@
+"""Short runs of trackers, made for one measurement and not kept."""
+
+from collections.abc import Sequence
+
+import datasets
+from bench.contestant import contestant
+from bench.evaluation import run_in_lock_step
+from bench.record import Run
+
+__all__ = ["runs"]
+
+
+def runs(sequence: datasets.Sequence, trackers: Sequence[str]) -> list[Run]:
+    """Run trackers once, arrays kept.
+
+    Parameters
+    ----------
+    sequence : Sequence
+        With truth.
+    trackers : sequence of str
+        Text forms.
+
+    Raises
+    ------
+    SequenceError
+        Where one of them fails, with the tracker's text and the reason.
+    """
+    entries = [(contestant(text), 0) for text in trackers]
+    found = run_in_lock_step(entries, sequence, keep_arrays=True).runs
+    for run in found:
+        if run.failure:
+            reason = run.failure.strip().splitlines()[0]
+            raise datasets.SequenceError(
+                f"{sequence.name}: {run.identity.tracker} failed: {reason}"
+            )
+    return found
