@@ -5,7 +5,7 @@ from math import ceil, floor, inf, prod
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from bench.papers.nguyen2002.plain import matching as plain
@@ -88,16 +88,16 @@ def test_quarters_of_a_pixel_are_next_to_those_of_an_exhaustive_search(seed):
 
 
 @pytest.mark.parametrize(("subpixel", "further"), [(False, 4), (True, 4.75)])
-@pytest.mark.parametrize("search_range", [16, 26])
+@pytest.mark.parametrize(("search_range", "x", "y"), [(16, 44.5, 35.49), (26, 45.49, 34.5)])
 def test_of_equal_costs_the_first_wins_and_the_search_starts_at_whole_pixels(
-    subpixel, further, search_range
+    subpixel, further, search_range, x, y
 ):
     flat = np.zeros((ROWS, COLUMNS, 3))
     found = search(
         whole(flat),
         flat[:12, :12],
         COVARIANCE,
-        Pose(44.5, 35.49, 1.0),
+        Pose(x, y, 1.0),
         search_range,
         CUTOFF,
         subpixel,
@@ -188,6 +188,8 @@ def test_a_search_finds_in_what_it_reaches_what_it_finds_in_the_whole_image(
         assert search(window, *arguments) == search(whole(features), *arguments)
 
 
+@example(pose=Pose(-60.0, -60.0, 1.0), search_range=0)
+@example(pose=Pose(150.0, 130.0, 1.0), search_range=0)
 @given(pose=POSES, search_range=st.integers(0, 64))
 def test_all_four_neighbours_of_a_place_are_within_reach(pose, search_range):
     left, top, right, bottom = reach(pose, search_range, (9, 13), ROWS, COLUMNS)
