@@ -1,0 +1,117 @@
+"""How far the compiled tracker is from the same method in plain NumPy, online and looking ahead."""
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+import datasets
+from bench.evaluation import evaluate
+from bench.papers.nguyen2002.courses import course_of
+from bench.papers.nguyen2002.events import declared_in
+from bench.papers.nguyen2002.plain import PlainNguyen2002, track_offline
+from bench.record import Run
+from bench.scoring import score
+from datasets import Sequence, SequenceError
+from trackers.base.interface import Box, Image
+
+__all__ = ["differences", "outlasted"]
+
+FEATURES = ("intensity", "rgb", "invariants")
+CLIP = "nguyen2002/clip-01"
+"""With a complete occlusion, after which there is time to find its end."""
+
+LONG = "nguyen2002/clip-04"
+"""More than a quarter of the target is hidden in 27 frames in a row."""
+
+AS_WRITTEN = {"subpixel": False, "misregistration": False, "consistency": False}
+SHORT, AS_LONG = 19, 35
+"""L, in frames: of these the occlusion outlasts the first."""
+
+Boxes = NDArray[np.float64]
+
+
+def differences(*, quick: bool) -> pd.DataFrame:
+    """Greatest differences between implementations on a clip, and whether events are the same.
+
+    Parameters
+    ----------
+    quick : bool
+        By RGB alone.
+
+    Returns
+    -------
+    DataFrame
+        `features`; greatest differences of boxes [pixels]: `online`, `revised` (of compiled and
+        plain), `offline` (of revised boxes, and a plain run that looks ahead as the paper does);
+        `same_events` (1 or 0).
+    """
+    sequence = datasets.load(CLIP)
+    images = [sequence[frame] for frame in range(len(sequence))]
+    rows = []
+    for features in ("rgb",) if quick else FEATURES:
+        run = _run(f"nguyen2002:preset=as-written:features={features}", sequence)
+        online, revised, hidden = _plain(images, sequence.boxes[0], features)
+        offline, events = track_offline(images, sequence.boxes[0], features=features, **AS_WRITTEN)
+        ours = [(event.beginning, event.end) for event in declared_in(run)]
+        theirs = [(first, end if end < len(images) else None) for first, end in events]
+        rows.append(
+            {
+                "features": features,
+                "online": _apart(run.boxes, online),
+                "revised": _apart(run.boxes_in("revised"), revised),
+                "offline": _apart(run.boxes_in("revised"), offline),
+                "same_events": float(
+                    ours == theirs and np.array_equal(run.details["occluded"][1:], hidden[1:])
+                ),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def outlasted() -> pd.DataFrame:
+    """Whether an occlusion that lasts longer than the tracker looks ahead costs it the target.
+
+    Returns
+    -------
+    DataFrame
+        `longest_occlusion` (shorter than the occlusion, and as written), `success` (1 or 0, of the
+        revised boxes); by RGB.
+    """
+    sequence = datasets.load(LONG)
+    rows = []
+    for longest in (SHORT, AS_LONG):
+        run = _run(
+            f"nguyen2002:preset=as-written:features=rgb:longest_occlusion={longest}", sequence
+        )
+        loss = score(run, sequence, trace="revised")["first_loss"]
+        success = course_of(run, sequence, "revised", loss)["success"]
+        rows.append({"longest_occlusion": longest, "success": success})
+    return pd.DataFrame(rows)
+
+
+def _run(text: str, sequence: Sequence) -> Run:
+    run = evaluate(text, sequence)
+    if run.failure:
+        reason = run.failure.partition("\n")[0]
+        raise SequenceError(f"{sequence.name}: {text} failed: {reason}")
+    return run
+
+
+def _plain(images: list[Image], box: Box, features: str) -> tuple[Boxes, Boxes, NDArray[np.bool_]]:
+    """Online and revised boxes, and the frames in which the target was taken to be hidden."""
+    tracker = PlainNguyen2002(features=features, **AS_WRITTEN)
+    tracker.init(images[0], box)
+    online, hidden = np.tile(box, (len(images), 1)), np.zeros(len(images), np.bool_)
+    known: dict[int, Box] = {}
+    for frame, image in enumerate(images[1:], 1):
+        online[frame], hidden[frame], revised = tracker.update(image)
+        known |= revised
+    known |= tracker.finish()
+    in_the_end = online.copy()
+    for frame, corrected in known.items():
+        in_the_end[frame] = corrected
+    return online, in_the_end, hidden
+
+
+def _apart(ours: Boxes, theirs: Boxes) -> float:
+    return float(np.abs(ours - theirs).max())

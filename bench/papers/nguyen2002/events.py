@@ -1,0 +1,134 @@
+"""The occlusions that a run declared, and those that there were."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.record import Run
+
+__all__ = ["CLEAR", "Declared", "Hidden", "declared_in", "hidden_in"]
+
+CLEAR = 0.9
+"""Visible part from which on a frame counts as clear."""
+
+COMPLETE = 0.02
+"""Visible part up to which the target is hidden completely."""
+
+FIRST_OFFSET = 5
+STRAIGHT = 1e-7  # pixels, by which steps of an interpolated box may differ
+EARLY = 2
+"""Frames before the target begins to be hidden from which on an occlusion may be declared."""
+
+Boxes = NDArray[np.float64]
+
+
+class Declared(NamedTuple):
+    """An occlusion that a tracker declared, by frames.
+
+    Attributes
+    ----------
+    beginning : int
+        First frame that the tracker did not trust: t_o.
+    end : int or None
+        Where it found the target again: t_e; None where the sequence ended too early for that.
+    back : int or None
+        When it said so: the first frame whose box is tracked again online; None where the sequence
+        was over by then.
+    """
+
+    beginning: int
+    end: int | None
+    back: int | None
+
+
+class Hidden(NamedTuple):
+    """A complete occlusion: first and last frame in a row that are not clear."""
+
+    first: int
+    last: int
+
+    def causes(self, event: Declared) -> bool:
+        """Whether an occlusion that was declared is this one."""
+        return self.first - EARLY <= event.beginning <= self.last
+
+
+def hidden_in(visibility: NDArray[np.float64]) -> list[Hidden]:
+    """Complete occlusions of a sequence, in order.
+
+    Parameters
+    ----------
+    visibility : ndarray of float64, shape (n,)
+        Visible part of the target in each frame.
+    """
+    return [
+        Hidden(first, last)
+        for first, last in _stretches(visibility < CLEAR)
+        if visibility[first : last + 1].min() <= COMPLETE
+    ]
+
+
+def declared_in(run: Run) -> list[Declared]:
+    """Occlusions that a finished run of `nguyen2002` declared, in order of their beginnings.
+
+    The tracker says in which frame it revised how many frames, which is where an occlusion began.
+    Up to its end the revised box goes straight on in equal steps, and then no more. What was open
+    at the end of the sequence has nothing but its revised boxes to tell; of what is declared in the
+    last frames after such a one, nothing is known.
+    """
+    boxes = run.boxes_in("revised")
+    offsets = _offsets(run.identity.parameters)
+    number = run.details["revision"]
+    events = [
+        Declared(back - int(number[back]), None, back)
+        for back in np.flatnonzero(number > 0).tolist()
+    ]
+    events = [event._replace(end=_end(boxes, event.beginning, offsets)) for event in events]
+    open_since = _stretches(run.details["occluded"] == 1)[-1:]
+    if not open_since or open_since[0][1] < len(boxes) - 1:
+        return events
+    beginning: int | None = open_since[0][0]
+    if beginning in [event.beginning for event in events]:
+        beginning = _next_beginning(boxes, events[-1].end, there_is_one=True)
+    while beginning is not None:
+        events.append(Declared(beginning, _end(boxes, beginning, offsets), None))
+        beginning = _next_beginning(boxes, events[-1].end, there_is_one=False)
+    return events
+
+
+def _offsets(parameters: Mapping[str, Any]) -> list[int]:
+    """Frames after an occlusion's beginning at which it may have ended."""
+    longest = int(parameters["longest_occlusion"])
+    if parameters["candidates"] == "all":
+        return list(range(FIRST_OFFSET, longest + 1))
+    doubled = [FIRST_OFFSET - 2 + 2**n for n in range(1, longest.bit_length() + 1)]
+    return [offset for offset in doubled if offset <= longest]
+
+
+def _end(boxes: Boxes, beginning: int, offsets: list[int]) -> int | None:
+    on_the_line = _straight(boxes, beginning)
+    reached = [offset for offset in offsets if offset <= on_the_line]
+    return beginning + reached[-1] if reached else None
+
+
+def _straight(boxes: Boxes, beginning: int) -> int:
+    """How many frames after a frame the box goes on as it came to this one."""
+    steps = np.diff(boxes[beginning - 1 :], axis=0)
+    others = np.flatnonzero((np.abs(steps - steps[0]) > STRAIGHT).any(axis=1))
+    return int(others[0] if len(others) else len(steps)) - 1
+
+
+def _next_beginning(boxes: Boxes, after: int | None, *, there_is_one: bool) -> int | None:
+    """Where an occlusion began of which nothing is known but that it may be there."""
+    for frame in range(len(boxes) if after is None else after + 1, len(boxes)):
+        straight = _straight(boxes, frame)
+        if straight >= FIRST_OFFSET or (there_is_one and frame + straight == len(boxes) - 1):
+            return frame
+    return None
+
+
+def _stretches(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and last frame of all stretches of frames that are flagged."""
+    changes = np.flatnonzero(np.diff(flags, prepend=False, append=False))
+    return [(int(first), int(end) - 1) for first, end in changes.reshape(-1, 2)]
