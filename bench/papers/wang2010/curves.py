@@ -7,10 +7,12 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from bench.claims.ledger import ANY
 from bench.metrics.centre_error import centre_error
 from bench.papers.stored import StoredRuns
 from bench.papers.wang2010.courses import CUP, HAND, TABLE_TENNIS
 from bench.papers.wang2010.methods import EXPERIMENTS, PRESETS, compared
+from bench.papers.wang2010.scores import FILTER, PROPOSED, RULE, TEN, by_number
 from bench.record import Run
 from bench.statistics.intervals import wilson_interval
 from bench.store.truth import StoredTruth
@@ -32,11 +34,13 @@ SETTINGS = {
 """Preset and variant of the panels on the number of particles."""
 
 NUMBERED = {
-    "proposed": ("wang2010", "any"),
-    "particle filter": ("particle-filter", "rule"),
-    "particle filter, r = 3.87": ("particle-filter", "3.87"),
+    "proposed": (PROPOSED, RULE, ANY),
+    "proposed, r = 10": (PROPOSED, TEN, ANY),
+    "particle filter": (FILTER, RULE, RULE),
+    "particle filter, r = 10": (FILTER, TEN, RULE),
+    "particle filter, r = 3.87": (FILTER, RULE, "3.87"),
 }
-"""Tracker and `reach` of their lines."""
+"""Tracker, `radius` and `reach` of their lines."""
 
 PAPERS_NUMBERS = (60.0, 400.0)
 
@@ -147,13 +151,14 @@ def particle_plot(scores: pd.DataFrame) -> Figure | None:
     scores : DataFrame
         See `scores.tidy_scores`.
     """
-    rows = scores[(scores["sequence"] == TABLE_TENNIS) & (scores["model"] == "fused")]
+    rows = by_number(scores)
     points = [
         {"panel": panel, "label": label, "setting": number, **_share(runs)}
         for panel, (preset, variant) in SETTINGS.items()
-        for label, (tracker, reach) in NUMBERED.items()
+        for label, (tracker, radius, reach) in NUMBERED.items()
         for number, runs in rows[
             (rows["tracker"] == tracker)
+            & (rows["radius"] == radius)
             & (rows["reach"] == reach)
             & (rows["preset"] == preset)
             & (rows["variant"] == variant)

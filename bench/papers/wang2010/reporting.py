@@ -18,11 +18,12 @@ from bench.papers.wang2010 import RECORDED, TIMED, TITLE, examined_tables
 from bench.papers.wang2010.agreement import greatest_differences
 from bench.papers.wang2010.courses import TABLE_TENNIS
 from bench.papers.wang2010.criteria import criteria_table
+from bench.papers.wang2010.crossed import crossed, crossed_table
 from bench.papers.wang2010.figures import NUMBERS, draw
 from bench.papers.wang2010.measured import camera_table, scene_table
 from bench.papers.wang2010.methods import EXPERIMENTS
 from bench.papers.wang2010.published import particle_rows, time_rows
-from bench.papers.wang2010.scores import CELL, tidy_scores, with_shared_runs
+from bench.papers.wang2010.scores import CELL, TEN, tidy_scores, with_shared_runs
 from bench.papers.wang2010.sensitivities import further_table, sensitivities_table
 from bench.papers.wang2010.tables import (
     curve_table,
@@ -45,7 +46,7 @@ READINGS: Mapping[str, Mapping[str, str]] = {
     "as written, particle filter with r = 3.87": {"reach": "3.87"},
     "recommended, particle filter with r = 3.87": {"preset": "recommended", "reach": "3.87"},
     "σ = 0.2 (post hoc)": {"variant": "sigma=0.2"},
-    "proposed with r = 10 (post hoc)": {"variant": "radius=10"},
+    "r = 10 (post hoc)": {"radius": TEN},
     "robust (post hoc)": {"preset": "robust"},
 }
 
@@ -60,6 +61,7 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
     scores = with_shared_runs(runs)
     judged = without_failures(scores, CELL)
     measured = {
+        "wa-26": crossed(judged),
         **examined_tables(folder, effort),
         **measured_times(results / TIMED, asked[TIMED], quick=effort.quick),
         "agreement": greatest_differences(
@@ -75,6 +77,7 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
         curve_table(pieces[EXPERIMENTS[TABLE_TENNIS]]),
         particles_table(runs),
         weights_table(runs, measured.get("wa-29")),
+        crossed_table(runs),
         sensitivities_table(runs),
         scene_table(measured),
         camera_table(measured),

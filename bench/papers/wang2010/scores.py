@@ -11,7 +11,7 @@ import pandas as pd
 from bench.claims.ledger import ANY
 from bench.contestant import contestant
 from bench.papers.scores import counts_of, runs_of, sequence_labels
-from bench.papers.wang2010.courses import CUP, course_of
+from bench.papers.wang2010.courses import CUP, TABLE_TENNIS, course_of
 from bench.store.layout import Cell
 from bench.store.results import Results
 from bench.store.truth import StoredTruth, read_truth
@@ -23,6 +23,9 @@ __all__ = [
     "FILTER",
     "IMPROVED",
     "PROPOSED",
+    "RULE",
+    "TEN",
+    "by_number",
     "labels_of",
     "tidy_scores",
     "with_shared_runs",
@@ -31,16 +34,22 @@ __all__ = [
 PROPOSED, FILTER = "wang2010", "particle-filter"
 CAMSHIFT, IMPROVED = "camshift", "camshift-improved"
 
+RULE, TEN = "rule", "10"
+"""How far the filters' particles are thrown: by the formula √N / 2, or 10 pixels."""
+
 CELL = ("sequence", "scene", "preset", "variant")
-"""What a failed run costs: a scene under a reading, whatever tracks it."""
+"""What a failed run costs: a scene under a reading, whatever tracks it and its radius."""
 
 PAPERS = {"alpha": 0.7, "beta": 0.8}
 
 MODELS = {(0.7, 0.8): "fused", (0.7, 0.0): "colour", (1.0, 0.0): "hue"}
 """By α and β; others are named by the one that is not the paper's."""
 
-_NO_VARIANT = {"preset", "alpha", "beta", "particles", "window"}
-_ALL_ANY = dict.fromkeys(("preset", "variant", "model", "budget", "reach", "window"), ANY)
+_REACH = "3.87"  # pixels: the proposed filter's by the formula, given to the traditional one
+_TEN_BY_RULE = 400  # particles
+
+_NO_VARIANT = {"preset", "alpha", "beta", "particles", "window", "radius"}
+_ALL_ANY = dict.fromkeys(("preset", "variant", "model", "budget", "radius", "reach", "window"), ANY)
 
 
 def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataFrame:
@@ -109,8 +118,10 @@ def labels_of(text: str, sequence: str) -> dict[str, Any]:
         `tracker` (name alone); `particles` (0 without); `preset`; `variant` (other parameters
         that are no column of their own, in text form; empty for none); `model` (`fused`,
         `colour`, `hue`, or α or β where these are others); `budget` (`paper` for the paper's
-        number of particles, else `other`); `reach` (the traditional filter's radius: `rule` or
-        pixels); `window` (of CamShift). What a tracker does not know is `any`.
+        number of particles, else `other`); `radius` (of a filter's transition: `rule` or
+        pixels; `any` with 400 particles, for which the rule gives 10); `reach` (whether the
+        traditional filter's is `rule`, or the proposed one's, `3.87`); `window` (of CamShift).
+        What a tracker does not know is `any`.
     """
     settled = contestant(text)
     name, options = parse_text(settled.label)
@@ -120,19 +131,22 @@ def labels_of(text: str, sequence: str) -> dict[str, Any]:
         labels["window"] = parameters["window"]
     if name not in (PROPOSED, FILTER, IMPROVED):
         return labels
-    apart = {"radius"} if name == FILTER else set()
-    others = [f"{key}={value}" for key, value in options.items() if key not in _NO_VARIANT | apart]
+    others = [f"{key}={value}" for key, value in options.items() if key not in _NO_VARIANT]
     labels |= {
         "preset": options.get("preset", "recommended"),
         "variant": ":".join(sorted(others)),
         "model": _model(parameters["alpha"], parameters["beta"]),
     }
-    if name != IMPROVED:
-        usual = {FILTER: 400, PROPOSED: 15 if sequence == CUP else 60}[name]
-        labels["budget"] = "paper" if labels["particles"] == usual else "other"
+    if name == IMPROVED:
+        return labels
+    usual = {FILTER: 400, PROPOSED: 15 if sequence == CUP else 60}[name]
+    labels["budget"] = "paper" if labels["particles"] == usual else "other"
+    radius = options.get("radius", RULE)
     if name == FILTER:
-        labels["reach"] = options.get("radius", "rule")
-    return labels
+        labels["reach"] = radius if radius == _REACH else RULE
+        radius = RULE if radius == _REACH else radius
+    is_ten = radius == RULE and labels["particles"] == _TEN_BY_RULE and labels["reach"] != _REACH
+    return labels | {"radius": ANY if is_ten else radius}
 
 
 def _model(alpha: float, beta: float) -> str:
@@ -149,19 +163,24 @@ def _labels_on(name: str) -> dict[str, Any]:
 
 
 def with_shared_runs(scores: pd.DataFrame) -> pd.DataFrame:
-    """The scores, and runs again under readings that make no difference to them.
+    """The scores, and those of the improved CamShift as written again as `recommended`.
 
-    The improved CamShift has no σ, so that `recommended` is as written; the traditional filter's
-    radius is 10 by the formula, which the reading `radius=10` gives the proposed one.
+    It has no σ: the two are the same.
     """
-    written = scores[(scores["preset"] == "as-written") & (scores["variant"] == "")]
-    improved = written[written["tracker"] == IMPROVED]
-    traditional = written[(written["tracker"] == FILTER) & (written["reach"] == "rule")]
-    return pd.concat(
-        [
-            scores,
-            improved.assign(preset="recommended"),
-            traditional.assign(variant="radius=10"),
-        ],
-        ignore_index=True,
-    )
+    written = (scores["preset"] == "as-written") & (scores["variant"] == "")
+    improved = scores[written & (scores["tracker"] == IMPROVED)]
+    return pd.concat([scores, improved.assign(preset="recommended")], ignore_index=True)
+
+
+def by_number(scores: pd.DataFrame) -> pd.DataFrame:
+    """Runs of the filters on the ball, as far as there are several numbers of particles.
+
+    Those whose radius is 10 by the formula are there once for either `radius`.
+    """
+    fused = scores["tracker"].isin([PROPOSED, FILTER]) & (scores["model"] == "fused")
+    runs = scores[fused & (scores["sequence"] == TABLE_TENNIS)]
+    both = runs["radius"] == ANY
+    either = [runs[both].assign(radius=radius) for radius in (RULE, TEN)]
+    runs = pd.concat([runs[~both], *either], ignore_index=True)
+    several = runs.groupby(["tracker", "preset", "variant", "radius", "reach"])["particles"]
+    return runs[several.transform("nunique") > 1]

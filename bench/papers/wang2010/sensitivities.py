@@ -8,12 +8,12 @@ import pandas as pd
 from bench.claims.ledger import ANY
 from bench.papers.tables import failed_words, number_words, share_words, text_table
 from bench.papers.wang2010.courses import CUP, HAND, TABLE_TENNIS
-from bench.papers.wang2010.scores import CAMSHIFT, FILTER, IMPROVED, PROPOSED
+from bench.papers.wang2010.scores import CAMSHIFT, FILTER, IMPROVED, PROPOSED, RULE
 from bench.papers.wang2010.tables import HINDSIGHT, TRACKERS
 from datasets.text_form import parse_text
 from reports.tables import MISSING, Table
 
-__all__ = ["further_table", "sensitivities_table"]
+__all__ = ["COLUMNS", "further_table", "outcome_words", "sensitivities_table"]
 
 AS_WRITTEN = "as written"
 
@@ -28,7 +28,8 @@ SENSITIVE = {
 }
 """Parameters that the paper leaves open, or gives without trying others, in the table's order."""
 
-_COLUMNS = {"table-tennis": TABLE_TENNIS, "hand": HAND, "cup": CUP}
+COLUMNS = {"table-tennis": TABLE_TENNIS, "hand": HAND, "cup": CUP}
+"""Sequences, by head."""
 
 
 def sensitivities_table(scores: pd.DataFrame) -> Table:
@@ -67,7 +68,7 @@ def further_table(scores: pd.DataFrame) -> Table:
 def _one_changed(scores: pd.DataFrame) -> pd.DataFrame:
     """Runs as written but for one parameter: `parameter`, `value` beside the scores."""
     usual = scores[scores["budget"].isin(["paper", ANY]) & (scores["model"] != "hue")]
-    ways = ["preset", "variant", "model", "reach"]
+    ways = ["preset", "variant", "model", "radius", "reach"]
     pieces = []
     for _, runs in usual.groupby(ways, sort=False):
         changed = _changed(runs.iloc[0])
@@ -86,8 +87,9 @@ def _changed(run: "Mapping[str, Any] | pd.Series[Any]") -> tuple[str, str] | Non
         options["beta"] = "0"
     elif run["model"] not in ("fused", ANY):
         options |= parse_text(f":{run['model']}")[1]
-    if run["reach"] not in ("rule", ANY):
-        options["radius"] = run["reach"]
+    for column in ("radius", "reach"):
+        if run[column] not in (RULE, ANY):
+            options["radius"] = run[column]
     if run["preset"] == "recommended":
         options["sigma"] = "0.158"
     elif run["preset"] == "robust":
@@ -113,7 +115,7 @@ def _table(name: str, caption: str, changed: pd.DataFrame, parameters: list[str]
                             "parameter": SENSITIVE.get(parameter, parameter) or parameter,
                             "value": _marked(tracker, parameter, value),
                         }
-                        | {words: _cell(chosen, name) for words, name in _COLUMNS.items()}
+                        | {words: outcome_words(chosen, name) for words, name in COLUMNS.items()}
                     )
     return text_table(name, caption, data, n_labels=3)
 
@@ -132,7 +134,8 @@ def _marked(tracker: str, parameter: str, value: str) -> str:
     return f"{value} (post hoc)" if chosen else value
 
 
-def _cell(rows: pd.DataFrame, sequence: str) -> str:
+def outcome_words(rows: pd.DataFrame, sequence: str) -> str:
+    """Success and error on a sequence; a dash where nothing was run."""
     here = rows[rows["sequence"] == sequence]
     if here.empty:
         return MISSING

@@ -8,7 +8,7 @@ import pandas as pd
 from bench.claims.ledger import ANY
 from bench.papers.tables import median_quartiles, share_words, text_table
 from bench.papers.wang2010.courses import CUP, CURVE, HAND, SHOWN, STRETCHES, TABLE_TENNIS
-from bench.papers.wang2010.scores import CAMSHIFT, FILTER, IMPROVED, PROPOSED
+from bench.papers.wang2010.scores import CAMSHIFT, FILTER, IMPROVED, PROPOSED, RULE, by_number
 from reports.tables import MISSING, Table
 
 __all__ = [
@@ -31,15 +31,16 @@ TRACKERS = {
 }
 MODELS = {"fused": "", "colour": "no motion (β = 0)", "hue": "hue alone (α = 1, β = 0)"}
 HINDSIGHT = ("robust", "sigma=0.2", "radius=10")
-"""Presets and variants chosen after seeing results."""
+"""Presets, variants and radii chosen after seeing results."""
 
-_SETTING = ["tracker", "particles", "preset", "variant", "model", "reach", "window"]
+_SETTING = ["tracker", "particles", "preset", "variant", "model", "radius", "reach", "window"]
 
 
 def setting(run: "Mapping[str, Any] | pd.Series[Any]") -> str:
     """How a tracker was run, in words; see `scores.labels_of`."""
     words = [run["preset"], *str(run["variant"]).split(":"), MODELS.get(run["model"], run["model"])]
-    words.append("" if run["reach"] in ("rule", ANY) else f"radius={run['reach']}")
+    radii = (run[column] for column in ("radius", "reach"))
+    words += [f"radius={radius}" for radius in radii if radius not in (RULE, ANY)]
     words.append(run["window"])
     marked = (f"{word} (post hoc)" if word in HINDSIGHT else str(word) for word in words)
     return ", ".join(word for word in marked if word not in ("", ANY)) or MISSING
@@ -97,10 +98,7 @@ def curve_table(scores: pd.DataFrame) -> Table:
 
 def particles_table(scores: pd.DataFrame) -> Table:
     """Success against the number of particles."""
-    filters = scores["tracker"].isin([PROPOSED, FILTER]) & (scores["model"] == "fused")
-    chosen = scores[filters & (scores["sequence"] == TABLE_TENNIS)]
-    several = chosen.groupby(["tracker", "preset", "variant", "reach"])["particles"]
-    chosen = chosen[several.transform("nunique") > 1]
+    chosen = by_number(scores)
     data = []
     for (_, label), every in chosen.groupby(
         [chosen["tracker"], chosen.assign(particles=0).apply(setting, axis=1)], sort=False
@@ -113,7 +111,8 @@ def particles_table(scores: pd.DataFrame) -> Table:
     return text_table(
         "particles",
         "How many particles are needed on the first sequence: success in %, mean over scenes, by "
-        "their number (the paper: 60 suffice, of the traditional filter at least 400 are needed)",
+        "their number (the paper: 60 suffice, of the traditional filter at least 400 are needed); "
+        "by the formula the radius grows with the number, too; radius=10 is that of 400",
         [{head: row.get(head, MISSING) for head in heads} for row in data],
         n_labels=2,
     )
@@ -130,7 +129,8 @@ def weights_table(scores: pd.DataFrame, on_target: pd.DataFrame | None) -> Table
         Table `wa-29` of `checks`; None where it was not measured.
     """
     filters = scores[scores["tracker"].isin([PROPOSED, FILTER]) & (scores["budget"] == "paper")]
-    filters = filters[(filters["model"] == "fused") & (filters["reach"].isin(["rule", ANY]))]
+    by_rule = filters["reach"].isin([RULE, ANY]) & filters["radius"].isin([RULE, ANY])
+    filters = filters[(filters["model"] == "fused") & by_rule]
     filters = filters[filters["variant"].isin(["", "sigma=0.2"])]
     data = []
     for sequence, here in filters.groupby("sequence", sort=False):

@@ -8,6 +8,7 @@ from bench.claims.conclusion import conclude
 from bench.claims.evaluation import judge
 from bench.claims.ledger import read_claims
 from bench.papers.wang2010.courses import CUP, HAND, TABLE_TENNIS
+from bench.papers.wang2010.crossed import crossed
 from bench.papers.wang2010.reporting import verdicts_table
 
 CLAIMS = read_claims("wang2010")
@@ -68,9 +69,24 @@ def test_a_claim_is_judged_under_the_readings_that_it_depends_on_alone(made_scor
     assert (found.verdict, found.readings, found.post_hoc) == ("holds", "2 of 2", "1 of 1")
     assert "window" not in found.findings[0].reading
     assert found.under({"preset": "recommended", "window": "adaptive"})[0] == "holds"
-    assert found.under({"variant": "radius=10"}) is None
+    assert found.under({"radius": "10"}) is None
     filtered = concluded("WA-15", frame)
     assert (filtered.verdict, filtered.readings) == ("holds", "3 of 3")
+
+
+def test_a_radius_of_ten_is_no_reading_of_what_has_it_by_the_formula_anyhow(made_scores):
+    texts = (*ON_TABLE[TABLE_TENNIS], f"{WRITTEN}:radius=10", f"{FILTER}:particles=60",
+             f"{FILTER}:beta=0")  # fmt: skip
+    frame = made_scores(as_claimed, {TABLE_TENNIS: texts})
+    filtered = concluded("WA-15", frame)
+    assert (filtered.readings, filtered.post_hoc) == ("3 of 3", "")
+    assert {finding.reading.get("radius", "rule") for finding in filtered.findings} == {"rule"}
+    ours, both = concluded("WA-14", frame), concluded("WA-17", frame)
+    for found in (ours, both):
+        fixed = found.under({"radius": "10", "window": "fixed"})
+        assert (fixed[0], found.under({"radius": "10", "reach": "3.87"})) == (
+            "holds", None if found is both else ours.under({"radius": "10"}),
+        )  # fmt: skip
 
 
 def test_verdicts_stand_side_by_side_by_reading(made_scores):
@@ -79,7 +95,7 @@ def test_verdicts_stand_side_by_side_by_reading(made_scores):
     table = verdicts_table(claims).data.set_index("claim")
     assert table.loc["WA-16", "as written"] == "fixed: holds, adaptive: does not hold"
     assert table.loc["WA-14", "σ = 0.2 (post hoc)"] == "holds"
-    assert table.loc["WA-14", "proposed with r = 10 (post hoc)"] == "—"
+    assert table.loc["WA-14", "r = 10 (post hoc)"] == "—"
     assert table.loc["WA-15", "as written, particle filter with r = 3.87"] == "holds"
 
 
@@ -190,19 +206,51 @@ def test_main_effects_are_over_both_levels_of_the_other_and_over_nothing_else(ma
     }  # fmt: skip
 
     def as_drawn(text, sequence, scene):
-        if "particles=60" not in text:
+        if text not in texts:
             return 30.0 if "beta=0" in text else 1.0
         return errors[text.partition(":")[0], text.rpartition("=")[2]] + 0.01 * (scene % 3)
 
+    # Of another number, radius or preset, or without the other three.
     others = ["camshift-improved:preset=as-written", "camshift-improved:preset=as-written:beta=0",
-              "particle-filter:preset=as-written", f"{FILTER}:beta=0"]  # fmt: skip
+              FILTER, f"{FILTER}:beta=0", f"{WRITTEN}:particles=60:radius=10",
+              f"{FILTER}:particles=60:radius=10", f"{FILTER}:particles=60:radius=3.87",
+              f"{FILTER}:particles=60:radius=3.87:beta=0", "wang2010:particles=60",
+              "wang2010:particles=60:beta=0", "particle-filter:particles=60"]  # fmt: skip
     for more in ([], others):
         trackers = {sequence: [*texts, *more] for sequence in (TABLE_TENNIS, HAND, CUP)}
         frame = made_scores(as_drawn, trackers)
-        found = {f.group: f.verdict for f in judge(CLAIMS["WA-26"], frame) if f.scenes == "kept"}
+        tables = {"wa-26": crossed(frame)}
+        every = judge(CLAIMS["WA-26"], frame, tables)
+        found = {f.group: f.verdict for f in every if f.scenes == "kept"}
         assert (found["motion"].verdict, found["drift"].verdict) == ("holds", "does-not-hold")
+        assert found["drift"].statistic == 0.0  # of the three sequences in which it helps
         assert found[""].verdict == "does-not-hold"
-        assert concluded("WA-26", frame).readings == "0 of 1"
+        assert conclude(CLAIMS["WA-26"], every).readings == "0 of 1"
+    helps = made_scores(lambda *args: 12.0 - as_drawn(*args), trackers)
+    (motion, drift) = (
+        finding.verdict
+        for finding in judge(CLAIMS["WA-26"], helps, {"wa-26": crossed(helps)})
+        if finding.group in ("motion", "drift") and finding.scenes == "kept"
+    )
+    assert (motion.verdict, drift.verdict, drift.statistic) == ("does-not-hold", "holds", 3.0)
+
+
+def test_a_scene_without_all_four_is_no_cell_of_the_main_effects(made_scores):
+    texts = [f"{tracker}:preset=as-written:particles=60:beta={beta}"
+             for tracker in ("wang2010", "particle-filter") for beta in (0.8, 0)]  # fmt: skip
+    frame = made_scores(lambda *_: 1.0, {HAND: texts}, scenes=3, repetitions=2)
+    assert len(crossed(frame)) == 3 * 2 * 4
+    lacking = frame.drop(frame.index[[0, len(frame) - 1]])
+    found = crossed(lacking)
+    assert found.groupby(["scene", "repetition"]).size().to_dict() == {
+        (0, 1): 4, (1, 0): 4, (1, 1): 4, (2, 0): 4,
+    }  # fmt: skip
+    assert crossed(frame[frame["tracker"] == "wang2010"]).empty
+    nothing = {"wa-26": crossed(frame.iloc[:0])}
+    assert (
+        "nothing was run"
+        in conclude(CLAIMS["WA-26"], judge(CLAIMS["WA-26"], frame, nothing)).reason
+    )
 
 
 def test_times_are_judged_for_both_windows_of_camshift():

@@ -6,7 +6,7 @@ import pytest
 import bench
 from bench.experiment import Experiment, SequenceSource
 from bench.papers.wang2010.courses import CUP, HAND, TABLE_TENNIS
-from bench.papers.wang2010.scores import labels_of, tidy_scores, with_shared_runs
+from bench.papers.wang2010.scores import by_number, labels_of, tidy_scores, with_shared_runs
 
 
 @pytest.mark.parametrize(
@@ -16,8 +16,7 @@ from bench.papers.wang2010.scores import labels_of, tidy_scores, with_shared_run
         ("wang2010", HAND, ("recommended", "", "fused", "paper", 60)),
         ("wang2010:particles=15", CUP, ("recommended", "", "fused", "paper", 15)),
         ("wang2010:particles=15", HAND, ("recommended", "", "fused", "other", 15)),
-        ("wang2010:sigma=0.2:radius=10", CUP, ("recommended", "radius=10:sigma=0.2", "fused",
-                                               "other", 60)),
+        ("wang2010:sigma=0.2:radius=10", CUP, ("recommended", "sigma=0.2", "fused", "other", 60)),
         ("wang2010:beta=0", HAND, ("recommended", "", "colour", "paper", 60)),
         ("wang2010:alpha=1:beta=0", HAND, ("recommended", "", "hue", "paper", 60)),
         ("wang2010:alpha=1", HAND, ("recommended", "", "alpha=1", "paper", 60)),
@@ -39,22 +38,28 @@ def test_labels_say_how_a_tracker_was_run(text, sequence, expected):
 
 def test_only_what_a_tracker_has_is_told_apart():
     told = {
-        text: (labels_of(text, HAND)["reach"], labels_of(text, HAND)["window"])
+        text: tuple(labels_of(text, HAND)[column] for column in ("radius", "reach", "window"))
         for text in (
-            "wang2010:radius=10", "particle-filter", "particle-filter:radius=3.87", "camshift",
-            "camshift:window=adaptive", "camshift-improved:window=adaptive", "opencv-camshift",
+            "wang2010", "wang2010:radius=10", "wang2010:particles=400", "particle-filter",
+            "particle-filter:radius=3.87", "particle-filter:particles=60",
+            "particle-filter:particles=60:radius=10", "particle-filter:particles=60:radius=3.87",
+            "camshift", "camshift:window=adaptive", "camshift-improved:window=adaptive",
+            "opencv-camshift",
         )
     }  # fmt: skip
     assert list(told.values()) == [
-        ("any", "any"), ("rule", "any"), ("3.87", "any"), ("any", "fixed"), ("any", "adaptive"),
-        ("any", "adaptive"), ("any", "any"),
+        ("rule", "any", "any"), ("10", "any", "any"), ("any", "any", "any"),
+        ("any", "rule", "any"), ("rule", "3.87", "any"), ("rule", "rule", "any"),
+        ("10", "rule", "any"), ("rule", "3.87", "any"), ("any", "any", "fixed"),
+        ("any", "any", "adaptive"), ("any", "any", "adaptive"), ("any", "any", "any"),
     ]  # fmt: skip
 
 
-def test_runs_serve_readings_that_make_no_difference_to_them():
+def test_the_improved_camshift_as_written_serves_another_preset_and_nothing_else_does():
     texts = (
         "wang2010:preset=as-written", "particle-filter:preset=as-written",
-        "particle-filter:preset=as-written:radius=3.87", "particle-filter",
+        "particle-filter:preset=as-written:particles=60",
+        "particle-filter:preset=as-written:beta=0", "particle-filter",
         "camshift-improved:preset=as-written:window=adaptive",
         "camshift-improved:preset=as-written:difference_window=1", "camshift",
     )  # fmt: skip
@@ -64,8 +69,22 @@ def test_runs_serve_readings_that_make_no_difference_to_them():
     added = shared.iloc[len(scores) :]
     assert added[["tracker", "preset", "variant", "reach", "window"]].to_numpy().tolist() == [
         ["camshift-improved", "recommended", "", "any", "adaptive"],
-        ["particle-filter", "as-written", "radius=10", "rule", "any"],
     ]
+
+
+def test_a_radius_of_ten_by_the_formula_is_on_both_curves_and_one_number_is_none():
+    texts = (
+        "wang2010", "wang2010:radius=10", "particle-filter", "particle-filter:particles=60",
+        "particle-filter:particles=60:radius=10", "particle-filter:radius=3.87",
+        "particle-filter:beta=0", "camshift",
+    )  # fmt: skip
+    scores = pd.DataFrame([{**labels_of(t, HAND), "sequence": TABLE_TENNIS} for t in texts])
+    found = by_number(scores)[["tracker", "particles", "radius"]].to_numpy().tolist()
+    assert sorted(found) == [
+        ["particle-filter", 60, "10"], ["particle-filter", 60, "rule"],
+        ["particle-filter", 400, "10"], ["particle-filter", 400, "rule"],
+    ]  # fmt: skip
+    assert by_number(scores.assign(sequence=HAND)).empty
 
 
 def test_every_run_is_a_row_with_its_reading_and_its_course(tmp_path):

@@ -6,6 +6,7 @@ import pytest
 
 from bench.papers.wang2010.courses import CUP, HAND, TABLE_TENNIS
 from bench.papers.wang2010.criteria import criteria_table
+from bench.papers.wang2010.crossed import crossed_table
 from bench.papers.wang2010.measured import camera_table, scene_table
 from bench.papers.wang2010.published import particle_rows, time_rows
 from bench.papers.wang2010.sensitivities import further_table, sensitivities_table
@@ -53,14 +54,15 @@ def test_a_figure_has_a_row_a_way_to_track_with_stretches_and_its_frames(made_sc
 
 
 def test_settings_say_what_was_chosen_after_seeing_results():
-    row = {"preset": "as-written", "variant": "sigma=0.2", "model": "hue", "reach": "3.87",
-           "window": "any"}  # fmt: skip
+    row = {"preset": "as-written", "variant": "sigma=0.2", "model": "hue", "radius": "rule",
+           "reach": "3.87", "window": "any"}  # fmt: skip
     assert setting(row) == (
         "as-written, sigma=0.2 (post hoc), hue alone (α = 1, β = 0), radius=3.87"
     )
     assert setting(row | {"preset": "robust", "variant": "", "model": "fused", "reach": "any"}) == (
         "robust (post hoc)"
     )
+    assert setting(dict.fromkeys(row, "any") | {"radius": "10"}) == "radius=10 (post hoc)"
     assert setting(dict.fromkeys(row, "any")) == "—"
 
 
@@ -138,6 +140,24 @@ def test_one_parameter_at_a_time_stands_beside_what_is_as_written(made_scores):
     others = [row[1:3] for row in texts(further_table(frame)) if row[0] == "proposed"]
     assert others == [["as written", ""], ["hue_bins = saturation_bins", "16"],
                       ["velocity", "mean"]]  # fmt: skip
+
+
+def test_motion_and_drift_stand_apart_with_one_number_and_one_radius(made_scores):
+    chosen = ("wang2010", "particle-filter:particles=60", "particle-filter", "wang2010:beta=0",
+             "wang2010:radius=10", f"{FILTER}:particles=60:alpha=1:beta=0")  # fmt: skip
+    trackers = {HAND: chosen, CUP: ("wang2010:particles=15", "particle-filter:particles=15")}
+    frame = made_scores(
+        lambda text, *_: 20.0 if text.startswith("particle") else 2.0, trackers, scenes=2
+    )
+    assert texts(crossed_table(frame)) == [
+        ["60", "3.87", "as-written", "β = 0, hue alone", "no", "—", "0 %, 20.0 px", "—"],
+        ["60", "3.87", "recommended", "β = 0.8", "yes", "—", "100 %, 2.0 px", "—"],
+        ["60", "3.87", "recommended", "β = 0.8", "no", "—", "0 %, 20.0 px", "—"],
+        ["60", "3.87", "recommended", "β = 0", "yes", "—", "100 %, 2.0 px", "—"],
+        ["15", "1.94", "recommended", "β = 0.8", "yes", "—", "—", "100 %, 2.0 px"],
+        ["15", "1.94", "recommended", "β = 0.8", "no", "—", "—", "0 %, 20.0 px"],
+    ]
+    assert crossed_table(frame.iloc[:0]).rows == []
 
 
 def measured_times(**changes):
