@@ -40,11 +40,11 @@ With `everything` also:
   saturation's weight), `gain` (of the image; 1 is left out), `frame`, `inside` (mean over the
   target's pixels), `change` (mean absolute change of these by the gain, over their mean without);
 - `wa-5`, a frame, step, noise and number of differences a row: `differences` (`one`: D1; `two`:
-  (D1 + D2) / 2), `noise` (deviation of what is added [grey levels]), `step` (frames from one image
-  to the next; 0.5: every image twice, so that one difference sees nothing of the second), `phase`
-  (0; 1: second time of an image that is seen twice), `speed` (of the target [pixels an image]),
-  `frame`, `recall`, `precision`, `f1`, `precision_swept` (share of B where something moving is in
-  one of the three images; all else is noise, shadow or the rim of the window);
+  (D1 + D2) / 2), `noise` (deviation of what is added [grey levels]), `frame`, `step` (frames from
+  one image to the next), `speed` (of the target [pixels an image]), `slow` (1: from the frame
+  before it moves less than from one frame to the next in half of them), `recall`, `precision`,
+  `f1`, `precision_swept` (share of B where something moving is in one of the three images; all
+  else is noise, shadow or the rim of the window);
 - `wa-6`, a threshold, contrast and noise a row, means over frames: `rule` (`adaptive`, `fixed`),
   `level` (λ; or T as mean absolute difference of a pixel [grey levels]), `contrast` (1: as it is),
   `noise`, `recall`, `precision`, `f1`, `best` (1: of all levels of the rule, this one's mean F1

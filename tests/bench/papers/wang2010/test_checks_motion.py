@@ -187,16 +187,17 @@ def test_the_map_of_the_table_is_that_of_three_frames(crossing):
     assert (np.stack(latest(crossing, 9)) == np.stack([crossing[k] for k in (9, 8, 7)])).all()
 
 
-def test_one_difference_sees_nothing_of_an_image_shown_twice_and_the_mean_of_two_as_much(
-    by_differences,
-):
-    still = by_differences.query("noise == 0 and step == 0.5")
-    by_map = {key: part.set_index("frame") for key, part in still.groupby(["differences", "phase"])}
-    columns = ["recall", "precision", "f1"]
-    assert (by_map["one", 1][columns] == 0).all(axis=None)
-    assert (by_map["one", 0]["recall"] > 0.2).all()
-    for phase in (0, 1):
-        assert by_map["two", phase][columns].equals(by_map["one", 0][columns])
+def test_of_what_moves_slowly_two_differences_mark_more_than_one():
+    """Strips as wide as a square moves in one frame, and in two."""
+    paces = [1, 1, 1, 1, 8, 8, 8, 8, 8]
+    masks = [square(20 + sum(paces[:frame])) for frame in range(len(paces) + 1)]
+    shown = sequence([painted((mask, LIGHT)) for mask in masks], masks)
+    rows = averaging.measure(shown, quick=False)["wa-5"].query("noise == 0 and step == 1")
+    assert rows.groupby("frame")["slow"].first().to_dict() == {
+        frame: float(frame <= 4) for frame in range(2, 10)
+    }
+    recall = rows[rows["slow"] == 1].groupby("differences")["recall"].mean()
+    assert recall["two"] > recall["one"] > 0
 
 
 def test_the_speed_is_that_of_the_frames_that_are_seen(by_differences):
@@ -204,6 +205,7 @@ def test_the_speed_is_that_of_the_frames_that_are_seen(by_differences):
     assert (rows["speed"] == SPEED * rows["step"]).all()
     assert rows.loc[rows["step"] == 3, "frame"].min() >= 6  # two images before it are there
     assert rows.loc[rows["step"] == 1, "frame"].min() == 2
+    assert not rows["slow"].any()  # at an even pace none is slower than the others
 
 
 def test_what_two_differences_mark_of_a_fast_square_is_where_it_was_in_three_frames(by_differences):
