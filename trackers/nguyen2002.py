@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from math import ceil, floor, inf, sqrt
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,8 @@ from trackers.base.parameters import Parameters, TrackerError
 from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.template.appearance import Appearance, Noise
 from trackers.template.features import FLOORS, Features, dimension, features_of
-from trackers.template.matching import Match, Pose, Window, reach, sampled, search
+from trackers.template.matching import Match, Pose, Ties, Window, reach, sampled, search
+from trackers.template.occlusion import Candidate, Occlusion
 from trackers.template.smoothing import Smoother
 
 __all__ = ["Nguyen2002"]
@@ -65,6 +66,10 @@ class Nguyen2002Parameters(Parameters):
         16, ge=4, le=256, multiple_of=4, description="the search goes so far either way [pixels]"
     )
     subpixel: bool = Field(True, description="whether it goes on in fractions of a pixel")
+    ties: Ties = Field(
+        "unchanged",
+        description="of scales that fit equally well the smallest is taken, or the unchanged one",
+    )
     misregistration: bool = Field(
         True, description="whether the first covariance makes up for the search's finest step"
     )
@@ -102,33 +107,6 @@ class Nguyen2002Parameters(Parameters):
     )
 
 
-class Candidate(NamedTuple):
-    """A frame that may be the end of an occlusion, so many frames after its beginning."""
-
-    offset: int
-    match: Match
-    share: float
-
-
-class Occlusion:
-    """What is remembered while the target is hidden: from where, and all frames since."""
-
-    def __init__(self, beginning: int, last: Pose, velocity: tuple[float, float]) -> None:
-        self.beginning = beginning
-        self.last = last
-        self.velocity = velocity
-        self.images: list[Image] = []
-        self.candidates: list[Candidate] = []
-
-    def extrapolated(self, frame: int) -> Pose:
-        """Where the target would be, had it gone on as it went."""
-        steps = frame - self.beginning + 1
-        x, y = (
-            value + steps * speed for value, speed in zip(self.last[:2], self.velocity, strict=True)
-        )
-        return Pose(x, y, self.last.scale)
-
-
 class Nguyen2002(SharingTracker):
     """A template of per-pixel robust adaptive Kalman filters.
 
@@ -152,10 +130,11 @@ class Nguyen2002(SharingTracker):
     `as-written` is the text, where it has gaps with decisions: K = 10, L = 35 (the last number
     printed), the range and the steps of the search, the smoother's noise, and the covariance of
     the very first match, which decides much (`first_spread`). "Exceeds" n_omax is taken literally.
-    `recommended` goes on in fractions of a pixel and corrects the covariances for the search's
-    step (`misregistration`) and for the gate (`consistency`). `robust` (RGB, γ = 0.4, `end=first`)
-    was chosen after seeing results. Ratios are guarded against division by zero: a largest
-    value of 0 counts as one grey level. Scales stay between 0.5 and 2.
+    `recommended` goes on in fractions of a pixel, keeps the scale where others fit as well (`ties`;
+    the smallest of them shrinks the template in time), and corrects the covariances for the
+    search's step (`misregistration`) and for the gate (`consistency`). `robust` (RGB, γ = 0.4,
+    `end=first`) was chosen after seeing results. Ratios are guarded against division by zero: a
+    largest value of 0 counts as one grey level. Scales stay between 0.5 and 2.
 
     Details: `outliers` (share, of the last frame that was compared), `occluded` (0 or 1),
     `state_noise`, `measurement_noise` and `residual` (traces of C_w, C_f and R̄, in squared
@@ -167,7 +146,12 @@ class Nguyen2002(SharingTracker):
         "features, ICIP 2002"
     )
     presets = {
-        "as-written": {"subpixel": False, "misregistration": False, "consistency": False},
+        "as-written": {
+            "subpixel": False,
+            "ties": "ascending",
+            "misregistration": False,
+            "consistency": False,
+        },
         "recommended": {},
         "robust": {"features": "rgb", "gamma": 0.4, "end": "first"},
     }
@@ -372,6 +356,7 @@ class Nguyen2002(SharingTracker):
             search_range,
             sqrt(self._noise.limit) if settings.norm == "huber" else inf,
             settings.subpixel,
+            settings.ties,
         )
         shape = self._height, self._width
         return match, sampled(window, match.pose, *shape, settings.subpixel)

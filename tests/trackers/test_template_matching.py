@@ -110,6 +110,16 @@ def test_of_equal_costs_the_first_wins_and_the_search_starts_at_whole_pixels(
     assert found.pose.scale == pytest.approx(prod(factors), abs=1e-15)
 
 
+def test_of_equal_costs_the_unchanged_scale_may_win():
+    flat = np.zeros((ROWS, COLUMNS, 3))
+    pose = Pose(45, 35, 1.1)
+    for subpixel in (False, True):
+        found = search(
+            whole(flat), flat[:12, :12], COVARIANCE, pose, 16, CUTOFF, subpixel, "unchanged"
+        )
+        assert found.pose.scale == 1.1
+
+
 @pytest.mark.parametrize(("scale", "limit"), [(0.5, 0.5), (0.4, 0.5), (2.3, 2.0)])
 def test_scales_stay_between_a_half_and_two(scale, limit):
     flat = np.zeros((ROWS, COLUMNS, 3))

@@ -1,7 +1,7 @@
 """Where a template fits best: translation and scale, from coarse to fine (equations 1 to 4)."""
 
 from math import ceil, floor
-from typing import NamedTuple
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 from numba import njit
@@ -12,6 +12,7 @@ __all__ = [
     "SMALLEST_SCALE",
     "Match",
     "Pose",
+    "Ties",
     "Window",
     "reach",
     "sampled",
@@ -20,6 +21,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+Ties: TypeAlias = Literal["ascending", "unchanged"]
 
 SMALLEST_SCALE, LARGEST_SCALE = 0.5, 2.0
 FINEST = 6  # pixels that the levels below the first may add to its range, all together
@@ -96,12 +98,14 @@ def search(
     search_range: int,
     cutoff: float,
     subpixel: bool,
+    ties: Ties = "ascending",
 ) -> Match:
     """Pose of the least robust cost (equations 3 and 4).
 
     First over ± `search_range` in steps of 4 pixels, then around the three best in steps of 2,
     then around the best in steps of 1 with scales 2 % and then 1 % apart; for fractions of a pixel
-    on in steps of a half and a quarter. Of equal costs the first wins: scale, y and x ascend.
+    on in steps of a half and a quarter. Of equal costs the first wins: scale, y and x ascend, or
+    the unchanged scale comes first.
 
     Parameters
     ----------
@@ -118,6 +122,8 @@ def search(
         c of Huber's function; infinite for a quadratic one.
     subpixel : bool
         Whether to go on below whole pixels.
+    ties : {'ascending', 'unchanged'}
+        Which scale comes first, where all pixels of two are the same.
     """
     start = floor(around.x + 0.5), floor(around.y + 0.5), around.scale
     pose, cost = _search(
@@ -129,21 +135,31 @@ def search(
         search_range,
         cutoff,
         subpixel,
+        FINE[ties],
     )
     return Match(Pose(pose[0], pose[1], pose[2]), cost)
 
 
-def grid(half_range: float, step: float, scale_step: float) -> Array:
+def grid(half_range: float, step: float, scale_step: float, ties: Ties = "ascending") -> Array:
     """Offsets x, y and factors of the scale, (n, 3) in the order of the scan."""
     steps = np.arange(-half_range, half_range + step / 2, step)
-    factors = np.array([1 - scale_step, 1.0, 1 + scale_step]) if scale_step else np.ones(1)
-    scales, rows, columns = np.meshgrid(factors, steps, steps, indexing="ij")
+    factors = [1 - scale_step, 1.0, 1 + scale_step] if scale_step else [1.0]
+    if ties == "unchanged":
+        factors.sort(key=lambda factor: factor != 1.0)
+    scales, rows, columns = np.meshgrid(np.array(factors), steps, steps, indexing="ij")
     return np.stack([columns.ravel(), rows.ravel(), scales.ravel()], axis=1)
 
 
 NEAR = grid(2, 2.0, 0.0)
-FINE, FINER = grid(1, 1.0, 0.02), grid(1, 1.0, 0.01)
-HALVES, QUARTERS = grid(0.5, 0.5, 0.01), grid(0.25, 0.25, 0.005)
+FINE: dict[Ties, tuple[Array, Array, Array, Array]] = {
+    ties: (
+        grid(1, 1.0, 0.02, ties),
+        grid(1, 1.0, 0.01, ties),
+        grid(0.5, 0.5, 0.01, ties),
+        grid(0.25, 0.25, 0.005, ties),
+    )
+    for ties in get_args(Ties)
+}
 
 
 @njit(cache=True)
@@ -160,6 +176,7 @@ def _search(
     search_range: int,
     cutoff: float,
     subpixel: bool,
+    fine: tuple[Array, Array, Array, Array],
 ) -> tuple[Array, float]:
     window = Window(_whitened(features, white), left, top, rows, columns)
     sought = _whitened(template, white)
@@ -170,11 +187,11 @@ def _search(
     around = np.array([[start[0], start[1], start[2]]])
     best, _ = best_poses(window, sought, components, around, coarse, 4, 2, False, cutoff, 3)
     best, _ = best_poses(window, sought, components, best, NEAR, 4, 2, False, cutoff, 1)
-    best, _ = best_poses(window, sought, components, best, FINE, 2, 1, False, cutoff, 1)
-    best, costs = best_poses(window, sought, components, best, FINER, 2, 1, False, cutoff, 1)
+    best, _ = best_poses(window, sought, components, best, fine[0], 2, 1, False, cutoff, 1)
+    best, costs = best_poses(window, sought, components, best, fine[1], 2, 1, False, cutoff, 1)
     if subpixel:
-        best, _ = best_poses(window, sought, components, best, HALVES, 2, 1, True, cutoff, 1)
-        best, costs = best_poses(window, sought, components, best, QUARTERS, 2, 1, True, cutoff, 1)
+        best, _ = best_poses(window, sought, components, best, fine[2], 2, 1, True, cutoff, 1)
+        best, costs = best_poses(window, sought, components, best, fine[3], 2, 1, True, cutoff, 1)
     return best[0], costs[0]
 
 

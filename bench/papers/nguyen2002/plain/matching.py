@@ -77,6 +77,7 @@ def match(
     cutoff: float,
     *,
     subpixel: bool,
+    ties: str,
 ) -> tuple[Pose, float]:
     """Pose of the least cost, and this cost."""
     inverse = np.asarray(np.linalg.inv(covariance), np.float64)
@@ -97,18 +98,25 @@ def match(
     found = best(grid(centre, search_range, 4), 3, stride=4)
     found = best([pose for _, one in found for pose in grid(one, 2, 2)], 1, stride=4)
     for spread in (0.02, 0.01):
-        found = best(grid(found[0][1], 1, 1, spread), 1, stride=2)
+        found = best(grid(found[0][1], 1, 1, spread, ties), 1, stride=2)
     if subpixel:
         for step, spread in ((0.5, 0.01), (0.25, 0.005)):
-            found = best(grid(found[0][1], step, step, spread), 1, stride=2, bilinear=True)
+            found = best(grid(found[0][1], step, step, spread, ties), 1, stride=2, bilinear=True)
     cost, pose = found[0]
     return pose, cost
 
 
-def grid(centre: Pose, half_range: float, step: float, spread: float = 0.0) -> list[Pose]:
-    """Poses around one, in steps from minus to plus the range; scale, y and x ascend."""
+def grid(
+    centre: Pose, half_range: float, step: float, spread: float = 0.0, ties: str = "ascending"
+) -> list[Pose]:
+    """Poses around one, in steps from minus to plus the range; scale, y and x ascend.
+
+    With `unchanged` ties the scale as it is comes before the others.
+    """
     shifts = [step * n - half_range for n in range(int(2 * half_range / step) + 1)]
     factors = [1 - spread, 1.0, 1 + spread] if spread else [1.0]
+    if ties == "unchanged" and spread:
+        factors = [1.0, 1 - spread, 1 + spread]
     return [
         Pose(centre.x + across, centre.y + down, centre.scale * factor)
         for factor in factors

@@ -24,6 +24,7 @@ class Settings:
     average: int = 10
     search_range: int = 16
     subpixel: bool = True
+    ties: str = "unchanged"
     misregistration: bool = True
     consistency: bool = True
     norm: str = "huber"

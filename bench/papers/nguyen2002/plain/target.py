@@ -123,4 +123,5 @@ class Target:
             search_range,
             self._settings.cutoff,
             subpixel=self._settings.subpixel,
+            ties=self._settings.ties,
         )
