@@ -1,4 +1,4 @@
-"""What is remembered of a severe occlusion until its end is known (Nguyen & Smeulders 2002, 2.4)."""
+"""What is remembered of a severe occlusion until its end is known (Nguyen & Smeulders 2002)."""
 
 from typing import NamedTuple
 
