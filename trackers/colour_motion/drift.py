@@ -197,7 +197,8 @@ def summed(
     left, top, right, bottom = region
     columns = right - left
     limit = np.int32(np.floor(threshold))  # of whole numbers just those above it exceed it
-    sums = np.zeros((bottom - top + 1, columns + 1, 3), np.int64)
+    sums = np.empty((bottom - top + 1, columns + 1, 3), np.int64)
+    sums[0] = 0
     bins = np.empty(columns, np.int32)
     for row in range(top, bottom):
         colour_bins(
@@ -214,6 +215,7 @@ def summed(
         )
         total, total_x = np.int64(0), np.int64(0)
         above, here = sums[row - top], sums[row - top + 1]
+        here[0] = 0
         first, second = latest[row, left:right], earlier[row, left:right]
         for column in range(columns):
             moves = np.int32(first[column]) + np.int32(second[column]) > limit
