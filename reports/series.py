@@ -21,6 +21,8 @@ __all__ = ["appearance_plot", "draw_median", "series_grid", "series_plot"]
 
 QUARTILES = "median and quartiles over"
 REPETITIONS = "repetitions"
+_GREYS = (0.93, 0.82, 0.7)
+_LEVEL_STYLE: dict[str, Any] = {"color": "black", "linestyle": "--", "linewidth": 1.2}
 _TRUTH_STYLE: dict[str, Any] = {"color": "#444444", "linestyle": (0, (4, 2)), "linewidth": 1.3}
 
 
@@ -93,6 +95,9 @@ def series_grid(
     truths: Mapping[str, NDArray[np.float64]],
     over: str = REPETITIONS,
     row_height: float = 1.4,
+    *,
+    shades: Mapping[str, Mapping[str, NDArray[np.bool_]]] | None = None,
+    level: tuple[str, float] | None = None,
 ) -> Figure:
     """One number over frames, as small multiples: a row a reading, a column a scene.
 
@@ -106,6 +111,11 @@ def series_grid(
         The true number by scene and frame.
     row_height : float
         In inches.
+    shades : mapping of str to mapping of str to ndarray of bool, shape (n,), optional
+        By scene, frames to be shaded, by what the legend says of them; each kind darker than the
+        last.
+    level : tuple of str and float, optional
+        A number that is drawn as a dashed line, and what the legend says of it.
     """
     readings = list(dict.fromkeys(series["reading"]))
     scenes = list(dict.fromkeys(series["scene"]))
@@ -115,6 +125,9 @@ def series_grid(
     for axes, (reading, scene) in zip(all_axes, places, strict=True):
         here = series[(series["reading"] == reading) & (series["scene"] == scene)]
         _draw_lines(axes, here, labels, truths.get(scene))
+        if level is not None:
+            axes.axhline(level[1], label=level[0], **_LEVEL_STYLE)
+        _shade([axes], (shades or {}).get(scene, {}))
         axes.tick_params(labelsize=8)
         axes.xaxis.set_major_locator(MaxNLocator(4))
         if reading == readings[0]:
@@ -148,16 +161,10 @@ def appearance_plot(
     figure, (upper, lower) = new_figure(title, 4.4, rows=2, heights=(3, 1))
     every_frame = pd.RangeIndex(frames["frame"].min(), frames["frame"].max() + 1)
     draw_median(upper, frames, "positive_appearances", 0, "positive appearances", every_frame)
-    upper.axhline(threshold, color="black", linestyle="--", linewidth=1.2, label="threshold b·N")
+    upper.axhline(threshold, label="threshold b·N", **_LEVEL_STYLE)
     initialising = 1.0 - frames.groupby("frame")["mode"].mean().reindex(every_frame)
     lower.fill_between(every_frame, initialising, step="mid", color=colour(1), linewidth=0)
-    for grey, (kind, flags) in zip((0.93, 0.82, 0.7), shades.items(), strict=False):
-        for number, (start, stop) in enumerate(_spans(flags)):
-            for axes in (upper, lower):
-                label = kind if axes is upper and number == 0 else None
-                axes.axvspan(
-                    start - 0.5, stop - 0.5, color=str(grey), zorder=0, linewidth=0, label=label
-                )
+    _shade([upper, lower], shades)
     upper.set(ylabel="samples", xlim=(every_frame[0], every_frame[-1]))
     upper.set_ylim(bottom=0)
     runs = frames["repetition"].nunique()
@@ -177,6 +184,17 @@ def _draw_lines(
         if len(runs):
             every_frame = pd.RangeIndex(runs["frame"].min(), runs["frame"].max() + 1)
             draw_median(axes, runs, "value", position, label, every_frame)
+
+
+def _shade(all_axes: Sequence[Axes], shades: Mapping[str, NDArray[np.bool_]]) -> None:
+    """Shade frames in all axes, each kind darker than the last; the first axes name the kinds."""
+    for grey, (kind, flags) in zip(_GREYS, shades.items(), strict=False):
+        for number, (start, stop) in enumerate(_spans(flags)):
+            for axes in all_axes:
+                label = kind if axes is all_axes[0] and number == 0 else None
+                axes.axvspan(
+                    start - 0.5, stop - 0.5, color=str(grey), zorder=0, linewidth=0, label=label
+                )
 
 
 def _heading(series: pd.DataFrame, over: str) -> str:

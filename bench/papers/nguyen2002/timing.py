@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -16,6 +16,7 @@ from bench.papers.timed import timed_runs
 from bench.store.layout import Cell as StoredCell
 from reports.tables import MISSING, Cell, Table
 from trackers.base.interface import Box, Image
+from trackers.nguyen2002 import Nguyen2002
 
 __all__ = ["PUBLISHED", "course_times", "frame_times", "measured_times", "time_tables"]
 
@@ -23,11 +24,7 @@ PUBLISHED = 0.005
 """Seconds a frame of section 3, on a Pentium II of 400 MHz."""
 
 FEATURES = ("intensity", "rgb", "invariants", "arctan")
-PRESETS: Mapping[str, Mapping[str, Any]] = {
-    "as-written": {"subpixel": False, "misregistration": False, "consistency": False},
-    "recommended": {"subpixel": True, "misregistration": True, "consistency": True},
-}
-"""What each preset says, for the implementation that knows none."""
+PRESETS = ("as-written", "recommended")
 
 CLIP = "nguyen2002/clip-01"
 BEFORE, AFTER = 10, 50  # frames of the clip, from where its first occlusion begins
@@ -61,7 +58,7 @@ class Followed:
         self.kinds: list[Kind] = []
         self._update: Callable[[Image], tuple[bool, bool]]
         if implementation == "plain":
-            plain = PlainNguyen2002(features=features, **PRESETS[preset])
+            plain = PlainNguyen2002(**{**Nguyen2002.presets[preset], "features": features})
             plain.init(image, box)
 
             def update(image: Image) -> tuple[bool, bool]:

@@ -37,7 +37,8 @@ Always, of the clips with odd numbers:
   rest, in one frame of little contrast, dark blue is slid over it, unlike any of its pixels, and
   the template is held at its true place: there are no other outliers.
 
-With `everything` these of the other clips, and, of all clips and of `lights`:
+With `everything` `ng-9`, `ng-15` and `ng-17` of the other clips, and, of those with odd numbers
+and of `lights`:
 
 - `ng-11`, an occlusion of a fifth of the target for five frames a row: `features`, `gate` (`on`,
   `off`), `template_error` (of what is seen; mean over the frames of the occlusion and five after

@@ -22,17 +22,18 @@ from bench.papers.scene_checks import SceneCheck, measured_on_scenes
 __all__ = ["examine"]
 
 LIGHTS = "nguyen2002/lights"
-CLIPS = tuple(f"nguyen2002/clip-{number:02}" for number in range(1, 21))
-BOTH = (LIGHTS, *CLIPS)
-"""Of the clips every other one is enough for claims that the paper tested, where not everything is
-asked for: a set of them is a unit."""
+CLIPS = tuple(f"nguyen2002/clip-{number:02}" for number in range(1, 21, 2))
+"""Every other one is enough where a set is the unit."""
+
+OTHERS = tuple(f"nguyen2002/clip-{number:02}" for number in range(2, 21, 2))
+BOTH = (*CLIPS, LIGHTS)
 
 CHECKS = (
-    SceneCheck(clutter.measure, CLIPS[::2]),
-    SceneCheck(watching.measure, CLIPS[::2]),
+    SceneCheck(clutter.measure, CLIPS),
+    SceneCheck(watching.measure, CLIPS),
     SceneCheck(sliding.measure, CLIPS[:1]),
-    SceneCheck(clutter.measure, CLIPS[1::2], everything=True),
-    SceneCheck(watching.measure, CLIPS[1::2], everything=True),
+    SceneCheck(clutter.measure, OTHERS, everything=True),
+    SceneCheck(watching.measure, OTHERS, everything=True),
     SceneCheck(contamination.measure, BOTH, everything=True),
     SceneCheck(corners.measure, CLIPS, everything=True),
     SceneCheck(changed.measure, BOTH, everything=True),

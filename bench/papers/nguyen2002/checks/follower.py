@@ -2,7 +2,7 @@
 
 from itertools import count
 from math import floor, nan
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,18 +11,16 @@ from bench.papers.nguyen2002.plain import Settings
 from bench.papers.nguyen2002.plain.matching import Pose as PlainPose
 from bench.papers.nguyen2002.plain.smoother import Smoother
 from trackers.base.interface import Box, Image, Mask
+from trackers.nguyen2002 import Nguyen2002
 from trackers.template.appearance import Appearance, Noise, Seen, raised
 from trackers.template.features import Features, features_of
-from trackers.template.matching import Match, Pose, Window, reach, sampled, search
+from trackers.template.matching import Match, Pose, Ties, Window, reach, sampled, search
 
 __all__ = ["FEATURES", "Follower", "View", "true_pose"]
 
 Array = NDArray[np.float64]
 
 FEATURES: tuple[Features, ...] = ("intensity", "rgb", "invariants", "arctan")
-AS_WRITTEN = {"subpixel": False, "misregistration": False, "consistency": False}
-"""What the preset says, beside the defaults of `Settings`."""
-
 WIDEST_SEARCH = 64  # pixels either way
 
 
@@ -64,7 +62,8 @@ class Follower:
     def __init__(
         self, image: Image, box: Box, features: Features = "invariants", **parameters: Any
     ) -> None:
-        self.settings = Settings(features=features, **AS_WRITTEN | parameters)
+        chosen = {**Nguyen2002.presets["as-written"], "features": features, **parameters}
+        self.settings = Settings(**chosen)
         self._features = features
         self._box = box
         self.shape = floor(box[3] + 0.5), floor(box[2] + 0.5)
@@ -114,6 +113,7 @@ class Follower:
             search_range,
             self.settings.cutoff,
             self.settings.subpixel,
+            cast(Ties, self.settings.ties),
         )
 
     def take(self, view: View) -> None:

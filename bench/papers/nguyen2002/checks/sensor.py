@@ -14,8 +14,8 @@ from trackers.template.features import Features
 
 __all__ = ["Noisy", "measure"]
 
-DEVIATIONS = (0.0, 1.0, 2.0, 4.0, 8.0)  # of what is added [grey levels]
-LEAST, MOST = 30, 60  # frames
+DEVIATIONS = (1.0, 2.0, 4.0, 8.0)  # of what is added [grey levels]
+LEAST, MOST = 30, 40  # frames
 QUICK_FEATURES: tuple[Features, ...] = ("rgb", "invariants")
 
 

@@ -3,31 +3,23 @@
 from time import thread_time
 from typing import NamedTuple, TypeAlias
 
-import numpy as np
 import pandas as pd
 
 from bench.metrics.overlap import overlap
 from bench.papers.nguyen2002.checks.follower import FEATURES, Follower, View
-from bench.papers.nguyen2002.checks.made_up import clear_frames
+from bench.papers.nguyen2002.events import CLEAR, Declared, hidden_in
 from datasets import Sequence
 from trackers.base.interface import Box
 from trackers.template.features import Features
 
-__all__ = ["Watch", "complete_occlusions", "measure"]
+__all__ = ["Watch", "measure"]
 
 COVERED = 0.5
 """Visible share of the target below which it is said to be covered."""
 
-COMPLETE = 0.05
-"""What a complete occlusion leaves of it, at most."""
-
-SEEN = 0.9
-"""Visible share from which on a tracker that is elsewhere has lost it, and is given it again."""
-
 IN_VIEW, MATCHED = 0.75, 0.5
 """Visible share and overlap from which on an occlusion's end is found."""
 
-EARLY = 2  # frames before anything is hidden in which an occlusion may be declared
 FIRST = 5  # frames from an occlusion's beginning to the first that may be its end
 QUICK_FEATURES: tuple[Features, ...] = ("rgb", "invariants")
 QUICK_BEFORE, QUICK_FRAMES = 10, 60
@@ -46,8 +38,8 @@ class Timed(NamedTuple):
 def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
     """Tables `ng-15`, `ng-17` and `ng-17-times`; see `bench.papers.nguyen2002.checks`."""
     if quick:
-        first = min((span.start for span in complete_occlusions(sequence)), default=QUICK_BEFORE)
-        begin = max(0, first - QUICK_BEFORE)
+        hidden = hidden_in(sequence.visibility)
+        begin = max(0, hidden[0].first - QUICK_BEFORE) if hidden else 0
         sequence = sequence[begin : begin + QUICK_FRAMES]
     watches = [Watch(sequence, features) for features in (QUICK_FEATURES if quick else FEATURES)]
     tables = {
@@ -56,24 +48,6 @@ def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
         "ng-17-times": [row for watch in watches for row in watch.times],
     }
     return {name: pd.DataFrame(rows) for name, rows in tables.items()}
-
-
-def complete_occlusions(sequence: Sequence) -> list[range]:
-    """Frames from where something of the target is hidden to the last in which half of it is.
-
-    Of those occlusions in which hardly anything of it was left.
-    """
-    spans, clear = [], [*clear_frames(sequence), True]
-    begin = None
-    for frame, whole in enumerate(clear):
-        if not whole and begin is None:
-            begin = frame
-        elif whole and begin is not None:
-            visible = sequence.visibility[begin:frame]
-            if visible.min() <= COMPLETE:
-                spans.append(range(begin, begin + int(np.flatnonzero(visible < COVERED)[-1]) + 1))
-            begin = None
-    return spans
 
 
 class Watch:
@@ -99,7 +73,7 @@ class Watch:
         self._sequence = sequence
         self._follower = Follower(sequence[0], sequence.boxes[0], features)
         self._labels: Row = {"features": features}
-        self._occlusions = complete_occlusions(sequence)
+        self._hidden = hidden_in(sequence.visibility)
         self.frames: list[Row] = []
         self.ends: list[Row] = []
         self.times: list[Row] = []
@@ -114,7 +88,7 @@ class Watch:
         if view.seen.share > self._follower.settings.gamma:
             return self._bridge(frame)
         self._follower.take(view)
-        if self._sequence.visibility[frame] >= SEEN and self._overlap(frame, view) < MATCHED:
+        if self._sequence.visibility[frame] >= CLEAR and self._overlap(frame, view) < MATCHED:
             self._give(frame)
         return frame
 
@@ -124,7 +98,8 @@ class Watch:
         skipped = [n for n in settings.offsets if n <= left]
         if not skipped:
             return len(self._sequence)
-        complete = any(span.start - EARLY <= beginning < span.stop for span in self._occlusions)
+        event = Declared(beginning, None, None)
+        complete = any(hidden.causes(event) for hidden in self._hidden)
         every = range(FIRST, min(settings.longest_occlusion, left) + 1) if complete else skipped
         looks = {n: self._look(beginning, n) for n in every}
 
@@ -153,7 +128,7 @@ class Watch:
         if self._found(frame, view)["found"]:
             self._follower.restart_after(self._sequence[frame], view.pose, end + 1)
             return frame
-        while frame < len(self._sequence) and self._sequence.visibility[frame] < SEEN:
+        while frame < len(self._sequence) and self._sequence.visibility[frame] < CLEAR:
             frame += 1
         if frame < len(self._sequence):
             self._give(frame)
