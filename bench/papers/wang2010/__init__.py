@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,16 +29,12 @@ TITLE = "An improved CamShift inside a particle filter for real-time target trac
 
 FIGURES = tuple(f"wang2010-figure-{number}" for number in (3, 5, 6))
 TIMED = "wang2010-table-1"
-DEFAULT = (
-    *FIGURES,
-    "wang2010-particles",
-    "wang2010-sensitivities",
-    "wang2010-sensitivities-cup",
-    TIMED,
-)
+SENSITIVITIES = ("wang2010-sensitivities", "wang2010-sensitivities-cup")
+DEFAULT = (*FIGURES, "wang2010-particles", *SENSITIVITIES, TIMED)
 FURTHER = tuple(
     f"wang2010-{name}" for name in ("plain-background", "readings", "readings-cup")
 )  # fmt: skip
+THOROUGH = 5  # repetitions
 RECORDED = Recorded(
     name="wang2010-recorded",
     title="CamShift inside a particle filter on recorded sequences",
@@ -65,7 +62,16 @@ mean shift, variance ratio, template matching."""
 def experiments(effort: Effort) -> Sequence[Experiment]:
     """See `bench.papers.Paper`."""
     names = DEFAULT + (FURTHER if effort.everything else ())
-    return with_recorded(affordable(names, effort), effort, RECORDED)
+    chosen = affordable(names, effort)
+    if effort.everything and not effort.quick:
+        chosen = [_thorough(one, effort) if one.name in SENSITIVITIES else one for one in chosen]
+    return with_recorded(chosen, effort, RECORDED)
+
+
+def _thorough(experiment: Experiment, effort: Effort) -> Experiment:
+    """Sensitivities have few repetitions, but where everything is asked for."""
+    repetitions = min(THOROUGH, effort.seeds or THOROUGH)
+    return replace(experiment, repetitions=max(experiment.repetitions, repetitions))
 
 
 def prepare(folder: Path, effort: Effort) -> None:
