@@ -1,16 +1,24 @@
-"""Checks of the paper on CamShift inside a particle filter: how many particles a filter needs.
+"""Checks of the paper on CamShift inside a particle filter: particles needed, and a summary.
 
-Of the scores they read `tracker`, `model`, `particles` and `success`.
+Of the scores those on particles read `tracker`, `model`, `particles` and `success`.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from math import inf
+from itertools import product
+from math import inf, nan
 
 import pandas as pd
 
-from bench.claims.checks.runs import runs_by_reading
+from bench.claims.checks.runs import labelled, runs_by_reading
 from bench.claims.findings import Check, Evidence, Finding
-from bench.statistics.verdicts import LEAST_CELLS, Verdict, check, undecided
+from bench.statistics.verdicts import (
+    LEAST_CELLS,
+    NOWHERE,
+    Verdict,
+    check,
+    conjunction,
+    undecided,
+)
 
 __all__ = ["CHECKS", "particles_needed", "success_by_number"]
 
@@ -55,6 +63,35 @@ def fewer_particles(evidence: Evidence) -> list[Finding]:
     return found
 
 
+def summary(evidence: Evidence) -> list[Finding]:
+    """Several other claims of the ledger all hold, under every reading that all were tested in."""
+    # Those judge with these checks: they can't be imported before them.
+    from bench.claims.conclusion import conclude
+    from bench.claims.evaluation import judge
+    from bench.claims.ledger import read_claims
+
+    ledger, names = read_claims("wang2010"), evidence.names("claims")
+    claims = [
+        conclude(ledger[name], judge(ledger[name], evidence.scores, evidence.tables))
+        for name in names
+    ]
+    seen = [finding.reading for claim in claims for finding in claim.findings]
+    columns = {}
+    for column, values in evidence.claim.readings.columns.items():
+        there = {reading[column] for reading in seen if column in reading}
+        if there:
+            columns[column] = [value for value in values if value in there]
+    found = []
+    for values in product(*columns.values()):
+        reading = dict(zip(columns, values, strict=True))
+        told = [claim.under(reading) for claim in claims]
+        said = [Verdict(one[0], nan, NOWHERE, 1, one[1]) for one in told if one is not None]
+        if len(said) == len(claims):
+            verdict = conjunction(said, names)
+            found.append(labelled(evidence, reading, "kept")(verdict=verdict))
+    return found
+
+
 def success_by_number(runs: pd.DataFrame, tracker: str) -> "pd.Series[float]":
     """Share of successful runs by number of particles, the mean over scenes."""
     chosen = runs[runs["tracker"] == tracker]
@@ -71,6 +108,7 @@ def particles_needed(curve: "pd.Series[float]", share: float) -> float:
 CHECKS: Mapping[str, Check] = {
     "least-particles": least_particles,
     "fewer-particles": fewer_particles,
+    "summary": summary,
 }
 """By the name that the ledger gives."""
 

@@ -44,10 +44,13 @@ CURVE = (11, 12, 13, 14, 16, 20, 22, 30, 40, 50)
 SUCCESS, LAST = 0.9, 10
 """A run succeeds that is within the tolerance in this share of frames, and in all of the last."""
 
+CENTRED = 48
+"""Index of the frame in which the hand is centred on the face, frame 49."""
+
 LOST, SETTLED = 5, 5
 """Frames in a row beyond the tolerance that make a loss, and within it that make a return."""
 
-DETAILS = ("effective_sample_size", "weight_ratio", "spread", "modes", "iterations", "changing")
+DETAILS = ("effective_sample_size", "weight_ratio", "spread", "modes", "iterations")
 
 Errors = NDArray[np.float64]
 
@@ -80,7 +83,8 @@ def course_of(run: Run, truth: Truth, sequence: str) -> dict[str, float]:
         A yes or no is 1 or 0, NaN where what is asked did not arise. `tolerance` [pixels];
         `tolerated` (share of frames within it), `success`, `stayed_lost` (of those lost with time
         enough to return). By sequence, `a` and `b` being frames: `centre_error_a_to_b` (mean),
-        `error_at_a` [pixels], `tolerated_at_a`, and what `_events` gives. Means over frames of
+        `error_at_a` [pixels], `tolerated_at_a`, `on_the_face_at_58` (of the hand: it is within
+        the tolerance of the face's middle), and what `_events` gives. Means over frames of
         the tracker's details `DETAILS`; `least_sample_size`, the least of the first of these.
     """
     errors, tolerance = errors_of(run, truth), tolerance_of(truth)
@@ -98,7 +102,14 @@ def course_of(run: Run, truth: Truth, sequence: str) -> dict[str, float]:
     curve = CURVE if sequence == TABLE_TENNIS else ()
     for frame in sorted({*SHOWN.get(sequence, ()), *curve}):
         known[f"error_at_{frame}"] = float(errors[frame - 1])
+    if sequence == HAND:
+        known["on_the_face_at_58"] = float(_to_the_face(run, truth) <= tolerance)
     return known | _events(sequence, errors <= tolerance) | _details(run.details)
+
+
+def _to_the_face(run: Run, truth: Truth) -> float:
+    """Distance at frame 58 to where the hand is centred on the face, in frame 49 [pixels]."""
+    return float(centre_error(truth.boxes[[CENTRED]], run.boxes[[57]])[0])
 
 
 def _events(sequence: str, within: NDArray[np.bool_]) -> dict[str, float]:

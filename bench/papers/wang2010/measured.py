@@ -80,8 +80,8 @@ def _quantities(tables: Tables) -> Iterator[tuple[str, str, pd.DataFrame, str]]:
             yield "wa-4", f"of what is marked moves, n = {window}", rows, "precision_swept"
     if "wa-5" in tables:
         slow = tables["wa-5"].query("step == 1 and noise == 0 and slow == 1")
-        for differences, rows in slow.groupby("differences", sort=False):
-            told = f"{differences} difference(s), the slower half of the frames"
+        for number, rows in slow.groupby("differences", sort=False):
+            told = f"{number} difference(s), the slower half of the frames"
             yield "wa-5", f"of what moves is marked, {told}", rows, "recall"
         noisy = tables["wa-5"].query("step == 1 and noise in (0, 8, 16)")
         for (differences, noise), rows in noisy.groupby(["differences", "noise"], sort=False):

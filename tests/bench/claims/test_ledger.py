@@ -134,7 +134,7 @@ def test_the_camshift_inside_a_particle_filter_has_all_its_claims():
             assert claim.readings.is_headline(as_written | {"window": window})
         assert not claim.readings.is_headline(as_written | {"reach": "3.87"})
         assert not claim.readings.is_post_hoc(as_written | {"preset": "recommended"})
-        for chosen in ({"preset": "robust"}, {"variant": "sigma=0.2"}, {"variant": "radius=10"}):
+        for chosen in ({"preset": "robust"}, {"variant": "sigma=0.2"}, {"radius": "10"}):
             assert claim.readings.is_post_hoc(as_written | chosen)
         assert claim.says.endswith(".")
         if isinstance(claim.test, CheckTest):

@@ -17,9 +17,6 @@ Always:
   I_c), `frame`, `similar` (1: on the face, or before a background of similar colour), `inside`
   (mean over the target's pixels), `outside` (over all others within a width and a height of its
   box), `difference` (inside - outside), `contrast` (difference / (inside + outside), in [-1, 1]);
-- `wa-4`, a frame in which something moves and window a row: `window` (n), `frame`, `recall`,
-  `precision`, `f1`, `precision_swept` (share of B where something moving is or was in one of the
-  two frames before);
 - `wa-7`, a frame and map a row: `map` (`colour`: I_c; `moving`: B; `colour and moving`: I_m),
   `frame`, `figure` (1: frame 11 or 12 of the paper), `inside` (share of the map's sum that is on
   the target's pixels), `covered` (share of the target's pixels where the map is not 0);
@@ -39,6 +36,9 @@ With `everything` also:
 - `wa-3`, a frame, gain and map a row: `map` (`without value`: I_c; `with value`: value shares
   saturation's weight), `gain` (of the image; 1 is left out), `frame`, `inside` (mean over the
   target's pixels), `change` (mean absolute change of these by the gain, over their mean without);
+- `wa-4`, a frame in which something moves and window a row: `window` (n), `frame`, `recall`,
+  `precision`, `f1`, `precision_swept` (share of B where something moving is or was in one of the
+  two frames before);
 - `wa-5`, a frame, step, noise and number of differences a row: `differences` (`one`: D1; `two`:
   (D1 + D2) / 2), `noise` (deviation of what is added [grey levels]), `frame`, `step` (frames from
   one image to the next), `speed` (of the target [pixels an image]), `slow` (1: from the frame
@@ -49,11 +49,12 @@ With `everything` also:
   `level` (λ; or T as mean absolute difference of a pixel [grey levels]), `contrast` (1: as it is),
   `noise`, `recall`, `precision`, `f1`, `best` (1: of all levels of the rule, this one's mean F1
   over all contrasts and noises of the scene is greatest);
-- `wa-28`, a start a row: `tracker` (`wang2010`, `particle-filter`, `camshift fixed`, `camshift
-  adaptive`), `preset` (`any` of CamShift), `start` (frame), `widths` (by which it starts beside the
-  target; 0 to compare with), `right`, `down` (likewise [pixels]), `recovered` (in the twentieth
-  frame the centre error is within half the mean side of the boxes), `recovered_from` (frame after
-  the start from which it stays so), `reached` (it is within that in any of the twenty).
+- `wa-28`, a start and repetition a row: `tracker` (`wang2010`, `particle-filter`, `camshift
+  fixed`, `camshift adaptive`), `preset` (`any` of CamShift), `start` (frame), `widths` (by which it
+  starts beside the target; 0 to compare with), `right`, `down` (likewise [pixels]), `repetition`,
+  `recovered` (in the twentieth frame the centre error is within half the mean side of the boxes),
+  `recovered_from` (frame after the start from which it stays so), `reached` (it is within that in
+  any of the twenty).
 """
 
 from bench.papers.wang2010.checks.camera import MOVING_CAMERA

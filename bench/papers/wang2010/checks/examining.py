@@ -57,12 +57,12 @@ class Check:
 
 CHECKS = (
     Check(contrast.measure),
-    Check(window.measure),
     Check(gating.measure),
     Check(drift.measure),
     Check(weights.measure),
     Check(camera.measure, OURS + camera.MOVING_CAMERA),
     Check(illumination.measure, everything=True),
+    Check(window.measure, everything=True),
     Check(averaging.measure, everything=True),
     Check(threshold.measure, everything=True),
     Check(recovery.measure, everything=True),

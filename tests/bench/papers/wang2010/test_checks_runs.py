@@ -112,6 +112,7 @@ def test_a_target_is_found_from_where_the_error_stays_within_the_tolerance():
 
 def test_a_start_on_the_target_needs_no_recovery_and_camshift_finds_nothing_from_afar():
     rows = recovery.measure(walking([60 + frame for frame in range(25)]), quick=True)["wa-28"]
+    assert set(rows["repetition"]) == {0}
     assert rows["widths"].value_counts().to_dict() == {0: 6, 1: 24, 2: 24, 3: 12}
     near = rows[rows["widths"] == 0]
     assert near["recovered"].sum() >= 4  # the flat filter without drift spreads from the start
@@ -120,6 +121,18 @@ def test_a_start_on_the_target_needs_no_recovery_and_camshift_finds_nothing_from
     assert (far[["recovered", "reached"]] == 0.0).all(axis=None)
     assert far["recovered_from"].isna().all()
     assert set(far["preset"]) == {"any"}
+
+
+def test_filters_start_several_times_with_other_random_numbers_and_camshift_once():
+    short = walking([60 + frame for frame in range(21)])
+    rows = recovery.measure(short, quick=False)["wa-28"].query("widths == 1")
+    numbers = rows.groupby(["tracker", "preset"])["repetition"].unique()
+    assert {len(found) for key, found in numbers.items() if "camshift" in key[0]} == {1}
+    assert {tuple(found) for key, found in numbers.items() if "camshift" not in key[0]} == {
+        (0, 1, 2, 3, 4)
+    }
+    ours = rows.query("tracker == 'wang2010' and preset == 'as-written'")
+    assert ours.groupby(["right", "down"])["recovered_from"].nunique().max() > 1
 
 
 def test_everything_changes_under_a_camera_that_moves_and_the_target_alone_under_one_at_rest():
@@ -153,7 +166,7 @@ def test_sequences_that_are_measured_exist():
     assert {name for check in examining.CHECKS for name in check.sequences} <= set(known)
     assert {check.measure.__module__ for check in examining.CHECKS if check.everything} == {
         f"bench.papers.wang2010.checks.{name}"
-        for name in ("illumination", "averaging", "threshold", "recovery")
+        for name in ("illumination", "window", "averaging", "threshold", "recovery")
     }
 
 

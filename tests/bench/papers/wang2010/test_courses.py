@@ -83,10 +83,23 @@ def test_what_becomes_of_the_hand_and_of_the_cup():
     assert (hand["tolerated_at_10_and_38"], hand["lost_at_58_and_100"]) == (1.0, 1.0)
     assert course(HAND, far(100, 38, 58))["tolerated_at_10_and_38"] == 0.0
     assert course(HAND, far(100, 38, 58))["lost_at_58_and_100"] == 0.0
+    assert hand["on_the_face_at_58"] == 0.0
     cup = course(CUP, far(80, 18, 36, 44, 51))
     assert (cup["tolerated_1_to_17"], cup["lost_at_36_and_44_and_51"]) == (1.0, 1.0)
     assert course(CUP, far(80, 17, 36, 51))["tolerated_1_to_17"] == 0.0
     assert course(CUP, far(80, 36, 51))["lost_at_36_and_44_and_51"] == 0.0
+
+
+@pytest.mark.parametrize(("off", "there"), [(6.0, 1.0), (6.1, 0.0)])
+def test_the_face_is_where_the_hand_was_centred_on_it(off, there):
+    boxes = np.tile([10.0, 20.0, SIDE, SIDE], (100, 1))
+    boxes[:, 0] += np.arange(100)
+    estimate = boxes.copy()
+    estimate[57] = boxes[48] + [off, 0, 0, 0]
+    truth = SimpleNamespace(boxes=boxes, visibility=np.ones(100))
+    found = course_of(SimpleNamespace(boxes=estimate, details={}), truth, HAND)
+    assert found["on_the_face_at_58"] == there
+    assert found["tolerated_at_58"] == 1.0 - there or off < 6.1
 
 
 @pytest.mark.parametrize(
