@@ -113,6 +113,7 @@ class Appearance:
 
     def __init__(self, noise: Noise, features: Array) -> None:
         self._noise = noise
+        self._components = tuple(range(features.shape[2]))
         self.take(features)
         zero = np.zeros((features.shape[2],) * 2)
         self.state, self.measurement, self._estimate = zero, zero, zero
@@ -176,6 +177,7 @@ class Appearance:
         )
         _filter_pixels(
             self.template,
+            self._components,
             seen.features,
             seen.outliers & noise.gate,
             self._outlying,
@@ -187,7 +189,13 @@ class Appearance:
         inverse = np.asarray(np.linalg.inv(covariance), np.float64)
         outliers = np.empty(features.shape[:2], np.bool_)
         products, inliers = _compare(
-            features, self.template, inverse, self._noise.limit, self._noise.gate, outliers
+            features,
+            self.template,
+            self._components,
+            inverse,
+            self._noise.limit,
+            self._noise.gate,
+            outliers,
         )
         share = float(np.count_nonzero(outliers) / outliers.size)
         mean = products / inliers * self._noise.factor if inliers else covariance
@@ -215,13 +223,18 @@ def _step(
 def _compare(
     features: Array,
     template: Array,
+    components: tuple[int, ...],
     inverse: Array,
     limit: float,
     gate: bool,
     outliers: NDArray[np.bool_],
 ) -> tuple[Array, int]:
-    """Fill `outliers`; sum of r r' over the others (over all without `gate`), and their number."""
-    height, width, d = template.shape
+    """Fill `outliers`; sum of r r' over the others (over all without `gate`), and their number.
+
+    `components` has as many items as a pixel has features: the compiler knows its length.
+    """
+    height, width, _ = template.shape
+    d = len(components)
     products = np.zeros((d, d))
     residual = np.empty(d)
     inliers = 0
@@ -246,6 +259,7 @@ def _compare(
 @njit(cache=True)
 def _filter_pixels(
     template: Array,
+    components: tuple[int, ...],
     features: Array,
     outliers: NDArray[np.bool_],
     outlying: NDArray[np.int64],
@@ -253,7 +267,8 @@ def _filter_pixels(
     patience: int,
 ) -> None:
     """Equation 11: g + K r for inliers, f for what has been an outlier for too long, else g."""
-    height, width, d = template.shape
+    height, width, _ = template.shape
+    d = len(components)
     residual = np.empty(d)
     for i in range(height):
         for j in range(width):

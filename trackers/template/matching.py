@@ -178,8 +178,8 @@ def _search(
     subpixel: bool,
     fine: tuple[Array, Array, Array, Array],
 ) -> tuple[Array, float]:
-    window = Window(_whitened(features, white), left, top, rows, columns)
-    sought = _whitened(template, white)
+    window = Window(_whitened(features, components, white), left, top, rows, columns)
+    sought = _whitened(template, components, white)
     n = 2 * search_range // 4 + 1
     coarse = np.ones((n * n, 3))
     for i in range(n * n):
@@ -196,9 +196,10 @@ def _search(
 
 
 @njit(cache=True)
-def _whitened(features: Array, white: Array) -> Array:
+def _whitened(features: Array, components: tuple[int, ...], white: Array) -> Array:
     """W f of every pixel; W is lower triangular."""
-    rows, columns, d = features.shape
+    rows, columns, _ = features.shape
+    d = len(components)
     found = np.empty_like(features)
     for row in range(rows):
         for column in range(columns):
@@ -215,7 +216,8 @@ def sampled(window: Window, pose: Pose, height: int, width: int, bilinear: bool)
 
     The nearest pixel's, or interpolated between four. Outside the image its rim continues.
     """
-    return _sampled(*window, *pose, height, width, bilinear)
+    components = tuple(range(window.features.shape[2]))
+    return _sampled(*window, components, *pose, height, width, bilinear)
 
 
 @njit(cache=True)
@@ -225,6 +227,7 @@ def _sampled(
     top: int,
     rows: int,
     columns: int,
+    components: tuple[int, ...],
     x: float,
     y: float,
     scale: float,
@@ -233,7 +236,7 @@ def _sampled(
     bilinear: bool,
 ) -> Array:
     window = Window(features, left, top, rows, columns)
-    d = features.shape[2]
+    d = len(components)
     found = np.empty((height, width, d))
     across, along = _positions(x, scale, width, columns), _positions(y, scale, height, rows)
     for i in range(height):
