@@ -1,0 +1,277 @@
+"""The paper's claims on scores whose outcome is known."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bench.claims.conclusion import conclude
+from bench.claims.evaluation import judge
+from bench.claims.kinds import SCORES, NoTest, PartsTest
+from bench.claims.ledger import read_claims
+from bench.claims.measuring import named_columns
+from bench.papers.nguyen2002.reporting import verdicts_table
+from bench.papers.nguyen2002.scores import COLOURED, LIGHTS
+from bench.papers.nguyen2002.sets import set_table
+
+CLAIMS = read_claims("nguyen2002")
+WRITTEN = "nguyen2002:preset=as-written"
+FIRST = [f"nguyen2002/clip-{number:02}" for number in range(1, 6)]
+ALL = range(1, 21)
+
+
+def concluded(name, frame, **tables):
+    tables |= {"sets": set_table(frame)}
+    return conclude(CLAIMS[name], judge(CLAIMS[name], frame, tables))
+
+
+def verdict(name, frame, **tables):
+    return concluded(name, frame, **tables).verdict
+
+
+def with_features(text, *features):
+    return any(f"features={one}" in text for one in features)
+
+
+def test_table_1_is_printed_and_not_judged(made_scores):
+    found = concluded("NG-T1", made_scores(lambda *_: {}, scenes=2))
+    assert found.verdict == "not-testable"
+    usual = {"trace": "revised", "preset": "as-written", "definition": "ratio", "variant": ""}
+    groups = {
+        (one.group, one.metric): one.verdict.statistic
+        for one in found.findings
+        if one.reading == usual
+    }
+    assert groups["invariants", "tracked"] == 20
+    assert groups["invariants", "detected"] == 21
+
+
+def test_the_recording_is_tracked_throughout_with_white_lamps_and_coloured_ones_stand_beside(
+    made_scores,
+):
+    def fares(text, sequence, scene, trace):
+        lost = sequence == COLOURED or trace == "online" or with_features(text, "arctan")
+        return {"first_loss": 60} if lost else {}
+
+    texts = [WRITTEN, f"{WRITTEN}:features=arctan", f"{WRITTEN}:features=rgb"]
+    frame = made_scores(fares, texts, scenes=20, sequences=(LIGHTS, COLOURED))
+    found = concluded("NG-1", frame)
+    assert found.verdict == "holds"
+    assert found.fragile
+    assert found.under({"trace": "online"})[0] == "does-not-hold"
+    assert found.under({"definition": "arctan"})[0] == "does-not-hold"
+    beside = [one for one in found.findings if one.group == "coloured lamps"]
+    assert {one.verdict.verdict for one in beside} == {"does-not-hold"}
+    lost = made_scores(lambda *_: {"first_loss": 60}, texts, scenes=20, sequences=(LIGHTS,))
+    assert verdict("NG-1", lost) == "does-not-hold"
+
+
+@pytest.mark.parametrize(("name", "features"), [("NG-2", "intensity"), ("NG-3", "rgb")])
+def test_losses_at_the_change_are_counted_by_features(made_scores, name, features):
+    def fares(by):
+        return lambda text, sequence, scene, trace: {
+            "lost_at_switch": float(with_features(text, features) == by and scene < 17)
+        }
+
+    for by, expected in ((True, "holds"), (False, "does-not-hold")):
+        frame = made_scores(fares(by), scenes=20, sequences=(LIGHTS,))
+        assert verdict(name, frame) == expected
+
+
+def test_occlusions_and_the_lamp_are_judged_by_occlusions_and_frames(made_scores):
+    for share, expected in ((1.0, "holds"), (0.5, "does-not-hold")):
+        frame = made_scores(lambda *_: {}, scenes=20, sequences=(LIGHTS,))
+        frame = frame.assign(detected_share=share, kept_after_off=share)
+        assert (verdict("NG-4", frame), verdict("NG-5", frame)) == (expected, expected)
+
+
+def clips_fail(features, number, trace=("revised", "online"), metric="success"):
+    """Scores in which these features fail in so many clips of each set, more or less one."""
+
+    def fares(text, sequence, scene, which):
+        failing = [f"nguyen2002/clip-{clip:02}" for clip in ALL][1 : 1 + number + scene % 2]
+        return {metric: 0.0} if (
+            with_features(text, *features) and which in trace and sequence in failing
+        ) else {}  # fmt: skip
+
+    return fares
+
+
+@pytest.mark.parametrize(
+    ("features", "comparable"),
+    [((), "holds"), (("rgb",), "does-not-hold"), (("intensity",), "does-not-hold")],
+)
+@pytest.mark.parametrize("metric", ["success", "detected"])
+def test_intensity_and_rgb_are_compared_by_clips_and_by_occlusions(
+    made_scores, features, comparable, metric
+):
+    frame = made_scores(clips_fail(features, 3, metric=metric))
+    assert verdict("NG-6", frame) == comparable
+    assert verdict("NG-6", made_scores(clips_fail(("rgb", "intensity"), 3))) == "holds"
+
+
+@pytest.mark.parametrize(("name", "metric"), [("NG-7", "success"), ("NG-8", "detected")])
+def test_the_invariants_are_inferior_only_to_both_and_by_the_trace_that_shows_it(
+    made_scores, name, metric
+):
+    invariants = ("invariants", "arctan")
+    for features, trace, expected in (
+        (invariants, ("revised", "online"), "holds"),
+        (("rgb",), ("revised", "online"), "does-not-hold"),
+        (("intensity", *invariants), ("revised", "online"), "does-not-hold"),
+        (invariants, ("online",), "does-not-hold"),
+    ):
+        found = concluded(name, made_scores(clips_fail(features, 3, trace, metric)))
+        assert found.verdict == expected, (features, trace)
+    assert found.under({"trace": "online"})[0] == "holds"
+    assert found.fragile
+    few = made_scores(clips_fail(invariants, 3, metric=metric), scenes=4)
+    assert verdict(name, few) == "undecided"
+
+
+def test_the_reason_needs_a_smaller_margin_and_failures_where_it_is_smaller(made_scores):
+    frame = made_scores(lambda *_: {}, scenes=1)
+    labels = [{"sequence": "nguyen2002/clips", "scene": scene} for scene in range(10)]
+    margins = pd.DataFrame(
+        one | {"features": features, "margin": margin + 0.01 * one["scene"]}
+        for one in labels
+        for features, margin in (("rgb", 1.0), ("invariants", 0.5))
+    )
+    failures = pd.DataFrame({"trace": ["revised", "online"], "correlation": [0.3, -0.3]})
+    found = concluded("NG-9", frame, **{"ng-9": margins, "ng-9-failures": failures})
+    assert found.verdict == "holds"
+    assert found.under({"trace": "online"})[0] == "does-not-hold"
+    turned = margins.assign(margin=-margins["margin"])
+    assert verdict("NG-9", frame, **{"ng-9": turned, "ng-9-failures": failures}) == "does-not-hold"
+    assert verdict("NG-9", frame, **{"ng-9": margins}) == "undecided"
+
+
+def test_the_ranking_turns_with_the_illumination(made_scores):
+    def fares(turns):
+        def known(text, sequence, scene, trace):
+            gains = (sequence == LIGHTS) == turns and with_features(text, "invariants", "arctan")
+            return {"on_target": 0.6 + 0.01 * (scene % 3) + 0.3 * gains}
+
+        return known
+
+    for turns, expected in ((True, "holds"), (False, "does-not-hold")):
+        assert verdict("NG-9a", made_scores(fares(turns), scenes=12)) == expected
+
+
+def test_full_covariances_are_compared_by_the_variant_of_both_features(made_scores):
+    texts = [f"{WRITTEN}:features={features}{more}" for features in ("rgb", "invariants")
+             for more in ("", ":covariance=diagonal")]  # fmt: skip
+
+    def fares(text, sequence, scene, trace):
+        worse = "diagonal" in text and sequence in FIRST[: 2 + scene % 2]
+        return {"success": 0.0, "detected": 0.0, "mean_overlap": 0.1} if worse else {}
+
+    found = concluded("NG-18", made_scores(fares, texts))
+    assert found.verdict == "holds"
+    assert {one.group for one in found.findings} == {"", "rgb", "invariants"}
+    assert verdict("NG-18", made_scores(lambda *_: {}, texts)) == "does-not-hold"
+    assert verdict("NG-18", made_scores(fares, texts[::2])) == "undecided"
+
+
+def test_smoothing_must_steady_and_cost_no_overlap(made_scores):
+    texts = [f"{WRITTEN}:features=rgb", f"{WRITTEN}:features=rgb:report=raw"]
+
+    def fares(shaken, cost):
+        return lambda text, sequence, scene, trace: {
+            "jitter": 0.5 + 0.01 * (scene % 3) + shaken * ("raw" in text),
+            "mean_overlap": 0.9 - cost * ("raw" in text),
+        }
+
+    for shaken, cost, expected in (
+        (0.3, 0.0, "holds"), (0.0, 0.0, "does-not-hold"), (0.3, 0.1, "does-not-hold"),
+    ):  # fmt: skip
+        assert verdict("NG-20", made_scores(fares(shaken, cost), texts)) == expected
+
+
+def measured(metric, of, values, features=("intensity", "rgb", "invariants"), **more):
+    """A table of ten sets, with a metric by the values of a column."""
+    return pd.DataFrame(
+        {"sequence": "nguyen2002/clips", "scene": scene, "features": one, of: value, **more}
+        | {metric: number + 0.001 * (scene % 3)}
+        for scene in range(10)
+        for one in features
+        for value, number in values.items()
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "metric", "of", "values"),
+    [
+        ("NG-12", "flagged", "part", {"corners": 0.9, "three times inside": 0.3}),
+        ("NG-13", "flagged", "rebootstrap", {"off": 0.9, "on": 0.1}),
+        ("NG-19", "centre_error", "norm", {"huber": 1.0, "quadratic": 3.0}),
+    ],
+)
+def test_what_was_measured_decides_by_the_side_that_should_be_greater(
+    made_scores, name, metric, of, values
+):
+    frame = made_scores(lambda *_: {}, scenes=1)
+    table = name.lower()
+    assert verdict(name, frame, **{table: measured(metric, of, values)}) == "holds"
+    turned = dict(zip(values, reversed(values.values()), strict=True))
+    assert verdict(name, frame, **{table: measured(metric, of, turned)}) == "does-not-hold"
+    assert verdict(name, frame) == "undecided"
+
+
+def test_the_gate_must_serve_the_template_and_the_overlap(made_scores):
+    frame = made_scores(lambda *_: {}, scenes=1)
+    for error, overlap, expected in (
+        (0.5, 0.1, "holds"), (0.0, 0.1, "does-not-hold"), (0.5, 0.0, "does-not-hold"),
+    ):  # fmt: skip
+        table = measured("template_error", "gate", {"on": 0.2, "off": 0.2 + error})
+        table["overlap"] = np.where(table["gate"] == "on", 0.8 + overlap, 0.8)
+        table["overlap"] += 0.001 * (table["scene"] % 3)
+        assert verdict("NG-11", frame, **{"ng-11": table}) == expected
+
+
+def test_the_time_is_that_of_the_compiled_tracker(made_scores):
+    frame = made_scores(lambda *_: {}, scenes=1)
+    times = pd.DataFrame(
+        {"implementation": ["plain", "compiled", "compiled"], "milliseconds": [90.0, 2.0, 39.0],
+         "preset": "as-written"}
+    )  # fmt: skip
+    assert verdict("NG-10", frame, **{"ng-10": times}) == "holds"
+    slow = times.assign(milliseconds=[90.0, 2.0, 41.0])
+    assert verdict("NG-10", frame, **{"ng-10": slow}) == "does-not-hold"
+
+
+def test_noise_may_change_neither_overlap_nor_false_occlusions_by_any_features(made_scores):
+    frame = made_scores(lambda *_: {}, scenes=1)
+    for changed, expected in (((), "holds"), (("invariants",), "does-not-hold")):
+        tables = [
+            measured(
+                "mean_overlap", "noise", {1.0: 0.9, 8.0: 0.5 if one in changed else 0.9}, [one]
+            )
+            for one in ("intensity", "rgb", "invariants")
+        ]
+        table = pd.concat(tables).assign(false_occlusions=0.1, trace="revised")
+        assert verdict("NG-22", frame, **{"ng-22": table}) == expected
+
+
+def test_verdicts_stand_by_trace_definition_and_preset(made_scores):
+    texts = [WRITTEN, "nguyen2002", f"{WRITTEN}:longest_occlusion=67"]
+
+    def fares(text, sequence, scene, trace):
+        return {"first_loss": 60} if trace == "online" and "67" in text else {}
+
+    frame = made_scores(fares, texts, scenes=20, sequences=(LIGHTS,))
+    (row,) = verdicts_table([concluded("NG-1", frame)]).data.to_dict("records")
+    assert row["as written, revised boxes"] == "holds"
+    assert row["recommended (post hoc), online"] == "holds"
+    assert (row["L = 67, revised"], row["L = 67, online"]) == ("holds", "does not hold")
+    assert row["arctan, revised"] == "—"
+
+
+def test_every_column_of_scores_and_sets_that_a_claim_names_is_there(made_scores):
+    frame = made_scores(lambda *_: {}, scenes=1)
+    known = {SCORES: set(frame), "sets": set(set_table(frame)) | {"repetition", "frames"}}
+    for claim in CLAIMS.values():
+        tests = claim.test.parts.values() if isinstance(claim.test, PartsTest) else [claim.test]
+        for test in tests:
+            assert not isinstance(test, NoTest)
+            if test.table in known:
+                assert set(named_columns(test)) <= known[test.table], claim.id
