@@ -78,7 +78,7 @@ def as_revised(runs: "pd.DataFrame") -> "pd.DataFrame | None":
     beside = [name for name in runs if str(name).startswith(REVISED)]
     if not runs[beside].notna().any(axis=None):
         return None
-    names = [name.removeprefix(REVISED) for name in beside]
+    names = [str(name).removeprefix(REVISED) for name in beside]
     revised = runs[beside].set_axis(names, axis=1)
     return runs.assign(**revised.where(revised.notna(), runs[names]))
 
