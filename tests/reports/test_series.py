@@ -81,6 +81,19 @@ def test_small_multiples_have_a_row_a_reading_and_a_column_a_scene():
         assert not figure.legends[0].get_window_extent().overlaps(axes.get_tightbbox())
 
 
+def test_small_multiples_have_their_level_and_the_shades_of_their_scene():
+    tables = [five(reading="z", scene=scene) for scene in ("s", "t")]
+    shades = {"s": {"dark": np.isin(np.arange(9), [2, 3, 7])}}
+    figure = series_grid(pd.concat(tables), "T", "u", ["a"], {}, shades=shades, level=("γ", 3.5))
+    left, right = figure.axes
+    spans = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in left.patches]
+    assert spans == [(1.5, 3.5), (6.5, 7.5)]
+    assert not right.patches
+    assert set(right.lines[-1].get_ydata()) == {3.5}
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert words == ["a", "γ", "dark"]
+
+
 def test_appearances_have_their_threshold_their_mode_and_shaded_occlusions():
     runs = [
         pd.DataFrame(

@@ -1,7 +1,6 @@
 """Numbers over frames of the recording, and outliers as a sign of an occlusion in the clips."""
 
 from collections.abc import Callable, Mapping
-from typing import get_args
 
 import numpy as np
 import pandas as pd
@@ -24,6 +23,7 @@ from reports.series import series_grid
 
 __all__ = ["loss_plot", "outlier_plot", "overlap_plot", "roc_points", "sign_plot"]
 
+TRACES: tuple[Trace, ...] = ("revised", "online")
 GAMMA = 0.25
 HIDDEN = 0.5  # visible share of the target below which a frame is shaded
 
@@ -33,7 +33,7 @@ OverFrames = Callable[[Run, StoredTruth, Trace], Values]
 
 def overlap_plot(stored: StoredRuns) -> Figure | None:
     """Overlap over frames, in the end and at once; None without runs."""
-    series = _series(stored, _overlap, get_args(Trace))
+    series = _series(stored, _overlap, TRACES)
     if series.empty:
         return None
     return series_grid(
@@ -76,7 +76,7 @@ def loss_plot(scores: pd.DataFrame) -> Figure | None:
     chosen = scores[(scores["sequence"] == RECORDING) & (scores["variant"] == "")]
     pieces = []
     for words, preset in PRESETS.items():
-        for trace in get_args(Trace):
+        for trace in TRACES:
             for label, features in FEATURES.items():
                 runs = chosen[(chosen["preset"] == preset) & (chosen["trace"] == trace)]
                 runs = runs[_has_features(runs, features)].dropna(subset=["first_loss"])

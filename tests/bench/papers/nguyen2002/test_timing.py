@@ -1,0 +1,115 @@
+"""What is timed, and how times stand beside the paper's."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import bench
+import datasets
+from bench.experiment import Experiment, SequenceSource
+from bench.papers.nguyen2002 import timing
+from bench.papers.nguyen2002.timing import (
+    FEATURES,
+    Followed,
+    course_times,
+    frame_times,
+    measured_times,
+    time_tables,
+)
+from bench.store.loading import load_results
+from reports.tables import MISSING
+
+# The target is hidden about frame 20 for some frames.
+NAME = "plain/target:length=60:occlusion=1"
+
+
+@pytest.fixture(scope="module")
+def courses():
+    return course_times(NAME, 3, 40, 2)
+
+
+def test_every_way_of_tracking_is_timed_on_the_same_frames(courses):
+    ways = courses.groupby(["implementation", "preset", "features"]).size()
+    assert len(ways) == 3 * len(FEATURES)
+    assert (ways["compiled"] == 2 * ways["plain"].iloc[0]).all()
+    assert (courses["seconds"] > 0).all()
+
+
+def test_what_is_compiled_is_faster_and_an_occlusions_end_takes_longest(courses):
+    written = courses[courses["preset"] == "as-written"]
+    medians = written.groupby(["implementation", "kind"])["seconds"].median()
+    assert medians["compiled", "usual"] < medians["plain", "usual"] / 3
+    for implementation in ("compiled", "plain"):
+        assert medians[implementation, "burst"] > medians[implementation, "usual"]
+
+
+def test_both_implementations_have_the_same_to_do(courses):
+    by_frame = {
+        name: rows.groupby("features")["kind"].apply(list)
+        for name, rows in courses[courses["preset"] == "as-written"].groupby("implementation")
+    }
+    for features in FEATURES:
+        once, twice = by_frame["plain"][features], by_frame["compiled"][features]
+        assert twice == once + once
+
+
+def test_a_frame_is_usual_hidden_or_one_in_which_an_occlusion_ends():
+    sequence = datasets.load(NAME)
+    followed = Followed("compiled", "rgb", "as-written", sequence[0], sequence.boxes[0])
+    for frame in range(1, 60):
+        followed(sequence[frame])
+    kinds = "".join(kind[0] for kind in followed.kinds)
+    assert kinds.startswith("uuu")
+    assert "h" * 10 in kinds
+    assert "b" in kinds
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    names = ("nguyen2002:features=rgb", "nguyen2002:features=rgb:gamma=0.4", "static")
+    sources = (SequenceSource("plain/target:length=20"),)
+    experiment = Experiment("t", names, sources, repetitions=2, timing=True)
+    return bench.run(experiment, tmp_path_factory.mktemp("results"), jobs=1)
+
+
+def test_timing_runs_are_those_of_the_presets(folder):
+    frames = frame_times(folder)
+    clean = load_results(folder).query("disturbed == 0")
+    if (clean["tracker"] == "nguyen2002:features=rgb").any():
+        assert set(zip(frames["features"], frames["preset"], strict=True)) == {
+            ("rgb", "recommended")
+        }
+        assert frames["frame"].tolist() == list(range(1, 20))
+    else:
+        assert frames.empty
+
+
+def test_all_that_the_ledger_asks_for_is_measured(folder, monkeypatch):
+    monkeypatch.setattr(timing, "CLIP", "plain/target:length=12")
+    tables = measured_times(folder, quick=True)
+    assert list(tables) == ["frame_times", "course_times", "ng-10"]
+    rows = tables["ng-10"]
+    assert len(rows) == 3 * len(FEATURES)
+    assert (rows["milliseconds"] > 0).all()
+    assert rows["burst"].isna().all()
+
+
+def test_times_stand_beside_the_papers_and_those_of_timing_runs():
+    row = {"implementation": "compiled", "preset": "as-written", "features": "rgb"}
+    tables = {
+        "ng-10": pd.DataFrame([
+            row | {"milliseconds": 1.5, "usual": 0.75, "burst": np.nan},
+            row | {"implementation": "plain", "milliseconds": 30.0, "usual": 25.0, "burst": 100.0},
+        ]),
+        "frame_times": pd.DataFrame(
+            {"features": "rgb", "preset": ["as-written"] * 2 + ["recommended"], "sequence": NAME,
+             "frame": [1, 2, 1], "seconds": [1e-3, 3e-3, 9.0]}
+        ),
+    }  # fmt: skip
+    (table,) = time_tables(tables, ["failed: why"])
+    assert [[cell.text for cell in row][3:] for row in table.rows] == [
+        ["1.5", "0.75", MISSING, "2"],
+        ["30", "25", "100", MISSING],
+    ]
+    assert "0.005 s" in table.caption
+    assert table.notes[-1] == "failed: why"
