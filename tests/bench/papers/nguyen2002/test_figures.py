@@ -157,8 +157,8 @@ def test_strips_have_a_row_for_each_kind_of_features_with_what_is_said_at_once_a
     assert numbers == list(words)
     assert list(boxes) == [TRUTH, "said at once (online)", "in the end (revised)"]
     run = runs_by_features(stored, "as written")["c1c2c3"]
-    assert boxes["said at once (online)"] is run.boxes
-    assert boxes["in the end (revised)"] is run.revised
+    np.testing.assert_array_equal(boxes["said at once (online)"], run.boxes)
+    np.testing.assert_array_equal(boxes["in the end (revised)"], run.revised)
     assert (run.boxes != run.revised).any()
 
 
