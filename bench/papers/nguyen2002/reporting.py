@@ -13,6 +13,7 @@ from bench.papers.nguyen2002 import RECORDED, TIMED, TITLE, examined_tables
 from bench.papers.nguyen2002.agreement import differences, outlasted
 from bench.papers.nguyen2002.criteria import criteria_table
 from bench.papers.nguyen2002.figures import NUMBERS, draw
+from bench.papers.nguyen2002.measured import measured_table
 from bench.papers.nguyen2002.mediation import failures_by_margin
 from bench.papers.nguyen2002.published import table_rows, time_rows
 from bench.papers.nguyen2002.scores import CELL, tidy_scores
@@ -69,6 +70,7 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
         verdicts_table(claims),
         clips_table(sets),
         lights_table(scores),
+        measured_table(examined),
         *time_tables(measured, failed_passes(results / TIMED, asked[TIMED])),
     ]
     if effort.everything:

@@ -141,6 +141,21 @@ def test_the_camshift_inside_a_particle_filter_has_all_its_claims():
             assert claim.test.check in CHECKS
 
 
+def test_the_template_of_kalman_filters_has_all_its_claims():
+    claims = read_claims("nguyen2002")
+    assert list(claims) == [f"NG-{name}" for name in ["T1", *range(1, 10), "9a", *range(10, 23)]]
+    headline = {"trace": "revised", "preset": "as-written", "definition": "ratio", "variant": ""}
+    for claim in claims.values():
+        assert claim.readings.is_headline(headline)
+        assert not claim.readings.is_headline(headline | {"trace": "online"})
+        assert not claim.readings.is_post_hoc(headline | {"variant": "longest_occlusion=67"})
+        for preset in ("recommended", "robust"):
+            assert claim.readings.is_post_hoc(headline | {"preset": preset})
+        assert claim.says.endswith(".")
+        if isinstance(claim.test, CheckTest):
+            assert claim.test.check in CHECKS
+
+
 def test_rivals_are_columns_of_readings_and_have_no_headline(tmp_path):
     rivals = GOOD.replace("post_hoc", 'rivals = ["initial"]\npost_hoc')
     claim = read_claims(written(tmp_path, rivals))["X-1"]
@@ -149,7 +164,7 @@ def test_rivals_are_columns_of_readings_and_have_no_headline(tmp_path):
         read_claims(written(tmp_path, rivals.replace('["initial"]', '["light"]')))
 
 
-@pytest.mark.parametrize("paper", ["multipart", "nummiaro2003", "wang2010"])
+@pytest.mark.parametrize("paper", ["multipart", "nguyen2002", "nummiaro2003", "wang2010"])
 def test_the_experiments_of_a_claim_are_there_and_by_default_unless_it_says_so(paper):
     from bench.papers import Effort, load_paper
 

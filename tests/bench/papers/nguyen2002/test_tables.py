@@ -4,6 +4,7 @@ import pandas as pd
 import pytest
 
 from bench.papers.nguyen2002.criteria import criteria_table
+from bench.papers.nguyen2002.measured import measured_table
 from bench.papers.nguyen2002.published import table_rows, time_rows
 from bench.papers.nguyen2002.scores import COLOURED, LIGHTS
 from bench.papers.nguyen2002.sets import set_table
@@ -229,3 +230,27 @@ def test_sets_are_compared_and_not_their_clips(made_scores):
 
     found = criteria(made_scores(fares, settings=SETTINGS), tables())
     assert ("D3", "10 of 10", "yes") in found
+
+
+def test_what_was_measured_stands_by_features_where_it_was():
+    gate = pd.DataFrame(
+        {
+            "features": ["rgb", "rgb", "invariants", "rgb"], "gate": ["on", "off", "on", "on"],
+            "template_error": [0.25, 1.0, 0.5, 0.75], "overlap": 0.875,
+        }
+    )  # fmt: skip
+    noise = pd.DataFrame(
+        {"features": "arctan", "noise": [1.0, 1.0, 8.0], "trace": ["revised", "online", "revised"],
+         "mean_overlap": [0.75, 0.25, 0.5], "false_occlusions": 0.0}
+    )  # fmt: skip
+    table = measured_table({"ng-11": gate, "ng-22": noise, "unknown": noise})
+    rows = [[cell.text for cell in row] for row in table.rows]
+    assert rows[:2] == [
+        ["NG-11", "template's error by partial occlusion, gate on", "—", "0.50", "0.50", "—"],
+        ["NG-11", "template's error by partial occlusion, gate off", "—", "1.00", "—", "—"],
+    ]
+    assert [row[1:] for row in rows[4:6]] == [
+        ["overlap in the end, noise 1", "—", "—", "—", "0.750"],
+        ["overlap in the end, noise 8", "—", "—", "—", "0.500"],
+    ]
+    assert measured_table({}).rows == []
