@@ -64,7 +64,7 @@ class Follower:
     ) -> None:
         chosen = {**Nguyen2002.presets["as-written"], "features": features, **parameters}
         self.settings = Settings(**chosen)
-        self._features = features
+        self._features, self._cutoff = features, self.settings.cutoff
         self._box = box
         self.shape = floor(box[3] + 0.5), floor(box[2] + 0.5)
         self.pose: Pose
@@ -111,7 +111,7 @@ class Follower:
             self.appearance.residual,
             around,
             search_range,
-            self.settings.cutoff,
+            self._cutoff,
             self.settings.subpixel,
             cast(Ties, self.settings.ties),
         )
