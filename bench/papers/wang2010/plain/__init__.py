@@ -1,7 +1,9 @@
 """The paper's methods in plain NumPy, equation by equation, without any special optimisation.
 
-They are written down from the text and not from the trackers' code, with which they share
-nothing but the order of the random numbers: boxes must be the same.
+They are written down from the text and not from the trackers' code: boxes must be the same. Two
+things, on which the text is silent, are the same by agreement: the order of the random numbers, and
+that a window's edge which is on the border of two pixels but for the rounding of floats is on it
+(`windows.ROUNDING`).
 """
 
 from bench.papers.wang2010.plain.camshift import PlainCamShift, PlainImprovedCamShift

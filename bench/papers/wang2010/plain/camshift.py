@@ -69,9 +69,10 @@ class PlainCamShift(_CamShift):
         max_iterations: int = 10,
         minimum_saturation: float = 0.0,
         minimum_value: float = 0.0,
+        maximum_value: float = 1.0,
     ) -> None:
         super().__init__(window, stop_distance, max_iterations)
-        self._histograms = hue_bins, 1, minimum_saturation, minimum_value
+        self._histograms = hue_bins, 1, minimum_saturation, minimum_value, maximum_value
 
     def init(self, image: NDArray[np.uint8], box: NDArray[np.float64]) -> None:
         """Take the template from a box of the first frame."""

@@ -20,14 +20,16 @@ class Template(NamedTuple):
     ----------
     hue, saturation : ndarray of float64, shape (bins,)
         Histograms, over their largest bin.
-    minimum_saturation, minimum_value : float
-        Pixels below either count for nothing, here and in maps [fractions].
+    minimum_saturation, minimum_value, maximum_value : float
+        Pixels below either of the first or above the last count for nothing, here and in maps
+        [fractions].
     """
 
     hue: Map
     saturation: Map
     minimum_saturation: float = 0.0
     minimum_value: float = 0.0
+    maximum_value: float = 1.0
 
 
 def colour_bins(
@@ -56,6 +58,7 @@ def make_template(
     saturation_bins: int = 32,
     minimum_saturation: float = 0.0,
     minimum_value: float = 0.0,
+    maximum_value: float = 1.0,
 ) -> Template:
     """Histograms of all pixels of a rectangle.
 
@@ -67,15 +70,14 @@ def make_template(
     x, y, width, height = box.tolist()
     size = whole_size(width), whole_size(height)
     patch = image[window_slices(image.shape, x + width / 2, y + height / 2, *size)]
-    counted = _counted(patch, minimum_saturation, minimum_value)
+    limits = minimum_saturation, minimum_value, maximum_value
+    counted = _counted(patch, *limits)
     if not counted.any():
         raise ValueError(f"no pixel of the box {box.tolist()} counts; give another box.")
     hue, saturation = colour_bins(patch, hue_bins, saturation_bins)
     hues = np.bincount(hue[counted], minlength=hue_bins)
     saturations = np.bincount(saturation[counted], minlength=saturation_bins)
-    return Template(
-        hues / hues.max(), saturations / saturations.max(), minimum_saturation, minimum_value
-    )
+    return Template(hues / hues.max(), saturations / saturations.max(), *limits)
 
 
 def hue_map(image: NDArray[np.uint8], template: Template) -> Map:
@@ -92,16 +94,18 @@ def colour_map(image: NDArray[np.uint8], template: Template, alpha: float = 0.7)
 
 
 def _without_uncounted(found: Map, image: NDArray[np.uint8], template: Template) -> Map:
-    if template.minimum_saturation > 0 or template.minimum_value > 0:
-        found[~_counted(image, template.minimum_saturation, template.minimum_value)] = 0.0
+    limits = template[2:]
+    if limits != (0.0, 0.0, 1.0):
+        found[~_counted(image, *limits)] = 0.0
     return found
 
 
 def _counted(
-    image: NDArray[np.uint8], minimum_saturation: float, minimum_value: float
+    image: NDArray[np.uint8], minimum_saturation: float, minimum_value: float, maximum_value: float
 ) -> NDArray[np.bool_]:
     *_, largest, spread = _channels(image)
-    return (spread >= minimum_saturation * largest) & (largest >= minimum_value * 255.0)
+    saturated = spread >= minimum_saturation * largest
+    return saturated & (largest >= minimum_value * 255.0) & (largest <= maximum_value * 255.0)
 
 
 def _hue_bins(channels: tuple[Bins, ...], bins: int) -> Bins:

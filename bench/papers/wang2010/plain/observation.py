@@ -28,8 +28,8 @@ class JointMaps:
         λ of the adaptive threshold.
     motion_threshold : "adaptive" or float
         A fixed threshold instead: mean absolute difference in the window [grey levels].
-    minimum_saturation, minimum_value : float
-        Pixels below either count for nothing [fractions].
+    minimum_saturation, minimum_value, maximum_value : float
+        Pixels below either of the first or above the last count for nothing [fractions].
 
     Attributes
     ----------
@@ -55,9 +55,11 @@ class JointMaps:
         motion_threshold: str | float = "adaptive",
         minimum_saturation: float = 0.0,
         minimum_value: float = 0.0,
+        maximum_value: float = 1.0,
     ) -> None:
         self._alpha, self._beta = alpha, beta
-        self._histograms = hue_bins, saturation_bins, minimum_saturation, minimum_value
+        limits = minimum_saturation, minimum_value, maximum_value
+        self._histograms = hue_bins, saturation_bins, *limits
         self._window, self._averaged = difference_window, differences == "two"
         self._factor, self._fixed = threshold_factor, motion_threshold
         self._before: NDArray[np.int64] | None = None

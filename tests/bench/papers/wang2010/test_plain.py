@@ -102,8 +102,16 @@ def test_masked_pixels_count_neither_in_the_template_nor_in_the_map():
     assert np.array_equal(colour_map(image, dark) > 0, red)
     brightest = make_template(image, box, minimum_value=250 / 255)
     assert np.array_equal(colour_map(image, brightest) > 0, red)
+    duller = make_template(image, box, maximum_value=200 / 255)
+    assert np.array_equal(colour_map(image, duller) > 0, ~red)
+    everything = make_template(image, box, maximum_value=250 / 255)
+    assert np.array_equal(
+        colour_map(image, everything), colour_map(image, make_template(image, box))
+    )
     with pytest.raises(ValueError, match="no pixel of the box"):
         make_template(image, box, minimum_value=251 / 255)
+    with pytest.raises(ValueError, match="no pixel of the box"):
+        make_template(image, box, maximum_value=99 / 255)
     with pytest.raises(ValueError, match="no pixel of the box"):
         make_template(image, np.array([0.0, 0, 5, 5]), minimum_saturation=0.5)
     with pytest.raises(ValueError, match="no pixel of the box"):
