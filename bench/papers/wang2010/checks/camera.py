@@ -1,4 +1,8 @@
-"""What the motion map says where the camera moves: nothing, as everything changes."""
+"""What the motion map says where the camera moves: no more of the target than of all else.
+
+Edges change all over the image, some tenths of the pixels, and with them the adaptive threshold
+rises.
+"""
 
 import pandas as pd
 
