@@ -1,16 +1,20 @@
 """What an update costs: by method, by the number of particles, and for the motion map alone.
 
 All are CPU times, measured in one process, in turns on the same images, for the plain methods and
-for the compiled trackers.
+for the compiled trackers. A pass through the images gives one time of each; it is disturbed where
+it took noticeably more wall time than CPU time, as a timing run is.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from time import perf_counter, thread_time
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 import trackers
+from bench.metrics.times import DISTURBED_RATIO
 from bench.papers.in_turns import Update, beginning, in_turns, slope
 from bench.papers.wang2010.plain import (
     PlainCamShift,
@@ -73,39 +77,58 @@ def method_times(names: Sequence[str], passes: int, frames: int) -> pd.DataFrame
     names : sequence of str
         Sequences.
     passes : int
-        How often each is tracked through.
+        How often each is tracked through undisturbed; twice as often at most, disturbed or not.
     frames : int
         How many of its frames, from the first.
 
     Returns
     -------
     DataFrame
-        A row a pass, frame and window of both CamShifts: `sequence`, `implementation`, `window`,
-        and CPU seconds of every method of `METHODS`, and of `motion`. The filters' are the same
-        beside both windows.
+        A row a pass and window of both CamShifts: `sequence`, `implementation`, `window`,
+        `disturbed` (0 or 1), and CPU seconds a frame, medians over the pass, of every method of
+        `METHODS`, and of `motion`. The filters' are the same beside both windows.
     """
-    pieces = []
+    rows = []
     for name in names:
         images, box = beginning(name, frames)
         for implementation in IMPLEMENTATIONS:
-            for _ in range(passes):
-                found = _pass(images, box, implementation)
+            updates = partial(_updates, images[0], box, implementation)
+            for seconds, disturbed in _passes(updates, images[1:], passes):
+                where = {"sequence": name, "implementation": implementation}
                 for window in WINDOWS:
-                    columns = {f"{method} {window}": method for method in WINDOWED}
-                    of_window = found.rename(columns=columns)[[*METHODS, "motion"]]
-                    where = {"sequence": name, "implementation": implementation, "window": window}
-                    pieces.append(of_window.assign(**where))
-    return pd.concat(pieces, ignore_index=True)
+                    times = {
+                        method: seconds[f"{method} {window}" if method in WINDOWED else method]
+                        for method in (*METHODS, "motion")
+                    }
+                    rows.append({**where, "window": window, "disturbed": disturbed, **times})
+    return pd.DataFrame(rows)
 
 
-def _pass(images: Sequence[Image], box: Box, implementation: str) -> pd.DataFrame:
-    updates = {"motion": _motion(images[0], implementation)}
+def _passes(
+    updates: Callable[[], Mapping[str, Update]], images: Sequence[Image], wanted: int
+) -> Iterator[tuple["pd.Series[float]", float]]:
+    """Median times of a pass, and 1 for a disturbed one, until there are enough that are not."""
+    undisturbed = 0
+    for _ in range(2 * wanted):
+        chosen = updates()
+        cpu, wall = thread_time(), perf_counter()
+        times = in_turns(chosen, images)
+        wall, cpu = perf_counter() - wall, thread_time() - cpu
+        disturbed = wall > DISTURBED_RATIO * cpu
+        yield times.median(), float(disturbed)
+        undisturbed += not disturbed
+        if undisturbed == wanted:
+            return
+
+
+def _updates(first: Image, box: Box, implementation: str) -> dict[str, Update]:
+    updates = {"motion": _motion(first, implementation)}
     for method in METHODS:
         for window in WINDOWS if method in WINDOWED else ("",):
             one = make(method, implementation, **({"window": window} if window else {}))
-            one.init(images[0], box)
+            one.init(first, box)
             updates[f"{method} {window}".rstrip()] = one.update
-    return in_turns(updates, images[1:])
+    return updates
 
 
 def _motion(first: Image, implementation: str) -> Update:
@@ -142,29 +165,32 @@ def particle_times(name: str, passes: int, frames: int) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        A row a pass: `method`, `implementation`, `particles`, `seconds` (median over frames).
+        A row a pass and number: `method`, `implementation`, `particles`, `disturbed` (0 or 1),
+        `seconds` (median over frames).
     """
     images, box = beginning(name, frames)
     settings = {f"{method} {number}": (method, number) for method in RADII for number in NUMBERS}
-    rows = []
-    for implementation in IMPLEMENTATIONS:
-        for _ in range(passes):
-            updates: dict[str, Update] = {}
-            for label, (method, number) in settings.items():
-                one = make(method, implementation, particles=number, radius=RADII[method])
-                one.init(images[0], box)
-                updates[label] = one.update
-            medians = in_turns(updates, images[1:]).median()
-            rows += [
-                {
-                    "method": method,
-                    "implementation": implementation,
-                    "particles": number,
-                    "seconds": medians[label],
-                }
-                for label, (method, number) in settings.items()
-            ]
-    return pd.DataFrame(rows)
+
+    def updates(implementation: str) -> dict[str, Update]:
+        found = {}
+        for label, (method, number) in settings.items():
+            one = make(method, implementation, particles=number, radius=RADII[method])
+            one.init(images[0], box)
+            found[label] = one.update
+        return found
+
+    return pd.DataFrame(
+        {
+            "method": method,
+            "implementation": implementation,
+            "particles": number,
+            "disturbed": disturbed,
+            "seconds": medians[label],
+        }
+        for implementation in IMPLEMENTATIONS
+        for medians, disturbed in _passes(partial(updates, implementation), images[1:], passes)
+        for label, (method, number) in settings.items()
+    )
 
 
 def particle_slopes(times: pd.DataFrame) -> pd.DataFrame:
@@ -182,8 +208,10 @@ def particle_slopes(times: pd.DataFrame) -> pd.DataFrame:
         `bench.papers.in_turns.slope` `slope`, `lower_limit`, `upper_limit`, `r_squared`.
     """
     groups = times.groupby(["method", "implementation"], sort=False)
-    return pd.DataFrame(
+    lines = [
         {"method": method, "implementation": implementation}
         | slope(rows["particles"], rows["seconds"])
         for (method, implementation), rows in groups
-    )
+    ]
+    columns = ["method", "implementation", "slope", "lower_limit", "upper_limit", "r_squared"]
+    return pd.DataFrame(lines, columns=columns)

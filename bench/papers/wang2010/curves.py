@@ -185,14 +185,16 @@ def _share(runs: pd.DataFrame) -> dict[str, float]:
     return {"value": value, "low": interval.low, "high": interval.high}
 
 
-def time_plot(times: pd.DataFrame) -> Figure:
-    """Time a frame against the number of particles.
+def time_plot(times: pd.DataFrame) -> Figure | None:
+    """Time a frame against the number of particles; None without times.
 
     Parameters
     ----------
     times : DataFrame
         `particle_times` of `timing.measured_times`.
     """
+    if times.empty:
+        return None
     milliseconds = times.assign(value=1e3 * times["seconds"])
     found = milliseconds.groupby(["implementation", "method", "particles"], sort=False)["value"]
     points = found.agg(value="median", low="min", high="max").reset_index()

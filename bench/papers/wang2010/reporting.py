@@ -38,7 +38,7 @@ from reports.tables import MISSING, Table
 __all__ = ["make_report", "verdicts_table"]
 
 COMPANIONS = "the other repetitions"
-QUICK_FRAMES = 20
+QUICK_FRAMES = 8
 
 READINGS: Mapping[str, Mapping[str, str]] = {
     "as written": {},
@@ -63,7 +63,7 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
     measured = {
         "wa-26": crossed(judged),
         **examined_tables(folder, effort),
-        **measured_times(results / TIMED, asked[TIMED], quick=effort.quick),
+        **measured_times(results / TIMED, folder, asked[TIMED], quick=effort.quick),
         "agreement": greatest_differences(
             list(EXPERIMENTS), QUICK_FRAMES if effort.quick else None
         ),

@@ -8,16 +8,16 @@ import numpy as np
 import pandas as pd
 
 from bench.contestant import contestant
+from bench.papers.tables import number_words
 from bench.papers.timed import timed_runs
 from bench.papers.wang2010.costs import (
     IMPLEMENTATIONS,
     METHODS,
     WINDOWED,
     WINDOWS,
-    method_times,
     particle_slopes,
-    particle_times,
 )
+from bench.papers.wang2010.kept_times import kept_times
 from bench.store.layout import Cell as StoredCell
 from reports.tables import MISSING, Cell, Table
 
@@ -36,9 +36,6 @@ WORDS = {
     "proposed": "proposed, N = 60",
     "particle_filter": "particle filter, N = 400",
 }
-
-_PASSES, _FRAMES = 8, 60
-_QUICK_PASSES, _QUICK_FRAMES = 2, 10
 
 
 def frame_times(folder: Path, cells: Collection[StoredCell] | None = None) -> pd.DataFrame:
@@ -76,7 +73,11 @@ def frame_times(folder: Path, cells: Collection[StoredCell] | None = None) -> pd
 
 
 def measured_times(
-    folder: Path, cells: Collection[StoredCell] | None = None, *, quick: bool = False
+    folder: Path,
+    kept: Path,
+    cells: Collection[StoredCell] | None = None,
+    *,
+    quick: bool = False,
 ) -> dict[str, pd.DataFrame]:
     """What the claims on time rest on, by the names that the ledger gives.
 
@@ -84,6 +85,8 @@ def measured_times(
     ----------
     folder : Path
         Results of the timing experiment.
+    kept : Path
+        Folder of the report; keeps what is measured here.
     cells : collection of Cell, optional
         The runs that are meant; all by default.
     quick : bool
@@ -96,20 +99,24 @@ def measured_times(
         (N = 60), `particle_filter` (N = 400). `implementation` is `plain` or `compiled`, `window`
         that of both CamShifts.
 
-        `frame_times`: see there. `method_times` (WA-18 to WA-20, WA-23, C9), a pass, frame and
-        window a row: `sequence` (`table-tennis`, `hand`), `implementation`, `window`, a column for
-        each method and `motion` (the motion map alone), all measured side by side; the filters'
-        are the same beside both windows. `motion_share` (WA-23): `implementation`, `window`,
+        `frame_times`: see there. `method_times` (WA-18 to WA-20, WA-23, C9), a pass and window a
+        row: `sequence` (`table-tennis`, `hand`), `implementation`, `window`, a column for each
+        method and `motion` (the motion map alone), all measured side by side; the filters' are the
+        same beside both windows. `motion_share` (WA-23): `implementation`, `window`,
         `share` of the motion map in what improved CamShift takes longer on `hand`.
         `particle_times` (WA-19), a pass a row: `method` (`proposed`, `particle_filter`),
         `implementation`, `particles`, `seconds`. `time_slopes` (WA-19), a line through these a
         row: `method`, `implementation`, `slope`, `lower_limit`, `upper_limit` [seconds a
-        particle], `r_squared`.
+        particle], `r_squared`. `disturbed_passes`, a row each of `method_times` that other load
+        disturbed: they are left out of all the others.
     """
-    passes, frames = (_QUICK_PASSES, _QUICK_FRAMES) if quick else (_PASSES, _FRAMES)
-    by_method = method_times(list(PUBLISHED), passes, frames)
-    by_number = particle_times(TABLE_1, passes // 2, frames)
+    known = kept_times(tuple(PUBLISHED), TABLE_1, kept / "times", quick=quick)
+    by_method, by_number = (
+        known[name][known[name]["disturbed"] == 0] for name in ("method_times", "particle_times")
+    )
+    every = known["method_times"]
     return {
+        "disturbed_passes": every[(every["disturbed"] == 1) & (every["window"] == WINDOWS[0])],
         "frame_times": frame_times(folder, cells),
         "method_times": by_method,
         "motion_share": _motion_share(by_method),
@@ -147,10 +154,11 @@ def _method_table(tables: Mapping[str, pd.DataFrame], failed: Sequence[str]) -> 
     ]
     published = PUBLISHED[TABLE_1]
     over_proposed = [
-        f"{name} {_ratio(_timed(tables, TABLE_1, name), 'particle_filter', 'proposed'):.2f}"
+        f"{name} {_ratio_words(_timed(tables, TABLE_1, name), 'particle_filter', 'proposed')}"
         for name in IMPLEMENTATIONS
     ]
-    shares = tables["motion_share"].set_index(["implementation", "window"])["share"]
+    shares = tables["motion_share"].query("window == 'fixed'").set_index("implementation")["share"]
+    told = {name: number_words(100 * shares.get(name, np.nan), 0) for name in IMPLEMENTATIONS}
     return Table(
         name="table-1",
         caption=(
@@ -166,11 +174,13 @@ def _method_table(tables: Mapping[str, pd.DataFrame], failed: Sequence[str]) -> 
             "particle filter over proposed: paper "
             f"{published['particle_filter'] / published['proposed']:.2f}, "
             + ", ".join(over_proposed),
-            "ratios: geometric means over frames that all methods were shown in turns",
+            "ratios: geometric means over passes through frames that all methods were shown in "
+            f"turns; {len(tables['disturbed_passes'])} passes that other load disturbed are left "
+            "out",
             "of what improved CamShift takes longer the motion map takes "
-            f"{100 * shares['plain', 'fixed']:.0f} % in plain NumPy, "
-            f"{100 * shares['compiled', 'fixed']:.0f} % compiled, with a fixed window (the paper: "
-            "the difference is due to it); the rest is saturation, and steps on another map",
+            f"{told['plain']} % in plain NumPy, {told['compiled']} % compiled, with a fixed window "
+            "(the paper: the difference is due to it); the rest is saturation, and steps on another "
+            "map",
             "timing runs: compiled, each by itself; those that other load disturbed are left out, "
             "and where none is left there is a dash",
             *failed,
@@ -194,8 +204,9 @@ def _row(
         fixed = times[times["window"] == "fixed"]
         own = times[times["window"] == window] if window else fixed
         pairs = {"own": own[method].to_numpy(), "camshift": fixed["camshift"].to_numpy()}
-        row[f"{implementation} [ms]"] = f"{1e3 * np.median(pairs['own']):.3g}"
-        row[f"{implementation}, ratio"] = f"{_ratio(pairs, 'own', 'camshift'):.2f}"
+        milliseconds = f"{1e3 * np.median(pairs['own']):.3g}" if len(own) else MISSING
+        row[f"{implementation} [ms]"] = milliseconds
+        row[f"{implementation}, ratio"] = _ratio_words(pairs, "own", "camshift")
     runs = tables["frame_times"]
     runs = runs[(runs["sequence"] == sequence) & (runs["method"] == method)]
     timed = len(runs) > 0 and window != "adaptive"
@@ -208,8 +219,10 @@ def _timed(tables: Mapping[str, pd.DataFrame], sequence: str, implementation: st
     return times[(times["sequence"] == sequence) & (times["implementation"] == implementation)]
 
 
-def _ratio(times: Any, longer: str, shorter: str) -> float:
-    return float(np.exp(np.log(times[longer] / times[shorter]).mean()))
+def _ratio_words(times: Any, longer: str, shorter: str) -> str:
+    if not len(times[longer]):
+        return MISSING
+    return f"{float(np.exp(np.log(times[longer] / times[shorter]).mean())):.2f}"
 
 
 def _particle_table(slopes: pd.DataFrame) -> Table:
@@ -228,7 +241,7 @@ def _particle_table(slopes: pd.DataFrame) -> Table:
             "What a particle more costs: slopes with 95 % intervals of lines through times a frame "
             f"against the number of particles, on {TABLE_1}"
         ),
-        heads=list(data[0]),
+        heads=list(data[0]) if data else [],
         n_labels=1,
         rows=[[Cell(text) for text in row.values()] for row in data],
         notes=["the radius of the transition is that of N = 60 and of N = 400, whatever N is here"],

@@ -1,14 +1,18 @@
 """What is timed, and how times become ratios beside the paper's."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
 
 import bench
-import datasets
+from bench.claims.evaluation import judge
+from bench.claims.ledger import read_claims
+from bench.contestant import contestant
 from bench.experiment import Experiment, SequenceSource
 from bench.papers.in_turns import beginning
-from bench.papers.wang2010 import costs, timing
+from bench.papers.wang2010 import costs, kept_times, timing
 from bench.papers.wang2010.costs import (
     METHODS,
     make,
@@ -16,7 +20,9 @@ from bench.papers.wang2010.costs import (
     particle_slopes,
     particle_times,
 )
+from bench.papers.wang2010.published import time_rows
 from bench.papers.wang2010.timing import PUBLISHED, frame_times, measured_times, time_tables
+from bench.record import Times
 from bench.store.loading import load_results
 from reports.tables import MISSING
 
@@ -36,7 +42,10 @@ def test_both_implementations_of_a_method_give_the_same_boxes():
 
 def test_methods_are_timed_in_turns_in_both_implementations():
     times = method_times([NAME], 2, 6)
-    assert len(times) == 2 * 2 * 2 * 5  # the first update of a pass warms up
+    ways = times.groupby(["implementation", "window"])["disturbed"].agg(["size", "sum"])
+    assert len(ways) == 4
+    quiet = ways["size"] - ways["sum"]
+    assert ((quiet == 2) | ((quiet < 2) & (ways["size"] == 4))).all()
     columns = [*METHODS, "motion"]
     assert (times[columns] > 0).all(axis=None)
     medians = times.groupby(["implementation", "window"])[columns].median()
@@ -53,7 +62,9 @@ def test_methods_are_timed_in_turns_in_both_implementations():
 def test_particles_are_timed_by_their_number(monkeypatch):
     monkeypatch.setattr(costs, "NUMBERS", (15, 60, 240))
     times = particle_times(NAME, 2, 5)
-    assert len(times) == 2 * 2 * 2 * 3
+    passes = times.groupby(["implementation", "method", "particles"]).size()
+    assert len(passes) == 2 * 2 * 3
+    assert passes.between(2, 4).all()
     plain = particle_slopes(times).query("implementation == 'plain'").set_index("method")
     assert plain.loc["proposed", "slope"] > plain.loc["particle_filter", "slope"] > 0
     assert (plain["lower_limit"] < plain["slope"]).all()
@@ -66,15 +77,65 @@ def folder(tmp_path_factory):
     return bench.run(experiment, tmp_path_factory.mktemp("results"), jobs=1)
 
 
-def test_timing_runs_are_those_of_methods_as_written(folder):
-    frames = frame_times(folder)
-    clean = load_results(folder).query("disturbed == 0 and tracker.str.contains('camshift')")
-    clean = clean[~clean["tracker"].str.contains("adaptive")]
-    if len(clean):
-        assert set(frames["method"]) == {"camshift"}
-        assert frames["frame"].tolist() == list(range(1, len(datasets.load(NAME))))
-    else:
-        assert frames.empty
+def a_run(text, seconds):
+    identity = SimpleNamespace(tracker=contestant(text).label, sequence=NAME)
+    cpu = np.array([np.nan, seconds, 2 * seconds])
+    return SimpleNamespace(identity=identity, times=Times(cpu, cpu, 0.0, 0.0))
+
+
+def test_timing_runs_are_those_of_methods_as_written(monkeypatch):
+    runs = [
+        a_run("camshift:preset=as-written", 1.0), a_run("camshift:preset=as-written", 3.0),
+        a_run("camshift:window=adaptive", 50.0), a_run("wang2010:preset=as-written", 7.0),
+        a_run("wang2010", 50.0), a_run("static", 50.0),
+    ]  # fmt: skip
+    monkeypatch.setattr(timing, "timed_runs", lambda folder, cells: iter(runs))
+    frames = frame_times("anywhere")
+    assert frames.to_numpy().tolist() == [
+        ["camshift", NAME, 1, 2.0], ["camshift", NAME, 2, 4.0],
+        ["proposed", NAME, 1, 7.0], ["proposed", NAME, 2, 14.0],
+    ]  # fmt: skip
+
+
+def test_timing_runs_that_load_disturbed_are_left_out(folder, monkeypatch):
+    stored = frame_times(folder)
+    clean = load_results(folder).query("disturbed == 0")["tracker"]
+    assert len(stored) == 19 * clean.str.fullmatch("camshift(:preset=as-written)?").any()
+    monkeypatch.setattr(timing, "timed_runs", lambda folder, cells: iter(()))
+    nothing = frame_times(folder)
+    assert list(nothing) == ["method", "sequence", "frame", "seconds"]
+    assert nothing.empty
+
+
+class Clocks:
+    """CPU time that runs on, and wall time that is `waits` seconds longer a pass."""
+
+    def __init__(self, *waits):
+        self.cpu, self.wall, self.waits = 0.0, 0.0, list(waits)
+
+    def turned(self, updates, images):
+        self.cpu += 1.0
+        self.wall += 1.0 + self.waits.pop(0)
+        return pd.DataFrame({"a": [1.0, 3.0, 8.0]})
+
+
+@pytest.mark.parametrize(
+    ("waits", "disturbed"),
+    [
+        ((0.0, 0.0), [0, 0]),
+        ((0.09, 0.2, 0.0), [0, 1, 0]),
+        ((1.0, 1.0, 1.0, 0.0), [1, 1, 1, 0]),
+        ((1.0, 1.0, 1.0, 1.0), [1, 1, 1, 1]),
+    ],
+)
+def test_a_pass_that_waited_is_marked_and_made_up_for_twice_at_most(monkeypatch, waits, disturbed):
+    clocks = Clocks(*waits)
+    monkeypatch.setattr(costs, "in_turns", clocks.turned)
+    monkeypatch.setattr(costs, "thread_time", lambda: clocks.cpu)
+    monkeypatch.setattr(costs, "perf_counter", lambda: clocks.wall)
+    found = list(costs._passes(dict, [], 2))
+    assert [mark for _, mark in found] == disturbed
+    assert [seconds["a"] for seconds, _ in found] == [3.0] * len(disturbed)
 
 
 def known():
@@ -93,6 +154,7 @@ def known():
     return {
         "method_times": times,
         "motion_share": timing._motion_share(times),
+        "disturbed_passes": times.iloc[:3],
         "frame_times": pd.DataFrame(
             {"method": "camshift", "sequence": TABLE_1, "frame": [1, 2], "seconds": [1e-3, 3e-3]}
         ),
@@ -120,6 +182,7 @@ def test_ratios_stand_beside_those_of_the_paper():
     assert texts[6][2:6] == ["0.098", "1.38", "1.5", "1.50"]
     assert {row[-1] for row in texts[1:]} == {MISSING}
     assert table.notes[0] == "particle filter over proposed: paper 1.78, plain 2.50, compiled 2.50"
+    assert "; 3 passes that other load disturbed are left out" in table.notes[1]
     assert "40 % in plain NumPy, 40 % compiled" in table.notes[2]
     assert table.notes[-1] == "failed: why"
     assert [cell.text for cell in particles.rows[0]] == [
@@ -127,21 +190,74 @@ def test_ratios_stand_beside_those_of_the_paper():
     ]  # fmt: skip
 
 
-def test_all_that_the_ledger_asks_for_is_measured(folder, monkeypatch):
-    other = "plain/target:length=21"
-    monkeypatch.setattr(timing, "TABLE_1", NAME)
-    monkeypatch.setattr(timing, "SECTION_3_2", other)
-    published = dict(zip((NAME, other), PUBLISHED.values(), strict=True))
+@pytest.fixture
+def short(monkeypatch):
+    """Two sequences, few frames and numbers of particles."""
+    names = NAME, "plain/target:length=21"
+    monkeypatch.setattr(timing, "TABLE_1", names[0])
+    monkeypatch.setattr(timing, "SECTION_3_2", names[1])
+    published = dict(zip(names, PUBLISHED.values(), strict=True))
     monkeypatch.setattr(timing, "PUBLISHED", published)
-    monkeypatch.setattr(timing, "_QUICK_FRAMES", 4)
+    monkeypatch.setattr(kept_times, "QUICK_FRAMES", 4)
     monkeypatch.setattr(costs, "NUMBERS", (15, 60))
-    tables = measured_times(folder, quick=True)
+    return names
+
+
+def test_all_that_the_ledger_asks_for_is_measured(folder, short, tmp_path, monkeypatch):
+    monkeypatch.setattr(costs, "DISTURBED_RATIO", np.inf)
+    tables = measured_times(folder, tmp_path, quick=True)
     assert list(tables) == [
-        *("frame_times", "method_times", "motion_share", "particle_times", "time_slopes")
+        *("disturbed_passes", "frame_times", "method_times", "motion_share", "particle_times"),
+        "time_slopes",
     ]
+    assert tables["disturbed_passes"].empty
     assert len(tables["time_slopes"]) == 4
-    assert len(tables["method_times"]) == 2 * 2 * 2 * 2 * 3  # sequences to frames
+    assert len(tables["method_times"]) == 2 * 2 * 2 * 2  # sequences to passes
     share = tables["motion_share"].set_index(["implementation", "window"])["share"]
     assert len(share) == 4
     assert np.isfinite(share).all()
     assert [len(table.rows) for table in time_tables(tables)] == [8, 2]
+
+
+def test_where_every_pass_is_disturbed_nothing_is_told_and_nothing_judged(
+    folder, short, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(costs, "DISTURBED_RATIO", 0.0)
+    tables = measured_times(folder, tmp_path, quick=True)
+    assert len(tables["disturbed_passes"]) == 2 * 2 * 4
+    assert tables["method_times"].empty
+    methods, particles = time_tables(tables)
+    columns = ["plain [ms]", "plain, ratio", "compiled [ms]", "compiled, ratio"]
+    assert set(methods.data[columns].to_numpy().ravel()) == {MISSING}
+    assert "plain —, compiled —" in methods.notes[0]
+    assert particles.rows == []
+    assert time_rows(tables["method_times"]) == []
+    claims = read_claims("wang2010")
+    for name in ("WA-18", "WA-19", "WA-23"):
+        (found,) = judge(claims[name], pd.DataFrame(columns=["sequence"]), tables)
+        assert "nothing was run" in found.verdict.reason
+
+
+def test_times_are_kept_until_what_is_timed_changes(short, tmp_path, monkeypatch):
+    known = iter(range(100))
+    disturbed = [0.0, 0.0]
+
+    def times(names, passes, frames):
+        rows = pd.DataFrame({"implementation": "plain", "disturbed": disturbed, "seconds": 1.0})
+        return rows.assign(number=next(known))
+
+    monkeypatch.setattr(costs, "method_times", times)
+    monkeypatch.setattr(costs, "particle_times", times)
+
+    def numbers(*names):
+        found = kept_times.kept_times(names, NAME, tmp_path / "times", quick=True)
+        return [int(table["number"].iloc[0]) for table in found.values()]
+
+    assert numbers(NAME) == numbers(NAME) == [0, 1]
+    assert numbers(short[1]) == [2, 1]
+    monkeypatch.setattr(kept_times, "source_digest", lambda file, package: ("other", {}))
+    disturbed[:] = [1.0, 0.0]  # one of two: too few passes of the methods, enough by number
+    assert numbers(NAME) == [3, 4]
+    assert numbers(NAME) == [5, 4]
+    monkeypatch.setattr(kept_times.platform, "node", lambda: "another")
+    assert numbers(NAME) == [6, 7]
