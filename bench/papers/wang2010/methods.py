@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from bench.papers.wang2010.courses import CUP, HAND, TABLE_TENNIS
 
-__all__ = ["EXPERIMENTS", "PRESETS", "compared"]
+__all__ = ["EXPERIMENTS", "PRESETS", "compared", "every_method"]
 
 EXPERIMENTS = {
     TABLE_TENNIS: "wang2010-figure-3",
@@ -45,3 +45,18 @@ def compared(sequence: str, preset: str) -> Mapping[str, str]:
         "proposed, N = 15": f"wang2010:{chosen}:particles=15",
         "by hue alone, N = 15": f"wang2010:{chosen}:particles=15:alpha=1:beta=0",
     }
+
+
+def every_method(sequence: str, preset: str) -> Mapping[str, str]:
+    """The same, and below them the other methods of the paper."""
+    known = compared(sequence, preset)
+    chosen = PRESETS[preset]
+    others = {
+        "proposed, N = 60": f"wang2010:{chosen}",
+        "particle filter, N = 400": f"particle-filter:{chosen}",
+        **_CAMSHIFT,
+        "improved CamShift": "camshift-improved:preset=as-written",
+    }
+    if sequence == CUP:  # with its own number
+        del others["proposed, N = 60"]
+    return {**known, **others}

@@ -7,7 +7,7 @@ import datasets
 from bench.metrics.centre_error import centre_error
 from bench.papers.stored import StoredRuns
 from bench.papers.wang2010.courses import CUP, HAND, TABLE_TENNIS
-from bench.papers.wang2010.methods import EXPERIMENTS, compared
+from bench.papers.wang2010.methods import EXPERIMENTS, every_method
 from bench.record import Run
 from reports.film_strip import film_strip
 from reports.overlay import TRUTH
@@ -42,7 +42,7 @@ def film_strips(stored: StoredRuns) -> dict[str, Strip]:
     for name, (sequence, preset) in STRIPS.items():
         runs = {
             label: found[0]
-            for label, tracker in compared(sequence, preset).items()
+            for label, tracker in every_method(sequence, preset).items()
             if (found := stored.of(EXPERIMENTS[sequence], sequence, tracker))
         }
         if runs:

@@ -179,8 +179,8 @@ def _method_table(tables: Mapping[str, pd.DataFrame], failed: Sequence[str]) -> 
             "out",
             "of what improved CamShift takes longer the motion map takes "
             f"{told['plain']} % in plain NumPy, {told['compiled']} % compiled, with a fixed window "
-            "(the paper: the difference is due to it); the rest is saturation, and steps on another "
-            "map",
+            "(the paper: the difference is due to it); the rest is saturation, and steps on "
+            "another map",
             "timing runs: compiled, each by itself; those that other load disturbed are left out, "
             "and where none is left there is a dash",
             *failed,

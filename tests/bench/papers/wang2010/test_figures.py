@@ -14,6 +14,7 @@ from bench.papers import drawing
 from bench.papers.drawing import undrawn
 from bench.papers.stored import StoredRuns
 from bench.papers.wang2010 import curves, figures, methods, strips
+from bench.papers.wang2010 import scores as scoring
 from bench.papers.wang2010.curves import (
     error_plots,
     over_scenes,
@@ -22,7 +23,7 @@ from bench.papers.wang2010.curves import (
     time_plot,
 )
 from bench.papers.wang2010.figures import NUMBERS, draw
-from bench.papers.wang2010.methods import EXPERIMENTS, PRESETS, compared
+from bench.papers.wang2010.methods import EXPERIMENTS, PRESETS, every_method
 from bench.papers.wang2010.plain import colour_map, make_template
 from bench.papers.wang2010.strips import film_strips
 from bench.statistics.intervals import wilson_interval
@@ -43,8 +44,9 @@ def short_scenes():
         for module in (methods, curves):
             patch.setattr(module, "TABLE_TENNIS", BALL)
             patch.setattr(module, "HAND", HAND)
-        patch.setattr(curves, "CUP", CUP)
-        patch.setattr(figures, "TABLE_TENNIS", BALL)
+            patch.setattr(module, "CUP", CUP)
+        for module in (figures, scoring):
+            patch.setattr(module, "TABLE_TENNIS", BALL)
         for module in (methods, curves, strips):
             patch.setattr(module, "EXPERIMENTS", SHORT)
         real = dict(zip(REAL, SHORT, strict=True))
@@ -62,7 +64,7 @@ def results(short_scenes, tmp_path_factory):
     root = tmp_path_factory.mktemp("results")
     for name, experiment in SHORT.items():
         stored, versions = Results(root / experiment), {}
-        texts = {text for preset in PRESETS for text in compared(name, preset).values()}
+        texts = {text for preset in PRESETS for text in every_method(name, preset).values()}
         texts |= {f"{PROPOSED}:particles=15"} if name == CUP else {PROPOSED}
         entries = [(contestant(text), 0) for text in sorted(texts)]
         if name == BALL:
@@ -93,7 +95,14 @@ def stored(results, asked):
 def scores():
     """Runs whose success is known: 1 of 4 of one scene and all of another succeed with 60."""
     rows = [
-        {"tracker": tracker, "reach": reach, "particles": number, "scene": scene, "success": value}
+        {
+            "tracker": tracker,
+            "reach": reach,
+            "radius": "rule",
+            "particles": number,
+            "scene": scene,
+            "success": value,
+        }
         for tracker, reach in (("wang2010", "any"), ("particle-filter", "rule"))
         for number in (60, 400)
         for scene, successes in ((0, [1, 0, 0, 0]), (1, [1, 1]))
@@ -171,21 +180,23 @@ def test_strips_have_the_papers_frames_and_a_row_a_method(stored, monkeypatch):
     monkeypatch.setattr(strips, "film_strip", strip)
     found = film_strips(stored)
     assert {name: len(picture) // 10 for name, picture in found.items()} == {
-        "figure-3": 4,
-        "figure-3-recommended": 4,
-        "figure-5": 3,
-        "figure-6": 2,
-        "figure-6-recommended": 2,
+        "figure-3": 5,
+        "figure-3-recommended": 5,
+        "figure-5": 5,
+        "figure-6": 6,
+        "figure-6-recommended": 6,
     }
     numbers, labels, title, words, count_from = rows[0]
     assert [number + count_from for number in numbers] == [10, 11, 12, 16]
     assert labels == [TRUTH, "proposed, N = 60"]
     assert "Fig. 3, as written" in title
-    assert [row[2] for row in rows[1:4]] == [""] * 3
+    assert [row[2] for row in rows[1:5]] == [""] * 4
     (run, _) = stored.of(SHORT[BALL], BALL, PROPOSED)
     error = centre_error(datasets.load(BALL).boxes, run.boxes)[11]
     assert words[11] == f"({error:.1f} px)"
-    assert [rows[8][1][1], rows[11][1][1]] == ["improved CamShift", "proposed, N = 15"]
+    assert [rows[row][1][1] for row in (10, 13, 14, 15)] == [
+        "improved CamShift", "proposed, N = 60", "particle filter, N = 400", "proposed, N = 15",
+    ]  # fmt: skip
 
 
 def test_numbers_over_scenes_are_means_over_repetitions(stored):
@@ -221,9 +232,8 @@ def test_errors_are_drawn_as_written_beside_what_is_recommended(stored):
 def test_sample_sizes_are_of_both_filters_on_every_sequence(stored):
     plot = sample_size_plot(stored)
     assert len(plot.axes) == 6
-    # On the hand the figure's experiment of this test has the proposed filter alone.
     written = [[line.get_ydata() for line in axes.lines] for axes in plot.axes[:3]]
-    assert [len(lines) for lines in written] == [2, 1, 1]
+    assert [len(lines) for lines in written] == [2, 2, 2]
     (first, second) = stored.of(SHORT[BALL], BALL, PROPOSED)
     size = np.mean([run.details["effective_sample_size"] for run in (first, second)], axis=0)
     other = stored.of(SHORT[BALL], f"{BALL}:scene=1", PROPOSED)
@@ -239,12 +249,19 @@ def test_success_is_the_mean_over_scenes_with_an_interval_over_them(scores):
     (bars,) = axes.containers[0][2]
     assert bars.get_segments()[0][:, 1] == pytest.approx(tuple(wilson_interval(0.625, 2)))
     assert particle_plot(scores.assign(model="hue")) is None
+    assert particle_plot(scores[scores["particles"] == 60]) is None  # one number is no curve
+    several = pd.concat([scores, scores.assign(radius="10")])
+    labels = [text.get_text() for text in particle_plot(several).legends[0].get_texts()]
+    assert labels[:4] == [
+        "proposed", "proposed, r = 10", "particle filter", "particle filter, r = 10",
+    ]  # fmt: skip
     chosen = scores.assign(variant="sigma=0.2")
     both = particle_plot(pd.concat([scores, chosen]))
     assert [axes.get_title() for axes in both.axes] == ["as written, σ = 1", "σ = 0.2 (post hoc)"]
 
 
 def test_times_are_medians_over_passes(tables):
+    assert time_plot(tables["particle_times"].iloc[:0]) is None
     plain, compiled = time_plot(tables["particle_times"]).axes
     assert [axes.get_title() for axes in (plain, compiled)] == ["plain", "compiled"]
     for axes in (plain, compiled):
@@ -257,5 +274,5 @@ def test_what_figures_compare_is_what_the_experiments_run():
     for name, short in zip(REAL, SHORT, strict=True):
         run = {contestant(text).label for text in read_experiment(EXPERIMENTS[name]).trackers}
         for preset in PRESETS:
-            for text in compared(short, preset).values():
+            for text in every_method(short, preset).values():
                 assert contestant(text).label in run
