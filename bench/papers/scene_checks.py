@@ -107,10 +107,11 @@ def measured_on_scenes(
     """
     digest = source_digest(source, PACKAGE)
     parts = {}
-    for sequence in map(datasets.load, scenes):
+    for name in scenes:
         for further in (False, True) if everything else (False,):
-            chosen = _chosen(checks, sequence.name, further)
-            if chosen:
+            chosen = _chosen(checks, name, further)
+            if chosen:  # only then is it worth the time to make a scene
+                sequence = datasets.load(name)
                 identity = [sequence.name, sequence.fingerprint, digest, quick, further]
                 parts[sequence.name, chosen] = identity
     return kept_tables(partial(_measured, quick=quick), parts, folder / "checks", jobs, TITLE)

@@ -13,7 +13,7 @@ from trackers.template.matching import Pose
 
 __all__ = ["clutter_places", "measure"]
 
-FRAMES = 3
+FRAMES = 2
 LAG = 5  # frames from the template to what it is compared with
 RANGE = 8  # pixels either way, that are searched around each place in clutter
 NEAR = 4  # likewise, around the target's true place
