@@ -1,5 +1,8 @@
 """How far the compiled tracker is from the same method in plain NumPy, online and looking ahead."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
@@ -18,12 +21,12 @@ __all__ = ["differences", "outlasted"]
 
 FEATURES = ("intensity", "rgb", "invariants")
 CLIP = "nguyen2002/clip-01"
-"""With a complete occlusion, after which there is time to find its end."""
+QUICK = slice(44, 95)
+"""Frames about its occlusion, after which there is time to find the end."""
 
 LONG = "nguyen2002/clip-04"
 """More than a quarter of the target is hidden in 27 frames in a row."""
 
-AS_WRITTEN = {"subpixel": False, "misregistration": False, "consistency": False}
 SHORT, AS_LONG = 19, 35
 """L, in frames: of these the occlusion outlasts the first."""
 
@@ -36,7 +39,7 @@ def differences(*, quick: bool) -> pd.DataFrame:
     Parameters
     ----------
     quick : bool
-        By RGB alone.
+        By RGB alone, and on a part of it.
 
     Returns
     -------
@@ -46,12 +49,15 @@ def differences(*, quick: bool) -> pd.DataFrame:
         `same_events` (1 or 0).
     """
     sequence = datasets.load(CLIP)
-    images = [sequence[frame] for frame in range(len(sequence))]
+    if quick:
+        sequence = sequence[QUICK]
+    images, box = list(sequence), sequence.boxes[0]
     rows = []
     for features in ("rgb",) if quick else FEATURES:
         run = _run(f"nguyen2002:preset=as-written:features={features}", sequence)
-        online, revised, hidden = _plain(images, sequence.boxes[0], features)
-        offline, events = track_offline(images, sequence.boxes[0], features=features, **AS_WRITTEN)
+        parameters = run.identity.parameters
+        online, revised, hidden = _plain(images, box, parameters)
+        offline, events = track_offline(images, box, **parameters)
         ours = [(event.beginning, event.end) for event in declared_in(run)]
         theirs = [(first, end if end < len(images) else None) for first, end in events]
         rows.append(
@@ -97,9 +103,11 @@ def _run(text: str, sequence: Sequence) -> Run:
     return run
 
 
-def _plain(images: list[Image], box: Box, features: str) -> tuple[Boxes, Boxes, NDArray[np.bool_]]:
+def _plain(
+    images: list[Image], box: Box, parameters: Mapping[str, Any]
+) -> tuple[Boxes, Boxes, NDArray[np.bool_]]:
     """Online and revised boxes, and the frames in which the target was taken to be hidden."""
-    tracker = PlainNguyen2002(features=features, **AS_WRITTEN)
+    tracker = PlainNguyen2002(**parameters)
     tracker.init(images[0], box)
     online, hidden = np.tile(box, (len(images), 1)), np.zeros(len(images), np.bool_)
     known: dict[int, Box] = {}
