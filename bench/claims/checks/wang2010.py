@@ -1,6 +1,7 @@
 """Checks of the paper on CamShift inside a particle filter: particles needed, and a summary.
 
-Of the scores those on particles read `tracker`, `model`, `particles` and `success`.
+Those on particles read a table `particles` of the filters' runs: `sequence`, `scene`, `tracker`,
+`particles`, `success`, `kept_scene`, and columns of readings.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -117,8 +118,10 @@ def _curves(
     evidence: Evidence, trackers: list[str]
 ) -> Iterator[tuple[Callable[..., Finding], pd.DataFrame]]:
     """Runs of trackers with several numbers of particles each, whatever the paper's number is."""
-    scores = evidence.scores
-    tested = scores[scores["tracker"].isin(trackers)].drop(columns="budget")
+    if "particles" not in evidence.tables:
+        return
+    every = evidence.tables["particles"]
+    tested = every[every["tracker"].isin(trackers)].drop(columns="budget")
     for finding, runs in runs_by_reading(evidence, tested, "sequences"):
         numbers = runs.groupby("tracker")["particles"].nunique()
         if (numbers.reindex(trackers, fill_value=0) >= LEAST_NUMBERS).all():

@@ -62,6 +62,8 @@ mean shift, variance ratio, template matching."""
 def experiments(effort: Effort) -> Sequence[Experiment]:
     """See `bench.papers.Paper`."""
     names = DEFAULT + (FURTHER if effort.everything else ())
+    if effort.quick:  # what takes longest, and says nothing with few scenes
+        names = tuple(name for name in names if name not in SENSITIVITIES)
     chosen = affordable(names, effort)
     if effort.everything and not effort.quick:
         chosen = [_thorough(one, effort) if one.name in SENSITIVITIES else one for one in chosen]

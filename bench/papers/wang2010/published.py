@@ -7,8 +7,9 @@ import numpy as np
 import pandas as pd
 
 from bench.claims.checks.wang2010 import particles_needed, success_by_number
+from bench.claims.ledger import ANY
 from bench.papers.wang2010.courses import HAND, TABLE_TENNIS
-from bench.papers.wang2010.scores import FILTER, PROPOSED, TEN
+from bench.papers.wang2010.scores import FILTER, PROPOSED, RULE
 from bench.papers.wang2010.timing import PUBLISHED
 from bench.statistics.intervals import mean_interval
 
@@ -71,7 +72,7 @@ def particle_rows(scores: pd.DataFrame) -> list[dict[str, Any]]:
     """
     written = (scores["preset"] == "as-written") & (scores["variant"] == "")
     written &= (scores["model"] == "fused") & (scores["sequence"] == TABLE_TENNIS)
-    by_formula = (scores["reach"] != "3.87") & (scores["radius"] != TEN)
+    by_formula = (scores["reach"] != "3.87") & scores["radius"].isin([RULE, ANY])
     runs = scores[written & by_formula]
     rows = []
     for tracker, published in NEEDED.items():

@@ -38,6 +38,10 @@ def test_what_the_papers_figures_and_numbers_rest_on_is_repeated_most():
     assert {one.repetitions for one in by_name(everything=True, quick=True).values()} == {1}
 
 
+def test_a_quick_look_leaves_out_what_is_varied():
+    assert list(by_name(quick=True)) == [n for n in by_name() if n not in SENSITIVITIES]
+
+
 def test_a_quick_look_times_the_sequence_of_table_1():
     assert [source.text for source in by_name(quick=True)[TIMED].sequences] == [TABLE_TENNIS]
 

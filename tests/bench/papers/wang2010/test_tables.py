@@ -214,8 +214,15 @@ def with_hindsight(made_scores, errors, **details):
 
 
 def test_criteria_are_met_by_what_the_earlier_trial_found(made_scores):
-    found = criteria(with_hindsight(made_scores, earlier, effective_sample_size=0.997),
-                     measured_times())  # fmt: skip
+    others = {CUP: (f"{WRITTEN}:particles=15:radius=3.87", f"{WRITTEN}:particles=15:radius=10")}
+    frame = pd.concat(
+        [
+            with_hindsight(made_scores, earlier, effective_sample_size=0.997),
+            made_scores(lambda *_: 30.0, others, effective_sample_size=0.5),
+        ],
+        ignore_index=True,
+    )
+    found = criteria(frame, measured_times())
     assert [met for _, _, met in found] == ["yes"] * len(found)
     assert list(dict.fromkeys(name for name, _, _ in found)) == [f"C{n}" for n in range(1, 10)]
     assert ("C1", "20 of 20", "yes") in found
