@@ -142,8 +142,8 @@ def _remarks(runs: pd.DataFrame, effort: Effort) -> list[str]:
         "Other videos: the paper's are lost to us. Ours were designed from its words, frozen, and "
         "only then tracked; its few numbers stand beside ours and are no target.",
         f"Scenes of each of three sequences: {runs['scene'].nunique()}; repetitions: {most} at "
-        "most, five of the numbers of particles, two of the sensitivities (five with --all). A scene "
-        "is the unit of every verdict. Frames are counted from 1, as in the paper.",
+        "most, five of the numbers of particles, two of the sensitivities (five with --all). A "
+        "scene is the unit of every verdict. Frames are counted from 1, as in the paper.",
         "The headline is the text as written: σ = 1 as Equation 10 is printed, r = √N / 2. "
         "`recommended` has σ = 0.158, the value of Pérez et al. (2002).",
         "σ = 0.2, the proposed filter with r = 10, and the preset robust were chosen after seeing "
