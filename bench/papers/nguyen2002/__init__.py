@@ -103,4 +103,5 @@ def report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Report:
 
 def _is_quick(text: str) -> bool:
     """Whether a sequence is of the first scenes: a set of clips is no set without all of them."""
-    return int(parse_text(text)[1].get("scene", 0)) < QUICK_SCENES
+    _, options = parse_text(text)
+    return int(options.get("scene", 0)) < (1 if "lamps" in options else QUICK_SCENES)

@@ -29,7 +29,7 @@ from reports.tables import MISSING, Table
 
 __all__ = ["make_report", "verdicts_table"]
 
-COMPANIONS = "whatever the features are, and the set of clips that it is in"
+COMPANIONS = "the other features there, and the whole set that a clip belongs to"
 
 READINGS: Mapping[str, Mapping[str, str]] = {
     "as written, revised boxes": {},
