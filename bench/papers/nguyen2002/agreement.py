@@ -46,7 +46,7 @@ def differences(*, quick: bool) -> pd.DataFrame:
     DataFrame
         `features`; greatest differences of boxes [pixels]: `online`, `revised` (of compiled and
         plain), `offline` (of revised boxes, and a plain run that looks ahead as the paper does);
-        `same_events` (1 or 0).
+        `same_events` (1 or 0: when occlusions are declared, and where those end that do).
     """
     sequence = datasets.load(CLIP)
     if quick:
@@ -58,8 +58,8 @@ def differences(*, quick: bool) -> pd.DataFrame:
         parameters = run.identity.parameters
         online, revised, hidden = _plain(images, box, parameters)
         offline, events = track_offline(images, box, **parameters)
-        ours = [(event.beginning, event.end) for event in declared_in(run)]
-        theirs = [(first, end if end < len(images) else None) for first, end in events]
+        ours = [event[:2] for event in declared_in(run) if event.end is not None]
+        theirs = [event for event in events if event[1] < len(images)]
         rows.append(
             {
                 "features": features,

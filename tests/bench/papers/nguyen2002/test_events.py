@@ -52,9 +52,9 @@ def test_events_of_stored_runs_are_those_of_the_method_in_plain_numpy(text):
     _, expected = track_offline(
         images, sequence.boxes[0], features=features, gamma=float(gamma), longest_occlusion=11
     )
-    found = [(event.beginning, event.end) for event in declared_in(run)]
+    found = [(event.beginning, event.end) for event in declared_in(run) if event.end is not None]
     assert len(found) > 1
-    assert found == [(first, end if end < len(images) else None) for first, end in expected]
+    assert found == [(first, end) for first, end in expected if end < len(images)]
 
 
 def test_only_stretches_with_hardly_anything_in_view_are_complete_occlusions():
