@@ -63,7 +63,7 @@ and of `lights`:
   deviations over the target);
 - `ng-22`, a noise and trace a row, of a clear part: `features`, `trace` (`revised`, `online`),
   `noise` (deviation of what is added [grey levels]), `false_occlusions` (declared in 100 frames),
-  `outliers` (mean share while none is declared), `mean_overlap`.
+  `mean_overlap`.
 """
 
 from bench.papers.nguyen2002.checks.examining import examine

@@ -62,7 +62,6 @@ def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
                         "trace": trace,
                         "noise": deviation,
                         "false_occlusions": declared,
-                        "outliers": float(run.details["outliers"][1:][~hidden].mean()),
                         "mean_overlap": float(overlap(part.boxes, boxes).mean()),
                     }
                 )
