@@ -135,7 +135,7 @@ def test_failures_go_with_what_the_invariants_lose_of_the_margin(made_scores):
         number = clips.index(sequence)
         if "invariants" in text and trace == "online":
             return {"on_target": 0.9 - 0.1 * number**2 / 5}
-        return {"on_target": 0.1} if "arctan" in text else {"on_target": 0.9}
+        return {"on_target": 0.1 + 0.2 * number} if "arctan" in text else {"on_target": 0.9}
 
     found = failures_by_margin(margins, made_scores(fares, texts, 1, clips))
     (row,) = found.to_dict("records")  # all clips fare alike in the end
