@@ -86,13 +86,16 @@ class Follower:
     def look(self, image: Image, hidden: int = 0) -> View:
         """Match the template with a frame, so many after the first that was not taken."""
         search_range = min(self.settings.search_range + 2 * hidden, WIDEST_SEARCH)
-        around = Pose(*self._smoother.predicted())
-        if hidden:
-            speed = self._smoother.velocity
-            x, y, scale = self.pose
-            around = Pose(x + (hidden + 1) * speed.x, y + (hidden + 1) * speed.y, scale)
-        found = self.match(image, around, search_range)
+        found = self.match(image, self.predicted(hidden), search_range)
         return self.compare(image, found.pose, found.cost)
+
+    def predicted(self, hidden: int = 0) -> Pose:
+        """Where to expect the target in such a frame."""
+        if not hidden:
+            return Pose(*self._smoother.predicted())
+        speed = self._smoother.velocity
+        x, y, scale = self.pose
+        return Pose(x + (hidden + 1) * speed.x, y + (hidden + 1) * speed.y, scale)
 
     def compare(self, image: Image, pose: Pose, cost: float = nan) -> View:
         """Compare the template with a frame at a place, and at what cost it is there if known."""

@@ -108,6 +108,53 @@ def test_a_follower_sees_what_the_tracker_sees(features):
         assert np.trace(follower.appearance.state) == said.details["state_noise"]
 
 
+def test_a_follower_finds_a_target_again_where_the_tracker_does():
+    n, begin, end = 40, 15, 25
+    xs = [30 + 2 * min(t, begin) for t in range(n)]  # it stops while it is hidden
+    images = [
+        frame(x, 40, seed=t) if not begin < t < end else frame(x, 40, covered=1.0, seed=t)
+        for t, x in enumerate(xs)
+    ]
+    tracker = trackers.create(
+        "nguyen2002", np.random.SeedSequence(0), preset="as-written", features="rgb", report="raw",
+        longest_occlusion=19,
+    )  # fmt: skip
+    box = np.array([xs[0], 40.0, WIDTH, HEIGHT])
+    tracker.init(images[0], box)
+    revised = {}
+    for t, image in enumerate(images[1:], 1):
+        said = tracker.update(image)
+        revised |= {t: said.box, **(said.revised or {})}
+    follower = Follower(images[0], box, "rgb", longest_occlusion=19)
+    for beginning in range(1, n):
+        view = follower.look(images[beginning])
+        if view.seen.share > 0.25:
+            break
+        follower.take(view)
+    looks = {m: follower.look(images[beginning + m], m) for m in follower.settings.offsets}
+    offset = min(looks, key=lambda m: looks[m].cost)
+    np.testing.assert_allclose(follower.box(looks[offset].pose), revised[beginning + offset])
+    assert abs(revised[beginning + offset][0] - xs[-1]) < 1.5
+    ended = beginning + offset
+    follower.restart_after(images[ended], looks[offset].pose, offset + 1)
+    view = follower.look(images[ended + 1])
+    np.testing.assert_allclose(follower.box(view.pose), revised[ended + 1])
+    speed = follower.look(images[ended], 1).pose.x - looks[offset].pose.x
+    assert abs(speed) < 1  # at rest again
+
+
+def test_a_template_that_begins_anew_goes_on_as_it_went():
+    shown = sequence(30)
+    follower = Follower(shown[0], shown.boxes[0], "rgb")
+    pose = true_pose(shown.boxes[0], shown.boxes[2])
+    follower.restart_after(shown[2], pose, 2)
+    beside = follower.match(shown[2], pose, 4).pose
+    assert beside.x == pytest.approx(pose.x, abs=1)
+    # Nine frames on it is 10 pixels farther, where a search of 4 pixels about a guess must begin.
+    assert follower.predicted(9).x == pytest.approx(pose.x + 10)
+    assert follower.predicted(0) == pytest.approx((pose.x + 1, pose.y, 1.0))
+
+
 def test_the_gain_is_what_the_template_moves_by_towards_the_view():
     shown = sequence(12)
     follower = Follower(shown[0], shown.boxes[0], "rgb")
@@ -208,6 +255,8 @@ def test_clutter_is_searched_everywhere_but_at_the_target():
     assert all(x - reach > 15 or y - reach > 12 for x, y in apart)
     assert all(place.x - reach >= 15 and place.x + reach <= COLUMNS - 15 for place in places)
     assert max(place.x for place in places) > 120
+    columns = np.unique([place.x for place in places])
+    assert np.diff(columns).max() <= 2 * clutter.RANGE
 
 
 def test_outliers_tell_what_is_hidden_and_an_occlusion_ends_where_it_is_over():
@@ -230,6 +279,46 @@ def test_outliers_tell_what_is_hidden_and_an_occlusion_ends_where_it_is_over():
     assert (times["all_seconds"] > 2 * times["skipped_seconds"]).all()
 
 
+def test_every_frame_is_compared_once_and_hidden_where_half_of_the_target_is():
+    frames = measure(occluded(), quick=False)["ng-15"]
+    for _, rows in frames.groupby("features"):
+        assert rows["frame"].tolist() == list(range(1, 60))
+    assert (frames["hidden"] == (frames["visibility"] < 0.5)).all()
+    assert frames["visibility"].between(0.1, 0.49).any()
+
+
+def test_an_end_is_found_only_where_the_target_is_in_view():
+    shown = occluded()
+    half = np.where(shown.visibility == 1, 1.0, shown.visibility)
+    half[33:] = 0.6  # as if something else hid a part of it from then on
+    rows = measure(
+        Sequence("half", list(shown), shown.boxes, fingerprint="h", visibility=half), quick=False
+    )["ng-17"]
+    assert (rows["overlap"] > 0.5).all()
+    assert (rows[["in_view", "found"]] == 0).all(axis=None)
+
+
+def test_a_template_that_is_watched_follows_the_light():
+    n = 40
+    rows = measure(sequence(n, lamp=[1 - 0.01 * t for t in range(n)]), quick=False)["ng-15"]
+    rgb = rows[rows["features"] == "rgb"]
+    assert rgb["stays_below"].mean() > 0.9
+
+
+def test_a_target_that_was_lost_to_its_double_is_given_again():
+    n, jump = 40, 15
+    xs = [30 + t + 45 * (t >= jump) for t in range(n)]
+    images = [frame(x, 40, seed=t) for t, x in enumerate(xs)]
+    for t in range(jump, jump + 6):
+        images[t][40 : 40 + HEIGHT, 30 + t : 30 + t + WIDTH] = images[t][
+            40 : 40 + HEIGHT, xs[t] : xs[t] + WIDTH
+        ]
+    boxes = [[x, 40, WIDTH, HEIGHT] for x in xs]
+    shown = Sequence("double", images, boxes, fingerprint="d", visibility=np.ones(n))
+    rows = measure(shown, quick=False)["ng-15"]
+    assert rows.loc[rows["features"] == "rgb", "stays_below"].all()
+
+
 def test_a_gate_keeps_what_hides_the_target_out_of_the_template():
     tables = contamination.measure(sequence(31), quick=True)
     short, longer = (table.set_index("gate") for table in tables.values())
@@ -243,6 +332,11 @@ def test_corners_of_a_round_target_are_outliers():
     rows = corners.measure(sequence(30, round_target=True), quick=True)["ng-12"].set_index("part")
     assert rows["background"].tolist() == [pytest.approx(1 - disc().mean())] * 2
     assert rows.loc["corners", "flagged"] > rows.loc["three times inside", "flagged"]
+    shown = sequence(15, round_target=True)
+    outer, inner = corners._flagged(Follower(shown[0], shown.boxes[0]), shown)
+    assert outer > 3 * inner > 0
+    shown = corners.measure(shown, quick=True)["ng-12"]
+    assert shown["flagged"].tolist() == pytest.approx([outer, 3 * inner])
     assert corners.measure(sequence(30), quick=True) == {}
 
 
@@ -260,6 +354,8 @@ def test_a_template_of_adaptive_noise_follows_the_light():
     rgb = rows[(rows["features"] == "rgb") & (rows["change"] == "dimming")]
     by = rgb.set_index(["adaptive", "phase"])
     assert (rows.loc[rows["adaptive"] == "off", "state_noise"] == 0).all()
+    errors = by["template_error"]
+    assert errors["off", "before"] < 0.5 * errors["off", "change"]
     assert by.loc[("on", "change"), "gain"] > by.loc[("off", "change"), "gain"]
     assert by.loc[("on", "change"), "template_error"] < by.loc[("off", "change"), "template_error"]
 
