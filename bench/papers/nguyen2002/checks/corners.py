@@ -40,8 +40,7 @@ def _flagged(follower: Follower, part: Sequence) -> tuple[float, float]:
     shares = []
     for frame in range(1, len(part)):
         view = follower.look(part[frame])
-        if view.seen.share <= follower.settings.gamma:
-            follower.take(view)
+        follower.take(view)
         if frame >= SETTLED:
             target, outliers = _target(follower, part, frame), view.seen.outliers
             shares.append((outliers[~target].mean(), outliers[target].mean()))
