@@ -53,6 +53,18 @@ def test_both_implementations_have_the_same_to_do(courses):
         assert twice == once + once
 
 
+def test_a_time_stands_beside_what_had_to_be_done(courses):
+    sequence = datasets.load(NAME)
+    first = int(np.flatnonzero(sequence.visibility < timing.HIDDEN)[0])
+    part = sequence[first - 3 : first + 40]
+    followed = Followed("compiled", "rgb", "as-written", part[0], part.boxes[0])
+    for image in list(part)[1:]:
+        followed(image)
+    way = courses["implementation"].eq("compiled") & courses["preset"].eq("as-written")
+    rows = courses[way & courses["features"].eq("rgb")]
+    assert rows["kind"].tolist() == 2 * followed.kinds[1:]
+
+
 def test_a_frame_is_usual_hidden_or_one_in_which_an_occlusion_ends():
     sequence = datasets.load(NAME)
     followed = Followed("compiled", "rgb", "as-written", sequence[0], sequence.boxes[0])
