@@ -131,10 +131,10 @@ class Nguyen2002(SharingTracker):
     printed), the range and the steps of the search, the smoother's noise, and the covariance of
     the very first match, which decides much (`first_spread`). "Exceeds" n_omax is taken literally.
     `recommended` goes on in fractions of a pixel, keeps the scale where others fit as well (`ties`;
-    on clips made for tests the smallest of them shrank the template in time), and corrects the covariances for the
-    search's step (`misregistration`) and for the gate (`consistency`). `robust` (RGB, γ = 0.4,
-    `end=first`) was chosen after seeing results. Ratios are guarded against division by zero: a
-    largest value of 0 counts as one grey level. Scales stay between 0.5 and 2.
+    on clips made for tests the smallest of them shrank the template in time), and corrects the
+    covariances for the search's step (`misregistration`) and for the gate (`consistency`).
+    `robust` (RGB, γ = 0.4, `end=first`) was chosen after seeing results. Ratios are guarded against
+    division by zero: a largest value of 0 counts as one grey level. Scales stay between 0.5 and 2.
 
     Details: `outliers` (share, of the last frame that was compared), `occluded` (0 or 1),
     `state_noise`, `measurement_noise` and `residual` (traces of C_w, C_f and R̄, in squared
