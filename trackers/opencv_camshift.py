@@ -1,4 +1,4 @@
-"""OpenCV's CamShift on a hue back-projection, as its users have it."""
+"""OpenCV's CamShift on a hue back-projection."""
 
 import cv2
 import numpy as np
@@ -33,13 +33,14 @@ class OpenCVCamShiftParameters(Parameters):
 
 
 class OpenCVCamShift(TrackerPlugin):
-    """OpenCV's CamShift on a hue back-projection, as its users have it.
+    """OpenCV's CamShift on a hue back-projection.
 
     Another definition than `camshift`: where the window has come to rest OpenCV enlarges it by ten
     pixels all around, fits the size by second moments, and rounds everything to whole pixels; the
-    back-projection is one of bytes. It is here to be compared with, and takes part in no claim
-    of a paper. The box is the window; where nothing is left of it the last one is kept, and
-    the target counts as not visible.
+    back-projection is one of bytes. By default all pixels count, as in `camshift`; with the pale
+    and the dark left out (`minimum_saturation`, `minimum_value`) it holds on to more. It is here to
+    be compared with, and takes part in no claim of a paper. The box is the window; where nothing
+    is left of it the last one is kept, and the target counts as not visible.
     """
 
     paper = (

@@ -1,5 +1,7 @@
 """Keeps the first box for ever: the floor of every table."""
 
+import numpy as np
+
 from trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin
 
 __all__ = ["Static"]
@@ -13,7 +15,7 @@ class Static(TrackerPlugin):
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
-        self._box = box.copy()
+        self._box = np.array(box, np.float64)
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""

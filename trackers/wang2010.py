@@ -42,10 +42,11 @@ class Wang2010(PlaceFilter):
     paper names no bins (32 each here) and no n (5 here), on which much depends. "At most n₀"
     iterations is our reading; literally n₀ + 1 are allowed, `max_iterations=11`.
 
-    The camera must stand still. Where it moves, edges change all over the image, the threshold
+    Motion is seen in grey, R + G + B: a target as bright as what is behind it hardly moves. And the
+    camera must stand still. Where it moves, edges change all over the image, the threshold
     rises with them, and what passes it says nothing of the target. The details tell: `changing` is
-    some per cent with a camera at rest and a fifth to a half with one that moves, and then no more
-    moves inside the window (`moving_inside`) than elsewhere (`moving`). `beta=0` does without
+    some per cent with a camera at rest and a fifth to a half with one that moves, and then little
+    more moves inside the window (`moving_inside`) than elsewhere (`moving`). `beta=0` does without
     motion, `alpha=1` with hue alone.
 
     Details: `effective_sample_size` (1 / Σ w² over N, in (0, 1]), `weight_ratio` (largest weight

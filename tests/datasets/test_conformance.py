@@ -11,6 +11,13 @@ import pytest
 import datasets
 from datasets import SequenceError
 
+# Of the twenty clips of a film, which are made alike, the first and the last.
+NAMES = [
+    name
+    for name in datasets.names()
+    if "/clip-" not in name or name.endswith(("/clip-01", "/clip-20"))
+]
+
 # What another process makes of the same names: fingerprint, and digest of the last image.
 ELSEWHERE = """
 import hashlib, json, sys, datasets
@@ -25,7 +32,7 @@ print(json.dumps(answers))
 @pytest.fixture(scope="module")
 def elsewhere():
     answer = subprocess.run(
-        [sys.executable, "-c", ELSEWHERE, json.dumps(datasets.names())],
+        [sys.executable, "-c", ELSEWHERE, json.dumps(NAMES)],
         capture_output=True,
         text=True,
         check=True,
@@ -33,7 +40,7 @@ def elsewhere():
     return json.loads(answer.stdout)
 
 
-@pytest.fixture(scope="module", params=datasets.names())
+@pytest.fixture(scope="module", params=NAMES)
 def sequence(request):
     return datasets.load(request.param)
 
@@ -103,4 +110,4 @@ def test_an_unknown_option_is_an_error_that_names_it(sequence):
 
 def test_no_two_sequences_have_the_same_fingerprint(elsewhere):
     fingerprints = [fingerprint for fingerprint, _ in elsewhere.values()]
-    assert len(set(fingerprints)) == len(datasets.names())
+    assert len(set(fingerprints)) == len(NAMES)

@@ -32,7 +32,7 @@ def time_rows(times: pd.DataFrame) -> list[dict[str, Any]]:
     -------
     list of dict
         See `bench.papers.Report.rows`. Seconds have quartiles over passes, ratios a 95 %
-        interval; there is no row of what was never measured undisturbed.
+        interval, which one pass alone has not; there is no row of what was never measured undisturbed.
     """
     plain = times[(times["implementation"] == "plain") & (times["window"] == "fixed")]
     rows = []
@@ -56,10 +56,15 @@ def time_rows(times: pd.DataFrame) -> list[dict[str, Any]]:
                         "column": "ratio to CamShift",
                         "published": published / seconds["camshift"],
                         "measured": exp(logs.mean()),
-                        "interval": [exp(limit) for limit in mean_interval(logs)],
+                        "interval": _ratios_between(logs),
                     }
                 )
     return rows
+
+
+def _ratios_between(logs: "pd.Series[float]") -> list[float] | None:
+    """95 % interval of a ratio from its logarithms a pass; None where a single one is left."""
+    return [exp(limit) for limit in mean_interval(logs)] if len(logs) > 1 else None
 
 
 def particle_rows(scores: pd.DataFrame) -> list[dict[str, Any]]:

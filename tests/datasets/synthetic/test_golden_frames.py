@@ -52,6 +52,7 @@ SEQUENCES = (
     "nguyen2002/lights",
     "nguyen2002/lights:lamps=coloured:scene=1",
 )
+SLOW = {"nguyen2002/lights:lamps=coloured:scene=1"}
 
 
 def digest(sequence):
@@ -77,7 +78,10 @@ def thumbnail(image):
     return tiles.round(1).reshape(-1)
 
 
-@pytest.mark.parametrize("name", SEQUENCES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in SEQUENCES],
+)
 def test_frames_and_truth_are_those_that_were_stored(name):
     stored, found = json.loads(FILE.read_text())[name], digest(datasets.load(name))
     difference = np.abs(np.subtract(stored["thumbnails"], found["thumbnails"])).max()

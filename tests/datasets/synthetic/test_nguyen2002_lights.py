@@ -128,6 +128,7 @@ def test_visibility_is_the_masks_part_of_the_whole_object(seed):
     assert truth.visibility.max() < 1  # a thumb
 
 
+@pytest.mark.slow
 def test_what_changes_with_the_objects_print_is_the_mask():
     other = scene(LightsKnobs())
     other.setting = Setting(0)

@@ -84,6 +84,7 @@ def folder(tmp_path_factory):
     return bench.run(experiment, tmp_path_factory.mktemp("results"), jobs=1)
 
 
+@pytest.mark.slow
 def test_timing_runs_are_those_of_the_presets(folder):
     frames = frame_times(folder)
     clean = load_results(folder).query("disturbed == 0")

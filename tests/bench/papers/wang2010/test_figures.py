@@ -132,6 +132,7 @@ def unwritten(monkeypatch):
         monkeypatch.setattr(drawing, writer, lambda path, _: path)
 
 
+@pytest.mark.slow
 def test_pictures_come_in_the_papers_order(results, asked, tables, scores, tmp_path, unwritten):
     paths = draw(results, tmp_path / "new", asked, tables, scores)
     assert [path.stem for path in paths] == [

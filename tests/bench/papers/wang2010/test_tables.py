@@ -293,6 +293,15 @@ def test_the_papers_times_stand_beside_ours_as_seconds_and_ratios():
     assert (seconds["published"], seconds["measured"]) == (0.098, 0.098)
 
 
+def test_a_single_undisturbed_pass_has_a_ratio_without_an_interval():
+    times = measured_times()["method_times"].groupby(["sequence", "implementation", "window"])
+    rows = time_rows(times.head(1))
+    ratios = [row for row in rows if row["column"] == "ratio to CamShift"]
+    assert ratios
+    assert {row["interval"] for row in ratios} == {None}
+    assert time_rows(times.head(0)) == []
+
+
 def test_what_was_measured_on_the_scenes_is_printed_where_it_was():
     tables = {
         "wa-7": pd.DataFrame(

@@ -97,6 +97,7 @@ def test_timing_runs_are_those_of_methods_as_written(monkeypatch):
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_timing_runs_that_load_disturbed_are_left_out(folder, monkeypatch):
     stored = frame_times(folder)
     clean = load_results(folder).query("disturbed == 0")["tracker"]
@@ -219,6 +220,7 @@ def test_all_that_the_ledger_asks_for_is_measured(folder, short, tmp_path, monke
     assert [len(table.rows) for table in time_tables(tables)] == [8, 2]
 
 
+@pytest.mark.slow
 def test_where_every_pass_is_disturbed_nothing_is_told_and_nothing_judged(
     folder, short, tmp_path, monkeypatch
 ):
