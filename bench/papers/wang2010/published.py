@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from bench.claims.checks.wang2010 import particles_needed, success_by_number
 from bench.claims.ledger import ANY
@@ -32,7 +33,8 @@ def time_rows(times: pd.DataFrame) -> list[dict[str, Any]]:
     -------
     list of dict
         See `bench.papers.Report.rows`. Seconds have quartiles over passes, ratios a 95 %
-        interval, which one pass alone has not; there is no row of what was never measured undisturbed.
+        interval, which one pass alone has not; there is no row of what was never measured
+        undisturbed.
     """
     plain = times[(times["implementation"] == "plain") & (times["window"] == "fixed")]
     rows = []
@@ -62,9 +64,9 @@ def time_rows(times: pd.DataFrame) -> list[dict[str, Any]]:
     return rows
 
 
-def _ratios_between(logs: "pd.Series[float]") -> list[float] | None:
+def _ratios_between(logs: ArrayLike) -> list[float] | None:
     """95 % interval of a ratio from its logarithms a pass; None where a single one is left."""
-    return [exp(limit) for limit in mean_interval(logs)] if len(logs) > 1 else None
+    return [exp(limit) for limit in mean_interval(logs)] if np.size(logs) > 1 else None
 
 
 def particle_rows(scores: pd.DataFrame) -> list[dict[str, Any]]:
