@@ -10,7 +10,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["AMBIENT", "Lamp", "crossing", "drawn_lamps", "lit", "softness", "unshaded"]
+__all__ = [
+    "AMBIENT",
+    "Lamp",
+    "crossing",
+    "drawn_lamps",
+    "lay_lit",
+    "light_on",
+    "lit",
+    "softness",
+    "unshaded",
+]
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.floating]
@@ -23,6 +33,9 @@ RADIUS = 22.0
 
 AMBIENT = 0.16
 """Part of a lamp's light that comes back from the room's other walls."""
+
+FAINT = 1e-4
+"""Coverage that is not seen; its direction would be rounding errors."""
 
 SPOTS, STRIDE = 10, 1.8
 """Points of a lamp from which rays are sent, and how far they go at a time [pixels]."""
@@ -164,3 +177,44 @@ def _unshaded(depths: Array, place: Array, fine: int, spots: Array) -> Array:
                         break
                 seen[row, column] += clear
     return seen / len(spots)
+
+
+@njit(cache=True)
+def light_on(place: Array, depth: Array, normal: Array, fine: int) -> tuple[Array, Array]:
+    """Light of a lamp on what stands still, and its reflection, sample by sample."""
+    light, shine = np.empty(depth.shape), np.empty(depth.shape)
+    point = np.empty(3)
+    for row in range(depth.shape[0]):
+        for column in range(depth.shape[1]):
+            point[0], point[1] = (column + 0.5) / fine, (row + 0.5) / fine
+            point[2] = depth[row, column]
+            light[row, column], shine[row, column] = lit(place, point, normal[row, column])
+    return light, shine
+
+
+@njit(cache=True)
+def lay_lit(
+    picture: Floats, colour: Floats, normal: Floats, depth: float, turn: Array,
+    places: Array, powers: Array, left: Floats,
+) -> None:  # fmt: skip
+    """Lay a lit card over a picture, in place."""
+    point, facing = np.empty(3), np.empty(3)
+    for row in range(picture.shape[0]):
+        for column in range(picture.shape[1]):
+            covered = colour[row, column, 3]
+            if covered < FAINT:
+                continue
+            for c in range(3):
+                facing[c] = normal[row, column, c] / covered
+                picture[row, column, c] *= 1 - covered
+            facing[0] += turn[0]
+            facing[1] += turn[1]
+            facing /= np.sqrt((facing * facing).sum())
+            point[0], point[1], point[2] = column + 0.5, row + 0.5, depth
+            for k in range(len(places)):
+                light, shine = lit(places[k], point, facing)
+                light = AMBIENT + light * left[k, row, column]
+                shine *= normal[row, column, 3] * left[k, row, column]
+                for c in range(3):
+                    back = colour[row, column, c] * light + shine
+                    picture[row, column, c] += back * powers[k, c]

@@ -5,11 +5,18 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from datasets.synthetic.lamps.card import Pose, Shade
-from datasets.synthetic.lamps.lamp import AMBIENT, Lamp, crossing, lit, softness, unshaded
+from datasets.synthetic.lamps.lamp import (
+    AMBIENT,
+    Lamp,
+    crossing,
+    lay_lit,
+    light_on,
+    softness,
+    unshaded,
+)
 from datasets.synthetic.lamps.plan import SIZE
 from datasets.synthetic.lamps.setting import HELD, PASSING, ROOM_FINE, Setting
 
@@ -20,10 +27,6 @@ Floats = NDArray[np.float32]
 
 AFAR = -90.0
 """About how far towards the camera what stands still is, on which soft shadows fall [pixels]."""
-
-
-FAINT = 1e-4
-"""Coverage that is not seen; its direction would be rounding errors."""
 
 
 class Lighting:
@@ -67,14 +70,14 @@ class Lighting:
         for seen, k in zip(left, on, strict=True):
             for number, pose, _ in passing:
                 seen *= 1 - self._near_shades[k][number].at(pose, self._near_ways[k])
-        self._lay(picture, on, self._setting.carried.at(held), HELD, turn, left)
+        self.lay_lit(picture, on, self._setting.carried.at(held), HELD, turn, left)
         for number, pose, blur in passing:
             sheets = self._setting.passers[number].at(pose)
             blurred = [np.asarray(cv2.blur(sheet, (blur, 1)), np.float32) for sheet in sheets]
-            self._lay(picture, on, blurred, PASSING, np.zeros(2), np.ones_like(left))
+            self.lay_lit(picture, on, blurred, PASSING, np.zeros(2), np.ones_like(left))
         return picture
 
-    def _lay(
+    def lay_lit(
         self,
         picture: Floats,
         on: Sequence[int],
@@ -86,7 +89,7 @@ class Lighting:
         """Lay a card at a depth over a picture, in what is `left` of the lamps' light."""
         places = np.stack([self._lamps[k].place for k in on])
         powers = np.stack([self._lamps[k].colour for k in on])
-        _lay(picture, sheets[0], sheets[1], depth, turn, places, powers, left)
+        lay_lit(picture, sheets[0], sheets[1], depth, turn, places, powers, left)
 
     @cached_property
     def _returned(self) -> list[tuple[Floats, Floats]]:
@@ -95,7 +98,7 @@ class Lighting:
         colour = room.reduced(ROOM_FINE)[0][..., :3]
         pairs = []
         for lamp in self._lamps:
-            light, shine = _on_room(lamp.place, room.depth, room.normal, ROOM_FINE)
+            light, shine = light_on(lamp.place, room.depth, room.normal, ROOM_FINE)
             seen = unshaded(room.depth, lamp.place, ROOM_FINE)
             back = (room.colour * light[..., None] + (room.gloss * shine)[..., None]) * seen
             direct = cv2.resize(back, SIZE, interpolation=cv2.INTER_AREA)
@@ -146,44 +149,3 @@ def _points(depth: Array) -> Floats:
     """Middles of the picture's pixels at a depth, shape (height, width, 3)."""
     rows, columns = np.indices(depth.shape) + 0.5
     return np.stack([columns, rows, depth], axis=2).astype(np.float32)
-
-
-@njit(cache=True)
-def _on_room(place: Array, depth: Array, normal: Array, fine: int) -> tuple[Array, Array]:
-    """Light of a lamp on what stands still, and its reflection, sample by sample."""
-    light, shine = np.empty(depth.shape), np.empty(depth.shape)
-    point = np.empty(3)
-    for row in range(depth.shape[0]):
-        for column in range(depth.shape[1]):
-            point[0], point[1] = (column + 0.5) / fine, (row + 0.5) / fine
-            point[2] = depth[row, column]
-            light[row, column], shine[row, column] = lit(place, point, normal[row, column])
-    return light, shine
-
-
-@njit(cache=True)
-def _lay(
-    picture: Floats, colour: Floats, normal: Floats, depth: float, turn: Array,
-    places: Array, powers: Array, left: Floats,
-) -> None:  # fmt: skip
-    """Lay a lit card over a picture, in place."""
-    point, facing = np.empty(3), np.empty(3)
-    for row in range(picture.shape[0]):
-        for column in range(picture.shape[1]):
-            covered = colour[row, column, 3]
-            if covered < FAINT:
-                continue
-            for c in range(3):
-                facing[c] = normal[row, column, c] / covered
-                picture[row, column, c] *= 1 - covered
-            facing[0] += turn[0]
-            facing[1] += turn[1]
-            facing /= np.sqrt((facing * facing).sum())
-            point[0], point[1], point[2] = column + 0.5, row + 0.5, depth
-            for k in range(len(places)):
-                light, shine = lit(places[k], point, facing)
-                light = AMBIENT + light * left[k, row, column]
-                shine *= normal[row, column, 3] * left[k, row, column]
-                for c in range(3):
-                    back = colour[row, column, c] * light + shine
-                    picture[row, column, c] += back * powers[k, c]

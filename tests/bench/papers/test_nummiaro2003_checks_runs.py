@@ -11,6 +11,8 @@ from bench.papers.nummiaro2003.checks import entrance, examining, maximum, own_m
 from bench.papers.nummiaro2003.checks.running import runs
 from datasets import Sequence, SequenceError
 
+pytestmark = pytest.mark.slow
+
 RED, BLUE, GREY, GREEN = (40, 40, 200), (200, 60, 40), (128, 128, 128), (60, 160, 60)
 ROWS, COLUMNS = np.mgrid[:120, :200] + 0.5
 

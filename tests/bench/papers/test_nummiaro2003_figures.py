@@ -26,6 +26,8 @@ from bench.store.results import Results
 from bench.store.truth import write_truth
 from datasets.text_form import format_text
 
+pytestmark = pytest.mark.slow
+
 # The target is hidden about frame 20 and out of view about frame 40.
 NAME = datasets.load("plain/target:length=60:occlusion=1:absence=12").name
 SCENES = "plain/target:length=20"
@@ -133,7 +135,6 @@ def test_figures_come_in_the_papers_order(results, asked, tables, tmp_path, unwr
     assert undrawn(paths, NUMBERS) == []
 
 
-@pytest.mark.slow
 def test_every_figure_is_drawn_whole(results, asked, tables, tmp_path):
     for path in draw(results, tmp_path / "new", asked, tables):
         assert min(cv2.imread(str(path)).shape[:2]) > 250

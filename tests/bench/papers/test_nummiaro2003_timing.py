@@ -29,6 +29,8 @@ from bench.papers.nummiaro2003.timing import (
 from bench.store.loading import load_results
 from reports.tables import MISSING
 
+pytestmark = pytest.mark.slow
+
 NAME = "plain/target"
 
 

@@ -59,6 +59,7 @@ def test_light_changes_nothing_of_the_truth_but_the_shade(seed, number):
     assert even.fingerprint != dappled.fingerprint
 
 
+@pytest.mark.slow
 def test_dappled_light_takes_light_from_ground_and_people_and_not_from_houses():
     even, dappled = (datasets.load(f"multipart/8:light={light}")[100] for light in KINDS)
     change = dappled.astype(int) - even
@@ -76,6 +77,7 @@ def test_dappled_light_lays_shade_on_the_target_for_some_of_the_time():
     assert min(shares) < 0.8
 
 
+@pytest.mark.slow
 def test_scenes_differ_in_ways_clothes_and_street():
     sequences = [datasets.load(f"multipart/5:scene={seed}") for seed in range(2)]
     looks = {sequence.frames.plan.people[0].look for sequence in sequences}

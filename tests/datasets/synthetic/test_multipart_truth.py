@@ -96,6 +96,7 @@ def painted_and_dark(request):
     return all_in((200, 40, 230)), all_in((20, 20, 20))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("when", ["first", "later", "most hidden"])
 def test_what_changes_with_the_targets_colours_is_where_truth_says(painted_and_dark, when):
     painted = painted_and_dark[0]

@@ -129,6 +129,7 @@ def black_and_white(request):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.0, 0.55, 0.8])
 def test_what_changes_with_the_targets_paint_is_where_truth_says(black_and_white, share):
     plan = black_and_white[0].plan
@@ -226,6 +227,7 @@ def test_a_bad_knob_is_refused_by_name(name, knob, value):
         datasets.load(f"{name}:{knob}={value}")
 
 
+@pytest.mark.slow
 def test_scenes_differ():
     one, other = (datasets.load(f"nummiaro2003/traffic:scene={seed}") for seed in (0, 2))
     assert np.abs(one.boxes - other.boxes).max() > 40

@@ -95,6 +95,7 @@ def test_what_is_drawn_in_another_skin_and_hair_is_the_head():
     assert changed[~mask].sum() < 0.08 * mask.sum()
 
 
+@pytest.mark.slow
 @settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_every_scene_shows_the_head_whole_and_from_all_sides(seed):
@@ -139,6 +140,7 @@ def test_turned_away_is_where_nothing_is_seen_of_the_face(sequence):
     assert np.mean(np.array(seen)[~away]) > 0.9
 
 
+@pytest.mark.slow
 def test_the_background_holds_far_more_colours_than_a_street():
     street = occupied_bins(datasets.load("multipart/5")[0])
     halls = [occupied_bins(datasets.load(f"{NAME}:scene={seed}").frames._wall) for seed in range(3)]

@@ -67,6 +67,7 @@ def test_they_do_so_in_many_scenes():
         check_the_story_of_the_students(opened(STUDENTS, scene=seed))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tree", [2, 3])
 def test_a_wider_tree_hides_him_for_longer_and_changes_nothing_else(tree):
     usual, wide = opened(STUDENTS, scene=1), opened(STUDENTS, scene=1, tree=tree)

@@ -43,6 +43,7 @@ def test_what_begins_after_an_occlusion_that_the_sequences_end_closed_is_found(m
     assert declared_in(run) == [Declared(86, 91, None), Declared(100, 107, None)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["rgb:gamma=0.08", "invariants:gamma=0.2", "intensity:gamma=0.02"])
 def test_events_of_stored_runs_are_those_of_the_method_in_plain_numpy(text):
     sequence = datasets.load("plain/target:length=60:occlusion=0.9:noise=8")

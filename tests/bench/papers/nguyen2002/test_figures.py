@@ -36,6 +36,8 @@ from bench.store.results import Results
 from bench.store.truth import StoredTruth, write_truth
 from reports.overlay import TRUTH
 
+pytestmark = pytest.mark.slow
+
 NAME = "plain/target:length=60:occlusion=1"
 TEXTS = [f"nguyen2002:preset={preset}:features={features}"
          for preset in PRESETS.values() for features in FEATURES.values()]  # fmt: skip
@@ -115,7 +117,6 @@ def test_the_papers_figure_comes_first(results, asked, tables, scores, tmp_path,
     assert undrawn(paths, NUMBERS) == []
 
 
-@pytest.mark.slow
 def test_every_picture_is_drawn_whole(results, asked, tables, scores, tmp_path):
     for path in draw(results, tmp_path / "new", asked, tables, scores):
         assert min(cv2.imread(str(path)).shape[:2]) > 250

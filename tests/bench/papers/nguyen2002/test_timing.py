@@ -19,6 +19,8 @@ from bench.papers.nguyen2002.timing import (
 from bench.store.loading import load_results
 from reports.tables import MISSING
 
+pytestmark = pytest.mark.slow
+
 # The target is hidden about frame 20 for some frames.
 NAME = "plain/target:length=60:occlusion=1"
 
@@ -84,7 +86,6 @@ def folder(tmp_path_factory):
     return bench.run(experiment, tmp_path_factory.mktemp("results"), jobs=1)
 
 
-@pytest.mark.slow
 def test_timing_runs_are_those_of_the_presets(folder):
     frames = frame_times(folder)
     clean = load_results(folder).query("disturbed == 0")

@@ -32,6 +32,8 @@ from bench.store.results import Results
 from bench.store.truth import write_truth
 from reports.overlay import TRUTH
 
+pytestmark = pytest.mark.slow
+
 BALL, HAND, CUP = (f"plain/target:length={length}" for length in (60, 61, 62))
 REAL = list(EXPERIMENTS)
 SHORT = dict(zip((BALL, HAND, CUP), EXPERIMENTS.values(), strict=True))
@@ -132,7 +134,6 @@ def unwritten(monkeypatch):
         monkeypatch.setattr(drawing, writer, lambda path, _: path)
 
 
-@pytest.mark.slow
 def test_pictures_come_in_the_papers_order(results, asked, tables, scores, tmp_path, unwritten):
     paths = draw(results, tmp_path / "new", asked, tables, scores)
     assert [path.stem for path in paths] == [
@@ -144,7 +145,6 @@ def test_pictures_come_in_the_papers_order(results, asked, tables, scores, tmp_p
     assert undrawn(paths, NUMBERS) == []
 
 
-@pytest.mark.slow
 def test_every_picture_is_drawn_whole(results, asked, tables, scores, tmp_path):
     for path in draw(results, tmp_path / "new", asked, tables, scores):
         assert min(cv2.imread(str(path)).shape[:2]) > 250

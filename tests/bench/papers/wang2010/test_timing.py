@@ -26,6 +26,8 @@ from bench.record import Times
 from bench.store.loading import load_results
 from reports.tables import MISSING
 
+pytestmark = pytest.mark.slow
+
 NAME = "plain/target:length=20"
 TABLE_1, SECTION_3_2 = PUBLISHED
 
@@ -97,7 +99,6 @@ def test_timing_runs_are_those_of_methods_as_written(monkeypatch):
     ]  # fmt: skip
 
 
-@pytest.mark.slow
 def test_timing_runs_that_load_disturbed_are_left_out(folder, monkeypatch):
     stored = frame_times(folder)
     clean = load_results(folder).query("disturbed == 0")["tracker"]
@@ -220,7 +221,6 @@ def test_all_that_the_ledger_asks_for_is_measured(folder, short, tmp_path, monke
     assert [len(table.rows) for table in time_tables(tables)] == [8, 2]
 
 
-@pytest.mark.slow
 def test_where_every_pass_is_disturbed_nothing_is_told_and_nothing_judged(
     folder, short, tmp_path, monkeypatch
 ):
