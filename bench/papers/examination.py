@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import as_completed
@@ -10,12 +11,37 @@ from typing import TypeVar
 
 import pandas as pd
 
+from bench.papers import Effort
 from bench.store.files import write_atomically
 
-__all__ = ["examined", "kept_tables"]
+__all__ = ["examined", "examined_for", "kept_tables"]
 
 T = TypeVar("T")
 R = TypeVar("R")
+
+
+def examined_for(
+    effort: Effort,
+    examine: Callable[..., dict[str, pd.DataFrame]],
+    scenes: Sequence[str],
+    folder: Path,
+) -> dict[str, pd.DataFrame]:
+    """What a paper's `examine` measures on scenes, as far as an effort goes.
+
+    Parameters
+    ----------
+    effort : Effort
+        How much is asked for.
+    examine : callable
+        `examine(scenes, folder, jobs, quick=…, everything=…)` of the paper's `checks`.
+    scenes : sequence of str
+        Names of sequences.
+    folder : Path
+        Of the report; made if need be, keeps what was measured.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    jobs = effort.jobs or os.cpu_count() or 1
+    return examine(scenes, folder, jobs, quick=effort.quick, everything=effort.everything)
 
 
 def examined(

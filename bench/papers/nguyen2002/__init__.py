@@ -1,6 +1,5 @@
 """A template of per-pixel Kalman filters on colour invariants: its Table 1, Fig. 1, and claims."""
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -76,16 +75,10 @@ def examined_tables(folder: Path, effort: Effort) -> "dict[str, DataFrame]":
     effort : Effort
         How much is asked for.
     """
+    from bench.papers.examination import examined_for
     from bench.papers.nguyen2002.checks import examine
 
-    folder.mkdir(parents=True, exist_ok=True)
-    return examine(
-        examined_scenes(effort),
-        folder,
-        effort.jobs or os.cpu_count() or 1,
-        quick=effort.quick,
-        everything=effort.everything,
-    )
+    return examined_for(effort, examine, examined_scenes(effort), folder)
 
 
 def examined_scenes(effort: Effort) -> list[str]:

@@ -1,6 +1,5 @@
 """The adaptive elliptic colour particle filter: Fig. 2 to 10, and what the text claims of it."""
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -74,16 +73,10 @@ def examined_tables(folder: Path, effort: Effort) -> "dict[str, DataFrame]":
     effort : Effort
         How much is asked for.
     """
+    from bench.papers.examination import examined_for
     from bench.papers.nummiaro2003.checks import examine
 
-    folder.mkdir(parents=True, exist_ok=True)
-    return examine(
-        examined_scenes(effort),
-        folder,
-        effort.jobs or os.cpu_count() or 1,
-        quick=effort.quick,
-        everything=effort.everything,
-    )
+    return examined_for(effort, examine, examined_scenes(effort), folder)
 
 
 def examined_scenes(effort: Effort) -> list[str]:

@@ -1,6 +1,5 @@
 """CamShift improved by motion, inside a particle filter: its baselines, Table 1, Fig. 1 to 6."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -91,16 +90,10 @@ def examined_tables(folder: Path, effort: Effort) -> "dict[str, DataFrame]":
     effort : Effort
         How much is asked for.
     """
+    from bench.papers.examination import examined_for
     from bench.papers.wang2010.checks import examine
 
-    folder.mkdir(parents=True, exist_ok=True)
-    return examine(
-        examined_scenes(effort),
-        folder,
-        effort.jobs or os.cpu_count() or 1,
-        quick=effort.quick,
-        everything=effort.everything,
-    )
+    return examined_for(effort, examine, examined_scenes(effort), folder)
 
 
 def examined_scenes(effort: Effort) -> list[str]:

@@ -37,7 +37,10 @@ CHECKS = (
 def measure(monkeypatch, tmp_path):
     """Measures in this process."""
     asked.clear()
-    here = lambda function, scenes, jobs, title: [(one, function(one)) for one in scenes]  # noqa: E731
+
+    def here(function, scenes, jobs, title):
+        return [(one, function(one)) for one in scenes]
+
     monkeypatch.setattr(examination, "examined", here)
 
     def measure(*scenes, **options):
