@@ -1,0 +1,162 @@
+"""A snake (Kass, Witkin & Terzopoulos 1988) that draws a contour to the edges around it."""
+
+from functools import cache
+from math import ceil, floor
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from trackers.base.interface import Image
+from trackers.contour.outline import bounding_box, crosses_itself, enclosed_area
+
+__all__ = ["edge_map", "fitted_snake", "refined"]
+
+Array = NDArray[np.float64]
+
+MARGIN = 14  # pixels around a contour in which edges are sought
+LEAST, MOST = 0.5, 2.0  # times the area before, for a snake that is to be believed
+
+
+def refined(
+    contour: Array, image: Image, posterior: NDArray[np.float32] | None
+) -> tuple[Array, bool]:
+    """The contour that a snake finds from a contour on, if it is to be believed.
+
+    Parameters
+    ----------
+    contour : ndarray of float64, shape (points, 2)
+    image : ndarray of uint8, shape (height, width, 3)
+    posterior : ndarray of float, shape (height, width), or None
+        The probability of the target at each pixel, in [0, 1]. Edges that it does not show are
+        none; without it, all are.
+
+    Returns
+    -------
+    contour : ndarray of float64, shape (points, 2)
+        The snake, or what came in.
+    accepted : bool
+        Whether it is the snake: it does not cross itself and encloses between half and twice as
+        much.
+    """
+    left, top, width, height = bounding_box(contour).tolist()
+    x, y = max(floor(left) - MARGIN, 0), max(floor(top) - MARGIN, 0)
+    near = np.s_[y : max(ceil(top + height) + MARGIN, 0), x : max(ceil(left + width) + MARGIN, 0)]
+    if min(image[near].shape[:2]) < 2:  # a gradient takes two pixels
+        return contour, False
+    edges = edge_map(image[near], None if posterior is None else posterior[near])
+    snake = fitted_snake(contour, edges, (x, y))
+    growth = enclosed_area(snake) / enclosed_area(contour)
+    if not LEAST <= growth <= MOST or crosses_itself(snake):
+        return contour, False
+    return snake, True
+
+
+def edge_map(image: Image, posterior: NDArray[np.float32] | None) -> Array:
+    """How strong the edges at each pixel are, in [0, 1]; the strongest is 1 where there is one.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (height, width, 3)
+    posterior : ndarray of float, shape (height, width), or None
+        A map whose edges must support those of the image: the gradients' magnitudes are
+        multiplied.
+
+    Returns
+    -------
+    ndarray of float64, shape (height, width)
+    """
+    edges = _gradient(image.astype(np.float64), 1.2)
+    if posterior is not None:
+        edges *= _gradient(posterior.astype(np.float64), 2.0)
+    edges = np.asarray(cv2.GaussianBlur(edges, (0, 0), 1.5), np.float64)
+    strongest = edges.max()
+    return edges / strongest if strongest > 0 else edges
+
+
+def _gradient(values: Array, sigma: float) -> Array:
+    """Magnitude of the gradient of smoothed values, over all channels."""
+    smooth = cv2.GaussianBlur(values, (0, 0), sigma)
+    across, down = (cv2.Sobel(smooth, -1, *order, scale=1 / 8) for order in ((1, 0), (0, 1)))
+    squared = across**2 + down**2
+    return np.asarray(np.sqrt(squared if squared.ndim == 2 else squared.sum(axis=2)))
+
+
+def fitted_snake(
+    contour: Array,
+    edges: Array,
+    origin: tuple[int, int],
+    elasticity: float = 0.08,
+    rigidity: float = 0.6,
+    step: float = 1.0,
+    attraction: float = 3.0,
+    iterations: int = 40,
+) -> Array:
+    """A closed snake after some steps, p ← (A + γ I)⁻¹ (γ p + f(p)).
+
+    Parameters
+    ----------
+    contour : ndarray of float64, shape (points, 2)
+        Where it starts, in pixels of the image.
+    edges : ndarray of float64, shape (height, width)
+        Of a window of the image, at least two pixels either way.
+    origin : tuple of int
+        The window's first column and row.
+    elasticity, rigidity : float
+        α and β: weights of the first and the second differences, which A holds.
+    step : float
+        γ: the smaller, the larger the steps.
+    attraction : float
+        κ: f is κ times the gradient of the edges, interpolated linearly, and one pixel at most.
+    iterations : int
+        Steps.
+
+    Returns
+    -------
+    ndarray of float64, shape (points, 2)
+    """
+    down, across = np.gradient(edges)
+    force = attraction * np.stack([across, down], axis=2)
+    smoothing = _smoothing(len(contour), elasticity, rigidity, step)
+    corner = np.array(origin) + 0.5
+    snake: Array = _iterated(contour - corner, force, smoothing, step, iterations)
+    return snake + corner
+
+
+@cache
+def _smoothing(points: int, elasticity: float, rigidity: float, step: float) -> Array:
+    """(A + γ I)⁻¹, from the eigenvalues: A is circulant."""
+    differences = 2 - 2 * np.cos(2 * np.pi * np.arange(points // 2 + 1) / points)
+    eigenvalues = elasticity * differences + rigidity * differences**2 + step
+    column = np.fft.irfft(1 / eigenvalues, points)
+    i = np.arange(points)
+    inverse: Array = column[(i[:, None] - i) % points]
+    inverse.flags.writeable = False
+    return inverse
+
+
+@njit(cache=True)
+def _iterated(start: Array, force: Array, smoothing: Array, step: float, iterations: int) -> Array:
+    rows, columns = force.shape[:2]
+    points = start.copy()
+    pulled = np.empty_like(points)
+    for _ in range(iterations):
+        for i in range(len(points)):
+            x = min(max(points[i, 0], 0.0), columns - 1.0)
+            y = min(max(points[i, 1], 0.0), rows - 1.0)
+            column, row = min(int(x), columns - 2), min(int(y), rows - 2)
+            right, below = x - column, y - row
+            pull = (1 - below) * ((1 - right) * force[row, column] + right * force[row, column + 1])
+            pull += below * (
+                (1 - right) * force[row + 1, column] + right * force[row + 1, column + 1]
+            )
+            length = np.hypot(pull[0], pull[1])
+            if length > 1.0:
+                pull /= length
+            pulled[i] = step * points[i] + pull
+        points[:] = 0.0
+        for i in range(len(points)):
+            for j in range(len(points)):
+                points[i] += smoothing[i, j] * pulled[j]
+    return points
