@@ -1,0 +1,3 @@
+"""An octopus that crawls over the sea floor and takes on its looks."""
+
+__all__: list[str] = []
