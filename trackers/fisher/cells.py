@@ -1,0 +1,100 @@
+"""Colours of an image taken together in cells of a grid, so that a colour is judged only once."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from trackers.base.interface import Image
+
+__all__ = ["ColourCells", "cells_inside", "colour_cells"]
+
+
+class ColourCells(NamedTuple):
+    """The cells of a colour grid that an image occupies, in the grid's order.
+
+    Attributes
+    ----------
+    colours : ndarray of float64, shape (K, 3)
+        Mean RGB / 255 of each cell's pixels, in [0, 1].
+    image : ndarray of int32, shape (rows, columns)
+        Cell of every pixel, in [0, K).
+    sizes : ndarray of int64, shape (K,)
+        Pixels of each, at least 1.
+    """
+
+    colours: NDArray[np.float64]
+    image: NDArray[np.int32]
+    sizes: NDArray[np.int64]
+
+
+@njit(cache=True)
+def colour_cells(image: Image, levels: int = 20) -> ColourCells:
+    """Cells of equal size, `levels` along each of red, green and blue.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (rows, columns, 3)
+        BGR.
+    levels : int
+        1 to 64.
+
+    Returns
+    -------
+    ColourCells
+        At most levels³ of them, and no more than pixels.
+    """
+    rows, columns, _ = image.shape
+    totals = np.zeros((levels**3, 4), np.int64)  # of red, green and blue, and pixels
+    cells = np.empty((rows, columns), np.int32)
+    for row in range(rows):
+        for column in range(columns):
+            blue = np.int64(image[row, column, 0])
+            green = np.int64(image[row, column, 1])
+            red = np.int64(image[row, column, 2])
+            cell = (red * levels >> 8) * levels + (green * levels >> 8)
+            cell = cell * levels + (blue * levels >> 8)
+            cells[row, column] = cell
+            totals[cell, 0] += red
+            totals[cell, 1] += green
+            totals[cell, 2] += blue
+            totals[cell, 3] += 1
+    occupied = np.flatnonzero(totals[:, 3])
+    numbers = np.empty(len(totals), np.int32)
+    colours = np.empty((len(occupied), 3))
+    sizes = np.empty(len(occupied), np.int64)
+    for number, cell in enumerate(occupied):
+        numbers[cell] = number
+        sizes[number] = totals[cell, 3]
+        for channel in range(3):
+            colours[number, channel] = totals[cell, channel] / (255.0 * sizes[number])
+    for row in range(rows):
+        for column in range(columns):
+            cells[row, column] = numbers[cells[row, column]]
+    return ColourCells(colours, cells, sizes)
+
+
+def cells_inside(cells: ColourCells, x0: int, y0: int, x1: int, y1: int) -> NDArray[np.int64]:
+    """Pixels of each cell in the part of a rectangle that is in the image.
+
+    Parameters
+    ----------
+    x0, y0, x1, y1 : int
+        First column and row, and those after the last ones.
+
+    Returns
+    -------
+    ndarray of int64, shape (K,)
+    """
+    inside = cells.image[max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)]
+    return _counts(inside, len(cells.sizes))
+
+
+@njit(cache=True)
+def _counts(inside: NDArray[np.int32], n: int) -> NDArray[np.int64]:
+    counts = np.zeros(n, np.int64)
+    for row in range(inside.shape[0]):
+        for column in range(inside.shape[1]):
+            counts[inside[row, column]] += 1
+    return counts
