@@ -47,8 +47,8 @@ def refined(
         return contour, False
     edges = edge_map(image[near], None if posterior is None else posterior[near])
     snake = fitted_snake(contour, edges, (x, y))
-    growth = enclosed_area(snake) / enclosed_area(contour)
-    if not LEAST <= growth <= MOST or crosses_itself(snake):
+    area = enclosed_area(contour)
+    if not LEAST * area <= enclosed_area(snake) <= MOST * area or crosses_itself(snake):
         return contour, False
     return snake, True
 
@@ -67,20 +67,20 @@ def edge_map(image: Image, posterior: NDArray[np.float32] | None) -> Array:
     -------
     ndarray of float64, shape (height, width)
     """
-    edges = _gradient(image.astype(np.float64), 1.2)
+    slopes = _gradient(image.astype(np.float32), 1.2)
     if posterior is not None:
-        edges *= _gradient(posterior.astype(np.float64), 2.0)
-    edges = np.asarray(cv2.GaussianBlur(edges, (0, 0), 1.5), np.float64)
+        slopes *= _gradient(posterior.astype(np.float32), 2.0)
+    edges = cv2.GaussianBlur(slopes, (0, 0), 1.5).astype(np.float64)
     strongest = edges.max()
     return edges / strongest if strongest > 0 else edges
 
 
-def _gradient(values: Array, sigma: float) -> Array:
+def _gradient(values: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
     """Magnitude of the gradient of smoothed values, over all channels."""
     smooth = cv2.GaussianBlur(values, (0, 0), sigma)
     across, down = (cv2.Sobel(smooth, -1, *order, scale=1 / 8) for order in ((1, 0), (0, 1)))
-    squared = across**2 + down**2
-    return np.asarray(np.sqrt(squared if squared.ndim == 2 else squared.sum(axis=2)))
+    squared = across * across + down * down
+    return np.sqrt(squared if squared.ndim == 2 else np.einsum("ijk->ij", squared))
 
 
 def fitted_snake(
@@ -117,7 +117,7 @@ def fitted_snake(
     ndarray of float64, shape (points, 2)
     """
     down, across = np.gradient(edges)
-    force = attraction * np.stack([across, down], axis=2)
+    force = attraction * np.stack([across, down])
     smoothing = _smoothing(len(contour), elasticity, rigidity, step)
     corner = np.array(origin) + 0.5
     snake: Array = _iterated(contour - corner, force, smoothing, step, iterations)
@@ -138,25 +138,33 @@ def _smoothing(points: int, elasticity: float, rigidity: float, step: float) -> 
 
 @njit(cache=True)
 def _iterated(start: Array, force: Array, smoothing: Array, step: float, iterations: int) -> Array:
-    rows, columns = force.shape[:2]
+    _, rows, columns = force.shape
+    n = len(start)
     points = start.copy()
     pulled = np.empty_like(points)
     for _ in range(iterations):
-        for i in range(len(points)):
+        for i in range(n):
             x = min(max(points[i, 0], 0.0), columns - 1.0)
             y = min(max(points[i, 1], 0.0), rows - 1.0)
             column, row = min(int(x), columns - 2), min(int(y), rows - 2)
-            right, below = x - column, y - row
-            pull = (1 - below) * ((1 - right) * force[row, column] + right * force[row, column + 1])
-            pull += below * (
-                (1 - right) * force[row + 1, column] + right * force[row + 1, column + 1]
-            )
-            length = np.hypot(pull[0], pull[1])
-            if length > 1.0:
-                pull /= length
-            pulled[i] = step * points[i] + pull
-        points[:] = 0.0
-        for i in range(len(points)):
-            for j in range(len(points)):
-                points[i] += smoothing[i, j] * pulled[j]
+            across = _between(force[0], row, column, y - row, x - column)
+            down = _between(force[1], row, column, y - row, x - column)
+            length = max(np.hypot(across, down), 1.0)
+            pulled[i, 0] = step * points[i, 0] + across / length
+            pulled[i, 1] = step * points[i, 1] + down / length
+        for i in range(n):
+            x, y = 0.0, 0.0
+            for j in range(n):
+                x += smoothing[i, j] * pulled[j, 0]
+                y += smoothing[i, j] * pulled[j, 1]
+            points[i] = x, y
     return points
+
+
+@njit(cache=True)
+def _between(values: Array, row: int, column: int, below: float, right: float) -> float:
+    """Linear interpolation among four pixels."""
+    upper = (1 - right) * values[row, column] + right * values[row, column + 1]
+    lower = (1 - right) * values[row + 1, column] + right * values[row + 1, column + 1]
+    between: float = (1 - below) * upper + below * lower
+    return between

@@ -191,7 +191,7 @@ def _row(
     x: float, left: float, low: float, right: float, high: float, origin: int, height: int
 ) -> int:
     """Rows of a window whose centres are above where a side crosses x."""
-    y = low + (x - left) * ((high - low) / (right - left)) - (origin + 0.5)
+    y = low + (x - left) * (high - low) / (right - left) - (origin + 0.5)
     if not y > 0.0:
         return 0
     return ceil(y) if y < height else height

@@ -1,0 +1,153 @@
+"""Contours of masks and masks of contours, against closed forms, Shapely and SciPy."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy import ndimage
+from shapely import LinearRing, Polygon
+
+from trackers.contour.outline import (
+    bounding_box,
+    crosses_itself,
+    enclosed_area,
+    equally_spaced,
+    filled,
+    inscribed_ellipse,
+    outline,
+)
+
+
+def overlap(a, b):
+    return (a & b).sum() / (a | b).sum()
+
+
+def blob(seed, height=40, width=50):
+    """The largest part of a random mask, without holes; it may touch the border."""
+    noise = ndimage.gaussian_filter(np.random.default_rng(seed).normal(size=(height, width)), 3)
+    parts, _ = ndimage.label(noise > 0.02, np.ones((3, 3)))
+    largest = parts == np.bincount(parts[parts > 0]).argmax()
+    return ndimage.binary_fill_holes(largest)
+
+
+@given(st.integers(0, 10_000))
+def test_an_outline_of_enough_points_fills_to_the_mask_again(seed):
+    mask = blob(seed)
+    np.testing.assert_array_equal(filled(outline(mask, 2000), *mask.shape), mask)
+
+
+def test_the_outline_of_a_square_runs_on_its_sides_and_cuts_its_corners():
+    mask = np.zeros((30, 40), bool)
+    mask[5:25, 8:28] = True
+    found = outline(mask, 800)
+    assert bounding_box(found) == pytest.approx([8, 5, 20, 20])
+    assert enclosed_area(found) == pytest.approx(20 * 20 - 4 / 8, abs=0.05)
+    away = np.minimum(abs(found[:, 0, None] - [8, 28]), abs(found[:, 1, None] - [5, 25]))
+    assert away.min(axis=1).max() <= 0.25 + 1e-12  # half-way along the cut
+
+
+@pytest.mark.parametrize("radius", [8, 20.3, 45])
+def test_the_outline_of_a_disc_is_the_polygon_in_its_circle(radius):
+    mask = inscribed_ellipse(np.array([3.2, 5.7, 2 * radius, 2 * radius]), 110, 110)
+    found = outline(mask)
+    distances = np.hypot(*(found - [3.2 + radius, 5.7 + radius]).T)
+    assert abs(distances - radius).max() < 0.7
+    inscribed = 32 / 2 * radius**2 * np.sin(2 * np.pi / 32)
+    assert enclosed_area(found) == pytest.approx(inscribed, rel=0.015)
+    assert overlap(filled(found, 110, 110), mask) > 0.96
+
+
+def test_an_outline_is_clockwise_from_the_topmost_point_on_and_equally_spaced():
+    mask = blob(3)
+    found = outline(mask, 300)
+    x, y = found.T
+    assert (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() > 0  # y points down
+    rows, columns = np.nonzero(mask)
+    assert found[0].tolist() == [columns[rows == rows.min()].min() + 0.5, rows.min()]
+    whole = outline(mask, 5000)
+    lengths = np.hypot(*np.diff(whole, axis=0, append=whole[:1]).T)
+    assert lengths == pytest.approx(lengths.mean(), rel=0.31)  # no more than a cut corner
+    assert (outline(mask, 300) == found).all()
+
+
+def test_the_part_that_encloses_most_is_outlined_with_its_holes_filled():
+    mask = np.zeros((40, 60), bool)
+    mask[2:8, 2:8] = True
+    mask[10:35, 20:50] = True
+    mask[20:22, 30:33] = False
+    expected = np.zeros_like(mask)
+    expected[10:35, 20:50] = True
+    np.testing.assert_array_equal(filled(outline(mask, 1000), 40, 60), expected)
+
+
+def test_a_single_pixel_and_a_full_image_have_outlines():
+    mask = np.zeros((5, 7), bool)
+    mask[2, 3] = True
+    assert bounding_box(outline(mask, 40)) == pytest.approx([3, 2, 1, 1])
+    assert filled(outline(mask, 40), 5, 7).tolist() == mask.tolist()
+    assert filled(outline(np.ones((5, 7), bool), 400), 5, 7).all()
+
+
+def test_an_empty_mask_is_refused():
+    with pytest.raises(ValueError, match="no pixels"):
+        outline(np.zeros((5, 5), bool))
+
+
+def test_equally_spaced_points_divide_the_perimeter():
+    square = np.array([[0.0, 0], [4, 0], [4, 4], [0, 4]])
+    assert equally_spaced(square, 8).tolist() == [
+        [0, 0], [2, 0], [4, 0], [4, 2], [4, 4], [2, 4], [0, 4], [0, 2],
+    ]  # fmt: skip
+    random = np.random.default_rng(0).normal(size=(30, 2)).cumsum(axis=0)
+    ring = LinearRing(random)
+    expected = [ring.interpolate(i / 17, normalized=True).coords[0] for i in range(17)]
+    np.testing.assert_allclose(equally_spaced(random, 17), expected)
+
+
+@pytest.mark.parametrize("box", [[4.0, 3.0, 11.0, 7.0], [-3.5, 2.25, 20.0, 9.5]])
+def test_an_inscribed_ellipse_has_the_pixels_whose_centres_are_in_it(box):
+    mask = inscribed_ellipse(np.array(box), 15, 20)
+    x, y, width, height = box
+    for row, column in np.ndindex(mask.shape):
+        across = (column + 0.5 - x - width / 2) / (width / 2)
+        down = (row + 0.5 - y - height / 2) / (height / 2)
+        assert mask[row, column] == (across**2 + down**2 <= 1)
+
+
+@given(st.integers(0, 10_000), st.integers(3, 12))
+def test_areas_and_boxes_are_those_of_shapely(seed, n):
+    random = np.random.default_rng(seed)
+    angles = np.sort(random.uniform(0, 2 * np.pi, n))
+    radii = random.uniform(1, 9, n)
+    contour = 200 + np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=1)
+    polygon = Polygon(contour)
+    assert enclosed_area(contour) == pytest.approx(abs(_signed(contour)), abs=1e-9)
+    if polygon.is_valid:
+        assert enclosed_area(contour) == pytest.approx(polygon.area, abs=1e-9)
+    left, top, right, bottom = polygon.bounds
+    assert bounding_box(contour) == pytest.approx([left, top, right - left, bottom - top])
+
+
+def _signed(contour):
+    """Area by triangles from the origin, one after the other."""
+    total = 0.0
+    for (a, b), (c, d) in zip(contour, np.roll(contour, -1, axis=0), strict=True):
+        total += np.linalg.det([[a, b], [c, d]]) / 2
+    return total
+
+
+@given(st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=4, max_size=8))
+def test_a_contour_crosses_itself_where_shapely_says_so_also_on_a_grid(points):
+    contour = np.array(points, dtype=float)
+    before, after = contour - np.roll(contour, 1, axis=0), np.roll(contour, -1, axis=0) - contour
+    # Neighbours that fold back on one another are no crossing to us, nor are empty sides.
+    assume((before[:, 0] * after[:, 1] != before[:, 1] * after[:, 0]).all())
+    assert crosses_itself(contour) == (not LinearRing(contour).is_simple)
+
+
+@given(st.integers(0, 10_000), st.floats(0, 1.5))
+def test_a_contour_crosses_itself_where_shapely_says_so(seed, wildness):
+    angles = np.arange(32) * 2 * np.pi / 32
+    around = 9 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    contour = around + wildness * np.random.default_rng(seed).normal(size=(32, 2))
+    assert crosses_itself(contour) == (not LinearRing(contour).is_simple)

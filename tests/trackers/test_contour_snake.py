@@ -1,0 +1,161 @@
+"""The snake, against scikit-image, a plain transcription and circles in closed form."""
+
+import numpy as np
+import pytest
+from scipy import ndimage
+from scipy.interpolate import RegularGridInterpolator
+from scipy.optimize import brentq
+from shapely import LinearRing
+from skimage.segmentation import active_contour
+
+from trackers.contour.outline import filled, inscribed_ellipse, outline
+from trackers.contour.snake import edge_map, fitted_snake, refined
+
+CENTRE = np.array([40.0, 36.0])
+
+
+def circle(radius, points=32, centre=CENTRE):
+    angles = np.arange(points) * 2 * np.pi / points
+    return centre + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+
+
+def ridge(radius, width=4.0, size=(72, 80)):
+    """Edges of a smooth circular ridge, in a window at the image's corner."""
+    rows, columns = np.indices(size) + 0.5
+    distance = np.hypot(columns - CENTRE[0], rows - CENTRE[1])
+    return np.exp(-((distance - radius) ** 2) / (2 * width**2))
+
+
+def transcription(contour, edges, origin, alpha, beta, gamma, kappa, iterations):
+    """Section by section as it is written, with a matrix and an interpolator of libraries."""
+    n = len(contour)
+    shift = np.roll(np.eye(n), 1, axis=1)
+    a = alpha * (2 * np.eye(n) - shift - shift.T)
+    a += beta * (shift @ shift - 4 * shift + 6 * np.eye(n) - 4 * shift.T + shift.T @ shift.T)
+    inverse = np.linalg.inv(a + gamma * np.eye(n))
+    grid = tuple(np.arange(length) + 0.5 for length in edges.shape)
+    slopes = RegularGridInterpolator(grid, np.stack(np.gradient(edges), axis=2))
+    points = contour - origin
+    for _ in range(iterations):
+        last = np.array(edges.shape) - 0.5
+        force = kappa * slopes(np.clip(points[:, ::-1], 0.5, last))[:, ::-1]
+        force /= np.maximum(np.hypot(*force.T), 1)[:, None]
+        points = inverse @ (gamma * points + force)
+    return points + origin
+
+
+@pytest.mark.parametrize("points", [31, 32])
+@pytest.mark.parametrize("attraction", [3.0, 40.0])
+def test_a_snake_is_the_plain_transcription(points, attraction):
+    random = np.random.default_rng(0)
+    edges = ndimage.gaussian_filter(random.random((50, 60)), 2)
+    edges /= edges.max()
+    start = circle(22, points, np.array([45.0, 40.0])) + random.normal(size=(points, 2))
+    origin = (7, 11)
+    found = fitted_snake(start, edges, origin, 0.08, 0.6, 0.8, attraction, 25)
+    expected = transcription(start, edges, origin, 0.08, 0.6, 0.8, attraction, 25)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+    assert abs(found - start).max() > 1
+
+
+def test_a_snake_comes_to_rest_on_the_circle_where_its_forces_balance():
+    found = fitted_snake(circle(23), ridge(20), (0, 0), iterations=600)
+    difference = 2 - 2 * np.cos(2 * np.pi / 32)
+    stiffness = 0.08 * difference + 0.6 * difference**2  # A's eigenvalue on a circle
+
+    def balance(r):
+        slope = -(r - 20) / 4**2 * np.exp(-((r - 20) ** 2) / (2 * 4**2))
+        return 3 * slope - stiffness * r
+
+    radius = brentq(balance, 18, 20)
+    assert np.hypot(*(found - CENTRE).T) == pytest.approx(
+        radius, abs=0.04
+    )  # differences are central
+    assert radius < 19.6  # the elasticity is seen
+
+
+def test_a_snake_rests_where_that_of_scikit_image_does():
+    edges = ridge(20) + 0.6 * ridge(26, 1.5) * (np.indices((72, 80))[1] > 50)
+    start = circle(23) + [1.0, -0.5]
+    ours = fitted_snake(start, edges, (0, 0), 0.3, 0.6, 1.0, 3.0, iterations=800)
+    theirs = active_contour(
+        edges, start[:, ::-1] - 0.5, alpha=0.3, beta=0.6, w_line=3.0, w_edge=0.0, gamma=1.0,
+        max_num_iter=3000, convergence=1e-6, boundary_condition="periodic",
+    )  # fmt: skip
+    # Along the ridge nothing holds a point, so that the curves are compared.
+    rings = [LinearRing(ours), LinearRing(theirs[:, ::-1] + 0.5)]
+    assert rings[0].hausdorff_distance(rings[1]) < 0.1
+    assert abs(ours - start).max() > 1.5
+
+
+def noisy_ellipse(seed=0):
+    mask = inscribed_ellipse(np.array([60.0, 50.0, 70.0, 90.0]), 180, 200)
+    image = np.full((180, 200, 3), 60.0)
+    image[mask] = 200, 30, 90
+    image += np.random.default_rng(seed).normal(0, 8, image.shape)
+    return mask, image.clip(0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("supported", [True, False])
+def test_edges_are_smoothed_gradients_and_their_product(supported):
+    mask, image = noisy_ellipse()
+
+    def slope(values, sigma):
+        smooth = ndimage.gaussian_filter(values, sigma, mode="mirror")
+        return np.hypot(*(ndimage.sobel(smooth, axis, mode="mirror") / 8 for axis in (0, 1)))
+
+    channels = [slope(image[..., k].astype(float), 1.2) for k in range(3)]
+    expected = np.sqrt(np.square(channels).sum(axis=0))
+    posterior = ndimage.gaussian_filter(mask.astype(np.float32), 1)
+    if supported:
+        expected *= slope(posterior.astype(float), 2.0)
+    expected = ndimage.gaussian_filter(expected, 1.5, mode="mirror")
+    found = edge_map(image, posterior if supported else None)
+    np.testing.assert_allclose(found, expected / expected.max(), atol=2e-3)
+    assert found.max() == 1
+
+
+def test_a_flat_image_has_no_edges():
+    assert not edge_map(np.full((20, 30, 3), 77, np.uint8), None).any()
+
+
+def test_refinement_finds_an_ellipse_from_a_contour_beside_it():
+    mask, image = noisy_ellipse()
+    around = outline(mask)
+    start = around.mean(axis=0) + 1.08 * (around - around.mean(axis=0)) + [2.0, -1.0]
+    found, accepted = refined(start, image, mask.astype(np.float32))
+    assert accepted
+    before, after = (filled(contour, 180, 200) for contour in (start, found))
+    assert (after & mask).sum() / (after | mask).sum() > 0.965
+    assert (before & mask).sum() / (before | mask).sum() < 0.87
+
+
+def test_refinement_follows_no_edge_that_the_posterior_does_not_show():
+    mask, image = noisy_ellipse()
+    image[:, 138:] = 255  # a stronger edge, eight pixels off
+    start = outline(mask) + [5.0, 0.0]
+    posterior = mask.astype(np.float32)
+    misled, _ = refined(start, image, None)
+    found, _ = refined(start, image, posterior)
+    assert misled[:, 0].max() > 136
+    assert found[:, 0].max() < 132
+
+
+def test_a_snake_that_collapses_or_crosses_itself_is_rejected():
+    flat = np.full((72, 80, 3), 90, np.uint8)
+    start = circle(15, 8)  # so few points that nothing holds them apart
+    found, accepted = refined(start, flat, None)
+    assert not accepted
+    assert found is start
+    eight = np.array([[20.0, 20], [60, 50], [60, 20], [20, 50]]).repeat(8, axis=0)
+    eight += np.tile(np.linspace(0, 1, 8)[:, None], (4, 1)) * (np.roll(eight, -8, axis=0) - eight)
+    assert not refined(eight, flat, None)[1]
+
+
+def test_a_contour_far_outside_the_image_stays_as_it_is():
+    flat = np.full((72, 80, 3), 90, np.uint8)
+    for shift in ([400.0, 0.0], [-400.0, 0.0], [0.0, -400.0]):
+        start = circle(15) + shift
+        found, accepted = refined(start, flat, None)
+        assert found is start
+        assert not accepted
