@@ -17,7 +17,7 @@ __all__ = ["painted"]
 
 Array = NDArray[np.float64]
 
-SHAPES = 90
+SHAPES = 140
 
 RADIUS = 6.0, 30.0
 """Of shapes; the smaller, the more of them [pixels]."""
@@ -43,15 +43,14 @@ def painted(seed: int, patches: Sequence[Patch]) -> Image:
     random = part_generator(seed, "moreno2005/ellipse clutter")
     rows, columns = SIZE[1] * FINE, SIZE[0] * FINE
     smooth = fractal(random, TILE, 4, 256, 0.6)[:rows, :columns]
-    colours = random.uniform(*COLOURS, 3) + random.uniform(-0.22, 0.22, (4, 3))
+    colours = random.uniform(*COLOURS, 3) + random.uniform(-0.3, 0.3, (4, 3))
     canvas = ramp(smooth, np.clip(colours, 0.05, 0.95))
     mottle = MOTTLE * fractal(random, TILE, 32, 512, 0.8)
     for _ in range(SHAPES):
         middle = random.uniform((0, 0), SIZE)
         radius = RADIUS[0] + (RADIUS[1] - RADIUS[0]) * random.random() ** 2
-        _lay(
-            random, canvas, mottle, drawn_shape(random, middle, radius), random.uniform(*COLOURS, 3)
-        )
+        shape = drawn_shape(random, middle, radius)
+        _lay(random, canvas, mottle, shape, random.uniform(*COLOURS, 3))
     for patch in patches:
         _lay(random, canvas, mottle, patch.shape, patch.colour)
     reduced = cv2.resize(np.clip(canvas, 0, 1), SIZE, interpolation=cv2.INTER_AREA)

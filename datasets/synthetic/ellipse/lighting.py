@@ -156,7 +156,7 @@ def drawn_lighting(seed: int, kind: Literal["even", "jump", "repeated", "shadow"
 
 
 def _drawn_shadow(random: np.random.Generator) -> Shadow:
-    """Comes in from outside some frames after the first, and has left before the last."""
+    """It comes in from outside, some frames after the first."""
     direction, pace, width = (
         random.uniform(0, 2 * np.pi),
         random.uniform(*PACE),

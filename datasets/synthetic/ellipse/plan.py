@@ -29,7 +29,7 @@ KEPT = 0.85
 STEP = 0.05
 """About how far its colour goes in a frame, in RGB of [0, 1]."""
 
-TURN = 0.35
+TURN = 0.45
 """How much the way of its colour turns in a frame: what is added to a direction of length 1."""
 
 COLOURS = 0.08, 0.92

@@ -51,6 +51,10 @@ SEQUENCES = (
     "nguyen2002/clip-17:scene=2",
     "nguyen2002/lights",
     "nguyen2002/lights:lamps=coloured:scene=1",
+    "moreno2005/ellipse",
+    "moreno2005/ellipse:light=jump:scene=1",
+    "moreno2005/ellipse:light=repeated:scene=2",
+    "moreno2005/ellipse:light=shadow:scene=3",
 )
 SLOW = {"nguyen2002/lights:lamps=coloured:scene=1"}
 
