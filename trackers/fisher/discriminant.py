@@ -59,7 +59,7 @@ def discriminant_basis(
             f"{len(target)} colours of the target and {len(background)} of the background are too "
             f"few for {neighbours} neighbours; each class needs more than that."
         )
-    within = (np.cov(target.T, bias=True) + np.cov(background.T, bias=True)) / 2
+    within = sum(_scatter(colours - colours.mean(axis=0)) for colours in (target, background)) / 2
     values, vectors = np.linalg.eigh(within + REGULARISATION * np.eye(3))
     whitening = vectors / np.sqrt(values)
     classes = target @ whitening, background @ whitening
@@ -72,11 +72,16 @@ def discriminant_basis(
         powers = np.maximum([distance_own, distances[:, -1]], LEAST_DISTANCE) ** exponent
         weights = powers.min(axis=0) / powers.sum(axis=0)
         differences = colours - classes[other][nearest].mean(axis=1)
-        between += (weights * differences.T) @ differences / (2 * len(colours))
+        between += _scatter(np.sqrt(weights)[:, np.newaxis] * differences) / 2
     axes = whitening @ np.linalg.eigh(between)[1][:, :0:-1]
     basis = np.linalg.qr(axes)[0]
     apart = (target.mean(axis=0) - background.mean(axis=0)) @ basis
     return np.asarray(np.where(apart < 0, -basis, basis), np.float64)
+
+
+def _scatter(differences: Array) -> Array:
+    """Mean of the products d dᵀ."""
+    return np.asarray(np.einsum("ni,nj->ij", differences, differences) / len(differences))
 
 
 def plane_normal(basis: Array) -> Array:

@@ -167,13 +167,15 @@ def projected(mixture: Mixture, basis: Array) -> Mixture:
 def log_density(mixture: Mixture, points: Array) -> Array:
     """Logarithm of a mixture's density at points (n, d), shape (n,)."""
     roots = np.linalg.cholesky(mixture.covariances)
-    differences = points[:, np.newaxis, :, np.newaxis] - mixture.means[..., np.newaxis]
-    squares = np.square(np.linalg.solve(roots, differences)).sum(axis=(-2, -1))
+    differences = points[:, np.newaxis] - mixture.means
+    whitened = np.einsum("mab,nmb->nma", np.linalg.inv(roots), differences)
     scales = np.diagonal(roots, axis1=-2, axis2=-1).prod(axis=-1)
     factors = mixture.weights / (scales * (2 * np.pi) ** (points.shape[1] / 2))
     with np.errstate(divide="ignore"):  # a component of weight 0
         logarithms = np.log(factors)
-    return np.asarray(np.logaddexp.reduce(logarithms - squares / 2, axis=1), np.float64)
+    return np.asarray(
+        np.logaddexp.reduce(logarithms - np.square(whitened).sum(axis=-1) / 2, axis=1), np.float64
+    )
 
 
 def density(mixture: Mixture, points: Array) -> Array:

@@ -1,0 +1,219 @@
+"""Mixtures of colours against scikit-learn's and SciPy's, and their forms."""
+
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import multivariate_normal
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.mixture import GaussianMixture
+
+from trackers.fisher.discriminant import basis_of, plane_normal
+from trackers.fisher.mixture import (
+    Mixture,
+    components_of,
+    density,
+    fitted,
+    mixture_of,
+    projected,
+    refined,
+    refined_on_planes,
+)
+
+
+def some_mixture(seed, m=3, d=2):
+    rng = np.random.default_rng(seed)
+    roots = rng.normal(0, 0.1, (m, d, d))
+    covariances = roots @ np.swapaxes(roots, 1, 2) + 1e-3 * np.eye(d)
+    return Mixture(rng.dirichlet(np.ones(m)), rng.random((m, d)), covariances)
+
+
+def drawn(mixture, n, seed):
+    rng = np.random.default_rng(seed)
+    chosen = rng.choice(len(mixture.weights), n, p=mixture.weights)
+    parts = zip(mixture.means[chosen], mixture.covariances[chosen], strict=True)
+    return np.array([rng.multivariate_normal(*part) for part in parts])
+
+
+def by_scikit_learn(points, start, iterations, regularisation):
+    model = GaussianMixture(
+        len(start.weights),
+        tol=0,
+        reg_covar=regularisation,
+        max_iter=iterations,
+        weights_init=start.weights,
+        means_init=start.means,
+        precisions_init=np.linalg.inv(start.covariances),
+        random_state=0,
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # steps are counted, not judged
+        model.fit(points)
+    return Mixture(model.weights_, model.means_, model.covariances_)
+
+
+def assert_same(found, expected, **tolerance):
+    for part, other in zip(found, expected, strict=True):
+        np.testing.assert_allclose(part, other, **tolerance)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("iterations", [1, 2, 12])
+def test_refining_is_scikit_learns_expectation_maximisation(d, iterations):
+    points = drawn(some_mixture(d, m=4, d=d), 300, 1)
+    start = some_mixture(7, m=3, d=d)
+    before = [part.copy() for part in start]
+    found = refined(points, start, iterations, 1e-3)
+    assert_same(found, by_scikit_learn(points, start, iterations, 1e-3), rtol=1e-8, atol=1e-10)
+    assert_same(start, before)
+
+
+def slow_start(points, m, uniforms, regularisation):
+    """Centres of k-means++ by the same numbers, and the points nearest to each."""
+    centres = []
+    for uniform in uniforms:
+        chances = [min((((p - c) ** 2).sum() for c in centres), default=1.0) for p in points]
+        reached, wanted = 0.0, uniform * sum(chances)
+        for point, chance in zip(points, chances, strict=True):
+            reached += chance
+            if reached > wanted:
+                centres.append(point)
+                break
+    owners = np.array([np.argmin([((p - c) ** 2).sum() for c in centres]) for p in points])
+    groups = [points[owners == component] for component in range(m)]
+    return Mixture(
+        np.array([len(group) / len(points) for group in groups]),
+        np.array([group.mean(axis=0) for group in groups]),
+        np.array(
+            [np.cov(group.T, bias=True) + regularisation * np.eye(len(group.T)) for group in groups]
+        ),
+    )
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_fitting_begins_with_the_points_nearest_to_centres_of_k_means_plus_plus(d):
+    points = drawn(some_mixture(d, m=4, d=d), 200, 1)
+    start = slow_start(points, 4, np.random.default_rng(5).random(4), 3e-4)
+    assert_same(fitted(points, 4, np.random.default_rng(5), 0), start, rtol=1e-9)
+    expected = by_scikit_learn(points, start, 15, 3e-4)
+    assert_same(fitted(points, 4, np.random.default_rng(5)), expected, rtol=1e-7)
+
+
+def test_fitting_finds_the_mixture_that_points_were_drawn_from():
+    truth = Mixture(
+        np.array([0.3, 0.7]),
+        np.array([[0.2, 0.3, 0.4], [0.7, 0.5, 0.6]]),
+        np.array([np.diag([1e-3, 4e-3, 2e-3]), 2e-3 * np.eye(3) + 1e-3]),
+    )
+    points = drawn(truth, 4000, 2)
+    found = fitted(points, 2, np.random.default_rng(0), regularisation=1e-9)
+    order = np.argsort(found.weights)
+    found = Mixture(*(part[order] for part in found))
+    np.testing.assert_allclose(found.weights, truth.weights, atol=0.02)
+    np.testing.assert_allclose(found.means, truth.means, atol=0.005)
+    np.testing.assert_allclose(found.covariances, truth.covariances, atol=4e-4)
+
+
+def test_components_without_points_keep_a_place_and_weigh_nothing():
+    points = np.repeat([[0.2, 0.3], [0.8, 0.5]], [30, 10], axis=0)
+    found = fitted(points, 4, np.random.default_rng(0))
+    assert sorted(found.weights.round(9)) == [0, 0, 0.25, 0.75]
+    assert {tuple(mean) for mean in found.means.round(9)} == {(0.2, 0.3), (0.8, 0.5)}
+    np.testing.assert_allclose(found.covariances, np.tile(3e-4 * np.eye(2), (4, 1, 1)), atol=1e-15)
+    again = refined(points + 0.01, found, 3)
+    np.testing.assert_array_equal(again.weights == 0, found.weights == 0)
+    assert all(np.isfinite(part).all() for part in again)
+
+
+def test_one_point_is_a_component_of_the_least_size():
+    found = fitted(np.array([[0.1, 0.2, 0.3]]), 2, np.random.default_rng(0))
+    assert sorted(found.weights) == [0, 1]
+    np.testing.assert_allclose(found.means, [[0.1, 0.2, 0.3]] * 2)
+
+
+def test_components_too_far_for_any_density_still_divide_points():
+    start = some_mixture(0, m=2)
+    far = Mixture(start.weights, start.means + [[50.0, 0.0], [60.0, 0.0]], start.covariances / 50)
+    found = refined(drawn(start, 50, 0), far, 1)
+    np.testing.assert_allclose(found.weights.sum(), 1)
+    assert all(np.isfinite(part).all() for part in found)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_density_is_the_weighted_sum_of_scipys(d):
+    mixture = some_mixture(d, d=d)
+    mixture.weights[:] = [0.4, 0.0, 0.6]
+    points = np.random.default_rng(0).normal(0.5, 0.5, (60, d))
+    parts = zip(*mixture, strict=True)
+    expected = sum(weight * multivariate_normal(*rest).pdf(points) for weight, *rest in parts)
+    np.testing.assert_allclose(density(mixture, points), expected, rtol=1e-9)
+
+
+BASIS = np.linalg.qr(np.random.default_rng(8).normal(size=(3, 2)))[0]
+
+
+def bases(n):
+    normals = plane_normal(BASIS) + np.random.default_rng(n).normal(0, 0.2, (n, 3))
+    return basis_of(normals / np.linalg.norm(normals, axis=1, keepdims=True), BASIS)
+
+
+def test_a_projected_mixture_is_the_marginal_density_on_the_plane():
+    mixture = some_mixture(3, d=3)
+    points = np.random.default_rng(0).random((5, 2))
+    heights = np.linspace(-4, 4, 8001)
+    lines = points @ BASIS.T + heights[:, np.newaxis, np.newaxis] * plane_normal(BASIS)
+    along = density(mixture, lines.reshape(-1, 3)).reshape(8001, 5)
+    expected = along.sum(axis=0) * (heights[1] - heights[0])
+    np.testing.assert_allclose(density(projected(mixture, BASIS), points), expected, rtol=1e-9)
+
+
+def test_mixtures_on_planes_are_refined_projections():
+    mixture = some_mixture(4, m=3, d=3)
+    points = drawn(some_mixture(5, m=4, d=3), 150, 0)
+    several = bases(4)
+    found = refined_on_planes(points, mixture, several, 2, 1e-3)
+    for plane, basis in enumerate(several):
+        part = Mixture(*(array[plane] for array in found))
+        start = projected(mixture, basis)
+        assert_same(part, refined(points @ basis, start, 2, 1e-3), rtol=1e-10)
+        assert_same(Mixture(*(a[plane] for a in projected(mixture, several))), start, rtol=1e-12)
+    assert_same(refined_on_planes(points, mixture, several, 0), projected(mixture, several))
+
+
+component = st.tuples(
+    st.floats(0, 1),
+    st.floats(-2, 2),
+    st.floats(-2, 2),
+    st.floats(1e-4, 0.2),
+    st.floats(1e-4, 0.2),
+    st.floats(-10, 10),
+)
+
+
+@given(st.lists(component, min_size=1, max_size=4))
+def test_six_numbers_and_covariances_say_the_same(numbers):
+    given_ones = np.array(numbers)
+    mixture = mixture_of(given_ones)
+    for covariance, (*_, first, second, angle) in zip(mixture.covariances, numbers, strict=True):
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        expected = turn @ np.diag([first, second]) @ turn.T
+        np.testing.assert_allclose(covariance, expected, atol=1e-14)
+    found = components_of(mixture)
+    np.testing.assert_array_equal(found[:, :3], given_ones[:, :3])
+    ordered = np.sort(given_ones[:, 3:5], axis=1)[:, ::-1]
+    np.testing.assert_allclose(found[:, 3:5], ordered, atol=1e-14)
+    assert (np.abs(found[:, 5]) <= np.pi / 2).all()
+    assert_same(mixture_of(found), mixture, atol=1e-14)
+
+
+def test_arrays_of_mixtures_have_the_numbers_of_each():
+    several = [some_mixture(seed) for seed in range(6)]
+    stacked = Mixture(
+        *(np.array(parts).reshape(2, 3, *parts[0].shape) for parts in zip(*several, strict=True))
+    )
+    numbers = components_of(stacked)
+    for number, mixture in zip(numbers.reshape(6, 3, 6), several, strict=True):
+        np.testing.assert_array_equal(number, components_of(mixture))
+    assert_same(mixture_of(numbers), stacked, atol=1e-14)

@@ -1,0 +1,113 @@
+"""Posteriors of colours against densities written out, and tables of single precision."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import multivariate_normal
+
+from trackers.fisher.mixture import Mixture, mixture_of
+from trackers.fisher.posterior import BLOCK, posterior, posterior_tables, region_scores
+
+
+def components(rng, *shape):
+    """Of sizes that colours in [0, 1] have, down to the least ones."""
+    numbers = np.empty((*shape, 6))
+    numbers[..., 0] = rng.dirichlet(np.ones(shape[-1]), shape[:-1])
+    numbers[..., 1:3] = rng.uniform(-0.3, 1.5, (*shape, 2))
+    numbers[..., 3:5] = np.exp(rng.uniform(np.log(2e-4), np.log(0.15), (*shape, 2)))
+    numbers[..., 5] = rng.uniform(-4, 4, shape)
+    return numbers
+
+
+def slow_density(mixture, points):
+    parts = zip(*mixture, strict=True)
+    return sum(weight * multivariate_normal(*rest).pdf(points) for weight, *rest in parts)
+
+
+@pytest.mark.parametrize(("floor", "prior"), [(0.05, 0.5), (2.0, 0.5), (0.05, 0.1)])
+def test_posterior_is_that_of_scipys_densities(floor, prior):
+    rng = np.random.default_rng(0)
+    target, background = (mixture_of(components(rng, m)) for m in (2, 5))
+    points = rng.uniform(-0.5, 1.7, (200, 2))
+    wanted = prior * slow_density(target, points)
+    others = (1 - prior) * (slow_density(background, points) + floor)
+    found = posterior(points, target, background, floor, prior)
+    np.testing.assert_allclose(found, wanted / (wanted + others), rtol=1e-9)
+
+
+def test_without_a_floor_the_wider_tail_decides_even_where_densities_vanish():
+    narrow, wide = (
+        Mixture(np.ones(1), np.zeros((1, 2)), variance * np.eye(2)[np.newaxis])
+        for variance in (2e-4, 4e-4)
+    )
+    far = np.array([[1.5, 0.0]])  # 100 deviations away
+    assert posterior(far, narrow, wide, floor=0.0) == 0
+    assert posterior(far, wide, narrow, floor=0.0) == 1
+    assert posterior(far, wide, narrow, floor=0.05) == 0
+
+
+def case(seed, n=7, k=90, planes=3, m=(2, 5)):
+    rng = np.random.default_rng(seed)
+    target, background = (components(rng, n, count) for count in m)
+    projected = rng.uniform(-0.5, 1.7, (planes, k, 2))
+    return projected, rng.integers(0, planes, n), target, background, rng.normal(size=k) / k
+
+
+def slow_tables(projected, planes, target, background, floor, prior):
+    rows = zip(planes, target, background, strict=True)
+    return np.array(
+        [
+            posterior(projected[plane], mixture_of(one), mixture_of(other), floor, prior)
+            for plane, one, other in rows
+        ]
+    )
+
+
+@given(
+    st.integers(0, 10**6),
+    st.sampled_from([0.0, 1e-3, 0.05, 1.0]),
+    st.floats(0.01, 0.99),
+    st.tuples(st.integers(1, 3), st.integers(1, 6)),
+)
+def test_tables_are_posteriors_to_five_digits(seed, floor, prior, m):
+    projected, planes, target, background, contrast = case(seed, m=m)
+    tables, scores = posterior_tables(projected, planes, target, background, floor, prior, contrast)
+    assert tables.dtype == np.float32
+    expected = slow_tables(projected, planes, target, background, floor, prior)
+    np.testing.assert_allclose(tables, expected, atol=5e-5)
+    np.testing.assert_allclose(scores, tables.astype(float) @ contrast, rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.parametrize("k", [1, BLOCK - 1, BLOCK, BLOCK + 1, 2 * BLOCK + 37])
+def test_any_number_of_colours_has_a_table(k):
+    *arrays, contrast = case(k, n=3, k=k)
+    tables, scores = posterior_tables(*arrays, 0.05, 0.5, contrast)
+    np.testing.assert_allclose(tables, slow_tables(*arrays, 0.05, 0.5), atol=5e-5)
+    np.testing.assert_allclose(scores, tables.astype(float) @ contrast, rtol=1e-12, atol=1e-14)
+
+
+def test_a_component_of_no_weight_has_no_part():
+    projected, planes, target, background, contrast = case(0)
+    target[:, 0, 0], target[:, 1, 0] = 0.0, 1.0
+    found = posterior_tables(projected, planes, target, background, 0.0, 0.5, contrast)
+    alone = posterior_tables(projected, planes, target[:, 1:], background, 0.0, 0.5, contrast)
+    np.testing.assert_allclose(found[0], alone[0], atol=1e-37)
+    np.testing.assert_allclose(found[1], alone[1], rtol=1e-12)
+
+
+def test_planes_are_scored_by_the_tables_of_their_own_mixtures():
+    projected, _, target, background, contrast = case(1, n=4, planes=4)
+    found = region_scores(
+        projected, mixture_of(target), mixture_of(background), contrast, 0.05, 0.3
+    )
+    expected = slow_tables(projected, range(4), target, background, 0.05, 0.3) @ contrast
+    np.testing.assert_allclose(found, expected, atol=1e-5)
+    assert np.ptp(found) > 1e-3
+
+
+def test_the_same_tables_come_again_to_the_bit():
+    *arrays, contrast = case(2, n=20, k=3000)
+    once, again = (posterior_tables(*arrays, 0.05, 0.5, contrast) for _ in range(2))
+    np.testing.assert_array_equal(once[0], again[0])
+    np.testing.assert_array_equal(once[1], again[1])
