@@ -1,0 +1,196 @@
+"""Fusion of conditionally dependent cues: plane, colours, contour (Moreno-Noguer et al. 2005)."""
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from trackers.base.interface import Image, Mask
+from trackers.cues.chain import Association, Chain, Feedback, Hypotheses
+from trackers.fisher.discriminant import basis_of
+from trackers.segmentation.colours import ColourCue, ColourDynamics, MixtureScale, Palettes
+from trackers.segmentation.contours import ContourCue, KalmanContourCue
+from trackers.segmentation.learnt import LearntDynamics
+from trackers.segmentation.observation import Observation, with_colour_sets
+from trackers.segmentation.planes import PlaneCue
+from trackers.segmentation.refitting import RefittedColours
+from trackers.segmentation.segmenter import Segmenter, SegmenterParameters, Start
+
+__all__ = ["Moreno2005"]
+
+
+class Moreno2005Parameters(SegmenterParameters):
+    """Parameters of `Moreno2005`."""
+
+    plane_samples: int = Field(20, ge=1, description="N₁: particles of the plane [count]")
+    colour_samples: int = Field(300, ge=1, description="N₂: particles of the colours [count]")
+    window_components: int = Field(
+        4, ge=1, le=20, description="M_W: Gaussians of the colours in the window [count]"
+    )
+    window_points: int = Field(
+        200, ge=20, description="pixels drawn in the window for the planes [count]"
+    )
+    outside_points: int = Field(400, ge=20, description="pixels drawn outside for them [count]")
+    plane_spread: float = Field(
+        0.04, ge=0, description="σ of H₁ and p₁, of a normal of length 1 [length]"
+    )
+    colour_dynamics: MixtureScale = Field(
+        "shared",
+        description="whether centroids share a random map, or all numbers go on apart",
+    )
+    mean_spread: float = Field(0.02, ge=0, description="σ of a centroid [colour in 0..1]")
+    class_spread: float = Field(
+        0.02, ge=0, description="σ of all centroids of target or background, shared [colour]"
+    )
+    gain_spread: float = Field(0.04, ge=0, description="σ of the shared gain [logarithm]")
+    jump_probability: float = Field(
+        0.2, ge=0, le=1, description="how often the shared gain may jump [probability]"
+    )
+    jump_spread: float = Field(0.3, ge=0, description="σ of such a jump [logarithm]")
+    prior_spread: float = Field(0.1, ge=0, description="σ of a weight [logarithm]")
+    eigenvalue_spread: float = Field(0.1, ge=0, description="σ of an eigenvalue [logarithm]")
+    angle_spread: float = Field(0.08, ge=0, description="σ of a principal direction [radians]")
+    plane_temperature: float = Field(
+        0.05, gt=0, description="τ₁: by which planes' differences are divided [difference]"
+    )
+    colour_temperature: float = Field(
+        0.05, gt=0, description="τ₂: by which colours' differences are divided [difference]"
+    )
+    feedback: Feedback = Field(
+        "joint",
+        description="weights that go on to the next frame: each cue's own, or those in the "
+        "complete density",
+    )
+    association: Association = Field(
+        "by-weight", description="which of the cue before are attached: by their weights, or evenly"
+    )
+    position: Literal["particles", "kalman"] = Field(
+        "particles", description="what yields the contours' places"
+    )
+    colour_model: Literal["particles", "refitted"] = Field(
+        "particles", description="what yields mixtures: particles, or fits to the last frame"
+    )
+    dynamics: LearntDynamics = Field(
+        LearntDynamics(),
+        description="file that `trackmark learn` wrote; its values stand in place of the "
+        "parameters of the same names",
+    )
+
+    def colour_steps(self) -> ColourDynamics:
+        """How mixtures go on."""
+        return ColourDynamics(
+            kind=self.colour_dynamics,
+            mean=self.mean_spread,
+            shift=self.class_spread,
+            gain=self.gain_spread,
+            jump_probability=self.jump_probability,
+            jump=self.jump_spread,
+            weight=self.prior_spread,
+            eigenvalue=self.eigenvalue_spread,
+            angle=self.angle_spread,
+        )
+
+
+class Moreno2005(Segmenter):
+    """Fusion of conditionally dependent cues: plane, colours, contour.
+
+    Three particle filters in a chain, and a snake after it. The first is of the plane in colour
+    space on which the target differs most from what is around it (its normal is the state); the
+    second of two mixtures of Gaussians on that plane, the target's colours and the
+    background's; the third of the contour, a polygon that moves affinely. A hypothesis of a cue
+    is weighed together with one of the cue before, drawn by the weights which that one has just
+    got in this frame. All weights are how much higher a posterior is inside a region than
+    outside: a window around the last contour for the first two, the contour for the third
+    (sections 5.2 to 5.4). The mean contour starts a snake, on the edges that the posterior of the
+    best colours shows too.
+
+    `as-written` is the nearest usable to the text: weights are the differences themselves, each
+    cue keeps the weights that it gave itself, a contour is compared with the whole image, every
+    number of a mixture goes on by itself (the text's full random matrix would add angles to
+    eigenvalues), no floor of density, and deviations are those that `trackmark learn` finds on
+    the ellipse's training sequences. The paper names no numbers of samples; they are
+    ours in both presets.
+
+    `recommended` departs from the text in five places, all chosen after results of an earlier
+    trial were seen: exponential weights, weights of the complete density (`feedback=joint`, a
+    correction: what the contour saw says something of the colours too), a contour compared with
+    what is near, a gain that all centroids share and that sometimes jumps, and a floor of
+    density. Of them the shared gain is a prior that fits changes of light which are gains; results
+    under such light say as much of it as of dependence.
+
+    There is no detection of loss, and none again after it: `confidence` is the best contour's
+    difference of mean posteriors, not calibrated.
+
+    Details: `score` (that difference, in [-1, 1]), `snake` (whether the snake was taken),
+    `effective_planes`, `effective_colours`, `effective_contours` (1 / Σ w² as a share of all, in
+    (0, 1]). Arrays: `contour` and `mean_contour` (points, 2) in pixels, `posterior` (height,
+    width).
+    """
+
+    name = "moreno2005"
+    paper = (
+        "F. Moreno-Noguer, A. Sanfeliu, D. Samaras, Integration of conditionally dependent object "
+        "features for robust figure-background segmentation, ICCV 2005"
+    )
+    presets = {
+        "as-written": {
+            "weights": "literal",
+            "feedback": "marginal",
+            "colour_dynamics": "diagonal",
+            "outside": "image",
+            "colour_floor": 0.0,
+        },
+        "recommended": {},
+    }
+    Parameters = Moreno2005Parameters
+
+    def __init__(self, parameters: Moreno2005Parameters, seed: np.random.SeedSequence) -> None:
+        super().__init__(parameters.model_copy(update=parameters.dynamics.values), seed)
+
+    def chain_from(self, start: Start) -> Chain[Observation]:
+        """See `Segmenter.chain_from`."""
+        settings: Moreno2005Parameters = self.parameters
+        self.planes = PlaneCue(
+            start.basis,
+            settings.plane_samples,
+            settings.plane_spread,
+            settings.weights,
+            settings.plane_temperature,
+            settings.colour_floor,
+        )
+        palettes = Palettes(
+            settings.object_components,
+            settings.weights,
+            settings.colour_temperature,
+            settings.colour_floor,
+        )
+        self.refitted = RefittedColours(start.fit, settings.colour_samples, 1.0, palettes)
+        particles = ColourCue(
+            start.components, settings.colour_samples, settings.colour_steps(), palettes
+        )
+        colours = particles if settings.colour_model == "particles" else self.refitted
+        kind = ContourCue if settings.position == "particles" else KalmanContourCue
+        contours = self.contour_cue(start, kind)
+        return Chain([self.planes, colours, contours], settings.association, settings.feedback)
+
+    def prepared(self, observation: Observation, image: Image) -> Observation:
+        """See `Segmenter.prepared`: planes want colours drawn in the window and outside."""
+        settings: Moreno2005Parameters = self.parameters
+        return with_colour_sets(
+            observation,
+            image,
+            (settings.window_points, settings.outside_points),
+            (settings.window_components, settings.background_components),
+            self.generator,
+        )
+
+    def learn(self, image: Image, inside: Mask, found: Sequence[Hypotheses]) -> None:
+        """See `Segmenter.learn`: fitted mixtures lie on the plane of the best hypothesis."""
+        if self.parameters.colour_model == "particles":
+            return
+        sets = self.colour_sets(image, inside)
+        if sets is not None:
+            best = found[0].states[found[0].weights.argmax()]
+            basis = basis_of(best[np.newaxis], self.planes.basis)[0]
+            self.refitted.learn(*sets, basis, moved=True)
