@@ -40,6 +40,7 @@ class Quantity(NamedTuple):
 
 QUANTITIES = (
     Quantity("ng-9", "margin", "least cost in clutter less that at the target, a pixel"),
+    Quantity("ng-9", "false_alarms", "share of the pixels there that pass for the target's"),
     Quantity("ng-11", "template_error", "template's error by partial occlusion, gate", ("gate",)),
     Quantity("ng-11", "overlap", "overlap by partial occlusion, gate", ("gate",), 3),
     Quantity("ng-12", "flagged", "share of outliers", ("part",), 3),
@@ -57,6 +58,8 @@ QUANTITIES = (
     Quantity("ng-21", "change", "change in deviations, by", ("cause",)),
     Quantity("ng-22", "mean_overlap", "overlap in the end, noise", ("noise",), 3),
     Quantity("ng-22", "false_occlusions", "false occlusions in 100 frames, noise", ("noise",)),
+    Quantity("ng-22-lines", "mean_overlap", "overlap on a line through all, noise", ("noise",), 3),
+    Quantity("ng-22-lines", "false_occlusions", "false ones on such a line, noise", ("noise",)),
 )
 
 

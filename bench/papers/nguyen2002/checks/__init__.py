@@ -20,13 +20,14 @@ Always, of the clips with odd numbers:
 - `ng-9`, a frame and kind of features a row: `features`, `frame`, `at_target`, `in_clutter` (least
   matching errors a pixel, of a template five frames old, at the target's true place and at places
   that are half its width or its height beside it; R is learnt from the residuals at the true place,
-  by the tracker's rule), `margin` (their difference), `ratio`;
+  by the tracker's rule), `margin` (their difference), `ratio`, `false_alarms` (share of the
+  template's pixels that are no outliers at that place in clutter);
 - `ng-15`, a frame in which the template was compared a row: `features`, `frame`, `visibility`,
   `hidden` (1: less than half of the target is seen), `outliers` (share, at the best match),
   `exceeds` (1: more than γ), `stays_below` (1: not). An occlusion that is declared is bridged as
   the tracker does; where the target was lost, it is given again;
-- `ng-17`, an occlusion that was complete and was declared, and `candidates` (`skipped`, `all` from
-  5 to 35) a row: `features`, `beginning` (frame), `offset` (of the end, from there), `visibility`,
+- `ng-17`, an occlusion that was complete and was declared, and `candidates` (`skipped`, `all from
+  5 to L`) a row: `features`, `beginning` (frame), `offset` (of the end, from there), `visibility`,
   `overlap` (both there), `in_view` (1: .75 or more are seen), `found` (1: and the overlap is .5 or
   more);
 - `ng-17-times`, such an occlusion a row: `features`, `beginning`, `skipped_seconds`, `all_seconds`
@@ -61,9 +62,10 @@ and of `lights`:
 - `ng-21`, a kind of light a row: `features`, `cause` (`shade`: an edge of half light; `shading`: a
   surface that turns away from the light), `change` (mean absolute change of a pixel, in standard
   deviations over the target);
-- `ng-22`, a noise and trace a row, of a clear part: `features`, `trace` (`revised`, `online`),
-  `noise` (deviation of what is added [grey levels]), `false_occlusions` (declared in 100 frames),
-  `mean_overlap`.
+- `ng-22`, of clips with 100 clear frames in a row, a noise and trace a row: `features`, `trace`
+  (`revised`, `online`), `noise` (deviation of what is added [grey levels]), `false_occlusions`
+  (declared in 100 frames), `mean_overlap`; `ng-22-lines`, the same on straight lines through what
+  was found at all noises, at the least and at the greatest of them.
 """
 
 from bench.papers.nguyen2002.checks.examining import examine

@@ -26,17 +26,8 @@ def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
     rows = []
     for frame in _frames(sequence, 1 if quick else FRAMES):
         for features in FEATURES:
-            at_target, in_clutter = _costs(sequence, frame, features)
-            rows.append(
-                {
-                    "features": features,
-                    "frame": frame,
-                    "at_target": at_target,
-                    "in_clutter": in_clutter,
-                    "margin": in_clutter - at_target,
-                    "ratio": in_clutter / at_target,
-                }
-            )
+            found = {"features": features, "frame": frame, **_compared(sequence, frame, features)}
+            rows.append(found)
     return {"ng-9": pd.DataFrame(rows)}
 
 
@@ -73,10 +64,10 @@ def _frames(sequence: Sequence, most: int) -> list[int]:
     return [int(there[place]) for place in np.unique(places)]
 
 
-def _costs(sequence: Sequence, frame: int, features: Features) -> tuple[float, float]:
-    """Matching errors a pixel at the target and at the best place in clutter.
+def _compared(sequence: Sequence, frame: int, features: Features) -> dict[str, float]:
+    """What a template says of the target, and of the best place in clutter, if there is any.
 
-    The template is some frames old; its noise is that of the residuals at the target's true place.
+    It is some frames old; its noise is that of the residuals at the target's true place.
     """
     before, image, box = frame - LAG, sequence[frame], sequence.boxes[frame]
     follower = Follower(sequence[before], sequence.boxes[before], features)
@@ -84,6 +75,15 @@ def _costs(sequence: Sequence, frame: int, features: Features) -> tuple[float, f
     pose = true_pose(sequence.boxes[before], box)
     rows, columns = image.shape[:2]
     places = clutter_places(pose, follower.shape, rows, columns)
-    pixels = np.prod([len(range(STRIDE // 2, side, STRIDE)) for side in follower.shape])
-    best = min((follower.match(image, place, RANGE).cost for place in places), default=np.nan)
-    return follower.match(image, pose, NEAR).cost / pixels, best / pixels
+    if not places:
+        return {}
+    target = follower.match(image, pose, NEAR)
+    best = min((follower.match(image, place, RANGE) for place in places), key=lambda it: it.cost)
+    pixels = float(np.prod([len(range(STRIDE // 2, side, STRIDE)) for side in follower.shape]))
+    return {
+        "at_target": target.cost / pixels,
+        "in_clutter": best.cost / pixels,
+        "margin": (best.cost - target.cost) / pixels,
+        "ratio": best.cost / target.cost,
+        "false_alarms": 1 - follower.compare(image, best.pose).seen.share,
+    }

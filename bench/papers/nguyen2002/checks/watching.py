@@ -107,14 +107,14 @@ class Watch:
             return min(offsets, key=lambda n: looks[n].view.cost)
 
         if complete:
-            candidates = {"skipped": skipped, "all": list(every)}
+            candidates = {"skipped": skipped, "all from 5 to L": list(every)}
             for label, offsets in candidates.items():
                 end = best(offsets)
                 row: Row = {"candidates": label, "beginning": beginning, "offset": end}
                 self.ends.append(self._labels | row | self._found(beginning + end, looks[end].view))
             seconds: Row = {
-                f"{label}_seconds": sum(looks[n].seconds for n in offsets)
-                for label, offsets in candidates.items()
+                name: sum(looks[n].seconds for n in offsets)
+                for name, offsets in {"skipped_seconds": skipped, "all_seconds": every}.items()
             }
             self.times.append(self._labels | {"beginning": beginning} | seconds)
         end = best(skipped)

@@ -45,43 +45,90 @@ def test_table_1_is_printed_and_not_judged(made_scores):
     assert groups["invariants", "detected"] == 21
 
 
-def test_the_recording_is_tracked_throughout_with_white_lamps_and_coloured_ones_stand_beside(
-    made_scores,
-):
+def test_the_recording_is_tracked_throughout_by_the_invariants(made_scores):
     def fares(text, sequence, scene, trace):
-        lost = sequence == COLOURED or trace == "online" or with_features(text, "arctan")
+        lost = trace == "online" or with_features(text, "arctan")
         return {"first_loss": 60} if lost else {}
 
     texts = [WRITTEN, f"{WRITTEN}:features=arctan", f"{WRITTEN}:features=rgb"]
-    frame = made_scores(fares, texts, scenes=20, sequences=(LIGHTS, COLOURED))
-    found = concluded("NG-1", frame)
+    found = concluded("NG-1", made_scores(fares, texts, scenes=20, sequences=(LIGHTS,)))
     assert found.verdict == "holds"
     assert found.fragile
     assert found.under({"trace": "online"})[0] == "does-not-hold"
     assert found.under({"definition": "arctan"})[0] == "does-not-hold"
-    beside = [one for one in found.findings if one.group == "coloured lamps"]
-    assert {one.verdict.verdict for one in beside} == {"does-not-hold"}
     lost = made_scores(lambda *_: {"first_loss": 60}, texts, scenes=20, sequences=(LIGHTS,))
     assert verdict("NG-1", lost) == "does-not-hold"
 
 
-@pytest.mark.parametrize(("name", "features"), [("NG-2", "intensity"), ("NG-3", "rgb")])
-def test_losses_at_the_change_are_counted_by_features(made_scores, name, features):
-    def fares(by):
-        return lambda text, sequence, scene, trace: {
-            "lost_at_switch": float(with_features(text, features) == by and scene < 17)
-        }
+@pytest.mark.parametrize(
+    ("lost_with", "white", "coloured"),
+    [
+        (COLOURED, "holds", "does-not-hold"),
+        (LIGHTS, "does-not-hold", "undecided"),  # 10 of 10 leave too much to chance
+        ("nothing", "holds", "undecided"),
+    ],
+)
+def test_white_and_coloured_lamps_are_judged_one_by_one(made_scores, lost_with, white, coloured):
+    def fares(text, sequence, scene, trace):
+        return {"first_loss": 60} if sequence == lost_with else {}
 
-    for by, expected in ((True, "holds"), (False, "does-not-hold")):
-        frame = made_scores(fares(by), scenes=20, sequences=(LIGHTS,))
-        assert verdict(name, frame) == expected
+    frame = made_scores(fares, [WRITTEN], scenes=20, sequences=(LIGHTS, COLOURED))
+    frame = frame[(frame["sequence"] == LIGHTS) | (frame["scene"] < 10)]
+    assert (verdict("NG-1", frame), verdict("NG-1a", frame)) == (white, coloured)
+    few = frame[(frame["sequence"] == LIGHTS) | (frame["scene"] < 7)]
+    assert verdict("NG-1a", few) == "undecided"
 
 
-def test_occlusions_and_the_lamp_are_judged_by_occlusions_and_frames(made_scores):
-    for share, expected in ((1.0, "holds"), (0.5, "does-not-hold")):
-        frame = made_scores(lambda *_: {}, scenes=20, sequences=(LIGHTS,))
-        frame = frame.assign(detected_share=share, kept_after_off=share)
-        assert (verdict("NG-4", frame), verdict("NG-5", frame)) == (expected, expected)
+@pytest.mark.parametrize("features", ["intensity", "rgb"])
+@pytest.mark.parametrize("moment", ["lost_at_switch", "lost_at_off"])
+def test_losses_at_a_change_are_counted_by_features_and_of_the_first_beside(
+    made_scores, features, moment
+):
+    names = {"intensity": ("NG-2", "NG-2a"), "rgb": ("NG-3", "NG-3a")}
+
+    def said(scenes_lost, by):
+        def fares(text, sequence, scene, trace):
+            return {moment: float(with_features(text, features) == by and scene < scenes_lost)}
+
+        frame = made_scores(fares, scenes=20, sequences=(LIGHTS,))
+        return tuple(verdict(name, frame) for name in names[features])
+
+    def expected(outcome):
+        whole, first = outcome, "does-not-hold"
+        return (whole, first) if moment == "lost_at_switch" else (first, whole)
+
+    assert said(17, by=True) == expected("holds")
+    assert said(14, by=True) == expected("undecided")
+    assert said(17, by=False) == expected("does-not-hold")
+
+
+@pytest.mark.parametrize(
+    ("name", "metric", "trials"),
+    [("NG-4", "detected_share", "occlusions"), ("NG-5", "kept_after_off", "clear_after_off")],
+)
+def test_occlusions_and_the_lamp_are_judged_by_occlusions_and_frames_of_the_invariants(
+    made_scores, name, metric, trials
+):
+    def judged(share, features="invariants", trace="revised"):
+        def fares(text, sequence, scene, which):
+            is_meant = with_features(text, features) and which == trace
+            return {metric: share(scene)} if is_meant else {}
+
+        return concluded(name, made_scores(fares, scenes=20, sequences=(LIGHTS,)))
+
+    assert judged(lambda _: 1.0).verdict == "holds"
+    assert judged(lambda _: 0.5).verdict == "does-not-hold"
+    assert judged(lambda _: 0.8).verdict != "holds"
+    assert judged(lambda _: 0.5, features="rgb").verdict == "holds"
+    online = judged(lambda _: 0.5, trace="online")
+    assert (online.verdict, online.under({"trace": "online"})[0]) == ("holds", "does-not-hold")
+    # A scene without any counts for nothing, and one with many for many.
+    assert judged(lambda scene: 1.0 if scene else np.nan).verdict == "holds"
+    frame = made_scores(lambda *_: {}, scenes=20, sequences=(LIGHTS,))
+    first = frame["scene"] == 0
+    many = frame.assign(**{metric: np.where(first, 0.0, 1.0), trials: np.where(first, 60.0, 3.0)})
+    assert verdict(name, many) == "does-not-hold"
+    assert concluded(name, many).findings[0].verdict.statistic == pytest.approx(57 / 117)
 
 
 def clips_fail(features, number, trace=("revised", "online"), metric="success"):
@@ -128,21 +175,45 @@ def test_the_invariants_are_inferior_only_to_both_and_by_the_trace_that_shows_it
     assert verdict(name, few) == "undecided"
 
 
-def test_the_reason_needs_a_smaller_margin_and_failures_where_it_is_smaller(made_scores):
-    frame = made_scores(lambda *_: {}, scenes=1)
+def reasons(margin=0.5, false_alarms=0.2, correlation=0.4):
+    """Tables of ten sets: what RGB has more of the margin, less of false alarms, and ranks."""
     labels = [{"sequence": "nguyen2002/clips", "scene": scene} for scene in range(10)]
-    margins = pd.DataFrame(
-        one | {"features": features, "margin": margin + 0.01 * one["scene"]}
-        for one in labels
-        for features, margin in (("rgb", 1.0), ("invariants", 0.5))
-    )
-    failures = pd.DataFrame({"trace": ["revised", "online"], "correlation": [0.3, -0.3]})
-    found = concluded("NG-9", frame, **{"ng-9": margins, "ng-9-failures": failures})
+    wobble = [0.01 * (scene % 3) for scene in range(10)]
+    return {
+        "ng-9": pd.DataFrame(
+            one | {"features": features, "margin": 1 + more * margin + w,
+                   "false_alarms": 0.3 - more * false_alarms + w * more}
+            for one, w in zip(labels, wobble, strict=True)
+            for features, more in (("rgb", 1), ("invariants", 0))
+        ),
+        "ng-9-failures": pd.DataFrame(
+            one | {"trace": trace, "preset": "as-written", "pairs": pairs, "correlation": value}
+            for one, w in zip(labels, wobble, strict=True)
+            for trace, sign in (("revised", 1), ("online", -1))
+            for pairs, value in (("of a clip", sign * (correlation + w)), ("by chance", 0.0))
+        ),
+    }  # fmt: skip
+
+
+def test_the_reason_needs_a_smaller_margin_false_alarms_and_failures_where_it_is_smaller(
+    made_scores,
+):
+    frame = made_scores(lambda *_: {}, scenes=1)
+    found = concluded("NG-9", frame, **reasons())
     assert found.verdict == "holds"
     assert found.under({"trace": "online"})[0] == "does-not-hold"
-    turned = margins.assign(margin=-margins["margin"])
-    assert verdict("NG-9", frame, **{"ng-9": turned, "ng-9-failures": failures}) == "does-not-hold"
-    assert verdict("NG-9", frame, **{"ng-9": margins}) == "undecided"
+    for part in ("margin", "false_alarms", "correlation"):
+        assert verdict("NG-9", frame, **reasons(**{part: -0.3})) == "does-not-hold", part
+    tables = reasons()
+    assert verdict("NG-9", frame, **{"ng-9": tables["ng-9"]}) == "undecided"
+    # Correlations that scatter about 0 from set to set decide nothing, nor do those of few sets.
+    failures = tables["ng-9-failures"]
+    scattered = failures.assign(
+        correlation=np.where(failures["scene"] % 2, -0.8, 1.0) * (failures["pairs"] == "of a clip")
+    )
+    assert verdict("NG-9", frame, **tables | {"ng-9-failures": scattered}) == "undecided"
+    few = failures[failures["scene"] < 7]
+    assert verdict("NG-9", frame, **tables | {"ng-9-failures": few}) == "undecided"
 
 
 def test_the_ranking_turns_with_the_illumination(made_scores):
@@ -239,17 +310,28 @@ def test_the_time_is_that_of_the_compiled_tracker(made_scores):
     assert verdict("NG-10", frame, **{"ng-10": slow}) == "does-not-hold"
 
 
-def test_noise_may_change_neither_overlap_nor_false_occlusions_by_any_features(made_scores):
+@pytest.mark.parametrize(
+    ("metric", "values"),
+    [
+        ("mean_overlap", (0.9, 0.87)),
+        ("mean_overlap", (0.87, 0.9)),
+        ("false_occlusions", (0.1, 0.8)),
+    ],
+)
+def test_noise_may_change_neither_overlap_nor_false_occlusions_by_any_features(
+    made_scores, metric, values
+):
     frame = made_scores(lambda *_: {}, scenes=1)
+    least, most = values
     for changed, expected in (((), "holds"), (("invariants",), "does-not-hold")):
         tables = [
-            measured(
-                "mean_overlap", "noise", {1.0: 0.9, 8.0: 0.5 if one in changed else 0.9}, [one]
-            )
+            measured(metric, "noise", {1.0: least, 8.0: most if one in changed else least}, [one])
             for one in ("intensity", "rgb", "invariants")
         ]
-        table = pd.concat(tables).assign(false_occlusions=0.1, trace="revised")
-        assert verdict("NG-22", frame, **{"ng-22": table}) == expected
+        other = {"mean_overlap": 0.9, "false_occlusions": 0.1}
+        other.pop(metric)
+        table = pd.concat(tables).assign(**other, trace="revised")
+        assert verdict("NG-22", frame, **{"ng-22-lines": table}) == expected
 
 
 def test_verdicts_stand_by_trace_definition_and_preset(made_scores):

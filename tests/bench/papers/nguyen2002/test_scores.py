@@ -6,7 +6,6 @@ import pytest
 
 import bench
 from bench.experiment import Experiment, SequenceSource
-from bench.papers.nguyen2002.mediation import failures_by_margin
 from bench.papers.nguyen2002.scores import COLOURED, LIGHTS, labels_of, tidy_scores
 from bench.papers.nguyen2002.sets import CLIPS, by_sets, set_table
 from bench.store.results import Results
@@ -120,24 +119,3 @@ def test_measured_clips_have_the_name_of_their_set():
     assert found["ng-9"]["sequence"].tolist() == [CLIPS, LIGHTS, COLOURED]
     assert table["sequence"].tolist()[0] == "nguyen2002/clip-03"
     assert list(found["agreement"]) == ["online"]
-
-
-def test_failures_go_with_what_the_invariants_lose_of_the_margin(made_scores):
-    texts = [f"{WRITTEN}:features={features}" for features in ("rgb", "invariants", "arctan")]
-    clips = [f"nguyen2002/clip-{number:02}" for number in range(1, 6)]
-    margins = pd.DataFrame(
-        {"name": f"{clip}:scene=0", "features": features, "margin": 1.0 - lost}
-        for number, clip in enumerate(clips)
-        for features, lost in (("rgb", 0.0), ("invariants", 0.1 * number), ("arctan", 9.0))
-    )
-
-    def fares(text, sequence, scene, trace):
-        number = clips.index(sequence)
-        if "invariants" in text and trace == "online":
-            return {"on_target": 0.9 - 0.1 * number**2 / 5}
-        return {"on_target": 0.1 + 0.2 * number} if "arctan" in text else {"on_target": 0.9}
-
-    found = failures_by_margin(margins, made_scores(fares, texts, 1, clips))
-    (row,) = found.to_dict("records")  # all clips fare alike in the end
-    assert row["correlation"] == pytest.approx(1.0)
-    assert (row["trace"], row["preset"], row["clips"]) == ("online", "as-written", 5)

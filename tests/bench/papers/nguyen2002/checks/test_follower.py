@@ -1,0 +1,106 @@
+"""A template that is followed outside the tracker sees what the tracker does."""
+
+import numpy as np
+import pytest
+
+import trackers
+from bench.papers.nguyen2002.checks.follower import FEATURES, Follower, true_pose
+
+WIDTH, HEIGHT = 30, 24  # of the painted target
+
+
+@pytest.mark.parametrize("features", FEATURES)
+def test_a_follower_sees_what_the_tracker_sees(features, sequence):
+    shown = sequence(25)
+    tracker = trackers.create(
+        "nguyen2002", np.random.SeedSequence(0), preset="as-written", features=features,
+        report="raw",
+    )  # fmt: skip
+    tracker.init(shown[0], shown.boxes[0])
+    follower = Follower(shown[0], shown.boxes[0], features)
+    for t in range(1, 25):
+        said, view = tracker.update(shown[t]), follower.look(shown[t])
+        follower.take(view)
+        assert said.visible
+        np.testing.assert_allclose(follower.box(view.pose), said.box)
+        assert view.seen.share == said.details["outliers"]
+        assert view.cost == pytest.approx(said.details["cost"])
+        assert np.trace(follower.appearance.state) == said.details["state_noise"]
+
+
+def test_a_follower_finds_a_target_again_where_the_tracker_does(frame):
+    n, begin, end = 40, 15, 25
+    xs = [30 + 2 * min(t, begin) for t in range(n)]  # it stops while it is hidden
+    images = [
+        frame(x, 40, seed=t) if not begin < t < end else frame(x, 40, covered=1.0, seed=t)
+        for t, x in enumerate(xs)
+    ]
+    tracker = trackers.create(
+        "nguyen2002", np.random.SeedSequence(0), preset="as-written", features="rgb", report="raw",
+        longest_occlusion=19,
+    )  # fmt: skip
+    box = np.array([xs[0], 40.0, WIDTH, HEIGHT])
+    tracker.init(images[0], box)
+    revised = {}
+    for t, image in enumerate(images[1:], 1):
+        said = tracker.update(image)
+        revised |= {t: said.box, **(said.revised or {})}
+    follower = Follower(images[0], box, "rgb", longest_occlusion=19)
+    for beginning in range(1, n):
+        view = follower.look(images[beginning])
+        if view.seen.share > 0.25:
+            break
+        follower.take(view)
+    looks = {m: follower.look(images[beginning + m], m) for m in follower.settings.offsets}
+    offset = min(looks, key=lambda m: looks[m].cost)
+    np.testing.assert_allclose(follower.box(looks[offset].pose), revised[beginning + offset])
+    assert abs(revised[beginning + offset][0] - xs[-1]) < 1.5
+    ended = beginning + offset
+    follower.restart_after(images[ended], looks[offset].pose, offset + 1)
+    view = follower.look(images[ended + 1])
+    np.testing.assert_allclose(follower.box(view.pose), revised[ended + 1])
+    speed = follower.look(images[ended], 1).pose.x - looks[offset].pose.x
+    assert abs(speed) < 1  # at rest again
+
+
+def test_a_template_that_begins_anew_goes_on_as_it_went(sequence):
+    shown = sequence(30)
+    follower = Follower(shown[0], shown.boxes[0], "rgb")
+    pose = true_pose(shown.boxes[0], shown.boxes[2])
+    follower.restart_after(shown[2], pose, 2)
+    beside = follower.match(shown[2], pose, 4).pose
+    assert beside.x == pytest.approx(pose.x, abs=1)
+    # Nine frames on it is 10 pixels farther, where a search of 4 pixels about a guess must begin.
+    assert follower.predicted(9).x == pytest.approx(pose.x + 10)
+    assert follower.predicted(0) == pytest.approx((pose.x + 1, pose.y, 1.0))
+
+
+def test_the_gain_is_what_the_template_moves_by_towards_the_view(sequence):
+    shown = sequence(12)
+    follower = Follower(shown[0], shown.boxes[0], "rgb")
+    for t in range(1, 12):
+        view, before = follower.look(shown[t]), follower.appearance.template.copy()
+        follower.take(view)
+        taken = ~view.seen.outliers
+        moved = (follower.appearance.template - before)[taken]
+        residuals = (view.seen.features - before)[taken]
+        np.testing.assert_allclose(moved, residuals @ follower.gain.T, atol=1e-9)
+
+
+def test_a_template_is_compared_with_the_truth_where_the_target_truly_is(sequence):
+    shown = sequence(10)
+    follower = Follower(shown[0], shown.boxes[0], "rgb")
+    np.testing.assert_array_equal(
+        follower.truth(shown[9], shown.boxes[9]),
+        shown[9][43 : 43 + HEIGHT, 39 : 39 + WIDTH, ::-1],
+    )
+    noise = follower.errors(shown[9], shown.boxes[9]).mean()
+    follower.appearance.template += 10
+    assert 0 < noise < follower.errors(shown[9], shown.boxes[9]).mean()
+    assert follower.on_template(shown.mask(9), shown.boxes[9]).all()
+    assert follower.on_template(shown.mask(9), shown.boxes[9] + [10, 0, 0, 0]).mean() == 20 / 30
+
+
+def test_the_true_pose_has_the_scale_of_the_box():
+    pose = true_pose(np.array([0.0, 0.0, 20.0, 10.0]), np.array([5.0, 5.0, 30.0, 15.0]))
+    assert pose == (19.5, 12.0, 1.5)
