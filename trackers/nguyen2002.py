@@ -1,7 +1,7 @@
 """A template of per-pixel robust adaptive Kalman filters (Nguyen & Smeulders 2002)."""
 
 from collections.abc import Mapping
-from math import ceil, floor, inf, sqrt
+from math import ceil, floor, inf, nan, sqrt
 from typing import Literal
 
 import numpy as np
@@ -14,7 +14,7 @@ from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.template.appearance import Appearance, Noise
 from trackers.template.features import FLOORS, Features, dimension, features_of
 from trackers.template.matching import Match, Pose, Ties, Window, reach, sampled, search
-from trackers.template.occlusion import Candidate, Occlusion
+from trackers.template.occlusion import Candidate, Diary, Occlusion
 from trackers.template.smoothing import Smoother
 
 __all__ = ["Nguyen2002"]
@@ -138,7 +138,11 @@ class Nguyen2002(SharingTracker):
 
     Details: `outliers` (share, of the last frame that was compared), `occluded` (0 or 1),
     `state_noise`, `measurement_noise` and `residual` (traces of C_w, C_f and R̄, in squared
-    units of the features), `cost` (of the last match) and `revision` (frames revised now).
+    units of the features; of a view that is the first, nothing is known but R̄, and the others are
+    0), `cost` (of the last match), `revision` (frames revised now); frames in which occlusions
+    began and ended, in order and one of each a frame (`beginning`, `end`; NaN for none: several
+    may be found at once), how many have ended so far (`ended`), and where an open one would end
+    by now (`candidate`; NaN for none).
     """
 
     paper = (
@@ -183,6 +187,7 @@ class Nguyen2002(SharingTracker):
         self._restart(self._pose, (0.0, 0.0, 0.0))
         self._frame = 0
         self._occlusion: Occlusion | None = None
+        self._diary = Diary()
         self._share, self._cost = 0.0, 0.0
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
@@ -217,6 +222,8 @@ class Nguyen2002(SharingTracker):
                 "residual": float(np.trace(appearance.residual)),
                 "cost": self._cost,
                 "revision": float(len(revised)),
+                **self._diary.told(),
+                "candidate": float(self._occlusion.ends_by_now) if self._occlusion else nan,
             },
             revised=revised or None,
         )
@@ -269,6 +276,7 @@ class Nguyen2002(SharingTracker):
         if seen.share > self.parameters.gamma:
             x, y, _ = self._smoothers
             self._occlusion = Occlusion(frame, self._pose, (x.velocity, y.velocity))
+            self._diary.begins(frame)
             return self._look_through(self._occlusion, image, frame, revised)
         self._appearance.update(seen, first=first)
         for smoother, value in zip(self._smoothers, match.pose, strict=True):
@@ -315,13 +323,14 @@ class Nguyen2002(SharingTracker):
 
     def _resolve(self, occlusion: Occlusion, revised: dict[int, Box]) -> Pose:
         """End an occlusion at its best candidate, and track on from there."""
-        end = min(occlusion.candidates, key=lambda candidate: candidate.match.cost)
+        end = occlusion.best
         pose = end.match.pose
         steps = end.offset + 1
         for step in range(1, steps):
             way = [a + step / steps * (b - a) for a, b in zip(occlusion.last, pose, strict=True)]
             revised[occlusion.beginning + step - 1] = self._box(Pose(*way))
         ended = occlusion.beginning + end.offset
+        self._diary.ends(ended)
         revised[ended] = self._box(pose)
         features = self._view(occlusion.images[end.offset], pose)
         if self.parameters.reinitialise == "bootstrap":

@@ -72,29 +72,35 @@ def hidden_in(visibility: NDArray[np.float64]) -> list[Hidden]:
 def declared_in(run: Run) -> list[Declared]:
     """Occlusions that a finished run of `nguyen2002` declared, in order of their beginnings.
 
-    The tracker says in which frame it revised how many frames, which is where an occlusion began.
-    Up to its end the revised box goes straight on in equal steps, and then no more. What was open
-    at the end of the sequence has nothing but its revised boxes to tell; of what is declared in the
-    last frames after such a one, nothing is known.
+    The tracker tells frames in which they began and ended in its details `beginning` and `end`,
+    in order, one of each a frame, and in `ended` how many have ended so far; of one that is open
+    at the sequence's end, `candidate` is the end. What comes after such a one, or what the
+    sequence's end left no frame to tell, has nothing but its revised boxes: up to an occlusion's
+    end these go on in equal steps, and then no more. Of what is declared there in the very last
+    frames nothing is known, but that it may go on in the same steps: then the end is read too late.
     """
-    boxes = run.boxes_in("revised")
-    offsets = _offsets(run.identity.parameters)
-    number = run.details["revision"]
-    events = [
-        Declared(back - int(number[back]), None, back)
-        for back in np.flatnonzero(number > 0).tolist()
-    ]
-    events = [event._replace(end=_end(boxes, event.beginning, offsets)) for event in events]
-    open_since = _stretches(run.details["occluded"] == 1)[-1:]
-    if not open_since or open_since[0][1] < len(boxes) - 1:
-        return events
-    beginning: int | None = open_since[0][0]
-    if beginning in [event.beginning for event in events]:
-        beginning = _next_beginning(boxes, events[-1].end, there_is_one=True)
-    while beginning is not None:
-        events.append(Declared(beginning, _end(boxes, beginning, offsets), None))
-        beginning = _next_beginning(boxes, events[-1].end, there_is_one=False)
+    details = run.details
+    beginnings, ends = _told(details["beginning"]), _told(details["end"])
+    number = np.nan_to_num(details["ended"])
+    backs = np.searchsorted(number, np.arange(1, number[-1] + 1)).tolist()
+    events = [Declared(*event) for event in zip(beginnings, ends, backs, strict=False)]
+    boxes, offsets = run.boxes_in("revised"), _offsets(run.identity.parameters)
+    untold, is_open = iter(beginnings[len(events) :]), details["occluded"][-1] == 1
+    while len(events) < len(backs) or is_open:
+        beginning = next(untold, None) or _next_beginning(boxes, events)
+        if beginning is None:
+            break
+        end, back = _end(boxes, beginning, offsets), None
+        if len(events) < len(backs):
+            back = backs[len(events)]
+        elif len(events) == len(backs):
+            end = next(iter(_told(details["candidate"][-1:])), None)
+        events.append(Declared(beginning, end, back))
     return events
+
+
+def _told(frames: NDArray[np.float64]) -> list[int]:
+    return frames[np.isfinite(frames)].astype(int).tolist()
 
 
 def _offsets(parameters: Mapping[str, Any]) -> list[int]:
@@ -119,13 +125,11 @@ def _straight(boxes: Boxes, beginning: int) -> int:
     return int(others[0] if len(others) else len(steps)) - 1
 
 
-def _next_beginning(boxes: Boxes, after: int | None, *, there_is_one: bool) -> int | None:
-    """Where an occlusion began of which nothing is known but that it may be there."""
-    for frame in range(len(boxes) if after is None else after + 1, len(boxes)):
-        straight = _straight(boxes, frame)
-        if straight >= FIRST_OFFSET or (there_is_one and frame + straight == len(boxes) - 1):
-            return frame
-    return None
+def _next_beginning(boxes: Boxes, events: list[Declared]) -> int | None:
+    """Where an occlusion began after some others of which only the boxes can tell."""
+    after = events[-1].end
+    frames = range(len(boxes) if after is None else after + 1, len(boxes))
+    return next((frame for frame in frames if _straight(boxes, frame) >= FIRST_OFFSET), None)
 
 
 def _stretches(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:

@@ -37,35 +37,55 @@ def made_run():
         online, revised = target.copy(), target.copy()
         online[list(beside), 0] += 100
         revised[list(beside if revised_beside is None else revised_beside), 0] += 100
-        occluded, revision = np.zeros(n), np.zeros(n)
+        details = _details(events, n)
         for beginning, end, back in events:
             last = n if back is None else back
-            occluded[beginning:last] = 1
             step = target[beginning - 1] - target[beginning - 2]
             ahead = np.arange(1, last - beginning + 1)[:, None]
             online[beginning:last] = revised[beginning - 1] + ahead * step
-            if end is None:
+            if back is None:  # nothing else tells its end
                 revised[beginning:] = online[beginning:]
-            else:
-                steps = end - beginning + 1
-                share = np.arange(1, steps)[:, None] / steps
-                start = revised[beginning - 1]
-                revised[beginning:end] = start + share * (revised[end] - start)
-            if back is not None:
-                revision[back] = back - beginning
-                occluded[back] = any(first <= back and b != back for first, _, b in events
-                                     if first > beginning)  # fmt: skip
-        details = {"occluded": occluded, "revision": revision, "outliers": np.full(n, 0.125)}
-        for values in details.values():
-            values[0] = np.nan
+                if end is not None:
+                    share = np.arange(1, end - beginning + 1)[:, None] / (end - beginning + 1)
+                    start = revised[beginning - 1]
+                    revised[end:] = target[end:]
+                    revised[beginning:end] = start + share * (revised[end] - start)
         usual = {"longest_occlusion": 35, "candidates": "skipped"}
         return Run(
             identity=SimpleNamespace(parameters=usual | parameters), boxes=online,
-            visible=occluded != 1, confidence=np.full(n, np.nan), details=details,
+            visible=details["occluded"] != 1, confidence=np.full(n, np.nan), details=details,
             revised=revised if events else None,
         )  # fmt: skip
 
     return make
+
+
+def _details(events, n):
+    """What the tracker says in each frame, when these are the occlusions."""
+    details = {name: np.zeros(n) for name in ("occluded", "revision", "ended")}
+    details |= {name: np.full(n, np.nan) for name in ("beginning", "end", "candidate")}
+    details["outliers"] = np.full(n, 0.125)
+    known = 0  # frame in which the one before is over, and what comes after it is seen
+    for beginning, end, back in events:
+        declared, last = max(beginning, known), n if back is None else back
+        details["occluded"][declared:last] = 1
+        if declared < n:
+            _tell(details["beginning"], declared, beginning)
+            details["candidate"][declared:last] = np.nan if end is None else end
+        if back is not None:
+            _tell(details["end"], back, end)
+            details["revision"][back] = max(details["revision"][back], back - beginning)
+            details["ended"][back:] += 1
+        known = last
+    for values in details.values():
+        values[0] = np.nan
+    return details
+
+
+def _tell(told, frame, value):
+    """In the first frame from one on in which nothing is told yet, if there is one."""
+    free = frame + np.flatnonzero(np.isnan(told[frame:]))
+    told[free[:1]] = value
 
 
 @pytest.fixture(scope="session")
