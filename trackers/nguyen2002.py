@@ -14,7 +14,7 @@ from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.template.appearance import Appearance, Noise
 from trackers.template.features import FLOORS, Features, dimension, features_of
 from trackers.template.matching import Match, Pose, Ties, Window, reach, sampled, search
-from trackers.template.occlusion import Candidate, Diary, Occlusion
+from trackers.template.occlusion import FIRST_CANDIDATE, Candidate, Diary, Occlusion, visited
 from trackers.template.smoothing import Smoother
 
 __all__ = ["Nguyen2002"]
@@ -22,7 +22,6 @@ __all__ = ["Nguyen2002"]
 Array = NDArray[np.float64]
 
 SMALLEST_SIDE = 4  # pixels of a template: the coarsest search looks at every fourth
-FIRST_CANDIDATE = 5
 WIDEST_SEARCH = 64  # pixels either way, where a target is looked for after an occlusion
 PLACE_NOISE, SCALE_NOISE = (0.5, 0.5, 2.0), (0.002, 0.01, 0.01)
 """Of the smoother: deviations of acceleration, of a measurement, of the velocity at the start."""
@@ -305,14 +304,7 @@ class Nguyen2002(SharingTracker):
 
     @property
     def _offsets(self) -> list[int]:
-        longest = self.parameters.longest_occlusion
-        if self.parameters.candidates == "all":
-            return list(range(FIRST_CANDIDATE, longest + 1))
-        offsets, step = [FIRST_CANDIDATE], 2
-        while offsets[-1] + step <= longest:
-            offsets.append(offsets[-1] + step)
-            step *= 2
-        return offsets
+        return visited(self.parameters.longest_occlusion, self.parameters.candidates)
 
     def _examined(self, occlusion: Occlusion, image: Image, offset: int) -> Candidate:
         """Match the frozen template with a frame."""

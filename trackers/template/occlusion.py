@@ -7,7 +7,34 @@ from typing import NamedTuple
 from trackers.base.interface import Image
 from trackers.template.matching import Match, Pose
 
-__all__ = ["Candidate", "Diary", "Occlusion"]
+__all__ = ["FIRST_CANDIDATE", "Candidate", "Diary", "Occlusion", "visited"]
+
+FIRST_CANDIDATE = 5
+"""Frames from an occlusion's beginning to the first that may be its end."""
+
+
+def visited(longest: int, candidates: str) -> list[int]:
+    """Frames after an occlusion's beginning that may be its end (section 2.4).
+
+    Parameters
+    ----------
+    longest : int
+        L: none is later.
+    candidates : str
+        `all`, or `skipped`: 5, 7, 11, 19, 35 and so on, in steps that double.
+
+    Examples
+    --------
+    >>> visited(40, "skipped")
+    [5, 7, 11, 19, 35]
+    """
+    if candidates == "all":
+        return list(range(FIRST_CANDIDATE, longest + 1))
+    offsets, step = [FIRST_CANDIDATE], 2
+    while offsets[-1] + step <= longest:
+        offsets.append(offsets[-1] + step)
+        step *= 2
+    return offsets
 
 
 class Candidate(NamedTuple):

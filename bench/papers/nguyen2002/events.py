@@ -1,12 +1,12 @@
 """The occlusions that a run declared, and those that there were."""
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bench.record import Run
+from trackers.template.occlusion import FIRST_CANDIDATE, visited
 
 __all__ = ["CLEAR", "Declared", "Hidden", "declared_in", "hidden_in"]
 
@@ -16,7 +16,6 @@ CLEAR = 0.9
 COMPLETE = 0.02
 """Visible part up to which the target is hidden completely."""
 
-FIRST_OFFSET = 5
 STRAIGHT = 1e-7  # pixels, by which steps of an interpolated box may differ
 EARLY = 2
 """Frames before the target begins to be hidden from which on an occlusion may be declared."""
@@ -84,7 +83,8 @@ def declared_in(run: Run) -> list[Declared]:
     number = np.nan_to_num(details["ended"])
     backs = np.searchsorted(number, np.arange(1, number[-1] + 1)).tolist()
     events = [Declared(*event) for event in zip(beginnings, ends, backs, strict=False)]
-    boxes, offsets = run.boxes_in("revised"), _offsets(run.identity.parameters)
+    boxes, parameters = run.boxes_in("revised"), run.identity.parameters
+    offsets = visited(int(parameters["longest_occlusion"]), str(parameters["candidates"]))
     untold, is_open = iter(beginnings[len(events) :]), details["occluded"][-1] == 1
     while len(events) < len(backs) or is_open:
         beginning = next(untold, None) or _next_beginning(boxes, events)
@@ -101,15 +101,6 @@ def declared_in(run: Run) -> list[Declared]:
 
 def _told(frames: NDArray[np.float64]) -> list[int]:
     return frames[np.isfinite(frames)].astype(int).tolist()
-
-
-def _offsets(parameters: Mapping[str, Any]) -> list[int]:
-    """Frames after an occlusion's beginning at which it may have ended."""
-    longest = int(parameters["longest_occlusion"])
-    if parameters["candidates"] == "all":
-        return list(range(FIRST_OFFSET, longest + 1))
-    doubled = [FIRST_OFFSET - 2 + 2**n for n in range(1, longest.bit_length() + 1)]
-    return [offset for offset in doubled if offset <= longest]
 
 
 def _end(boxes: Boxes, beginning: int, offsets: list[int]) -> int | None:
@@ -129,7 +120,7 @@ def _next_beginning(boxes: Boxes, events: list[Declared]) -> int | None:
     """Where an occlusion began after some others of which only the boxes can tell."""
     after = events[-1].end
     frames = range(len(boxes) if after is None else after + 1, len(boxes))
-    return next((frame for frame in frames if _straight(boxes, frame) >= FIRST_OFFSET), None)
+    return next((frame for frame in frames if _straight(boxes, frame) >= FIRST_CANDIDATE), None)
 
 
 def _stretches(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
