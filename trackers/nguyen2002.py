@@ -133,7 +133,13 @@ class Nguyen2002(SharingTracker):
     on clips made for tests the smallest of them shrank the template in time), and corrects the
     covariances for the search's step (`misregistration`) and for the gate (`consistency`).
     `robust` (RGB, γ = 0.4, `end=first`) was chosen after seeing results. Ratios are guarded against
-    division by zero: a largest value of 0 counts as one grey level. Scales stay between 0.5 and 2.
+    division by zero: a largest value of 0 counts as one grey level. Covariances are kept off
+    singularity by raising their least eigenvalues; nothing is added to the others. Scales stay
+    between 0.5 and 2.
+
+    In whole pixels (`as-written`) an even side has its centre between two, and the search puts it
+    on one of them: pixels are taken half a pixel to the right of or below the box that is said.
+    Views that a template begins with are interpolated at its pose, also after an occlusion.
 
     Details: `outliers` (share, of the last frame that was compared), `occluded` (0 or 1),
     `state_noise`, `measurement_noise` and `residual` (traces of C_w, C_f and R̄, in squared

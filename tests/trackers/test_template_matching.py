@@ -9,7 +9,16 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from bench.papers.nguyen2002.plain import matching as plain
-from trackers.template.matching import Pose, Window, reach, sampled, search, whitening
+from trackers.template.matching import (
+    Pose,
+    Window,
+    best_poses,
+    grid,
+    reach,
+    sampled,
+    search,
+    whitening,
+)
 
 ROWS, COLUMNS = 70, 90
 CUTOFF = 3.368
@@ -118,6 +127,23 @@ def test_of_equal_costs_the_unchanged_scale_may_win():
             whole(flat), flat[:12, :12], COVARIANCE, pose, 16, CUTOFF, subpixel, "unchanged"
         )
         assert found.pose.scale == 1.1
+
+
+def test_no_more_poses_are_best_than_there_are():
+    features = texture()
+    one = np.array([[45.0, 35.0, 1.0]])
+    arguments = features[29:41, 39:51], (0, 1, 2), one, grid(0, 1.0, 0.0), 4, 2, False, CUTOFF
+    poses, rated = best_poses(whole(features), *arguments, 3)
+    np.testing.assert_array_equal(poses, one)
+    assert len(rated) == 1
+
+
+def test_a_search_without_a_range_looks_about_the_place_itself():
+    features = texture(seed=2)
+    template = plain.sample(features, plain.Pose(47.0, 36.0, 1.0), 13, 13, bilinear=False)
+    near, arguments = Pose(45, 35, 1.0), (0, CUTOFF, False, "unchanged")
+    found = search(whole(features), template, COVARIANCE, near, *arguments)
+    assert found == ((47.0, 36.0, 1.0), 0.0)
 
 
 @pytest.mark.parametrize(("scale", "limit"), [(0.5, 0.5), (0.4, 0.5), (2.3, 2.0)])

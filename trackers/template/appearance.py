@@ -173,7 +173,7 @@ class Appearance:
             self.measurement,
             self._estimate,
             self.state,
-            noise.adaptive and not first,
+            noise.adaptive,
         )
         _filter_pixels(
             self.template,

@@ -117,7 +117,7 @@ def search(
     around : Pose
         Where to look; x and y are rounded to whole pixels.
     search_range : int
-        Half the range [pixels].
+        Half the range, an even number [pixels]; 0 is the place itself.
     cutoff : float
         c of Huber's function; infinite for a quadratic one.
     subpixel : bool
@@ -214,7 +214,9 @@ def _whitened(features: Array, components: tuple[int, ...], white: Array) -> Arr
 def sampled(window: Window, pose: Pose, height: int, width: int, bilinear: bool) -> Array:
     """Features (height, width, d) of the image where a template's pixels come to lie (equation 1).
 
-    The nearest pixel's, or interpolated between four. Outside the image its rim continues.
+    The nearest pixel's, or interpolated between four. Outside the image its rim continues. Where a
+    side is even and the pose a whole number, every pixel lies half-way between two: the nearest is
+    the one to the right, or below.
     """
     components = tuple(range(window.features.shape[2]))
     return _sampled(*window, components, *pose, height, width, bilinear)
@@ -290,11 +292,13 @@ def best_poses(
 ) -> tuple[Array, Array]:
     """The poses of least cost among `offsets` (m, 3) from each of `around` (n, 3), in order.
 
+    So many as `number` says, or all where there are fewer.
     A sum that already is no less than the last of them is not finished: terms are not negative, so
     it can't win. `components` has as many items as a pixel has features, and its length, which
     the compiler knows, makes the loops over them short.
     """
     height, width, _ = template.shape
+    number = min(number, len(around) * len(offsets))
     looked_at = template[first::stride, first::stride].copy()
     poses = np.empty((number, 3))
     costs = np.full(number, np.inf)

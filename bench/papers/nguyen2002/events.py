@@ -100,7 +100,8 @@ def declared_in(run: Run) -> list[Declared]:
 
 
 def _told(frames: NDArray[np.float64]) -> list[int]:
-    return frames[np.isfinite(frames)].astype(int).tolist()
+    told: list[int] = frames[np.isfinite(frames)].astype(int).tolist()
+    return told
 
 
 def _end(boxes: Boxes, beginning: int, offsets: list[int]) -> int | None:
