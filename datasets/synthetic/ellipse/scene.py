@@ -84,7 +84,8 @@ class EllipseScene(Scene):
         canvas = self._backdrop.copy()
         self._lay_ellipse(canvas, frame)
         gains = self.lighting.at(frame)[..., ::-1].astype(np.float32)
-        canvas = np.minimum(canvas * gains + np.float32(0.5), np.float32(255)).astype(np.uint8)
+        lit = np.minimum(canvas * gains + np.float32(0.5), np.float32(255))
+        canvas = np.asarray(lit, np.uint8)
         compositing.develop(
             canvas,
             light.fixed_point(np.ones(SIZE[1])),

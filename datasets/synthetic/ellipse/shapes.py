@@ -78,7 +78,8 @@ def _blob(random: np.random.Generator) -> Array:
         random.uniform(0, 0.4 / k) * np.sin(k * angles + random.uniform(0, 2 * np.pi))
         for k in range(2, 6)
     ]
-    return (1 + np.sum(waves, axis=0))[:, None] * _directions(angles)
+    radii: Array = 1 + np.sum(waves, axis=0)
+    return radii[:, None] * _directions(angles)
 
 
 def _directions(angles: Array) -> Array:
