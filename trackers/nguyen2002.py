@@ -11,7 +11,7 @@ from pydantic import Field
 from trackers.base.interface import Box, Estimate, Image, Mask
 from trackers.base.parameters import Parameters, TrackerError
 from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.template.appearance import Appearance, Noise
+from trackers.template.appearance import Appearance, Noise, Seen
 from trackers.template.features import FLOORS, Features, dimension, features_of
 from trackers.template.matching import Match, Pose, Ties, Window, reach, sampled, search
 from trackers.template.occlusion import FIRST_CANDIDATE, Candidate, Diary, Occlusion, visited
@@ -283,13 +283,17 @@ class Nguyen2002(SharingTracker):
             self._occlusion = Occlusion(frame, self._pose, (x.velocity, y.velocity))
             self._diary.begins(frame)
             return self._look_through(self._occlusion, image, frame, revised)
+        self._take(match.pose, seen, first=first)
+        return self._pose
+
+    def _take(self, pose: Pose, seen: Seen, *, first: bool) -> None:
+        """Update template and place by what was seen of the target."""
         self._appearance.update(seen, first=first)
-        for smoother, value in zip(self._smoothers, match.pose, strict=True):
+        for smoother, value in zip(self._smoothers, pose, strict=True):
             smoother.measure(value)
-        self._pose = match.pose
+        self._pose = pose
         if self.parameters.report == "smoothed":
             self._pose = Pose(*(smoother.value for smoother in self._smoothers))
-        return self._pose
 
     def _look_through(
         self, occlusion: Occlusion, image: Image, frame: int, revised: dict[int, Box]

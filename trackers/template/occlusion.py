@@ -25,15 +25,15 @@ def visited(longest: int, candidates: str) -> list[int]:
 
     Examples
     --------
-    >>> visited(40, "skipped")
-    [5, 7, 11, 19, 35]
+    >>> visited(40, "skipped"), visited(4, "skipped")
+    ([5, 7, 11, 19, 35], [])
     """
     if candidates == "all":
         return list(range(FIRST_CANDIDATE, longest + 1))
-    offsets, step = [FIRST_CANDIDATE], 2
-    while offsets[-1] + step <= longest:
-        offsets.append(offsets[-1] + step)
-        step *= 2
+    offsets, offset, step = [], FIRST_CANDIDATE, 2
+    while offset <= longest:
+        offsets.append(offset)
+        offset, step = offset + step, 2 * step
     return offsets
 
 

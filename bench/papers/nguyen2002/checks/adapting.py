@@ -4,14 +4,18 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from bench.papers.nguyen2002.checks.follower import FEATURES, Follower
 from bench.papers.nguyen2002.checks.made_up import clear_frames, dimmed, turned, wholly_seen
 from datasets import Sequence
 from trackers.base.interface import Box, Image
+from trackers.template.appearance import Seen
 from trackers.template.features import Features
 
-__all__ = ["measure"]
+__all__ = ["gain_of", "measure"]
+
+Array = NDArray[np.float64]
 
 NOISES = {"on": True, "off": False}
 BEFORE, DURING = 25, 15  # frames
@@ -76,12 +80,13 @@ def _phases(
     ]
     seen = []
     for frame in range(1, len(part) - 1):
-        follower.take(follower.look(images[frame]))
+        view, before = follower.look(images[frame]), follower.appearance.template.copy()
+        follower.take(view)
         appearance = follower.appearance
         seen.append(
             {
                 "state_noise": np.trace(appearance.state) / np.trace(appearance.residual),
-                "gain": np.trace(follower.gain) / follower.settings.d,
+                "gain": gain_of(view.seen, before, appearance.template),
                 "template_error": follower.errors(images[frame + 1], part.boxes[frame + 1]).mean(),
             }
         )
@@ -91,3 +96,19 @@ def _phases(
         {"phase": phase, **{str(name): value for name, value in rows.mean().items()}}
         for phase, rows in phases.items()
     ]
+
+
+def gain_of(seen: Seen, before: Array, after: Array) -> float:
+    """Mean eigenvalue of K (equation 9), by how far inliers moved towards what was seen.
+
+    Parameters
+    ----------
+    seen : Seen
+        What was taken into the template.
+    before, after : ndarray of float64, shape (height, width, d)
+        The template.
+    """
+    inliers = ~seen.outliers
+    residuals = (seen.features - before)[inliers]
+    gain, *_ = np.linalg.lstsq(residuals, (after - before)[inliers])
+    return float(np.trace(gain)) / len(gain)

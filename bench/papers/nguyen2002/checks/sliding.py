@@ -98,7 +98,7 @@ def course_of(
         shown, mask = patch.slid_over(image, box, share)
         place = true_pose(boxes[0], box)
         view = follower.look(shown) if matched else follower.compare(shown, place)
-        declared = share > 0 and view.seen.share > follower.settings.gamma
+        declared = share > 0 and view.seen.share > follower.parameters.gamma
         if declared:
             break
         follower.take(view)

@@ -11,6 +11,7 @@ from bench.papers.nguyen2002.events import CLEAR, Declared, hidden_in
 from datasets import Sequence
 from trackers.base.interface import Box
 from trackers.template.features import Features
+from trackers.template.occlusion import visited
 
 __all__ = ["Watch", "measure"]
 
@@ -20,7 +21,6 @@ COVERED = 0.5
 IN_VIEW, MATCHED = 0.75, 0.5
 """Visible share and overlap from which on an occlusion's end is found."""
 
-FIRST = 5  # frames from an occlusion's beginning to the first that may be its end
 QUICK_FEATURES: tuple[Features, ...] = ("rgb", "invariants")
 QUICK_BEFORE, QUICK_FRAMES = 10, 60
 
@@ -85,7 +85,7 @@ class Watch:
         """See a frame; if an occlusion begins there, go to the one where the target is known."""
         view = self._follower.look(self._sequence[frame])
         self._say(frame, view)
-        if view.seen.share > self._follower.settings.gamma:
+        if view.seen.share > self._follower.parameters.gamma:
             return self._bridge(frame)
         self._follower.take(view)
         if self._sequence.visibility[frame] >= CLEAR and self._overlap(frame, view) < MATCHED:
@@ -94,20 +94,20 @@ class Watch:
 
     def _bridge(self, beginning: int) -> int:
         """Look for an occlusion's end, and begin anew there."""
-        settings, left = self._follower.settings, len(self._sequence) - 1 - beginning
-        skipped = [n for n in settings.offsets if n <= left]
+        longest = self._follower.parameters.longest_occlusion
+        last = min(longest, len(self._sequence) - 1 - beginning)
+        skipped, every = (visited(last, candidates) for candidates in ("skipped", "all"))
         if not skipped:
             return len(self._sequence)
         event = Declared(beginning, None, None)
         complete = any(hidden.causes(event) for hidden in self._hidden)
-        every = range(FIRST, min(settings.longest_occlusion, left) + 1) if complete else skipped
-        looks = {n: self._look(beginning, n) for n in every}
+        looks = {n: self._look(beginning, n) for n in (every if complete else skipped)}
 
         def best(offsets: list[int]) -> int:
             return min(offsets, key=lambda n: looks[n].view.cost)
 
         if complete:
-            candidates = {"skipped": skipped, "all from 5 to L": list(every)}
+            candidates = {"skipped": skipped, "all from 5 to L": every}
             for label, offsets in candidates.items():
                 end = best(offsets)
                 row: Row = {"candidates": label, "beginning": beginning, "offset": end}
@@ -145,7 +145,7 @@ class Watch:
 
     def _say(self, frame: int, view: View) -> None:
         visible, share = float(self._sequence.visibility[frame]), view.seen.share
-        exceeds = share > self._follower.settings.gamma
+        exceeds = share > self._follower.parameters.gamma
         row: Row = {
             "frame": frame,
             "visibility": visible,

@@ -60,6 +60,19 @@ def test_a_template_of_adaptive_noise_follows_the_light(sequence):
     assert by.loc[("on", "change"), "template_error"] < by.loc[("off", "change"), "template_error"]
 
 
+@pytest.mark.parametrize("features", FEATURES)
+def test_the_gain_is_what_inliers_move_by_which_is_half_of_the_first_residuals(sequence, features):
+    shown = sequence(12)
+    follower = Follower(shown[0], shown.boxes[0], features)
+    gains = []
+    for t in range(1, 12):
+        view, before = follower.look(shown[t]), follower.appearance.template.copy()
+        follower.take(view)
+        gains.append(adapting.gain_of(view.seen, before, follower.appearance.template))
+    assert gains[0] == pytest.approx(0.5)  # equation 15
+    assert 0 < gains[-1] < 0.4  # noise is averaged out
+
+
 def test_a_lamp_that_is_switched_is_a_change_where_the_target_is_clear(sequence):
     n = 2 * (adapting.BEFORE + adapting.DURING)
     off = np.zeros(n, bool)
