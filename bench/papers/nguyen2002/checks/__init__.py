@@ -38,6 +38,12 @@ Always, of the clips with odd numbers:
   rest, in one frame of little contrast, dark blue is slid over it, unlike any of its pixels, and
   the template is held at its true place: there are no other outliers.
 
+Always, of `lights`:
+
+- `ng-21`, a kind of light a row: `features`, `cause` (`shade`: an edge of half light; `shading`: a
+  surface that turns away from the light), `change` (mean absolute change of a pixel, in standard
+  deviations over the target).
+
 With `everything` `ng-9`, `ng-15` and `ng-17` of the other clips, and, of those with odd numbers
 and of `lights`:
 
@@ -59,9 +65,6 @@ and of `lights`:
   over them, and `rule` (`outlier_rule`: `exceeds`, `reaches`);
 - `ng-19`, a share of the target that is hidden for ten frames a row: `features`, `norm` (`huber`,
   `quadratic`), `coverage`, `centre_error` [pixels], `overlap`;
-- `ng-21`, a kind of light a row: `features`, `cause` (`shade`: an edge of half light; `shading`: a
-  surface that turns away from the light), `change` (mean absolute change of a pixel, in standard
-  deviations over the target);
 - `ng-22`, of clips with 100 clear frames in a row, a noise and trace a row: `features`, `trace`
   (`revised`, `online`), `noise` (deviation of what is added [grey levels]), `false_occlusions`
   (declared in 100 frames), `mean_overlap`; `ng-22-lines`, the same on straight lines through what

@@ -34,6 +34,7 @@ CHECKS = (
     SceneCheck(clutter.measure, CLIPS),
     SceneCheck(watching.measure, CLIPS),
     SceneCheck(sliding.measure, CLIPS[:1]),
+    SceneCheck(shading.measure, (LIGHTS,)),
     SceneCheck(clutter.measure, OTHERS, everything=True),
     SceneCheck(watching.measure, OTHERS, everything=True),
     SceneCheck(contamination.measure, BOTH, everything=True),
@@ -42,7 +43,6 @@ CHECKS = (
     SceneCheck(adapting.measure, BOTH, everything=True),
     SceneCheck(sliding.measure_on_targets, BOTH, everything=True),
     SceneCheck(norms.measure, BOTH, everything=True),
-    SceneCheck(shading.measure, BOTH, everything=True),
     SceneCheck(sensor.measure, CLIPS, everything=True),
 )
 

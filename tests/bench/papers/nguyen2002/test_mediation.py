@@ -3,6 +3,8 @@
 import pandas as pd
 import pytest
 
+from bench.claims.ledger import read_claims
+from bench.claims.measuring import matching, verdict_of
 from bench.papers.nguyen2002.mediation import failures_by_margin
 from bench.papers.nguyen2002.scores import LIGHTS
 from bench.papers.nguyen2002.sets import CLIPS
@@ -54,3 +56,16 @@ def test_only_clips_whose_margins_were_measured_count(made_scores):
     none = failures_by_margin(margins(1), scores[scores["features"] == "rgb"])
     assert none.empty
     assert list(none) == list(found)
+
+
+def test_the_claim_compares_what_is_found_with_chance(made_scores):
+    test = read_claims("nguyen2002")["NG-9"].test.parts["and hence more failures"]
+
+    def fares(text, sequence, scene, trace):
+        return {"on_target": 0.9 - 0.1 * SEEN.index(sequence) * ("invariants" in text)}
+
+    found = failures_by_margin(margins(8), made_scores(fares, TEXTS, 8, SEEN))
+    assert verdict_of("NG-9", test, found[found["trace"] == "online"], "correlation").cells == 8
+    (better, worse) = (matching(found, rows)["correlation"] for rows in (test.better, test.worse))
+    assert better.tolist() == pytest.approx([1.0] * 16)
+    assert worse.tolist() == [0.0] * 16
