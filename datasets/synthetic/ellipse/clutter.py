@@ -1,12 +1,13 @@
 """What is behind the ellipse: a smooth texture, shapes of all colours over it, the patches."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image
+from datasets.synthetic.ellipse.knobs import Clutter
 from datasets.synthetic.ellipse.patches import Patch
 from datasets.synthetic.ellipse.plan import COLOURS, SIZE
 from datasets.synthetic.ellipse.shapes import FINE, Shape, drawn_shape
@@ -17,7 +18,7 @@ __all__ = ["painted"]
 
 Array = NDArray[np.float64]
 
-SHAPES = 140
+SHAPES: Mapping[Clutter, int] = {"moderate": 90, "dense": 140}
 
 RADIUS = 6.0, 30.0
 """Of shapes; the smaller, the more of them [pixels]."""
@@ -38,7 +39,7 @@ TILE = 1024
 """Side of the textures [samples]; more than the picture has."""
 
 
-def painted(seed: int, patches: Sequence[Patch]) -> Image:
+def painted(seed: int, patches: Sequence[Patch], clutter: Clutter) -> Image:
     """Picture of all that stands still, BGR, with the patches on top."""
     random = part_generator(seed, "moreno2005/ellipse clutter")
     rows, columns = SIZE[1] * FINE, SIZE[0] * FINE
@@ -46,7 +47,7 @@ def painted(seed: int, patches: Sequence[Patch]) -> Image:
     colours = random.uniform(*COLOURS, 3) + random.uniform(-0.3, 0.3, (4, 3))
     canvas = ramp(smooth, np.clip(colours, 0.05, 0.95))
     mottle = MOTTLE * fractal(random, TILE, 32, 512, 0.8)
-    for _ in range(SHAPES):
+    for _ in range(SHAPES[clutter]):
         middle = random.uniform((0, 0), SIZE)
         radius = RADIUS[0] + (RADIUS[1] - RADIUS[0]) * random.random() ** 2
         shape = drawn_shape(random, middle, radius)

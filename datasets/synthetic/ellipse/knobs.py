@@ -6,7 +6,9 @@ from pydantic import Field
 
 from datasets.synthetic.engine.knobs import Knobs
 
-__all__ = ["EllipseKnobs"]
+__all__ = ["Clutter", "EllipseKnobs"]
+
+Clutter = Literal["moderate", "dense"]
 
 
 class EllipseKnobs(Knobs):
@@ -20,4 +22,10 @@ class EllipseKnobs(Knobs):
         description="even: it stays; jump: it changes abruptly once, at mid-sequence; repeated: at "
         "random moments, each time until the next; shadow: the edge of a coloured shadow passes "
         "over the scene",
+    )
+    clutter: Clutter = Field(
+        "moderate",
+        description="moderate: 90 shapes behind, and every 18 frames two patches of the ellipse's "
+        "colour at 18 to 45 pixels from its centre; dense: 140 shapes, and patches that it meets "
+        "while it has their colour",
     )

@@ -7,14 +7,21 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.synthetic.ellipse.knobs import Clutter
 from datasets.synthetic.ellipse.plan import FRAMES, SIZE, Plan
 from datasets.synthetic.ellipse.shapes import FINE, Shape, drawn_shape
 from datasets.synthetic.engine.scene import part_generator
 
 __all__ = ["Patch", "drawn_patches", "touched"]
 
+EVERY = 18
+"""Frames from one pair to the next in moderate clutter."""
+
+APART = 18.0, 45.0
+"""How far its patches' centres are from the ellipse's, when it has their colour [pixels]."""
+
 FIRST = 10
-"""Frame from which on they are met: a tracker has seen the ellipse without them."""
+"""Frame from which on patches are met in dense clutter: the ellipse was seen without them."""
 
 GAP = 12, 22
 """Frames from one meeting to the next."""
@@ -51,9 +58,23 @@ class Patch:
     colour: NDArray[np.float64]
 
 
-def drawn_patches(seed: int, plan: Plan) -> list[Patch]:
-    """Patches in pairs: one that the ellipse touches while it has that colour, one beside."""
+def drawn_patches(seed: int, plan: Plan, clutter: Clutter) -> list[Patch]:
+    """Patches in pairs, of the colour that the ellipse has at one time, near where it then is."""
     random = part_generator(seed, "moreno2005/ellipse patches")
+    if clutter == "dense":
+        return _met(random, plan)
+    patches = []
+    for frame in range(0, FRAMES, EVERY):
+        for _ in range(2):
+            radius, direction = random.uniform(*RADIUS), random.uniform(0, 2 * np.pi)
+            towards = np.array([np.cos(direction), np.sin(direction)])
+            middle = plan.centre[frame] + random.uniform(*APART) * towards
+            patches.append(Patch(drawn_shape(random, middle, radius), plan.colour[frame]))
+    return patches
+
+
+def _met(random: np.random.Generator, plan: Plan) -> list[Patch]:
+    """One patch of each pair touches the ellipse while it has that colour, one is beside."""
     patches = []
     frame = FIRST + int(random.integers(GAP[0]))
     while frame < FRAMES:
