@@ -176,10 +176,12 @@ def run_in_lock_step(
                 in_trackers += recorder.follow(shown, frame)
                 watch.called(number)
                 running += 1
+        reading_masks = _compare(recorders, sequence, frame, watch)
         watch.shown(frame - first + 1)
-        fetching += fetched - began
+        fetching += fetched - began + reading_masks
         if running:
-            own_seconds.append((perf_counter() - fetched - in_trackers) / running)
+            elsewhere = in_trackers + reading_masks
+            own_seconds.append((perf_counter() - fetched - elsewhere) / running)
     for number, recorder in enumerate(recorders):
         if not recorder.failure:
             watch.calling(number, n - 1)
@@ -188,3 +190,21 @@ def run_in_lock_step(
     overhead = median(own_seconds) if own_seconds else nan
     runs = [recorder.result() for recorder in recorders]
     return Pass(runs, overhead, fetching / (n - first))
+
+
+def _compare(recorders: list[Recorder], sequence: Sequence, frame: int, watch: Watch) -> float:
+    """Compare the masks of trackers that give any with the true one, which is read once for all.
+
+    Gives the seconds that reading took: none where no tracker segments.
+    """
+    segmenting = [recorder for recorder in recorders if recorder.segments and not recorder.failure]
+    if not segmenting:
+        return 0.0
+    began = perf_counter()
+    watch.reading(frame)
+    truth = sequence.mask(frame)
+    read = perf_counter()
+    if truth is not None:
+        for recorder in segmenting:
+            recorder.compare(frame, truth)
+    return read - began

@@ -2,7 +2,7 @@
 
 from reports.measure import Measure
 
-__all__ = ["PER_SEQUENCE", "SUMMARY", "TIMES"]
+__all__ = ["MASKS", "PER_SEQUENCE", "SEGMENTATION", "SUMMARY", "TIMES"]
 
 SUMMARY = (
     Measure("mean_overlap", "mean overlap", direction="higher", decimals=3),
@@ -22,6 +22,22 @@ PER_SEQUENCE = (
     Measure("centre_error_p90", "90th percentile", "px", "lower", 2),
 )
 """On one sequence: counts of frames, as papers give them."""
+
+MASKS = (
+    Measure("mean_region_similarity", "region similarity J", direction="higher", decimals=3),
+    Measure("mean_contour_accuracy", "contour accuracy F", direction="higher", decimals=3),
+)
+"""Of runs whose trackers gave masks, beside what their boxes score."""
+
+SEGMENTATION = (
+    Measure("mean_region_similarity", "J, mean", direction="higher", decimals=3),
+    Measure("region_recall", "J, recall", "%", "higher", 1, scale=100),
+    Measure("region_decay", "J, decay", direction="lower", decimals=3),
+    Measure("mean_contour_accuracy", "F, mean", direction="higher", decimals=3),
+    Measure("contour_recall", "F, recall", "%", "higher", 1, scale=100),
+    Measure("contour_decay", "F, decay", direction="lower", decimals=3),
+)
+"""Of the same runs: all that DAVIS tells of region similarity J and contour accuracy F."""
 
 TIMES = (
     Measure("cpu_seconds_median", "CPU a frame, median", "ms", "lower", 4, scale=1e3),

@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeAlias
 
 from numpy.typing import NDArray
 
-__all__ = ["RESERVED_COLUMNS", "Identity", "Protocol", "Run", "Times", "Trace"]
+__all__ = ["RESERVED_COLUMNS", "Identity", "Protocol", "Run", "Segmentation", "Times", "Trace"]
 
 Protocol: TypeAlias = Literal["accuracy", "timing"]
 
@@ -17,9 +17,10 @@ Trace: TypeAlias = Literal["online", "revised"]
 """What a tracker said of each frame at once, or in the end."""
 
 RESERVED_COLUMNS = frozenset(
-    ["frame", "x", "y", "width", "height", "visible", "confidence", "wall_seconds", "cpu_seconds"]
+    ["frame", "x", "y", "width", "height", "visible", "confidence"]
+    + ["wall_seconds", "cpu_seconds", "region_similarity", "contour_accuracy"]
 )
-"""Columns that every run has; a tracker's details have other names."""
+"""Columns of our own, of which some runs lack some; a tracker's details have other names."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +99,21 @@ class Times:
 
 
 @dataclass(frozen=True)
+class Segmentation:
+    """How a tracker's masks agree with the true ones.
+
+    Attributes
+    ----------
+    region_similarity, contour_accuracy : ndarray of float64, shape (n,)
+        In [0, 1], by frame; NaN where there is no true mask, up to the frame of initialisation,
+        before the tracker's first mask, and after a failure. See `bench.metrics.regions`.
+    """
+
+    region_similarity: NDArray[Any]
+    contour_accuracy: NDArray[Any]
+
+
+@dataclass(frozen=True)
 class Run:
     """One tracker, one sequence, one repetition.
 
@@ -120,6 +136,8 @@ class Run:
         Boxes with the tracker's later corrections; None where it made none.
     arrays : mapping of int to mapping of str to ndarray
         By frame, where they were asked for; masks are among them as `mask`.
+    segmentation : Segmentation or None
+        Of a tracker that gave masks, on a sequence that has them; not in timing runs.
     times : Times or None
         In timing runs.
     circumstances : mapping of str to value
@@ -136,6 +154,7 @@ class Run:
     failure: str = ""
     revised: NDArray[Any] | None = None
     arrays: Mapping[int, Mapping[str, NDArray[Any]]] = field(default_factory=dict)
+    segmentation: Segmentation | None = None
     times: Times | None = None
     circumstances: Mapping[str, Any] = field(default_factory=dict)
     output: str = ""

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.contestant import Contestant, identify, run_seed
-from bench.record import RESERVED_COLUMNS, Protocol, Run, Times
+from bench.metrics.regions import contour_accuracy, region_similarity
+from bench.record import RESERVED_COLUMNS, Protocol, Run, Segmentation, Times
 from bench.reference import reference
 from bench.watch import NotAttributableError
 from datasets import Sequence
@@ -81,6 +82,8 @@ class Recorder:
         Why the tracker is no longer asked; empty while it is.
     seconds : float
         What it has taken so far.
+    segments : bool
+        Whether it has given a mask so far.
     """
 
     def __init__(
@@ -98,6 +101,7 @@ class Recorder:
     ) -> None:
         self.failure = ""
         self.seconds = 0.0
+        self.segments = False
         if repetition < 0:
             raise ValueError(f"repetition is {repetition}; they count from 0.")
         # Settled before the tracker runs: what changes meanwhile is not what was run.
@@ -113,6 +117,8 @@ class Recorder:
         self._boxes = self._rows[:, :4]
         self._details: dict[str, NDArray[np.float64]] = {}
         self._arrays: dict[int, dict[str, NDArray[Any]]] = {}
+        self._mask: Mask | None = None
+        self._segmentation: Segmentation | None = None
         self._revisions: dict[int, Box] = {}
         self._update: Callable[[SharedFrame], Estimate]
         self._made: Tracker | None = None
@@ -140,7 +146,7 @@ class Recorder:
         try:
             estimate = self._ask(shown, frame)
             answered = perf_counter()
-            self._take(frame, estimate)
+            self._take(shown, frame, estimate)
         except _OURS:
             raise
         except BaseException as error:  # noqa: BLE001  # what a tracker raises is its result
@@ -149,6 +155,18 @@ class Recorder:
         if self.seconds > self._run_seconds and not self.failure:
             self.fail(frame, f"the run took longer than its limit of {self._run_seconds:g} s")
         return answered - asked
+
+    def compare(self, frame: int, truth: Mask) -> None:
+        """Keep how the mask that `follow` was given agrees with the true one.
+
+        A tracker that segments, and gives no mask for a frame, is taken to have lost the target.
+        """
+        if self._segmentation is None:
+            n = len(self._boxes)
+            self._segmentation = Segmentation(np.full(n, nan), np.full(n, nan))
+        mask = np.zeros_like(truth) if self._mask is None else self._mask
+        self._segmentation.region_similarity[frame] = region_similarity(mask, truth)
+        self._segmentation.contour_accuracy[frame] = contour_accuracy(mask, truth)
 
     def finish(self, frame: int) -> None:
         """Tell a tracker that wants to know it that `frame` was the last one."""
@@ -172,6 +190,7 @@ class Recorder:
             failure=self.failure,
             revised=revised,
             arrays=self._arrays,
+            segmentation=self._segmentation,
             times=times,
             circumstances={"seconds": self.seconds},
         )
@@ -209,9 +228,11 @@ class Recorder:
         """Call the tracker; the call alone counts as the tracker's time."""
         return self._update(shown)
 
-    def _take(self, frame: int, estimate: Estimate) -> None:
+    def _take(self, shown: SharedFrame, frame: int, estimate: Estimate) -> None:
         """Check an estimate and keep it."""
         box, confidence = _checked(estimate)
+        self._mask = _checked_mask(estimate.mask, shown.image.shape[:2])
+        self.segments |= self._mask is not None
         self._rows[frame] = (*box, bool(estimate.visible), confidence)
         for key, value in estimate.details.items():
             if key not in self._details:
@@ -285,3 +306,16 @@ def _checked(estimate: Any) -> tuple[list[float], float]:
     if not (0.0 <= confidence <= 1.0 or isnan(confidence)):
         raise MalformedEstimateError(f"the confidence {confidence} is not in [0, 1]")
     return checked_box(estimate.box), confidence
+
+
+def _checked_mask(mask: Any, shape: tuple[int, ...]) -> Mask | None:
+    """The mask as a plain array; None where the tracker gave none."""
+    if mask is None:
+        return None
+    if not isinstance(mask, np.ndarray):
+        raise MalformedEstimateError(f"the mask is {type(mask).__name__}, not an array of bool")
+    if mask.dtype != np.bool_ or mask.shape != shape:
+        raise MalformedEstimateError(
+            f"the mask is {mask.dtype} of shape {mask.shape}, not bool of the image's shape {shape}"
+        )
+    return np.asarray(mask)

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.measures import PER_SEQUENCE, SUMMARY, TIMES
+from bench.measures import MASKS, PER_SEQUENCE, SEGMENTATION, SUMMARY, TIMES
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
 from bench.reference import reference
@@ -36,7 +36,7 @@ def title_of(folder: Path) -> str:
 
 
 def tables(folder: Path, cells: Collection[Cell] | None = None) -> list[Table]:
-    """Tables of one experiment: summary and sequences, and times where runs were timed.
+    """Tables of one experiment: summary and sequences, masks where there are any, and times.
 
     With `cells` they show these runs alone. Where a tracker revised boxes there are tables of
     what was said at once and of what was said in the end, and captions say which.
@@ -51,6 +51,15 @@ def tables(folder: Path, cells: Collection[Cell] | None = None) -> list[Table]:
         made = _score_tables(scored, f"{title}, online boxes (what was said at once)")
         again = _score_tables(revised, f"{title}, revised boxes (what was said in the end)")
         made += [replace(table, name=f"{table.name}-revised") for table in again]
+    segmenting = scored[scored["tracker"].isin(_segmenting(scored))]
+    if len(segmenting):
+        table = sequence_table(
+            segmenting,
+            SEGMENTATION,
+            f"{title}, masks: region similarity J and contour accuracy F as DAVIS defines them",
+            PRESET,
+        )
+        made.append(replace(table, name="segmentation"))
     timed = timing_runs(runs)
     if len(timed):
         table = sequence_table(
@@ -65,11 +74,18 @@ def tables(folder: Path, cells: Collection[Cell] | None = None) -> list[Table]:
 
 def _score_tables(scored: pd.DataFrame, title: str) -> list[Table]:
     made = []
+    masks = MASKS if _segmenting(scored) else ()
     if len(scored["sequence"].unique()) > 1:
-        made.append(summary_table(scored, SUMMARY, title, PRESET))
+        made.append(summary_table(scored, SUMMARY + masks, title, PRESET))
     if len(scored):
-        made.append(sequence_table(scored, PER_SEQUENCE, title, PRESET))
+        made.append(sequence_table(scored, PER_SEQUENCE + masks, title, PRESET))
     return made
+
+
+def _segmenting(scored: pd.DataFrame) -> set[str]:
+    """Trackers with scores of masks."""
+    there = [measure.name for measure in MASKS if measure.name in scored]
+    return set(scored["tracker"][scored[there].notna().any(axis=1)])
 
 
 def summary_text(folder: Path, cells: Collection[Cell]) -> str:

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 import datasets
 from bench.metrics.native import Truth, native
+from bench.metrics.regions import segmentation_scores
 from bench.metrics.times import time_scores
 from bench.record import Run, Trace
 from bench.reference import reference
@@ -40,7 +41,8 @@ def score(
     Returns
     -------
     dict of str to float
-        The preset's scores; for timing runs the times too.
+        The preset's scores; those of masks (`bench.metrics.regions.segmentation_scores`) where the
+        tracker gave any, whatever the preset, by what it said at once; for timing runs the times.
 
     Raises
     ------
@@ -59,6 +61,9 @@ def score(
         )
     start = reference(scored, run.identity.init, run.identity.sequence)
     scores = _scorer(preset)(start, run.boxes_in(trace), run.visible)
+    if run.segmentation is not None and trace == "online":
+        initialised = int(np.flatnonzero(np.isfinite(run.boxes[:, 0]))[0])
+        scores |= segmentation_scores(run.segmentation, initialised)
     return scores if run.times is None else {**scores, **time_scores(run.times)}
 
 

@@ -12,12 +12,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.record import Segmentation
+
 __all__ = [
     "RECALL_THRESHOLD",
     "TOLERANCE",
     "contour_accuracy",
     "mean_recall_decay",
     "region_similarity",
+    "segmentation_scores",
 ]
 
 TOLERANCE = 0.008
@@ -97,8 +100,8 @@ def contour_accuracy(
     if not (n_estimate and n_truth):
         return float(n_estimate == n_truth)
     disc = _disc(ceil(tolerance * hypot(*truth.shape)))
-    precision = np.count_nonzero(e & cv2.dilate(t, disc)) / n_estimate
-    recall = np.count_nonzero(t & cv2.dilate(e, disc)) / n_truth
+    precision = np.count_nonzero(cv2.bitwise_and(e, cv2.dilate(t, disc))) / n_estimate
+    recall = np.count_nonzero(cv2.bitwise_and(t, cv2.dilate(e, disc))) / n_truth
     both = precision + recall
     return float(2 * precision * recall / both) if both else 0.0
 
@@ -129,6 +132,35 @@ def mean_recall_decay(values: NDArray[np.float64]) -> tuple[float, float, float]
     return _mean(known), _mean(known > RECALL_THRESHOLD), _mean(first) - _mean(last)
 
 
+def segmentation_scores(found: Segmentation, initialised: int) -> dict[str, float]:
+    """Mean, recall and decay of both measures, over the frames after that of initialisation.
+
+    DAVIS leaves out the last frame, too; here it counts, and so do frames without target, where an
+    empty mask scores 1 and any other 0.
+
+    Parameters
+    ----------
+    found : Segmentation
+        The measures by frame.
+    initialised : int
+        Frame of initialisation.
+
+    Returns
+    -------
+    dict of str to float
+        `mean_region_similarity`, `region_recall`, `region_decay`, `mean_contour_accuracy`,
+        `contour_recall`, `contour_decay`; see `mean_recall_decay`.
+    """
+    scores: dict[str, float] = {}
+    for kind, name, values in (
+        ("region", "region_similarity", found.region_similarity),
+        ("contour", "contour_accuracy", found.contour_accuracy),
+    ):
+        mean, recall, decay = mean_recall_decay(values[initialised + 1 :])
+        scores |= {f"mean_{name}": mean, f"{kind}_recall": recall, f"{kind}_decay": decay}
+    return scores
+
+
 def _contour(mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
     """Contour pixels of a mask as 0 and 1."""
     contour = cv2.morphologyEx(
@@ -143,7 +175,7 @@ def _contour(mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
 
 def _disc(radius: int) -> NDArray[np.uint8]:
     y, x = np.ogrid[-radius : radius + 1, -radius : radius + 1]
-    return (x * x + y * y <= radius * radius).astype(np.uint8)
+    return np.asarray(x * x + y * y <= radius * radius, np.uint8)
 
 
 def _check_shapes(estimate: NDArray[np.bool_], truth: NDArray[np.bool_]) -> None:

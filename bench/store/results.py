@@ -18,7 +18,7 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 from numpy.typing import NDArray
 
-from bench.record import Identity, Run, Times
+from bench.record import Identity, Run, Segmentation, Times
 from bench.store.asked import Asked, add_asked, read_asked, withdraw
 from bench.store.companions import companion_name, companions, read_arrays, read_boxes
 from bench.store.files import (
@@ -207,6 +207,7 @@ def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
         "failure": run.failure,
         "output": run.output,
         "details": list(run.details),
+        "segmented": run.segmentation is not None,
         "companions": dict(names),
         "circumstances": {
             "date": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -216,6 +217,8 @@ def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
             **run.circumstances,
         },
     }
+    if run.segmentation is not None:
+        columns |= vars(run.segmentation)
     if run.times is not None:
         columns |= {"wall_seconds": run.times.wall, "cpu_seconds": run.times.cpu}
         metadata["initialisation"] = [
@@ -232,7 +235,9 @@ def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
 
 def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
     columns = {name: table.column(name).to_numpy() for name in table.column_names}
-    times = None
+    segmentation = times = None
+    if metadata.get("segmented"):  # files from before there were masks do not say
+        segmentation = Segmentation(columns["region_similarity"], columns["contour_accuracy"])
     if "initialisation" in metadata:
         times = Times(columns["wall_seconds"], columns["cpu_seconds"], *metadata["initialisation"])
     belonging = {
@@ -247,6 +252,7 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
         failure=metadata["failure"],
         revised=read_boxes(belonging["revised.arrow"]) if "revised.arrow" in belonging else None,
         arrays=read_arrays(belonging["arrays.npz"]) if "arrays.npz" in belonging else {},
+        segmentation=segmentation,
         times=times,
         circumstances=metadata["circumstances"],
         output=metadata["output"],

@@ -1,0 +1,333 @@
+"""Masks that trackers give: compared with the true ones, kept, scored, and shown."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pyarrow.parquet as parquet
+import pytest
+
+import bench
+import datasets
+from bench.contestant import contestant
+from bench.evaluation import run_in_lock_step
+from bench.experiment import Experiment, SequenceSource
+from bench.metrics.regions import contour_accuracy, region_similarity, segmentation_scores
+from bench.record import RESERVED_COLUMNS, Segmentation
+from bench.reporting import tables
+from bench.store.layout import METADATA_KEY
+from bench.store.loading import load_results
+from bench.store.results import Results
+from bench.store.seal import PLACEHOLDER, SEAL_KEY, sealed
+from bench.timing import time_run
+from trackers import Estimate
+
+SHAPE = (24, 32)
+NAMES = (
+    "mean_region_similarity",
+    "region_recall",
+    "region_decay",
+    "mean_contour_accuracy",
+    "contour_recall",
+    "contour_decay",
+)
+
+
+def square(x, side=8):
+    mask = np.zeros(SHAPE, bool)
+    mask[6 : 6 + side, x : x + side] = True
+    return mask
+
+
+class TrueMasks:
+    """True masks of a square that stays, and which of them were asked for."""
+
+    def __init__(self, unknown=(), empty=()):
+        self.unknown, self.empty, self.asked = unknown, empty, []
+
+    def __call__(self, frame):
+        self.asked.append(frame)
+        if frame in self.unknown:
+            return None
+        return square(4, 0 if frame in self.empty else 8)
+
+
+def segmenting(say):
+    """A maker of trackers whose mask in their call number i is `say(i)`, from 1."""
+
+    class Segmenting:
+        def __init__(self, seed):
+            self.calls = 0
+
+        def init(self, image, box, mask=None):
+            self.box = box
+
+        def update(self, image):
+            self.calls += 1
+            return Estimate(self.box, mask=say(self.calls))
+
+    return Segmenting
+
+
+@pytest.fixture
+def make(make_sequence):
+    """Makes a sequence with masks, and gives what it was asked for beside it."""
+
+    def with_masks(n=6, absent=(), unknown=(), empty=()):
+        masks = TrueMasks(unknown, empty)
+        return make_sequence(n, absent, masks=masks), masks
+
+    return with_masks
+
+
+def test_every_frame_after_the_first_is_compared(make):
+    sequence, _ = make(n=7, absent=(0,))
+    found = bench.evaluate(segmenting(lambda call: square(3 + call)), sequence).segmentation
+    expected = [region_similarity(square(3 + call), square(4)) for call in range(1, 6)]
+    assert np.isnan(found.region_similarity[:2]).all()
+    assert found.region_similarity[2:].tolist() == expected
+    accuracy = [contour_accuracy(square(3 + call), square(4)) for call in range(1, 6)]
+    assert np.isnan(found.contour_accuracy[:2]).all()
+    assert found.contour_accuracy[2:].tolist() == accuracy
+    assert len(set(expected)) == 5
+    assert expected[0] == accuracy[0] == 1.0
+
+
+def test_a_true_mask_is_read_once_for_all_trackers_and_only_where_one_segments(make):
+    sequence, masks = make(n=4)
+    bench.evaluate("static", sequence)
+    assert masks.asked == [0]
+    masks.asked.clear()
+    entries = [(contestant("static"), 0)]
+    entries += [(contestant(segmenting(lambda call: square(4))), r) for r in range(3)]
+    runs = run_in_lock_step(entries, sequence).runs
+    assert masks.asked == [0, 1, 2, 3]
+    assert [run.segmentation is None for run in runs] == [True, False, False, False]
+
+
+def test_an_empty_mask_and_none_after_others_have_lost_the_target(make):
+    said = {1: None, 2: square(4), 3: square(4, 0), 4: None, 5: square(4)}
+    sequence, _ = make()
+    run = bench.evaluate(segmenting(said.get), sequence)
+    for values in vars(run.segmentation).values():
+        np.testing.assert_array_equal(values, [np.nan, np.nan, 1, 0, 0, 1])
+    assert bench.score(run, sequence)["mean_region_similarity"] == 0.5
+
+
+def test_where_no_true_mask_is_known_nothing_is_compared(make, make_sequence):
+    maker = segmenting(lambda call: square(4))
+    found = bench.evaluate(maker, make(unknown=(2, 4))[0]).segmentation
+    np.testing.assert_array_equal(np.isnan(found.region_similarity), [1, 0, 1, 0, 1, 0])
+    sequence = make_sequence()
+    run = bench.evaluate(maker, sequence)
+    assert run.segmentation is None
+    assert not set(NAMES) & bench.score(run, sequence).keys()
+
+
+def test_where_the_target_is_absent_an_empty_mask_is_right(make):
+    sequence, _ = make(empty=(2, 3), absent=(2, 3))
+    run = bench.evaluate(segmenting(lambda call: square(4, 8 * (call != 2))), sequence)
+    np.testing.assert_array_equal(run.segmentation.region_similarity, [np.nan, 1, 1, 0, 1, 1])
+
+
+@pytest.mark.parametrize(
+    ("mask", "reason"),
+    [
+        (square(4)[:, :-1], r"the mask is bool of shape (24, 31), not bool of the image's shape"),
+        (square(4).astype(np.uint8), "the mask is uint8 of shape (24, 32), not bool"),
+        (square(4)[None], "the mask is bool of shape (1, 24, 32)"),
+        (square(4).tolist(), "the mask is list, not an array"),
+    ],
+)
+def test_a_mask_that_is_none_ends_the_run(make, mask, reason):
+    sequence, _ = make()
+    said = {1: square(4), 2: mask}
+    run = bench.evaluate(segmenting(lambda call: said.get(call, square(4))), sequence)
+    assert run.failure.startswith("frame 2: ")
+    assert reason in run.failure.splitlines()[0]
+    assert np.isnan(run.boxes[2:]).all()
+    found = run.segmentation.region_similarity
+    np.testing.assert_array_equal(found, [np.nan, 1] + [np.nan] * 4)
+
+
+def test_masks_are_never_compared_in_timing_runs(make):
+    sequence, masks = make(n=16)
+    run = time_run(contestant(segmenting(lambda call: square(4))), 0, sequence)
+    assert run.failure == ""
+    assert run.segmentation is None
+    assert set(masks.asked) == {0}
+
+
+def test_an_array_that_a_tracker_goes_on_writing_to_is_compared_as_it_was(make):
+    own = square(4)
+
+    def say(call):
+        own[:] = square(3 + call)
+        return own
+
+    sequence, _ = make()
+    written = bench.evaluate(segmenting(say), sequence).segmentation
+    fresh = bench.evaluate(segmenting(lambda call: square(3 + call)), sequence).segmentation
+    np.testing.assert_array_equal(written.region_similarity, fresh.region_similarity)
+
+
+def test_the_names_of_its_columns_are_no_details(make):
+    assert {"region_similarity", "contour_accuracy"} <= RESERVED_COLUMNS
+    sequence, _ = make()
+
+    class Detailing(segmenting(lambda call: None)):
+        def update(self, image):
+            return Estimate(self.box, details={"contour_accuracy": 1.0})
+
+    assert "can't be called 'contour_accuracy'" in bench.evaluate(Detailing, sequence).failure
+
+
+def test_masks_do_not_change_which_run_it_is(make, make_sequence):
+    sequence, _ = make()
+    maker = segmenting(lambda call: square(4))
+    identity = bench.evaluate(maker, sequence).identity
+    assert identity == bench.evaluate(maker, make_sequence(n=6)).identity
+
+
+def test_the_scores_are_mean_recall_and_decay_after_the_first_frame():
+    values = np.array([np.nan, np.nan, 1.0, 0.8, 0.6, 0.4, 0.2])
+    scores = segmentation_scores(Segmentation(values, 1 - values), 1)
+    assert tuple(scores) == NAMES
+    assert scores["mean_region_similarity"] == pytest.approx(0.6)
+    assert scores["region_recall"] == pytest.approx(3 / 5)
+    assert scores["region_decay"] == pytest.approx(0.9 - 0.3)
+    assert scores["mean_contour_accuracy"] == pytest.approx(0.4)
+    assert scores["contour_recall"] == pytest.approx(2 / 5)
+    assert scores["contour_decay"] == pytest.approx(0.1 - 0.7)
+
+
+class TestStored:
+    @pytest.fixture
+    def run(self, make):
+        sequence, _ = make()
+        return bench.evaluate(segmenting(lambda call: square(3 + call)), sequence)
+
+    def test_they_come_back_as_they_were_written(self, run, tmp_path):
+        results = Results(tmp_path)
+        assert results.write(run)
+        path = results.path(run.identity)
+        back = results.read(path).segmentation
+        for name, values in vars(run.segmentation).items():
+            np.testing.assert_array_equal(vars(back)[name], values)
+            np.testing.assert_array_equal(parquet.read_table(path)[name].to_numpy(), values)
+
+    def test_a_run_without_masks_has_no_such_columns(self, run, tmp_path):
+        results = Results(tmp_path)
+        assert results.write(replace(run, segmentation=None))
+        path = results.path(run.identity)
+        assert results.read(path).segmentation is None
+        names = parquet.read_table(path).column_names
+        assert not {"region_similarity", "contour_accuracy"} & set(names)
+
+    def test_a_file_from_before_there_were_masks_is_read(self, run, tmp_path):
+        results = Results(tmp_path)
+        assert results.write(replace(run, segmentation=None))
+        path = results.path(run.identity)
+        table = parquet.read_table(path)
+        metadata = json.loads(table.schema.metadata[METADATA_KEY])
+        del metadata["segmented"]
+        again = table.replace_schema_metadata(
+            {METADATA_KEY: json.dumps(metadata).encode(), SEAL_KEY: PLACEHOLDER.encode()}
+        )
+        parquet.write_table(again, path)
+        path.write_bytes(sealed(path.read_bytes()))
+        back = results.read(path)
+        assert back.segmentation is None
+        np.testing.assert_array_equal(back.boxes, run.boxes)
+
+
+SEGMENTER = '''
+"""Says that the target is where it began, box and pixels."""
+from trackers.base.interface import Estimate, TrackerPlugin
+
+
+class Segmenter(TrackerPlugin):
+    """Segments."""
+
+    def init(self, image, box, mask=None):
+        self.box, self.mask = box, mask
+
+    def update(self, image):
+        return Estimate(self.box, mask=self.mask)
+'''
+SEQUENCES = [f"plain/target:length=12:scene={scene}" for scene in (0, 1)]
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    """An experiment with a tracker that segments and one that does not."""
+    folder = tmp_path_factory.mktemp("segmentation")
+    (folder / "segmenter.py").write_text(SEGMENTER)
+    trackers = ("static", f"{folder}/segmenter.py:Segmenter")
+    sources = tuple(map(SequenceSource, SEQUENCES))
+    return bench.run(Experiment("trial", trackers, sources), folder, jobs=1)
+
+
+def test_scores_are_those_of_the_synthetic_masks(stored):
+    runs = load_results(stored).set_index("tracker_name")
+    assert runs.loc["static", list(NAMES)].isna().all(axis=None)
+    segmented = runs.drop(index="static")
+    assert len(segmented) == 2
+    for row in segmented.itertuples():
+        sequence = datasets.load(row.sequence)
+        masks = [sequence.mask(frame) for frame in range(12)]
+        similarity = np.array([region_similarity(masks[0], mask) for mask in masks[1:]])
+        accuracy = np.array([contour_accuracy(masks[0], mask) for mask in masks[1:]])
+        assert row.mean_region_similarity == pytest.approx(similarity.mean())
+        assert row.region_recall == pytest.approx((similarity > 0.5).mean())
+        assert row.mean_contour_accuracy == pytest.approx(accuracy.mean())
+        assert row.contour_recall == pytest.approx((accuracy > 0.5).mean())
+
+
+def test_tables_show_them_beside_what_the_boxes_score(stored):
+    made = {table.name: table for table in tables(stored)}
+    assert list(made) == ["summary", "sequences", "segmentation"]
+    assert "DAVIS" in made["segmentation"].caption
+    scores = load_results(stored).set_index("tracker_name").drop(index="static")
+    for column, name in (
+        ("region similarity J", "mean_region_similarity"),
+        ("contour accuracy F", "mean_contour_accuracy"),
+    ):
+        texts = [row[made["summary"].heads.index(column)].text for row in made["summary"].rows]
+        assert texts == ["—", f"{scores[name].mean():.3f}"]
+        texts = [row[made["sequences"].heads.index(column)].text for row in made["sequences"].rows]
+        assert texts == ["—", f"{scores[name].iloc[0]:.3f}", "—", f"{scores[name].iloc[1]:.3f}"]
+    _, last = made["segmentation"].rows  # of the tracker that segments alone
+    assert last[2].text == f"{scores['mean_region_similarity'].iloc[1]:.3f}"
+    assert last[-1].text == f"{scores['contour_decay'].iloc[1]:.3f}"
+
+
+def test_tables_of_runs_without_masks_say_nothing_of_them(stored):
+    sequences = load_results(stored)["sequence"].unique()
+    cells = [("static", sequence, 0, "accuracy") for sequence in sequences]
+    made = tables(stored, cells)
+    assert [table.name for table in made] == ["summary", "sequences"]
+    for table in made:
+        assert not {"region similarity J", "contour accuracy F"} & set(table.heads)
+
+
+@pytest.mark.slow
+def test_as_a_user_types_it(trackmark, here):
+    (here / "segmenter.py").write_text(SEGMENTER)
+    arguments = ("--trackers", "static,segmenter.py:Segmenter", "--sequences", SEQUENCES[0])
+    lines = trackmark("run", *arguments, "--json").stdout.splitlines()
+    scores = {row["tracker_name"]: row["scores"] for row in map(json.loads, lines)}
+    assert not set(NAMES) & scores.pop("static").keys()
+    (found,) = scores.values()
+    assert set(NAMES) <= found.keys()
+    said = trackmark("report", "results/adhoc").stdout
+    assert "region similarity J" in said
+    assert f"{found['mean_region_similarity']:.3f}" in said
+    assert f"{found['contour_decay']:.3f}" in said
+    listed = trackmark("results", "list", "results/adhoc", "--json").stdout.splitlines()
+    assert found in [json.loads(line)["scores"] for line in listed]
+    trackmark("results", "check", "results/adhoc")
+    wrong = SEGMENTER.replace("mask=self.mask)", "mask=self.mask.astype(float))")
+    (here / "segmenter.py").write_text(wrong)
+    failed = trackmark("run", *arguments, status=1).stdout
+    assert "the mask is float64 of shape" in failed
