@@ -19,9 +19,10 @@ def curve_plot(
     *,
     heading: str = "",
     marks: Sequence[float] = (),
+    ticks: Sequence[float] = (),
     logarithmic: bool = False,
 ) -> Figure:
-    """Draw curves over a logarithmic abscissa.
+    """Draw curves over a logarithmic abscissa, or over a linear one.
 
     Parameters
     ----------
@@ -38,6 +39,8 @@ def curve_plot(
         Of the legend: what the intervals are.
     marks : sequence of float
         Settings that are marked by a vertical line, and named as the first and the last are.
+    ticks : sequence of float
+        Of a linear abscissa; without any it is logarithmic.
     logarithmic : bool
         Whether the ordinate is, too; else it begins at 0.
     """
@@ -60,8 +63,8 @@ def curve_plot(
                 elinewidth=1,
                 **line_style(position),
             )
-        axes.set(xlabel=setting, xscale="log")
-        axes.set_xticks(named, [f"{value:g}" for value in named])
+        axes.set(xlabel=setting, xscale="linear" if ticks else "log")
+        axes.set_xticks(ticks or named, [f"{value:g}" for value in ticks or named])
         axes.set_xticks([], minor=True)
         axes.set_title(panel, fontsize=9)
         for value in marks:

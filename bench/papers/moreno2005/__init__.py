@@ -55,7 +55,12 @@ RECORDED = Recorded(
 def experiments(effort: Effort) -> Sequence[Experiment]:
     """See `bench.papers.Paper`."""
     names = [*QUICK, *(() if effort.quick else BESIDE), *(FURTHER if effort.everything else ())]
-    return with_recorded(affordable(names, effort, _is_quick), effort, RECORDED)
+    chosen = affordable(names, effort, _is_quick)
+    if effort.everything:
+        from bench.papers.moreno2005.learnt import learnt_experiment
+
+        chosen.append(learnt_experiment(effort.seeds))
+    return with_recorded(chosen, effort, RECORDED)
 
 
 def prepare(folder: Path, effort: Effort) -> None:

@@ -9,7 +9,7 @@ from bench.record import Run
 from bench.store.truth import StoredTruth
 from datasets import Sequence
 
-__all__ = ["JUMP", "PATCH", "TRACKED", "course_of", "patch_means"]
+__all__ = ["COURSE", "JUMP", "PATCH", "TRACKED", "course_of"]
 
 TRACKED = 0.5
 """Region similarity below which a frame is not tracked."""
@@ -18,6 +18,17 @@ GONE = 0.1  # below which next to nothing of the target is in the mask
 
 JUMP, PATCH = "light change", "similar patch"
 """Attributes: frames in which the light jumps, or a patch of the target's colour touches it."""
+
+COURSE = (
+    "first_loss",
+    "tracked",
+    "gone",
+    "least_similarity",
+    "lost_by_jump",
+    "near_patch",
+    "elsewhere",
+)
+"""What is known of a run."""
 
 AFTER = 10
 """Frames, the first of a jump included, within which a target counts as lost by it."""
@@ -45,36 +56,28 @@ def course_of(run: Run, truth: Truth) -> dict[str, float]:
         below .5 in the tenth frame from the first jump of the light on), `near_patch` and
         `elsewhere` (means over frames with and without a patch of the target's colour at it).
     """
-    similarity = _similarity(run)
-    below = np.flatnonzero(similarity < TRACKED)
-    near, elsewhere = patch_means(similarity, truth)
-    return {
-        "first_loss": float(below[0] if len(below) else len(similarity)),
-        "tracked": float(not len(below)),
-        "gone": float((similarity < GONE).any()),
-        "least_similarity": float(np.nanmin(similarity)),
-        "lost_by_jump": _lost_by_jump(similarity, truth),
-        "near_patch": near,
-        "elsewhere": elsewhere,
-    }
-
-
-def patch_means(similarity: Values, truth: Truth) -> tuple[float, float]:
-    """Means over frames with a similar patch at the target, and without; NaN for no such frames."""
-    touched = truth.attributes.get(PATCH, np.zeros(len(similarity), bool))
-    means = [
-        float(similarity[chosen & np.isfinite(similarity)].mean())
-        if (chosen & np.isfinite(similarity)).any()
-        else nan
-        for chosen in (touched, ~touched)
-    ]
-    return means[0], means[1]
-
-
-def _similarity(run: Run) -> Values:
     assert run.segmentation is not None
     similarity: Values = run.segmentation.region_similarity
-    return similarity
+    below = np.flatnonzero(similarity < TRACKED)
+    near, elsewhere = _patch_means(similarity, truth)
+    found = (
+        float(below[0] if len(below) else len(similarity)),
+        float(not len(below)),
+        float((similarity < GONE).any()),
+        float(np.nanmin(similarity)),
+        _lost_by_jump(similarity, truth),
+        near,
+        elsewhere,
+    )
+    return dict(zip(COURSE, found, strict=True))
+
+
+def _patch_means(similarity: Values, truth: Truth) -> tuple[float, float]:
+    """Means over frames with a similar patch at the target, and without; NaN for none with one."""
+    touched = truth.attributes.get(PATCH, np.zeros(len(similarity), bool))
+    known = np.isfinite(similarity)
+    near, elsewhere = similarity[touched & known], similarity[~touched & known]
+    return float(near.mean()) if len(near) else nan, float(elsewhere.mean())
 
 
 def _lost_by_jump(similarity: Values, truth: Truth) -> float:

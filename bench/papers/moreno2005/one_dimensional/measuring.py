@@ -126,7 +126,7 @@ def _limits(values: "pd.Series[float]") -> dict[str, float]:
     interval = mean_interval(values)
     return {
         "mean": float(values.mean()),
-        "standard_error": float(values.sem()),
+        "standard_error": float(values.std() / np.sqrt(len(values))),
         "lower": interval.low,
         "upper": interval.high,
     }

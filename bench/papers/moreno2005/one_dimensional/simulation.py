@@ -99,7 +99,8 @@ def _drawn(states: Array, weights: Array, spread: float, generator: np.random.Ge
 def _independent_draws(weights: Array, uniforms: Array) -> NDArray[np.intp]:
     cumulative = weights.cumsum()
     sought = np.minimum(uniforms, _BELOW_ONE) * cumulative[-1]
-    return np.searchsorted(cumulative, sought, side="right")
+    found: NDArray[np.intp] = np.searchsorted(cumulative, sought, side="right")
+    return found
 
 
 @njit(cache=True)

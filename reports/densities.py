@@ -1,0 +1,104 @@
+"""Densities of two quantities and of both together, before and after something was seen."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from reports.figures import bare_figure
+
+__all__ = ["Densities", "density_plot"]
+
+Array = NDArray[np.float64]
+
+_MARKER_GREYS = ("black", "0.45", "0.75")
+
+
+@dataclass(frozen=True)
+class Densities:
+    """What is known of two quantities at a time.
+
+    Attributes
+    ----------
+    first, second : ndarray of float64, shape (n,) and (m,)
+        Density of either alone, on its grid.
+    both : ndarray of float64, shape (m, n)
+        Density of both, a row a value of the second.
+    marks : mapping of str to tuple of float
+        Pairs of values that are marked, by what they are; the first darkest.
+    """
+
+    first: Array
+    second: Array
+    both: Array
+    marks: Mapping[str, tuple[float, float]]
+
+
+def density_plot(
+    title: str,
+    times: Mapping[str, Densities],
+    grids: tuple[Array, Array],
+    names: tuple[str, str],
+    markers: Sequence[str] = ("x", "o"),
+) -> Figure:
+    """Draw a row a time: both quantities alone, and their plane.
+
+    Parameters
+    ----------
+    title : str
+        Headline.
+    times : mapping of str to Densities
+        By what a time is called.
+    grids : tuple of ndarray of float64, shape (n,) and (m,)
+        Values of both quantities, equally spaced.
+    names : tuple of str
+        What they are.
+    markers : sequence of str
+        Matplotlib's, a time each.
+    """
+    figure = bare_figure(title, 2.4 * len(times) + 0.4)
+    grid = figure.subplots(len(times), 3, squeeze=False)
+    for row, (when, found), marker in zip(grid, times.items(), markers, strict=True):
+        alone = zip(row[:2], grids, (found.first, found.second), names, strict=True)
+        for place, (axes, values, density, name) in enumerate(alone):
+            axes.plot(values, density, color="black", linewidth=1.4)
+            axes.set(xlabel=name, xlim=(values[0], values[-1]), ylim=(0, None))
+            _mark(axes, {key: (pair[place], 0.0) for key, pair in found.marks.items()}, marker)
+        row[0].set_ylabel(f"{when}\ndensity")
+        plane = row[2]
+        edges = [(values[0], values[-1]) for values in grids]
+        plane.imshow(
+            found.both, origin="lower", extent=(*edges[0], *edges[1]), aspect="auto", cmap="Blues"
+        )
+        plane.set(xlabel=names[0], ylabel=names[1])
+        _mark(plane, found.marks, marker)
+    handles, labels = [], []
+    for axes in grid[:, 2]:
+        found_handles, found_labels = axes.get_legend_handles_labels()
+        handles += found_handles
+        labels += found_labels
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8, frameon=False)
+    for axes in grid.flat:
+        axes.tick_params(labelsize=8)
+    return figure
+
+
+def _mark(axes: Axes, marks: Mapping[str, tuple[float, float]], marker: str) -> None:
+    for grey, (label, (x, y)) in zip(_MARKER_GREYS, marks.items(), strict=False):
+        # A rim keeps grey marks visible before whatever lies under them.
+        axes.plot(
+            x,
+            y,
+            marker,
+            label=label,
+            color=grey,
+            markersize=8,
+            markeredgewidth=2.0,
+            markerfacecolor=grey if marker != "x" else None,
+            linestyle="none",
+            clip_on=False,
+            zorder=3,
+        )
