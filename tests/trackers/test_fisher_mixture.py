@@ -127,6 +127,15 @@ def test_components_without_points_keep_a_place_and_weigh_nothing():
     assert all(np.isfinite(part).all() for part in again)
 
 
+def test_the_least_uniform_numbers_choose_places_without_a_centre():
+    class Least:
+        def random(self, n):
+            return np.zeros(n)
+
+    points = np.repeat([[0.2, 0.3], [0.8, 0.5]], [30, 10], axis=0)
+    assert sorted(fitted(points, 2, Least(), 0).weights) == [0.25, 0.75]
+
+
 def test_one_point_is_a_component_of_the_least_size():
     found = fitted(np.array([[0.1, 0.2, 0.3]]), 2, np.random.default_rng(0))
     assert sorted(found.weights) == [0, 1]

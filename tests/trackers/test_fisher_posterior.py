@@ -10,12 +10,12 @@ from trackers.fisher.mixture import Mixture, mixture_of
 from trackers.fisher.posterior import BLOCK, posterior, posterior_tables, region_scores
 
 
-def components(rng, *shape):
+def components(rng, *shape, least=2e-4):
     """Of sizes that colours in [0, 1] have, down to the least ones."""
     numbers = np.empty((*shape, 6))
     numbers[..., 0] = rng.dirichlet(np.ones(shape[-1]), shape[:-1])
     numbers[..., 1:3] = rng.uniform(-0.3, 1.5, (*shape, 2))
-    numbers[..., 3:5] = np.exp(rng.uniform(np.log(2e-4), np.log(0.15), (*shape, 2)))
+    numbers[..., 3:5] = np.exp(rng.uniform(np.log(least), np.log(0.15), (*shape, 2)))
     numbers[..., 5] = rng.uniform(-4, 4, shape)
     return numbers
 
@@ -47,9 +47,9 @@ def test_without_a_floor_the_wider_tail_decides_even_where_densities_vanish():
     assert posterior(far, wide, narrow, floor=0.05) == 0
 
 
-def case(seed, n=7, k=90, planes=3, m=(2, 5)):
+def case(seed, n=7, k=90, planes=3, m=(2, 5), least=2e-4):
     rng = np.random.default_rng(seed)
-    target, background = (components(rng, n, count) for count in m)
+    target, background = (components(rng, n, count, least=least) for count in m)
     projected = rng.uniform(-0.5, 1.7, (planes, k, 2))
     return projected, rng.integers(0, planes, n), target, background, rng.normal(size=k) / k
 
@@ -70,13 +70,19 @@ def slow_tables(projected, planes, target, background, floor, prior):
     st.floats(0.01, 0.99),
     st.tuples(st.integers(1, 3), st.integers(1, 6)),
 )
-def test_tables_are_posteriors_to_five_digits(seed, floor, prior, m):
+def test_tables_are_posteriors_to_four_digits(seed, floor, prior, m):
     projected, planes, target, background, contrast = case(seed, m=m)
     tables, scores = posterior_tables(projected, planes, target, background, floor, prior, contrast)
     assert tables.dtype == np.float32
     expected = slow_tables(projected, planes, target, background, floor, prior)
     np.testing.assert_allclose(tables, expected, atol=5e-5)
     np.testing.assert_allclose(scores, tables.astype(float) @ contrast, rtol=1e-12, atol=1e-14)
+
+
+def test_tables_of_wide_components_are_posteriors_to_the_digits_of_single_precision():
+    *arrays, contrast = case(3, n=20, k=500, least=0.01)
+    tables, _ = posterior_tables(*arrays, 0.05, 0.5, contrast)
+    np.testing.assert_allclose(tables, slow_tables(*arrays, 0.05, 0.5), atol=2e-6)
 
 
 @pytest.mark.parametrize("k", [1, BLOCK - 1, BLOCK, BLOCK + 1, 2 * BLOCK + 37])

@@ -289,9 +289,8 @@ def _expect(
         scale = 1.0
         for axis in range(d):
             scale *= root[axis, axis]
-        logarithm = np.log(weights[component] / scale) if weights[component] > 0 else -np.inf
         row = responsibilities[component]
-        row[:] = logarithm
+        row[:] = np.log(weights[component] / scale)
         for axis in range(d):
             for i in range(n):
                 whitened = 0.0
