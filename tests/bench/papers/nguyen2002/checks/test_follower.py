@@ -74,6 +74,17 @@ def test_a_template_that_begins_anew_goes_on_as_it_went_or_rests(sequence):
     assert follower.look(shown[21]).pose.x == pytest.approx(pose.x + 1, abs=0.6)
 
 
+def test_a_target_that_was_hidden_is_looked_for_where_it_should_be_by_now(sequence):
+    shown = sequence(40)
+    follower = Follower(shown[0], shown.boxes[0], "rgb", search_range=4)
+    for t in range(1, 15):
+        follower.take(follower.look(shown[t]))
+    found = follower.box(follower.look(shown[34], hidden=19).pose)
+    np.testing.assert_allclose(found, shown.boxes[34], atol=1.5)
+    missed = follower.box(follower.look(shown[34]).pose)
+    assert missed[0] < shown.boxes[34, 0] - 5  # too near to where it was
+
+
 def test_a_template_is_compared_with_the_truth_where_the_target_truly_is(sequence):
     shown = sequence(10)
     follower = Follower(shown[0], shown.boxes[0], "rgb")
