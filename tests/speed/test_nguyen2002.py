@@ -1,7 +1,12 @@
 """The template of Kalman filters beside what else one could use: 320x240, target 60x80.
 
 Ratios of processor time in one process, on the same frames and in turns; `pytest -s` shows
-them, and how well each follows. The target is 0.7 ms a frame as written and 1.1 as recommended.
+them, and how well each follows. The target is 0.7 ms a frame as written and 1.1 as recommended:
+whether it is met, a reproduction of the paper prints.
+
+Bounds of what is told as a multiple are 1.6 or 1.7 times what was measured when they were written,
+which differed by a tenth at most from time to time, on two cores with work for seven: so much may
+other machines differ, and what takes twice as long is noticed.
 """
 
 from statistics import median
@@ -46,12 +51,16 @@ def nguyen2002(clip, **parameters):
     return tracker
 
 
+MEAN_SHIFTS = {"as-written": (2.3, 4.2), "recommended": (3.0, 6.2)}
+"""What a frame cost when this was written, by preset: of one component, and of three."""
+
+
 @pytest.mark.parametrize("features", ["intensity", "rgb", "invariants", "arctan"])
-@pytest.mark.parametrize(("preset", "at_most"), [("as-written", 12), ("recommended", 16)])
-def test_it_costs_some_mean_shifts(small_clip, features, preset, at_most):
+@pytest.mark.parametrize("preset", MEAN_SHIFTS)
+def test_it_costs_some_mean_shifts(small_clip, features, preset):
     ours = nguyen2002(small_clip, features=features, preset=preset)
-    # When written 4 to 7 times as much as written, 5 to 10 as recommended.
-    assert compare(small_clip, ours, MeanShift()) > 1 / at_most
+    usual = MEAN_SHIFTS[preset][features != "intensity"]
+    assert compare(small_clip, ours, MeanShift()) > 1 / (1.7 * usual)
 
 
 def test_what_an_occlusion_costs_when_its_end_is_found(small_clip):
@@ -67,7 +76,7 @@ def test_what_an_occlusion_costs_when_its_end_is_found(small_clip):
     assert bursts, "no occlusion was found"
     frames = max(bursts) / median(usual)
     say(f"usual {median(usual) * 1e3:.2f} ms; the burst at the end is {frames:.0f} usual frames")
-    assert frames < 60  # up to thirty frames are seen again
+    assert frames < 1.6 * 32  # thirty are seen again, and one is searched for farther away
 
 
 def test_time_grows_with_the_targets_area_at_most(small_clip):
@@ -80,4 +89,4 @@ def test_time_grows_with_the_targets_area_at_most(small_clip):
         run(nguyen2002((images, smaller), features="rgb"), (images, smaller), own)
     ratio = median(seconds[1.0]) / median(seconds[0.5])
     say(f"a target four times as large costs {ratio:.1f} times as much")
-    assert ratio < 5
+    assert ratio < 4  # no more than its area; 2.3 to 2.5 when written

@@ -8,7 +8,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import datasets
-from bench.evaluation import evaluate
+import trackers
+from bench.contestant import contestant
+from bench.evaluation import run_in_lock_step
 from bench.papers.nguyen2002.courses import course_of
 from bench.papers.nguyen2002.events import declared_in
 from bench.papers.nguyen2002.plain import PlainNguyen2002, track_offline
@@ -19,7 +21,8 @@ from trackers.base.interface import Box, Image
 
 __all__ = ["differences", "outlasted"]
 
-FEATURES = ("intensity", "rgb", "invariants")
+FEATURES = ("intensity", "rgb", "invariants", "arctan")
+PRESETS = ("as-written", "recommended", "robust")
 CLIP = "nguyen2002/clip-01"
 QUICK = slice(44, 95)
 """Frames about its occlusion, after which there is time to find the end."""
@@ -44,34 +47,51 @@ def differences(*, quick: bool) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        `features`; greatest differences of boxes [pixels]: `online`, `revised` (of compiled and
-        plain), `offline` (of revised boxes, and a plain run that looks ahead as the paper does);
-        `same_events` (1 or 0: when occlusions are declared, and where those end that do).
+        A row a preset and features (`preset`, `features`); greatest differences of boxes [pixels]:
+        `online`, `revised` (of compiled and plain), `offline` (of revised boxes, and a plain run
+        that looks ahead as the paper does), `sooner` (of boxes said at once, and those of runs
+        that end before an occlusion's end is known); `same_events` (1 or 0: when occlusions are
+        declared, and where those end that do).
     """
     sequence = datasets.load(CLIP)
     if quick:
         sequence = sequence[QUICK]
+    chosen = ("rgb",) if quick else FEATURES
+    ways = [(preset, features) for preset in PRESETS for features in chosen]
+    runs = _runs([f"nguyen2002:preset={way[0]}:features={way[1]}" for way in ways], sequence)
     images, box = list(sequence), sequence.boxes[0]
-    rows = []
-    for features in ("rgb",) if quick else FEATURES:
-        run = _run(f"nguyen2002:preset=as-written:features={features}", sequence)
-        parameters = run.identity.parameters
-        online, revised, hidden = _plain(images, box, parameters)
-        offline, events = track_offline(images, box, **parameters)
-        ours = [event[:2] for event in declared_in(run) if event.end is not None]
-        theirs = [event for event in events if event[1] < len(images)]
-        rows.append(
-            {
-                "features": features,
-                "online": _apart(run.boxes, online),
-                "revised": _apart(run.boxes_in("revised"), revised),
-                "offline": _apart(run.boxes_in("revised"), offline),
-                "same_events": float(
-                    ours == theirs and np.array_equal(run.details["occluded"][1:], hidden[1:])
-                ),
-            }
-        )
-    return pd.DataFrame(rows)
+    return pd.DataFrame(
+        {"preset": preset, "features": features} | _compared(run, images, box)
+        for (preset, features), run in zip(ways, runs, strict=True)
+    )
+
+
+def _compared(run: Run, images: list[Image], box: Box) -> dict[str, float]:
+    parameters = run.identity.parameters
+    online, revised, hidden = _plain(images, box, parameters)
+    offline, events = track_offline(images, box, **parameters)
+    ours = [event[:2] for event in declared_in(run) if event.end is not None]
+    theirs = [event for event in events if event[1] < len(images)]
+    same = ours == theirs and np.array_equal(run.details["occluded"][1:], hidden[1:])
+    return {
+        "online": _apart(run.boxes, online),
+        "revised": _apart(run.boxes_in("revised"), revised),
+        "offline": _apart(run.boxes_in("revised"), offline),
+        "sooner": _sooner(run, images, box),
+        "same_events": float(same),
+    }
+
+
+def _sooner(run: Run, images: list[Image], box: Box) -> float:
+    """How far boxes said at once are from those of runs that end where nothing is known yet."""
+    ends = np.flatnonzero(run.details["revision"] > 0).tolist() or [len(images) // 2]
+    apart = []
+    for end in ends:
+        tracker = trackers.create("nguyen2002", **run.identity.parameters)
+        tracker.init(images[0], box)
+        said = [tracker.update(image).box for image in images[1:end]]
+        apart.append(_apart(run.boxes[1:end], np.array(said)))
+    return max(apart)
 
 
 def outlasted() -> pd.DataFrame:
@@ -84,23 +104,24 @@ def outlasted() -> pd.DataFrame:
         revised boxes); by RGB.
     """
     sequence = datasets.load(LONG)
+    lengths = (SHORT, AS_LONG)
+    text = "nguyen2002:preset=as-written:features=rgb:longest_occlusion="
     rows = []
-    for longest in (SHORT, AS_LONG):
-        run = _run(
-            f"nguyen2002:preset=as-written:features=rgb:longest_occlusion={longest}", sequence
-        )
+    runs = _runs([f"{text}{longest}" for longest in lengths], sequence)
+    for longest, run in zip(lengths, runs, strict=True):
         loss = score(run, sequence, trace="revised")["first_loss"]
         success = course_of(run, sequence, "revised", loss)["success"]
         rows.append({"longest_occlusion": longest, "success": success})
     return pd.DataFrame(rows)
 
 
-def _run(text: str, sequence: Sequence) -> Run:
-    run = evaluate(text, sequence)
-    if run.failure:
-        reason = run.failure.partition("\n")[0]
-        raise SequenceError(f"{sequence.name}: {text} failed: {reason}")
-    return run
+def _runs(texts: list[str], sequence: Sequence) -> list[Run]:
+    runs = run_in_lock_step([(contestant(text), 0) for text in texts], sequence).runs
+    for text, run in zip(texts, runs, strict=True):
+        if run.failure:
+            reason = run.failure.partition("\n")[0]
+            raise SequenceError(f"{sequence.name}: {text} failed: {reason}")
+    return runs
 
 
 def _plain(
