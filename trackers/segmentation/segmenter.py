@@ -215,7 +215,10 @@ class Segmenter(SharingTracker):
         self.generator = np.random.default_rng(self.seed)
         height, width = frame.image.shape[:2]
         if mask is None or settings.start == "box":
-            mask = inscribed_ellipse(box, height, width)
+            sized = bool((box[2:] > 0).all())
+            mask = (
+                inscribed_ellipse(box, height, width) if sized else np.zeros((height, width), bool)
+            )
         target, background = surely(mask)
         if not target.any() or not background.any():
             raise TrackerError(

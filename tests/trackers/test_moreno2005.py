@@ -1,0 +1,246 @@
+"""moreno2005 and its baseline on a disc that moves and changes colour before a few shapes."""
+
+import cv2
+import numpy as np
+import pytest
+
+import trackers
+from trackers import TrackerError
+from trackers.base.sharing import SharedFrame
+from trackers.contour.outline import bounding_box, filled, outline
+from trackers.cues.chain import complete
+from trackers.segmentation.segmenter import best_posterior, surely
+
+NAMES = ["moreno2005", "contour-smooth-color"]
+FEW = {"contour_samples": 60}
+FRAMES = 12
+
+
+def made(frames=FRAMES, gain_from=None, height=120, width=160):
+    """Images, masks and boxes of a disc whose colour goes from red to blue."""
+    random = np.random.default_rng(0)
+    ground = np.full((height, width, 3), 90.0)
+    for _ in range(25):
+        x, y, radius = (int(random.integers(v)) for v in (width, height, 14))
+        cv2.circle(ground, (x, y), radius + 4, random.integers(40, 160, 3).tolist(), -1)
+    images, masks = [], []
+    columns, rows = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    for frame in range(frames):
+        mask = (columns - 60 - 2.5 * frame) ** 2 + (rows - 55 - frame) ** 2 <= 18**2
+        share = frame / frames
+        picture = ground.copy()
+        picture[mask] = (60 + 150 * share, 40, 220 - 150 * share)
+        picture += random.normal(0, 5, picture.shape)
+        if gain_from is not None and frame >= gain_from:
+            picture *= 0.5
+        image = np.clip(picture, 0, 255).astype(np.uint8)
+        image.flags.writeable = False
+        images.append(image)
+        masks.append(mask)
+    return images, masks, [box_of(mask) for mask in masks]
+
+
+def box_of(mask):
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    x, y = columns[0], rows[0]
+    return np.array([x, y, columns[-1] + 1 - x, rows[-1] + 1 - y], float)
+
+
+def similarity(one, other):
+    return (one & other).sum() / (one | other).sum()
+
+
+@pytest.fixture(scope="module")
+def disc():
+    return made()
+
+
+def run(name, clip, seed=0, with_mask=True, frames=FRAMES, **parameters):
+    images, masks, boxes = clip
+    tracker = trackers.create(name, seed=seed, **parameters)
+    tracker.init(images[0], boxes[0], masks[0] if with_mask else None)
+    return tracker, [tracker.update(image) for image in images[1:frames]]
+
+
+VARIANTS = [
+    ("moreno2005", {}),
+    ("moreno2005", {"association": "uniform"}),
+    ("moreno2005", {"position": "kalman"}),
+    ("moreno2005", {"colour_model": "refitted"}),
+    ("moreno2005", {"plane_samples": 1, "plane_spread": 0}),
+    ("moreno2005", {"object_prior": "area", "ring": 2.5}),
+    ("moreno2005", {"snake_feedback": 0.2, "snake_edges": "all"}),
+    ("contour-smooth-color", {}),
+    ("contour-smooth-color", {"plane": "refitted"}),
+]
+
+
+@pytest.mark.parametrize(("name", "parameters"), VARIANTS)
+def test_a_disc_is_segmented_while_its_colour_changes(disc, name, parameters):
+    _, estimates = run(name, disc, **parameters)
+    found = [similarity(e.mask, mask) for e, mask in zip(estimates, disc[1][1:], strict=True)]
+    assert min(found) > 0.75
+    assert np.mean(found) > 0.85
+
+
+def test_a_jump_of_the_light_is_survived_where_the_gain_is_shared():
+    clip = made(gain_from=6)
+    kept = {
+        kind: similarity(run("moreno2005", clip, colour_dynamics=kind)[1][-1].mask, clip[1][-1])
+        for kind in ("shared", "diagonal")
+    }
+    assert kept["shared"] > 0.8
+    assert kept["shared"] > kept["diagonal"] + 0.1
+
+
+def test_the_literal_weights_hardly_select(disc):
+    _, estimates = run("moreno2005", disc, preset="as-written")
+    _, recommended = run("moreno2005", disc)
+    literal, exponential = (
+        np.mean([estimate.details["effective_contours"] for estimate in run_])
+        for run_ in (estimates, recommended)
+    )
+    assert literal > 0.5
+    assert exponential < 0.1
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_box_mask_and_contour_are_of_the_same_outline(disc, name):
+    tracker, estimates = run(name, disc, **FEW)
+    for estimate in estimates:
+        contour = estimate.arrays["contour"]
+        np.testing.assert_array_equal(estimate.box, bounding_box(contour))
+        np.testing.assert_array_equal(estimate.mask, filled(contour, 120, 160))
+        assert contour.shape == (32, 2)
+        posterior = estimate.arrays["posterior"]
+        assert posterior.shape == (120, 160)
+        assert posterior.min() >= 0
+        assert posterior.max() <= 1
+        assert 0 <= estimate.confidence <= 1
+        assert -1 <= estimate.details["score"] <= 1
+    np.testing.assert_array_equal(tracker.contour, estimates[-1].arrays["contour"])
+
+
+def test_the_answer_may_be_the_mean_contour_or_the_posterior_alone(disc):
+    answers = {
+        key: run("moreno2005", disc, output=key)[1] for key in ("snake", "mean", "posterior")
+    }
+    for snake, mean, posterior in zip(*answers.values(), strict=True):
+        for key, array in snake.arrays.items():
+            np.testing.assert_array_equal(array, mean.arrays[key])  # what goes on is the same
+            np.testing.assert_array_equal(array, posterior.arrays[key])
+        np.testing.assert_array_equal(mean.mask, filled(snake.arrays["mean_contour"], 120, 160))
+        np.testing.assert_array_equal(posterior.mask, snake.arrays["posterior"] > 0.5)
+        np.testing.assert_array_equal(posterior.box, box_of(posterior.mask))
+
+
+def test_without_a_snake_the_contour_is_the_mean(disc):
+    _, estimates = run("moreno2005", disc, snake=False, **FEW)
+    for estimate in estimates:
+        np.testing.assert_array_equal(estimate.arrays["contour"], estimate.arrays["mean_contour"])
+        assert estimate.details["snake"] == 0
+
+
+def test_the_mean_contour_is_the_weighted_mean_and_the_map_the_best_supported(disc):
+    images, masks, boxes = disc
+    tracker = trackers.create("moreno2005", **FEW)
+    tracker.init(images[0], boxes[0], masks[0])
+    steps, step = [], tracker.chain.step
+    tracker.chain.step = lambda *given: steps.append(step(*given)) or steps[-1]
+    estimate = tracker.update(images[1])
+    planes, colours, contours = steps[-1]
+    mean = sum(w * s for w, s in zip(contours.weights, contours.states, strict=True))
+    np.testing.assert_allclose(estimate.arrays["mean_contour"], mean)
+    support = [contours.weights[contours.attached == j].sum() for j in range(len(colours.weights))]
+    best = int(np.argmax(support))
+    np.testing.assert_array_equal(best_posterior(steps[-1]), colours.evidence[best])
+    indices = complete(steps[-1])
+    np.testing.assert_array_equal(indices[0], colours.attached[contours.attached])
+    # Joint feedback: the planes go on with what the contours made of them.
+    joint = np.bincount(indices[0], contours.weights, len(planes.weights)) + 1e-12
+    np.testing.assert_allclose(tracker.planes.weights, joint / joint.sum())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_target_may_be_given_by_a_box_alone(disc, name):
+    _, masks, _ = disc
+    _, by_box = run(name, disc, with_mask=False, **FEW)
+    _, ignoring = run(name, disc, start="box", **FEW)
+    for one, other in zip(by_box, ignoring, strict=True):
+        np.testing.assert_array_equal(one.box, other.box)
+    assert similarity(by_box[-1].mask, masks[-1]) > 0.75
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_first_contour_is_the_masks_outline(disc, name):
+    images, masks, boxes = disc
+    tracker = trackers.create(name)
+    tracker.init(images[0], boxes[0], masks[0])
+    np.testing.assert_array_equal(tracker.contour, outline(masks[0], 32))
+    np.testing.assert_array_equal(tracker.contours.states[7], tracker.contour)
+
+
+def test_pixels_near_the_outline_are_surely_of_neither():
+    mask = np.zeros((20, 20), bool)
+    mask[5:12, 6:15] = True
+    target, background = surely(mask)
+    inner, outer = np.zeros_like(mask), np.ones_like(mask)
+    inner[6:11, 7:14] = True
+    outer[3:14, 4:17] = False
+    np.testing.assert_array_equal(target, inner)
+    np.testing.assert_array_equal(background, outer)
+    thin = np.zeros_like(mask)
+    thin[4, 3:9] = True
+    np.testing.assert_array_equal(surely(thin)[0], thin)
+
+
+@pytest.mark.parametrize(
+    "box", [[-50.0, -50.0, 20.0, 20.0], [-100.0, -100.0, 400.0, 400.0], [5.0, 5.0, -9.0, 9.0]]
+)
+@pytest.mark.parametrize("name", NAMES)
+def test_a_target_without_pixels_or_without_surroundings_is_refused(disc, name, box):
+    with pytest.raises(TrackerError, match=r"box .*160x120"):
+        trackers.create(name).init(disc[0][0], np.array(box))
+
+
+def test_distances_are_those_of_an_image_320_wide(disc):
+    tracker, _ = run("moreno2005", disc, frames=1, shift_x_spread=8, shift_y_spread=2)
+    np.testing.assert_allclose(tracker.contours.dynamics.shift, [4.0, 1.0])
+
+
+def test_learnt_dynamics_stand_in_place_of_the_parameters(tmp_path, disc):
+    file = tmp_path / "learnt.toml"
+    file.write_text("shift_x_spread = 1.25\ngain_spread = 0.5\n")
+    tracker, _ = run("moreno2005", disc, frames=1, dynamics=str(file), shift_x_spread=8)
+    assert tracker.parameters.shift_x_spread == 1.25
+    assert tracker.parameters.gain_spread == 0.5
+    assert tracker.parameters.shift_y_spread == 4
+    settled = trackers.resolve("moreno2005", dynamics=str(file))
+    assert {key: str(value) for key, value in settled.options.items()} == {"dynamics": str(file)}
+    assert settled.parameters.model_dump()["dynamics"]["values"]["gain_spread"] == 0.5
+
+
+def test_a_file_of_dynamics_that_cannot_be_read_is_named(tmp_path):
+    with pytest.raises(TrackerError, match=r"nowhere\.toml"):
+        trackers.create("moreno2005", dynamics=str(tmp_path / "nowhere.toml"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_trackers_in_lock_step_share_the_colour_cells(disc, name):
+    images, masks, boxes = disc
+    one, other = trackers.create(name, seed=3, **FEW), trackers.create(name, seed=3, **FEW)
+    one.init(images[0], boxes[0], masks[0])
+    other.init(images[0], boxes[0], masks[0])
+    shared = SharedFrame(images[1], sharers=2)
+    first, second = one.update_shared(shared), other.update(images[1])
+    np.testing.assert_array_equal(first.arrays["contour"], second.arrays["contour"])
+
+
+def test_a_target_that_vanishes_costs_nothing_but_confidence(disc):
+    images, _, _ = disc
+    tracker, before = run("moreno2005", disc, **FEW)
+    empty = np.random.default_rng(0).integers(80, 100, images[0].shape).astype(np.uint8)
+    for _ in range(6):
+        estimate = tracker.update(empty)
+        assert np.isfinite(estimate.box).all()
+    assert estimate.confidence < 0.5 * before[-1].confidence
