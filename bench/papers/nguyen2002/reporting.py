@@ -127,9 +127,9 @@ def _remarks(sets: pd.DataFrame, effort: Effort) -> list[str]:
         "Success: an overlap of 0.5 or more in 90 % of the frames that show 90 % of the target, "
         "and in the last five of them. Detected: an occlusion that is declared, and after which "
         "the target is found again. The paper defines neither.",
-        "As written are K = 10, L = 35, the search's range and steps, and the covariance of the "
-        "first match by decision: the text does not say. L = 67, the next number of its list, "
-        "stands beside it.",
+        "As written are K = 10, L = 35, the search's range and steps, the covariance of the "
+        "first match, and least eigenvalues of covariances (smaller ones are raised) by decision: "
+        "the text does not say. L = 67, the next number of its list, stands beside it.",
         "The presets recommended and robust were chosen after seeing results of an earlier trial "
         "on scenes of its own: their verdicts are readings post hoc.",
         "False occlusions are not reported by the paper. After each the target is searched for "
