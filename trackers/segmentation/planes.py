@@ -130,6 +130,5 @@ def projected_colours(observation: Observation, bases: Array) -> Array:
     -------
     ndarray of float64, shape (planes, cells, 2)
     """
-    # einsum without BLAS, whose threads may sum in another order.
-    projected: Array = np.einsum("kc,pcd->pkd", observation.cells.colours, bases)
+    projected: Array = observation.cells.colours @ bases
     return projected
