@@ -98,7 +98,7 @@ def test_losses_at_a_change_are_counted_by_features_and_of_the_first_beside(
         return (whole, first) if moment == "lost_at_switch" else (first, whole)
 
     assert said(17, by=True) == expected("holds")
-    assert said(14, by=True) == expected("undecided")
+    assert said(16, by=True) == expected("undecided")
     assert said(17, by=False) == expected("does-not-hold")
 
 
