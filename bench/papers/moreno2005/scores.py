@@ -38,6 +38,9 @@ STRUCTURE = (
 CELL = ("sequence", "scene", "lighting", "illuminant", "shadow", "jump", "preset", "variant")
 """What a failed run costs: a scene under a reading, whatever the method."""
 
+_EXAMPLE = dict.fromkeys(("set", "scale", "dependence"), ANY)
+"""Readings of the one-dimensional example, on which no run depends."""
+
 _KNOBS = {"lighting": "even", "illuminant": "", "shadow": "", "jump": ""}
 _MASKS = ["mean_region_similarity", "mean_contour_accuracy"]
 
@@ -58,9 +61,10 @@ def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataF
         `text` and `name` (text forms of tracker and sequence); of the tracker, what `labels_of`
         gives; `sequence` (without variant), `scene`, `light` (even: what it does is a column of its
         own), `lighting` (of the ellipse), `illuminant`, `shadow` (of the book), `jump` (of the
-        leaf; all empty for others); what `bench.papers.scores.counts_of` gives,
-        `mean_region_similarity`, `mean_contour_accuracy`, and what `courses.course_of` gives, which
-        has a `first_loss` of its own (NaN for a failed run); `kept_scene`, true of all.
+        leaf; all empty for others), `set`, `scale` and `dependence` (`any`); what
+        `bench.papers.scores.counts_of` gives, `mean_region_similarity`, `mean_contour_accuracy`,
+        and what `courses.course_of` gives, which has a `first_loss` of its own (NaN for a failed
+        run); `kept_scene`, true of all.
 
     Raises
     ------
@@ -134,7 +138,13 @@ def _words(options: Mapping[str, object]) -> str:
 
 def _labels_on(name: str) -> dict[str, Any]:
     labels = sequence_labels(name)
-    return {**_KNOBS, "lighting": labels.pop("light", "even"), **labels, "light": "even"}
+    return {
+        **_EXAMPLE,
+        **_KNOBS,
+        "lighting": labels.pop("light", "even"),
+        **labels,
+        "light": "even",
+    }
 
 
 def _courses(folder: Path, counts: pd.DataFrame) -> pd.DataFrame:
