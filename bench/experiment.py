@@ -56,7 +56,7 @@ class SequenceSource:
         from datasets.catalogue import is_built_in  # its suites, which not every caller needs
 
         path = Path(self.text).expanduser()
-        text = self.text if is_built_in(self.text) or not path.exists() else str(path.absolute())
+        text = self.text if is_built_in(self.text) else str(path.absolute())
         return SequenceSource(text, self.truth.absolute() if self.truth else None)
 
 

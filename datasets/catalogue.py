@@ -37,18 +37,19 @@ def names() -> list[str]:
 
 
 def options(name: str) -> list[dict[str, Any]]:
-    """What can be set of a sequence by `name:key=value`.
+    """What can be set of a sequence by `name:key=value`, or chosen of recorded data.
 
     Returns
     -------
     list of dict
-        `name`, `default` and `meaning` (unit in brackets); empty for recorded data.
+        `name`, `default` and `meaning` (unit in brackets); empty where there is no choice.
     """
+    if not is_built_in(name):
+        from datasets import readers
+
+        return readers.options(_path_and_choice(name)[0])
     bare = name.partition(":")[0]
-    suite = _suites().get(bare.partition("/")[0])
-    if suite is None or bare not in _suite(suite).names():
-        return []
-    return _suite(suite).options(bare)
+    return _suite(_suites()[bare.partition("/")[0]]).options(bare)
 
 
 def is_built_in(text: str) -> bool:
@@ -65,7 +66,8 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     ----------
     name_or_path : str or Path
         One of `names()`, options after colons (`multipart/1:scene=2:light=even`); or the
-        path of recorded data. A built-in name wins over a path of the same text, unless
+        path of recorded data, likewise with options where there is a choice
+        (`davis/bmx-trees:object=2`). A built-in name wins over a path of the same text, unless
         that begins with `/`, `./` or `../` or is a `Path`.
     truth : str or Path, optional
         CSV file `frame,x,y,width,height` for recorded data; it wins over their own truth.
@@ -91,15 +93,27 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
         except ValueError as error:
             raise SequenceError(f"sequence {error}") from None
         return _suite(_suites()[name.partition("/")[0]]).load(name, options)
-    path = Path(name_or_path).expanduser()
-    if not path.exists():
-        raise _unknown(text, path)
+    from datasets import readers  # decoders are loaded only for recorded data
+
+    path, chosen = _path_and_choice(text)
+    if not path.exists() and not readers.knows(path):
+        raise _unknown(text, Path(text).expanduser())
     truth_file = None if truth is None else Path(truth).expanduser()
     if truth_file is not None and not truth_file.is_file():
         raise SequenceError(f"{truth_file}: there is no such truth file.")
-    from datasets import readers  # decoders are loaded only for recorded data
+    return readers.read(path, truth_file, chosen)
 
-    return readers.read(path, truth_file)
+
+def _path_and_choice(text: str) -> tuple[Path, dict[str, str]]:
+    """Path of recorded data, and what the text chooses of them; a path may itself hold colons."""
+    path = Path(text).expanduser()
+    if path.exists() or ":" not in path.name:
+        return path, {}
+    try:
+        name, chosen = parse_text(path.name)
+    except ValueError:  # no options, so a part of the name
+        return path, {}
+    return path.parent / name, chosen
 
 
 def _unknown(text: str, path: Path) -> SequenceError:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.file_digest import file_digests
-from datasets.interface import Frames, Sequence
+from datasets.interface import Frames, Mask, Sequence
 from datasets.truth_file import Truth
 
 __all__ = ["recorded"]
@@ -25,6 +25,7 @@ def recorded(
     fps: float | None = None,
     frame_names: list[str] | None = None,
     attributes: Mapping[str, NDArray[np.bool_]] | None = None,
+    masks: Callable[[int], Mask | None] | None = None,
     digests: Callable[[SequenceOf[Path]], list[str]] = file_digests,
 ) -> Sequence:
     """Sequence of recorded images.
@@ -41,10 +42,10 @@ def recorded(
         What is known of the target.
     truth_source : Path or None
         File that the truth comes from.
-    fps, frame_names, attributes
+    fps, frame_names, attributes, masks
         As for `Sequence`.
     digests : callable
-        Gives the digests of the files that were read.
+        Gives the digests of the files that were read; those of masks must be among them.
     """
     boxes = None if truth is None else truth.boxes
     visibility = None if truth is None else truth.visibility
@@ -70,6 +71,7 @@ def recorded(
         visibility=visibility,
         attributes=attributes,
         fps=fps,
+        masks=masks,
         frame_names=frame_names,
         truth_source=str(truth_source or ""),
     )

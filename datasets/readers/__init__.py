@@ -1,13 +1,14 @@
 """Readers of recorded data: a file here is a format."""
 
 import importlib
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Protocol, cast
+from typing import Any, Protocol, cast, runtime_checkable
 
 from datasets.interface import Sequence, SequenceError
 
-__all__ = ["Reader", "read"]
+__all__ = ["Choosing", "Reader", "knows", "options", "read"]
 
 
 class Reader(Protocol):
@@ -33,26 +34,75 @@ class Reader(Protocol):
         ...
 
 
-def read(path: Path, truth: Path | None = None) -> Sequence:
+@runtime_checkable
+class Choosing(Protocol):
+    """What a reader offers besides, whose data hold several targets."""
+
+    def options(self, path: Path) -> list[dict[str, Any]]:
+        """What can be chosen of what lies there; see `datasets.options`."""
+        ...
+
+    def read(
+        self, path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
+    ) -> Sequence:
+        """Open the sequence of what is chosen; see `Reader.read`."""
+        ...
+
+
+def knows(path: Path) -> bool:
+    """Whether a reader knows the path; some know names of what lies elsewhere."""
+    return _reader(path) is not None
+
+
+def options(path: Path) -> list[dict[str, Any]]:
+    """What can be chosen of recorded data, as `datasets.options` tells it.
+
+    Raises
+    ------
+    SequenceError
+        Where the data can't be read.
+    """
+    reader = _reader(path)
+    return reader.options(path) if isinstance(reader, Choosing) else []
+
+
+def read(
+    path: Path, truth: Path | None = None, chosen: Mapping[str, str] | None = None
+) -> Sequence:
     """Open recorded data with the reader that knows it.
 
     Parameters
     ----------
     path : Path
-        An existing file or folder.
+        A file or folder, or what a reader knows as a name.
     truth : Path, optional
         Truth file (CSV) that wins over the data's own truth.
+    chosen : mapping of str to str, optional
+        Some of the `options` and their values.
 
     Raises
     ------
     SequenceError
-        Where no reader knows the path, or the one that does can't read it.
+        Where no reader knows the path or an option, or the one that does can't read it.
     """
-    for reader in _readers():
-        if reader.recognises(path):
-            return reader.read(path, truth)
-    expected = "; ".join(reader.EXPECTS for reader in _readers())
-    raise SequenceError(f"{path}: this is nothing that a reader knows. Expected is {expected}.")
+    reader = _reader(path)
+    if reader is None:
+        expected = "; ".join(reader.EXPECTS for reader in _readers())
+        raise SequenceError(f"{path}: this is nothing that a reader knows. Expected is {expected}.")
+    if not chosen:
+        return reader.read(path, truth)
+    known = [option["name"] for option in options(path)]
+    unknown = sorted(chosen.keys() - known)
+    if unknown or not isinstance(reader, Choosing):
+        raise SequenceError(
+            f"{path}: unknown option {unknown[0]!r}. Known: {', '.join(known) or 'none'}."
+        )
+    return reader.read(path, truth, chosen)
+
+
+def _reader(path: Path) -> Reader | None:
+    """The reader that knows a path."""
+    return next((reader for reader in _readers() if reader.recognises(path)), None)
 
 
 @cache

@@ -1,0 +1,210 @@
+"""Sequences of DAVIS: `JPEGImages/480p/NAME/` and, beside it, `Annotations/480p/NAME/`.
+
+Perazzi et al., "A benchmark dataset and evaluation methodology for video object segmentation",
+CVPR 2016: a mask is 0 or 255. Pont-Tuset et al., "The 2017 DAVIS challenge on video object
+segmentation", arXiv:1704.00675: its values number the objects from 1, and 255 is none of them.
+"""
+
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from datasets import truth_file
+from datasets.file_digest import file_digests
+from datasets.image_files import ImageFiles, image_files
+from datasets.interface import Mask, Sequence, SequenceError
+from datasets.recorded import recorded
+
+__all__ = ["EXPECTS", "GENERAL", "options", "read", "recognises"]
+
+IMAGES, MASKS = "JPEGImages", "Annotations"
+USUAL_RESOLUTION = "480p"
+EXPECTS = f"a folder {IMAGES}/RESOLUTION/NAME with {MASKS}/RESOLUTION/NAME (DAVIS)"
+GENERAL = False
+
+_VOID = 255
+"""Belongs to no object where objects are numbered; where nothing else is, it is the object."""
+
+
+def recognises(path: Path) -> bool:
+    """Whether it is a sequence's folder of images, or its name in the folder that holds all."""
+    return _folders(path) is not None
+
+
+def options(path: Path) -> list[dict[str, Any]]:
+    """What can be chosen: `object`; see `datasets.options`."""
+    numbers = list(_objects(*_files(path)))
+    meaning = f"which object of {', '.join(map(str, numbers))}"
+    return [{"name": "object", "default": numbers[0], "meaning": meaning}]
+
+
+def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None) -> Sequence:
+    """Open the sequence of one object, by default the first; its boxes enclose its masks.
+
+    A truth file takes the place of boxes and masks.
+    """
+    images, _ = _images(path)
+    name = path.resolve().name
+    names = [file.name for file in images]
+    if truth is not None:
+        given = truth_file.read(truth)
+        return recorded(name, ImageFiles(images), images, given, truth, frame_names=names)
+    images, masks = _files(path)
+    objects = _objects(images, masks)
+    first = next(iter(objects))
+    asked = (chosen or {}).get("object", str(first))
+    if asked not in map(str, objects):
+        known = ", ".join(map(str, objects))
+        raise SequenceError(f"{path}: there is no object {asked!r}. There are: {known}.")
+    target = objects[int(asked)]
+    return recorded(
+        name if int(asked) == first else f"{name}:object={asked}",
+        ImageFiles(images),
+        images,
+        truth_file.Truth(target.boxes),
+        masks[0].parent,
+        frame_names=names,
+        masks=target.mask,
+        digests=lambda files: file_digests([*files, *masks]),
+    )
+
+
+@dataclass(frozen=True)
+class _Object:
+    """A value in masks.
+
+    Attributes
+    ----------
+    files : list of Path
+        The masks, a file a frame.
+    value : int
+        Of the object's pixels.
+    boxes : ndarray of float64, shape (n, 4)
+        Its tight bounding boxes; NaN where it has no pixel.
+    """
+
+    files: list[Path]
+    value: int
+    boxes: NDArray[np.float64]
+
+    def mask(self, frame: int) -> Mask:
+        """Its pixels in a frame."""
+        return np.asarray(_values(self.files[frame]) == self.value)
+
+
+def _objects(images: list[Path], masks: list[Path]) -> dict[int, _Object]:
+    """Objects by number, in order; all masks are read for it."""
+    with Image.open(images[0]) as image:  # no more than its head
+        width, height = image.size
+    boxes: dict[int, NDArray[np.float64]] = {}
+    for frame, file in enumerate(masks):
+        values = _values(file)
+        if values.shape != (height, width):
+            raise SequenceError(
+                f"{file}: the mask has {values.shape[1]}x{values.shape[0]} pixels, the images have "
+                f"{width}x{height}. Get the masks of their resolution."
+            )
+        for value in (1 + np.flatnonzero(np.bincount(values.ravel())[1:])).tolist():
+            rows = boxes.setdefault(value, np.full((len(masks), 4), np.nan))
+            rows[frame] = cv2.boundingRect((values == value).view(np.uint8))
+    if not boxes:
+        raise SequenceError(f"{masks[0].parent}: all masks are empty, so there is no object.")
+    if list(boxes) == [_VOID]:
+        return {1: _Object(masks, _VOID, boxes[_VOID])}
+    return {value: _Object(masks, value, boxes[value]) for value in sorted(boxes) if value != _VOID}
+
+
+def _values(file: Path) -> NDArray[np.uint8]:
+    """Values of a mask's pixels: of a palette image, which colours they are."""
+    try:
+        data = file.read_bytes()
+        with Image.open(io.BytesIO(data)) as image:
+            image.verify()  # its checksums, which decoding passes over
+        with Image.open(io.BytesIO(data)) as image:
+            mode, values = image.mode, np.asarray(image)
+    except (OSError, SyntaxError) as error:  # the latter is Pillow's for a broken PNG
+        raise SequenceError(
+            f"{file}: the mask can't be read ({error}). Get the file anew."
+        ) from error
+    if mode not in ("1", "L", "P"):
+        raise SequenceError(
+            f"{file}: the mask is an image of colours ({mode}); expected are 8-bit grey values or "
+            "a palette, as DAVIS has them."
+        )
+    return values.astype(np.uint8)
+
+
+def _folders(path: Path) -> tuple[Path, Path] | None:
+    """Folders of a sequence's images and masks; None where this is no sequence of DAVIS."""
+    whole = path.resolve()
+    if whole.parents[1:2] and whole.parents[1].name == IMAGES:
+        root, candidates = whole.parents[2], [whole.parent.name]
+    else:
+        root = whole.parent
+        there = (root / IMAGES).iterdir() if (root / IMAGES).is_dir() else ()
+        candidates = sorted(
+            (folder.name for folder in there), key=lambda name: (name != USUAL_RESOLUTION, name)
+        )
+    for resolution in candidates:
+        images, masks = (root / kind / resolution / whole.name for kind in (IMAGES, MASKS))
+        if images.is_dir() and masks.is_dir():
+            return images, masks
+    return None
+
+
+def _images(path: Path) -> tuple[list[Path], Path]:
+    """Images in order, and the folder of their masks.
+
+    Raises
+    ------
+    SequenceError
+        Naming the image that is missing, or has no number.
+    """
+    folders = _folders(path)
+    assert folders is not None  # asked of what is recognised alone
+    images = image_files(folders[0])
+    if not images:
+        raise SequenceError(f"{folders[0]}: there are no images.")
+    for file in images:
+        if not file.stem.isdecimal():
+            raise SequenceError(
+                f"{file}: its name is no number; images of DAVIS are called 00000.jpg, 00001.jpg, …"
+            )
+    for before, after in pairwise(images):
+        if int(after.stem) != int(before.stem) + 1:
+            missing = before.with_stem(f"{int(before.stem) + 1:0{len(before.stem)}}")
+            raise SequenceError(
+                f"{missing}: there is no such image between {before.name} and {after.name}. "
+                "Get the file, or remove those on one side of the gap."
+            )
+    return images, folders[1]
+
+
+def _files(path: Path) -> tuple[list[Path], list[Path]]:
+    """Images and their masks, one a frame.
+
+    Raises
+    ------
+    SequenceError
+        Naming an image or a mask that is missing.
+    """
+    images, folder = _images(path)
+    masks = [folder / f"{image.stem}.png" for image in images]
+    there = set(image_files(folder))
+    for mask in masks:
+        if mask not in there:
+            raise SequenceError(
+                f"{mask}: there is no such mask; every image has one. Get the file, or give boxes "
+                "in a truth file."
+            )
+    for mask in sorted(there.difference(masks)):
+        raise SequenceError(f"{mask}: there is no image to this mask. Get it, or remove this.")
+    return images, masks
