@@ -165,6 +165,11 @@ class Nguyen2002(SharingTracker):
         "robust": {"features": "rgb", "gamma": 0.4, "end": "first"},
     }
     Parameters = Nguyen2002Parameters
+    _watched = 0
+
+    def watch(self, image: Image) -> None:
+        """Count a frame before the target is there: `Estimate.revised` counts it, too."""
+        self._watched += 1
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`.
@@ -190,7 +195,7 @@ class Nguyen2002(SharingTracker):
         self._pose = Pose(x, y, 1.0)
         self._appearance = Appearance(self._noise, self._view(frame.image, self._pose))
         self._restart(self._pose, (0.0, 0.0, 0.0))
-        self._frame = 0
+        self._frame, self._watched = self._watched, 0
         self._occlusion: Occlusion | None = None
         self._diary = Diary()
         self._share, self._cost = 0.0, 0.0

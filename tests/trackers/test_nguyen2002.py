@@ -120,6 +120,24 @@ def test_an_instance_that_is_initialised_again_says_the_same_again():
         assert one.details == other.details
 
 
+def test_frames_are_counted_from_the_sequences_first_also_where_the_target_is_not_there_yet():
+    images, truth = clip(36)
+    said = {}
+    for before in (0, 5, 0):
+        tracker = made(images[:1], truth[0], longest_occlusion=11)
+        for _ in range(before):
+            tracker.watch(images[0])
+        tracker.init(images[0], truth[0])
+        estimates = [tracker.update(image) for image in images[1:]]
+        last = next(estimate for estimate in estimates if estimate.revised)
+        beginnings = [estimate.details["beginning"] for estimate in estimates]
+        said[before] = min(last.revised), np.nanmin(beginnings), last.details["end"]
+        tracker.init(images[0], truth[0])  # what was watched belongs to the sequence before
+        again = [tracker.update(image).details["beginning"] for image in images[1:]]
+        assert np.nanmin(again) == said[0][1]
+    assert said[5] == tuple(frame + 5 for frame in said[0])
+
+
 def test_a_readers_buffer_may_be_used_for_every_frame():
     images, truth = clip(36)
     expected = final(images, truth[0], longest_occlusion=11)

@@ -91,6 +91,20 @@ def test_occlusions_that_began_and_ended_within_what_was_looked_through_are_not_
     assert max(Counter(event.back for event in events if event.back).values()) == together
 
 
+def test_events_are_frames_of_the_sequence_also_where_the_target_comes_later():
+    sequence = datasets.load(PLAIN)
+    boxes = sequence.boxes.copy()
+    boxes[:5] = np.nan
+    sequence.boxes = boxes
+    run = bench.evaluate("nguyen2002:features=rgb:longest_occlusion=11", sequence)
+    first = np.flatnonzero(run.details["occluded"] == 1)[0]
+    event = declared_in(run)[0]
+    assert event.beginning == first
+    changed = (run.revised != run.boxes).any(axis=1)
+    assert changed[first]
+    assert not changed[5:first].any()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
