@@ -13,7 +13,12 @@ from trackers.segmentation.colours import Palettes
 from trackers.segmentation.observation import Observation
 from trackers.segmentation.planes import GivenPlane
 from trackers.segmentation.refitting import RefittedColours
-from trackers.segmentation.segmenter import Segmenter, SegmenterParameters, Start
+from trackers.segmentation.segmenter import (
+    LITERAL,
+    Segmenter,
+    SegmenterParameters,
+    Start,
+)
 
 __all__ = ["ContourSmoothColor"]
 
@@ -50,7 +55,7 @@ class ContourSmoothColor(Segmenter):
         "A. Blake, CONDENSATION - conditional density propagation for visual tracking, IJCV 1998"
     )
     presets = {
-        "as-written": {"weights": "literal", "outside": "image", "colour_floor": 0.0},
+        "as-written": LITERAL,
         "recommended": {},
     }
     Parameters = ContourSmoothColorParameters

@@ -15,7 +15,12 @@ from trackers.segmentation.learnt import LearntDynamics
 from trackers.segmentation.observation import Observation, with_colour_sets
 from trackers.segmentation.planes import PlaneCue
 from trackers.segmentation.refitting import RefittedColours
-from trackers.segmentation.segmenter import Segmenter, SegmenterParameters, Start
+from trackers.segmentation.segmenter import (
+    LITERAL,
+    Segmenter,
+    SegmenterParameters,
+    Start,
+)
 
 __all__ = ["Moreno2005"]
 
@@ -109,8 +114,8 @@ class Moreno2005(Segmenter):
     cue keeps the weights that it gave itself, a contour is compared with the whole image, every
     number of a mixture goes on by itself (the text's full random matrix would add angles to
     eigenvalues), no floor of density, and deviations are those that `trackmark learn` finds on
-    the ellipse's training sequences. The paper names no numbers of samples; they are
-    ours in both presets.
+    two sequences of the ellipse that no experiment uses. The paper names no numbers of samples;
+    they are ours in both presets.
 
     `recommended` departs from the text in five places, all chosen after results of an earlier
     trial were seen: exponential weights, weights of the complete density (`feedback=joint`, a
@@ -135,11 +140,14 @@ class Moreno2005(Segmenter):
     )
     presets = {
         "as-written": {
-            "weights": "literal",
+            **LITERAL,
             "feedback": "marginal",
             "colour_dynamics": "diagonal",
-            "outside": "image",
-            "colour_floor": 0.0,
+            "plane_spread": 0.08426,
+            "mean_spread": 0.02248,
+            "prior_spread": 0.01947,
+            "eigenvalue_spread": 0.05572,
+            "angle_spread": 0.04332,
         },
         "recommended": {},
     }

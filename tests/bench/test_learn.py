@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 import datasets
+import trackers
 from bench.commands.learn import command
 from bench.experiment import ExperimentError
 from trackers.segmentation.dynamics import LEARNT, read_dynamics
@@ -99,3 +100,15 @@ def test_learnt_dynamics_are_taken_by_the_tracker(trackmark, here):
     assert "learnt.toml: 15 values from 99 steps" in said
     tracker = "moreno2005:dynamics=learnt.toml"
     trackmark("run", "--trackers", tracker, "--sequences", "data/Small")
+
+
+@pytest.mark.slow
+def test_the_preset_as_written_has_what_is_learnt_on_two_ellipses():
+    training = ",".join(f"moreno2005/ellipse:scene={number}" for number in (100, 101))
+    options = [training, "--colour-dynamics", "diagonal", "--json"]
+    values = json.loads(CliRunner().invoke(command, options, catch_exceptions=False).stdout)
+    for name in ("moreno2005", "contour-smooth-color"):
+        preset = trackers.describe(name)["presets"]["as-written"]
+        deviations = {key: value for key, value in preset.items() if key.endswith("_spread")}
+        assert len(deviations) >= 6
+        assert deviations == pytest.approx({key: values[key] for key in deviations}, rel=5e-4)

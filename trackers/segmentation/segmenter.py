@@ -1,7 +1,7 @@
 """What the trackers that follow a contour by colours have in common (Moreno-Noguer et al. 2005)."""
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal, NamedTuple, TypeAlias
 
 import cv2
@@ -31,7 +31,7 @@ from trackers.segmentation.observation import Observation, drawn, observe, windo
 from trackers.segmentation.refitting import Fit
 from trackers.segmentation.weighing import Weights
 
-__all__ = ["Segmenter", "SegmenterParameters", "Start", "best_posterior", "surely"]
+__all__ = ["LITERAL", "Segmenter", "SegmenterParameters", "Start", "best_posterior", "surely"]
 
 Array: TypeAlias = NDArray[np.float64]
 Posterior: TypeAlias = NDArray[np.float32]
@@ -39,6 +39,20 @@ Posterior: TypeAlias = NDArray[np.float32]
 REFERENCE_WIDTH = 320  # pixels of an image, to which distances in the parameters refer
 TARGET_POINTS, BACKGROUND_POINTS = 500, 1500  # colours for the first plane and mixtures
 REFIT_POINTS = 300, 600  # for later ones
+LITERAL: Mapping[str, str | float] = {
+    "weights": "literal",
+    "outside": "image",
+    "colour_floor": 0.0,
+    "stretch_x_spread": 0.0323,
+    "shear_x_spread": 0.05738,
+    "shear_y_spread": 0.05397,
+    "stretch_y_spread": 0.03318,
+    "shift_x_spread": 3.465,
+    "shift_y_spread": 3.72,
+}
+"""Parameters as the paper's text has them, with the deviations that `trackmark learn` finds on
+`moreno2005/ellipse:scene=100` and `:scene=101`, which no experiment uses."""
+
 LEAST_PRIOR = 0.05  # of target and background, where they follow from areas
 
 
