@@ -56,6 +56,8 @@ SEQUENCES = (
     "moreno2005/ellipse:light=jump:scene=1",
     "moreno2005/ellipse:light=repeated:scene=2",
     "moreno2005/ellipse:light=shadow:scene=3",
+    "moreno2005/octopus",
+    "moreno2005/octopus:scene=1",
 )
 SLOW = {"nguyen2002/lights:lamps=coloured:scene=1"}
 
