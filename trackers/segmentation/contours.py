@@ -44,7 +44,13 @@ class ContourDynamics:
         """Contours about their means, which stay: shape (n, points, 2), fresh."""
         maps = np.eye(2) + generator.normal(size=(len(states), 2, 2)) * self.affine
         centres = states.mean(axis=1, keepdims=True)
-        deformed: Array = centres + np.einsum("nij,npj->npi", maps, states - centres)
+        around = states - centres
+        # A product of matrices by hand: they are so small that all else is dearer.
+        deformed: Array = np.empty_like(around)
+        for axis in (0, 1):
+            along, across = maps[:, axis, :1], maps[:, axis, 1:]
+            deformed[..., axis] = along * around[..., 0] + across * around[..., 1]
+        deformed += centres
         return deformed
 
     def shifts(self, count: int, generator: np.random.Generator) -> Array:
@@ -175,10 +181,10 @@ class KalmanContourCue(ContourCue):
 
 def _around(window: Rectangle, contours: Array, width: int, height: int) -> Rectangle:
     """Bounding box of a window and contours, in the image."""
-    low, high = contours.min(axis=(0, 1)), contours.max(axis=(0, 1))
+    x, y = contours[..., 0], contours[..., 1]
     return (
-        max(min(window[0], floor(low[0])), 0),
-        max(min(window[1], floor(low[1])), 0),
-        min(max(window[2], ceil(high[0])), width),
-        min(max(window[3], ceil(high[1])), height),
+        max(min(window[0], floor(x.min())), 0),
+        max(min(window[1], floor(y.min())), 0),
+        min(max(window[2], ceil(x.max())), width),
+        min(max(window[3], ceil(y.max())), height),
     )
