@@ -58,6 +58,10 @@ SEQUENCES = (
     "moreno2005/ellipse:light=shadow:scene=3",
     "moreno2005/octopus",
     "moreno2005/octopus:scene=1",
+    "moreno2005/book",
+    "moreno2005/book:illuminant=constant:scene=1:shadow=none",
+    "moreno2005/leaf",
+    "moreno2005/leaf:jump=middle:scene=1",
 )
 SLOW = {"nguyen2002/lights:lamps=coloured:scene=1"}
 

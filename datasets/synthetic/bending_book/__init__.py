@@ -1,0 +1,3 @@
+"""A book before desk and shelf that bends, while the light turns from natural to yellow."""
+
+__all__: list[str] = []
