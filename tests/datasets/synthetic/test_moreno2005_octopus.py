@@ -124,6 +124,21 @@ def test_what_changes_with_the_skins_colour_is_the_mask(frame):
     assert not changed[~around].any()
 
 
+def test_a_place_on_the_skin_keeps_its_texture_however_it_is_moved_and_turned():
+    one = opened(0)
+    rest = one.plan.body.at_rest().balls[:, :2] + 512 / 2 - 0.5
+    for frame in (0, 50):
+        posture = one.plan.posture(frame)
+        assert np.ptp(posture.turns) > 1
+        to_rest = one._skin._to_rest(posture)
+        for k in range(0, len(rest), 7):
+            angle = posture.turns[k]
+            turn = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+            for step in ([0, 0], [1.5, -0.5]):
+                place = posture.balls[k, :2] + turn @ np.array(step)
+                assert to_rest[k] @ [*place, 1] == pytest.approx(rest[k] + step)
+
+
 def test_it_throws_a_shadow_on_the_floor_away_from_the_light():
     one = opened(0)
     frame = 30
