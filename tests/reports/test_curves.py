@@ -45,3 +45,11 @@ def test_marks_stand_at_their_settings():
     assert [text.get_text() for text in axes.get_xticklabels()] == ["15", "60", "400"]
     assert axes.lines[-1].get_xdata() == [60.0, 60.0]
     assert axes.get_yscale() == "log"
+
+
+def test_ticks_make_the_abscissa_linear():
+    (axes,) = curve_plot(
+        points("x", "a", [3.0, 1.0, 2.0]), "T", "samples", "error", ["a"], ticks=[0, 200, 400]
+    ).axes
+    assert axes.get_xscale() == "linear"
+    assert [text.get_text() for text in axes.get_xticklabels()] == ["0", "200", "400"]

@@ -8,6 +8,7 @@ import pandas as pd
 
 from bench.papers.moreno2005.learnt import PROPOSED
 from bench.papers.moreno2005.scores import BASELINE
+from bench.papers.moreno2005.tables import LIGHTS
 from reports.tables import MISSING, Cell, Table
 
 __all__ = ["MILLISECONDS", "REPETITIONS", "SCENES", "criteria_table"]
@@ -153,9 +154,6 @@ def _speed(times: pd.DataFrame) -> Row:
     )  # fmt: skip
 
 
-LIGHTS = {"repeated": "repeated jumps", "jump": "one jump", "even": "even light"}
-
-
 def _gain(
     scores: pd.DataFrame, name: str, lighting: str, mixing: str, least: float, earlier: str
 ) -> Row:
@@ -187,8 +185,8 @@ def _at_least(
     name: str, setting: str, words: str, earlier: str, values: Values, least: float
 ) -> Row:
     mean = float(values.mean())
-    error = float(values.std()) / len(values) ** 0.5 if len(values) else mean
-    here = f"{mean:.3f}±{error:.3f} ({len(values)} videos)"
+    spread = f"±{values.std() / len(values) ** 0.5:.3f}" if len(values) > 1 else ""
+    here = f"{mean:.3f}{spread} ({len(values)} videos)"
     return _row(name, setting, words, earlier, here, mean, mean >= least)
 
 

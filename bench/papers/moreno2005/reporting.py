@@ -20,7 +20,12 @@ from bench.papers.moreno2005.simulated import (
     factorisation_table,
     simulation_table,
 )
-from bench.papers.moreno2005.tables import UNPUBLISHED, choices_table, segmentation_table
+from bench.papers.moreno2005.tables import (
+    SEQUENCES,
+    UNPUBLISHED,
+    choices_table,
+    segmentation_table,
+)
 from bench.papers.moreno2005.timing import frame_times, time_table
 from bench.papers.recorded import read_published
 from bench.papers.scores import without_failures
@@ -140,13 +145,13 @@ def verdicts_table(claims: Sequence[Conclusion]) -> Table:
 
 
 def _remarks(scores: pd.DataFrame, effort: Effort) -> list[str]:
-    scenes = scores.groupby("sequence")["scene"].nunique()
+    scenes = scores.groupby("sequence", sort=False)["scene"].nunique()
+    told = ", ".join(f"{number} of {SEQUENCES[str(name)]}" for name, number in scenes.items())
     remarks = [
         "Other videos: the paper's recordings are lost to us. Ours were designed from its words, "
         "frozen, and only then tracked.",
-        f"No published numbers: the paper has no error of any sequence, no number of samples and "
-        f"no time (MO-25). {scenes.min():.0f} to {scenes.max():.0f} scenes of each sequence are "
-        "the units of verdicts, up to three repetitions steady each.",
+        "No published numbers: the paper has no error of any sequence, no number of samples and "
+        f"no time (MO-25). Units of verdicts are scenes ({told}), which repetitions steady.",
         "Tracked: region similarity J of .5 or more in every frame. The paper says it of a video "
         "in pictures.",
         "As written is the paper's text, the headline; what the text leaves open in it was decided "

@@ -9,7 +9,7 @@ from bench.papers.moreno2005.scores import BASELINE
 from bench.papers.tables import number_words, text_table
 from reports.tables import MISSING, Table
 
-__all__ = ["UNPUBLISHED", "choices_table", "segmentation_table", "way_words"]
+__all__ = ["LIGHTS", "SEQUENCES", "UNPUBLISHED", "choices_table", "segmentation_table", "way_words"]
 
 UNPUBLISHED = "no published numbers"
 """What stands under every table: the paper has none (MO-25)."""
@@ -26,6 +26,14 @@ METHODS = {
     BASELINE: "smooth colour",
 }
 """In words, and in the order of the tables; others come last."""
+
+LIGHTS = {
+    "even": "even light",
+    "jump": "one jump",
+    "repeated": "repeated jumps",
+    "shadow": "a shadow's edge",
+}
+"""What the light does to the ellipse."""
 
 SEQUENCES = {
     "moreno2005/ellipse": "ellipse",
@@ -83,7 +91,7 @@ def sequence_words(sequence: str, lighting: str, illuminant: str, shadow: str, j
     """A sequence and its variant in words."""
     name = SEQUENCES.get(sequence, sequence)
     further = {
-        "moreno2005/ellipse": [f"{lighting} light" if lighting != "shadow" else "shadow's edge"],
+        "moreno2005/ellipse": [LIGHTS.get(lighting, lighting)],
         "moreno2005/book": [f"{illuminant} light", f"shadow: {shadow}"],
         "moreno2005/leaf": [f"light's jump: {jump}"],
     }
