@@ -6,9 +6,9 @@ background has the ellipse's colour. All the rest is ours: how fast all this goe
 texture of the background and how many there are, patches of the ellipse's own colour near its way,
 its shading, the sensor's noise, and the light's changes, which the paper has in other sequences.
 
-Dense clutter was what the first version had alone. It is harder than what was asked for (90
-shapes, patches beside the way), which was noticed when trackers had been run on it: so moderate
-clutter, which is as asked for, was added, and both are kept.
+Dense clutter is the design that was frozen before any tracker was run. Moderate clutter (fewer
+shapes, patches beside the way instead of on it) was added when trackers had been seen to fail on
+the dense one: whatever is found there is found post hoc.
 """
 
 from functools import cached_property, lru_cache

@@ -52,7 +52,7 @@ SEQUENCES = (
     "nguyen2002/lights",
     "nguyen2002/lights:lamps=coloured:scene=1",
     "moreno2005/ellipse",
-    "moreno2005/ellipse:clutter=dense",
+    "moreno2005/ellipse:clutter=moderate",
     "moreno2005/ellipse:light=jump:scene=1",
     "moreno2005/ellipse:light=repeated:scene=2",
     "moreno2005/ellipse:light=shadow:scene=3",

@@ -34,7 +34,7 @@ for frame in map(int, sys.argv[2:]):
 
 
 @lru_cache(maxsize=32)
-def opened(seed, light="even", clutter="moderate"):
+def opened(seed, light="even", clutter="dense"):
     return scene(EllipseKnobs(scene=seed, light=light, clutter=clutter))
 
 
@@ -178,7 +178,7 @@ def test_the_background_is_cluttered_with_all_colours():
 @given(SEEDS)
 @settings(max_examples=20, deadline=None)
 def test_in_moderate_clutter_two_patches_lie_near_the_way_every_18_frames(seed):
-    one = opened(seed)
+    one = opened(seed, clutter="moderate")
     frames = np.repeat(np.arange(0, FRAMES, 18), 2)
     assert len(one.patches) == len(frames)
     for frame, patch in zip(frames, one.patches, strict=True):
@@ -214,7 +214,7 @@ def region_of(shape: Shape):
 
 
 def test_frames_without_the_attribute_have_no_patch_of_that_colour_beside():
-    one = opened(1, clutter="dense")
+    one = opened(1)
     similar = one.truth().attributes["similar patch"]
     for frame in np.flatnonzero(~similar).tolist():
         whole = region(one.plan, frame)
