@@ -1,7 +1,8 @@
-"""Film strips: chosen frames of a sequence side by side, with everybody's boxes."""
+"""Film strips: chosen frames of a sequence side by side, with everybody's boxes or contours."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -12,6 +13,8 @@ from reports.overlay import TRUTH, Shape, legend, overlay, write_words
 from reports.palette import colours
 
 __all__ = ["evenly_spaced", "film_strip", "write_film_strip"]
+
+Places: TypeAlias = NDArray[np.float64] | Mapping[int, NDArray[np.float64]]
 
 WIDTH = 1680
 COLUMNS = 5
@@ -27,7 +30,7 @@ def evenly_spaced(first: int, last: int, count: int) -> list[int]:
 def film_strip(
     image_of: Callable[[int], NDArray[np.uint8]],
     numbers: Sequence[int],
-    boxes: Mapping[str, NDArray[np.float64]],
+    boxes: Mapping[str, Places],
     title: str = "",
     columns: int = COLUMNS,
     width: int = WIDTH,
@@ -46,15 +49,16 @@ def film_strip(
     numbers : sequence of int
         Frames to show, in order; at least one.
     boxes : mapping of str to ndarray of shape (n, 4)
-        Boxes by label, a row a frame; `truth` is drawn white and dashed.
+        Boxes by label, a row a frame; `truth` is drawn white and dashed. Or contours by frame; see
+        `overlay`.
     title : str
         Written above.
     columns : int
         Most frames in a row.
     width : int
         About the picture's width, in pixels.
-    shape : {'box', 'ellipse'}
-        What is drawn of each box.
+    shape : {'box', 'ellipse', 'contour'}
+        What is drawn.
     shades : mapping of str to str, optional
         `#rrggbb` by label; in order of the labels by default.
     words : mapping of int to str, optional

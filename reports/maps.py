@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Polygon, Rectangle
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from reports.figures import bare_figure
@@ -26,11 +27,14 @@ class Panel:
         A BGR image, or a map in [0, 1]: black for 0, white for 1.
     box : ndarray of float64, shape (4,), or None
         `[x, y, width, height]` in pixels, drawn on it.
+    contour : ndarray of float64, shape (points, 2), or None
+        A closed polygon in pixels, drawn on it.
     """
 
     title: str
     shown: NDArray[np.uint8] | NDArray[np.float64]
     box: NDArray[np.float64] | None = None
+    contour: NDArray[np.float64] | None = None
 
 
 def map_plot(panels: Sequence[Panel], title: str, columns: int) -> Figure:
@@ -59,5 +63,16 @@ def map_plot(panels: Sequence[Panel], title: str, columns: int) -> Figure:
             x, y, box_width, box_height = panel.box.tolist()
             axes.add_patch(
                 Rectangle((x, y), box_width, box_height, fill=False, edgecolor=colour(1))
+            )
+        if panel.contour is not None:
+            rim = [withStroke(linewidth=3.2, foreground="black")]  # seen on any ground
+            axes.add_patch(
+                Polygon(
+                    panel.contour,
+                    fill=False,
+                    edgecolor=colour(1),
+                    linewidth=1.8,
+                    path_effects=rim,
+                )
             )
     return figure

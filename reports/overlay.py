@@ -1,4 +1,4 @@
-"""Boxes or ellipses drawn on an image, at their exact place, with a legend beneath."""
+"""Boxes, ellipses or contours drawn on an image, at their exact place, with a legend beneath."""
 
 from collections.abc import Mapping
 from itertools import pairwise
@@ -12,8 +12,8 @@ from reports.palette import TRUTH_COLOUR, to_bgr
 
 __all__ = ["TRUTH", "Shape", "enlarge", "legend", "overlay", "write_words"]
 
-Shape: TypeAlias = Literal["box", "ellipse"]
-"""How a box is drawn: by its edges, or by the ellipse inscribed in it."""
+Shape: TypeAlias = Literal["box", "ellipse", "contour"]
+"""What is drawn: a box by its edges, or by the ellipse inscribed in it; or a polygon."""
 
 TRUTH = "truth"
 """Label of the boxes that are drawn as white dashes on a thin black line."""
@@ -47,15 +47,16 @@ def overlay(
     image : ndarray of uint8, shape (height, width, 3)
         BGR.
     boxes : mapping of str to ndarray of shape (4,)
-        `[x, y, width, height]` in pixels of `image`, by label; NaN boxes are not drawn.
+        `[x, y, width, height]` in pixels of `image`, by label; NaN boxes are not drawn. Contours
+        are of shape (points, 2) instead, and a row of NaN parts one polygon from the next.
     colours : mapping of str to str
         `#rrggbb` by label; `truth` is white and dashed.
     scale : float
         Enlargement.
     words : str
         Written into the left top corner.
-    shape : {'box', 'ellipse'}
-        What is drawn of each box.
+    shape : {'box', 'ellipse', 'contour'}
+        What is drawn.
 
     Returns
     -------
@@ -64,9 +65,12 @@ def overlay(
     """
     drawn = enlarge(image, scale)
     # Sizes are whole pixels: the factors that came out differ a little from the one asked for.
-    factors = np.tile(np.divide(drawn.shape[1::-1], image.shape[1::-1]), 2)
-    placed = {label: np.asarray(box, np.float64) * factors for label, box in boxes.items()}
-    placed = {label: box for label, box in placed.items() if np.isfinite(box).all()}
+    factors = np.divide(drawn.shape[1::-1], image.shape[1::-1])
+    scales = factors if shape == "contour" else np.tile(factors, 2)
+    placed = {label: np.asarray(box, np.float64) * scales for label, box in boxes.items()}
+    placed = {
+        label: box for label, box in placed.items() if shape == "contour" or np.isfinite(box).all()
+    }
     truth = placed.pop(TRUTH, None)
     # Truth's dark line lies beneath all, its light dashes above all: seen on any ground, and
     # where a box is right on it, both are seen.
@@ -123,6 +127,11 @@ def _draw(
     *,
     dashed: bool = False,
 ) -> None:
+    if shape == "contour":
+        for polygon in np.split(box, np.flatnonzero(np.isnan(box[:, 0]))):
+            ring = polygon[np.isfinite(polygon[:, 0])]
+            _draw_line(image, np.vstack([ring, ring[:1]]), shade, thickness, dashed=dashed)
+        return
     x, y, width, height = box
     if shape == "box":
         corners = [[x, y], [x + width, y], [x + width, y + height], [x, y + height], [x, y]]

@@ -1,0 +1,305 @@
+"""Colours in RGB space, on a plane of it, and mixtures of Gaussians there."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from reports.figures import bare_figure
+from reports.palette import colour
+
+__all__ = [
+    "CLASSES",
+    "ColourModel",
+    "Gaussians",
+    "colour_model_plot",
+    "draw_gaussians",
+    "draw_plane",
+    "name_channels",
+    "oblique",
+    "path_plot",
+    "rgb_axes",
+]
+
+Array = NDArray[np.float64]
+
+CLASSES = {"target": colour(0), "background": colour(1)}
+"""Shades of the two classes of colours."""
+
+VIEW = 22.0, -58.0
+"""Elevation and azimuth from which colour space is seen [degrees]."""
+
+ASIDE = 40.0
+"""How far aside of its normal a plane is seen [degrees]."""
+
+DEVIATIONS = 2.0
+"""At which the ellipse of a Gaussian is drawn."""
+
+_CHANNELS = ("R", "#c00000", "-"), ("G", "#007000", "--"), ("B", "#0000c0", "-.")
+_RIM = [withStroke(linewidth=2.6, foreground="white")]
+
+
+class Gaussians(NamedTuple):
+    """A mixture of Gaussians on a plane.
+
+    Attributes
+    ----------
+    weights : ndarray of float64, shape (m,)
+    means : ndarray of float64, shape (m, 2)
+    covariances : ndarray of float64, shape (m, 2, 2)
+    """
+
+    weights: Array
+    means: Array
+    covariances: Array
+
+
+@dataclass(frozen=True)
+class ColourModel:
+    """Two classes of colours, the plane that sets them apart, and what they are like on it.
+
+    Attributes
+    ----------
+    image : ndarray of uint8, shape (height, width, 3)
+        BGR.
+    contour : ndarray of float64, shape (points, 2)
+        Of the target in it, in pixels.
+    points : mapping of str to ndarray of float64, shape (n, 3)
+        RGB in [0, 1] of both classes, by the names of `CLASSES`.
+    basis : ndarray of float64, shape (3, 2)
+        Axes of the plane.
+    mixtures : mapping of str to Gaussians
+        On the plane, by class.
+    grid : tuple of ndarray of float64
+        Places along both axes of the plane, equally spaced, shape (k,) and (l,).
+    on_plane : ndarray of float64, shape (l, k)
+        Posterior of the target there, in [0, 1].
+    on_image : ndarray of float64, shape (height, width)
+        That of the image's colours.
+    """
+
+    image: NDArray[np.uint8]
+    contour: Array
+    points: Mapping[str, Array]
+    basis: Array
+    mixtures: Mapping[str, Gaussians]
+    grid: tuple[Array, Array]
+    on_plane: Array
+    on_image: Array
+
+
+def colour_model_plot(model: ColourModel, title: str) -> Figure:
+    """The steps from an image's colours to the posterior of the target.
+
+    Parameters
+    ----------
+    model : ColourModel
+    title : str
+        Headline.
+    """
+    figure = bare_figure(title, 5.6)
+    grid = figure.add_gridspec(2, 12, height_ratios=(5, 4))
+    view = oblique(model.basis)
+    upper = [grid[0, 4 * place : 4 * place + 4] for place in range(3)]
+    lower = [figure.add_subplot(grid[1, 3 * place : 3 * place + 3]) for place in range(4)]
+    frame = figure.add_subplot(upper[0])
+    _show(frame, model.image[..., ::-1])
+    frame.plot(*model.contour.T, color="white", linewidth=1.4,
+               path_effects=[withStroke(linewidth=2.8, foreground="black")])  # fmt: skip
+    frame.set_title("frame, with the target's outline", fontsize=9)
+
+    every = np.concatenate(list(model.points.values()))
+    own = rgb_axes(figure, upper[1], every)
+    own.scatter(*every.T, c=every, s=3, depthshade=False)
+    own.view_init(*view)
+    own.set_title("(a) colours in RGB space", fontsize=9)
+    classes = rgb_axes(figure, upper[2], every)
+    middle = every.mean(axis=0)
+    spread = (every - middle) @ model.basis
+    ends = np.stack([spread.min(axis=0), spread.max(axis=0)])
+    draw_plane(classes, middle, model.basis, (ends[:, 0], ends[:, 1]))
+    # The many first: the few would vanish beneath them.
+    for name in reversed(CLASSES):
+        classes.scatter(*model.points[name].T, color=CLASSES[name], s=3, depthshade=False)
+    classes.view_init(*view)
+    classes.set_title("(b) target, background, plane", fontsize=9)
+
+    projected, mixtures, plane, image = lower
+    for name in reversed(CLASSES):
+        at = model.points[name] @ model.basis
+        projected.plot(*at.T, ".", color=CLASSES[name], markersize=2, label=name)
+        mixtures.plot(*at.T, ".", color=CLASSES[name], markersize=1, alpha=0.25)
+        draw_gaussians(mixtures, model.mixtures[name], CLASSES[name])
+    x, y = model.grid
+    edges = (x[0], x[-1], y[0], y[-1])
+    plane.imshow(
+        model.on_plane, origin="lower", extent=edges, cmap="gray", vmin=0.0, vmax=1.0, aspect="auto"
+    )
+    for axes, words in zip(
+        lower[:3],
+        ("(c) projected on the plane", "(d) mixtures' components", "(e) posterior on the plane"),
+        strict=True,
+    ):
+        axes.set(xlim=edges[:2], ylim=edges[2:], xlabel="along φ₁", box_aspect=1)
+        axes.set_title(words, fontsize=9)
+        axes.tick_params(labelsize=7)
+    projected.set_ylabel("along φ₂")
+    _show(image, model.on_image)
+    image.set_title("(e) posterior of the frame", fontsize=9)
+    handles, labels = projected.get_legend_handles_labels()
+    figure.legend(
+        handles[::-1],
+        labels[::-1],
+        loc="outside lower center",
+        ncols=2,
+        markerscale=5,
+        fontsize=9,
+        frameon=False,
+    )
+    return figure
+
+
+def path_plot(path: Array, title: str, marks: Sequence[int]) -> Figure:
+    """A way through colour space, and its coordinates over frames.
+
+    Parameters
+    ----------
+    path : ndarray of float64, shape (n, 3)
+        RGB in [0, 1] by frame; NaN rows are gaps.
+    title : str
+        Headline.
+    marks : sequence of int
+        Frames that are marked in both.
+    """
+    figure = bare_figure(title, 3.9)
+    space = rgb_axes(figure, (1, 2, 1), path)
+    known = path[np.isfinite(path).all(axis=1)]
+    space.plot(*path.T, color="0.55", linewidth=0.9)
+    space.scatter(*known.T, c=known, s=16, depthshade=False, edgecolors="black", linewidths=0.3)
+    marked = [frame for frame in marks if np.isfinite(path[frame]).all()]
+    space.scatter(*path[marked].T, c=path[marked], s=60, depthshade=False,
+                  edgecolors="black", linewidths=1.4)  # fmt: skip
+    for frame in marked:
+        space.text(*path[frame], f"  {frame}", fontsize=8, path_effects=_RIM)
+    over = figure.add_subplot(1, 2, 2)
+    for channel, (name, shade, style) in enumerate(_CHANNELS):
+        over.plot(path[:, channel], color=shade, linestyle=style, linewidth=1.6, label=name)
+    for frame in marks:
+        over.axvline(frame, color="0.6", linewidth=0.8, linestyle=":", zorder=0)
+    over.set(xlabel="frame", ylabel="mean colour", ylim=(0, 1), xticks=list(marks))
+    over.spines[["top", "right"]].set_visible(False)
+    over.legend(ncols=3, fontsize=9, frameon=False, loc="upper right")
+    return figure
+
+
+def rgb_axes(figure: Figure, place: Any, colours: Array) -> Any:
+    """Axes of the cube of RGB space about some colours.
+
+    Parameters
+    ----------
+    figure : Figure
+    place : tuple of int or SubplotSpec
+        Where in the figure.
+    colours : ndarray of float64, shape (n, 3)
+        In [0, 1]; NaN rows do not count.
+
+    Returns
+    -------
+    Axes3D
+    """
+    # In the order in which things are drawn: what is marked lies above, whatever is nearer.
+    options: dict[str, Any] = {"projection": "3d", "computed_zorder": False}
+    at = place if isinstance(place, tuple) else (place,)
+    axes: Any = figure.add_subplot(*at, **options)
+    axes.view_init(*VIEW)
+    low, high = np.nanmin(colours, axis=0), np.nanmax(colours, axis=0)
+    side = 1.05 * float((high - low).max())  # of all three, so that no angle is distorted
+    for axis, middle in zip("xyz", (low + high) / 2, strict=True):
+        getattr(axes, f"set_{axis}lim")(middle - side / 2, middle + side / 2)
+    name_channels(axes)
+    return axes
+
+
+def oblique(basis: Array) -> tuple[float, float]:
+    """Elevation and azimuth from which a plane is seen neither edge-on nor head-on [degrees].
+
+    Parameters
+    ----------
+    basis : ndarray of float64, shape (3, 2)
+        Of the plane.
+    """
+    x, y, z = np.cross(basis[:, 0], basis[:, 1])
+    facing = 1.0 if z >= 0 else -1.0  # from its upper side
+    azimuth = float(np.degrees(np.arctan2(facing * y, facing * x)))
+    return VIEW[0], azimuth + ASIDE
+
+
+def name_channels(axes: Any) -> None:
+    """Name the axes of RGB space, whatever part of it they show."""
+    for axis, (name, shade, _) in zip("xyz", _CHANNELS, strict=True):
+        getattr(axes, f"set_{axis}label")(name, labelpad=-6, color=shade)
+        getattr(axes, f"{axis}axis").set_major_locator(MaxNLocator(3))
+    axes.tick_params(labelsize=7, pad=-3)
+
+
+def draw_plane(axes: Any, middle: Array, basis: Array, ends: tuple[Array, Array]) -> None:
+    """Draw part of a plane.
+
+    Parameters
+    ----------
+    axes : Axes3D
+    middle : ndarray of float64, shape (3,)
+        A point of it.
+    basis : ndarray of float64, shape (3, 2)
+        Its axes.
+    ends : tuple of ndarray of float64, shape (2,)
+        How far it is drawn along both, from the point on.
+    """
+    along = np.stack(np.meshgrid(*ends), axis=-1)
+    corners = middle + along @ basis.T
+    axes.plot_surface(
+        *np.moveaxis(corners, -1, 0), color="0.7", edgecolor="0.4", alpha=0.35, shade=False
+    )
+
+
+def draw_gaussians(axes: Axes, mixture: Gaussians, shade: str) -> None:
+    """Draw each component's ellipse of two deviations; the heavier, the thicker.
+
+    Parameters
+    ----------
+    axes : Axes
+        Of the plane.
+    mixture : Gaussians
+    shade : str
+        `#rrggbb`.
+    """
+    for weight, mean, covariance in zip(*mixture, strict=True):
+        variances, directions = np.linalg.eigh(covariance)
+        width, height = 2 * DEVIATIONS * np.sqrt(variances)
+        angle = float(np.degrees(np.arctan2(directions[1, 0], directions[0, 0])))
+        axes.add_patch(
+            Ellipse(
+                (mean[0], mean[1]),
+                width,
+                height,
+                angle=angle,
+                fill=False,
+                edgecolor=shade,
+                linewidth=0.6 + 2.4 * weight,
+            )
+        )
+        axes.plot(*mean, "+", color=shade, markersize=4)
+
+
+def _show(axes: Axes, values: NDArray[Any]) -> None:
+    """Draw an image or a map, one unit a pixel."""
+    height, width = values.shape[:2]
+    axes.imshow(values, cmap="gray", vmin=0.0, vmax=1.0, extent=(0, width, height, 0))
+    axes.set_axis_off()
