@@ -151,3 +151,8 @@ def test_a_contour_crosses_itself_where_shapely_says_so(seed, wildness):
     around = 9 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     contour = around + wildness * np.random.default_rng(seed).normal(size=(32, 2))
     assert crosses_itself(contour) == (not LinearRing(contour).is_simple)
+
+
+def test_sides_on_one_line_that_do_not_meet_are_no_crossing():
+    points = [[0, 0], [1, 0], [1, 1], [2, 1], [2, 0], [3, 0], [3, 2], [0, 2]]
+    assert not crosses_itself(np.array(points, dtype=float))

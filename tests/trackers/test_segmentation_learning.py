@@ -6,12 +6,13 @@ import pytest
 from trackers.base.parameters import TrackerError
 from trackers.contour.outline import equally_spaced, filled
 from trackers.fisher.discriminant import discriminant_basis
+from trackers.fisher.mixture import Mixture, mixture_of
 from trackers.segmentation.colours import ColourDynamics
 from trackers.segmentation.contours import ContourDynamics
 from trackers.segmentation.dynamics import LEARNT, dynamics_text, read_dynamics
 from trackers.segmentation.learning import learnt
 from trackers.segmentation.planes import PlaneCue
-from trackers.segmentation.steps import COMPONENTS, Steps, affine_map, steps_of
+from trackers.segmentation.steps import COMPONENTS, Steps, _in_order, affine_map, steps_of
 
 POLYGON = np.array([[-30, -18], [-5, -26], [22, -20], [32, 4], [14, 28], [-8, 14], [-26, 22.0]])
 N = 6000
@@ -62,6 +63,15 @@ def test_the_contours_deviations_are_those_of_the_trackers_own_walk():
         assert values[f"{name}_spread"] == pytest.approx(expected, rel=0.08), name
 
 
+def test_a_round_contour_is_taken_not_to_turn():
+    angles = np.arange(256) * 2 * np.pi / 256
+    after = 20 * np.stack([np.cos(angles), np.sin(angles)], axis=1) + 70
+    uneven = after + np.random.default_rng(3).normal(0, 0.05, (256, 2))
+    found, shift = affine_map(after[::8] - 3, np.roll(uneven, 77, axis=0))
+    assert found == pytest.approx(np.eye(2), abs=0.05)
+    assert shift == pytest.approx([3, 3], abs=0.05)
+
+
 def walked(kind, **deviations):
     """Steps by the trackers' own dynamics of colours, which have no deviation but these."""
     numbers = dict.fromkeys(
@@ -76,6 +86,8 @@ def walked(kind, **deviations):
 
 def test_deviations_of_components_that_go_on_apart_are_found():
     steps = walked("diagonal", mean=0.03, weight=0.12, eigenvalue=0.15, angle=0.2)
+    angles = steps.components[:, 1, :, 5]
+    angles[:] = (angles + np.pi / 2) % np.pi - np.pi / 2  # as mixtures have them
     values = learnt([steps], "diagonal")
     assert values["mean_spread"] == pytest.approx(0.03, rel=0.03)
     assert values["prior_spread"] == pytest.approx(0.12, rel=0.05)
@@ -119,13 +131,12 @@ def test_a_still_background_does_not_hide_a_target_that_changes():
 
 
 def test_small_components_and_round_ones_say_nothing_of_centroids_and_angles():
-    steps = still(N)
-    steps.components[:, :, 3, 0] = 0.001
-    steps.components[:, 1, 3, 1:3] += np.random.default_rng(7).normal(0, 5, (N, 2))
-    steps.components[:, :, 4, 3] = 0.006
-    steps.components[:, 1, 4, 5] += np.random.default_rng(8).normal(0, 1, N)
-    for of_class in (slice(2, 3), slice(5, None)):  # so that the two are most of their class
-        steps.components[:, :, of_class, 0] = 0.001
+    steps, random = still(N), np.random.default_rng(7)
+    small, round_ = [2, 3, 5, 6], 4  # of the background
+    steps.components[:, :, small, 0] = 0.001
+    steps.components[:, 1, small, 1:3] += random.normal(0, 5, (N, 4, 2))
+    steps.components[:, :, round_, 3] = 0.006
+    steps.components[:, 1, round_, 5] += random.normal(0, 1, N)
     values = learnt([steps], "diagonal")
     assert values["mean_spread"] == 0
     assert values["angle_spread"] == 0
@@ -201,6 +212,32 @@ def test_deviations_of_a_film_are_those_of_its_walk(walk):
     assert values["gain_spread"] == pytest.approx(expected, rel=0.1)
     assert values["mean_spread"] < 0.005
     assert values["class_spread"] < 0.005
+
+
+@pytest.mark.parametrize(("bright", "dark"), [(1.0, 0.45), (1.0, 0.6), (0.6, 1.0)])
+def test_light_that_jumps_takes_every_component_along(walk, bright, dark):
+    frames, _, _ = walk
+    image, mask = frames[0]
+    lit = [(np.uint8(factor * image + 0.5), mask) for factor in (bright, dark)]
+    steps = steps_of(lit, np.random.default_rng(0))
+    before, after = steps.components[0, :, :, 1:3]
+    assert after == pytest.approx(dark / bright * before, abs=0.025)
+    found = learnt([steps], "shared")["gain_spread"]
+    assert found == pytest.approx(1.4826 * abs(np.log(dark / bright)), rel=0.02)
+
+
+def test_components_stay_with_those_nearest_to_them():
+    before = Mixture(*(part[0] for part in mixture_of(still(1).components[0])))
+    order = np.array([3, 0, 6, 2, 1, 5, 4])
+    nudged = before._replace(means=before.means + 0.01)
+    after = _in_order(before, Mixture(*(part[order] for part in nudged)))
+    for part, expected in zip(after, nudged, strict=True):
+        assert (part == expected).all()
+
+
+def test_planes_are_the_same_whichever_way_their_normals_point(walk):
+    _, _, steps = walk
+    assert (np.einsum("nk,nk->n", *np.moveaxis(steps.normals, 1, 0)) > 0).all()
 
 
 def test_steps_to_and_from_frames_without_a_mask_are_left_out(walk):

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
+from math import log
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -30,6 +31,7 @@ LEAST_PIXELS = 10  # of target and background
 PLANE_COLOURS = 500, 1500
 MIXTURE_COLOURS = 5000
 FIRST_ITERATIONS, ITERATIONS = 15, 6  # of expectation maximisation
+LEAST_JUMP = 0.15  # of the logarithm of the light, which iterations don't follow by themselves
 
 
 class Steps(NamedTuple):
@@ -127,9 +129,26 @@ def _mixtures(
             fitted(some, count, generator, FIRST_ITERATIONS)
             for some, count in zip(points, COMPONENTS, strict=True)
         )
+    starts = _in_the_light(points, before)
     return tuple(
-        _in_order(mixture, refined(some, mixture, ITERATIONS))
-        for some, mixture in zip(points, before, strict=True)
+        _in_order(start, refined(some, start, ITERATIONS))
+        for some, start in zip(points, starts, strict=True)
+    )
+
+
+def _in_the_light(points: Sequence[Array], before: tuple[Mixture, ...]) -> tuple[Mixture, ...]:
+    """Mixtures as they would be in the light of new colours, where it has jumped.
+
+    From those of another light, expectation maximisation would end with components of others.
+    """
+    middles = [mixture.weights @ mixture.means for mixture in before]
+    along = sum(some.mean(axis=0) @ middle for some, middle in zip(points, middles, strict=True))
+    gain = float(along / sum(middle @ middle for middle in middles))
+    if abs(log(gain)) < LEAST_JUMP:
+        return before
+    return tuple(
+        Mixture(mixture.weights, gain * mixture.means, gain**2 * mixture.covariances)
+        for mixture in before
     )
 
 
