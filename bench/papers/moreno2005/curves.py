@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from bench.papers.moreno2005 import FIGURES, LIGHT
 from bench.papers.moreno2005.one_dimensional.moments import GRIDS, iteration
 from bench.papers.moreno2005.one_dimensional.settings import SETTINGS
+from bench.papers.scores import sequence_labels
 from bench.papers.stored import StoredRuns
 from bench.statistics.intervals import mean_interval
-from datasets.text_form import parse_text
 from reports.curves import curve_plot
 from reports.densities import Densities, density_plot
 from reports.series import series_grid
@@ -119,11 +119,11 @@ def similarity_plots(stored: StoredRuns) -> dict[str, Figure | None]:
 def _similarity(stored: StoredRuns, columns: Mapping[str, tuple[str, str]]) -> Figure | None:
     pieces = [pd.DataFrame()]
     for words, (experiment, sequence) in columns.items():
-        wanted = parse_text(sequence)
+        wanted = sequence_labels(sequence)
         for name in stored.sequences(experiment):
-            bare, options = parse_text(name)
-            scene = int(options.pop("scene", 0))
-            if (bare, options) != wanted:
+            labels = sequence_labels(name)
+            scene = labels["scene"]
+            if labels | {"scene": wanted["scene"]} != wanted:
                 continue
             for label, text in METHODS.items():
                 for values in _means(stored, experiment, name, text):
