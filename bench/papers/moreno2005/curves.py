@@ -37,18 +37,21 @@ METHODS = {
 
 PLOTS = {
     "similarity-ellipse": {
-        "even light": (FIGURES[7], "moreno2005/ellipse"),
-        "one jump": (LIGHT, "moreno2005/ellipse:light=jump"),
         "repeated jumps": (LIGHT, "moreno2005/ellipse:light=repeated"),
+        "one jump": (LIGHT, "moreno2005/ellipse:light=jump"),
+        "even light": (FIGURES[7], "moreno2005/ellipse"),
     },
     "similarity-figures": {
-        "octopus": (FIGURES[8], "moreno2005/octopus"),
         "book": (FIGURES[9], "moreno2005/book"),
         "leaf, jump at the start": (FIGURES[10], "moreno2005/leaf:jump=start"),
         "leaf, at mid-sequence": (FIGURES[10], "moreno2005/leaf:jump=middle"),
+        "octopus": (FIGURES[8], "moreno2005/octopus"),
     },
 }
-"""Columns of the plots of J: experiment, and sequence without its scene."""
+"""Columns of the plots of J: experiment, and sequence without its scene.
+
+The legend is that of the first, which has runs of all methods.
+"""
 
 
 def density_figure() -> Figure:

@@ -14,6 +14,8 @@ from reports.tables import Cell, Table
 
 __all__ = ["frame_times", "time_table"]
 
+ALL_DISTURBED = "other load disturbed every run: time again on an idle machine"
+
 _HEADS = ["method", "setting", "mean [ms]", "median [ms]", "runs"]
 _WAY = ["method", "preset", "variant", "mixing", "plane"]
 
@@ -62,6 +64,6 @@ def time_table(times: pd.DataFrame, failed: Sequence[str] = ()) -> Table:
         heads=_HEADS,
         n_labels=2,
         rows=[[Cell(text) for text in row] for row in rows],
-        notes=list(failed),
+        notes=[*(() if rows else (ALL_DISTURBED,)), *failed],
         data=pd.DataFrame(rows, columns=_HEADS),
     )

@@ -175,6 +175,8 @@ def test_times_stand_by_method():
     assert rows[0] == ["dependent cues", "recommended (post hoc)", "15.0", "3.0", "2"]
     assert rows[2][:3] == ["smooth colour, a = 1", "recommended (post hoc)", "4.0"]
     assert table.notes == ["failed: one"]
+    (note,) = time_table(times()[:0]).notes
+    assert "disturbed every run" in note
 
 
 TEXTS = (
