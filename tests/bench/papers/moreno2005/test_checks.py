@@ -1,6 +1,7 @@
 """What is measured on scenes, on images and runs of which it is known."""
 
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -138,6 +139,20 @@ def test_masks_of_one_run_are_compared_frame_by_frame():
     ours = table[table["mask"] == "contour"].set_index("frame")["region_similarity"]
     stored = run.segmentation.region_similarity
     np.testing.assert_array_equal(ours, stored[ours.index])
+
+
+def test_the_map_is_cut_at_one_half_and_the_mean_contour_filled():
+    sequence = datasets.load(TARGET)
+    truth = sequence.mask(3)
+    rows, columns = np.nonzero(truth)
+    left, top, right, bottom = columns.min(), rows.min(), columns.max() + 1, rows.max() + 1
+    box = np.array([[left, top], [right, top], [right, bottom], [left, bottom]], np.float32)
+    arrays = {"mask": ~truth, "mean_contour": box, "posterior": np.where(truth, 0.51, 0.49)}
+    table = modules.frame_rows(sequence, SimpleNamespace(arrays={3: arrays, 4: {}}))
+    found = table.set_index("mask")["region_similarity"]
+    assert (found["contour"], found["posterior map"]) == (0.0, 1.0)
+    area = (right - left) * (bottom - top)
+    assert found["mean contour"] == pytest.approx(truth.sum() / area)
 
 
 def test_quarters_are_taken_by_contrast_and_all_frames_beside():
