@@ -45,7 +45,7 @@ class ContourSmoothColor(Segmenter):
     gives no a; 1, which takes the last frame's colours, is mostly the strongest. It names no
     plane either: the first frame's weakens it, `plane=refitted` does not.
 
-    Details and arrays are those of `moreno2005`.
+    `robust` is as in `moreno2005`. Details and arrays are those of `moreno2005`.
     """
 
     name = "contour-smooth-color"
@@ -57,6 +57,7 @@ class ContourSmoothColor(Segmenter):
     presets = {
         "as-written": LITERAL,
         "recommended": {},
+        "robust": {"snake_stiffness": "by-spacing"},
     }
     Parameters = ContourSmoothColorParameters
 

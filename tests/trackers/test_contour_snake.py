@@ -159,3 +159,19 @@ def test_a_contour_far_outside_the_image_stays_as_it_is():
         found, accepted = refined(start, flat, None)
         assert found is start
         assert not accepted
+
+
+@pytest.mark.parametrize("times", [1.0, 2.0, 4.0])
+@pytest.mark.parametrize("stiffness", ["constant", "by-spacing"])
+def test_a_circle_shrinks_by_the_weights_of_its_stiffness(stiffness, times):
+    radius = times * 4.4 / (2 * np.sin(np.pi / 32))
+    start = circle(radius, centre=np.array([200.0, 200.0]))
+    found, accepted = refined(start, np.full((400, 400, 3), 90, np.uint8), None, stiffness)
+    assert accepted
+    # A circle is an eigenvector of the differences; 40 steps without edges leave of its radius:
+    difference = 2 - 2 * np.cos(2 * np.pi / 32)
+    ratio = 1.0 if stiffness == "constant" else 1 / times
+    eigenvalue = 0.08 * ratio**2 * difference + 0.6 * ratio**4 * difference**2
+    np.testing.assert_allclose(
+        np.linalg.norm(found - 200, axis=1), radius * (1 + eigenvalue) ** -40
+    )

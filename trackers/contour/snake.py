@@ -1,7 +1,8 @@
 """A snake (Kass, Witkin & Terzopoulos 1988) that draws a contour to the edges around it."""
 
-from functools import cache
+from functools import lru_cache
 from math import ceil, floor
+from typing import Literal, TypeAlias
 
 import cv2
 import numpy as np
@@ -11,16 +12,22 @@ from numpy.typing import NDArray
 from trackers.base.interface import Image
 from trackers.contour.outline import bounding_box, crosses_itself, enclosed_area
 
-__all__ = ["edge_map", "fitted_snake", "refined"]
+__all__ = ["Stiffness", "edge_map", "fitted_snake", "refined"]
 
 Array = NDArray[np.float64]
+Stiffness: TypeAlias = Literal["constant", "by-spacing"]
 
+ELASTICITY, RIGIDITY = 0.08, 0.6
+SPACING = 4.4  # pixels between 32 points of an ellipse with half axes of 11 to 34, their mean
 MARGIN = 14  # pixels around a contour in which edges are sought
 LEAST, MOST = 0.5, 2.0  # times the area before, for a snake that is to be believed
 
 
 def refined(
-    contour: Array, image: Image, posterior: NDArray[np.float32] | None
+    contour: Array,
+    image: Image,
+    posterior: NDArray[np.float32] | None,
+    stiffness: Stiffness = "constant",
 ) -> tuple[Array, bool]:
     """The contour that a snake finds from a contour on, if it is to be believed.
 
@@ -31,6 +38,10 @@ def refined(
     posterior : ndarray of float, shape (height, width), or None
         The probability of the target at each pixel, in [0, 1]. Edges that it does not show are
         none; without it, all are.
+    stiffness : {'constant', 'by-spacing'}
+        Weights of the differences between points, whatever their distance: the larger a contour,
+        the more it shrinks and the rounder it gets. Or weights of derivatives along the contour,
+        the same where points are `SPACING` apart.
 
     Returns
     -------
@@ -46,7 +57,12 @@ def refined(
     if min(image[near].shape[:2]) < 2:  # a gradient takes two pixels
         return contour, False
     edges = edge_map(image[near], None if posterior is None else posterior[near])
-    snake = fitted_snake(contour, edges, (x, y))
+    elasticity, rigidity = ELASTICITY, RIGIDITY
+    if stiffness == "by-spacing":
+        sides = np.linalg.norm(np.diff(contour, axis=0, append=contour[:1]), axis=1)
+        ratio = SPACING / max(float(sides.mean()), 1.0)
+        elasticity, rigidity = elasticity * ratio**2, rigidity * ratio**4
+    snake = fitted_snake(contour, edges, (x, y), elasticity, rigidity)
     area = enclosed_area(contour)
     if not LEAST * area <= enclosed_area(snake) <= MOST * area or crosses_itself(snake):
         return contour, False
@@ -87,8 +103,8 @@ def fitted_snake(
     contour: Array,
     edges: Array,
     origin: tuple[int, int],
-    elasticity: float = 0.08,
-    rigidity: float = 0.6,
+    elasticity: float = ELASTICITY,
+    rigidity: float = RIGIDITY,
     step: float = 1.0,
     attraction: float = 3.0,
     iterations: int = 40,
@@ -124,7 +140,7 @@ def fitted_snake(
     return snake + corner
 
 
-@cache
+@lru_cache(maxsize=8)
 def _smoothing(points: int, elasticity: float, rigidity: float, step: float) -> Array:
     """(A + γ I)⁻¹, from the eigenvalues: A is circulant."""
     differences = 2 - 2 * np.cos(2 * np.pi * np.arange(points // 2 + 1) / points)

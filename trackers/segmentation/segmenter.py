@@ -19,6 +19,7 @@ from trackers.contour.outline import (
     inscribed_ellipse,
     outline,
 )
+from trackers.contour.snake import Stiffness
 from trackers.contour.snake import refined as refined_by_snake
 from trackers.contour.sums import Outside
 from trackers.cues.chain import Chain, Hypotheses, complete
@@ -118,6 +119,11 @@ class SegmenterParameters(Parameters):
     snake: bool = Field(True, description="whether a snake refines the mean contour")
     snake_edges: Literal["supported", "all"] = Field(
         "supported", description="edges that draw it: those that the posterior shows too, or all"
+    )
+    snake_stiffness: Stiffness = Field(
+        "constant",
+        description="the snake's weights are of differences between its points, whatever their "
+        "distance, or of derivatives along it",
     )
     snake_feedback: float = Field(
         0.0, ge=0, le=1, description="share of the contours that start from the snake [fraction]"
@@ -262,7 +268,7 @@ class Segmenter(SharingTracker):
         self.contour, accepted = mean, False
         if settings.snake:
             edges = posterior if settings.snake_edges == "supported" else None
-            self.contour, accepted = refined_by_snake(mean, image, edges)
+            self.contour, accepted = refined_by_snake(mean, image, edges, settings.snake_stiffness)
         anchors = round(settings.snake_feedback * settings.contour_samples)
         self.contours.anchors = np.repeat(self.contour[np.newaxis], anchors, axis=0)
         inside = filled(self.contour, *image.shape[:2])
