@@ -108,7 +108,6 @@ def colour_model_plot(model: ColourModel, title: str) -> Figure:
     grid = figure.add_gridspec(2, 12, height_ratios=(5, 4))
     view = oblique(model.basis)
     upper = [grid[0, 4 * place : 4 * place + 4] for place in range(3)]
-    lower = [figure.add_subplot(grid[1, 3 * place : 3 * place + 3]) for place in range(4)]
     frame = figure.add_subplot(upper[0])
     _show(frame, model.image[..., ::-1])
     frame.plot(*model.contour.T, color="white", linewidth=1.4,
@@ -131,6 +130,7 @@ def colour_model_plot(model: ColourModel, title: str) -> Figure:
     classes.view_init(*view)
     classes.set_title("(b) target, background, plane", fontsize=9)
 
+    lower = [figure.add_subplot(grid[1, 3 * place : 3 * place + 3]) for place in range(4)]
     projected, mixtures, plane, image = lower
     for name in reversed(CLASSES):
         at = model.points[name] @ model.basis

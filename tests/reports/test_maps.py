@@ -25,3 +25,11 @@ def test_images_are_in_colour_and_maps_from_black_to_white():
     assert not mapped.patches
     assert another.get_title() == "another"
     assert not empty.images
+
+
+def test_a_contour_is_closed_and_at_its_place():
+    contour = np.array([[2.0, 3.0], [8.0, 3.0], [5.0, 9.0]])
+    (axes,) = map_plot([Panel("c", np.zeros((10, 20)), contour=contour)], "T", 1).axes
+    (polygon,) = axes.patches
+    np.testing.assert_array_equal(polygon.get_xy(), [*contour, contour[0]])
+    assert not polygon.get_fill()

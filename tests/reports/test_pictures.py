@@ -76,6 +76,42 @@ def test_an_ellipse_of_the_truth_is_dashed_all_the_way_round():
     assert np.diff(angles).max() < 1.3 * 2 * np.pi / len(angles)
 
 
+def test_a_contour_is_closed_and_its_parts_are_not_joined():
+    first = np.array([[10.0, 10], [30, 10], [30, 30]])
+    second = np.array([[50.0, 30], [70, 30], [70, 50]])
+    gap = np.full((1, 2), np.nan)
+    contour = np.vstack([first, gap, second, gap])
+    drawn = overlay(GREY, {"a": contour}, {"a": colour(0)}, shape="contour")
+    for part in (first, second):
+        for start, stop in zip(part, np.roll(part, -1, axis=0), strict=True):
+            x, y = ((start + stop) / 2 - 0.5).astype(int)
+            assert (drawn[y - 1 : y + 2, x - 1 : x + 2] != 128).any()
+    alone = [
+        overlay(GREY, {"a": part}, {"a": colour(0)}, shape="contour") for part in (first, second)
+    ]
+    assert len(changed(drawn)) == sum(len(changed(one)) for one in alone)
+
+
+def test_a_contour_of_the_truth_is_dashed_and_without_points_there_is_none():
+    square = np.array([[20.0, 20], [180, 20], [180, 180], [20, 180]])
+    drawn = overlay(np.zeros((200, 200, 3), np.uint8), {TRUTH: square}, {}, shape="contour")
+    along = drawn[20, 24:176].max(axis=1) > 100
+    assert 0.3 < along.mean() < 0.8
+    nothing = overlay(GREY, {TRUTH: np.empty((0, 2))}, {}, shape="contour")
+    assert np.array_equal(nothing, GREY)
+
+
+@pytest.mark.parametrize("scale", [1.0, 3.0])
+def test_a_contour_is_enlarged_with_its_image(scale):
+    square = np.array([[20.0, 10], [60, 10], [60, 50], [20, 50]])
+    box = np.array([20.0, 10, 40, 40])
+    contour, same = (
+        overlay(GREY, {"a": shape}, {"a": colour(0)}, scale, shape=name)
+        for shape, name in ((square, "contour"), (box, "box"))
+    )
+    assert np.array_equal(contour, same)
+
+
 def test_colour_and_enlargement_are_as_asked_for():
     drawn = overlay(GREY, {"a": np.array([20, 10, 30, 25])}, {"a": colour(1)}, scale=3)
     assert drawn.shape == (180, 240, 3)
@@ -217,6 +253,20 @@ def test_a_strip_draws_ellipses_in_given_shades_and_says_more_of_a_frame():
     assert np.abs(plain[10 * 4, 40 * 4].astype(int) - to_bgr(colour(2))).max() < 40
     assert plain[10 * 4 + 4, 20 * 4 + 4].tolist() == [128] * 3
     assert np.argwhere((plain != said).any(axis=2))[:, 1].min() > 8  # beyond the number
+
+
+def test_a_strip_has_the_contours_of_each_frame():
+    squares = {
+        number: np.array([[x, 10.0], [x + 20, 10], [x + 20, 40], [x, 40]])
+        for number, x in ((1, 10.0), (3, 40.0))
+    }
+    strip = film_strip(
+        lambda number: GREY, [1, 3], {"a": squares}, columns=2, width=164, shape="contour"
+    )
+    tiles = strip[:60, :80], strip[:60, 84:164]
+    for tile, square in zip(tiles, squares.values(), strict=True):
+        alone = overlay(GREY, {"a": square}, {"a": colour(0)}, shape="contour")
+        assert np.array_equal(tile[25:], alone[25:])  # below the number
 
 
 def test_a_strip_counts_frames_from_where_it_is_told_to():

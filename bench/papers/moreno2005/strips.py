@@ -30,6 +30,8 @@ PRESETS = {"": "as written", "-recommended": "recommended (post hoc)"}
 
 BASELINE = "smooth colour, a = 1"
 
+J_IS = "region similarity of the contour's inside and the true region"
+
 FRAMES = 6
 WIDTH = 1940  # of a strip, so that frames have about their own size
 SPACING = 3.0  # pixels between the points of the true contour
@@ -131,10 +133,11 @@ def _strip(sequence: Sequence, found: Mapping[str, Run], figure: int) -> Strip:
         )
 
     first = (
-        row(f"{title}. Contour filter with smooth colour, a = 1; {proposed}", *others[0])
+        row(f"{title}. Contours with smooth colour, a = 1, {proposed}; J: {J_IS}", *others[0])
         if others
         else film_strip(sequence.__getitem__, numbers, {}, f"{title}. Frames", FRAMES, WIDTH)
     )
+    second = row(f"Proposed method, {proposed}; J: {J_IS}", proposed, run)
     blank = np.full(sequence[numbers[0]].shape[:2], UNKNOWN / 255.0)
     maps = film_strip(
         lambda number: _grey(_array(run, number, "posterior", blank)),
@@ -146,7 +149,7 @@ def _strip(sequence: Sequence, found: Mapping[str, Run], figure: int) -> Strip:
         shape="contour",
         words={numbers[0]: "(given)"},
     )
-    return np.vstack([first, row(f"Proposed method, {proposed}", proposed, run), maps])
+    return np.vstack([first, second, maps])
 
 
 def _array(run: Run, frame: int, name: str, otherwise: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -156,8 +159,7 @@ def _array(run: Run, frame: int, name: str, otherwise: NDArray[np.float64]) -> N
 
 def _similarities(run: Run, numbers: list[int]) -> dict[int, str]:
     """J of a run in the frames after the first, for a reader."""
-    if run.segmentation is None:
-        return {}
+    assert run.segmentation is not None  # a tracker that gives masks, on a sequence that has them
     values = run.segmentation.region_similarity
     said = {number: f"(J = {values[number]:.2f})" for number in numbers}
     return said | {numbers[0]: "(given)"}
