@@ -38,6 +38,15 @@ def test_the_tracker_of_the_recipe_runs(tmp_path):
     assert about["parameters"][0]["meaning"].endswith("[pixels]")
 
 
+def test_the_cues_of_the_recipe_follow(tmp_path):
+    (code,) = (block for block in blocks("CONTRIBUTING.md", "python") if "Chain(" in block)
+    made = {}
+    exec(compile(code, "cues.py", "exec"), made)
+    position, size = made["position"], made["size"]
+    assert position.weights @ position.states == pytest.approx(19.0, abs=1.5)
+    assert size.weights @ size.states == pytest.approx(9.5, abs=1.5)
+
+
 def test_the_reader_of_the_recipe_reads(tmp_path):
     import importlib.util
 
