@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bench.papers.moreno2005.colour_model import gaussians
-from bench.papers.moreno2005.one_step import SEQUENCE, STEPS, Step
+from bench.papers.moreno2005.one_step import FRAME, Step
 from reports.hypotheses import Palette, hypotheses_plot
 from trackers.fisher.mixture import mixture_of
 
@@ -26,7 +26,7 @@ def hypotheses_figure(step: Step, label: str) -> Figure:
         (step.bases, step.planes.weights),
         (step.contours.states, step.contours.weights),
         palettes_of(step),
-        f"Fig. 5, {label}, not the paper's video but {SEQUENCE} (scene 0, frame {STEPS}): "
+        f"Fig. 5, {label}, not the paper's video but {FRAME}: "
         "hypotheses, darker with more weight; right: some of the colours on their planes, and "
         "posterior maps by them",
     )

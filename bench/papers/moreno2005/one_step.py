@@ -18,10 +18,12 @@ from trackers.fisher.discriminant import basis_of
 from trackers.moreno2005 import Moreno2005
 from trackers.segmentation.observation import Observation
 
-__all__ = ["SEQUENCE", "STEPS", "Step", "step_of"]
+__all__ = ["FRAME", "SEQUENCE", "STEPS", "Step", "step_of"]
 
 SEQUENCE = "moreno2005/leaf:jump=middle"
 STEPS = 10
+FRAME = f"{SEQUENCE}, scene\N{NO-BREAK SPACE}0, frame\N{NO-BREAK SPACE}{STEPS}"
+"""What is shown, for a title."""
 
 Array: TypeAlias = NDArray[np.float64]
 

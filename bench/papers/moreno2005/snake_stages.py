@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bench.metrics.regions import region_similarity
-from bench.papers.moreno2005.one_step import SEQUENCE, STEPS, Step
+from bench.papers.moreno2005.one_step import FRAME, Step
 from reports.maps import Panel, map_plot
 from trackers.contour.outline import bounding_box, filled
 from trackers.contour.snake import MARGIN, edge_map
@@ -27,7 +27,7 @@ def snake_figure(step: Step, label: str) -> Figure:
     taken = "" if step.estimate.details["snake"] else " (not believed: the mean contour is kept)"
     return map_plot(
         stages(step),
-        f"Fig. 6, {label}, not the paper's video but {SEQUENCE} (scene 0, frame {STEPS}): what "
+        f"Fig. 6, {label}, not the paper's video but {FRAME}: what "
         f"simplifies the snake's fit{taken}",
         5,
     )
