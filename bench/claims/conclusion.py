@@ -173,7 +173,8 @@ def _settled(findings: Sequence[Finding], rivals: Sequence[str]) -> tuple[Outcom
     )
     if len(outcomes) == 1:
         return outcomes.pop(), told_apart
-    return "undecided", f"it depends on the {' and the '.join(rivals)}. {told_apart}"
+    deciding = [name for name in rivals if len({f.reading.get(name) for f in findings}) > 1]
+    return "undecided", f"it depends on the {' and the '.join(deciding)}. {told_apart}"
 
 
 def _decided(findings: Iterable[Finding]) -> tuple[Outcome, str]:

@@ -33,7 +33,9 @@ FIGURES = {number: f"moreno2005-figure-{number}" for number in (7, 8, 9, 10)}
 
 LIGHT, TIMED = "moreno2005-light", "moreno2005-time"
 QUICK = (*FIGURES.values(), LIGHT, TIMED)
-BESIDE = tuple(f"moreno2005-{name}" for name in ("association", "shadow", "self-shadow", "kalman"))
+BESIDE = tuple(
+    f"moreno2005-{name}" for name in ("association", "shadow", "self-shadow", "kalman", "moderate")
+)
 FURTHER = tuple(f"moreno2005-{name}" for name in ("ablations", "literal", "temperatures"))
 
 RECORDED = Recorded(
@@ -42,10 +44,12 @@ RECORDED = Recorded(
     trackers=(
         "moreno2005:preset=as-written",
         "moreno2005",
+        "moreno2005:preset=robust",
         "moreno2005:association=uniform",
         "contour-smooth-color",
         "contour-smooth-color:plane=refitted",
         "contour-smooth-color:mixing=0.5",
+        "contour-smooth-color:preset=robust",
         "static",
     ),
     others=(),

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import pandas as pd
 
 from bench.papers.moreno2005.learnt import PROPOSED
-from bench.papers.moreno2005.scores import BASELINE
+from bench.papers.moreno2005.scores import BASELINE, MODERATE, as_frozen
 from bench.papers.moreno2005.tables import LIGHTS
 from reports.tables import MISSING, Cell, Table
 
@@ -16,6 +16,8 @@ __all__ = ["MILLISECONDS", "REPETITIONS", "SCENES", "criteria_table"]
 _HEADS = ["criterion", "setting", "what must hold", "earlier trial", "here", "met"]
 SCENES, REPETITIONS = range(10), range(3)
 """Those that a criterion is judged on."""
+
+MODERATE_WORDS = "moderate clutter, post hoc"
 
 MILLISECONDS = 20.0
 FEWEST = 20
@@ -38,26 +40,31 @@ def criteria_table(scores: pd.DataFrame, tables: Tables) -> Table:
     tables : mapping of str to DataFrame
         `one-dimensional-differences` and `-trends`; `times` of `timing.frame_times`.
     """
-    scores = scores[scores["scene"].isin(SCENES) & scores["repetition"].isin(REPETITIONS)]
+    scores = scores[scores["repetition"].isin(REPETITIONS)]
+    dense = as_frozen(scores[scores["scene"].isin(SCENES)])
+    moderate = scores[scores["clutter"] == MODERATE]
     rows = [
         *_one_dimension(tables),
-        *_repeated(scores),
-        *_one_jump(scores),
-        *_no_change(scores),
-        *_departures(scores),
+        *_by_light(dense),
+        *_departures(dense),
         _speed(tables["times"]),
     ]
+    if len(moderate):
+        rows += [(row[0], f"{MODERATE_WORDS}: {row[1]}", *row[2:]) for row in _by_light(moderate)]
     return Table(
         name="criteria",
         caption=(
             "Findings of an earlier trial on videos of its own (ten new ones for its last "
             "figures), and whether they are met on ten scenes of these; J is the mean over scenes, "
-            "each the mean of three repetitions; the tracker as recommended"
+            "each the mean of its repetitions (three; one of a = 0.5, of what departs, and in "
+            "moderate clutter); the tracker as recommended"
         ),
         heads=_HEADS,
         n_labels=3,
         rows=[[Cell(text) for text in row] for row in rows],
         notes=[
+            "moderate clutter came after trackers had been seen to fail in the dense clutter that "
+            "was frozen; it has ten scenes of its own",
             "without a change of the light no superiority is claimed",
             "the tracker's own settings, and these limits, were chosen on the earlier trial's "
             "videos: they are no claims of the paper",
@@ -91,6 +98,10 @@ def _one_dimension(tables: Tables) -> list[Row]:
         _row("M1", literal, "counter-example: both filters worse than accurate observations",
              "-.023 at best", f"{worse:+.4f} at best", worse, worse < 0),
     ]  # fmt: skip
+
+
+def _by_light(scores: pd.DataFrame) -> list[Row]:
+    return [*_repeated(scores), *_one_jump(scores), *_no_change(scores)]
 
 
 def _repeated(scores: pd.DataFrame) -> list[Row]:

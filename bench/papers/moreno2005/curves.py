@@ -28,6 +28,7 @@ FILTERS = {
 METHODS = {
     "as written": "moreno2005:preset=as-written",
     "recommended (post hoc)": "moreno2005",
+    "robust (post hoc)": "moreno2005:preset=robust",
     "uniform association": "moreno2005:association=uniform",
     "smooth colour, a = 1": "contour-smooth-color",
     "smooth colour, a = 0.5": "contour-smooth-color:mixing=0.5",

@@ -18,7 +18,15 @@ from bench.store.results import Results
 from bench.store.truth import StoredTruth, read_truth
 from datasets.text_form import format_text, parse_text
 
-__all__ = ["BASELINE", "CELL", "labels_of", "similar_patches", "tidy_scores"]
+__all__ = [
+    "BASELINE",
+    "CELL",
+    "MODERATE",
+    "as_frozen",
+    "labels_of",
+    "similar_patches",
+    "tidy_scores",
+]
 
 BASELINE = "baseline"
 """A method; others are `proposed`, or what of the structure is otherwise: `association=uniform`."""
@@ -35,13 +43,26 @@ STRUCTURE = (
 )
 """Parameters that make another method; what else differs from a preset is a variant of it."""
 
-CELL = ("sequence", "scene", "lighting", "illuminant", "shadow", "jump", "preset", "variant")
+MODERATE = "moderate"
+"""Clutter of the ellipse that was added after trackers had been seen to fail in dense clutter."""
+
+CELL = (
+    "sequence",
+    "scene",
+    "lighting",
+    "clutter",
+    "illuminant",
+    "shadow",
+    "jump",
+    "preset",
+    "variant",
+)
 """What a failed run costs: a scene under a reading, whatever the method."""
 
 _EXAMPLE = dict.fromkeys(("set", "scale", "dependence"), ANY)
 """Readings of the one-dimensional example, on which no run depends."""
 
-_KNOBS = {"lighting": "even", "illuminant": "", "shadow": "", "jump": ""}
+_KNOBS = {"lighting": "even", "clutter": "", "illuminant": "", "shadow": "", "jump": ""}
 _MASKS = ["mean_region_similarity", "mean_contour_accuracy"]
 
 
@@ -60,8 +81,8 @@ def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataF
     DataFrame
         `text` and `name` (text forms of tracker and sequence); of the tracker, what `labels_of`
         gives; `sequence` (without variant), `scene`, `light` (even: what it does is a column of its
-        own), `lighting` (of the ellipse), `illuminant`, `shadow` (of the book), `jump` (of the
-        leaf; all empty for others), `set`, `scale` and `dependence` (`any`); what
+        own), `lighting`, `clutter` (of the ellipse), `illuminant`, `shadow` (of the book), `jump`
+        (of the leaf; all empty for others), `set`, `scale` and `dependence` (`any`); what
         `bench.papers.scores.counts_of` gives, `mean_region_similarity`, `mean_contour_accuracy`,
         and what `courses.course_of` gives, which has a `first_loss` of its own (NaN for a failed
         run); `kept_scene`, true of all.
@@ -107,10 +128,17 @@ def labels_of(text: str) -> dict[str, str]:
             options.pop(key, None)
             labels[key] = format_text("", {key: settled.parameters[key]}).rpartition("=")[2]
         return {**labels, "method": BASELINE, "variant": _words(options)}
-    structure = {key: options.pop(key) for key in STRUCTURE if key in options}
+    # One plane that goes on at random is another than one that stays.
+    further = ("plane_spread",) if "plane_samples" in options else ()
+    structure = {key: options.pop(key) for key in (*STRUCTURE, *further) if key in options}
     deviations = [options.pop(key) for key in list(options) if is_deviation(key)]
     method = OTHERS if deviations else _words(structure) or PROPOSED
     return {**labels, "method": method, "variant": _words(options)}
+
+
+def as_frozen(scores: pd.DataFrame) -> pd.DataFrame:
+    """Runs on sequences as they were frozen before any tracker ran: none in moderate clutter."""
+    return scores[scores["clutter"] != MODERATE]
 
 
 def similar_patches(scores: pd.DataFrame) -> pd.DataFrame:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pandas as pd
 
 from bench.papers.moreno2005.learnt import PROPOSED
-from bench.papers.moreno2005.scores import BASELINE
+from bench.papers.moreno2005.scores import BASELINE, MODERATE
 from bench.papers.tables import number_words, text_table
 from reports.tables import MISSING, Table
 
@@ -18,7 +18,7 @@ METHODS = {
     PROPOSED: "dependent cues",
     "association=uniform": "uniform association",
     "position=kalman": "Kalman filter of the position",
-    "plane_samples=1": "one hypothesis of the plane",
+    "plane_samples=1:plane_spread=0": "plane of the first frame",
     "colour_model=refitted": "refitted colours",
     "snake=false": "without snake",
     "snake_edges=all": "snake on all edges",
@@ -42,8 +42,9 @@ SEQUENCES = {
     "moreno2005/leaf": "leaf",
 }
 
-_SEQUENCE = ["sequence", "lighting", "illuminant", "shadow", "jump"]
+_SEQUENCE = ["sequence", "lighting", "clutter", "illuminant", "shadow", "jump"]
 _WAY = ["method", "preset", "variant", "mixing", "plane"]
+_HINDSIGHT = ("recommended", "robust")
 
 
 def segmentation_table(scores: pd.DataFrame) -> Table:
@@ -83,15 +84,20 @@ def way_words(method: str, preset: str, variant: str, mixing: str, plane: str) -
     name = METHODS.get(method, method)
     if method == BASELINE:
         name += f", a = {mixing}" + (", plane refitted" if plane == "refitted" else "")
-    words = "recommended (post hoc)" if preset == "recommended" else preset.replace("-", " ")
+    words = f"{preset} (post hoc)" if preset in _HINDSIGHT else preset.replace("-", " ")
     return name, ", ".join([words, *variant.split(":")]) if variant else words
 
 
-def sequence_words(sequence: str, lighting: str, illuminant: str, shadow: str, jump: str) -> str:
+def sequence_words(
+    sequence: str, lighting: str, clutter: str, illuminant: str, shadow: str, jump: str
+) -> str:
     """A sequence and its variant in words."""
     name = SEQUENCES.get(sequence, sequence)
     further = {
-        "moreno2005/ellipse": [LIGHTS.get(lighting, lighting)],
+        "moreno2005/ellipse": [
+            LIGHTS.get(lighting, lighting),
+            *(["moderate clutter (post hoc)"] if clutter == MODERATE else []),
+        ],
         "moreno2005/book": [f"{illuminant} light", f"shadow: {shadow}"],
         "moreno2005/leaf": [f"light's jump: {jump}"],
     }

@@ -165,7 +165,9 @@ def test_rivals_are_columns_of_readings_and_have_no_headline(tmp_path):
         read_claims(written(tmp_path, rivals.replace('["initial"]', '["light"]')))
 
 
-@pytest.mark.parametrize("paper", ["multipart", "nguyen2002", "nummiaro2003", "wang2010"])
+@pytest.mark.parametrize(
+    "paper", ["moreno2005", "multipart", "nguyen2002", "nummiaro2003", "wang2010"]
+)
 def test_the_experiments_of_a_claim_are_there_and_by_default_unless_it_says_so(paper):
     from bench.papers import Effort, load_paper
 

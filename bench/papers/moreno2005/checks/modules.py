@@ -12,7 +12,7 @@ from trackers.contour.outline import filled
 
 __all__ = ["QUARTERS", "by_contrast", "frame_rows", "measure"]
 
-PRESETS = ("as-written", "recommended")
+PRESETS = ("as-written", "recommended", "robust")
 QUARTERS = ("least", "less", "more", "most")
 QUICK_FRAMES = 20
 

@@ -71,7 +71,7 @@ def made_scores():
             for scene, repetition in product(range(scenes), range(runs)):
                 usual = {
                     "text": text, "sequence": sequence, "scene": scene, "light": "even",
-                    "lighting": "even", "illuminant": "", "shadow": "", "jump": "",
+                    "lighting": "even", "clutter": "", "illuminant": "", "shadow": "", "jump": "",
                     "name": f"{sequence}:scene={scene}:{knobs}", "repetition": repetition,
                     "frames": 100, "success_frames": 100, "frames_inside": 100,
                     "first_loss": 100.0, "mean_overlap": 0.9, "path": "", "failure": "",

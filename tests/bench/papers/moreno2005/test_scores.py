@@ -6,7 +6,13 @@ import pytest
 import bench
 from bench.experiment import Experiment, SequenceSource
 from bench.papers.moreno2005.learnt import LEARNT, by_deviations, learnt_experiment
-from bench.papers.moreno2005.scores import labels_of, similar_patches, tidy_scores
+from bench.papers.moreno2005.scores import (
+    _labels_on,
+    as_frozen,
+    labels_of,
+    similar_patches,
+    tidy_scores,
+)
 from bench.store.results import Results
 
 WRITTEN = "moreno2005:preset=as-written"
@@ -29,6 +35,31 @@ def test_a_trackers_text_says_which_method_under_which_reading():
         ("recommended", "any", "any", "other deviations", ""),
     ]
     assert list(labels_of(WRITTEN)) == ["preset", "mixing", "plane", "method", "variant"]
+
+
+def test_a_plane_that_stays_is_another_method_than_one_that_goes_on_at_random():
+    fixed = "plane_samples=1:plane_spread=0"
+    for text in ("moreno2005", WRITTEN):
+        assert labels_of(f"{text}:{fixed}")["method"] == fixed
+        assert labels_of(f"{text}:plane_samples=1")["method"] == "plane_samples=1"
+        assert labels_of(f"{text}:plane_spread=0")["method"] == "other deviations"
+
+
+def test_what_was_frozen_is_told_from_moderate_clutter(made_scores):
+    where = [
+        ("moreno2005/ellipse", {"clutter": "dense"}), ("moreno2005/octopus", {}),
+        ("moreno2005/ellipse", {"clutter": "moderate"}),
+    ]  # fmt: skip
+    frozen = as_frozen(made_scores(lambda run: {}, [WRITTEN], where, scenes=1, runs=1))
+    assert frozen["clutter"].tolist() == ["dense", ""]
+
+
+def test_the_clutter_of_the_ellipse_is_known_without_being_named():
+    found = [
+        _labels_on(f"moreno2005/{name}")["clutter"]
+        for name in ("ellipse", "ellipse:clutter=moderate", "leaf")
+    ]
+    assert found == ["dense", "moderate", ""]
 
 
 def test_the_baselines_a_and_plane_are_readings_and_its_preset_is_the_methods():

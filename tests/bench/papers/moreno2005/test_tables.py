@@ -20,6 +20,7 @@ from bench.papers.moreno2005.tables import choices_table, segmentation_table
 from bench.papers.moreno2005.timing import time_table
 
 WRITTEN, RECOMMENDED = "moreno2005:preset=as-written", "moreno2005"
+ROBUST = "moreno2005:preset=robust"
 FEW = [("moreno2005/ellipse", {"lighting": light}) for light in ("even", "jump", "repeated")]
 
 
@@ -59,6 +60,13 @@ def test_j_and_f_stand_by_sequence_and_method_and_no_number_of_the_papers(made_s
         assert row["F"] == "0.500 [0.500–0.500]"
         assert (row["tracked"], row["lost by the jump"], row["scenes"]) == ("4 of 6", "—", "3")
     assert table.caption.endswith("No published numbers")
+
+
+def test_what_came_after_results_is_named_post_hoc(made_scores):
+    where = [("moreno2005/ellipse", {"lighting": "even", "clutter": "moderate"})]
+    (row,) = cells(segmentation_table(made_scores(lambda run: {}, [ROBUST], where, 1, 1)))
+    assert row["sequence"] == "ellipse, even light, moderate clutter (post hoc)"
+    assert row["setting"] == "robust (post hoc)"
 
 
 def test_a_failed_run_is_shown_in_the_place_of_the_mean(made_scores):
@@ -283,6 +291,26 @@ def test_criteria_of_what_was_not_run_are_neither_met_nor_missed(made_scores):
     measured = {**example(A=0.12), "times": times()[:0]}
     found = criteria(made_scores(earlier(), [WRITTEN], FEW, scenes=1), measured)
     assert {met for name, _, met in found if name != "M1"} == {"—"}
+
+
+def test_moderate_clutter_is_a_block_of_its_own_and_changes_no_other(made_scores):
+    def fares(run):
+        low = run.clutter == "moderate" and run.method == "proposed"
+        return {"mean_region_similarity": 0.3} if low else earlier()(run)
+
+    dense = made_scores(fares, TEXTS, FEW)
+    where = [(name, knobs | {"clutter": "moderate"}) for name, knobs in FEW]
+    moderate = made_scores(fares, TEXTS, where, runs=1)
+    moderate["scene"] += 10
+    both = pd.concat([dense, moderate], ignore_index=True)
+    measured = {**example(A=0.12), "times": times()}
+    before, after = (criteria_table(one, measured).data for one in (dense, both))
+    pd.testing.assert_frame_equal(after[: len(before)], before)
+    block = after[len(before) :]
+    assert block["setting"].str.startswith("moderate clutter, post hoc: ").all()
+    assert set(block["criterion"]) == {"M2", "M3", "M4", "M5"}
+    assert block["here"].iloc[0].startswith("0.300")
+    assert not before["setting"].str.contains("moderate").any()
 
 
 def test_scenes_and_repetitions_beyond_the_criteria_do_not_count(made_scores):
