@@ -43,7 +43,8 @@ class ContourSmoothColor(Segmenter):
     of mixtures, predicted as G(t) = (1 - a) G(t-2) + a G(t-1) from mixtures that are fitted to the
     last frames as they were segmented (section 6 of the paper, after Isard & Blake). The paper
     gives no a; 1, which takes the last frame's colours, is mostly the strongest. It names no
-    plane either: the first frame's weakens it, `plane=refitted` does not.
+    plane either: the first frame's weakens it, `plane=refitted` does not. Colours are drawn one
+    pixel inside the contour and two outside it, as in the first frame.
 
     `robust` is as in `moreno2005`. Details and arrays are those of `moreno2005`.
     """

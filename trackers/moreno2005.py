@@ -11,7 +11,6 @@ from trackers.cues.chain import Association, Chain, Feedback, Hypotheses
 from trackers.fisher.discriminant import basis_of
 from trackers.segmentation.colours import ColourCue, ColourDynamics, MixtureScale, Palettes
 from trackers.segmentation.contours import ContourCue, KalmanContourCue
-from trackers.segmentation.learnt import LearntDynamics
 from trackers.segmentation.observation import Observation, with_colour_sets
 from trackers.segmentation.planes import PlaneCue
 from trackers.segmentation.refitting import RefittedColours
@@ -75,11 +74,6 @@ class Moreno2005Parameters(SegmenterParameters):
     )
     colour_model: Literal["particles", "refitted"] = Field(
         "particles", description="what yields mixtures: particles, or fits to the last frame"
-    )
-    dynamics: LearntDynamics = Field(
-        LearntDynamics(),
-        description="file that `trackmark learn` wrote; its values stand in place of the "
-        "parameters of the same names",
     )
 
     def colour_steps(self) -> ColourDynamics:
@@ -158,9 +152,6 @@ class Moreno2005(Segmenter):
         "robust": {"snake_stiffness": "by-spacing"},
     }
     Parameters = Moreno2005Parameters
-
-    def __init__(self, parameters: Moreno2005Parameters, seed: np.random.SeedSequence) -> None:
-        super().__init__(parameters.model_copy(update=parameters.dynamics.values), seed)
 
     def chain_from(self, start: Start) -> Chain[Observation]:
         """See `Segmenter.chain_from`."""

@@ -203,6 +203,26 @@ def test_a_target_without_pixels_or_without_surroundings_is_refused(disc, name, 
         trackers.create(name).init(disc[0][0], np.array(box))
 
 
+@pytest.mark.parametrize(
+    ("mask", "words"),
+    [
+        (np.ones((100, 60), bool), r"bool of the image's shape \(120, 160\), not bool of shape"),
+        (np.ones((120, 160), int), r"not int64"),
+        (np.zeros((120, 160), bool), r"^mask: a target has pixels"),
+    ],
+)
+@pytest.mark.parametrize("name", NAMES)
+def test_a_mask_that_does_not_fit_is_refused(disc, name, mask, words):
+    with pytest.raises(TrackerError, match=words):
+        trackers.create(name).init(disc[0][0], disc[2][0], mask)
+
+
+@pytest.mark.parametrize("ring", ["0", "0.5", "1"])
+def test_a_ring_is_wider_than_the_window(ring):
+    with pytest.raises(TrackerError, match="ring"):
+        trackers.create("moreno2005", ring=ring)
+
+
 def test_distances_are_those_of_an_image_320_wide(disc):
     tracker, _ = run("moreno2005", disc, frames=1, shift_x_spread=8, shift_y_spread=2)
     np.testing.assert_allclose(tracker.contours.dynamics.shift, [4.0, 1.0])
@@ -218,6 +238,14 @@ def test_learnt_dynamics_stand_in_place_of_the_parameters(tmp_path, disc):
     settled = trackers.resolve("moreno2005", dynamics=str(file))
     assert {key: str(value) for key, value in settled.options.items()} == {"dynamics": str(file)}
     assert settled.parameters.model_dump()["dynamics"]["values"]["gain_spread"] == 0.5
+
+
+def test_the_baseline_takes_of_learnt_dynamics_what_it_has(tmp_path):
+    file = tmp_path / "learnt.toml"
+    file.write_text("shift_x_spread = 1.25\ngain_spread = 0.5\n")
+    tracker = trackers.create("contour-smooth-color", dynamics=str(file))
+    assert tracker.parameters.shift_x_spread == 1.25
+    assert not hasattr(tracker.parameters, "gain_spread")
 
 
 def test_a_file_of_dynamics_that_cannot_be_read_is_named(tmp_path):

@@ -100,6 +100,18 @@ def test_contrast_is_the_mean_in_the_window_minus_the_mean_outside(image):
     assert table @ ringed == pytest.approx(values[within].mean() - values[beside].mean())
 
 
+def test_colours_outside_are_drawn_where_they_are_compared():
+    picture = np.zeros((60, 80, 3), np.uint8)
+    picture[10:50, 20:60] = 100  # the ring
+    picture[20:40, 30:50] = 200  # the window
+    cells = colour_cells(picture, 8)
+    for ring, seen in ((2.0, [100]), (np.inf, [0, 100])):
+        observed = observe(cells, (30, 20, 50, 40), ring=ring)
+        sets = with_colour_sets(observed, picture, (50, 300), (1, 2), np.random.default_rng(0))
+        assert np.unique(np.round(sets.outside.points * 255)).tolist() == seen
+        assert np.unique(np.round(sets.inside.points * 255)).tolist() == [200]
+
+
 def test_a_window_that_fills_the_image_has_nothing_to_be_compared_with(image):
     cells = colour_cells(image, 8)
     table = np.random.default_rng(2).random(len(cells.colours))

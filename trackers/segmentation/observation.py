@@ -1,6 +1,6 @@
 """What the cues are shown of a frame (Moreno-Noguer et al. 2005, sections 5.2 to 5.4)."""
 
-from math import ceil, floor
+from math import ceil, floor, inf, isfinite
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -46,7 +46,7 @@ class ColourSet(NamedTuple):
 
 
 class Observation(NamedTuple):
-    """A frame, and the window W in which the target is expected.
+    """A frame, the window W in which the target is expected, and what is outside.
 
     Attributes
     ----------
@@ -54,6 +54,8 @@ class Observation(NamedTuple):
         The colours of the frame.
     window : tuple of int
         W.
+    around : tuple of int
+        The rectangle of which the rest is what is outside.
     contrast : ndarray of float64, shape (cells,)
         Share of W's pixels that have a colour, minus the share of those outside: its product
         with a posterior of the colours is the mean in W minus the mean outside.
@@ -65,8 +67,9 @@ class Observation(NamedTuple):
 
     cells: ColourCells
     window: Rectangle
+    around: Rectangle
     contrast: Array
-    prior: float = 0.5
+    prior: float
     inside: ColourSet | None = None
     outside: ColourSet | None = None
 
@@ -94,7 +97,7 @@ def window_around(
 
 
 def observe(
-    cells: ColourCells, window: Rectangle, prior: float = 0.5, ring: float = 0.0
+    cells: ColourCells, window: Rectangle, prior: float = 0.5, ring: float = inf
 ) -> Observation:
     """Contrast of each colour of a frame between a window and what is outside.
 
@@ -107,22 +110,22 @@ def observe(
     prior : float
         P(O), in (0, 1).
     ring : float
-        0: outside is all the rest of the image; above 1: the rest of a rectangle so many times
-        as wide and high around the same centre.
+        Outside is the rest of a rectangle so many times as wide and high around the same centre, as
+        far as the image goes; above 1.
     """
-    inside = cells_inside(cells, *window)
-    around = cells.sizes
-    if ring > 0:
-        height, width = cells.image.shape
+    height, width = cells.image.shape
+    around = 0, 0, width, height
+    if isfinite(ring):
         x0, y0, x1, y1 = window
         more = (ring - 1) / 2
         columns = _spread(x0, x1 - x0, more * (x1 - x0), width)
         rows = _spread(y0, y1 - y0, more * (y1 - y0), height)
-        around = cells_inside(cells, columns[0], rows[0], columns[1], rows[1])
-    outside = around - inside
+        around = columns[0], rows[0], columns[1], rows[1]
+    inside = cells_inside(cells, *window)
+    outside = cells_inside(cells, *around) - inside
     # A window that fills the image is compared with nothing: only what is in it counts.
     contrast = inside / inside.sum() - outside / max(int(outside.sum()), 1)
-    return Observation(cells, window, contrast, prior)
+    return Observation(cells, window, around, contrast, prior)
 
 
 def with_colour_sets(
@@ -146,10 +149,13 @@ def with_colour_sets(
     generator : numpy.random.Generator
         Draws the pixels, and the fits' beginnings.
     """
-    x0, y0, x1, y1 = observation.window
-    within = np.zeros(image.shape[:2], bool)
-    within[y0:y1, x0:x1] = True
-    beyond = ~within if not within.all() else within
+    within, around = (
+        _filled(rectangle, image.shape[:2])
+        for rectangle in (observation.window, observation.around)
+    )
+    beyond = around & ~within
+    if not beyond.any():
+        beyond = within
     sets = []
     for region, count, parts in zip((within, beyond), points, components, strict=True):
         colours = drawn(image, region, count, generator)
@@ -176,6 +182,13 @@ def drawn(
 def colours_of(pixels: NDArray[np.uint8]) -> Array:
     """R, G, B in [0, 1] of pixels that are B, G, R."""
     return pixels[..., ::-1] / 255.0
+
+
+def _filled(rectangle: Rectangle, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    x0, y0, x1, y1 = rectangle
+    pixels = np.zeros(shape, bool)
+    pixels[y0:y1, x0:x1] = True
+    return pixels
 
 
 def _spread(start: float, length: float, more: float, limit: int) -> tuple[int, int]:

@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from math import inf
 from typing import Annotated, Literal, NamedTuple, TypeAlias
 
 import cv2
@@ -28,6 +29,7 @@ from trackers.fisher.discriminant import discriminant_basis
 from trackers.fisher.mixture import components_of, fitted
 from trackers.particles.weights import effective_number
 from trackers.segmentation.contours import ContourCue, ContourDynamics
+from trackers.segmentation.learnt import LearntDynamics
 from trackers.segmentation.observation import Observation, drawn, observe, window_around
 from trackers.segmentation.refitting import Fit
 from trackers.segmentation.weighing import Weights
@@ -105,11 +107,10 @@ class SegmenterParameters(Parameters):
     window_growth: float = Field(
         0.15, ge=0, description="and by this share of half its side besides [ratio]"
     )
-    ring: float = Field(
-        0.0,
-        ge=0,
-        description="W is compared with the rest of a rectangle so many times as wide "
-        "and high; 0: of the image [ratio]",
+    ring: Annotated[float, Field(gt=1)] | Literal["image"] = Field(
+        "image",
+        description="what W is compared with: the rest of the image, or of a rectangle so many "
+        "times as wide and high [ratio]",
     )
     outside: Outside = Field(
         "window",
@@ -135,6 +136,11 @@ class SegmenterParameters(Parameters):
         "mask",
         description="the target is the given mask (where there is one), or an ellipse in "
         "the given box",
+    )
+    dynamics: LearntDynamics = Field(
+        LearntDynamics(),
+        description="file that `trackmark learn` wrote; its values stand in place of the "
+        "parameters of the same names",
     )
     output: Literal["snake", "mean", "posterior"] = Field(
         "snake",
@@ -177,6 +183,11 @@ class Segmenter(SharingTracker):
     """
 
     randomness = Randomness.GENERATOR
+
+    def __init__(self, parameters: SegmenterParameters, seed: np.random.SeedSequence) -> None:
+        learnt = parameters.dynamics.values
+        known = {key: learnt[key] for key in learnt if key in type(parameters).model_fields}
+        super().__init__(parameters.model_copy(update=known), seed)
 
     @abstractmethod
     def chain_from(self, start: Start) -> Chain[Observation]:
@@ -229,21 +240,28 @@ class Segmenter(SharingTracker):
         Raises
         ------
         TrackerError
-            Where no pixel is the target's, or none is left to tell it from.
+            For a mask of another type or shape than the image's, or where no pixel is the
+            target's, or none is left to tell it from.
         """
         settings = self.parameters
         self.generator = np.random.default_rng(self.seed)
         height, width = frame.image.shape[:2]
+        given = "mask"
         if mask is None or settings.start == "box":
-            sized = bool((box[2:] > 0).all())
-            mask = (
-                inscribed_ellipse(box, height, width) if sized else np.zeros((height, width), bool)
+            given = f"box {np.round(box, 1).tolist()}"
+            mask = np.zeros((height, width), bool)
+            if (box[2:] > 0).all():
+                mask = inscribed_ellipse(box, height, width)
+        if mask.shape != (height, width) or mask.dtype != np.bool_:
+            raise TrackerError(
+                f"a mask is bool of the image's shape ({height}, {width}), not {mask.dtype} of "
+                f"shape {mask.shape}."
             )
         target, background = surely(mask)
         if not target.any() or not background.any():
             raise TrackerError(
-                f"box {np.round(box, 1).tolist()}: a target has pixels of the image "
-                f"({width}x{height}), and leaves some to tell it from."
+                f"{given}: a target has pixels of the image ({width}x{height}), and leaves some to "
+                "tell it from."
             )
         target_colours = drawn(frame.image, target, TARGET_POINTS, self.generator)
         background_colours = drawn(frame.image, background, BACKGROUND_POINTS, self.generator)
@@ -297,7 +315,8 @@ class Segmenter(SharingTracker):
         if prior == "area":
             share = enclosed_area(self.contour) / ((x1 - x0) * (y1 - y0))
             prior = min(max(share, LEAST_PRIOR), 1 - LEAST_PRIOR)
-        return self.prepared(observe(cells, window, prior, settings.ring), image)
+        ring = inf if settings.ring == "image" else settings.ring
+        return self.prepared(observe(cells, window, prior, ring), image)
 
     def _answer(self, mean: Array, inside: Mask, posterior: Posterior) -> tuple[Box, Mask]:
         """Box and mask of what is asked for."""
