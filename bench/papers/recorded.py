@@ -26,6 +26,9 @@ __all__ = ["Published", "Recorded", "read_published", "shares_of_place_and_size"
 
 _COLUMNS = ("eval", "tracker", "sequence", "mean_iou_overlapScores", "success_at_0.5_from_errorNum")
 
+MASK_SCORES = {"J": "mean_region_similarity", "F": "mean_contour_accuracy"}
+"""DAVIS's, by the heads of their columns; frames after the first count."""
+
 Published = dict[tuple[str, str], tuple[float, float]]
 """Mean overlap and share of frames with overlap ≥ 0.5, by tracker and sequence."""
 
@@ -90,19 +93,25 @@ class Recorded:
                     told, share = published[name, str(sequence)]
                     row = _row(sequence, f"{name}, published", f"{told:.3f}")
                     data.append(row | {"success [%]": f"{100 * share:.1f}"})
-        heads = [head for head in _row("", "", "") if head != "trace" or revised is not None]
+        segmented = any(row["J"] for row in data)
+        unused = {"trace"} if revised is None else set()
+        if not segmented:
+            unused |= MASK_SCORES.keys()
+        heads = [head for head in _row("", "", "") if head not in unused]
         return Table(
             name="recorded",
             caption=(
                 "Recorded sequences, first frame counted as in the published figures: mean "
                 "overlap (± standard deviation over repetitions), share of frames with overlap "
-                "≥ 0.5. All start from the truth's box"
+                "≥ 0.5. All start from the truth's box, or from its mask where there is one and a "
+                "tracker takes it"
             ),
             notes=[
                 "what costs the overlap: it would be the one of true size if the estimates kept "
                 "their centres and had the truth's size, and the one at the true centre if they "
                 "kept their size; where only the latter is high the tracker drifts or is lost, "
-                "where only the former is, the scale is wrong"
+                "where only the former is, the scale is wrong",
+                *(["J, F: of masks, as DAVIS defines them, without the first frame"] * segmented),
             ],
             heads=heads,
             n_labels=2,
@@ -165,12 +174,22 @@ def _scored(
     success = (runs["success_frames"] + 1) / (n + 1)
     spread = f" ±{overlaps.std():.3f}" if len(runs) > 1 else ""
     of_true_size, at_true_centre = _parts(folder, runs, trace)
-    return _row(sequence, tracker, f"{overlaps.mean():.3f}{spread}") | {
-        "trace": trace,
-        "success [%]": f"{100 * success.mean():.1f}",
-        "of true size": f"{of_true_size:.2f}",
-        "at true centre": f"{at_true_centre:.2f}",
-    }
+    return (
+        _row(sequence, tracker, f"{overlaps.mean():.3f}{spread}")
+        | {
+            "trace": trace,
+            "success [%]": f"{100 * success.mean():.1f}",
+            "of true size": f"{of_true_size:.2f}",
+            "at true centre": f"{at_true_centre:.2f}",
+        }
+        | _of_masks(runs)
+    )
+
+
+def _of_masks(runs: pd.DataFrame) -> dict[str, str]:
+    """J and F of trackers that give masks, on sequences that have them; empty for others."""
+    means = {head: runs[name].mean() for head, name in MASK_SCORES.items() if name in runs}
+    return {head: f"{mean:.3f}" for head, mean in means.items() if np.isfinite(mean)}
 
 
 def _parts(folder: Path, runs: pd.DataFrame, trace: Trace) -> tuple[float, float]:
@@ -216,4 +235,5 @@ def _row(sequence: Any, tracker: Any, overlap: str) -> dict[str, str]:
         "success [%]": "",
         "of true size": "",
         "at true centre": "",
+        **dict.fromkeys(MASK_SCORES, ""),
     }

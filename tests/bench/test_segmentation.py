@@ -13,6 +13,7 @@ from bench.contestant import contestant
 from bench.evaluation import run_in_lock_step
 from bench.experiment import Experiment, SequenceSource
 from bench.metrics.regions import contour_accuracy, region_similarity, segmentation_scores
+from bench.papers.recorded import Recorded
 from bench.record import RESERVED_COLUMNS, Segmentation
 from bench.reporting import tables
 from bench.store.layout import METADATA_KEY
@@ -300,6 +301,17 @@ def test_tables_show_them_beside_what_the_boxes_score(stored):
     _, last = made["segmentation"].rows  # of the tracker that segments alone
     assert last[2].text == f"{scores['mean_region_similarity'].iloc[1]:.3f}"
     assert last[-1].text == f"{scores['contour_decay'].iloc[1]:.3f}"
+
+
+def test_papers_tables_of_recorded_sequences_show_j_and_f(stored):
+    table = Recorded("trial", "Trial", (), ()).table(stored, {})
+    scores = load_results(stored)
+    for head, name in (("J", "mean_region_similarity"), ("F", "mean_contour_accuracy")):
+        texts = [row[table.heads.index(head)].text for row in table.rows]
+        assert texts == ["" if np.isnan(v) else f"{v:.3f}" for v in scores[name]]
+        assert sum(map(bool, texts)) == 2
+    cells = [("static", sequence, 0, "accuracy") for sequence in scores["sequence"].unique()]
+    assert not {"J", "F"} & set(Recorded("trial", "Trial", (), ()).table(stored, {}, cells).heads)
 
 
 def test_tables_of_runs_without_masks_say_nothing_of_them(stored):
