@@ -18,6 +18,10 @@ SCENES, REPETITIONS = range(10), range(3)
 """Those that a criterion is judged on."""
 
 MODERATE_WORDS = "moderate clutter, post hoc"
+MODERATE_NOTE = (
+    "moderate clutter came after trackers had been seen to fail in the dense clutter that was "
+    "frozen; it has ten scenes of its own"
+)
 
 MILLISECONDS = 20.0
 FEWEST = 20
@@ -56,15 +60,14 @@ def criteria_table(scores: pd.DataFrame, tables: Tables) -> Table:
         caption=(
             "Findings of an earlier trial on videos of its own (ten new ones for its last "
             "figures), and whether they are met on ten scenes of these; J is the mean over scenes, "
-            "each the mean of its repetitions (three; one of a = 0.5, of what departs, and in "
+            "each the mean of its repetitions (three, or one: of a = 0.5, of what departs, and in "
             "moderate clutter); the tracker as recommended"
         ),
         heads=_HEADS,
         n_labels=3,
         rows=[[Cell(text) for text in row] for row in rows],
         notes=[
-            "moderate clutter came after trackers had been seen to fail in the dense clutter that "
-            "was frozen; it has ten scenes of its own",
+            *([MODERATE_NOTE] if len(moderate) else []),
             "without a change of the light no superiority is claimed",
             "the tracker's own settings, and these limits, were chosen on the earlier trial's "
             "videos: they are no claims of the paper",
@@ -197,7 +200,7 @@ def _at_least(
 ) -> Row:
     mean = float(values.mean())
     spread = f"±{values.std() / len(values) ** 0.5:.3f}" if len(values) > 1 else ""
-    here = f"{mean:.3f}{spread} ({len(values)} videos)"
+    here = f"{mean:.3f}{spread} ({len(values)} video{'s' * (len(values) != 1)})"
     return _row(name, setting, words, earlier, here, mean, mean >= least)
 
 

@@ -5,11 +5,15 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from bench.papers.moreno2005.tables import SEQUENCES, UNPUBLISHED
+from bench.papers.moreno2005.tables import SEQUENCES, UNPUBLISHED, preset_words
 from bench.papers.tables import number_words, text_table
 from reports.tables import Table
 
 __all__ = ["measured_table"]
+
+
+CONTRASTS = {"all": "all frames", "least": "least contrast"}
+"""Of the frames, those that the claim speaks of."""
 
 
 class Quantity(NamedTuple):
@@ -55,8 +59,12 @@ def measured_table(tables: Mapping[str, pd.DataFrame]) -> Table:
         rows = tables.get(quantity.table)
         if rows is None or rows.empty:
             continue
+        if "contrast" in rows:
+            rows = rows.assign(contrast=rows["contrast"].map(CONTRASTS)).dropna(subset="contrast")
+        if "preset" in rows:
+            rows = rows.assign(preset=rows["preset"].map(preset_words))
         keys = [*(("preset",) if "preset" in rows else ()), *quantity.by]
-        for values, part in rows.groupby(keys, sort=False):
+        for values, part in rows.groupby(keys, sort="preset" in rows):
             means = part.groupby("sequence")[quantity.metric].mean()
             data.append(
                 {

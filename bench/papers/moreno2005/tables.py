@@ -84,8 +84,13 @@ def way_words(method: str, preset: str, variant: str, mixing: str, plane: str) -
     name = METHODS.get(method, method)
     if method == BASELINE:
         name += f", a = {mixing}" + (", plane refitted" if plane == "refitted" else "")
-    words = f"{preset} (post hoc)" if preset in _HINDSIGHT else preset.replace("-", " ")
+    words = preset_words(preset)
     return name, ", ".join([words, *variant.split(":")]) if variant else words
+
+
+def preset_words(preset: str) -> str:
+    """A preset in words; what was chosen after seeing results is marked."""
+    return f"{preset} (post hoc)" if preset in _HINDSIGHT else preset.replace("-", " ")
 
 
 def sequence_words(
@@ -106,7 +111,8 @@ def sequence_words(
 
 def _rows(scores: pd.DataFrame) -> Iterator[dict[str, str]]:
     order = {method: place for place, method in enumerate(METHODS)}
-    for where in scores[_SEQUENCE].drop_duplicates().itertuples(index=False, name=None):
+    found = scores[_SEQUENCE].drop_duplicates().itertuples(index=False, name=None)
+    for where in sorted(found, key=_place):
         here = scores[(scores[_SEQUENCE] == list(where)).all(axis=1)]
         ways = here[_WAY].drop_duplicates().itertuples(index=False, name=None)
         for way in sorted(ways, key=lambda way: (order.get(way[0], len(order)), *way)):
@@ -123,6 +129,17 @@ def _rows(scores: pd.DataFrame) -> Iterator[dict[str, str]]:
                 "lost by the jump": _count(runs, "lost_by_jump"),
                 "scenes": str(runs["scene"].nunique()),
             }
+
+
+def _place(where: tuple[str, ...]) -> tuple[int | str, ...]:
+    """Sequences in the order of the paper's figures, the ellipse's by light."""
+    sequence, lighting, *rest = where
+    known = list(SEQUENCES), list(LIGHTS)
+    places = [
+        names.index(name) if name in names else len(names)
+        for names, name in zip(known, (sequence, lighting), strict=True)
+    ]
+    return (*places, *rest)
 
 
 def scene_words(runs: pd.DataFrame, metric: str) -> str:

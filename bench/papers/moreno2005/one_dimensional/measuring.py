@@ -116,7 +116,7 @@ def trends(errors: pd.DataFrame) -> pd.DataFrame:
         numbers = means.index.to_series()
         rows.append(
             {"set": name, "scale": scale, "filter": kind}
-            | {"spearman": means.corr(numbers, method="spearman")}
+            | {"rank_correlation": means.corr(numbers, method="spearman")}
             | _limits(by_number[FEW] - by_number[MANY])
         )
     return pd.DataFrame(rows)
@@ -127,7 +127,7 @@ def _limits(values: "pd.Series[float]") -> dict[str, float]:
     return {
         "mean": float(values.mean()),
         "standard_error": float(values.std() / np.sqrt(len(values))),
-        "lower": interval.low,
+        "lower_limit": interval.low,
         "upper": interval.high,
     }
 

@@ -97,7 +97,7 @@ def paired(pair, quantity="error", lower=0.01, **low):
     return pd.DataFrame(
         {
             "set": name, "scale": "0.2" if name == "G" else "1", "samples": number, "pair": pair,
-            "quantity": quantity, "lower": low.get(name, lower) if number == 150 else lower,
+            "quantity": quantity, "lower_limit": low.get(name, lower) if number == 150 else lower,
         }
         for name, number in product("ABCG", (5, 10, 20, *range(50, 501, 50)))
     )  # fmt: skip
@@ -125,9 +125,9 @@ def test_one_dimension_is_decided_where_the_literal_sets_agree(name, pair, quant
 
 def test_few_samples_say_nothing_of_the_first_claim():
     table = paired("independent less dependent")
-    table.loc[table["samples"] < 50, "lower"] = -1.0
+    table.loc[table["samples"] < 50, "lower_limit"] = -1.0
     assert verdict("MO-1", **{"one-dimensional-differences": table}) == "holds"
-    table.loc[table["samples"] == 500, "lower"] = -1.0
+    table.loc[table["samples"] == 500, "lower_limit"] = -1.0
     assert verdict("MO-1", **{"one-dimensional-differences": table}) == "does-not-hold"
 
 
@@ -135,11 +135,11 @@ def test_both_filters_must_correct_the_observation_at_every_number():
     good = pd.concat([paired("observation less independent"), paired("observation less dependent")])
     assert verdict("MO-2", **{"one-dimensional-differences": good}) == "holds"
     bad = good.assign(
-        lower=good["lower"].where(
+        lower_limit=good["lower_limit"].where(
             (good["samples"] > 5) | good["pair"].str.endswith("ndependent"), -1
         )
     )
-    assert set(bad.loc[bad["lower"] < 0, "pair"]) == {"observation less dependent"}
+    assert set(bad.loc[bad["lower_limit"] < 0, "pair"]) == {"observation less dependent"}
     assert verdict("MO-2", **{"one-dimensional-differences": bad}) == "does-not-hold"
 
 
@@ -149,8 +149,8 @@ def test_both_filters_must_correct_the_observation_at_every_number():
 )
 def test_errors_must_fall_with_the_number_of_samples(lower, spearman, expected):
     rows = [
-        {"set": name, "scale": "1", "filter": kind, "lower": 0.01, "spearman": -0.9}
-        | ({"lower": lower, "spearman": spearman} if kind == "dependent" else {})
+        {"set": name, "scale": "1", "filter": kind, "lower_limit": 0.01, "rank_correlation": -0.9}
+        | ({"lower_limit": lower, "rank_correlation": spearman} if kind == "dependent" else {})
         for name, kind in product("ABC", ("independent", "dependent"))
     ]
     assert verdict("MO-3", **{"one-dimensional-trends": pd.DataFrame(rows)}) == expected

@@ -136,7 +136,7 @@ def test_differences_are_paired_by_repetition():
     row = rows.loc["independent less dependent", "error", 50]
     assert row["mean"] == pytest.approx(1.0)
     assert row["standard_error"] == pytest.approx(0.0, abs=1e-9)
-    assert row["lower"] == pytest.approx(1.0)
+    assert row["lower_limit"] == pytest.approx(1.0)
     assert rows.loc["unweighted less dependent", "error", 10]["mean"] == pytest.approx(-0.5)
     assert rows.loc["observation less dependent", "error", 10]["mean"] == pytest.approx(2.0)
     assert len(rows) == 3 * 4 * 5
@@ -150,17 +150,17 @@ def test_intervals_are_students():
     row = rows.loc["independent less dependent", "error", 50]
     error = np.std((np.arange(10) - 4.5) / 10, ddof=1) / np.sqrt(10)
     assert row["standard_error"] == pytest.approx(error)
-    assert row["lower"] == pytest.approx(1 - 2.262157 * error)
+    assert row["lower_limit"] == pytest.approx(1 - 2.262157 * error)
 
 
 def test_trends_compare_few_samples_with_many():
     errors = made_errors(lambda kind, number, r: 1 / number if kind == "dependent" else number)
     rows = trends(errors).set_index("filter")
     assert list(rows.index) == list(FILTERS)
-    assert rows.loc["dependent", "spearman"] == pytest.approx(-1)
-    assert rows.loc["independent", "spearman"] == pytest.approx(1)
+    assert rows.loc["dependent", "rank_correlation"] == pytest.approx(-1)
+    assert rows.loc["independent", "rank_correlation"] == pytest.approx(1)
     assert rows.loc["dependent", "mean"] == pytest.approx(0.1 - 0.002)
-    assert rows.loc["independent", "lower"] == pytest.approx(-490)
+    assert rows.loc["independent", "lower_limit"] == pytest.approx(-490)
 
 
 def test_the_best_pairs_are_those_of_the_best_tenth():

@@ -62,6 +62,17 @@ def test_j_and_f_stand_by_sequence_and_method_and_no_number_of_the_papers(made_s
     assert table.caption.endswith("No published numbers")
 
 
+def test_sequences_stand_in_the_order_of_the_figures_whatever_that_of_the_runs(made_scores):
+    lights = ("shadow", "repeated", "even", "jump")
+    where = [("moreno2005/leaf", {"jump": "start"}), ("moreno2005/octopus", {})]
+    where += [("moreno2005/ellipse", {"lighting": light}) for light in lights]
+    rows = cells(segmentation_table(made_scores(lambda run: {}, [WRITTEN], where, 1, 1)))
+    assert [row["sequence"] for row in rows] == [
+        "ellipse, even light", "ellipse, one jump", "ellipse, repeated jumps",
+        "ellipse, a shadow's edge", "octopus", "leaf, light's jump: start",
+    ]  # fmt: skip
+
+
 def test_what_came_after_results_is_named_post_hoc(made_scores):
     where = [("moreno2005/ellipse", {"lighting": "even", "clutter": "moderate"})]
     (row,) = cells(segmentation_table(made_scores(lambda run: {}, [ROBUST], where, 1, 1)))
@@ -154,14 +165,16 @@ def test_what_was_measured_stands_by_sequence():
              "space": "Fisher plane", "told_apart": [0.5, 1.0, 0.25]}
         ),
         "mo-11": pd.DataFrame(
-            {"sequence": "moreno2005/octopus", "preset": "as-written", "contrast": "least",
-             "mask": ["contour", "posterior map"], "region_similarity": [0.5, 0.25]}
+            {"sequence": "moreno2005/octopus", "preset": "as-written",
+             "contrast": ["least", "least", "more"],
+             "mask": ["contour", "posterior map", "contour"],
+             "region_similarity": [0.5, 0.25, 0.75]}
         ),
     }  # fmt: skip
     rows = [list(row.values()) for row in cells(measured_table(tables))]
     assert rows == [
-        ["MO-11", "J by contrast: as-written, least, contour", "—", "0.500", "—", "—"],
-        ["MO-11", "J by contrast: as-written, least, posterior map", "—", "0.250", "—", "—"],
+        ["MO-11", "J by contrast: as written, least contrast, contour", "—", "0.500", "—", "—"],
+        ["MO-11", "J by contrast: as written, least contrast, posterior map", "—", "0.250", *"——"],
         ["MO-20", "share of pixels told apart: Fisher plane", "0.250", "—", "—", "0.750"],
     ]
 
@@ -310,6 +323,8 @@ def test_moderate_clutter_is_a_block_of_its_own_and_changes_no_other(made_scores
     assert block["setting"].str.startswith("moderate clutter, post hoc: ").all()
     assert set(block["criterion"]) == {"M2", "M3", "M4", "M5"}
     assert block["here"].iloc[0].startswith("0.300")
+    notes = [criteria_table(one, measured).notes for one in (dense, both)]
+    assert ["moderate" in " ".join(note) for note in notes] == [False, True]
     assert not before["setting"].str.contains("moderate").any()
 
 
