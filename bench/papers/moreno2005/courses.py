@@ -31,7 +31,7 @@ COURSE = (
 """What is known of a run."""
 
 AFTER = 10
-"""Frames, the first of a jump included, within which a target counts as lost by it."""
+"""Which frame from a jump on, itself the first, tells whether a target was lost by it."""
 
 Truth = StoredTruth | Sequence
 Values = NDArray[np.float64]
@@ -53,7 +53,8 @@ def course_of(run: Run, truth: Truth) -> dict[str, float]:
         A yes or no is 1 or 0, NaN where what is asked did not arise. `first_loss` (first frame with
         region similarity below .5; the number of frames for none), `tracked` (there is none),
         `gone` (whether it was ever below .1), `least_similarity`, `lost_by_jump` (whether it is
-        below .5 in the tenth frame from the first jump of the light on), `near_patch` and
+        below .5 in the tenth frame from the first jump of the light on, of those that had it in the
+        frame before the jump), `near_patch` and
         `elsewhere` (means over frames with and without a patch of the target's colour at it).
     """
     assert run.segmentation is not None
@@ -85,4 +86,8 @@ def _lost_by_jump(similarity: Values, truth: Truth) -> float:
     judged = jumps[:1] + AFTER - 1
     if not len(judged) or judged[0] >= len(similarity):
         return nan
-    return float(similarity[judged[0]] < TRACKED)
+    before, after = similarity[jumps[0] - 1], similarity[judged[0]]
+    # The first frame, which is given, has no similarity: there the target was not lost.
+    if before < TRACKED or np.isnan(after):
+        return nan
+    return float(after < TRACKED)

@@ -51,6 +51,13 @@ def test_a_target_is_lost_by_a_jump_if_the_tenth_frame_from_it_is_not_tracked(
     assert found["lost_by_jump"] == lost
 
 
+def test_what_was_lost_before_a_jump_is_not_lost_by_it(made_run, made_truth):
+    dips = {"f19": 0.49, "f29": 0.1}
+    assert np.isnan(course(made_run, made_truth, similarity(**dips), jumps=(20,))["lost_by_jump"])
+    dips = {"f18": 0.1, "f19": 0.5, "f29": 0.1}
+    assert course(made_run, made_truth, similarity(**dips), jumps=(20,))["lost_by_jump"] == 1
+
+
 def test_a_jump_too_near_the_end_says_nothing(made_run, made_truth):
     assert course(made_run, made_truth, similarity(f39=0.1), jumps=(30,))["lost_by_jump"] == 1
     assert np.isnan(course(made_run, made_truth, similarity(), jumps=(31,))["lost_by_jump"])
