@@ -35,8 +35,8 @@ def _between(own: Array, other: Array) -> Array:
     """Mean of w (x - M) (x - M)ᵀ over one class, M being the mean of neighbours in the other."""
     in_own = np.partition(cdist(own, own), K, axis=1)[:, K]  # the nearest is the colour itself
     distances = cdist(own, other)
-    nearest = np.argsort(distances, axis=1, kind="stable")[:, :K]
-    in_other = np.take_along_axis(distances, nearest, axis=1)[:, -1]
+    nearest = np.argpartition(distances, K - 1, axis=1)[:, :K]
+    in_other = np.take_along_axis(distances, nearest, axis=1).max(axis=1)
     in_own, in_other = np.maximum(in_own, LEAST_DISTANCE), np.maximum(in_other, LEAST_DISTANCE)
     w = np.minimum(in_own, in_other) / (in_own + in_other)
     differences = own - other[nearest].mean(axis=1)

@@ -1,0 +1,210 @@
+"""moreno2005 and its baseline against the same methods in plain NumPy, with the same draws.
+
+Compiled tables of posteriors and the snake's maps are of single precision: posteriors are within
+3e-6 of the plain ones, and what follows from them within as little.
+"""
+
+import cv2
+import numpy as np
+import pytest
+
+import trackers
+from bench.papers.moreno2005.plain import PlainContourSmoothColor, PlainMoreno2005
+from bench.papers.moreno2005.plain.contours import crosses_itself, inside, outline
+from trackers.contour import outline as compiled
+
+PLAIN = {"moreno2005": PlainMoreno2005, "contour-smooth-color": PlainContourSmoothColor}
+FEW = {
+    "moreno2005": {"plane_samples": 6, "colour_samples": 20, "contour_samples": 30},
+    "contour-smooth-color": {"contour_samples": 30},
+}
+WEIGHTS, POSTERIORS, PIXELS = 1e-5, 1e-5, 5e-5
+STATES = 1e-9  # the same draws, from weights that draw the same
+
+OTHERWISE = {
+    "association": "uniform",
+    "ring": 2.5,
+    "outside": "image",
+    "weights": "literal",
+    "snake_feedback": 0.3,
+    "snake_edges": "all",
+    "start": "box",
+}
+EVERYDAY = [
+    ("moreno2005", {}),
+    ("moreno2005", {"preset": "as-written"}),
+    ("moreno2005", {"preset": "robust", "colour_dynamics": "diagonal", "object_prior": "area"}),
+    ("moreno2005", {"feedback": "marginal", "colour_model": "refitted"}),
+    ("moreno2005", OTHERWISE),
+    ("contour-smooth-color", {"mixing": 0.5, "plane": "refitted"}),
+    ("contour-smooth-color", {"preset": "as-written"}),
+]
+SINGLY = [
+    {"feedback": "marginal"},
+    {"feedback": "joint"},
+    {"association": "uniform"},
+    {"colour_dynamics": "diagonal"},
+    {"colour_dynamics": "shared"},
+    {"colour_model": "refitted"},
+    {"weights": "literal"},
+    {"weights": "exponential", "contour_temperature": 0.1},
+    {"outside": "window"},
+    {"outside": "image"},
+    {"object_prior": "area"},
+    {"object_prior": 0.2},
+    {"ring": 2.0},
+    {"window_margin": 12.0, "window_growth": 0.4},
+    {"colour_floor": 0.0},
+    {"colour_floor": 0.5},
+    {"snake": False},
+    {"snake_edges": "all"},
+    {"snake_stiffness": "by-spacing"},
+    {"snake_feedback": 0.5},
+    {"start": "box"},
+    {"colour_levels": 9},
+    {"contour_points": 17},
+    {"object_components": 4, "background_components": 3, "window_components": 1},
+    {"plane_spread": 0.3, "shear_x_spread": 0.2, "shift_y_spread": 9.0},
+]
+OF_THE_BASELINE = [
+    {"mixing": mixing, "plane": plane, "preset": preset}
+    for mixing in (1.0, 0.3)
+    for plane in ("first", "refitted")
+    for preset in ("as-written", "recommended", "robust")
+]
+
+
+def clip(frames, height=72, width=96, seed=5, step=3):
+    """An ellipse that changes its place, shape and colour before smooth colours; with noise."""
+    random = np.random.default_rng(seed)
+    ground = cv2.GaussianBlur(random.uniform(0, 255, (height, width, 3)), (0, 0), 6)
+    ground = (ground - ground.min()) / np.ptp(ground) * 255
+    images, masks = [], []
+    for frame in range(frames):
+        mask = np.zeros((height, width), np.uint8)
+        centre, axes = (40 + step * frame, 36 + 2 * frame), (15, 10 + frame)
+        cv2.ellipse(mask, centre, axes, 20 + 5 * frame, 0, 360, 1, -1)
+        image = ground.copy()
+        image[mask > 0] = (40 + 10 * frame, 90, 200 - 15 * frame)
+        image += random.normal(0, 8, image.shape)
+        images.append(np.clip(image, 0, 255).astype(np.uint8))
+        masks.append(mask > 0)
+    return images, masks
+
+
+def box_of(mask):
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    x, y = columns[0], rows[0]
+    return np.array([x, y, columns[-1] + 1 - x, rows[-1] + 1 - y], float)
+
+
+def pair(name, first, mask, seed=0, **parameters):
+    """The compiled tracker, which keeps what its cues found, and the plain one."""
+    given = {"preset": "recommended", **FEW[name], **parameters}
+    fast = trackers.create(name, seed=seed, **given)
+    values = {**type(fast).presets[given.pop("preset")], **given}
+    slow = PLAIN[name](np.random.SeedSequence(seed), **values)
+    for tracker in (fast, slow):
+        tracker.init(first, box_of(mask), mask)
+    found, step = [], fast.chain.step
+    fast.chain.step = lambda *seen: found.append(step(*seen)) or found[-1]
+    return fast, slow, found
+
+
+def assert_it_is_the_plain_reference(name, frames, seed=0, step=3, **parameters):
+    images, masks = clip(frames, step=step)
+    fast, slow, found = pair(name, images[0], masks[0], seed, **parameters)
+    np.testing.assert_allclose(slow.contour, fast.contour, rtol=0, atol=STATES)
+    snakes = 0
+    for image in images[1:]:
+        estimate, expected = fast.update(image), slow.update(image)
+        assert_cues_are_the_same(fast, slow, found[-1], parameters)
+        for key, tolerance in (
+            ("posterior", POSTERIORS),
+            ("mean_contour", PIXELS),
+            ("contour", PIXELS),
+        ):
+            np.testing.assert_allclose(
+                estimate.arrays[key], getattr(expected, key), rtol=0, atol=tolerance, err_msg=key
+            )
+        np.testing.assert_allclose(estimate.box, expected.box, rtol=0, atol=PIXELS)
+        assert (estimate.mask != expected.mask).sum() <= 1  # a centre may be on the contour
+        assert estimate.details["snake"] == expected.snake
+        assert estimate.details["score"] == pytest.approx(expected.score, abs=POSTERIORS)
+        snakes += expected.snake
+    return snakes
+
+
+def assert_cues_are_the_same(fast, slow, found, parameters):
+    """States, what they were attached to, and weights: of the frame, and those that go on."""
+    moved = PIXELS if parameters.get("snake_feedback") else STATES
+    cues = [(slow.contours, found[2], fast.chain.cues[2], moved)]
+    if isinstance(slow, PlainMoreno2005):
+        refitted = parameters.get("colour_model") == "refitted"
+        cues += [(slow.planes, found[0], fast.chain.cues[0], STATES)]
+        cues += [(slow.colours, found[1], None if refitted else fast.chain.cues[1], STATES)]
+        np.testing.assert_array_equal(slow.colours.attached, found[1].attached)
+    np.testing.assert_array_equal(slow.contours.attached, found[2].attached)
+    for plain, hypotheses, cue, tolerance in cues:
+        np.testing.assert_allclose(plain.states, hypotheses.states, rtol=0, atol=tolerance)
+        np.testing.assert_allclose(plain.weights, hypotheses.weights, rtol=0, atol=WEIGHTS)
+        if cue is not None:
+            np.testing.assert_allclose(plain.carried, cue.weights, rtol=0, atol=WEIGHTS)
+
+
+@pytest.mark.parametrize(("name", "parameters"), EVERYDAY)
+def test_draws_weights_posteriors_and_contours_are_those_of_plain_numpy(name, parameters):
+    assert assert_it_is_the_plain_reference(name, 3, **parameters) > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("parameters", SINGLY, ids=str)
+@pytest.mark.parametrize("preset", ["as-written", "recommended"])
+def test_each_parameter_of_either_preset_does_what_it_does_in_plain_numpy(preset, parameters):
+    assert_it_is_the_plain_reference("moreno2005", 5, seed=1, preset=preset, **parameters)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("parameters", OF_THE_BASELINE, ids=str)
+def test_each_reading_of_the_baseline_is_that_of_plain_numpy(parameters):
+    assert_it_is_the_plain_reference("contour-smooth-color", 7, seed=1, **parameters)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PLAIN)
+def test_also_where_the_target_leaves_the_image_they_are_those_of_plain_numpy(name):
+    assert_it_is_the_plain_reference(name, 7, step=12)
+
+
+@pytest.mark.slow
+def test_with_the_numbers_of_samples_that_are_recommended_they_are_those_of_plain_numpy():
+    every = {"plane_samples": 20, "colour_samples": 300, "contour_samples": 500}
+    assert_it_is_the_plain_reference("moreno2005", 3, **every)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_outlines_of_masks_with_holes_and_corners_that_touch_are_the_same(seed):
+    mask = np.random.default_rng(seed).random((14, 19)) < 0.33 + 0.08 * seed
+    np.testing.assert_allclose(outline(mask, 50), compiled.outline(mask, 50), rtol=0, atol=STATES)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_what_contours_enclose_and_whether_they_cross_themselves_is_the_same(seed):
+    random = np.random.default_rng(seed)
+    angles = np.arange(24) * 2 * np.pi / 24
+    radii = random.uniform(3, 16, 24)
+    star = random.uniform(0, 30, 2) + radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], 1)
+    np.testing.assert_array_equal(inside(star, 26, 31), compiled.filled(star, 26, 31))
+    torn = np.concatenate([star[:9], star[12:8:-1], star[13:]])
+    for contour in (star, torn, random.permutation(star)):
+        assert crosses_itself(contour) == compiled.crosses_itself(contour)
+
+
+def test_what_is_not_written_down_plainly_is_refused():
+    for name, parameters in (
+        ("moreno2005", {"position": "kalman"}),
+        ("moreno2005", {"output": "mean"}),
+        ("contour-smooth-color", {"output": "posterior"}),
+    ):
+        with pytest.raises(ValueError, match="here"):
+            PLAIN[name](0, **parameters)
