@@ -229,8 +229,13 @@ def earlier(changes=None):
     return fares
 
 
+def agreeing(**changes):
+    row = {"tracker": "moreno2005", "frames": 10, "contours": 2e-6, "posteriors": 1e-6}
+    return pd.DataFrame([row | changes])
+
+
 def criteria(scores, measured=None):
-    measured = measured or {**example(A=0.12), "times": times()}
+    measured = {"agreement": agreeing(), **(measured or {**example(A=0.12), "times": times()})}
     data = criteria_table(scores, measured).data
     return [tuple(row) for row in data[["criterion", "here", "met"]].itertuples(index=False)]
 
@@ -238,7 +243,8 @@ def criteria(scores, measured=None):
 def test_criteria_are_met_by_what_the_earlier_trial_found(made_scores):
     found = criteria(made_scores(earlier(), TEXTS, FEW))
     assert [met for _, _, met in found] == ["yes"] * len(found)
-    assert sorted({name for name, _, _ in found}) == [f"M{number}" for number in range(1, 9)]
+    names = [*(f"M{number}" for number in range(1, 9)), "plain"]
+    assert sorted({name for name, _, _ in found}) == names
     assert ("M3", "+0.129, 10 of 10", "yes") in found
     assert ("M8", "15.0 ms", "yes") in found
 
@@ -303,7 +309,13 @@ def test_the_time_of_a_frame_is_compared_with_the_target(made_scores):
 def test_criteria_of_what_was_not_run_are_neither_met_nor_missed(made_scores):
     measured = {**example(A=0.12), "times": times()[:0]}
     found = criteria(made_scores(earlier(), [WRITTEN], FEW, scenes=1), measured)
-    assert {met for name, _, met in found if name != "M1"} == {"—"}
+    assert {met for name, _, met in found if name not in ("M1", "plain")} == {"—"}
+
+
+def test_implementations_that_differ_miss_the_criterion(made_scores):
+    measured = {**example(A=0.12), "times": times(), "agreement": agreeing(contours=2e-4)}
+    found = criteria(made_scores(earlier(), TEXTS[:1], FEW, scenes=2, runs=1), measured)
+    assert ("plain", "2.0e-04 px, posteriors 1.0e-06", "no") in found
 
 
 def test_moderate_clutter_is_a_block_of_its_own_and_changes_no_other(made_scores):
@@ -316,7 +328,7 @@ def test_moderate_clutter_is_a_block_of_its_own_and_changes_no_other(made_scores
     moderate = made_scores(fares, TEXTS, where, runs=1)
     moderate["scene"] += 10
     both = pd.concat([dense, moderate], ignore_index=True)
-    measured = {**example(A=0.12), "times": times()}
+    measured = {**example(A=0.12), "times": times(), "agreement": agreeing()}
     before, after = (criteria_table(one, measured).data for one in (dense, both))
     pd.testing.assert_frame_equal(after[: len(before)], before)
     block = after[len(before) :]
