@@ -36,7 +36,9 @@ QUICK = (*FIGURES.values(), LIGHT, TIMED)
 BESIDE = tuple(
     f"moreno2005-{name}" for name in ("association", "shadow", "self-shadow", "kalman", "moderate")
 )
-FURTHER = tuple(f"moreno2005-{name}" for name in ("ablations", "literal", "temperatures"))
+FURTHER = tuple(
+    f"moreno2005-{name}" for name in ("ablations", "diagonal", "literal", "temperatures")
+)
 
 RECORDED = Recorded(
     name="moreno2005-recorded",

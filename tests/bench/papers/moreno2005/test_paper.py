@@ -13,7 +13,9 @@ PAPER = load_paper("moreno2005")
 BESIDE = [
     f"moreno2005-{name}" for name in ("association", "shadow", "self-shadow", "kalman", "moderate")
 ]
-FURTHER = [f"moreno2005-{name}" for name in ("ablations", "literal", "temperatures", "learnt")]
+FURTHER = [
+    f"moreno2005-{name}" for name in ("ablations", "diagonal", "literal", "temperatures", "learnt")
+]
 
 
 def chosen(**effort):
