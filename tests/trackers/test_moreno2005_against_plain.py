@@ -31,10 +31,11 @@ OTHERWISE = {
     "snake_edges": "all",
     "start": "box",
 }
+WIDE = {"object_prior": "area", "window_margin": 60.0, "eigenvalue_spread": 0.7}
 EVERYDAY = [
     ("moreno2005", {}),
     ("moreno2005", {"preset": "as-written"}),
-    ("moreno2005", {"preset": "robust", "colour_dynamics": "diagonal", "object_prior": "area"}),
+    ("moreno2005", {"preset": "robust", "colour_dynamics": "diagonal", **WIDE}),
     ("moreno2005", {"feedback": "marginal", "colour_model": "refitted"}),
     ("moreno2005", OTHERWISE),
     ("contour-smooth-color", {"mixing": 0.5, "plane": "refitted"}),
@@ -75,7 +76,7 @@ OF_THE_BASELINE = [
 ]
 
 
-def clip(frames, height=72, width=96, seed=5, step=3):
+def clip(frames, height=72, width=96, seed=5, step=3, axes=(15, 10)):
     """An ellipse that changes its place, shape and colour before smooth colours; with noise."""
     random = np.random.default_rng(seed)
     ground = cv2.GaussianBlur(random.uniform(0, 255, (height, width, 3)), (0, 0), 6)
@@ -83,8 +84,8 @@ def clip(frames, height=72, width=96, seed=5, step=3):
     images, masks = [], []
     for frame in range(frames):
         mask = np.zeros((height, width), np.uint8)
-        centre, axes = (40 + step * frame, 36 + 2 * frame), (15, 10 + frame)
-        cv2.ellipse(mask, centre, axes, 20 + 5 * frame, 0, 360, 1, -1)
+        centre, size = (40 + step * frame, 36 + 2 * frame), (axes[0], axes[1] + frame)
+        cv2.ellipse(mask, centre, size, 20 + 5 * frame, 0, 360, 1, -1)
         image = ground.copy()
         image[mask > 0] = (40 + 10 * frame, 90, 200 - 15 * frame)
         image += random.normal(0, 8, image.shape)
@@ -112,8 +113,8 @@ def pair(name, first, mask, seed=0, **parameters):
     return fast, slow, found
 
 
-def assert_it_is_the_plain_reference(name, frames, seed=0, step=3, **parameters):
-    images, masks = clip(frames, step=step)
+def assert_it_is_the_plain_reference(name, frames, seed=0, step=3, axes=(15, 10), **parameters):
+    images, masks = clip(frames, step=step, axes=axes)
     fast, slow, found = pair(name, images[0], masks[0], seed, **parameters)
     np.testing.assert_allclose(slow.contour, fast.contour, rtol=0, atol=STATES)
     snakes = 0
@@ -156,6 +157,11 @@ def assert_cues_are_the_same(fast, slow, found, parameters):
 @pytest.mark.parametrize(("name", "parameters"), EVERYDAY)
 def test_draws_weights_posteriors_and_contours_are_those_of_plain_numpy(name, parameters):
     assert assert_it_is_the_plain_reference(name, 3, **parameters) > 0
+
+
+def test_contours_around_few_pixels_are_those_of_plain_numpy():
+    name = "contour-smooth-color"
+    assert_it_is_the_plain_reference(name, 3, axes=(4, 4), preset="as-written", plane="refitted")
 
 
 @pytest.mark.slow

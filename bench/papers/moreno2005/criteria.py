@@ -24,7 +24,7 @@ MODERATE_NOTE = (
     "frozen; it has ten scenes of its own"
 )
 
-MILLISECONDS, AGREEMENT = 20.0, 1e-4
+MILLISECONDS, AGREEMENT = 20.0, 1e-3
 FEWEST = 20
 """Samples from which on the order of errors must hold."""
 
@@ -72,6 +72,8 @@ def criteria_table(scores: pd.DataFrame, tables: Tables) -> Table:
         notes=[
             *([MODERATE_NOTE] if len(moderate) else []),
             "without a change of the light no superiority is claimed",
+            "compiled tables of posteriors are of single precision; where two Gaussians of a "
+            "refitted mixture nearly coincide, fits enlarge rounding, within plain NumPy too",
             "the tracker's own settings, and these limits, were chosen on the earlier trial's "
             "videos: they are no claims of the paper",
         ],
@@ -173,7 +175,7 @@ def _speed(times: pd.DataFrame) -> Row:
 
 def _agreeing(agreement: pd.DataFrame) -> list[Row]:
     """Both implementations; the earlier trial had one."""
-    words = "compiled equals plain to 1e-4 px (tables of single precision): contours and snakes"
+    words = "compiled equals plain to 1e-3 px, mean contours and snakes"
     rows = []
     for row in agreement.to_dict("records"):
         apart, where = row["contours"], f"{WAYS[row['tracker']]}: {row['frames']} frames"
