@@ -132,6 +132,7 @@ def test_colours_are_drawn_evenly_from_the_region_as_red_green_blue(image):
 def test_differences_are_weights_as_they_are_or_as_exponentials():
     scores = np.array([-0.2, 0.0, 0.1, 0.3])
     np.testing.assert_array_equal(graded(scores, "literal", 9.0), [0, 0, 0.1, 0.3])
+    assert graded(np.array([1e-40, -0.1, 9e-7]), "literal", 9.0).tolist() == [0, 0, 0]
     weights = graded(scores, "exponential", 0.05)
     np.testing.assert_allclose(np.diff(np.log(weights)), np.diff(scores) / 0.05)
 

@@ -10,6 +10,8 @@ __all__ = ["Weights", "graded"]
 Array: TypeAlias = NDArray[np.float64]
 Weights: TypeAlias = Literal["literal", "exponential"]
 
+NOISE = 1e-6  # of differences of posteriors in single precision
+
 
 def graded(scores: Array, weights: Weights, temperature: float) -> Array:
     """Weights of hypotheses, up to a common factor.
@@ -19,7 +21,8 @@ def graded(scores: Array, weights: Weights, temperature: float) -> Array:
     scores : ndarray of float64, shape (n,)
         Mean posterior in a region minus the mean outside, in [-1, 1].
     weights : {'literal', 'exponential'}
-        The difference itself, not below 0 (Moreno-Noguer et al. 2005, section 5), or
+        The difference itself, not below 0 (Moreno-Noguer et al. 2005, section 5), nor what
+        rounding makes of 0, or
         exp(difference / temperature). Good and mediocre hypotheses differ by some hundredths, so
         that the former hardly tells them apart.
     temperature : float
@@ -33,6 +36,6 @@ def graded(scores: Array, weights: Weights, temperature: float) -> Array:
     [0.368, 1.0]
     """
     if weights == "literal":
-        return np.maximum(scores, 0.0)
+        return np.where(scores > NOISE, scores, 0.0)
     exponentials: Array = np.exp((scores - scores.max()) / temperature)
     return exponentials

@@ -62,7 +62,7 @@ def experiments(effort: Effort) -> Sequence[Experiment]:
     """See `bench.papers.Paper`."""
     names = [*QUICK, *(() if effort.quick else BESIDE), *(FURTHER if effort.everything else ())]
     chosen = affordable(names, effort, _is_quick)
-    if effort.everything:
+    if effort.everything and not effort.quick:
         from bench.papers.moreno2005.learnt import learnt_experiment
 
         chosen.append(learnt_experiment(effort.seeds))
