@@ -44,7 +44,10 @@ def test_a_rendered_frame_costs_less_than_three_decoded_ones():
     assert np.median(rendered) < 3 * np.median(decoded)
 
 
-@pytest.mark.parametrize("name", WALKING)
+@pytest.mark.parametrize(
+    "name",
+    [WALKING[0], *(pytest.param(name, marks=pytest.mark.slow) for name in WALKING[1:])],
+)
 def test_a_frame_of_a_walking_scene_is_rendered(benchmark, name):
     sequence = datasets.load(name)
     middle = len(sequence) // 2
