@@ -33,7 +33,7 @@ class Nguyen2002Parameters(Parameters):
     features: Features = Field(
         "invariants",
         description="what a template holds of a pixel: ratios of colours (c1, c2, c3), their arc "
-        "tangents, R, G and B, or R + G + B",
+        "tangents (both blind to what is grey), R, G and B, or R + G + B",
     )
     delta: float = Field(
         0.99, gt=0.0, lt=1.0, description="δ: share of residuals that are inliers [fraction]"
@@ -140,6 +140,12 @@ class Nguyen2002(SharingTracker):
     In whole pixels (`as-written`) an even side has its centre between two, and the search puts it
     on one of them: pixels are taken half a pixel to the right of or below the box that is said.
     Views that a template begins with are interpolated at its pose, also after an occlusion.
+
+    Places are not bounded: outside the image its rim continues, so that a template may run off it,
+    fit a constant rim of its own and be called visible without outliers. Ratios are blind to grey
+    targets and grey video, where all are equal: `features=intensity` is to be used. With skipped
+    candidates `longest_occlusion` counts only up to the last of 5, 7, 11, 19, 35, 67 and so on that
+    it reaches. An occlusion that begins fewer than 5 frames before the sequence's end stays open.
 
     Details: `outliers` (share, of the last frame that was compared), `occluded` (0 or 1),
     `state_noise`, `measurement_noise` and `residual` (traces of C_w, C_f and R̄, in squared
