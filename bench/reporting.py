@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from bench.measures import MASKS, PER_SEQUENCE, SEGMENTATION, SUMMARY, TIMES
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
+from bench.record import Trace
 from bench.reference import reference
 from bench.store.index import experiment_folders
 from bench.store.layout import Cell
@@ -24,6 +25,7 @@ from bench.store.truth import read_truth
 from reports.overlay import TRUTH
 from reports.tables import Table, sequence_table, summary_table
 from reports.text import to_text
+from reports.traces import TRACE_WORDS
 
 __all__ = ["boxes_of", "frame_table", "summary_text", "tables", "timing_runs", "title_of"]
 
@@ -104,8 +106,8 @@ def frame_table(folder: Path) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        `tracker`, `sequence`, `repetition`, `frame`, `overlap` in [0, 1], `centre_error` in
-        pixels.
+        `tracker`, `sequence`, `repetition`, `frame`, and of online boxes `overlap` in [0, 1] and
+        `centre_error` in pixels; `revised`, whether the run revised some of them later.
     """
     results = Results(folder)
     pieces = []
@@ -124,24 +126,31 @@ def frame_table(folder: Path) -> pd.DataFrame:
                     "frame": evaluated,
                     "overlap": overlap(truth.boxes[evaluated], run.boxes[evaluated]),
                     "centre_error": centre_error(truth.boxes[evaluated], run.boxes[evaluated]),
+                    "revised": run.revised is not None,
                 }
             )
         )
     return pd.concat(pieces, ignore_index=True) if pieces else pd.DataFrame()
 
 
-def boxes_of(folder: Path, sequence: str, repetition: int = 0) -> dict[str, NDArray[Any]]:
-    """Boxes on a sequence by tracker, the truth first; failed runs as far as they got.
+def boxes_of(
+    folder: Path, sequence: str, repetition: int = 0, trace: Trace = "online"
+) -> dict[str, NDArray[Any]]:
+    """Boxes on a sequence by label, the truth first; failed runs as far as they got.
 
-    A tracker whose `repetition` is not there (one that never draws) shows its first.
+    Labels are the trackers', and say which trace it is where a tracker revised boxes. A tracker
+    whose `repetition` is not there (one that never draws) shows its first.
     """
-    found: dict[str, NDArray[Any]] = {}
+    truth: dict[str, NDArray[Any]] = {}
+    found: dict[str, tuple[str, NDArray[Any]]] = {}
     for experiment in experiment_folders(folder):
         results = Results(experiment)
         for row in ordered_rows(results, sequence=sequence, protocol="accuracy"):
             if row["repetition"] != repetition and row["tracker"] in found:
                 continue
-            if TRUTH not in found:
-                found[TRUTH] = read_truth(experiment, sequence, row["fingerprint"]).boxes
-            found[row["tracker"]] = results.read(experiment / row["path"]).boxes
-    return found
+            if not truth:
+                truth[TRUTH] = read_truth(experiment, sequence, row["fingerprint"]).boxes
+            run = results.read(experiment / row["path"])
+            said = "" if run.revised is None else f", {TRACE_WORDS[trace]}"
+            found[row["tracker"]] = f"{row['tracker']}{said}", run.boxes_in(trace)
+    return truth | dict(found.values())

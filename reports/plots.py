@@ -1,7 +1,8 @@
 """Plots of scores over frames, thresholds and time.
 
 They take a frame table: a row an evaluated frame of a run, with the columns `tracker`,
-`sequence`, `repetition`, `frame`, `overlap` (in [0, 1]) and `centre_error` (pixels).
+`sequence`, `repetition`, `frame`, `overlap` (in [0, 1]) and `centre_error` (pixels) of what was
+said at once, and `revised`: whether the run revised some boxes later. Headlines say it then.
 """
 
 from collections.abc import Collection, Sequence
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from reports.figures import add_legend, fold, line_style, new_figure
 from reports.palette import colour
 from reports.series import draw_median
+from reports.traces import TRACE_WORDS
 
 __all__ = ["frame_plot", "precision_plot", "share_curve", "speed_plot", "success_plot"]
 
@@ -74,7 +76,7 @@ def success_plot(
         Trackers some of whose runs failed or are missing; they get no curve, but a word.
     """
     thresholds = np.linspace(0.0, 1.0, 1001)
-    figure, (axes,) = new_figure(title, 4.6)
+    figure, (axes,) = new_figure(_headline(title, frames), 4.6)
     for position, tracker, values in _by_tracker(frames, trackers, incomplete):
         curve, label = np.full(len(thresholds), np.nan), f"{tracker} (incomplete)"
         if len(values):
@@ -96,7 +98,7 @@ def precision_plot(
     Parameters as `success_plot`.
     """
     thresholds = np.linspace(0.0, ERROR_LIMIT, 501)
-    figure, (axes,) = new_figure(title, 4.6)
+    figure, (axes,) = new_figure(_headline(title, frames), 4.6)
     for position, tracker, values in _by_tracker(frames, trackers, incomplete):
         curve, label = np.full(len(thresholds), np.nan), f"{tracker} (incomplete)"
         if len(values):
@@ -120,8 +122,8 @@ def frame_plot(
     absent, are gaps. Runs that failed are not in the frame table: where there are several
     runs, or should be, the legend says how many the median is over.
     """
-    figure, (upper, lower) = new_figure(sequence, 5.0, rows=2)
     here = frames[frames["sequence"] == sequence]
+    figure, (upper, lower) = new_figure(_headline(sequence, here), 5.0, rows=2)
     every_frame = pd.RangeIndex(here["frame"].min(), here["frame"].max() + 1)
     heading = ""
     for position, tracker, values in _by_tracker(here, trackers):
@@ -178,6 +180,11 @@ def speed_plot(runs: pd.DataFrame, title: str, trackers: Sequence[str]) -> Figur
     axes.grid(visible=False, axis="y")
     axes.set_xlabel("CPU time a frame [ms]: median, bar to the 95th percentile")
     return figure
+
+
+def _headline(title: str, frames: pd.DataFrame) -> str:
+    """A title that says which boxes these are, where others were said later."""
+    return f"{title}, {TRACE_WORDS['online']}" if frames["revised"].any() else title
 
 
 def _time_bar(axes: Axes, row: int, median: float, tail: float, shade: str) -> None:

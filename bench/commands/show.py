@@ -1,11 +1,14 @@
 """Show a sequence, with boxes where there are some: film strip (PNG) or video (MP4)."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from bench.commands._options import progress_bar, truth_option
+
+if TYPE_CHECKING:
+    from bench.record import Trace
 
 __all__ = ["command"]
 
@@ -18,6 +21,8 @@ __all__ = ["command"]
     type=click.Path(path_type=Path),
     help="Draw the boxes of the runs in this folder too.",
 )
+@click.option("--trace", type=click.Choice(["online", "revised"]), default="online",
+              show_default=True, help="What trackers said at once, or in the end.")  # fmt: skip
 @click.option("--repetition", type=click.IntRange(0), default=0, show_default=True)
 @click.option(
     "--output",
@@ -33,6 +38,7 @@ def command(
     sequence: str,
     truth: Path | None,
     results: Path | None,
+    trace: "Trace",
     repetition: int,
     output: Path,
     count: int,
@@ -46,6 +52,10 @@ def command(
 
     if output.suffix not in (".png", ".mp4"):
         raise click.BadParameter(f"{output} is neither .png nor .mp4.", param_hint="--output")
+    if results is None and trace != "online":
+        raise click.BadParameter(
+            "it chooses among the boxes of --results; give both.", param_hint="--trace"
+        )
     opened = datasets.load(sequence, truth=truth)
     source = Path(sequence).resolve()
     if output.exists() and source in (output.resolve(), *output.resolve().parents):
@@ -61,7 +71,7 @@ def command(
     if opened.present.any():
         boxes[TRUTH] = opened.boxes
     if results is not None:
-        boxes |= _boxes(results, opened, repetition)
+        boxes |= _boxes(results, opened, repetition, trace)
     try:
         _draw(opened, range(first, end + 1), boxes, output, count)
     except OSError as error:
@@ -69,14 +79,14 @@ def command(
     click.echo(str(output))
 
 
-def _boxes(results: Path, sequence: Any, repetition: int) -> dict[str, Any]:
+def _boxes(results: Path, sequence: Any, repetition: int, trace: "Trace") -> dict[str, Any]:
     import numpy as np
 
     from bench.reporting import boxes_of
     from bench.store.files import ResultsError
     from reports.overlay import TRUTH
 
-    found = boxes_of(results, sequence.name, repetition)
+    found = boxes_of(results, sequence.name, repetition, trace)
     if not found:
         raise ResultsError(f"{results}: there are no runs on {sequence.name}.")
     known = sequence.present.any()

@@ -1,15 +1,19 @@
 """What a tracker says at once and what it says in the end: both are scored, tables say which."""
 
+import cv2
 import numpy as np
 import pandas as pd
 import pytest
 
 import bench
+import datasets
 from bench.experiment import Experiment, SequenceSource
 from bench.papers.recorded import Recorded
-from bench.reporting import tables
+from bench.reporting import frame_table, tables
 from bench.scoring import REVISED, score_both
 from bench.store.loading import as_revised, load_results
+from reports.film_strip import film_strip
+from reports.overlay import TRUTH
 
 SECOND_THOUGHTS = '''
 """Says that the target stays, and in the end where it would be had it moved to the right."""
@@ -109,3 +113,50 @@ def test_recorded_sequences_have_a_row_of_each_trace_where_they_differ(stored):
     both, online, revised = rows[:3]
     assert both[3:] == online[3:]
     assert online[3:] != revised[3:]
+
+
+def test_a_row_a_frame_tells_whether_its_run_was_revised(stored):
+    frames = frame_table(stored)
+    assert set(frames["tracker"][frames["revised"]]) == set(frames["tracker"]) - {"static"}
+
+
+@pytest.fixture
+def ran(trackmark, here):
+    """A folder in which a tracker that revises and one that does not have run."""
+    (here / "second_thoughts.py").write_text(SECOND_THOUGHTS)
+    chosen = "static,second_thoughts.py:SecondThoughts"
+    trackmark("run", "--trackers", chosen, "--sequences", "data/Small")
+    return here
+
+
+def pictured(here, words, steps):
+    """The strip of both trackers, the one's legend ending in `words`, its boxes `steps` aside."""
+    sequence = datasets.load(str(here / "data" / "Small"))
+    moved = sequence.boxes + [[step, 0, 0, 0] for step in steps]
+    boxes = {TRUTH: sequence.boxes, "static": sequence.boxes}
+    boxes |= {f"second_thoughts.py:SecondThoughts, {words}": moved}
+    return film_strip(sequence.__getitem__, range(5), boxes, "Small")
+
+
+SHOW = ("show", "data/Small", "--results", "results/adhoc", "--output")
+
+
+def test_show_draws_the_trace_asked_for_and_says_which(trackmark, ran):
+    online = pictured(ran, "said at once (online)", [0] * 5)
+    trackmark(*SHOW, "shown.png")
+    np.testing.assert_array_equal(cv2.imread(str(ran / "shown.png")), online)
+    revised = pictured(ran, "said in the end (revised)", [0, 0.5, 1, 1.5, 2])
+    trackmark(*SHOW, "revised.png", "--trace", "revised")
+    np.testing.assert_array_equal(cv2.imread(str(ran / "revised.png")), revised)
+
+
+def test_strips_of_a_report_say_that_boxes_are_online(trackmark, ran):
+    trackmark("report", "results/adhoc", "--folder", "report")
+    strip = cv2.imread(str(ran / "report" / "strip-Small.png"))
+    np.testing.assert_array_equal(strip, pictured(ran, "said at once (online)", [0] * 5))
+
+
+def test_a_trace_without_results_is_refused_in_one_line(trackmark):
+    done = trackmark("show", "data/Small", "--trace", "revised", "--output", "a.png", status=2)
+    assert "--trace" in done.stderr.splitlines()[-1]
+    assert "give both" in done.stderr

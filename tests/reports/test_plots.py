@@ -14,7 +14,7 @@ from reports.write import write_plots
 LONG = "multipart:preset=robust:particles=400:half_width=3.5:resampling=systematic"
 
 
-def frame_table(overlaps, tracker="a", sequence="s", repetition=0):
+def frame_table(overlaps, tracker="a", sequence="s", repetition=0, revised=False):
     n = len(overlaps)
     return pd.DataFrame(
         {
@@ -24,6 +24,7 @@ def frame_table(overlaps, tracker="a", sequence="s", repetition=0):
             "frame": np.arange(1, n + 1),
             "overlap": overlaps,
             "centre_error": 30.0 * (1 - np.asarray(overlaps, float)),
+            "revised": revised,
         }
     )
 
@@ -122,6 +123,19 @@ def test_the_frame_plot_says_how_many_runs_a_median_is_over():
     figure = frame_plot(table, "s", ["a", "b", "c", "d", "e"], incomplete={"c", "d"})
     words = [text.get_text() for text in figure.legends[0].get_texts()]
     assert words == ["a (2 runs)", "b", "c (1 run)", "d (0 runs)"]
+
+
+def test_headlines_say_that_boxes_are_online_where_a_tracker_revised_some():
+    def headlines(table):
+        figures = [plot(table, "T", ["a", "b"]) for plot in (success_plot, precision_plot)]
+        figures += [frame_plot(table, sequence, ["a", "b"]) for sequence in "st"]
+        return [figure.get_suptitle() for figure in figures]
+
+    plain = [frame_table([0.5]), frame_table([0.5], sequence="t")]
+    assert headlines(pd.concat(plain)) == ["T", "T", "s", "t"]
+    beside = frame_table([0.5], tracker="b", sequence="t", revised=True)
+    words = ", said at once (online)"
+    assert headlines(pd.concat([*plain, beside])) == [f"T{words}", f"T{words}", "s", f"t{words}"]
 
 
 def pictures(labels):
