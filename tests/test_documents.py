@@ -4,6 +4,7 @@ import re
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import bench
@@ -51,7 +52,6 @@ def test_the_reader_of_the_recipe_reads(tmp_path):
     import importlib.util
 
     import cv2
-    import numpy as np
 
     (code,) = (block for block in blocks("CONTRIBUTING.md", "python") if "recognises" in block)
     file = tmp_path / "numbered.py"
@@ -95,12 +95,16 @@ def test_the_python_of_the_readme_runs(tmp_path, monkeypatch):
         "doors": sequence.boxes[:1],
         "detector": lambda image: sequence.boxes[:1],
         "next_image": sequence[1],
+        "frames_before": [sequence[60]] * 3,
+        "frames_after": [sequence[0]] * 4 + [np.zeros_like(sequence[0])] * 8,
     }
-    ran = blocks("README.md", "python")
-    for code in ran:
-        exec(code, known)
-    assert len(ran) == 2
+    harness, filtering, revising = blocks("README.md", "python")
+    exec(harness, known)
+    exec(filtering, known)
     assert known["estimate"].visible
+    exec(revising, known)
+    assert sorted(known["online"]) == sorted(known["in_the_end"]) == list(range(4, 16))
+    assert min(known["revised"]) == 8  # where it is dark
 
 
 def test_every_tracker_and_built_in_sequence_is_in_the_readme():
