@@ -10,11 +10,12 @@ fragile.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
 
 from bench.claims.findings import Finding
+from bench.claims.kinds import NumberTest
 from bench.claims.ledger import Claim
 from bench.statistics.verdicts import Outcome, Verdict
 
@@ -122,6 +123,8 @@ def conclude(claim: Claim, findings: Sequence[Finding]) -> Conclusion:
         and finding.light == "both"
         and claim.readings.is_headline(finding.reading)
     ]
+    if isinstance(claim.test, NumberTest) and claim.test.groups:
+        headline = [_one_by_one(finding, findings) for finding in headline]
     rivals = claim.readings.rivals
     outcome, reason = _settled([f for f in headline if f.scenes == "kept"], rivals)
     on_drawn = [f for f in headline if f.scenes == "drawn"]
@@ -140,6 +143,27 @@ def conclude(claim: Claim, findings: Sequence[Finding]) -> Conclusion:
         fragile={"holds", "does-not-hold"} <= seen,
         findings=tuple(findings),
     )
+
+
+def _one_by_one(whole: Finding, findings: Iterable[Finding]) -> Finding:
+    """A finding whose reason says the numbers of groups: their mean would be that of nothing."""
+    told = [
+        f"{one.group} {_number(one.verdict)}"
+        for one in findings
+        if one.group and replace(one, group="", verdict=whole.verdict) == whole
+    ]
+    reason = (
+        f"{', '.join(told)}: means, and in parentheses where one run more would lie with 95 % "
+        "(prediction interval); numbers of other videos, printed and not judged."
+    )
+    return replace(whole, verdict=replace(whole.verdict, reason=reason))
+
+
+def _number(verdict: Verdict) -> str:
+    if verdict.verdict != "not-testable":
+        return "not measured twice"
+    low, high = verdict.interval
+    return f"{verdict.statistic:.3f} ({low:.3f} to {high:.3f})"
 
 
 def _whole(findings: Iterable[Finding]) -> list[Finding]:

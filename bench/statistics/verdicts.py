@@ -293,7 +293,7 @@ def conjunction(verdicts: Sequence[Verdict], names: Sequence[str]) -> Verdict:
     elif len(counts["holds"]) == len(verdicts):
         outcome = "holds"
     said = [
-        f"{part.verdict.replace('-', ' ')} for {name}"
+        f"{part.verdict.replace('-', ' ') if part.cells else 'not measured'} for {name}"
         for name, part in zip(names, verdicts, strict=True)
     ]
     fewest = min(part.cells for part in verdicts)
