@@ -36,7 +36,7 @@ from bench.statistics.verdicts import (
     undecided,
 )
 
-__all__ = ["COLUMNS", "judge"]
+__all__ = ["COLUMNS", "NOT_RUN", "judge"]
 
 COLUMNS = ("sequence", "scene", "light", "repetition", "frames", "kept_scene")
 """Columns of every table of scores, whatever the paper."""
@@ -45,6 +45,7 @@ _DEFAULTS: Mapping[str, int | bool] = {"repetition": 0, "frames": 1, "kept_scene
 """What tables beside the scores need not have."""
 
 NOT_RUN = "nothing was run that tests it; give --all"
+"""Why a claim is undecided that waits for more to be run."""
 
 
 def judge(

@@ -52,11 +52,13 @@ def course_of(run: Run, truth: Truth, trace: Trace, first_loss: float) -> dict[s
     -------
     dict of str to float
         A yes or no is 1 or 0, NaN where what is asked did not arise. `on_target` (share of the
-        clear frames with enough overlap), `success`, `jitter` (mean length of the second difference
-        of the centre less the true one, over clear frames [pixels]), `outliers` (mean share in
-        frames that the tracker trusts); `occlusions`, `declared`, `detected` (numbers),
-        `detected_share` (of the occlusions), `false_occlusions` (number). Where a lamp is off for a
-        while: `lost_at_switch`, `lost_at_off` (at the moment of a change, or of the first),
+        clear frames with enough overlap), `success`, `said_hidden` (share of the clear frames
+        in which the tracker said at once that the target is hidden, whatever the trace), `jitter`
+        (mean length of the second difference of the centre less the true one, over clear frames
+        [pixels]), `outliers` (mean share in frames that the tracker trusts);
+        `occlusions`, `declared`, `detected` (numbers), `detected_share` (of the occlusions),
+        `false_occlusions` (number). Where a lamp is off for a while: `lost_at_switch`,
+        `lost_at_off` (at the moment of a change, or of the first),
         `kept_after_off` (share of the clear ones among the frames from the change on with enough
         overlap), `clear_after_off` (their number).
     """
@@ -69,6 +71,7 @@ def course_of(run: Run, truth: Truth, trace: Trace, first_loss: float) -> dict[s
     known = {
         "on_target": float(good[clear].mean()),
         "success": float(good[clear].mean() >= SUCCESS and good[clear][-LAST:].all()),
+        "said_hidden": float((~run.visible[clear]).mean()),
         "jitter": _jitter(centres(boxes) - centres(truth.boxes), clear),
         "outliers": float(run.details["outliers"][trusted].mean()) if trusted.any() else nan,
     }

@@ -15,7 +15,7 @@ N_CLIPS = 20
 
 _LABELS = ["text", "features", "definition", "preset", "variant", "trace", "sequence", "scene"]
 _SUMS = ["occlusions", "declared", "detected"]
-_MEANS = ["false_occlusions", "on_target", "mean_overlap", "jitter", "outliers"]
+_MEANS = ["false_occlusions", "on_target", "said_hidden", "mean_overlap", "jitter", "outliers"]
 
 
 def set_table(scores: pd.DataFrame) -> pd.DataFrame:
@@ -32,7 +32,7 @@ def set_table(scores: pd.DataFrame) -> pd.DataFrame:
         What is known of tracker and trace, `sequence` (`nguyen2002/clips` for all clips), `scene`;
         `clips`, `tracked` (numbers), `tracked_share`; `occlusions`, `declared`, `detected`
         (numbers), `detected_share`; means over the clips: `false_occlusions`, `on_target`,
-        `mean_overlap`, `jitter`, `outliers`; `path` (of one of the runs).
+        `said_hidden`, `mean_overlap`, `jitter`, `outliers`; `path` (of one of the runs).
     """
     good = scores[scores["failure"] == ""]
     good = good.assign(sequence=[_together(name) for name in good["sequence"]])

@@ -130,6 +130,7 @@ def made_scores():
                         "frames": 150, "success_frames": 150, "frames_inside": 150,
                         "first_loss": 150, "mean_overlap": 0.9, "path": "", "failure": "",
                         "kept_scene": True, "success": 1.0, "on_target": 1.0, "jitter": 0.5,
+                        "said_hidden": 0.25,
                         "outliers": 0.1, "false_occlusions": 0.0, "lost_at_switch": 0.0,
                         "lost_at_off": 0.0, "kept_after_off": 1.0, "clear_after_off": 20.0,
                     }

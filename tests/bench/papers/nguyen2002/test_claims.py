@@ -11,7 +11,7 @@ from bench.claims.ledger import read_claims
 from bench.claims.measuring import named_columns
 from bench.papers.nguyen2002.reporting import verdicts_table
 from bench.papers.nguyen2002.scores import COLOURED, LIGHTS
-from bench.papers.nguyen2002.sets import set_table
+from bench.papers.nguyen2002.sets import CLIPS, set_table
 
 CLAIMS = read_claims("nguyen2002")
 WRITTEN = "nguyen2002:preset=as-written"
@@ -43,6 +43,18 @@ def test_table_1_is_printed_and_not_judged(made_scores):
     }
     assert groups["invariants", "tracked"] == 20
     assert groups["invariants", "detected"] == 21
+
+
+def test_numbers_of_table_1_are_told_by_features(made_scores):
+    def fares(text, sequence, scene, trace):
+        return {"success": float(sequence != FIRST[0] or not with_features(text, "rgb"))}
+
+    reason = concluded("NG-T1", made_scores(fares, scenes=2)).reason
+    told = [f"{name} {mean:.3f} ({mean:.3f} to {mean:.3f})"
+            for name, mean in (("intensity", 20), ("rgb", 19), ("invariants", 20))]  # fmt: skip
+    assert reason.startswith(f"tracked: {', '.join(told)}: means")
+    assert "detected: intensity 21.000" in reason
+    assert "prediction interval" in reason
 
 
 def test_the_recording_is_tracked_throughout_by_the_invariants(made_scores):
@@ -346,6 +358,33 @@ def test_verdicts_stand_by_trace_definition_and_preset(made_scores):
     assert row["recommended (post hoc), online"] == "holds"
     assert (row["L = 67, revised"], row["L = 67, online"]) == ("holds", "does not hold")
     assert row["arctan, revised"] == "—"
+
+
+def test_readings_that_were_not_run_or_change_nothing_have_no_verdict(made_scores):
+    def row(name, **tables):
+        frame = made_scores(lambda *_: {}, [WRITTEN], scenes=1)
+        (row,) = verdicts_table([concluded(name, frame, **tables)]).data.to_dict("records")
+        return list(row.values())[1:]
+
+    times = pd.DataFrame({"preset": ["as-written", "recommended"], "milliseconds": 1.0,
+                          "implementation": "compiled"})  # fmt: skip
+    written, post_hoc = ["holds", *["—"] * 4], ["holds", *["—"] * 3]
+    assert row("NG-10", **{"ng-10": times}) == written + post_hoc
+    sliding = pd.DataFrame({"features": ["rgb"], "declared": 1.0, "contaminated": 0.0})
+    assert row("NG-16", **{"ng-16": sliding}) == ["holds", *["—"] * 8]
+    assert row("NG-18") == ["--all"] * 9
+
+
+def test_features_that_were_not_measured_are_told_so(made_scores):
+    frame = made_scores(lambda *_: {}, [WRITTEN], scenes=1)
+    table = pd.concat(
+        pd.DataFrame({"sequence": CLIPS, "scene": range(20), "features": features,
+                      "hidden": hidden, "exceeds": hidden, "stays_below": 1 - hidden})
+        for features in ("rgb", "invariants") for hidden in (0.0, 1.0)
+    )  # fmt: skip
+    reason = concluded("NG-15", frame, **{"ng-15": table}).reason
+    assert "not measured for intensity; holds for rgb" in reason
+    assert "undecided for intensity" not in reason
 
 
 def test_every_column_of_scores_and_sets_that_a_claim_names_is_there(made_scores):

@@ -101,6 +101,14 @@ def test_frames_after_a_lamp_goes_off_count_where_they_are_clear(made_run, made_
     assert "kept_after_off" not in course_of(made_run(), made_truth(), "online", 120)
 
 
+def test_what_is_said_to_be_hidden_in_sight_is_a_share_of_the_clear_frames(made_run, made_truth):
+    truth = made_truth((40, 60), shown=0.89)
+    run = made_run((30, 35, 65))
+    for found in courses(run, truth).values():
+        assert found["said_hidden"] == pytest.approx((10 + 4) / (119 - 21))
+    assert courses(made_run(), truth)["online"]["said_hidden"] == 0
+
+
 def test_jitter_is_what_the_estimate_adds_to_the_targets_own_way(made_run, made_truth):
     assert course_of(made_run(), made_truth(), "online", 120)["jitter"] == pytest.approx(0)
     shaken = made_run()
