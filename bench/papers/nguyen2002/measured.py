@@ -15,6 +15,13 @@ HEADS = {"intensity": "intensity", "rgb": "RGB", "invariants": "c1c2c3", "arctan
 """Of the table, by features."""
 
 
+WORDS: Mapping[tuple[str, object], str] = {
+    ("hidden", 0.0): "less than half hidden",
+    ("hidden", 1.0): "half hidden or more",
+}
+"""Values by which there are rows that do not speak for themselves, by column."""
+
+
 class Quantity(NamedTuple):
     """A column of a table of `checks`, told apart by others.
 
@@ -48,7 +55,7 @@ QUANTITIES = (
     Quantity("ng-14", "state_noise", "C_w over R̄, adaptive", ("adaptive", "phase"), 3),
     Quantity("ng-14", "gain", "gain, adaptive", ("adaptive", "phase"), 3),
     Quantity("ng-14", "template_error", "template's error, adaptive", ("adaptive", "phase")),
-    Quantity("ng-15", "exceeds", "share of frames with more than γ outliers, hidden", ("hidden",)),
+    Quantity("ng-15", "exceeds", "share of frames with more than γ outliers,", ("hidden",)),
     Quantity("ng-16", "contaminated", "of the template covered as declared, speed", ("speed",)),
     Quantity("ng-16-targets", "declared", "declared, n_omax", ("rule", "speed")),
     Quantity("ng-16-targets", "contaminated", "of the template covered, n_omax", ("rule", "speed")),
@@ -102,5 +109,10 @@ def _rows(tables: Mapping[str, pd.DataFrame]) -> Iterator[tuple[Quantity, str, p
             yield quantity, quantity.words, rows
             continue
         for values, part in rows.groupby(list(quantity.by), sort=False):
-            told = ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in values)
+            named = dict(zip(quantity.by, values, strict=True)).items()
+            told = ", ".join(WORDS.get((column, v)) or _words(v) for column, v in named)
             yield quantity, f"{quantity.words} {told}", part
+
+
+def _words(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)

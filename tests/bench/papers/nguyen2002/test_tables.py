@@ -44,8 +44,8 @@ def test_table_1_has_both_traces_and_the_papers_numbers_beside_the_reading_they_
     def fares(text, sequence, scene, trace):
         lost = "invariants" in text and sequence in FIRST[: 1 + scene]
         if trace == "online" and lost:
-            return {"success": 0.0, "detected": 0.0, "false_occlusions": 2.0}
-        return {}
+            return {"success": 0.0, "detected": 0.0, "false_occlusions": 2.0, "said_hidden": 1.0}
+        return {"said_hidden": 0.0}
 
     more = [f"{WRITTEN}:features=rgb:longest_occlusion=67", f"{WRITTEN}:features=rgb:gamma=0.4",
             "nguyen2002:features=rgb:ties=ascending", "nguyen2002:preset=robust"]  # fmt: skip
@@ -65,6 +65,7 @@ def test_table_1_has_both_traces_and_the_papers_numbers_beside_the_reading_they_
     assert ours["occlusions detected, revised"] == "21.0 (21–21)"
     assert ours["occlusions detected, online"] == "18.5 (18–19)"
     assert ours["false ones a clip"] == "0.00"
+    assert ours["said hidden [% of frames in sight]"] == f"{100 * 1.5 / 20:.0f}"
     assert ours["sets"] == "2"
     published = found[["paper (other data)", "paper (other data) "]]
     assert published.apply(tuple, axis=1).tolist() == [
@@ -77,7 +78,7 @@ def test_table_1_has_both_traces_and_the_papers_numbers_beside_the_reading_they_
 def test_the_recording_is_told_by_lamps_with_where_it_was_lost(made_scores):
     def fares(text, sequence, scene, trace):
         if "rgb" not in text or sequence == COLOURED:
-            return {}
+            return {"said_hidden": 0.99}
         loss = {0: {"lost_at_switch": 1.0, "lost_at_off": 1.0}, 1: {"lost_at_switch": 1.0}}
         return {"success": 0.0, "first_loss": 100, "kept_after_off": 0.5, **loss.get(scene, {})}
 
@@ -93,6 +94,8 @@ def test_the_recording_is_told_by_lamps_with_where_it_was_lost(made_scores):
     assert lost["kept after lamp off [%]"] == "50"
     assert kept["lost at lamp off / on / elsewhere"] == "0 / 0 / 0"
     assert kept["tracked, online"] == "4 of 4"
+    said = found["said hidden [% of frames in sight]"]
+    assert said.tolist() == ["25", "99", "99", "99"]
 
 
 def test_choices_stand_beside_what_is_as_written(made_scores):
@@ -268,13 +271,19 @@ def test_what_was_measured_stands_by_features_where_it_was():
         {"features": "arctan", "noise": [1.0, 1.0, 8.0], "trace": ["revised", "online", "revised"],
          "mean_overlap": [0.75, 0.25, 0.5], "false_occlusions": 0.0}
     )  # fmt: skip
-    table = measured_table({"ng-11": gate, "ng-22": noise, "unknown": noise})
+    signs = pd.DataFrame({"features": "rgb", "hidden": [0.0, 0.0, 1.0], "exceeds": [0.0, 0.5, 1.0]})
+    table = measured_table({"ng-11": gate, "ng-22": noise, "ng-15": signs, "unknown": noise})
     rows = [[cell.text for cell in row] for row in table.rows]
     assert rows[:2] == [
         ["NG-11", "template's error by partial occlusion, gate on", "—", "0.50", "0.50", "—"],
         ["NG-11", "template's error by partial occlusion, gate off", "—", "1.00", "—", "—"],
     ]
-    assert [row[1:] for row in rows[4:6]] == [
+    signs = "share of frames with more than γ outliers,"
+    assert [(row[1], row[3]) for row in rows[4:6]] == [
+        (f"{signs} less than half hidden", "0.25"),
+        (f"{signs} half hidden or more", "1.00"),
+    ]
+    assert [row[1:] for row in rows[6:8]] == [
         ["overlap in the end, noise 1", "—", "—", "—", "0.750"],
         ["overlap in the end, noise 8", "—", "—", "—", "0.500"],
     ]

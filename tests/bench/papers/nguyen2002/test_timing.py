@@ -161,7 +161,7 @@ def test_times_stand_beside_the_papers_and_those_of_timing_runs():
     assert [[cell.text for cell in row][3:] for row in table.rows] == [
         ["1.5", "0.75", "0.7 ms: missed", MISSING, "2"],
         ["1.5", "0.75", "1.1 ms: met (disturbed by other load)", MISSING, "9e+03"],
-        ["30", "25", MISSING, "100", MISSING],
+        ["30", "25", MISSING, "100 (4.0×)", MISSING],
     ]
     assert "0.005 s" in table.caption
     assert table.notes[-1] == "failed: why"
