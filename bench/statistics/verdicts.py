@@ -280,6 +280,7 @@ def conjunction(verdicts: Sequence[Verdict], names: Sequence[str]) -> Verdict:
     """Judge a claim with several parts: all must hold, and one that does not decides it.
 
     The statistic is the number of parts that hold; cells are those of the part with fewest.
+    A part without cells was not measured.
     """
     counts = {
         outcome: [

@@ -191,6 +191,10 @@ def test_numbers_are_printed_and_not_judged():
     found = concluded("MP-T1", scores(as_claimed))
     assert found.verdict == "not-testable"
     assert {f.group for f in found.findings} == {"", "single", "multi", "adaptive"}
+    for finding in found.findings:
+        if finding.group and finding.scenes == "kept" and finding.light == "both":
+            told = f"{finding.group} {finding.verdict.statistic:.3f} ("
+            assert not found.claim.readings.is_headline(finding.reading) or told in found.reason
 
 
 def test_what_was_not_run_is_undecided_and_says_so():

@@ -162,6 +162,7 @@ def test_all_parts_must_hold():
     assert conjunction([good, open_], ["a", "b"]).verdict == "undecided"
     assert conjunction([bad, open_], ["a", "b"]).verdict == "does-not-hold"
     assert conjunction([good, bad], ["a", "b"]).reason == "holds for a; does not hold for b."
+    assert conjunction([open_, good], ["a", "b"]).reason == "not measured for a; holds for b."
 
 
 def test_every_reason_is_a_sentence():
