@@ -55,8 +55,8 @@ def outlier_plot(stored: StoredRuns) -> Figure | None:
     return series_grid(
         series.assign(reading="share of"),
         f"Section 2.4, {RECORDING}, scene 0: share of outliers in the frames that were compared "
-        "online; where an occlusion is declared there is a gap, and hardly a line where "
-        "that is so in all frames but few",
+        "online; where an occlusion is declared there is a gap; a line that is missing is one "
+        "of features by which it is declared in all frames but few",
         "outliers",
         list(FEATURES),
         {},

@@ -181,7 +181,9 @@ def test_overlap_is_that_of_the_runs_with_lamp_and_occlusion_shaded(stored):
 
 
 def test_outliers_have_gaps_where_an_occlusion_is_declared(stored):
-    written, _ = outlier_plot(stored).axes
+    figure = outlier_plot(stored)
+    assert "a line that is missing" in figure.get_suptitle().replace("\n", " ")
+    written, _ = figure.axes
     runs = runs_by_features(stored, "as written")
     *lines, level = written.lines
     assert set(level.get_ydata()) == {0.25}
