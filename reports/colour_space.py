@@ -110,8 +110,12 @@ def colour_model_plot(model: ColourModel, title: str) -> Figure:
     upper = [grid[0, 4 * place : 4 * place + 4] for place in range(3)]
     frame = figure.add_subplot(upper[0])
     _show(frame, model.image[..., ::-1])
-    frame.plot(*model.contour.T, color="white", linewidth=1.4,
-               path_effects=[withStroke(linewidth=2.8, foreground="black")])  # fmt: skip
+    frame.plot(
+        *model.contour.T,
+        color="white",
+        linewidth=1.4,
+        path_effects=[withStroke(linewidth=2.8, foreground="black")],
+    )
     frame.set_title("frame, with the target's outline", fontsize=9)
 
     every = np.concatenate(list(model.points.values()))
@@ -184,8 +188,9 @@ def path_plot(path: Array, title: str, marks: Sequence[int]) -> Figure:
     space.plot(*path.T, color="0.55", linewidth=0.9)
     space.scatter(*known.T, c=known, s=16, depthshade=False, edgecolors="black", linewidths=0.3)
     marked = [frame for frame in marks if np.isfinite(path[frame]).all()]
-    space.scatter(*path[marked].T, c=path[marked], s=60, depthshade=False,
-                  edgecolors="black", linewidths=1.4)  # fmt: skip
+    space.scatter(
+        *path[marked].T, c=path[marked], s=60, depthshade=False, edgecolors="black", linewidths=1.4
+    )
     for frame in marked:
         space.text(*path[frame], f"  {frame}", fontsize=8, path_effects=_RIM)
     over = figure.add_subplot(1, 2, 2)

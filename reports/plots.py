@@ -170,8 +170,14 @@ def speed_plot(runs: pd.DataFrame, title: str, trackers: Sequence[str]) -> Figur
         if np.isfinite(median):
             _time_bar(axes, row, median, tail, colour(position))
         else:
-            axes.text(0.01, row, "disturbed or failed", transform=axes.get_yaxis_transform(),
-                      va="center", fontsize=9)  # fmt: skip
+            axes.text(
+                0.01,
+                row,
+                "disturbed or failed",
+                transform=axes.get_yaxis_transform(),
+                va="center",
+                fontsize=9,
+            )
     axes.set_yticks(range(len(timed)), [fold(tracker, 36) for _, tracker in timed])
     axes.set_ylim(len(timed) - 0.4, -0.7)
     axes.set_xscale("log")
@@ -190,8 +196,14 @@ def _headline(title: str, frames: pd.DataFrame) -> str:
 def _time_bar(axes: Axes, row: int, median: float, tail: float, shade: str) -> None:
     axes.plot([median, tail], [row] * 2, color=shade, linewidth=2)
     axes.plot([median], [row], "o", color=shade)
-    axes.annotate(f"{median:.3g} ms", (median, row), (0, 6), textcoords="offset points",
-                  ha="center", fontsize=9)  # fmt: skip
+    axes.annotate(
+        f"{median:.3g} ms",
+        (median, row),
+        (0, 6),
+        textcoords="offset points",
+        ha="center",
+        fontsize=9,
+    )
 
 
 def _by_tracker(

@@ -132,10 +132,23 @@ def surface_plot(
     rows, columns = surface.values.shape
     grid = np.meshgrid(surface.left + np.arange(columns), surface.top + np.arange(rows))
     right.plot_surface(*grid, surface.values, cmap="viridis", rcount=60, ccount=60, zorder=1)
-    right.scatter(*samples[:, :2].T, surface.at(samples[:, :2]),
-                  color=_SAMPLE, s=4, depthshade=False, zorder=2)  # fmt: skip
-    right.scatter(*mean[:2], surface.at(mean[np.newaxis, :2]), color=_MEAN, edgecolor="black",
-                  s=45, depthshade=False, zorder=3)  # fmt: skip
+    right.scatter(
+        *samples[:, :2].T,
+        surface.at(samples[:, :2]),
+        color=_SAMPLE,
+        s=4,
+        depthshade=False,
+        zorder=2,
+    )
+    right.scatter(
+        *mean[:2],
+        surface.at(mean[np.newaxis, :2]),
+        color=_MEAN,
+        edgecolor="black",
+        s=45,
+        depthshade=False,
+        zorder=3,
+    )
     right.invert_yaxis()  # rows count downwards, as in the image
     right.view_init(elev=50, azim=-70)
     right.set(xlabel="x [px]", ylabel="y [px]")
@@ -184,10 +197,19 @@ def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
     for axes, track in zip(all_axes, tracks, strict=True):
         axes.set_title(track.title, fontsize=9)
         states, truth = _ellipses_in(track.boxes), _ellipses_in(track.truth)
-        axes.plot(*truth[:, :2].T, color=_MEAN, linewidth=1.2, linestyle=(0, (3, 2)),
-                  path_effects=[withStroke(linewidth=2.4, foreground="black")])  # fmt: skip
-        axes.plot(*states[:, :2].T, color=colour(4), linewidth=1.4,
-                  path_effects=[withStroke(linewidth=2.6, foreground="black")])  # fmt: skip
+        axes.plot(
+            *truth[:, :2].T,
+            color=_MEAN,
+            linewidth=1.2,
+            linestyle=(0, (3, 2)),
+            path_effects=[withStroke(linewidth=2.4, foreground="black")],
+        )
+        axes.plot(
+            *states[:, :2].T,
+            color=colour(4),
+            linewidth=1.4,
+            path_effects=[withStroke(linewidth=2.6, foreground="black")],
+        )
         chosen = np.flatnonzero(np.isfinite(states[::every]).all(axis=1)) * every
         _draw_ellipses(axes, states[chosen], _MEAN, 1.2)
         said: list[tuple[float, float]] = []
@@ -197,9 +219,16 @@ def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
             if any(abs(place[0] - u) < _ROOM[0] and abs(place[1] - v) < _ROOM[1] for u, v in said):
                 continue
             said.append(place)
-            axes.annotate(str(number), (x, y - height), (0, 2), textcoords="offset points",
-                          ha="center", fontsize=6, color="white",
-                          path_effects=[withStroke(linewidth=1.5, foreground="black")])  # fmt: skip
+            axes.annotate(
+                str(number),
+                (x, y - height),
+                (0, 2),
+                textcoords="offset points",
+                ha="center",
+                fontsize=6,
+                color="white",
+                path_effects=[withStroke(linewidth=1.5, foreground="black")],
+            )
     return figure
 
 

@@ -168,9 +168,13 @@ def sequence_table(
         n_labels=2,
         rows=rows,
         notes=_notes(runs),
-        data=_tidy([dict(zip(("sequence", "tracker"), x, strict=True)) for x in labels],
-                   entries, measures, preset),
-    )  # fmt: skip
+        data=_tidy(
+            [dict(zip(("sequence", "tracker"), x, strict=True)) for x in labels],
+            entries,
+            measures,
+            preset,
+        ),
+    )
 
 
 _WORDS = {

@@ -21,8 +21,13 @@ __all__ = ["command"]
     type=click.Path(path_type=Path),
     help="Draw the boxes of the runs in this folder too.",
 )
-@click.option("--trace", type=click.Choice(["online", "revised"]), default="online",
-              show_default=True, help="What trackers said at once, or in the end.")  # fmt: skip
+@click.option(
+    "--trace",
+    type=click.Choice(["online", "revised"]),
+    default="online",
+    show_default=True,
+    help="What trackers said at once, or in the end.",
+)
 @click.option("--repetition", type=click.IntRange(0), default=0, show_default=True)
 @click.option(
     "--output",
@@ -30,8 +35,14 @@ __all__ = ["command"]
     required=True,
     help="A .png is a film strip, an .mp4 a video (H.264).",
 )
-@click.option("--frames", "count", type=click.IntRange(1), default=10, show_default=True,
-              help="Frames on a film strip.")  # fmt: skip
+@click.option(
+    "--frames",
+    "count",
+    type=click.IntRange(1),
+    default=10,
+    show_default=True,
+    help="Frames on a film strip.",
+)
 @click.option("--first", type=click.IntRange(0), default=0, help="First frame shown.")
 @click.option("--last", type=click.IntRange(0), help="Last frame shown.")
 def command(

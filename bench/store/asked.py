@@ -46,8 +46,11 @@ class Cells(Mapping[Cell, str]):
             return versions
         rows = [(t, s, p, version, r) for (t, s, r, p), version in versions.items()]
         columns = zip(*rows, strict=True) if rows else [()] * len(_TYPES)
-        return cls(pa.table([pa.array(c, f.type) for c, f in zip(columns, _TYPES, strict=True)],
-                            schema=_TYPES))  # fmt: skip
+        return cls(
+            pa.table(
+                [pa.array(c, f.type) for c, f in zip(columns, _TYPES, strict=True)], schema=_TYPES
+            )
+        )
 
     def __len__(self) -> int:
         return len(self.table)

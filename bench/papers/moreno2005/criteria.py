@@ -95,17 +95,43 @@ def _one_dimension(tables: Tables) -> list[Row]:
     worse = accurate[accurate["pair"].str.startswith("observation")]["mean"].max()
     tuned_words, literal = "λ = .2, set G", "λ = 1, set A"
     return [
-        _row("M1", tuned_words, "dependent < independent < observation, 20 to 500 samples", "yes",
-             f"{least:+.4f}, {corrected:+.4f} at least", least, least > 0 and corrected > 0),
-        _row("M1", tuned_words, "independent less dependent .02 or more, and more than five "
-             "standard errors", "+.031, 31 s.e.", f"{least:+.4f}, {surely:.0f} s.e. at least",
-             least, least >= 0.02 and surely > 5),
-        _row("M1", tuned_words, "errors of both filters smaller with 500 samples than with 10",
-             "yes", f"{falls['mean'].min():+.4f} at least", falls["mean"].min(),
-             falls["mean"].min() > 0),
-        _row("M1", literal, "counter-example: both filters worse than accurate observations",
-             "-.023 at best", f"{worse:+.4f} at best", worse, worse < 0),
-    ]  # fmt: skip
+        _row(
+            "M1",
+            tuned_words,
+            "dependent < independent < observation, 20 to 500 samples",
+            "yes",
+            f"{least:+.4f}, {corrected:+.4f} at least",
+            least,
+            least > 0 and corrected > 0,
+        ),
+        _row(
+            "M1",
+            tuned_words,
+            "independent less dependent .02 or more, and more than five standard errors",
+            "+.031, 31 s.e.",
+            f"{least:+.4f}, {surely:.0f} s.e. at least",
+            least,
+            least >= 0.02 and surely > 5,
+        ),
+        _row(
+            "M1",
+            tuned_words,
+            "errors of both filters smaller with 500 samples than with 10",
+            "yes",
+            f"{falls['mean'].min():+.4f} at least",
+            falls["mean"].min(),
+            falls["mean"].min() > 0,
+        ),
+        _row(
+            "M1",
+            literal,
+            "counter-example: both filters worse than accurate observations",
+            "-.023 at best",
+            f"{worse:+.4f} at best",
+            worse,
+            worse < 0,
+        ),
+    ]
 
 
 def _by_light(scores: pd.DataFrame) -> list[Row]:
@@ -122,14 +148,27 @@ def _repeated(scores: pd.DataFrame) -> list[Row]:
     here = f"{uniform.mean():+.3f}, {wins} of {number}"
     return [
         _at_least("M2", "repeated jumps", "mean J .85 or more", ".922", ours, 0.85),
-        _row("M2", "repeated jumps", "J below .1 in some frame: at most 2 of 10 videos", "1",
-             f"{gone.sum():.1f} of {len(gone)}", gone.sum() if len(gone) else float("nan"),
-             gone.sum() <= 0.2 * len(gone)),
+        _row(
+            "M2",
+            "repeated jumps",
+            "J below .1 in some frame: at most 2 of 10 videos",
+            "1",
+            f"{gone.sum():.1f} of {len(gone)}",
+            gone.sum() if len(gone) else float("nan"),
+            gone.sum() <= 0.2 * len(gone),
+        ),
         _gain(scores, "M2", "repeated", "1", 0.12, "+.236"),
         _gain(scores, "M2", "repeated", "0.5", 0.35, "+.579"),
-        _row("M3", "repeated jumps", "above uniform association, in 8 of 10 videos or more",
-             "+.129, 10 of 10", here, uniform.mean(), uniform.mean() > 0 and wins >= 0.8 * number),
-    ]  # fmt: skip
+        _row(
+            "M3",
+            "repeated jumps",
+            "above uniform association, in 8 of 10 videos or more",
+            "+.129, 10 of 10",
+            here,
+            uniform.mean(),
+            uniform.mean() > 0 and wins >= 0.8 * number,
+        ),
+    ]
 
 
 def _one_jump(scores: pd.DataFrame) -> list[Row]:
@@ -158,9 +197,16 @@ def _departures(scores: pd.DataFrame) -> list[Row]:
     box = (ours - _values(scores, "repeated", "start=box")).dropna()
     return [
         _at_least("M6", "repeated jumps", "literal weights cost .4 or more", "+.70", literal, 0.4),
-        _row("M7", "repeated jumps", "a start from the box within .06 of one from the mask",
-             "-.008", f"{-box.mean():+.3f}", box.mean(), abs(box.mean()) <= 0.06),
-    ]  # fmt: skip
+        _row(
+            "M7",
+            "repeated jumps",
+            "a start from the box within .06 of one from the mask",
+            "-.008",
+            f"{-box.mean():+.3f}",
+            box.mean(),
+            abs(box.mean()) <= 0.06,
+        ),
+    ]
 
 
 def _speed(times: pd.DataFrame) -> Row:
@@ -168,9 +214,14 @@ def _speed(times: pd.DataFrame) -> Row:
     ours = times[(times["method"] == PROPOSED) & (times["preset"] == "recommended")]
     milliseconds = float(ours["milliseconds"].mean())
     return _row(
-        "M8", "320 x 240, one thread", f"a frame takes at most {MILLISECONDS:g} ms of CPU time",
-        "14 to 15 ms", f"{milliseconds:.1f} ms", milliseconds, milliseconds <= MILLISECONDS,
-    )  # fmt: skip
+        "M8",
+        "320 x 240, one thread",
+        f"a frame takes at most {MILLISECONDS:g} ms of CPU time",
+        "14 to 15 ms",
+        f"{milliseconds:.1f} ms",
+        milliseconds,
+        milliseconds <= MILLISECONDS,
+    )
 
 
 def _agreeing(agreement: pd.DataFrame) -> list[Row]:

@@ -87,14 +87,31 @@ def _orders(sets: pd.DataFrame) -> list[Row]:
     lag = (clips("rgb", "tracked") - clips("invariants", "tracked")).mean()
     words = "documented failure: c1c2c3 tracks not 5 clips fewer than RGB, but at most 2"
     return [
-        _counted("D3", "c1c2c3 detects fewer occlusions than RGB in 75 % of the sets", detected,
-                 0.75, "18"),
-        _row("D4", "as written", "intensity and RGB differ by at most 1.5 clips tracked", "0.45",
-             f"{apart:.2f}", apart, apart <= 1.5),
-        _counted("D5", "online, c1c2c3 tracks fewer clips than RGB in 80 % of the sets", online,
-                 0.8, "19"),
+        _counted(
+            "D3",
+            "c1c2c3 detects fewer occlusions than RGB in 75 % of the sets",
+            detected,
+            0.75,
+            "18",
+        ),
+        _row(
+            "D4",
+            "as written",
+            "intensity and RGB differ by at most 1.5 clips tracked",
+            "0.45",
+            f"{apart:.2f}",
+            apart,
+            apart <= 1.5,
+        ),
+        _counted(
+            "D5",
+            "online, c1c2c3 tracks fewer clips than RGB in 80 % of the sets",
+            online,
+            0.8,
+            "19",
+        ),
         _row("D7", "as written", words, "0.15", f"{lag:.2f}", lag, lag <= 2),
-    ]  # fmt: skip
+    ]
 
 
 def _recommended(sets: pd.DataFrame) -> list[Row]:
@@ -104,13 +121,34 @@ def _recommended(sets: pd.DataFrame) -> list[Row]:
         for metric in ("tracked", "detected", "false_occlusions")
     )
     return [
-        _row("D6", RECOMMENDED, "RGB tracks 18.5 clips of 20 or more", "19.8", f"{tracked:.1f}",
-             tracked, tracked >= 18.5),
-        _row("D6", RECOMMENDED, "RGB detects 19 occlusions of 21 or more", "20.6",
-             f"{detected:.1f}", detected, detected >= 19),
-        _row("D6", RECOMMENDED, "RGB declares at most 0.2 false occlusions a clip", "0.04",
-             f"{false:.2f}", false, false <= 0.2),
-    ]  # fmt: skip
+        _row(
+            "D6",
+            RECOMMENDED,
+            "RGB tracks 18.5 clips of 20 or more",
+            "19.8",
+            f"{tracked:.1f}",
+            tracked,
+            tracked >= 18.5,
+        ),
+        _row(
+            "D6",
+            RECOMMENDED,
+            "RGB detects 19 occlusions of 21 or more",
+            "20.6",
+            f"{detected:.1f}",
+            detected,
+            detected >= 19,
+        ),
+        _row(
+            "D6",
+            RECOMMENDED,
+            "RGB declares at most 0.2 false occlusions a clip",
+            "0.04",
+            f"{false:.2f}",
+            false,
+            false <= 0.2,
+        ),
+    ]
 
 
 def _implementation(tables: Tables) -> list[Row]:
@@ -127,9 +165,16 @@ def _implementation(tables: Tables) -> list[Row]:
     said = {0.0: "fails", 1.0: "succeeds"}
     words = "an occlusion that outlasts L costs the target"
     rows.append(
-        _row("D9", "RGB, L = 19 and 35", words, "yes", f"{said[short]}, {said[whole]}", short,
-             (short, whole) == (0.0, 1.0)),
-    )  # fmt: skip
+        _row(
+            "D9",
+            "RGB, L = 19 and 35",
+            words,
+            "yes",
+            f"{said[short]}, {said[whole]}",
+            short,
+            (short, whole) == (0.0, 1.0),
+        ),
+    )
     compiled = tables["ng-10"][tables["ng-10"]["implementation"] == "compiled"]
     rows.append(_fast("D8", "all", compiled, MILLISECONDS, "0.4 to 1.0 ms"))
     for preset, (most, earlier) in TARGETS.items():
@@ -144,12 +189,26 @@ def _agreeing(preset: str, ways: pd.DataFrame) -> list[Row]:
     online = max(ways["online"].max(), ways["revised"].max())
     offline, same = ways["offline"].max(), ways["same_events"].min()
     return [
-        _row("D8", here, "compiled equals plain to 1e-6 px, online and revised", "1e-13 px",
-             f"{online:.1e} px", online, online <= AGREEMENT),
+        _row(
+            "D8",
+            here,
+            "compiled equals plain to 1e-6 px, online and revised",
+            "1e-13 px",
+            f"{online:.1e} px",
+            online,
+            online <= AGREEMENT,
+        ),
         _row("D8", here, "and in all events", "yes", "yes" if same else "no", same, same == 1.0),
-        _row("D9", here, "revised boxes equal those of a run that looks ahead, to 1e-6 px", "yes",
-             f"{offline:.1e} px", offline, offline <= AGREEMENT),
-    ]  # fmt: skip
+        _row(
+            "D9",
+            here,
+            "revised boxes equal those of a run that looks ahead, to 1e-6 px",
+            "yes",
+            f"{offline:.1e} px",
+            offline,
+            offline <= AGREEMENT,
+        ),
+    ]
 
 
 def _fast(name: str, where: str, compiled: pd.DataFrame, most: float, earlier: str) -> Row:

@@ -34,13 +34,18 @@ READINGS: Mapping[str, Mapping[str, object]] = {
 
 GRIDS: Mapping[str, tuple[str, Mapping[str, Mapping[str, object]], tuple[int, ...], str]] = {
     "figure-9-scenes": (
-        "nummiaro2003-figure-8", PRESETS, (0, 1, 2, 3), "Fig. 9 on several scenes",
+        "nummiaro2003-figure-8",
+        PRESETS,
+        (0, 1, 2, 3),
+        "Fig. 9 on several scenes",
     ),
     "figure-9-readings": (
-        "nummiaro2003-figure-9", READINGS, (8, 9, 10, 11),
+        "nummiaro2003-figure-9",
+        READINGS,
+        (8, 9, 10, 11),
         "Fig. 9 over readings of the dynamics and of σ (update where ρ > 0.9; post hoc)",
     ),
-}  # fmt: skip
+}
 """By name: experiment, readings, scenes, headline."""
 
 

@@ -30,9 +30,7 @@ FIGURES = tuple(f"wang2010-figure-{number}" for number in (3, 5, 6))
 TIMED = "wang2010-table-1"
 SENSITIVITIES = ("wang2010-sensitivities", "wang2010-sensitivities-cup")
 DEFAULT = (*FIGURES, "wang2010-particles", *SENSITIVITIES, TIMED)
-FURTHER = tuple(
-    f"wang2010-{name}" for name in ("plain-background", "readings", "readings-cup")
-)  # fmt: skip
+FURTHER = tuple(f"wang2010-{name}" for name in ("plain-background", "readings", "readings-cup"))
 THOROUGH = 5  # repetitions
 RECORDED = Recorded(
     name="wang2010-recorded",

@@ -32,9 +32,10 @@ SETTINGS: Mapping[str, tuple[str, Mapping[str, Any]]] = {
     "improved camshift": ("camshift_improved", {}),
     "improved camshift, adaptive window": ("camshift_improved", {"window": "adaptive"}),
     "improved camshift, robust": (
-        "camshift_improved", {"stop_distance": 0.5, "difference_window": 7},
+        "camshift_improved",
+        {"stop_distance": 0.5, "difference_window": 7},
     ),
-}  # fmt: skip
+}
 """A key of `costs.METHODS`, and what is not as written, by name."""
 
 

@@ -69,12 +69,13 @@ def _speed_up(scores: pd.DataFrame, preset: str, variant: str) -> list[Row]:
     if variant:
         deviates, back = theirs["deviates_12_to_15"], theirs["back_at_16"].dropna()
         return [
-            _counted("C3", "σ = 0.2", "in tolerance in 12–16 in", ours["tolerated_12_to_16"],
-                     18, "20"),
+            _counted(
+                "C3", "σ = 0.2", "in tolerance in 12–16 in", ours["tolerated_12_to_16"], 18, "20"
+            ),
             _counted("C3", "σ = 0.2", words, below, 17, "20"),
             _counted("C4", "σ = 0.2", "particle filter deviates in 12–15 in", deviates, 5, "10"),
             _shared("C4", "σ = 0.2", "of these back at 16", back, 0.8, "10 of 10"),
-        ]  # fmt: skip
+        ]
     lost = 1 - ours["tolerated_12_to_16"]
     early = theirs["centre_error_1_to_11"]
     beneath = _less(ours[stretch], fixed[stretch])
@@ -82,11 +83,19 @@ def _speed_up(scores: pd.DataFrame, preset: str, variant: str) -> list[Row]:
     return [
         _counted("C1", "as written", words, below, 18, "20"),
         _counted("C1", "as written", words_fixed, beneath, 14, "17"),
-        _counted("C2", "as written", "documented failure: beyond tolerance in 12–16 in", lost,
-                 15, "19"),
-        _above("C2", "as written", "particle filter's mean error over 1–11 above 6 px",
-               early.mean(), 6.0, "9.3", "px"),
-    ]  # fmt: skip
+        _counted(
+            "C2", "as written", "documented failure: beyond tolerance in 12–16 in", lost, 15, "19"
+        ),
+        _above(
+            "C2",
+            "as written",
+            "particle filter's mean error over 1–11 above 6 px",
+            early.mean(),
+            6.0,
+            "9.3",
+            "px",
+        ),
+    ]
 
 
 def _windows(scores: pd.DataFrame) -> list[Row]:
@@ -146,10 +155,17 @@ def _speed(tables: Tables) -> list[Row]:
     order = "plain: CamShift < proposed < particle filter in time"
     return [
         _row("C9", "N = 60", words, "0.18 ms", f"{slow:.2f} ms", slow, slow <= MILLISECONDS),
-        _row("C9", "presets, windows, limits", "compiled equals plain to 1e-9 px", "1e-12 px",
-             f"{apart:.1e} px", apart, apart <= AGREEMENT),
+        _row(
+            "C9",
+            "presets, windows, limits",
+            "compiled equals plain to 1e-9 px",
+            "1e-12 px",
+            f"{apart:.1e} px",
+            apart,
+            apart <= AGREEMENT,
+        ),
         _ordered(order, tables["method_times"]),
-    ]  # fmt: skip
+    ]
 
 
 def _ordered(words: str, times: pd.DataFrame) -> Row:
@@ -199,8 +215,9 @@ def _shared(name: str, setting: str, words: str, scenes: Scenes, least: float, e
     count, number = scenes.sum(), len(scenes)
     if not number:
         return name, setting, told, earlier, MISSING, MISSING
-    return _row(name, setting, told, earlier, f"{count:.0f} of {number}", count,
-                count >= least * number)  # fmt: skip
+    return _row(
+        name, setting, told, earlier, f"{count:.0f} of {number}", count, count >= least * number
+    )
 
 
 def _above(

@@ -55,9 +55,12 @@ def crossed_table(scores: pd.DataFrame) -> Table:
                     chosen = runs[(runs["particles"] == number) & (runs["preset"] == preset)]
                     chosen = chosen[(chosen["model"] == model) & (chosen["tracker"] == tracker)]
                     labels = {
-                        "N": str(number), "r [px]": radius, "preset": preset, "motion": motion,
+                        "N": str(number),
+                        "r [px]": radius,
+                        "preset": preset,
+                        "motion": motion,
                         "drift": drift,
-                    }  # fmt: skip
+                    }
                     cells = {words: outcome_words(chosen, name) for words, name in COLUMNS.items()}
                     if set(cells.values()) != {MISSING}:
                         data.append(labels | cells)
