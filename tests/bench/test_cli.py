@@ -111,12 +111,22 @@ def test_run_prints_a_table_and_says_where_the_results_are(trackmark, here):
 
 
 def test_run_json_is_a_line_a_finished_run_with_its_scores(trackmark):
-    done = trackmark("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small",
-                     "--seeds", "2", "--json")  # fmt: skip
+    done = trackmark(
+        "run",
+        "--trackers",
+        "static,knob.py:Knob",
+        "--sequences",
+        "data/Small",
+        "--seeds",
+        "2",
+        "--json",
+    )
     rows = [json.loads(line) for line in done.stdout.splitlines()]
     assert {(row["tracker"], row["repetition"]) for row in rows} == {
-        ("static", 0), ("knob.py:Knob", 0), ("knob.py:Knob", 1)
-    }  # fmt: skip
+        ("static", 0),
+        ("knob.py:Knob", 0),
+        ("knob.py:Knob", 1),
+    }
     static = next(row for row in rows if row["tracker"] == "static")
     assert static["scores"]["mean_overlap"] == 1.0
     assert static["scores"]["absence_reported"] is None

@@ -100,9 +100,17 @@ def listed(files, table):
 
 
 SCORES = [
-    "mean_overlap", "success_frames", "success_share", "frames_inside", "inside_share",
-    "evaluated_frames", "first_loss", "centre_error", "centre_error_median", "centre_error_p90",
-]  # fmt: skip
+    "mean_overlap",
+    "success_frames",
+    "success_share",
+    "frames_inside",
+    "inside_share",
+    "evaluated_frames",
+    "first_loss",
+    "centre_error",
+    "centre_error_median",
+    "centre_error_p90",
+]
 
 
 def prepare(folder, size):

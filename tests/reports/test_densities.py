@@ -39,8 +39,10 @@ def test_marks_stand_in_every_panel_with_a_marker_a_time(axes):
             for panel in axes[row : row + 3]
         ]
         assert points == [
-            [(0.25, 0), (0.75, 0)], [(-0.5, 0), (0.5, 0)], [(0.25, -0.5), (0.75, 0.5)],
-        ]  # fmt: skip
+            [(0.25, 0), (0.75, 0)],
+            [(-0.5, 0), (0.5, 0)],
+            [(0.25, -0.5), (0.75, 0.5)],
+        ]
         assert {line.get_marker() for line in axes[row + 2].lines} == {marker}
 
 

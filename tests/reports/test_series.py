@@ -63,11 +63,12 @@ def test_frames_without_a_value_are_gaps():
 
 def test_small_multiples_have_a_row_a_reading_and_a_column_a_scene():
     tables = [
-        five(reading=reading, scene=scene)
-        .assign(value=lambda runs, plus=10 * row + column: runs["value"] + plus)
+        five(reading=reading, scene=scene).assign(
+            value=lambda runs, plus=10 * row + column: runs["value"] + plus
+        )
         for row, reading in enumerate(("z", "y"))
         for column, scene in enumerate(("scene 0", "scene 2", "scene 1"))
-    ]  # fmt: skip
+    ]
     truths = {"scene 2": np.zeros(9)}
     figure = series_grid(pd.concat(tables), "T", "Hx [px]", ["a"], truths)
     grid = np.reshape(figure.axes, (2, 3))
@@ -127,10 +128,16 @@ def test_appearances_have_their_threshold_their_mode_and_shaded_occlusions():
 @pytest.mark.parametrize("n_modes", [0, 1, 3])
 def test_the_mode_is_the_share_of_the_runs_that_initialise(n_modes):
     runs = [
-        pd.DataFrame({"repetition": i, "frame": [0, 1, 2], "positive_appearances": 9.0,
-                      "mode": [1.0, float(i >= n_modes), 1.0]})
+        pd.DataFrame(
+            {
+                "repetition": i,
+                "frame": [0, 1, 2],
+                "positive_appearances": 9.0,
+                "mode": [1.0, float(i >= n_modes), 1.0],
+            }
+        )
         for i in range(3)
-    ]  # fmt: skip
+    ]
     _, lower = appearance_plot(pd.concat(runs), "T", 10.0, {}).axes
     heights = lower.collections[0].get_paths()[0].vertices[:, 1]
     assert heights.max() == pytest.approx(n_modes / 3)

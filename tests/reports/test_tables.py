@@ -109,8 +109,11 @@ def test_complete_adds_what_lacks_and_nothing_else():
     assert complete(full) is full
     added = complete(runs(done("a", "s", 0, 0.1), done("b", "t", 0, 0.1)))
     assert added.groupby(["tracker", "sequence"])["status"].first().to_dict() == {
-        ("a", "s"): "finished", ("a", "t"): "not run", ("b", "s"): "not run", ("b", "t"): "finished"
-    }  # fmt: skip
+        ("a", "s"): "finished",
+        ("a", "t"): "not run",
+        ("b", "s"): "not run",
+        ("b", "t"): "finished",
+    }
 
 
 def test_best_follows_the_direction_and_ties_are_all_best():
@@ -121,8 +124,10 @@ def test_best_follows_the_direction_and_ties_are_all_best():
         "native",
     )
     assert [[cell.best for cell in row[1:]] for row in table.rows] == [
-        [True, False], [True, True], [False, False]
-    ]  # fmt: skip
+        [True, False],
+        [True, True],
+        [False, False],
+    ]
 
 
 def test_means_that_differ_by_rounding_alone_are_ties():

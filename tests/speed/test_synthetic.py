@@ -13,10 +13,16 @@ KNOBS = {
     "default": {},
     "occluded, blurred": {"occlusion": "0.7", "blur": "0.5", "scene": "1"},
     "everything": {
-        "occlusion": "0.7", "blur": "0.5", "clutter": "10", "speed": "5", "pan": "3",
-        "light": "0.5", "scale": "1.5", "scene": "2",
+        "occlusion": "0.7",
+        "blur": "0.5",
+        "clutter": "10",
+        "speed": "5",
+        "pan": "3",
+        "light": "0.5",
+        "scale": "1.5",
+        "scene": "2",
     },
-}  # fmt: skip
+}
 WALKING = [*(f"multipart/{number}:light=dappled" for number in range(1, 9)), "stress/twin"]
 SIZES = {"320x240": {}, "640x480": {"width": "640", "height": "480"}}
 

@@ -96,8 +96,15 @@ def test_an_empty_mask_is_refused():
 def test_equally_spaced_points_divide_the_perimeter():
     square = np.array([[0.0, 0], [4, 0], [4, 4], [0, 4]])
     assert equally_spaced(square, 8).tolist() == [
-        [0, 0], [2, 0], [4, 0], [4, 2], [4, 4], [2, 4], [0, 4], [0, 2],
-    ]  # fmt: skip
+        [0, 0],
+        [2, 0],
+        [4, 0],
+        [4, 2],
+        [4, 4],
+        [2, 4],
+        [0, 4],
+        [0, 2],
+    ]
     random = np.random.default_rng(0).normal(size=(30, 2)).cumsum(axis=0)
     ring = LinearRing(random)
     expected = [ring.interpolate(i / 17, normalized=True).coords[0] for i in range(17)]

@@ -79,9 +79,17 @@ def test_a_snake_rests_where_that_of_scikit_image_does():
     start = circle(23) + [1.0, -0.5]
     ours = fitted_snake(start, edges, (0, 0), 0.3, 0.6, 1.0, 3.0, iterations=800)
     theirs = active_contour(
-        edges, start[:, ::-1] - 0.5, alpha=0.3, beta=0.6, w_line=3.0, w_edge=0.0, gamma=1.0,
-        max_num_iter=3000, convergence=1e-6, boundary_condition="periodic",
-    )  # fmt: skip
+        edges,
+        start[:, ::-1] - 0.5,
+        alpha=0.3,
+        beta=0.6,
+        w_line=3.0,
+        w_edge=0.0,
+        gamma=1.0,
+        max_num_iter=3000,
+        convergence=1e-6,
+        boundary_condition="periodic",
+    )
     # Along the ridge nothing holds a point, so that the curves are compared.
     rings = [LinearRing(ours), LinearRing(theirs[:, ::-1] + 0.5)]
     assert rings[0].hausdorff_distance(rings[1]) < 0.1

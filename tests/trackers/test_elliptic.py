@@ -147,9 +147,13 @@ def test_the_model_does_not_change_how_many_numbers_are_drawn():
     for dynamics in ("first-order", "second-order", "random-walk"):
         generator = np.random.default_rng(5)
         motion(dynamics=dynamics).step(
-            at_rest(np.zeros((3, 2)), np.array([4.0, 5.0])), np.zeros((3, 3)), 4, 1.25, (9, 9),
+            at_rest(np.zeros((3, 2)), np.array([4.0, 5.0])),
+            np.zeros((3, 3)),
+            4,
+            1.25,
+            (9, 9),
             generator,
-        )  # fmt: skip
+        )
         expected = np.random.default_rng(5)
         expected.standard_normal((3, 10))
         assert generator.random() == expected.random()

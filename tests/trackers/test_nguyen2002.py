@@ -57,9 +57,9 @@ def test_in_whole_pixels_boxes_of_even_sides_stand_half_a_pixel_before_what_is_s
     preset, width, height
 ):
     random = np.random.default_rng(3)
-    wall, target = (texture(random, *size, (120, 125, 115), 40) for size in (
-        (64, 110), (height, width))
-    )  # fmt: skip
+    wall, target = (
+        texture(random, *size, (120, 125, 115), 40) for size in ((64, 110), (height, width))
+    )
     images, truth = [], []
     for frame in range(8):
         x, y = 20 + 3 * frame, 22 + frame

@@ -394,11 +394,19 @@ def test_as_written_follows_the_text_and_recommended_says_what_it_changes():
     assert written.update_reading == "density"
     assert written.placement == "last"
     for name, value in (
-        ("particles", 100), ("bins", 8), ("colour", "rgb"), ("kernel", "isotropic"),
-        ("dynamics", "first-order"), ("axes", "together"), ("scale_change", "linear"),
-        ("scale_persistence", 1.0), ("update_threshold", 0.9), ("kick_off", 0.1),
-        ("models", "one"), ("appearance", "current"),
-    ):  # fmt: skip
+        ("particles", 100),
+        ("bins", 8),
+        ("colour", "rgb"),
+        ("kernel", "isotropic"),
+        ("dynamics", "first-order"),
+        ("axes", "together"),
+        ("scale_change", "linear"),
+        ("scale_persistence", 1.0),
+        ("update_threshold", 0.9),
+        ("kick_off", 0.1),
+        ("models", "one"),
+        ("appearance", "current"),
+    ):
         assert getattr(written, name) == value
     options = trackers.resolve("nummiaro2003", model_update="false", particles="200").options
     assert options == {"particles": 200, "model_update": False}

@@ -152,8 +152,9 @@ def test_sequences_are_pooled_step_by_step():
 def film(n, width=160, height=120, seed=0, gain=0.04, shift=2.0, affine=0.03):
     """A polygon of two colours that walks before five, in light that changes."""
     random = np.random.default_rng(seed)
-    ground = np.array([[0.25, 0.3, 0.5], [0.3, 0.5, 0.3], [0.5, 0.4, 0.4], [0.2, 0.4, 0.6],
-                       [0.6, 0.6, 0.6]])  # fmt: skip
+    ground = np.array(
+        [[0.25, 0.3, 0.5], [0.3, 0.5, 0.3], [0.5, 0.4, 0.4], [0.2, 0.4, 0.6], [0.6, 0.6, 0.6]]
+    )
     tiles = random.integers(0, 5, (8, 10)).repeat(15, axis=0).repeat(16, axis=1)
     columns = np.arange(width) + np.zeros((height, 1))
     pixels = random.normal(0, 0.02, (2 * height, width, 3))

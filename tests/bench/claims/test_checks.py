@@ -189,10 +189,17 @@ ADAPTIVE = read_claims("nummiaro2003")
 def adaptive_runs(**columns):
     """Runs of the adaptive colour particle filter on a sequence, ten scenes."""
     usual = {
-        "tracker": "nummiaro2003", "preset": "as-written", "variant": "", "update": "with",
-        "reinitialisation": "with", "light": "even", "sequence": "nummiaro2003/traffic",
-        "kept_scene": True, "repetition": 0, "frames": 100,
-    }  # fmt: skip
+        "tracker": "nummiaro2003",
+        "preset": "as-written",
+        "variant": "",
+        "update": "with",
+        "reinitialisation": "with",
+        "light": "even",
+        "sequence": "nummiaro2003/traffic",
+        "kept_scene": True,
+        "repetition": 0,
+        "frames": 100,
+    }
     return pd.DataFrame({"scene": range(10), **usual, **columns})
 
 
@@ -267,13 +274,17 @@ def kick_off_tables(**worse):
     ]
     entered = [
         {
-            "sequence": "nummiaro2003/person", "scene": scene, "light": "even",
-            "preset": "as-written", "kick_off": b, "repetition": 0,
+            "sequence": "nummiaro2003/person",
+            "scene": scene,
+            "light": "even",
+            "preset": "as-written",
+            "kick_off": b,
+            "repetition": 0,
             **{name: 0.9 - gain[name] * (b == 0.1) for name in ("started", "no_false_start")},
         }
         for b in (0.05, 0.1, 0.2, 0.4)
         for scene in range(10)
-    ]  # fmt: skip
+    ]
     return pd.concat(runs), {"kick_off": pd.DataFrame(entered)}
 
 
@@ -298,12 +309,17 @@ def test_a_kick_off_fraction_is_no_worse_than_any_other(worse, verdict):
 def test_weights_must_also_lead_to_the_centre():
     claim = ADAPTIVE["NU-5"]
     table = pd.DataFrame(
-        {"sequence": "nummiaro2003/car", "scene": scene, "kernel": kernel, "frame": 0,
-         "margin": 0.3 + 0.1 * (kernel == "isotropic") + scene / 1000,
-         "centre_error": 0.2 + scene / 1000 - 0.1 * (kernel == "isotropic")}
+        {
+            "sequence": "nummiaro2003/car",
+            "scene": scene,
+            "kernel": kernel,
+            "frame": 0,
+            "margin": 0.3 + 0.1 * (kernel == "isotropic") + scene / 1000,
+            "centre_error": 0.2 + scene / 1000 - 0.1 * (kernel == "isotropic"),
+        }
         for scene in range(10)
         for kernel in ("isotropic", "uniform")
-    )  # fmt: skip
+    )
     for kernels, verdict in ((table, "holds"), (table.assign(centre_error=0.2), "does-not-hold")):
         assert (
             conclude(claim, judge(claim, adaptive_runs(), {"kernels": kernels})).verdict == verdict
@@ -315,9 +331,11 @@ def test_a_model_that_never_changes_is_compared_with_nothing():
     for share, verdict in ((0.5, "holds"), (0.0, "undecided")):
         sides = [
             adaptive_runs(
-                update=update, update_share=share * (update == "with"),
-                size_error=0.2 + error + np.arange(10) / 1000, size_correlation=0.8 - error,
+                update=update,
+                update_share=share * (update == "with"),
+                size_error=0.2 + error + np.arange(10) / 1000,
+                size_correlation=0.8 - error,
             )
             for update, error in (("with", 0.0), ("without", 0.2))
-        ]  # fmt: skip
+        ]
         assert conclude(claim, judge(claim, pd.concat(sides))).verdict == verdict

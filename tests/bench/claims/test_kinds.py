@@ -48,14 +48,23 @@ def scores(share=lambda **_: 1.0, preset=("as-written",), light=("even",), **col
                     told = share(tracker=tracker, preset=one, light=shade, scene=scene)
                     rows += [
                         {
-                            "tracker": tracker, "preset": one, "sequence": "s", "scene": scene,
-                            "light": shade, "repetition": repetition, "frames": 100,
-                            "kept_scene": True, "success_frames": 100 * told,
-                            "frames_inside": 100 * told, "first_loss": 100 * told,
-                            "size_error": told, "found": told, **columns,
+                            "tracker": tracker,
+                            "preset": one,
+                            "sequence": "s",
+                            "scene": scene,
+                            "light": shade,
+                            "repetition": repetition,
+                            "frames": 100,
+                            "kept_scene": True,
+                            "success_frames": 100 * told,
+                            "frames_inside": 100 * told,
+                            "first_loss": 100 * told,
+                            "size_error": told,
+                            "found": told,
+                            **columns,
                         }
                         for repetition in (0, 1)
-                    ]  # fmt: skip
+                    ]
     return pd.DataFrame(rows)
 
 

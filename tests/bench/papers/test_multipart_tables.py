@@ -20,10 +20,20 @@ def run(sequence, representation, share, scene=0, light="even", repetition=0, **
     counts = dict.fromkeys(("success_frames", "frames_inside", "first_loss"), share * n)
     halves = 0.5 if sequence in TWO_COLOURED else 0.3
     return {
-        "representation": representation, "sequence": sequence, "scene": scene, "light": light,
-        "initial": "full", "variant": "", "repetition": repetition, "frames": n, **counts,
-        "part_distance": halves, "threshold": 0.4, "path": "", "failure": "",
-    } | changes  # fmt: skip
+        "representation": representation,
+        "sequence": sequence,
+        "scene": scene,
+        "light": light,
+        "initial": "full",
+        "variant": "",
+        "repetition": repetition,
+        "frames": n,
+        **counts,
+        "part_distance": halves,
+        "threshold": 0.4,
+        "path": "",
+        "failure": "",
+    } | changes
 
 
 def paper(**changes):

@@ -82,9 +82,16 @@ def entered(tracking, inside, visibility):
 def test_a_run_that_tracks_the_target_at_once_has_started_and_no_false_start():
     found = entered([0] * 10 + [1] * 20, [0] * 10 + [1] * 20, [0] * 8 + [0.5] * 2 + [1] * 20)
     assert found == {
-        "empty_frames": 8, "false_starts": 0, "false_start_rate": 0, "no_false_start": 1,
-        "visible_from": 10, "tracks_from": 10, "detected": 10, "started": 1, "kept": 1,
-    }  # fmt: skip
+        "empty_frames": 8,
+        "false_starts": 0,
+        "false_start_rate": 0,
+        "no_false_start": 1,
+        "visible_from": 10,
+        "tracks_from": 10,
+        "detected": 10,
+        "started": 1,
+        "kept": 1,
+    }
 
 
 def test_every_switch_to_tracking_without_the_target_is_a_false_start():
@@ -137,14 +144,20 @@ def test_a_target_that_comes_in_where_particles_wait_is_found_in_all_runs(monkey
 
 def test_the_known_histogram_is_of_a_whole_target_in_the_light(monkeypatch):
     xs = [np.nan] * 12 + [3.0 * frame - 6 for frame in range(60)]
-    dark = [painted(x, (10, 10, 40), (40, 10, 10)) if frame < 30 else painted(x)
-            for frame, x in enumerate(xs)]  # fmt: skip
+    dark = [
+        painted(x, (10, 10, 40), (40, 10, 10)) if frame < 30 else painted(x)
+        for frame, x in enumerate(xs)
+    ]
     plain = walking(xs, dark)
     shade = np.arange(len(xs)) < 30
     shaded = Sequence(
-        "shaded", dark, plain.boxes, fingerprint="s", visibility=plain.visibility,
+        "shaded",
+        dark,
+        plain.boxes,
+        fingerprint="s",
+        visibility=plain.visibility,
         attributes={"shade": shade},
-    )  # fmt: skip
+    )
     region = np.array([[0.0, 0.0, 200.0, 120.0]])
     monkeypatch.setattr(entrance, "entries", lambda name: region)
     assert entrance.measure(plain, quick=True)["entrance"]["tracks_from"].min() < 30

@@ -238,8 +238,9 @@ def test_small_multiples_are_of_the_readings_that_were_run(stored):
     (axes,) = plots["figure-9-readings"].axes
     assert axes.get_title() == "scene 9"
     assert axes.get_ylabel() == "together, factors, σ 0.05\nHx [px]"
-    run = stored.written("nummiaro2003-figure-9", f"{SCENES}:scene=9",
-                    **READINGS["together, factors, σ 0.05"])[0]  # fmt: skip
+    run = stored.written(
+        "nummiaro2003-figure-9", f"{SCENES}:scene=9", **READINGS["together, factors, σ 0.05"]
+    )[0]
     np.testing.assert_allclose(axes.lines[-1].get_ydata(), run.details["half_width"][1:])
     assert [axes.get_title() for axes in plots["figure-9-scenes"].axes] == ["scene 0", "scene 2"]
 

@@ -52,13 +52,24 @@ def scores(**by_update):
                     for scene in range(4):
                         for repetition in (0, 1):
                             row = {
-                                "tracker": "nummiaro2003", "preset": preset, "variant": "",
-                                "update": update, "reinitialisation": again,
-                                "sequence": sequence, "scene": scene, "light": "even",
-                                "repetition": repetition, "frames": 200, "success_frames": 100,
-                                "frames_inside": 150, "first_loss": 200, "mean_overlap": 0.5,
-                                "kept_scene": True, "path": "", "failure": "",
-                            }  # fmt: skip
+                                "tracker": "nummiaro2003",
+                                "preset": preset,
+                                "variant": "",
+                                "update": update,
+                                "reinitialisation": again,
+                                "sequence": sequence,
+                                "scene": scene,
+                                "light": "even",
+                                "repetition": repetition,
+                                "frames": 200,
+                                "success_frames": 100,
+                                "frames_inside": 150,
+                                "first_loss": 200,
+                                "mean_overlap": 0.5,
+                                "kept_scene": True,
+                                "path": "",
+                                "failure": "",
+                            }
                             row |= dict.fromkeys(COURSE, 1.0)
                             row |= {name: pair[update] for name, pair in by_update.items()}
                             rows.append(row)
@@ -208,10 +219,15 @@ def test_the_preset_robust_is_set_beside_published_figures(overlaps, here, met):
 
 def entrances(**columns):
     usual = {
-        "name": "person", "preset": "as-written", "kick_off": 0.1, "repetition": range(4),
-        "started": 1.0, "kept": [1, 1, 1, 0], "no_false_start": [1, 0, 1, 1],
+        "name": "person",
+        "preset": "as-written",
+        "kick_off": 0.1,
+        "repetition": range(4),
+        "started": 1.0,
+        "kept": [1, 1, 1, 0],
+        "no_false_start": [1, 0, 1, 1],
         "false_start_rate": [0, 2, 0, 0],
-    }  # fmt: skip
+    }
     return pd.DataFrame(usual | columns)
 
 
@@ -238,9 +254,12 @@ def test_what_was_measured_on_the_scenes_is_printed_where_it_was():
 
 def test_claims_on_the_update_stand_side_by_side_as_written_and_as_printed():
     frame = scores(
-        good_frames=pair(100, 100), good_updates=pair(50, 0), other_frames=pair(50, 50),
-        other_updates=pair(1, 0), update_share=pair(0.3, 0.0),
-    )  # fmt: skip
+        good_frames=pair(100, 100),
+        good_updates=pair(50, 0),
+        other_frames=pair(50, 50),
+        other_updates=pair(1, 0),
+        update_share=pair(0.3, 0.0),
+    )
     chosen = frame[(frame["update"] == "with") & (frame["preset"] == "as-written")]
     printed = chosen.assign(variant="update_reading=printed", good_updates=0, update_share=0.0)
     whole = with_shared_runs(pd.concat([frame, printed], ignore_index=True))

@@ -197,14 +197,24 @@ def test_plain_milliseconds_are_given_at_both_clocks():
 def test_tables_show_times_with_quartiles_and_slopes_with_intervals():
     times, cost = time_tables(measured(), ["failed: why"])
     assert [cell.text for cell in times.rows[0]] == [
-        "a", "50", "2.00 [1.50–2.50]", "10.0 [9.0–15.0]", "20", "40 %", "90 %",
-    ]  # fmt: skip
+        "a",
+        "50",
+        "2.00 [1.50–2.50]",
+        "10.0 [9.0–15.0]",
+        "20",
+        "40 %",
+        "90 %",
+    ]
     assert "1.60 GHz" in times.notes[0]
     assert "a model for each sample takes 2.0 times as long" in times.notes[1]
     assert times.notes[-1] == "failed: why"
     assert [cell.text for cell in cost.rows[0]] == [
-        "samples [µs a sample]", "2 [1, 3]", "0.99", "2 [1, 3]", "0.99",
-    ]  # fmt: skip
+        "samples [µs a sample]",
+        "2 [1, 3]",
+        "0.99",
+        "2 [1, 3]",
+        "0.99",
+    ]
     tables = measured()
     tables["frame_times"] = tables["frame_times"][:0]
     times, _ = time_tables(tables)

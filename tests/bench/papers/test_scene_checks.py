@@ -44,8 +44,9 @@ def measure(monkeypatch, tmp_path):
     monkeypatch.setattr(examination, "examined", here)
 
     def measure(*scenes, **options):
-        return measured_on_scenes(CHECKS, scene_checks.PACKAGE / "a.py", scenes, tmp_path, 1,
-                                  **options)  # fmt: skip
+        return measured_on_scenes(
+            CHECKS, scene_checks.PACKAGE / "a.py", scenes, tmp_path, 1, **options
+        )
 
     monkeypatch.setattr(scene_checks, "source_digest", lambda file, package: (str(file), {}))
     return measure

@@ -120,7 +120,7 @@ def test_a_cell_costs_some_hundred_bytes_at_most_though_each_series_has_one(tmp_
             "version": coded([f"{i:016x}" for i in range(n)], np.arange(n)),
             "repetition": np.zeros(n, np.int32),
         }
-    )  # fmt: skip
+    )
     many = Asked("many", Cells(table))
     tracemalloc.start()
     arrow = pa.total_allocated_bytes()

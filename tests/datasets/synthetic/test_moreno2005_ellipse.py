@@ -237,8 +237,9 @@ def test_one_jump_of_a_gain_and_a_cast_at_mid_sequence(seed):
     for frame in (jump - 1, jump):
         plain, seen = image(seed, frame), image(seed, frame, "jump")
         fair = (plain > 60) & (plain < 235)
-        ratios.append([np.median(seen[..., k][fair[..., k]] / plain[..., k][fair[..., k]])
-                       for k in range(3)])  # fmt: skip
+        ratios.append(
+            [np.median(seen[..., k][fair[..., k]] / plain[..., k][fair[..., k]]) for k in range(3)]
+        )
     change = np.log(ratios[1]) - np.log(ratios[0])
     assert np.abs(change).max() > 0.25
     assert np.ptp(change) > 0.3

@@ -50,8 +50,14 @@ def runs(flags):
 
 def beside(mask, near=4, far=16):
     """Pixels around a mask, at some distance."""
-    inner, outer = (cv2.dilate(mask.astype(np.uint8), cv2.getStructuringElement(
-        cv2.MORPH_ELLIPSE, (2 * reach + 1,) * 2)) > 0 for reach in (near, far))  # fmt: skip
+    inner, outer = (
+        cv2.dilate(
+            mask.astype(np.uint8),
+            cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1,) * 2),
+        )
+        > 0
+        for reach in (near, far)
+    )
     return outer & ~inner
 
 
@@ -202,9 +208,12 @@ def test_where_it_is_camouflaged_its_pixels_are_like_those_around_it(seed):
         ring = beside(mask)
         colours[frame] = np.linalg.norm(seen[mask].mean(axis=0) - seen[ring].mean(axis=0))
         shares = [
-            cv2.calcHist([seen.astype(np.float32)], [0, 1, 2], area.astype(np.uint8), [6] * 3,
-                         [0, 1] * 3).ravel() / area.sum() for area in (mask, ring)
-        ]  # fmt: skip
+            cv2.calcHist(
+                [seen.astype(np.float32)], [0, 1, 2], area.astype(np.uint8), [6] * 3, [0, 1] * 3
+            ).ravel()
+            / area.sum()
+            for area in (mask, ring)
+        ]
         textures[frame] = np.sqrt(shares[0] * shares[1]).sum()
     shown = np.arange(FRAMES) % 3 == 0
     start = shown & (np.arange(FRAMES) < 8)

@@ -90,8 +90,9 @@ def test_occlusions_are_complete_and_end(seed):
         hidden = stretches_of(truth.attributes["occluded"] | truth.attributes["partly occluded"])
         passages = [seen[start:stop].min() <= 0.02 for start, stop in hidden]
         assert (passages.count(True), passages.count(False)) == (shot.occlusions, shot.partial)
-        lengths += [stop - start for (start, stop), whole in zip(stretches, complete, strict=True)
-                    if whole]  # fmt: skip
+        lengths += [
+            stop - start for (start, stop), whole in zip(stretches, complete, strict=True) if whole
+        ]
         partial += len(complete) - sum(complete)
     assert len(lengths) == 21
     assert 4 <= partial <= 8
@@ -180,8 +181,9 @@ def test_the_far_moves_less_than_the_near_where_the_camera_moves_along():
     speed = -45 * np.gradient(film.plan.travel)
     frame = int(np.abs(speed).argmax())
     one, other = (film.render(k).mean(axis=2)[:, :320] for k in (frame, frame + 1))
-    shifts = [cv2.phaseCorrelate(one[rows], other[rows])[0][0] for rows in (
-        slice(2, 60), slice(205, 240))]  # fmt: skip
+    shifts = [
+        cv2.phaseCorrelate(one[rows], other[rows])[0][0] for rows in (slice(2, 60), slice(205, 240))
+    ]
     assert np.sign(shifts[1]) == np.sign(speed[frame])
     assert abs(shifts[1]) > 1.8 * abs(shifts[0])
 

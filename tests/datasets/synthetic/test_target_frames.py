@@ -90,10 +90,20 @@ def test_a_part_of_a_scene_has_random_numbers_of_its_own():
 def test_the_fingerprint_tells_every_knob_apart_and_renders_nothing(target):
     base = {"length": 50}
     others = {
-        "scene": 1, "length": 51, "width": 321, "height": 241, "speed": 3, "scale": 2,
-        "clutter": 1, "occlusion": 0.5, "absence": 1, "light": 0.1, "noise": 1, "blur": 0.1,
+        "scene": 1,
+        "length": 51,
+        "width": 321,
+        "height": 241,
+        "speed": 3,
+        "scale": 2,
+        "clutter": 1,
+        "occlusion": 0.5,
+        "absence": 1,
+        "light": 0.1,
+        "noise": 1,
+        "blur": 0.1,
         "pan": 1,
-    }  # fmt: skip
+    }
     assert set(others) == set(TargetKnobs.model_fields)
     sequences = [target(**base), *(target(**{**base, key: v}) for key, v in others.items())]
     assert len({sequence.fingerprint for sequence in sequences}) == len(sequences)

@@ -36,9 +36,10 @@ def test_light_is_the_fraction_gone_in_mid_sequence(target):
     assert sequence.attributes["light_change"][60]
     assert not sequence.attributes["light_change"][[0, 119]].any()
     sides = sequence[27].astype(float), sequence[0]
-    left, right = ((sides[0][:, part] / (sides[1][:, part] + 1.0)).mean() for part in (
-        slice(0, 80), slice(240, 320)
-    ))  # fmt: skip
+    left, right = (
+        (sides[0][:, part] / (sides[1][:, part] + 1.0)).mean()
+        for part in (slice(0, 80), slice(240, 320))
+    )
     assert abs(left - right) > 0.05  # the shade comes from one side
 
 

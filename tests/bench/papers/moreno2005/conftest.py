@@ -69,17 +69,42 @@ def made_scores():
         rows = []
         for (sequence, knobs), text in product(where, texts):
             for scene, repetition in product(range(scenes), range(runs)):
-                usual = {
-                    "text": text, "sequence": sequence, "scene": scene, "light": "even",
-                    "lighting": "even", "clutter": "", "illuminant": "", "shadow": "", "jump": "",
-                    "name": f"{sequence}:scene={scene}:{knobs}", "repetition": repetition,
-                    "frames": 100, "success_frames": 100, "frames_inside": 100,
-                    "first_loss": 100.0, "mean_overlap": 0.9, "path": "", "failure": "",
-                    "kept_scene": True, "mean_region_similarity": 0.9,
-                    "mean_contour_accuracy": 0.8, "tracked": 1.0, "gone": 0.0,
-                    "least_similarity": 0.7, "lost_by_jump": 0.0, "near_patch": 0.9,
-                    "elsewhere": 0.9, "set": "any", "scale": "any", "dependence": "any",
-                } | labels_of(text) | knobs  # fmt: skip
+                usual = (
+                    {
+                        "text": text,
+                        "sequence": sequence,
+                        "scene": scene,
+                        "light": "even",
+                        "lighting": "even",
+                        "clutter": "",
+                        "illuminant": "",
+                        "shadow": "",
+                        "jump": "",
+                        "name": f"{sequence}:scene={scene}:{knobs}",
+                        "repetition": repetition,
+                        "frames": 100,
+                        "success_frames": 100,
+                        "frames_inside": 100,
+                        "first_loss": 100.0,
+                        "mean_overlap": 0.9,
+                        "path": "",
+                        "failure": "",
+                        "kept_scene": True,
+                        "mean_region_similarity": 0.9,
+                        "mean_contour_accuracy": 0.8,
+                        "tracked": 1.0,
+                        "gone": 0.0,
+                        "least_similarity": 0.7,
+                        "lost_by_jump": 0.0,
+                        "near_patch": 0.9,
+                        "elsewhere": 0.9,
+                        "set": "any",
+                        "scale": "any",
+                        "dependence": "any",
+                    }
+                    | labels_of(text)
+                    | knobs
+                )
                 rows.append(usual | fares(SimpleNamespace(**usual)))
         return pd.DataFrame(rows)
 

@@ -86,8 +86,11 @@ def test_principal_components_are_those_of_greatest_variance():
 def test_all_spaces_are_measured_on_a_sequence():
     table = separability.measure(datasets.load(TARGET), quick=True)["mo-20"]
     assert table["space"].tolist() == [
-        "Fisher plane", "chromaticity", "principal components", "random planes",
-    ]  # fmt: skip
+        "Fisher plane",
+        "chromaticity",
+        "principal components",
+        "random planes",
+    ]
     assert table["told_apart"].between(0.5, 1).all()
 
 
@@ -157,10 +160,15 @@ def test_the_map_is_cut_at_one_half_and_the_mean_contour_filled():
 
 def test_quarters_are_taken_by_contrast_and_all_frames_beside():
     frames = pd.DataFrame(
-        {"mask": mask, "frame": k, "distance": (k * 3) % 8 / 8,
-         "region_similarity": (k * 3) % 8 / 8 + (mask == "contour")}
-        for mask in ("contour", "posterior map") for k in range(8)
-    )  # fmt: skip
+        {
+            "mask": mask,
+            "frame": k,
+            "distance": (k * 3) % 8 / 8,
+            "region_similarity": (k * 3) % 8 / 8 + (mask == "contour"),
+        }
+        for mask in ("contour", "posterior map")
+        for k in range(8)
+    )
     found = modules.by_contrast(frames).set_index(["mask", "contrast"])
     assert set(found.index.get_level_values(1)) == {"all", *modules.QUARTERS}
     for mask, more in (("contour", 1.0), ("posterior map", 0.0)):

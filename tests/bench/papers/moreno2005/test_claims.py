@@ -52,9 +52,12 @@ def wobble(run):
 def test_all_claims_are_there_and_as_written_is_the_headline():
     assert list(CLAIMS) == [f"MO-{number}" for number in range(1, 26)]
     headline = {
-        "preset": "as-written", "variant": "", "plane": "first", "scale": "1",
+        "preset": "as-written",
+        "variant": "",
+        "plane": "first",
+        "scale": "1",
         "dependence": DEPENDENCES[0],
-    }  # fmt: skip
+    }
     for claim in CLAIMS.values():
         readings = claim.readings
         for mixing, name in product(("1", "0.5", "0.3"), "ABC"):
@@ -62,10 +65,13 @@ def test_all_claims_are_there_and_as_written_is_the_headline():
         assert not readings.is_headline(headline | {"plane": "refitted"})
         assert not readings.is_post_hoc(headline | {"variant": "weights=literal"})
         for chosen in (
-            {"preset": "recommended"}, {"preset": "robust"}, {"scale": "0.2"},
+            {"preset": "recommended"},
+            {"preset": "robust"},
+            {"scale": "0.2"},
             {"variant": "weights=exponential"},
-            {"variant": "feedback=joint"}, {"variant": "colour_dynamics=shared"},
-        ):  # fmt: skip
+            {"variant": "feedback=joint"},
+            {"variant": "colour_dynamics=shared"},
+        ):
             assert readings.is_post_hoc(headline | chosen)
         assert not claim.published
         assert claim.says.endswith(".")
@@ -96,11 +102,15 @@ def paired(pair, quantity="error", lower=0.01, **low):
     """Rows of differences of sets A, B, C and G; `low` are lower limits by set."""
     return pd.DataFrame(
         {
-            "set": name, "scale": "0.2" if name == "G" else "1", "samples": number, "pair": pair,
-            "quantity": quantity, "lower_limit": low.get(name, lower) if number == 150 else lower,
+            "set": name,
+            "scale": "0.2" if name == "G" else "1",
+            "samples": number,
+            "pair": pair,
+            "quantity": quantity,
+            "lower_limit": low.get(name, lower) if number == 150 else lower,
         }
         for name, number in product("ABCG", (5, 10, 20, *range(50, 501, 50)))
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize(
@@ -167,12 +177,16 @@ def test_equation_2_is_judged_without_and_with_what_its_proof_assumes():
 def test_association_is_compared_over_courses(gain, expected):
     table = pd.DataFrame(
         {
-            "sequence": "one dimension", "scene": scene, "set": name, "scale": "1",
-            "association": how, "best": 1.2 + 0.001 * scene + gain * (how == "by-weight"),
+            "sequence": "one dimension",
+            "scene": scene,
+            "set": name,
+            "scale": "1",
+            "association": how,
+            "best": 1.2 + 0.001 * scene + gain * (how == "by-weight"),
             "top_pairs": 0.4 + 0.001 * scene + gain * (how == "by-weight"),
         }
         for name, scene, how in product("ABC", range(10), ("by-weight", "uniform"))
-    )  # fmt: skip
+    )
     assert verdict("MO-6", **{"one-dimensional-association": table}) == expected
 
 
@@ -224,8 +238,9 @@ def test_the_baseline_is_compared_for_every_a(made_scores, name, where):
 def test_robust_is_a_reading_post_hoc_with_a_baseline_of_its_own(made_scores):
     texts = [f"{WRITTEN}", "moreno2005:preset=robust"] + [
         f"contour-smooth-color:preset={preset}:mixing={mixing}"
-        for preset in ("as-written", "robust") for mixing in ("1", "0.5", "0.3")
-    ]  # fmt: skip
+        for preset in ("as-written", "robust")
+        for mixing in ("1", "0.5", "0.3")
+    ]
 
     def fares(run):
         loses = run.method == "baseline" and run.preset == "robust"
@@ -267,16 +282,22 @@ def of_octopus(least, every=0.3):
     """Gains of the contour's mask over the map's, over all frames and those of least contrast."""
     return pd.DataFrame(
         {
-            "sequence": "moreno2005/octopus", "scene": scene, "preset": preset, "mask": mask,
+            "sequence": "moreno2005/octopus",
+            "scene": scene,
+            "preset": preset,
+            "mask": mask,
             "contrast": contrast,
-            "region_similarity": 0.5 + 0.01 * (scene % 3)
+            "region_similarity": 0.5
+            + 0.01 * (scene % 3)
             + (mask == "contour") * (least if contrast == "least" else every),
         }
         for preset, mask, contrast, scene in product(
-            ("as-written", "recommended", "robust"), ("contour", "mean contour", "posterior map"),
-            ("all", "least", "more"), range(8),
+            ("as-written", "recommended", "robust"),
+            ("contour", "mean contour", "posterior map"),
+            ("all", "least", "more"),
+            range(8),
         )
-    )  # fmt: skip
+    )
 
 
 def test_the_shape_must_correct_the_map_where_contrast_is_least_too():
@@ -304,19 +325,21 @@ def test_the_jump_must_lose_the_baseline_and_not_the_method(made_scores):
         return lambda run: {"lost_by_jump": float(run.method in losing and run.scene < 7)}
 
     for losing, expected in (
-        (("baseline",), "holds"), (("baseline", "proposed"), "does-not-hold"),
+        (("baseline",), "holds"),
+        (("baseline", "proposed"), "does-not-hold"),
         ((), "does-not-hold"),
-    ):  # fmt: skip
+    ):
         assert verdict("MO-16", made_scores(fares(*losing), where=LEAVES, scenes=8)) == expected
 
 
 @pytest.mark.parametrize(
     ("name", "method"),
     [
-        ("MO-17", "association=uniform"), ("MO-18", "plane_samples=1:plane_spread=0"),
+        ("MO-17", "association=uniform"),
+        ("MO-18", "plane_samples=1:plane_spread=0"),
         ("MO-19", "colour_model=refitted"),
     ],
-)  # fmt: skip
+)
 def test_parts_of_the_method_are_compared_with_it(made_scores, name, method):
     def fares(run):
         return {"mean_region_similarity": 0.9 + wobble(run) - 0.2 * (run.method == method)}
@@ -352,24 +375,32 @@ def test_learnt_deviations_must_serve_as_well_as_those_by_hand(made_scores):
 @pytest.mark.parametrize(
     ("name", "table", "column", "metric", "better", "others"),
     [
-        ("MO-20", "mo-20", "space", "told_apart", "Fisher plane",
-         ("chromaticity", "principal components", "random planes")),
+        (
+            "MO-20",
+            "mo-20",
+            "space",
+            "told_apart",
+            "Fisher plane",
+            ("chromaticity", "principal components", "random planes"),
+        ),
         ("MO-21", "mo-21", "edges", "contour_accuracy", "supported", ("all",)),
     ],
-)  # fmt: skip
+)
 def test_what_is_measured_on_scenes_is_compared_by_scenes(
     name, table, column, metric, better, others
 ):
     def rows(losing):
         return pd.DataFrame(
             {
-                "sequence": sequence, "scene": scene, column: value,
+                "sequence": sequence,
+                "scene": scene,
+                column: value,
                 metric: 0.9 + 0.001 * scene - 0.1 * (value in losing),
             }
             for sequence, scene, value in product(
                 ("moreno2005/ellipse", "moreno2005/leaf"), range(8), (better, *others)
             )
-        )  # fmt: skip
+        )
 
     assert verdict(name, **{table: rows(others)}) == "holds"
     assert verdict(name, **{table: rows(others[1:])}) == "does-not-hold"
@@ -394,9 +425,12 @@ def test_runs_in_moderate_clutter_are_in_no_claim(made_scores):
     ]
     dense = [(name, knobs | {"clutter": "dense"}) for name, knobs in EVEN + REPEATED]
     texts = (
-        WRITTEN, RECOMMENDED, f"{WRITTEN}:association=uniform", f"{WRITTEN}:position=kalman",
+        WRITTEN,
+        RECOMMENDED,
+        f"{WRITTEN}:association=uniform",
+        f"{WRITTEN}:position=kalman",
         "contour-smooth-color:preset=as-written",
-    )  # fmt: skip
+    )
 
     def fares(run):
         spoilt = run.clutter == "moderate" and run.method != "baseline"
@@ -412,10 +446,14 @@ def test_runs_in_moderate_clutter_are_in_no_claim(made_scores):
 
     association = pd.DataFrame(
         {
-            "repetition": [0], "set": "A", "scale": "1", "association": "uniform", "best": 1.0,
+            "repetition": [0],
+            "set": "A",
+            "scale": "1",
+            "association": "uniform",
+            "best": 1.0,
             "top_pairs": 0.1,
         }
-    )  # fmt: skip
+    )
     measured = {"one-dimensional-association": association}
     without = told(dense)
     assert told(dense + moderate) == without

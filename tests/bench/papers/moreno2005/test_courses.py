@@ -40,10 +40,13 @@ def test_the_first_frame_below_one_half_ends_tracking(made_run, made_truth):
 @pytest.mark.parametrize(
     ("dips", "jumps", "lost"),
     [
-        ({"f10": 0.4}, (1,), 1), ({"f10": 0.5}, (1,), 0), ({"f9": 0.4, "f11": 0.4}, (1,), 0),
-        ({"f29": 0.4}, (20, 25), 1), ({"f34": 0.4}, (20, 25), 0),
+        ({"f10": 0.4}, (1,), 1),
+        ({"f10": 0.5}, (1,), 0),
+        ({"f9": 0.4, "f11": 0.4}, (1,), 0),
+        ({"f29": 0.4}, (20, 25), 1),
+        ({"f34": 0.4}, (20, 25), 0),
     ],
-)  # fmt: skip
+)
 def test_a_target_is_lost_by_a_jump_if_the_tenth_frame_from_it_is_not_tracked(
     made_run, made_truth, dips, jumps, lost
 ):

@@ -27,11 +27,18 @@ def test_fig_1_has_three_densities_before_and_after():
 
 def test_fig_2_has_a_panel_a_set_and_a_line_a_filter():
     errors = pd.DataFrame(
-        {"set": name, "samples": number, "filter": kind, "repetition": repetition,
-         "error": 0.1 * place + 1 / number + 0.01 * repetition}
-        for name in "AG" for number in (10, 500) for place, kind in enumerate(FILTERS)
+        {
+            "set": name,
+            "samples": number,
+            "filter": kind,
+            "repetition": repetition,
+            "error": 0.1 * place + 1 / number + 0.01 * repetition,
+        }
+        for name in "AG"
+        for number in (10, 500)
+        for place, kind in enumerate(FILTERS)
         for repetition in (0, 1)
-    )  # fmt: skip
+    )
     left, right = error_plot({"one-dimensional-errors": errors}).axes
     assert left.get_title() == "A: λ = 1, σ_obs = 0.1"
     assert right.get_title() == "G: λ = 0.2, σ_obs = 0.2"

@@ -97,8 +97,11 @@ def test_all_is_measured_and_kept(tmp_path, monkeypatch):
     errors = found["errors"]
     assert len(errors) == 2 * 2 * 3 * 4
     assert list(errors.groupby(["set", "samples"], sort=False).groups) == [
-        ("B", 10), ("B", 500), ("G", 10), ("G", 500),
-    ]  # fmt: skip
+        ("B", 10),
+        ("B", 500),
+        ("G", 10),
+        ("G", 500),
+    ]
     assert errors.groupby("set")["scale"].first().to_dict() == {"B": "1", "G": "0.2"}
     seen = errors[errors["filter"] == "observation"]
     assert seen.groupby(["set", "repetition"])["error"].agg(np.ptp).max() == 0
@@ -117,14 +120,20 @@ def made_errors(error):
     """Errors of 10 repetitions; `error` gives them from filter, number and repetition."""
     rows = [
         {
-            "set": "A", "scale": "1", "samples": number, "repetition": repetition, "filter": kind,
-            "error": error(kind, number, repetition), "position_error": 1.0, "colour_error": 1.0,
-            "own_error": 1.0, "own_colour_error": 1.0, "effective": 0.5,
+            "set": "A",
+            "scale": "1",
+            "samples": number,
+            "repetition": repetition,
+            "filter": kind,
+            "error": error(kind, number, repetition),
+            "position_error": 1.0,
+            "colour_error": 1.0,
+            "own_error": 1.0,
+            "own_colour_error": 1.0,
+            "effective": 0.5,
         }
-        for kind, number, repetition in product(
-            ("observation", *FILTERS), (10, 50, 500), range(10)
-        )
-    ]  # fmt: skip
+        for kind, number, repetition in product(("observation", *FILTERS), (10, 50, 500), range(10))
+    ]
     return pd.DataFrame(rows)
 
 

@@ -103,9 +103,11 @@ def test_fewer_repetitions_are_fewer_of_everything():
 def test_what_is_measured_is_measured_on_the_scenes_of_the_figures():
     scenes = examined_scenes(Effort())
     assert Counter(parse_text(name)[0] for name in scenes) == {
-        "moreno2005/ellipse": 10, "moreno2005/octopus": 8, "moreno2005/book": 8,
+        "moreno2005/ellipse": 10,
+        "moreno2005/octopus": 8,
+        "moreno2005/book": 8,
         "moreno2005/leaf": 16,
-    }  # fmt: skip
+    }
 
 
 def test_recorded_sequences_are_tracked_by_both_presets_and_the_baseline():

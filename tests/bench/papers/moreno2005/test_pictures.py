@@ -114,8 +114,9 @@ class TestColourModel:
             drawn = np.round(255 * model.points[name]).astype(int)
             assert {tuple(colour) for colour in drawn.tolist()} <= there
         assert {name: len(points) for name, points in model.points.items()} == {
-            "target": 500, "background": 1500,
-        }  # fmt: skip
+            "target": 500,
+            "background": 1500,
+        }
 
     def test_the_posterior_of_a_pixel_is_that_at_its_colour_on_the_plane(self, scene, model):
         x, y = model.grid
@@ -142,9 +143,12 @@ class TestColourModel:
 
     def test_the_path_is_of_mean_colours_where_something_is_seen(self, scene):
         absent = Sequence(
-            "made", [scene[0], scene[1]], np.zeros((2, 4)), fingerprint="made",
+            "made",
+            [scene[0], scene[1]],
+            np.zeros((2, 4)),
+            fingerprint="made",
             masks=[scene.mask(0), np.zeros((240, 320), bool)].__getitem__,
-        )  # fmt: skip
+        )
         path = mean_colours(absent)
         blue, green, red = scene[0][scene.mask(0)].mean(axis=0) / 255
         np.testing.assert_allclose(path[0], [red, green, blue])
@@ -233,19 +237,32 @@ def made(short_scene):
     """All calls of `film_strip`."""
     calls = []
 
-    def strip(image_of, numbers, boxes, title, columns, width, *, shape="", shades=None,
-              words=None):  # fmt: skip
+    def strip(
+        image_of, numbers, boxes, title, columns, width, *, shape="", shades=None, words=None
+    ):
         images = [image_of(number) for number in numbers]
-        calls.append(SimpleNamespace(images=images, numbers=numbers, boxes=boxes, title=title,
-                                     shape=shape, shades=shades, words=words))  # fmt: skip
+        calls.append(
+            SimpleNamespace(
+                images=images,
+                numbers=numbers,
+                boxes=boxes,
+                title=title,
+                shape=shape,
+                shades=shades,
+                words=words,
+            )
+        )
         return np.zeros((10, 20, 3), np.uint8)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(strips, "film_strip", strip)
         found = film_strips(SimpleNamespace(of=all_there))
     assert {name: len(picture) for name, picture in found.items()} == {
-        "figure-7": 30, "figure-7-recommended": 30, "figure-9": 30, "figure-9-recommended": 30,
-    }  # fmt: skip
+        "figure-7": 30,
+        "figure-7-recommended": 30,
+        "figure-9": 30,
+        "figure-9-recommended": 30,
+    }
     return [calls[start : start + 3] for start in range(0, 12, 3)]
 
 
@@ -270,8 +287,9 @@ class TestStrips:
             run = evaluate(texts[label], scene, keep_arrays=True)
             other = evaluate(
                 texts[label].replace("moreno2005", "contour-smooth-color") + ":mixing=1",
-                scene, keep_arrays=True,
-            )  # fmt: skip
+                scene,
+                keep_arrays=True,
+            )
             for row, of, name in ((proposed, run, label), (baseline, other, BASELINE)):
                 contours = row.boxes[name]
                 assert contours[0].shape == (0, 2)
@@ -335,9 +353,17 @@ def test_every_picture_is_drawn_whole_in_the_papers_order(tmp_path, monkeypatch)
     monkeypatch.setattr(StoredRuns, "of", lambda self, *names: all_there(*names))
     paths = draw(tmp_path, tmp_path / "new", {}, {})
     assert [path.stem for path in paths] == [
-        "figure-3", "figure-5", "figure-5-recommended", "figure-6", "figure-6-recommended",
-        "figure-7", "figure-7-colours", "figure-7-recommended", "figure-9", "figure-9-recommended",
-    ]  # fmt: skip
+        "figure-3",
+        "figure-5",
+        "figure-5-recommended",
+        "figure-6",
+        "figure-6-recommended",
+        "figure-7",
+        "figure-7-colours",
+        "figure-7-recommended",
+        "figure-9",
+        "figure-9-recommended",
+    ]
     for path in paths:
         assert min(cv2.imread(str(path)).shape[:2]) > 250
     assert undrawn(paths, NUMBERS) == ["Not drawn, for want of finished runs: Fig. 1, 2, 8, 10."]

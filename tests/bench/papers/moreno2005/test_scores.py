@@ -22,11 +22,13 @@ def test_a_trackers_text_says_which_method_under_which_reading():
     found = {
         text: tuple(labels_of(text).values())
         for text in (
-            WRITTEN, "moreno2005:association=uniform:colour_dynamics=diagonal",
+            WRITTEN,
+            "moreno2005:association=uniform:colour_dynamics=diagonal",
             "moreno2005:plane_temperature=0.1:colour_temperature=0.1",
-            f"{WRITTEN}:snake=false:position=kalman", "moreno2005:mean_spread=0.07",
+            f"{WRITTEN}:snake=false:position=kalman",
+            "moreno2005:mean_spread=0.07",
         )
-    }  # fmt: skip
+    }
     assert list(found.values()) == [
         ("as-written", "any", "any", "proposed", ""),
         ("recommended", "any", "any", "association=uniform", "colour_dynamics=diagonal"),
@@ -47,9 +49,10 @@ def test_a_plane_that_stays_is_another_method_than_one_that_goes_on_at_random():
 
 def test_what_was_frozen_is_told_from_moderate_clutter(made_scores):
     where = [
-        ("moreno2005/ellipse", {"clutter": "dense"}), ("moreno2005/octopus", {}),
+        ("moreno2005/ellipse", {"clutter": "dense"}),
+        ("moreno2005/octopus", {}),
         ("moreno2005/ellipse", {"clutter": "moderate"}),
-    ]  # fmt: skip
+    ]
     frozen = as_frozen(made_scores(lambda run: {}, [WRITTEN], where, scenes=1, runs=1))
     assert frozen["clutter"].tolist() == ["dense", ""]
 

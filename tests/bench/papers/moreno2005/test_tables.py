@@ -31,9 +31,13 @@ def cells(table):
 def test_j_and_f_stand_by_sequence_and_method_and_no_number_of_the_papers(made_scores):
     where = [FEW[2], ("moreno2005/book", {"illuminant": "constant", "shadow": "none"})]
     texts = [
-        f"{RECOMMENDED}:association=uniform", "contour-smooth-color:mixing=0.5", RECOMMENDED,
-        "contour-smooth-color:plane=refitted", WRITTEN, f"{RECOMMENDED}:weights=literal",
-    ]  # fmt: skip
+        f"{RECOMMENDED}:association=uniform",
+        "contour-smooth-color:mixing=0.5",
+        RECOMMENDED,
+        "contour-smooth-color:plane=refitted",
+        WRITTEN,
+        f"{RECOMMENDED}:weights=literal",
+    ]
 
     def fares(run):
         return {
@@ -51,9 +55,12 @@ def test_j_and_f_stand_by_sequence_and_method_and_no_number_of_the_papers(made_s
         ("ellipse, repeated jumps", "dependent cues", "recommended (post hoc)"),
         ("ellipse, repeated jumps", "uniform association", "recommended (post hoc)"),
         ("ellipse, repeated jumps", "smooth colour, a = 0.5", "recommended (post hoc)"),
-        ("ellipse, repeated jumps", "smooth colour, a = 1, plane refitted",
-         "recommended (post hoc)"),
-    ]  # fmt: skip
+        (
+            "ellipse, repeated jumps",
+            "smooth colour, a = 1, plane refitted",
+            "recommended (post hoc)",
+        ),
+    ]
     assert rows[5]["sequence"] == "book, constant light, shadow: none"
     for row in rows:
         assert row["J"] == "0.725 [0.675–0.775]"
@@ -68,9 +75,13 @@ def test_sequences_stand_in_the_order_of_the_figures_whatever_that_of_the_runs(m
     where += [("moreno2005/ellipse", {"lighting": light}) for light in lights]
     rows = cells(segmentation_table(made_scores(lambda run: {}, [WRITTEN], where, 1, 1)))
     assert [row["sequence"] for row in rows] == [
-        "ellipse, even light", "ellipse, one jump", "ellipse, repeated jumps",
-        "ellipse, a shadow's edge", "octopus", "leaf, light's jump: start",
-    ]  # fmt: skip
+        "ellipse, even light",
+        "ellipse, one jump",
+        "ellipse, repeated jumps",
+        "ellipse, a shadow's edge",
+        "octopus",
+        "leaf, light's jump: start",
+    ]
 
 
 def test_what_came_after_results_is_named_post_hoc(made_scores):
@@ -92,9 +103,11 @@ def test_a_failed_run_is_shown_in_the_place_of_the_mean(made_scores):
 def test_choices_stand_where_one_was_made(made_scores):
     texts = [RECOMMENDED, f"{RECOMMENDED}:weights=literal", "contour-smooth-color"]
     scores = pd.concat(
-        [made_scores(lambda run: {}, texts, FEW[:1], 1, 1),
-         made_scores(lambda run: {}, texts[::2], FEW[1:], 1, 1)]
-    )  # fmt: skip
+        [
+            made_scores(lambda run: {}, texts, FEW[:1], 1, 1),
+            made_scores(lambda run: {}, texts[::2], FEW[1:], 1, 1),
+        ]
+    )
     rows = cells(choices_table(scores))
     assert [(row["sequence"], row["setting"]) for row in rows] == [
         ("ellipse, even light", "recommended (post hoc)"),
@@ -109,21 +122,29 @@ def example(gap=0.03, jitter=0.001, numbers=(10, 20, 500), position=0.1, **level
     for name, number, repetition in product("AG", numbers, range(12)):
         observed = levels.get(name, 0.25)
         own = {
-            "observation": observed, "independent": 0.15 + gap, "dependent": 0.15,
+            "observation": observed,
+            "independent": 0.15 + gap,
+            "dependent": 0.15,
             "unweighted": 0.14,
-        }  # fmt: skip
+        }
         for kind in ("observation", *FILTERS):
             noise = jitter * np.sin(3 * repetition + len(kind))
             falling = 0 if kind == "observation" else 0.1 / number
             rows.append(
                 {
-                    "set": name, "scale": "1" if name == "A" else "0.2", "samples": number,
-                    "repetition": repetition, "filter": kind,
-                    "error": own[kind] + noise + falling, "position_error": position,
-                    "colour_error": 0.2, "own_error": 0.1, "own_colour_error": 0.125,
+                    "set": name,
+                    "scale": "1" if name == "A" else "0.2",
+                    "samples": number,
+                    "repetition": repetition,
+                    "filter": kind,
+                    "error": own[kind] + noise + falling,
+                    "position_error": position,
+                    "colour_error": 0.2,
+                    "own_error": 0.1,
+                    "own_colour_error": 0.125,
                     "effective": 0.5,
                 }
-            )  # fmt: skip
+            )
     errors = pd.DataFrame(rows)
     return {
         "one-dimensional-errors": errors,
@@ -147,13 +168,18 @@ def test_errors_stand_with_standard_errors_and_paired_differences():
 
 def test_association_and_factorisation_are_told():
     association = pd.DataFrame(
-        {"set": "B", "association": ["by-weight", "by-weight", "uniform"], "best": [1.0, 2.0, 1.0],
-         "top_pairs": 0.25}
-    )  # fmt: skip
+        {
+            "set": "B",
+            "association": ["by-weight", "by-weight", "uniform"],
+            "best": [1.0, 2.0, 1.0],
+            "top_pairs": 0.25,
+        }
+    )
     rows = cells(association_table(association))
     assert [list(row.values())[1:] for row in rows] == [
-        ["by-weight", "1.500", "0.250"], ["uniform", "1.000", "0.250"],
-    ]  # fmt: skip
+        ["by-weight", "1.500", "0.250"],
+        ["uniform", "1.000", "0.250"],
+    ]
     table = factorisation_table(pd.DataFrame({"dependence": ["x"], "distance": [0.25]}))
     assert cells(table) == [{"assumed": "x", "greatest total variation": "0.25"}]
 
@@ -161,16 +187,22 @@ def test_association_and_factorisation_are_told():
 def test_what_was_measured_stands_by_sequence():
     tables = {
         "mo-20": pd.DataFrame(
-            {"sequence": ["moreno2005/leaf", "moreno2005/leaf", "moreno2005/ellipse"],
-             "space": "Fisher plane", "told_apart": [0.5, 1.0, 0.25]}
+            {
+                "sequence": ["moreno2005/leaf", "moreno2005/leaf", "moreno2005/ellipse"],
+                "space": "Fisher plane",
+                "told_apart": [0.5, 1.0, 0.25],
+            }
         ),
         "mo-11": pd.DataFrame(
-            {"sequence": "moreno2005/octopus", "preset": "as-written",
-             "contrast": ["least", "least", "more"],
-             "mask": ["contour", "posterior map", "contour"],
-             "region_similarity": [0.5, 0.25, 0.75]}
+            {
+                "sequence": "moreno2005/octopus",
+                "preset": "as-written",
+                "contrast": ["least", "least", "more"],
+                "mask": ["contour", "posterior map", "contour"],
+                "region_similarity": [0.5, 0.25, 0.75],
+            }
         ),
-    }  # fmt: skip
+    }
     rows = [list(row.values()) for row in cells(measured_table(tables))]
     assert rows == [
         ["MO-11", "J by contrast: as written, least contrast, contour", "—", "0.500", "—", "—"],
@@ -182,12 +214,15 @@ def test_what_was_measured_stands_by_sequence():
 def times(milliseconds=15.0):
     return pd.DataFrame(
         {
-            "method": ["proposed", "proposed", "baseline"], "mixing": ["any", "any", "1"],
-            "preset": ["recommended", "as-written", "recommended"], "variant": "",
-            "plane": ["any", "any", "first"], "milliseconds": [milliseconds, 99.0, 4.0],
+            "method": ["proposed", "proposed", "baseline"],
+            "mixing": ["any", "any", "1"],
+            "preset": ["recommended", "as-written", "recommended"],
+            "variant": "",
+            "plane": ["any", "any", "first"],
+            "milliseconds": [milliseconds, 99.0, 4.0],
             "median": 3.0,
         }
-    )  # fmt: skip
+    )
 
 
 def test_times_stand_by_method():
@@ -201,18 +236,27 @@ def test_times_stand_by_method():
 
 
 TEXTS = (
-    RECOMMENDED, f"{RECOMMENDED}:association=uniform", f"{RECOMMENDED}:weights=literal",
-    f"{RECOMMENDED}:start=box", "contour-smooth-color:mixing=1",
-    "contour-smooth-color:mixing=0.5", WRITTEN,
-)  # fmt: skip
+    RECOMMENDED,
+    f"{RECOMMENDED}:association=uniform",
+    f"{RECOMMENDED}:weights=literal",
+    f"{RECOMMENDED}:start=box",
+    "contour-smooth-color:mixing=1",
+    "contour-smooth-color:mixing=0.5",
+    WRITTEN,
+)
 EARLIER = {
-    ("repeated", "proposed", ""): 0.922, ("repeated", "association=uniform", ""): 0.793,
-    ("repeated", "proposed", "weights=literal"): 0.224, ("repeated", "start=box", ""): 0.914,
-    ("repeated", "baseline", "1"): 0.686, ("repeated", "baseline", "0.5"): 0.343,
-    ("jump", "proposed", ""): 0.95, ("jump", "baseline", "1"): 0.911,
-    ("jump", "baseline", "0.5"): 0.729, ("even", "proposed", ""): 0.951,
+    ("repeated", "proposed", ""): 0.922,
+    ("repeated", "association=uniform", ""): 0.793,
+    ("repeated", "proposed", "weights=literal"): 0.224,
+    ("repeated", "start=box", ""): 0.914,
+    ("repeated", "baseline", "1"): 0.686,
+    ("repeated", "baseline", "0.5"): 0.343,
+    ("jump", "proposed", ""): 0.95,
+    ("jump", "baseline", "1"): 0.911,
+    ("jump", "baseline", "0.5"): 0.729,
+    ("even", "proposed", ""): 0.951,
     ("even", "baseline", "1"): 0.897,
-}  # fmt: skip
+}
 
 
 def earlier(changes=None):
@@ -288,10 +332,13 @@ def test_wins_over_uniform_association_and_losses_are_counted_in_scenes(made_sco
 @pytest.mark.parametrize(
     ("changes", "missed"),
     [
-        ({"gap": 0.019}, 1), ({"gap": -0.01}, 2), ({"G": 0.17}, 1), ({"jitter": 0.2}, 1),
+        ({"gap": 0.019}, 1),
+        ({"gap": -0.01}, 2),
+        ({"G": 0.17}, 1),
+        ({"jitter": 0.2}, 1),
         ({"A": 0.2}, 1),
     ],
-)  # fmt: skip
+)
 def test_criteria_of_one_dimension_are_missed_where_errors_are_otherwise(
     made_scores, changes, missed
 ):

@@ -52,10 +52,13 @@ def made_run():
                     revised[beginning:end] = start + share * (revised[end] - start)
         usual = {"longest_occlusion": 35, "candidates": "skipped"}
         return Run(
-            identity=SimpleNamespace(parameters=usual | parameters), boxes=online,
-            visible=details["occluded"] != 1, confidence=np.full(n, np.nan), details=details,
+            identity=SimpleNamespace(parameters=usual | parameters),
+            boxes=online,
+            visible=details["occluded"] != 1,
+            confidence=np.full(n, np.nan),
+            details=details,
             revised=revised if events else None,
-        )  # fmt: skip
+        )
 
     return make
 
@@ -125,18 +128,36 @@ def made_scores():
             for text, trace in product(texts, ("revised", "online")):
                 rows.append(
                     {
-                        "text": text, "name": f"{sequence}:scene={scene}", "trace": trace,
-                        "sequence": sequence, "scene": scene, "light": "even", "repetition": 0,
-                        "frames": 150, "success_frames": 150, "frames_inside": 150,
-                        "first_loss": 150, "mean_overlap": 0.9, "path": "", "failure": "",
-                        "kept_scene": True, "success": 1.0, "on_target": 1.0, "jitter": 0.5,
+                        "text": text,
+                        "name": f"{sequence}:scene={scene}",
+                        "trace": trace,
+                        "sequence": sequence,
+                        "scene": scene,
+                        "light": "even",
+                        "repetition": 0,
+                        "frames": 150,
+                        "success_frames": 150,
+                        "frames_inside": 150,
+                        "first_loss": 150,
+                        "mean_overlap": 0.9,
+                        "path": "",
+                        "failure": "",
+                        "kept_scene": True,
+                        "success": 1.0,
+                        "on_target": 1.0,
+                        "jitter": 0.5,
                         "said_hidden": 0.25,
-                        "outliers": 0.1, "false_occlusions": 0.0, "lost_at_switch": 0.0,
-                        "lost_at_off": 0.0, "kept_after_off": 1.0, "clear_after_off": 20.0,
+                        "outliers": 0.1,
+                        "false_occlusions": 0.0,
+                        "lost_at_switch": 0.0,
+                        "lost_at_off": 0.0,
+                        "kept_after_off": 1.0,
+                        "clear_after_off": 20.0,
                     }
-                    | labels_of(text) | _all_detected(sequence)
+                    | labels_of(text)
+                    | _all_detected(sequence)
                     | fares(text, sequence, scene, trace)
-                )  # fmt: skip
+                )
         return pd.DataFrame(rows)
 
     return make

@@ -24,12 +24,17 @@ def test_equal_implementations_differ_by_rounding_alone():
 
 def test_what_differs_is_told(monkeypatch):
     plain, create, offline = agreement.PlainNguyen2002, trackers.create, agreement.track_offline
-    monkeypatch.setattr(agreement, "PlainNguyen2002", lambda **given: plain(
-        **given | {"gamma": 0.4}))  # fmt: skip
-    monkeypatch.setattr(trackers, "create", lambda name, **given: create(
-        name, **given | {"report": "raw"}))  # fmt: skip
-    monkeypatch.setattr(agreement, "track_offline", lambda *seen, **given: offline(
-        *seen, **given | {"first_spread": 1.0}))  # fmt: skip
+    monkeypatch.setattr(
+        agreement, "PlainNguyen2002", lambda **given: plain(**given | {"gamma": 0.4})
+    )
+    monkeypatch.setattr(
+        trackers, "create", lambda name, **given: create(name, **given | {"report": "raw"})
+    )
+    monkeypatch.setattr(
+        agreement,
+        "track_offline",
+        lambda *seen, **given: offline(*seen, **given | {"first_spread": 1.0}),
+    )
     (way,) = differences(quick=True).to_dict("records")
     for name in ("online", "revised", "offline", "sooner"):
         assert way[name] > 1e-3, name

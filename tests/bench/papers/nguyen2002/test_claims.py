@@ -50,8 +50,10 @@ def test_numbers_of_table_1_are_told_by_features(made_scores):
         return {"success": float(sequence != FIRST[0] or not with_features(text, "rgb"))}
 
     reason = concluded("NG-T1", made_scores(fares, scenes=2)).reason
-    told = [f"{name} {mean:.3f} ({mean:.3f} to {mean:.3f})"
-            for name, mean in (("intensity", 20), ("rgb", 19), ("invariants", 20))]  # fmt: skip
+    told = [
+        f"{name} {mean:.3f} ({mean:.3f} to {mean:.3f})"
+        for name, mean in (("intensity", 20), ("rgb", 19), ("invariants", 20))
+    ]
     assert reason.startswith(f"tracked: {', '.join(told)}: means")
     assert "detected: intensity 21.000" in reason
     assert "prediction interval" in reason
@@ -148,9 +150,11 @@ def clips_fail(features, number, trace=("revised", "online"), metric="success"):
 
     def fares(text, sequence, scene, which):
         failing = [f"nguyen2002/clip-{clip:02}" for clip in ALL][1 : 1 + number + scene % 2]
-        return {metric: 0.0} if (
-            with_features(text, *features) and which in trace and sequence in failing
-        ) else {}  # fmt: skip
+        return (
+            {metric: 0.0}
+            if (with_features(text, *features) and which in trace and sequence in failing)
+            else {}
+        )
 
     return fares
 
@@ -193,8 +197,12 @@ def reasons(margin=0.5, false_alarms=0.2, correlation=0.4):
     wobble = [0.01 * (scene % 3) for scene in range(10)]
     return {
         "ng-9": pd.DataFrame(
-            one | {"features": features, "margin": 1 + more * margin + w,
-                   "false_alarms": 0.3 - more * false_alarms + w * more}
+            one
+            | {
+                "features": features,
+                "margin": 1 + more * margin + w,
+                "false_alarms": 0.3 - more * false_alarms + w * more,
+            }
             for one, w in zip(labels, wobble, strict=True)
             for features, more in (("rgb", 1), ("invariants", 0))
         ),
@@ -204,7 +212,7 @@ def reasons(margin=0.5, false_alarms=0.2, correlation=0.4):
             for trace, sign in (("revised", 1), ("online", -1))
             for pairs, value in (("of a clip", sign * (correlation + w)), ("by chance", 0.0))
         ),
-    }  # fmt: skip
+    }
 
 
 def test_the_reason_needs_a_smaller_margin_false_alarms_and_failures_where_it_is_smaller(
@@ -241,8 +249,11 @@ def test_the_ranking_turns_with_the_illumination(made_scores):
 
 
 def test_full_covariances_are_compared_by_the_variant_of_both_features(made_scores):
-    texts = [f"{WRITTEN}:features={features}{more}" for features in ("rgb", "invariants")
-             for more in ("", ":covariance=diagonal")]  # fmt: skip
+    texts = [
+        f"{WRITTEN}:features={features}{more}"
+        for features in ("rgb", "invariants")
+        for more in ("", ":covariance=diagonal")
+    ]
 
     def fares(text, sequence, scene, trace):
         worse = "diagonal" in text and sequence in FIRST[: 2 + scene % 2]
@@ -265,8 +276,10 @@ def test_smoothing_must_steady_and_cost_no_overlap(made_scores):
         }
 
     for shaken, cost, expected in (
-        (0.3, 0.0, "holds"), (0.0, 0.0, "does-not-hold"), (0.3, 0.1, "does-not-hold"),
-    ):  # fmt: skip
+        (0.3, 0.0, "holds"),
+        (0.0, 0.0, "does-not-hold"),
+        (0.3, 0.1, "does-not-hold"),
+    ):
         assert verdict("NG-20", made_scores(fares(shaken, cost), texts)) == expected
 
 
@@ -303,8 +316,10 @@ def test_what_was_measured_decides_by_the_side_that_should_be_greater(
 def test_the_gate_must_serve_the_template_and_the_overlap(made_scores):
     frame = made_scores(lambda *_: {}, scenes=1)
     for error, overlap, expected in (
-        (0.5, 0.1, "holds"), (0.0, 0.1, "does-not-hold"), (0.5, 0.0, "does-not-hold"),
-    ):  # fmt: skip
+        (0.5, 0.1, "holds"),
+        (0.0, 0.1, "does-not-hold"),
+        (0.5, 0.0, "does-not-hold"),
+    ):
         table = measured("template_error", "gate", {"on": 0.2, "off": 0.2 + error})
         table["overlap"] = np.where(table["gate"] == "on", 0.8 + overlap, 0.8)
         table["overlap"] += 0.001 * (table["scene"] % 3)
@@ -314,9 +329,12 @@ def test_the_gate_must_serve_the_template_and_the_overlap(made_scores):
 def test_the_time_is_that_of_the_compiled_tracker(made_scores):
     frame = made_scores(lambda *_: {}, scenes=1)
     times = pd.DataFrame(
-        {"implementation": ["plain", "compiled", "compiled"], "milliseconds": [90.0, 2.0, 39.0],
-         "preset": "as-written"}
-    )  # fmt: skip
+        {
+            "implementation": ["plain", "compiled", "compiled"],
+            "milliseconds": [90.0, 2.0, 39.0],
+            "preset": "as-written",
+        }
+    )
     assert verdict("NG-10", frame, **{"ng-10": times}) == "holds"
     slow = times.assign(milliseconds=[90.0, 2.0, 41.0])
     assert verdict("NG-10", frame, **{"ng-10": slow}) == "does-not-hold"
@@ -366,8 +384,9 @@ def test_readings_that_were_not_run_or_change_nothing_have_no_verdict(made_score
         (row,) = verdicts_table([concluded(name, frame, **tables)]).data.to_dict("records")
         return list(row.values())[1:]
 
-    times = pd.DataFrame({"preset": ["as-written", "recommended"], "milliseconds": 1.0,
-                          "implementation": "compiled"})  # fmt: skip
+    times = pd.DataFrame(
+        {"preset": ["as-written", "recommended"], "milliseconds": 1.0, "implementation": "compiled"}
+    )
     written, post_hoc = ["holds", *["—"] * 4], ["holds", *["—"] * 3]
     assert row("NG-10", **{"ng-10": times}) == written + post_hoc
     sliding = pd.DataFrame({"features": ["rgb"], "declared": 1.0, "contaminated": 0.0})
@@ -378,10 +397,19 @@ def test_readings_that_were_not_run_or_change_nothing_have_no_verdict(made_score
 def test_features_that_were_not_measured_are_told_so(made_scores):
     frame = made_scores(lambda *_: {}, [WRITTEN], scenes=1)
     table = pd.concat(
-        pd.DataFrame({"sequence": CLIPS, "scene": range(20), "features": features,
-                      "hidden": hidden, "exceeds": hidden, "stays_below": 1 - hidden})
-        for features in ("rgb", "invariants") for hidden in (0.0, 1.0)
-    )  # fmt: skip
+        pd.DataFrame(
+            {
+                "sequence": CLIPS,
+                "scene": range(20),
+                "features": features,
+                "hidden": hidden,
+                "exceeds": hidden,
+                "stays_below": 1 - hidden,
+            }
+        )
+        for features in ("rgb", "invariants")
+        for hidden in (0.0, 1.0)
+    )
     reason = concluded("NG-15", frame, **{"ng-15": table}).reason
     assert "not measured for intensity; holds for rgb" in reason
     assert "undecided for intensity" not in reason

@@ -80,8 +80,14 @@ def test_a_loss_at_the_moment_of_a_change_is_told_from_others(made_run, made_tru
     truth = made_truth(off=(50, 90))
     run = made_run()
     for loss, at_switch, at_off in (
-        (50, 1, 1), (47, 1, 1), (53, 1, 1), (54, 0, 0), (88, 1, 0), (96, 0, 0), (120, 0, 0),
-    ):  # fmt: skip
+        (50, 1, 1),
+        (47, 1, 1),
+        (53, 1, 1),
+        (54, 0, 0),
+        (88, 1, 0),
+        (96, 0, 0),
+        (120, 0, 0),
+    ):
         found = course_of(run, truth, "online", loss)
         assert (found["lost_at_switch"], found["lost_at_off"]) == (at_switch, at_off), loss
 

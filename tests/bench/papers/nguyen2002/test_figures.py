@@ -39,8 +39,11 @@ from reports.overlay import TRUTH
 pytestmark = pytest.mark.slow
 
 NAME = "plain/target:length=60:occlusion=1"
-TEXTS = [f"nguyen2002:preset={preset}:features={features}"
-         for preset in PRESETS.values() for features in FEATURES.values()]  # fmt: skip
+TEXTS = [
+    f"nguyen2002:preset={preset}:features={features}"
+    for preset in PRESETS.values()
+    for features in FEATURES.values()
+]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -81,11 +84,19 @@ def scores():
     """One of two scenes is lost in frame 20 by RGB as written, in the end; nothing else is."""
     return pd.DataFrame(
         labels_of(text)
-        | {"trace": trace, "sequence": NAME, "scene": scene, "frames": 60,
-           "first_loss": 20.0 if (scene, trace) == (1, "revised") and "written:features=rgb" in text
-           else 60.0}
-        for text in TEXTS for trace in ("revised", "online") for scene in (0, 1)
-    )  # fmt: skip
+        | {
+            "trace": trace,
+            "sequence": NAME,
+            "scene": scene,
+            "frames": 60,
+            "first_loss": 20.0
+            if (scene, trace) == (1, "revised") and "written:features=rgb" in text
+            else 60.0,
+        }
+        for text in TEXTS
+        for trace in ("revised", "online")
+        for scene in (0, 1)
+    )
 
 
 @pytest.fixture
@@ -133,8 +144,12 @@ def test_the_strip_shows_an_occlusion_and_both_switches_of_the_lamp():
     off = np.isin(np.arange(90), range(50, 85))
     truth = StoredTruth("t", np.ones((90, 4)), {}, visibility, {"lamp off": off}, 25.0)
     assert chosen_frames(truth) == {
-        17: "a) before", 25: "b) hidden", 40: "c) after", 60: "d) lamp off", 89: "lamp on again",
-    }  # fmt: skip
+        17: "a) before",
+        25: "b) hidden",
+        40: "c) after",
+        60: "d) lamp off",
+        89: "lamp on again",
+    }
 
 
 def test_strips_have_a_row_for_each_kind_of_features_with_what_is_said_at_once_and_in_the_end(
@@ -149,8 +164,9 @@ def test_strips_have_a_row_for_each_kind_of_features_with_what_is_said_at_once_a
     monkeypatch.setattr(strips, "film_strip", strip)
     found = film_strips(stored)
     assert {name: len(picture) for name, picture in found.items()} == {
-        "figure-1": 40, "figure-1-recommended": 40,
-    }  # fmt: skip
+        "figure-1": 40,
+        "figure-1-recommended": 40,
+    }
     assert [title.startswith("Fig. 1, c1c2c3, as written") for _, _, title, _ in rows] == [True] + [
         False
     ] * 7

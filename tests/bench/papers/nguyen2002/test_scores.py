@@ -18,11 +18,14 @@ def test_a_trackers_text_says_under_which_reading_it_ran():
     found = {
         text: tuple(labels_of(text).values())
         for text in (
-            WRITTEN, f"{WRITTEN}:features=rgb", "nguyen2002:features=arctan",
-            f"{WRITTEN}:features=intensity:longest_occlusion=67", "nguyen2002:preset=robust",
+            WRITTEN,
+            f"{WRITTEN}:features=rgb",
+            "nguyen2002:features=arctan",
+            f"{WRITTEN}:features=intensity:longest_occlusion=67",
+            "nguyen2002:preset=robust",
             f"{WRITTEN}:report=raw:average=5",
         )
-    }  # fmt: skip
+    }
     assert list(found.values()) == [
         ("invariants", "ratio", "as-written", ""),
         ("rgb", "any", "as-written", ""),
@@ -87,12 +90,17 @@ def test_a_set_of_clips_counts_what_was_tracked_and_detected(made_scores):
     clips = sets[sets["sequence"] == CLIPS].set_index(["trace", "scene"])
     for scene in (0, 1):
         assert clips.loc[("revised", scene), ["clips", "tracked", "detected"]].tolist() == [
-            20, 20, 21,
-        ]  # fmt: skip
+            20,
+            20,
+            21,
+        ]
         online = clips.loc[("online", scene)]
         assert online[["tracked", "occlusions", "declared", "detected"]].tolist() == [
-            19, 21, 21, 20,
-        ]  # fmt: skip
+            19,
+            21,
+            21,
+            20,
+        ]
         assert online["tracked_share"] == 0.95
         assert online["detected_share"] == pytest.approx(20 / 21)
         assert online["false_occlusions"] == pytest.approx(0.2)
@@ -109,8 +117,9 @@ def test_a_set_without_one_of_its_clips_is_none(made_scores):
     sets = set_table(scores.assign(failure=np.where(broken, "why", "")))
     clips = sets[sets["sequence"] == CLIPS]
     assert clips.groupby("features")["scene"].unique().map(list).to_dict() == {
-        "invariants": [0, 1], "rgb": [0],
-    }  # fmt: skip
+        "invariants": [0, 1],
+        "rgb": [0],
+    }
 
 
 def test_measured_clips_have_the_name_of_their_set():

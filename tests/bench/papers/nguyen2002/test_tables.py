@@ -29,13 +29,20 @@ def rows_of(table, *labels):
 
 
 def test_settings_say_what_was_chosen_after_seeing_results():
-    assert [setting(*way) for way in (
-        ("as-written", ""), ("as-written", "longest_occlusion=67"), ("recommended", ""),
-        ("robust", "gamma=0.3:outlier_rule=reaches"),
-    )] == [
-        "as written", "as written, L = 67", "recommended (post hoc)",
+    assert [
+        setting(*way)
+        for way in (
+            ("as-written", ""),
+            ("as-written", "longest_occlusion=67"),
+            ("recommended", ""),
+            ("robust", "gamma=0.3:outlier_rule=reaches"),
+        )
+    ] == [
+        "as written",
+        "as written, L = 67",
+        "recommended (post hoc)",
         "robust (post hoc), γ = 0.3, outlier rule = reaches",
-    ]  # fmt: skip
+    ]
 
 
 def test_table_1_has_both_traces_and_the_papers_numbers_beside_the_reading_they_belong_to(
@@ -47,18 +54,25 @@ def test_table_1_has_both_traces_and_the_papers_numbers_beside_the_reading_they_
             return {"success": 0.0, "detected": 0.0, "false_occlusions": 2.0, "said_hidden": 1.0}
         return {"said_hidden": 0.0}
 
-    more = [f"{WRITTEN}:features=rgb:longest_occlusion=67", f"{WRITTEN}:features=rgb:gamma=0.4",
-            "nguyen2002:features=rgb:ties=ascending", "nguyen2002:preset=robust"]  # fmt: skip
+    more = [
+        f"{WRITTEN}:features=rgb:longest_occlusion=67",
+        f"{WRITTEN}:features=rgb:gamma=0.4",
+        "nguyen2002:features=rgb:ties=ascending",
+        "nguyen2002:preset=robust",
+    ]
     texts = [f"{WRITTEN}:features={f}" for f in ("intensity", "rgb", "invariants", "arctan")]
     sets = set_table(made_scores(fares, [*texts, *more], scenes=2))
     table = clips_table(sets)
     found = rows_of(table, "features", "setting")
     assert list(found.index) == [
-        ("intensity", "as written"), ("RGB", "as written"), ("RGB", "as written, L = 67"),
-        ("RGB", "recommended (post hoc), ties = ascending"), ("RGB", "robust (post hoc)"),
+        ("intensity", "as written"),
+        ("RGB", "as written"),
+        ("RGB", "as written, L = 67"),
+        ("RGB", "recommended (post hoc), ties = ascending"),
+        ("RGB", "robust (post hoc)"),
         ("c1c2c3", "as written"),
         ("arctan of c1c2c3, the cited definition", "as written"),
-    ]  # fmt: skip
+    ]
     ours = found.loc[("c1c2c3", "as written")]
     assert ours["clips tracked, revised"] == "20.0 (20–20)"
     assert ours["clips tracked, online"] == "18.5 (18–19)"
@@ -69,8 +83,12 @@ def test_table_1_has_both_traces_and_the_papers_numbers_beside_the_reading_they_
     assert ours["sets"] == "2"
     published = found[["paper (other data)", "paper (other data) "]]
     assert published.apply(tuple, axis=1).tolist() == [
-        ("16", "17"), ("16", "17"), *[("—", "—")] * 3, ("11", "14"), ("—", "—"),
-    ]  # fmt: skip
+        ("16", "17"),
+        ("16", "17"),
+        *[("—", "—")] * 3,
+        ("11", "14"),
+        ("—", "—"),
+    ]
     assert len(table.rows) == 7
     assert "online" in table.caption
 
@@ -86,8 +104,11 @@ def test_the_recording_is_told_by_lamps_with_where_it_was_lost(made_scores):
     scores = made_scores(fares, texts, scenes=4, sequences=(LIGHTS, COLOURED))
     found = rows_of(lights_table(scores), "lamps", "features")
     assert list(found.index) == [
-        ("white", "RGB"), ("white", "c1c2c3"), ("coloured", "RGB"), ("coloured", "c1c2c3"),
-    ]  # fmt: skip
+        ("white", "RGB"),
+        ("white", "c1c2c3"),
+        ("coloured", "RGB"),
+        ("coloured", "c1c2c3"),
+    ]
     lost, kept = found.loc[("white", "RGB")], found.loc[("coloured", "RGB")]
     assert lost["lost at lamp off / on / elsewhere"] == "1 / 1 / 2"
     assert (lost["tracked, revised"], lost["never lost, revised"]) == ("0 of 4", "0 of 4")
@@ -99,12 +120,17 @@ def test_the_recording_is_told_by_lamps_with_where_it_was_lost(made_scores):
 
 
 def test_choices_stand_beside_what_is_as_written(made_scores):
-    texts = [f"{WRITTEN}:features=rgb:gamma=0.4", f"{WRITTEN}:features=rgb",
-             f"{WRITTEN}:features=rgb:average=5"]  # fmt: skip
+    texts = [
+        f"{WRITTEN}:features=rgb:gamma=0.4",
+        f"{WRITTEN}:features=rgb",
+        f"{WRITTEN}:features=rgb:average=5",
+    ]
     table = choices_table(set_table(made_scores(nothing, texts, scenes=1)))
     assert [row[1].text for row in table.rows] == [
-        "as written", "as written, K = 5", "as written, γ = 0.4",
-    ]  # fmt: skip
+        "as written",
+        "as written, K = 5",
+        "as written, γ = 0.4",
+    ]
     assert {row[-1].text for row in table.rows} == {"1 of 1"}
 
 
@@ -128,10 +154,12 @@ def times(usual=0.5, recommended=1.0, disturbed=0.0):
         {
             "features": ["rgb", "rgb", "invariants", "invariants"],
             "preset": ["as-written", "as-written", "as-written", "recommended"],
-            "usual": [20.0, 0.1, usual, recommended], "disturbed": [0.0, 0.0, 0.0, disturbed],
-            "implementation": ["plain", *["compiled"] * 3], "milliseconds": [50.0, 2.0, 4.0, 4.0],
+            "usual": [20.0, 0.1, usual, recommended],
+            "disturbed": [0.0, 0.0, 0.0, disturbed],
+            "implementation": ["plain", *["compiled"] * 3],
+            "milliseconds": [50.0, 2.0, 4.0, 4.0],
         }
-    )  # fmt: skip
+    )
 
 
 def test_the_papers_time_stands_beside_the_compiled_trackers():
@@ -160,10 +188,12 @@ def tables(**changes):
     ways = [
         {"preset": preset, "features": features, "same_events": 1.0, "sooner": 0.0}
         | {"online": 1e-13, "revised": 1e-13, "offline": 1e-12}
-        for preset in ("as-written", "recommended") for features in ("rgb", "arctan")
-    ]  # fmt: skip
-    timed = {name: changes.pop(name) for name in ("usual", "recommended", "disturbed")
-             if name in changes}  # fmt: skip
+        for preset in ("as-written", "recommended")
+        for features in ("rgb", "arctan")
+    ]
+    timed = {
+        name: changes.pop(name) for name in ("usual", "recommended", "disturbed") if name in changes
+    }
     return {
         "ng-10": times(**timed),
         "outlasted": pd.DataFrame({"success": changes.pop("success", [0.0, 1.0])}),
@@ -218,12 +248,18 @@ def test_criteria_are_missed_where_features_do_otherwise(
 @pytest.mark.parametrize(
     ("changes", "missed"),
     [
-        ({"usual": 1.6}, {"D8", "speed"}), ({"online": 1e-5}, {"D8"}), ({"revised": 1e-5}, {"D8"}),
-        ({"same_events": 0.0}, {"D8"}), ({"offline": 1e-5}, {"D9"}), ({"sooner": 1e-9}, {"D9"}),
-        ({"success": [1.0, 1.0]}, {"D9"}), ({"success": [0.0, 0.0]}, {"D9"}),
-        ({"usual": 0.71}, {"speed"}), ({"recommended": 1.11}, {"speed"}),
+        ({"usual": 1.6}, {"D8", "speed"}),
+        ({"online": 1e-5}, {"D8"}),
+        ({"revised": 1e-5}, {"D8"}),
+        ({"same_events": 0.0}, {"D8"}),
+        ({"offline": 1e-5}, {"D9"}),
+        ({"sooner": 1e-9}, {"D9"}),
+        ({"success": [1.0, 1.0]}, {"D9"}),
+        ({"success": [0.0, 0.0]}, {"D9"}),
+        ({"usual": 0.71}, {"speed"}),
+        ({"recommended": 1.11}, {"speed"}),
     ],
-)  # fmt: skip
+)
 def test_criteria_of_the_implementation_are_missed_where_it_is_otherwise(
     made_scores, changes, missed
 ):
@@ -263,14 +299,21 @@ def test_sets_are_compared_and_not_their_clips(made_scores):
 def test_what_was_measured_stands_by_features_where_it_was():
     gate = pd.DataFrame(
         {
-            "features": ["rgb", "rgb", "invariants", "rgb"], "gate": ["on", "off", "on", "on"],
-            "template_error": [0.25, 1.0, 0.5, 0.75], "overlap": 0.875,
+            "features": ["rgb", "rgb", "invariants", "rgb"],
+            "gate": ["on", "off", "on", "on"],
+            "template_error": [0.25, 1.0, 0.5, 0.75],
+            "overlap": 0.875,
         }
-    )  # fmt: skip
+    )
     noise = pd.DataFrame(
-        {"features": "arctan", "noise": [1.0, 1.0, 8.0], "trace": ["revised", "online", "revised"],
-         "mean_overlap": [0.75, 0.25, 0.5], "false_occlusions": 0.0}
-    )  # fmt: skip
+        {
+            "features": "arctan",
+            "noise": [1.0, 1.0, 8.0],
+            "trace": ["revised", "online", "revised"],
+            "mean_overlap": [0.75, 0.25, 0.5],
+            "false_occlusions": 0.0,
+        }
+    )
     signs = pd.DataFrame({"features": "rgb", "hidden": [0.0, 0.0, 1.0], "exceeds": [0.0, 0.5, 1.0]})
     table = measured_table({"ng-11": gate, "ng-22": noise, "ng-15": signs, "unknown": noise})
     rows = [[cell.text for cell in row] for row in table.rows]

@@ -143,20 +143,33 @@ def test_all_that_the_ledger_asks_for_is_measured(folder, monkeypatch):
 
 def test_times_stand_beside_the_papers_and_those_of_timing_runs():
     row = {
-        "implementation": "compiled", "preset": "as-written", "features": "rgb",
-        "milliseconds": 1.5, "usual": 0.75, "burst": np.nan, "disturbed": 0.0,
-    }  # fmt: skip
+        "implementation": "compiled",
+        "preset": "as-written",
+        "features": "rgb",
+        "milliseconds": 1.5,
+        "usual": 0.75,
+        "burst": np.nan,
+        "disturbed": 0.0,
+    }
     tables = {
-        "ng-10": pd.DataFrame([
-            row,
-            row | {"preset": "recommended", "disturbed": 1.0},
-            row | {"implementation": "plain", "milliseconds": 30.0, "usual": 25.0, "burst": 100.0},
-        ]),
-        "frame_times": pd.DataFrame(
-            {"features": "rgb", "preset": ["as-written"] * 2 + ["recommended"], "sequence": NAME,
-             "frame": [1, 2, 1], "seconds": [1e-3, 3e-3, 9.0]}
+        "ng-10": pd.DataFrame(
+            [
+                row,
+                row | {"preset": "recommended", "disturbed": 1.0},
+                row
+                | {"implementation": "plain", "milliseconds": 30.0, "usual": 25.0, "burst": 100.0},
+            ]
         ),
-    }  # fmt: skip
+        "frame_times": pd.DataFrame(
+            {
+                "features": "rgb",
+                "preset": ["as-written"] * 2 + ["recommended"],
+                "sequence": NAME,
+                "frame": [1, 2, 1],
+                "seconds": [1e-3, 3e-3, 9.0],
+            }
+        ),
+    }
     (table,) = time_tables(tables, ["failed: why"])
     assert [[cell.text for cell in row][3:] for row in table.rows] == [
         ["1.5", "0.75", "0.7 ms: missed", MISSING, "2"],

@@ -13,15 +13,25 @@ from bench.store.truth import StoredTruth
 
 LENGTHS = {TABLE_TENNIS: 50, HAND: 100, CUP: 80}
 USUAL = {
-    TABLE_TENNIS: ("wang2010:preset=as-written", "particle-filter:preset=as-written",
-                   "camshift", "camshift:window=adaptive"),
-    HAND: ("wang2010:preset=as-written", "camshift", "camshift:window=adaptive",
-           "camshift-improved:preset=as-written",
-           "camshift-improved:preset=as-written:window=adaptive"),
-    CUP: ("wang2010:preset=as-written:particles=15",
-          "wang2010:preset=as-written:particles=15:alpha=1:beta=0",
-          "wang2010:preset=as-written:particles=15:beta=0"),
-}  # fmt: skip
+    TABLE_TENNIS: (
+        "wang2010:preset=as-written",
+        "particle-filter:preset=as-written",
+        "camshift",
+        "camshift:window=adaptive",
+    ),
+    HAND: (
+        "wang2010:preset=as-written",
+        "camshift",
+        "camshift:window=adaptive",
+        "camshift-improved:preset=as-written",
+        "camshift-improved:preset=as-written:window=adaptive",
+    ),
+    CUP: (
+        "wang2010:preset=as-written:particles=15",
+        "wang2010:preset=as-written:particles=15:alpha=1:beta=0",
+        "wang2010:preset=as-written:particles=15:beta=0",
+    ),
+}
 
 
 @pytest.fixture(scope="session")
@@ -43,15 +53,24 @@ def made_scores():
                         course = _course(sequence, errors(text, sequence, scene), details)
                         rows.append(
                             {
-                                "text": text, "name": f"{sequence}:scene={scene}",
-                                "sequence": sequence, "scene": scene, "light": "even",
-                                "repetition": repetition, "frames": LENGTHS[sequence],
-                                "success_frames": 1, "frames_inside": 1, "first_loss": 1,
-                                "mean_overlap": 0.5, "path": "", "failure": "",
+                                "text": text,
+                                "name": f"{sequence}:scene={scene}",
+                                "sequence": sequence,
+                                "scene": scene,
+                                "light": "even",
+                                "repetition": repetition,
+                                "frames": LENGTHS[sequence],
+                                "success_frames": 1,
+                                "frames_inside": 1,
+                                "first_loss": 1,
+                                "mean_overlap": 0.5,
+                                "path": "",
+                                "failure": "",
                                 "kept_scene": True,
                             }
-                            | labels_by_text(text, sequence) | course
-                        )  # fmt: skip
+                            | labels_by_text(text, sequence)
+                            | course
+                        )
         return pd.DataFrame(rows)
 
     return make
@@ -66,9 +85,11 @@ def _course(sequence, errors, details):
     estimate[:, 0] += errors
     truth = StoredTruth(sequence, boxes, {}, np.ones(number), {}, 25.0)
     run = Run(
-        identity=None, boxes=estimate, visible=np.ones(number, bool),
+        identity=None,
+        boxes=estimate,
+        visible=np.ones(number, bool),
         confidence=np.full(number, np.nan),
         details={name: np.full(number, value) for name, value in details.items()},
-    )  # fmt: skip
+    )
     known = course_of(run, truth, sequence)
     return known | {"centre_error": float(np.mean(np.broadcast_to(errors, number)))}

@@ -26,9 +26,13 @@ def painted(*things):
 def sequence(images, masks, **more):
     boxes = [[columns.min(), rows.min(), SIDE, SIDE] for rows, columns in map(np.nonzero, masks)]
     return Sequence(
-        "painted", images, np.array(boxes, float), fingerprint="p",
-        masks=lambda frame: masks[frame], **more,
-    )  # fmt: skip
+        "painted",
+        images,
+        np.array(boxes, float),
+        fingerprint="p",
+        masks=lambda frame: masks[frame],
+        **more,
+    )
 
 
 def test_saturation_sets_a_target_off_from_pale_surroundings_of_its_hue():

@@ -40,9 +40,13 @@ def test_a_drift_is_told_by_distance_spread_and_similarity():
     assert (before["distance"], before["spread"], before["similarity"]) == (4.0, 4.0, 0.3)
     assert isnan(before["risen"])
     assert after == {
-        "stage": "drifted", "distance": 5.0, "spread": 0.0, "similarity": 0.45, "risen": 0.5,
+        "stage": "drifted",
+        "distance": 5.0,
+        "spread": 0.0,
+        "similarity": 0.45,
+        "risen": 0.5,
         "fallen": 0.0,
-    }  # fmt: skip
+    }
 
 
 def test_particles_drift_to_a_target_that_nothing_looks_like():

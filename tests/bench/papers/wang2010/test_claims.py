@@ -17,10 +17,16 @@ WRITTEN = "wang2010:preset=as-written"
 FILTER = "particle-filter:preset=as-written"
 ON_TABLE = {
     TABLE_TENNIS: (
-        WRITTEN, "wang2010", f"{WRITTEN}:sigma=0.2", FILTER, "particle-filter",
-        f"{FILTER}:radius=3.87", "camshift", "camshift:window=adaptive",
+        WRITTEN,
+        "wang2010",
+        f"{WRITTEN}:sigma=0.2",
+        FILTER,
+        "particle-filter",
+        f"{FILTER}:radius=3.87",
+        "camshift",
+        "camshift:window=adaptive",
     )
-}  # fmt: skip
+}
 
 
 def concluded(name, frame, **tables):
@@ -78,8 +84,13 @@ def test_a_claim_is_judged_under_the_readings_that_it_depends_on_alone(made_scor
 
 
 def test_a_radius_of_ten_is_no_reading_of_what_has_it_by_the_formula_anyhow(made_scores):
-    texts = (*ON_TABLE[TABLE_TENNIS], f"{WRITTEN}:radius=10", f"{FILTER}:particles=60",
-             f"{FILTER}:particles=60:radius=10", f"{FILTER}:beta=0")  # fmt: skip
+    texts = (
+        *ON_TABLE[TABLE_TENNIS],
+        f"{WRITTEN}:radius=10",
+        f"{FILTER}:particles=60",
+        f"{FILTER}:particles=60:radius=10",
+        f"{FILTER}:beta=0",
+    )
     frame = made_scores(as_claimed, {TABLE_TENNIS: texts})
     filtered = concluded("WA-15", frame)
     assert (filtered.readings, filtered.post_hoc) == ("3 of 3", "")
@@ -88,8 +99,9 @@ def test_a_radius_of_ten_is_no_reading_of_what_has_it_by_the_formula_anyhow(made
     for found in (ours, both):
         fixed = found.under({"radius": "10", "window": "fixed"})
         assert (fixed[0], found.under({"radius": "10", "reach": "3.87"})) == (
-            "holds", None if found is both else ours.under({"radius": "10"}),
-        )  # fmt: skip
+            "holds",
+            None if found is both else ours.under({"radius": "10"}),
+        )
 
 
 def test_verdicts_stand_side_by_side_by_reading(made_scores):
@@ -202,12 +214,17 @@ def test_few_scenes_or_numbers_say_nothing_of_the_least(made_scores):
 
 def test_main_effects_are_over_both_levels_of_the_other_and_over_nothing_else(made_scores):
     """Motion helps with drift and harms less without; drift harms everywhere."""
-    texts = [f"{tracker}:preset=as-written:particles=60:beta={beta}"
-             for tracker in ("wang2010", "particle-filter") for beta in (0.8, 0)]  # fmt: skip
+    texts = [
+        f"{tracker}:preset=as-written:particles=60:beta={beta}"
+        for tracker in ("wang2010", "particle-filter")
+        for beta in (0.8, 0)
+    ]
     errors = {
-        ("wang2010", "0.8"): 4.0, ("wang2010", "0"): 9.0, ("particle-filter", "0.8"): 3.0,
+        ("wang2010", "0.8"): 4.0,
+        ("wang2010", "0"): 9.0,
+        ("particle-filter", "0.8"): 3.0,
         ("particle-filter", "0"): 2.0,
-    }  # fmt: skip
+    }
 
     def as_drawn(text, sequence, scene):
         if text not in texts:
@@ -215,11 +232,19 @@ def test_main_effects_are_over_both_levels_of_the_other_and_over_nothing_else(ma
         return errors[text.partition(":")[0], text.rpartition("=")[2]] + 0.01 * (scene % 3)
 
     # Of another number, radius or preset, or without the other three.
-    others = ["camshift-improved:preset=as-written", "camshift-improved:preset=as-written:beta=0",
-              FILTER, f"{FILTER}:beta=0", f"{WRITTEN}:particles=60:radius=10",
-              f"{FILTER}:particles=60:radius=10", f"{FILTER}:particles=60:radius=3.87",
-              f"{FILTER}:particles=60:radius=3.87:beta=0", "wang2010:particles=60",
-              "wang2010:particles=60:beta=0", "particle-filter:particles=60"]  # fmt: skip
+    others = [
+        "camshift-improved:preset=as-written",
+        "camshift-improved:preset=as-written:beta=0",
+        FILTER,
+        f"{FILTER}:beta=0",
+        f"{WRITTEN}:particles=60:radius=10",
+        f"{FILTER}:particles=60:radius=10",
+        f"{FILTER}:particles=60:radius=3.87",
+        f"{FILTER}:particles=60:radius=3.87:beta=0",
+        "wang2010:particles=60",
+        "wang2010:particles=60:beta=0",
+        "particle-filter:particles=60",
+    ]
     for more in ([], others):
         trackers = {sequence: [*texts, *more] for sequence in (TABLE_TENNIS, HAND, CUP)}
         frame = made_scores(as_drawn, trackers)
@@ -240,15 +265,21 @@ def test_main_effects_are_over_both_levels_of_the_other_and_over_nothing_else(ma
 
 
 def test_a_scene_without_all_four_is_no_cell_of_the_main_effects(made_scores):
-    texts = [f"{tracker}:preset=as-written:particles=60:beta={beta}"
-             for tracker in ("wang2010", "particle-filter") for beta in (0.8, 0)]  # fmt: skip
+    texts = [
+        f"{tracker}:preset=as-written:particles=60:beta={beta}"
+        for tracker in ("wang2010", "particle-filter")
+        for beta in (0.8, 0)
+    ]
     frame = made_scores(lambda *_: 1.0, {HAND: texts}, scenes=3, repetitions=2)
     assert len(crossed(frame)) == 3 * 2 * 4
     lacking = frame.drop(frame.index[[0, len(frame) - 1]])
     found = crossed(lacking)
     assert found.groupby(["scene", "repetition"]).size().to_dict() == {
-        (0, 1): 4, (1, 0): 4, (1, 1): 4, (2, 0): 4,
-    }  # fmt: skip
+        (0, 1): 4,
+        (1, 0): 4,
+        (1, 1): 4,
+        (2, 0): 4,
+    }
     assert crossed(frame[frame["tracker"] == "wang2010"]).empty
     nothing = {"wa-26": crossed(frame.iloc[:0])}
     assert (
@@ -282,9 +313,10 @@ def all_as_claimed(text, sequence, scene):
 
 def test_a_summary_holds_where_all_that_it_names_does(made_scores):
     numbers = tuple(
-        f"{tracker}:particles={number}" for tracker in (WRITTEN, FILTER)
+        f"{tracker}:particles={number}"
+        for tracker in (WRITTEN, FILTER)
         for number in (15, 60, 100, 400, 800)
-    )  # fmt: skip
+    )
     trackers = {
         TABLE_TENNIS: (*numbers, "camshift", "camshift:window=adaptive"),
         HAND: tuple(f"camshift-improved:preset=as-written{w}" for w in ("", ":window=adaptive")),
@@ -298,8 +330,9 @@ def test_a_summary_holds_where_all_that_it_names_does(made_scores):
     assert "holds for WA-13" in slow.reason
     assert "does not hold for WA-19" in slow.reason
     adaptive = (frame["window"] == "adaptive") & (frame["tracker"] == "camshift-improved")
-    rivals = concluded("WA-27", frame.assign(success=frame["success"].mask(adaptive, 0.0)),
-                       **timed())  # fmt: skip
+    rivals = concluded(
+        "WA-27", frame.assign(success=frame["success"].mask(adaptive, 0.0)), **timed()
+    )
     assert rivals.verdict == "undecided"
     assert rivals.under({"window": "fixed"})[0] == "holds"
     assert rivals.under({"window": "adaptive"})[0] == "does-not-hold"
@@ -322,11 +355,17 @@ def test_camshift_is_cheaper_and_worse_in_every_stretch(made_scores):
 def windows(recall, precision):
     """Shares of a map that finds more, and marks elsewhere, the larger its window is."""
     rows = [
-        {"sequence": sequence, "scene": scene, "window": window,
-         "recall": 0.5 + recall * (window > 1) + 0.001 * scene,
-         "precision_swept": 0.9 - precision * (window > 1)}
-        for sequence in (TABLE_TENNIS, HAND, CUP) for scene in range(9) for window in (1, 3, 5, 7)
-    ]  # fmt: skip
+        {
+            "sequence": sequence,
+            "scene": scene,
+            "window": window,
+            "recall": 0.5 + recall * (window > 1) + 0.001 * scene,
+            "precision_swept": 0.9 - precision * (window > 1),
+        }
+        for sequence in (TABLE_TENNIS, HAND, CUP)
+        for scene in range(9)
+        for window in (1, 3, 5, 7)
+    ]
     return {"wa-4": pd.DataFrame(rows)}
 
 

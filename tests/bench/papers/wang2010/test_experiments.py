@@ -50,10 +50,13 @@ def test_a_quick_look_times_the_sequence_of_table_1():
 def test_every_weight_of_hue_is_run_on_every_sequence(labels, preset):
     for sequence, known in labels.items():
         models = {
-            one["model"] for one in known
-            if one["tracker"] == "wang2010" and one["preset"] == preset
-            and one["variant"] == "" and one["budget"] == "paper"
-        }  # fmt: skip
+            one["model"]
+            for one in known
+            if one["tracker"] == "wang2010"
+            and one["preset"] == preset
+            and one["variant"] == ""
+            and one["budget"] == "paper"
+        }
         assert models >= {f"alpha={a}" for a in ("0.5", "0.6", "0.8", "0.9", "1")}, sequence
 
 
@@ -62,11 +65,14 @@ def test_motion_by_drift_is_complete_on_every_sequence(labels, preset):
     for sequence, known in labels.items():
         for number in (15, 60) if sequence == CUP else (60,):
             found = {
-                (one["tracker"], one["model"]) for one in known
-                if one["particles"] == number and one["preset"] == preset
-                and one["variant"] == "" and one["radius"] == "rule"
+                (one["tracker"], one["model"])
+                for one in known
+                if one["particles"] == number
+                and one["preset"] == preset
+                and one["variant"] == ""
+                and one["radius"] == "rule"
                 and one["reach"] in ("rule", ANY)
-            }  # fmt: skip
+            }
             assert found >= {
                 (tracker, model)
                 for tracker in ("wang2010", "particle-filter")
@@ -79,11 +85,15 @@ def test_number_and_reach_are_told_apart(labels):
         for tracker in ("wang2010", "particle-filter"):
             for radius in ("rule", "10"):
                 numbers = {
-                    one["particles"] for one in labels[TABLE_TENNIS]
-                    if one["tracker"] == tracker and one["preset"] == preset
-                    and one["variant"] == "" and one["model"] == "fused"
-                    and one["radius"] in (radius, ANY) and one["reach"] in ("rule", ANY)
-                }  # fmt: skip
+                    one["particles"]
+                    for one in labels[TABLE_TENNIS]
+                    if one["tracker"] == tracker
+                    and one["preset"] == preset
+                    and one["variant"] == ""
+                    and one["model"] == "fused"
+                    and one["radius"] in (radius, ANY)
+                    and one["reach"] in ("rule", ANY)
+                }
                 assert numbers >= {10, 15, 25, 50, 60, 100, 200, 400, 800}, (tracker, radius)
 
 
@@ -92,9 +102,12 @@ def test_what_a_climb_stops_at_is_varied_on_every_sequence(labels):
         for tracker in ("wang2010", "camshift-improved"):
             variants = {one["variant"] for one in known if one["tracker"] == tracker}
             assert variants >= {
-                "stop_distance=0.5", "stop_distance=1", "max_iterations=6", "max_iterations=11",
+                "stop_distance=0.5",
+                "stop_distance=1",
+                "max_iterations=6",
+                "max_iterations=11",
                 "max_iterations=15",
-            }  # fmt: skip
+            }
 
 
 def test_every_reading_of_the_ledger_is_run_where_everything_is():

@@ -196,8 +196,11 @@ def test_strips_have_the_papers_frames_and_a_row_a_method(stored, monkeypatch):
     error = centre_error(datasets.load(BALL).boxes, run.boxes)[11]
     assert words[11] == f"({error:.1f} px)"
     assert [rows[row][1][1] for row in (10, 13, 14, 15)] == [
-        "improved CamShift", "proposed, N = 60", "particle filter, N = 400", "proposed, N = 15",
-    ]  # fmt: skip
+        "improved CamShift",
+        "proposed, N = 60",
+        "particle filter, N = 400",
+        "proposed, N = 15",
+    ]
 
 
 def test_numbers_over_scenes_are_means_over_repetitions(stored):
@@ -254,8 +257,11 @@ def test_success_is_the_mean_over_scenes_with_an_interval_over_them(scores):
     several = pd.concat([scores, scores.assign(radius="10")])
     labels = [text.get_text() for text in particle_plot(several).legends[0].get_texts()]
     assert labels[:4] == [
-        "proposed", "proposed, r = 10", "particle filter", "particle filter, r = 10",
-    ]  # fmt: skip
+        "proposed",
+        "proposed, r = 10",
+        "particle filter",
+        "particle filter, r = 10",
+    ]
     chosen = scores.assign(variant="sigma=0.2")
     both = particle_plot(pd.concat([scores, chosen]))
     assert [axes.get_title() for axes in both.axes] == ["as written, σ = 1", "σ = 0.2 (post hoc)"]

@@ -24,12 +24,15 @@ from bench.papers.wang2010.scores import by_number, labels_of, tidy_scores, with
         ("wang2010:alpha=0.5:beta=0", HAND, ("recommended", "", "alpha=0.5:beta=0", "paper", 60)),
         ("particle-filter:radius=3.87", HAND, ("recommended", "", "fused", "paper", 400)),
         ("particle-filter:particles=60", CUP, ("recommended", "", "fused", "other", 60)),
-        ("camshift-improved:difference_window=1", HAND, ("recommended", "difference_window=1",
-                                                         "fused", "any", 0)),
+        (
+            "camshift-improved:difference_window=1",
+            HAND,
+            ("recommended", "difference_window=1", "fused", "any", 0),
+        ),
         ("camshift:window=adaptive", HAND, ("any", "any", "any", "any", 0)),
         ("opencv-camshift", HAND, ("any", "any", "any", "any", 0)),
     ],
-)  # fmt: skip
+)
 def test_labels_say_how_a_tracker_was_run(text, sequence, expected):
     labels = labels_of(text, sequence)
     columns = ("preset", "variant", "model", "budget", "particles")
@@ -40,29 +43,47 @@ def test_only_what_a_tracker_has_is_told_apart():
     told = {
         text: tuple(labels_of(text, HAND)[column] for column in ("radius", "reach", "window"))
         for text in (
-            "wang2010", "wang2010:radius=10", "wang2010:particles=400", "particle-filter",
-            "particle-filter:radius=3.87", "particle-filter:particles=60",
-            "particle-filter:particles=60:radius=10", "particle-filter:particles=60:radius=3.87",
-            "camshift", "camshift:window=adaptive", "camshift-improved:window=adaptive",
+            "wang2010",
+            "wang2010:radius=10",
+            "wang2010:particles=400",
+            "particle-filter",
+            "particle-filter:radius=3.87",
+            "particle-filter:particles=60",
+            "particle-filter:particles=60:radius=10",
+            "particle-filter:particles=60:radius=3.87",
+            "camshift",
+            "camshift:window=adaptive",
+            "camshift-improved:window=adaptive",
             "opencv-camshift",
         )
-    }  # fmt: skip
+    }
     assert list(told.values()) == [
-        ("rule", "any", "any"), ("10", "any", "any"), ("any", "any", "any"),
-        ("any", "rule", "any"), ("rule", "3.87", "any"), ("rule", "rule", "any"),
-        ("10", "rule", "any"), ("rule", "3.87", "any"), ("any", "any", "fixed"),
-        ("any", "any", "adaptive"), ("any", "any", "adaptive"), ("any", "any", "any"),
-    ]  # fmt: skip
+        ("rule", "any", "any"),
+        ("10", "any", "any"),
+        ("any", "any", "any"),
+        ("any", "rule", "any"),
+        ("rule", "3.87", "any"),
+        ("rule", "rule", "any"),
+        ("10", "rule", "any"),
+        ("rule", "3.87", "any"),
+        ("any", "any", "fixed"),
+        ("any", "any", "adaptive"),
+        ("any", "any", "adaptive"),
+        ("any", "any", "any"),
+    ]
 
 
 def test_the_improved_camshift_as_written_serves_another_preset_and_nothing_else_does():
     texts = (
-        "wang2010:preset=as-written", "particle-filter:preset=as-written",
+        "wang2010:preset=as-written",
+        "particle-filter:preset=as-written",
         "particle-filter:preset=as-written:particles=60",
-        "particle-filter:preset=as-written:beta=0", "particle-filter",
+        "particle-filter:preset=as-written:beta=0",
+        "particle-filter",
         "camshift-improved:preset=as-written:window=adaptive",
-        "camshift-improved:preset=as-written:difference_window=1", "camshift",
-    )  # fmt: skip
+        "camshift-improved:preset=as-written:difference_window=1",
+        "camshift",
+    )
     scores = pd.DataFrame([labels_of(text, HAND) for text in texts])
     shared = with_shared_runs(scores)
     pd.testing.assert_frame_equal(shared.iloc[: len(scores)], scores)
@@ -74,24 +95,32 @@ def test_the_improved_camshift_as_written_serves_another_preset_and_nothing_else
 
 def test_a_radius_of_ten_by_the_formula_is_on_both_curves_and_one_number_is_none():
     texts = (
-        "wang2010", "wang2010:radius=10", "particle-filter", "particle-filter:particles=60",
-        "particle-filter:particles=60:radius=10", "particle-filter:radius=3.87",
-        "particle-filter:beta=0", "camshift",
-    )  # fmt: skip
+        "wang2010",
+        "wang2010:radius=10",
+        "particle-filter",
+        "particle-filter:particles=60",
+        "particle-filter:particles=60:radius=10",
+        "particle-filter:radius=3.87",
+        "particle-filter:beta=0",
+        "camshift",
+    )
     scores = pd.DataFrame([{**labels_of(t, HAND), "sequence": TABLE_TENNIS} for t in texts])
     found = by_number(scores)[["tracker", "particles", "radius"]].to_numpy().tolist()
     assert sorted(found) == [
-        ["particle-filter", 60, "10"], ["particle-filter", 60, "rule"],
-        ["particle-filter", 400, "10"], ["particle-filter", 400, "rule"],
-    ]  # fmt: skip
+        ["particle-filter", 60, "10"],
+        ["particle-filter", 60, "rule"],
+        ["particle-filter", 400, "10"],
+        ["particle-filter", 400, "rule"],
+    ]
     assert by_number(scores.assign(sequence=HAND)).empty
 
 
 def test_every_run_is_a_row_with_its_reading_and_its_course(tmp_path):
     texts = (
-        "wang2010:preset=as-written:particles=20", "particle-filter:particles=20:sigma=0.3",
+        "wang2010:preset=as-written:particles=20",
+        "particle-filter:particles=20:sigma=0.3",
         "camshift",
-    )  # fmt: skip
+    )
     source = "plain/target:length=30"
     folder = bench.run(
         Experiment("trial", texts, (SequenceSource(source),), repetitions=2), tmp_path, jobs=1

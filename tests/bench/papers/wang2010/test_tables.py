@@ -39,9 +39,11 @@ def test_a_figure_has_a_row_a_way_to_track_with_stretches_and_its_frames(made_sc
     frame = made_scores(errors, {TABLE_TENNIS: trackers}, scenes=3)
     table = figure_table(frame, TABLE_TENNIS).data.set_index(["tracker", "setting"])
     assert list(table.index) == [
-        ("proposed", "as-written"), ("particle filter", "as-written"), ("CamShift", "fixed"),
+        ("proposed", "as-written"),
+        ("particle filter", "as-written"),
+        ("CamShift", "fixed"),
         ("CamShift", "adaptive"),
-    ]  # fmt: skip
+    ]
     ours, theirs = table.loc[("proposed", "as-written")], table.iloc[1]
     assert (ours["success [%]"], theirs["success [%]"]) == ("100", "0")
     assert theirs["error 12–16 [px]"] == "21.0 [20.5–21.5]"
@@ -54,8 +56,14 @@ def test_a_figure_has_a_row_a_way_to_track_with_stretches_and_its_frames(made_sc
 
 
 def test_settings_say_what_was_chosen_after_seeing_results():
-    row = {"preset": "as-written", "variant": "sigma=0.2", "model": "hue", "radius": "rule",
-           "reach": "3.87", "window": "any"}  # fmt: skip
+    row = {
+        "preset": "as-written",
+        "variant": "sigma=0.2",
+        "model": "hue",
+        "radius": "rule",
+        "reach": "3.87",
+        "window": "any",
+    }
     assert setting(row) == (
         "as-written, sigma=0.2 (post hoc), hue alone (α = 1, β = 0), radius=3.87"
     )
@@ -74,10 +82,14 @@ def numbers(tracker, *particles, **options):
 def test_success_stands_against_the_number_of_particles(made_scores):
     trackers = {
         TABLE_TENNIS: (
-            WRITTEN, *numbers(WRITTEN, 15, 100), FILTER, *numbers(FILTER, 100),
-            *numbers(FILTER, 100, radius=3.87), "wang2010",
+            WRITTEN,
+            *numbers(WRITTEN, 15, 100),
+            FILTER,
+            *numbers(FILTER, 100),
+            *numbers(FILTER, 100, radius=3.87),
+            "wang2010",
         )
-    }  # fmt: skip
+    }
 
     def errors(text, sequence, scene):
         return 1.0 if "=15" not in text and not (text == FILTER and scene < 5) else 20.0
@@ -90,8 +102,9 @@ def test_success_stands_against_the_number_of_particles(made_scores):
     rows = {row["label"]: row for row in particle_rows(frame)}
     assert (rows["wang2010"]["published"], rows["wang2010"]["measured"]) == (60, 60.0)
     assert (rows["particle-filter"]["published"], rows["particle-filter"]["measured"]) == (
-        400, 100.0,
-    )  # fmt: skip
+        400,
+        100.0,
+    )
     lost = made_scores(lambda *_: 20.0, trackers)
     assert {row["measured"] for row in particle_rows(lost)} == {None}
 
@@ -100,10 +113,13 @@ def test_weights_stand_beside_what_they_are_on_and_off_the_target(made_scores):
     frame = made_scores(lambda *_: 1.0, effective_sample_size=0.75, weight_ratio=2.0)
     beside = pd.DataFrame(
         {
-            "sequence": HAND, "tracker": "wang2010", "preset": "as-written",
-            "on_target": [0.5, 0.25], "on_over_off": [1.5, np.nan],
+            "sequence": HAND,
+            "tracker": "wang2010",
+            "preset": "as-written",
+            "on_target": [0.5, 0.25],
+            "on_over_off": [1.5, np.nan],
         }
-    )  # fmt: skip
+    )
     table = weights_table(frame, beside).data.set_index(["sequence", "tracker"])
     row = table.loc[("hand", "proposed")]
     assert row["ESS/N"] == "0.750 [0.750–0.750]"
@@ -116,13 +132,22 @@ def test_one_parameter_at_a_time_stands_beside_what_is_as_written(made_scores):
     improved = "camshift-improved:preset=as-written"
     trackers = {
         TABLE_TENNIS: (
-            WRITTEN, f"{WRITTEN}:sigma=0.2", f"{WRITTEN}:sigma=0.05", "wang2010",
-            f"{WRITTEN}:radius=10", f"{WRITTEN}:beta=0", f"{WRITTEN}:alpha=0.5",
-            f"{WRITTEN}:velocity=mean", f"{WRITTEN}:hue_bins=16:saturation_bins=16",
-            f"{WRITTEN}:sigma=0.2:radius=10", "wang2010:preset=robust",
-            f"{WRITTEN}:alpha=1:beta=0", f"{FILTER}:radius=3.87", f"{improved}:window=adaptive",
+            WRITTEN,
+            f"{WRITTEN}:sigma=0.2",
+            f"{WRITTEN}:sigma=0.05",
+            "wang2010",
+            f"{WRITTEN}:radius=10",
+            f"{WRITTEN}:beta=0",
+            f"{WRITTEN}:alpha=0.5",
+            f"{WRITTEN}:velocity=mean",
+            f"{WRITTEN}:hue_bins=16:saturation_bins=16",
+            f"{WRITTEN}:sigma=0.2:radius=10",
+            "wang2010:preset=robust",
+            f"{WRITTEN}:alpha=1:beta=0",
+            f"{FILTER}:radius=3.87",
+            f"{improved}:window=adaptive",
         ),
-    }  # fmt: skip
+    }
     frame = made_scores(lambda text, *_: 20.0 if "0.2" in text else 2.0, trackers, scenes=2)
     rows = [row[:4] for row in texts(sensitivities_table(frame))]
     assert rows == [
@@ -138,13 +163,22 @@ def test_one_parameter_at_a_time_stands_beside_what_is_as_written(made_scores):
     ]
     assert {row[4] for row in texts(sensitivities_table(frame))} == {"—"}
     others = [row[1:3] for row in texts(further_table(frame)) if row[0] == "proposed"]
-    assert others == [["as written", ""], ["hue_bins = saturation_bins", "16"],
-                      ["velocity", "mean"]]  # fmt: skip
+    assert others == [
+        ["as written", ""],
+        ["hue_bins = saturation_bins", "16"],
+        ["velocity", "mean"],
+    ]
 
 
 def test_motion_and_drift_stand_apart_with_one_number_and_one_radius(made_scores):
-    chosen = ("wang2010", "particle-filter:particles=60", "particle-filter", "wang2010:beta=0",
-             "wang2010:radius=10", f"{FILTER}:particles=60:alpha=1:beta=0")  # fmt: skip
+    chosen = (
+        "wang2010",
+        "particle-filter:particles=60",
+        "particle-filter",
+        "wang2010:beta=0",
+        "wang2010:radius=10",
+        f"{FILTER}:particles=60:alpha=1:beta=0",
+    )
     trackers = {HAND: chosen, CUP: ("wang2010:particles=15", "particle-filter:particles=15")}
     frame = made_scores(
         lambda text, *_: 20.0 if text.startswith("particle") else 2.0, trackers, scenes=2
@@ -305,14 +339,22 @@ def test_a_single_undisturbed_pass_has_a_ratio_without_an_interval():
 def test_what_was_measured_on_the_scenes_is_printed_where_it_was():
     tables = {
         "wa-7": pd.DataFrame(
-            {"map": ["colour", "moving", "colour"], "sequence": [HAND, HAND, CUP],
-             "inside": [0.25, 0.5, 0.75]}
+            {
+                "map": ["colour", "moving", "colour"],
+                "sequence": [HAND, HAND, CUP],
+                "inside": [0.25, 0.5, 0.75],
+            }
         ),
         "camera": pd.DataFrame(
-            {"sequence": ["multipart/1", HAND], "camera": ["moving", "at rest"],
-             "changing": [0.98, 0.05], "moving": 0.04, "moving_inside": 0.5}
+            {
+                "sequence": ["multipart/1", HAND],
+                "camera": ["moving", "at rest"],
+                "changing": [0.98, 0.05],
+                "moving": 0.04,
+                "moving_inside": 0.5,
+            }
         ),
-    }  # fmt: skip
+    }
     assert texts(scene_table(tables)) == [
         ["WA-7", "share of the map on the target, colour", "—", "0.25", "0.75"],
         ["WA-7", "share of the map on the target, moving", "—", "0.50", "—"],

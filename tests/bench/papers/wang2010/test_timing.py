@@ -87,16 +87,21 @@ def a_run(text, seconds):
 
 def test_timing_runs_are_those_of_methods_as_written(monkeypatch):
     runs = [
-        a_run("camshift:preset=as-written", 1.0), a_run("camshift:preset=as-written", 3.0),
-        a_run("camshift:window=adaptive", 50.0), a_run("wang2010:preset=as-written", 7.0),
-        a_run("wang2010", 50.0), a_run("static", 50.0),
-    ]  # fmt: skip
+        a_run("camshift:preset=as-written", 1.0),
+        a_run("camshift:preset=as-written", 3.0),
+        a_run("camshift:window=adaptive", 50.0),
+        a_run("wang2010:preset=as-written", 7.0),
+        a_run("wang2010", 50.0),
+        a_run("static", 50.0),
+    ]
     monkeypatch.setattr(timing, "timed_runs", lambda folder, cells: iter(runs))
     frames = frame_times("anywhere")
     assert frames.to_numpy().tolist() == [
-        ["camshift", NAME, 1, 2.0], ["camshift", NAME, 2, 4.0],
-        ["proposed", NAME, 1, 7.0], ["proposed", NAME, 2, 14.0],
-    ]  # fmt: skip
+        ["camshift", NAME, 1, 2.0],
+        ["camshift", NAME, 2, 4.0],
+        ["proposed", NAME, 1, 7.0],
+        ["proposed", NAME, 2, 14.0],
+    ]
 
 
 def test_timing_runs_that_load_disturbed_are_left_out(folder, monkeypatch):
@@ -173,8 +178,10 @@ def test_ratios_stand_beside_those_of_the_paper():
     table, particles = time_tables(known(), ["failed: why"])
     texts = [[cell.text for cell in row] for row in table.rows]
     assert texts[0] == [
-        *(TABLE_1, "CamShift, fixed window", "0.063", "1.00"), *("1", "1.00", "0.1", "1.00"), "2",
-    ]  # fmt: skip
+        *(TABLE_1, "CamShift, fixed window", "0.063", "1.00"),
+        *("1", "1.00", "0.1", "1.00"),
+        "2",
+    ]
     assert texts[1][1:6] == ["CamShift, adaptive window", "0.063", "1.00", "1.2", "1.20"]
     assert [row[2:6] for row in texts[2:4]] == [
         ["0.120", "1.90", "2", "2.00"],
@@ -188,8 +195,12 @@ def test_ratios_stand_beside_those_of_the_paper():
     assert "40 % in plain NumPy, 40 % compiled" in table.notes[2]
     assert table.notes[-1] == "failed: why"
     assert [cell.text for cell in particles.rows[0]] == [
-        "proposed", "2 [1, 3]", "0.99", "2 [1, 3]", "0.99",
-    ]  # fmt: skip
+        "proposed",
+        "2 [1, 3]",
+        "0.99",
+        "2 [1, 3]",
+        "0.99",
+    ]
 
 
 @pytest.fixture

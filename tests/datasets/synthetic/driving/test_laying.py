@@ -111,8 +111,14 @@ def test_a_picture_lies_on_its_facet_as_rays_meet_it(slant, place):
     side = 64
     rows, columns = np.indices((side, side))
     image = np.stack([columns * 3.0, np.full((side, side), 100.0), rows * 3.0], axis=-1)
-    wall = np.array([[-3, -3, 6 - 3 * slant], [3, -3, 6 + 3 * slant],
-                     [3, 3, 6 + 3 * slant], [-3, 3, 6 - 3 * slant]])  # fmt: skip
+    wall = np.array(
+        [
+            [-3, -3, 6 - 3 * slant],
+            [3, -3, 6 + 3 * slant],
+            [3, 3, 6 + 3 * slant],
+            [-3, 3, 6 - 3 * slant],
+        ]
+    )
     x, y, _ = place
     projection = [[[8.0, 0, 0, 32 - 8 * x], [0, 8.0, 0, 32 - 8 * y]]]
     face = Face(wall + place, np.array([0.0, 0.0, -1.0]), 0)

@@ -140,8 +140,13 @@ def test_even_light_is_one_and_dappled_light_is_that_of_the_ground_below_the_ray
         along = dappled.gains(x, z, heights)
         ground = [dappled.gains(x + SLANT_X * h, z + SLANT_Z * h, [0.0])[0] for h in heights]
         np.testing.assert_allclose(along, ground)
-    everywhere = np.array([dappled.gains(x, z, [0.0])[0] for x in np.arange(0, 16, 0.3)
-                           for z in np.arange(4, 10, 0.5)])  # fmt: skip
+    everywhere = np.array(
+        [
+            dappled.gains(x, z, [0.0])[0]
+            for x in np.arange(0, 16, 0.3)
+            for z in np.arange(4, 10, 0.5)
+        ]
+    )
     assert everywhere.min() >= 1 - DEPTH
     assert everywhere.max() <= 1
     assert everywhere.std() > 0.08

@@ -12,9 +12,10 @@ def smooth(seed, rows, columns):
     """A picture of soft, coloured blobs."""
     generator = np.random.default_rng(seed)
     coarse = generator.uniform(40, 215, (rows // 6 + 2, columns // 6 + 2, 3))
-    down, across = np.linspace(0, len(coarse) - 1.001, rows), np.linspace(
-        0, coarse.shape[1] - 1.001, columns
-    )  # fmt: skip
+    down, across = (
+        np.linspace(0, len(coarse) - 1.001, rows),
+        np.linspace(0, coarse.shape[1] - 1.001, columns),
+    )
     i, j = down.astype(int), across.astype(int)
     u, v = (down - i)[:, None, None], (across - j)[None, :, None]
     upper = (1 - v) * coarse[i][:, j] + v * coarse[i][:, j + 1]
@@ -63,9 +64,14 @@ def moving(n=50, *, covered=None, lamp=None, round_target=False, attributes=None
         return found
 
     return Sequence(
-        "painted", images, [[x, y, WIDTH, HEIGHT] for x, y in zip(xs, ys, strict=True)],
-        fingerprint="p", visibility=1 - np.array(covered), masks=mask, attributes=attributes,
-    )  # fmt: skip
+        "painted",
+        images,
+        [[x, y, WIDTH, HEIGHT] for x, y in zip(xs, ys, strict=True)],
+        fingerprint="p",
+        visibility=1 - np.array(covered),
+        masks=mask,
+        attributes=attributes,
+    )
 
 
 def hidden_for_a_while(n=60, begin=15, speed=0.1, frames=8):

@@ -24,8 +24,11 @@ OWN = ("ng-9-failures", "ng-10")  # tables that are made of runs
 def test_sequences_that_are_measured_exist_and_further_claims_wait():
     known = set(datasets.names())
     assert {name for check in examining.CHECKS for name in check.sequences} <= known
-    always = {check.measure.__module__.rpartition(".")[2] for check in examining.CHECKS
-              if not check.everything}  # fmt: skip
+    always = {
+        check.measure.__module__.rpartition(".")[2]
+        for check in examining.CHECKS
+        if not check.everything
+    }
     assert always == {"clutter", "watching", "sliding", "shading"}
 
 
@@ -52,8 +55,13 @@ def test_what_claims_compare_is_what_is_measured(sequence, occluded):
         **sensor.measure(sequence(30), quick=True),
     }
     measured = list(parts_on_tables())
-    assert {name for name, _ in measured} == {"NG-9", *(f"NG-{n}" for n in range(11, 18)), "NG-19",
-                                              "NG-21", "NG-22"}  # fmt: skip
+    assert {name for name, _ in measured} == {
+        "NG-9",
+        *(f"NG-{n}" for n in range(11, 18)),
+        "NG-19",
+        "NG-21",
+        "NG-22",
+    }
     for name, test in measured:
         table = tables[test.table]
         assert set(named_columns(test)) <= {*table, "sequence", "scene"}, name

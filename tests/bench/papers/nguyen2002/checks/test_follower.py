@@ -14,9 +14,12 @@ WIDTH, HEIGHT = 30, 24  # of the painted target
 def test_a_follower_sees_what_the_tracker_sees(features, sequence):
     shown = sequence(25)
     tracker = trackers.create(
-        "nguyen2002", np.random.SeedSequence(0), preset="as-written", features=features,
+        "nguyen2002",
+        np.random.SeedSequence(0),
+        preset="as-written",
+        features=features,
         report="raw",
-    )  # fmt: skip
+    )
     tracker.init(shown[0], shown.boxes[0])
     follower = Follower(shown[0], shown.boxes[0], features, report="raw")
     for t in range(1, 25):
@@ -37,9 +40,13 @@ def test_a_follower_finds_a_target_again_where_the_tracker_does(frame):
         for t, x in enumerate(xs)
     ]
     tracker = trackers.create(
-        "nguyen2002", np.random.SeedSequence(0), preset="as-written", features="rgb", report="raw",
+        "nguyen2002",
+        np.random.SeedSequence(0),
+        preset="as-written",
+        features="rgb",
+        report="raw",
         longest_occlusion=19,
-    )  # fmt: skip
+    )
     box = np.array([xs[0], 40.0, WIDTH, HEIGHT])
     tracker.init(images[0], box)
     revised = {}

@@ -40,8 +40,10 @@ def test_clear_frames_are_those_in_which_as_much_is_seen_as_ever(sequence):
     shown = sequence(30, covered=covered, attributes={"lamp off": off})
     assert np.flatnonzero(clear_frames(shown)).tolist() == [*range(10), *range(15, 30)]
     assert np.flatnonzero(clear_frames(shown, 3)).tolist() == [
-        *range(3, 10), *range(18, 22), *range(25, 30),
-    ]  # fmt: skip
+        *range(3, 10),
+        *range(18, 22),
+        *range(25, 30),
+    ]
     part = wholly_seen(shown, 5, 9)
     assert part.boxes[0].tolist() == shown.boxes[0].tolist()
     assert len(part) == 9

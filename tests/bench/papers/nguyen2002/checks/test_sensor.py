@@ -44,12 +44,17 @@ def test_a_part_is_much_longer_than_what_an_occlusion_may_hide(sequence):
 
 def test_lines_are_laid_through_all_noises_of_features_and_trace():
     found = pd.DataFrame(
-        {"features": one, "trace": trace, "noise": noise, "mean_overlap": 0.9 - slope * noise,
-         "false_occlusions": 8.0 * (noise == 4)}
+        {
+            "features": one,
+            "trace": trace,
+            "noise": noise,
+            "mean_overlap": 0.9 - slope * noise,
+            "false_occlusions": 8.0 * (noise == 4),
+        }
         for one, slope in (("rgb", 0.01), ("invariants", 0.02))
         for trace in ("revised", "online")
         for noise in (1.0, 2.0, 4.0, 8.0)
-    )  # fmt: skip
+    )
     lines = sensor.lines(found).set_index(["features", "trace", "noise"]).sort_index()
     assert len(lines) == 2 * 2 * 2
     assert lines.loc[("rgb", "online", 1.0), "mean_overlap"] == pytest.approx(0.89)
