@@ -123,6 +123,9 @@ class Moreno2005(Segmenter):
     contour, the same at those ellipses' size; chosen after `recommended` was seen on a scene of the
     book and on recorded sequences.
 
+    A mask in several parts is taken as the largest of them, its holes filled: a contour has no
+    others.
+
     There is no detection of loss, and none again after it: `confidence` is the best contour's
     difference of mean posteriors, not calibrated.
 

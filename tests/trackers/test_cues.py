@@ -97,6 +97,20 @@ def test_hypotheses_attached_to_nothing_are_an_error():
         complete([alone, alone])
 
 
+@pytest.mark.parametrize("options", [{"association": "best"}, {"feedback": "both"}])
+def test_an_unknown_way_is_refused(options):
+    with pytest.raises(ValueError, match="is none of"):
+        Chain([], **options)
+
+
+@pytest.mark.parametrize("weights", [[0.2, -0.5, 0.3], [0.2, 0.5]])
+def test_weights_below_zero_or_too_few_are_refused_by_the_cues_name(weights):
+    wrong = Listed([0, 1, 2], [0.2, 0.5, 0.3])
+    wrong.weigh = lambda *given: Weighed(np.array(weights))
+    with pytest.raises(ValueError, match="Listed gives weights of shape"):
+        Chain([wrong]).step(None, np.random.default_rng(0))
+
+
 @given(st.lists(st.floats(0, 1e300), min_size=1, max_size=8))
 def test_proportional_weights_sum_to_one_and_keep_their_order(values):
     weights = proportional(np.array(values))

@@ -7,7 +7,7 @@ hypotheses and weighs them can take a place in it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, Literal, NamedTuple, Protocol, TypeAlias, TypeVar
+from typing import Any, Generic, Literal, NamedTuple, Protocol, TypeAlias, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -125,6 +125,12 @@ class Chain(Generic[Seen]):
         4), or those that its hypotheses have in the complete density of equation 7, so that what
         the later cues saw comes back. The latter is a correction of the paper: the density of x₁
         given all measurements is not that given z₁ alone where z₂ depends on x₁.
+
+    Raises
+    ------
+    ValueError
+        For another association or feedback; in a step, for weights below 0 or of another number
+        than the hypotheses.
     """
 
     def __init__(
@@ -133,6 +139,9 @@ class Chain(Generic[Seen]):
         association: Association = "by-weight",
         feedback: Feedback = "marginal",
     ) -> None:
+        for value, known in ((association, Association), (feedback, Feedback)):
+            if value not in get_args(known):
+                raise ValueError(f"{value!r} is none of {', '.join(get_args(known))}.")
         self.cues = tuple(cues)
         self.association = association
         self.feedback = feedback
@@ -144,6 +153,11 @@ class Chain(Generic[Seen]):
             states = cue.sample(generator)
             attached = self._attached(found[-1].weights, len(states), generator) if found else None
             weighed = cue.weigh(observation, states, attached, found)
+            if weighed.weights.shape != (len(states),) or (weighed.weights < 0).any():
+                raise ValueError(
+                    f"{type(cue).__name__} gives weights of shape {weighed.weights.shape} to "
+                    f"{len(states)} hypotheses: each has one, not below 0."
+                )
             weights = proportional(weighed.weights)
             found.append(Hypotheses(states, weights, attached, weighed.evidence))
         carried = _joint_weights(found) if self.feedback == "joint" else [h.weights for h in found]
