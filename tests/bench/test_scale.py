@@ -194,6 +194,7 @@ def check(folder, size, evidence):
         assert spent["peak"] - told["base"] < 100 * MEGABYTE + 1000 * size.runs, name
 
 
+@pytest.mark.slow
 def test_fifty_thousand_runs_take_less_than_a_kilobyte_each(here, evidence):
     check(here, Size(trackers=25, sequences=100, stored=1), evidence)
 

@@ -97,6 +97,7 @@ def test_any_order_gives_the_same_images(sequence):
     assert all(again[frame].tobytes() == once[frame] for frame in (0, n // 2, n - 1))
 
 
+@pytest.mark.slow
 def test_another_process_finds_the_same(sequence, elsewhere):
     fingerprint, digest = elsewhere[sequence.name]
     assert sequence.fingerprint == fingerprint

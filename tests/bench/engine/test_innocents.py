@@ -94,6 +94,7 @@ def test_a_function_that_a_neighbour_broke_is_not_its_own_failure(ground):
     assert set(failures(ground, "Patches", "Averages")) <= {("Patches", "A", 0)}
 
 
+@pytest.mark.slow
 def test_who_breaks_the_harness_costs_his_own_runs_alone(ground):
     found = failures(ground, "BreaksTheHarness", "Dawdles", sequences="AB")
     assert set(found) == {("BreaksTheHarness", name, 0) for name in "AB"}
@@ -105,12 +106,14 @@ def test_signals_without_names_and_text_that_no_file_can_hold_are_told(ground):
     assert r"no \udcff.png" in found["MissesFile", "A", 0]
 
 
+@pytest.mark.slow
 def test_all_who_fork_are_found(ground):
     found = failures(ground, "Forks", "Dawdles", "ForksToo", seeds=2)
     assert set(found) == {(name, "A", seed) for name in ("Forks", "ForksToo") for seed in (0, 1)}
     assert all("it forked" in failure for failure in found.values())
 
 
+@pytest.mark.slow
 def test_repetitions_that_fail_for_one_reason_are_confirmed_once(ground, monkeypatch):
     asked = []
     plain = Supervisor._ask

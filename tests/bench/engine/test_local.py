@@ -126,6 +126,7 @@ PAUSE = """import os, time; time.sleep(0.01)
         return Estimate(self.box, details={"process": float(os.getpid())})  #"""
 
 
+@pytest.mark.slow
 def test_a_culprit_is_found_without_repeating_everybody_alone(data):
     """By the board: the one that was called last is repeated, and the others together."""
     deadly = data / "deadly.py"

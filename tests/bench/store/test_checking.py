@@ -58,6 +58,7 @@ def test_a_truth_that_is_gone_is_named_once_and_the_status_is_1(stored, trackmar
     assert damages(stored) == []
 
 
+@pytest.mark.slow
 def test_a_killed_run_leaves_its_frames_until_it_is_finished(here, trackmark):
     file = here / "slow.py"
     file.write_text((here / "knob.py").read_text().replace("return Estimate", SLOW))

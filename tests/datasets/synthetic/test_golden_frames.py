@@ -67,7 +67,11 @@ SLOW = {
     name
     for name in SEQUENCES
     if ":" in name and name.partition("/")[0] in ("nummiaro2003", "wang2010", "nguyen2002")
-} | {"moreno2005/book:illuminant=constant:scene=1:shadow=none", "moreno2005/octopus:scene=1"}
+} | {
+    "moreno2005/book:illuminant=constant:scene=1:shadow=none",
+    "moreno2005/octopus:scene=1",
+    "nguyen2002/lights",
+}
 """Further scenes of what is tested every day by one."""
 
 
