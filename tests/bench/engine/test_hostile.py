@@ -263,6 +263,7 @@ def test_what_trackers_raise_and_answer_is_theirs_alone(together, undisturbed):
     assert len(printed) < 100_000
 
 
+@pytest.mark.slow
 def test_what_harms_a_process_is_traced_to_its_culprit(together, undisturbed):
     chosen = ["Segfaults", "HangsInC", "Forks", "DrawsFromNumpy", "AllocatesAtOnce"]
     expected = {name: HARM[name] for name in chosen}

@@ -81,6 +81,7 @@ def failures(ground, *names, sequences="A", timing=False, seeds=1, limits=None):
     }
 
 
+@pytest.mark.slow
 def test_an_alarm_that_an_earlier_tracker_set_is_not_its_successors_failure(ground):
     found = failures(ground, "Alarms", "Dawdles", timing=True)
     assert ("Dawdles", "A", 0) not in found

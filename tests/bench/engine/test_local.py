@@ -87,7 +87,13 @@ def test_progress_ends_at_the_whole_work(data):
     assert 0 < execution.overhead < 0.01
 
 
-@pytest.mark.parametrize("death", ["import os; os._exit(3)", "import ctypes; ctypes.string_at(0)"])
+@pytest.mark.parametrize(
+    "death",
+    [
+        "import os; os._exit(3)",
+        pytest.param("import ctypes; ctypes.string_at(0)", marks=pytest.mark.slow),
+    ],
+)
 def test_a_tracker_that_kills_its_process_costs_its_own_runs_alone(data, death):
     deadly = data / "deadly.py"
     source = (
