@@ -87,7 +87,7 @@ def test_the_colour_goes_a_twentieth_a_frame_along_a_way_that_bends():
         # As far as it goes in ten frames, beside where it would be had it gone straight on.
         foreseen = colour[1:-10] + 10 * steps[:-10]
         missed.append(np.linalg.norm(colour[11:] - foreseen, axis=1).mean())
-    print(f"mean step of the colour: {np.mean(lengths):.4f} in RGB of [0, 1] a frame")  # noqa: T201
+    print(f"mean step of the colour: {np.mean(lengths):.4f} in RGB of [0, 1] a frame")  # noqa: T201  # what `pytest -s` is for
     assert np.mean(lengths) == pytest.approx(0.05, abs=0.003)
     assert np.max(lengths) < 0.08
     assert np.mean(straight) < 0.5 * 20 * np.mean(lengths)

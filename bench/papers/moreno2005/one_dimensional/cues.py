@@ -18,16 +18,23 @@ Filter: TypeAlias = Literal["independent", "dependent", "unweighted"]
 FILTERS: tuple[Filter, ...] = ("independent", "dependent", "unweighted")
 
 
-class Colour(ParticleCue):
-    """PF1: a random walk, weighed by exp(-|s₁ - observed colour| / λ)."""
+class _Walk(ParticleCue):
+    """A random walk of one number; `spread` is the deviation of a step."""
 
-    def __init__(self, start: float, samples: int, setting: Setting) -> None:
+    def __init__(self, start: float, samples: int, scale: float, spread: float) -> None:
         super().__init__(np.array(start), samples)
-        self._scale, self._spread = setting.scale, setting.dynamics[1]
+        self._scale, self._spread = scale, spread
 
     def propagated(self, states: Array, generator: np.random.Generator) -> Array:
         """See `ParticleCue.propagated`."""
         return states + self._spread * generator.standard_normal(len(states))
+
+
+class Colour(_Walk):
+    """PF1: a random walk, weighed by exp(-|s₁ - observed colour| / λ)."""
+
+    def __init__(self, start: float, samples: int, setting: Setting) -> None:
+        super().__init__(start, samples, setting.scale, setting.dynamics[1])
 
     def weigh(
         self,
@@ -65,16 +72,11 @@ class AnyColour:
         """See `Cue.receive`: nothing is learnt."""
 
 
-class Position(ParticleCue):
+class Position(_Walk):
     """PF2: weighed by exp(-(|s₁ - observed colour| + |s₂ - observed position|) / λ)."""
 
     def __init__(self, start: float, samples: int, setting: Setting) -> None:
-        super().__init__(np.array(start), samples)
-        self._scale, self._spread = setting.scale, setting.dynamics[0]
-
-    def propagated(self, states: Array, generator: np.random.Generator) -> Array:
-        """See `ParticleCue.propagated`."""
-        return states + self._spread * generator.standard_normal(len(states))
+        super().__init__(start, samples, setting.scale, setting.dynamics[0])
 
     def weigh(
         self,
