@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["Outside", "contour_scores", "inside_sums", "windings"]
+__all__ = ["Outside", "contour_scores", "windings"]
 
 Array: TypeAlias = NDArray[np.float64]
 Outside: TypeAlias = Literal["window", "image"]
@@ -63,28 +63,6 @@ def contour_scores(
     order = np.argsort(which, kind="stable")  # each map's sums are made once
     scores: Array = _scores(tables, seen, which, order, contours, left, top, beyond, smallest)
     return scores
-
-
-def inside_sums(values: Array, contours: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Sums of an image's values inside contours, and numbers of pixels.
-
-    Parameters
-    ----------
-    values : ndarray of float64, shape (height, width)
-    contours : ndarray of float64, shape (n, points, 2)
-        None crosses itself; of what is beyond the image nothing is summed.
-
-    Returns
-    -------
-    sums : ndarray of float64, shape (n,)
-    counts : ndarray of intp, shape (n,)
-    """
-    above = np.zeros((values.shape[0] + 1, values.shape[1]))
-    np.cumsum(values, axis=0, out=above[1:])
-    sums, counts = np.zeros(len(contours)), np.zeros(len(contours), np.intp)
-    for j, contour in enumerate(contours):
-        sums[j], counts[j] = _inside(above, contour, 0, 0)
-    return sums, counts
 
 
 @njit(cache=True)
