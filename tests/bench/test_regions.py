@@ -184,3 +184,14 @@ def test_frames_without_a_value_do_not_count():
     assert decay == pytest.approx(0.6)
     assert np.isnan(mean_recall_decay(np.full(5, unknown))).all()
     assert np.isnan(mean_recall_decay(np.empty(0))).all()
+
+
+def test_borders_may_be_four_pixels_off_in_an_image_with_a_diagonal_of_500():
+    def shifted(pixels):
+        mask = np.zeros((300, 400), bool)
+        mask[100:200, 150 + pixels : 250 + pixels] = True
+        return mask
+
+    # 0.008 of the diagonal, rounded up, is DAVIS's tolerance.
+    assert contour_accuracy(shifted(4), shifted(0)) == 1
+    assert contour_accuracy(shifted(5), shifted(0)) < 0.7
