@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 from bench.packages import NameClashError, check_place
 
 if TYPE_CHECKING:
-    from bench.evaluation import evaluate
-    from bench.experiment import Experiment, read_experiment
-    from bench.record import Run
-    from bench.runner import run
-    from bench.scoring import score, score_boxes
+    from bench.engine.runner import run
+    from bench.evaluation.loop import evaluate
+    from bench.evaluation.record import Run
+    from bench.experiments.experiment import Experiment, read_experiment
+    from bench.metrics.scoring import score, score_boxes
     from bench.store.loading import load_results
 
 __all__ = [
@@ -43,14 +43,14 @@ except NameClashError as error:
 # What a name is found in; imported when it is asked for, so that `trackmark --help` waits
 # for no numerics.
 _HOMES = {
-    "Experiment": "bench.experiment",
-    "Run": "bench.record",
-    "evaluate": "bench.evaluation",
+    "Experiment": "bench.experiments.experiment",
+    "Run": "bench.evaluation.record",
+    "evaluate": "bench.evaluation.loop",
     "load_results": "bench.store.loading",
-    "read_experiment": "bench.experiment",
-    "run": "bench.runner",
-    "score": "bench.scoring",
-    "score_boxes": "bench.scoring",
+    "read_experiment": "bench.experiments.experiment",
+    "run": "bench.engine.runner",
+    "score": "bench.metrics.scoring",
+    "score_boxes": "bench.metrics.scoring",
 }
 
 

@@ -90,7 +90,7 @@ def _invoke(arguments: Sequence[str] | None) -> int:
 
 def _is_input_error(error: ValueError) -> bool:
     """Whether it is one of our errors about the user's input, not a defect."""
-    from bench.experiment import ExperimentError
+    from bench.experiments.experiment import ExperimentError
     from bench.store.files import ResultsError
     from datasets import SequenceError
     from trackers import TrackerError

@@ -12,11 +12,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.measures import MASKS, PER_SEQUENCE, SEGMENTATION, SUMMARY, TIMES
+from bench.evaluation.record import Trace
+from bench.evaluation.reference import reference
 from bench.metrics.centre_error import centre_error
+from bench.metrics.measures import MASKS, PER_SEQUENCE, SEGMENTATION, SUMMARY, TIMES
 from bench.metrics.overlap import overlap
-from bench.record import Trace
-from bench.reference import reference
 from bench.store.index import experiment_folders
 from bench.store.layout import Cell
 from bench.store.loading import as_revised, load_results, ordered_rows

@@ -10,8 +10,8 @@ import pytest
 import bench
 import datasets
 import trackers
-from bench.experiment import read_experiment
-from bench.plan import make_plan
+from bench.experiments.experiment import read_experiment
+from bench.experiments.plan import make_plan
 from bench.store.results import Results
 
 ROOT = Path(__file__).parents[1]
@@ -83,7 +83,9 @@ def test_the_experiments_shown_can_be_planned(page, tmp_path):
 def test_the_python_of_the_readme_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     bench.run(
-        bench.Experiment("adhoc", ("static",), (bench.experiment.SequenceSource("samples/face"),))
+        bench.Experiment(
+            "adhoc", ("static",), (bench.experiments.experiment.SequenceSource("samples/face"),)
+        )
     )
     sequence = datasets.load("samples/face")
     known = {

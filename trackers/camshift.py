@@ -6,7 +6,10 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from trackers.back_projection.hue import (
+from trackers.base.interface import Box, Estimate, Mask
+from trackers.base.parameters import Parameters, TrackerError
+from trackers.base.sharing import SharedFrame, SharingTracker
+from trackers.maps.back_projection.hue import (
     MOST_BINS,
     HueBins,
     bin_counts,
@@ -14,10 +17,7 @@ from trackers.back_projection.hue import (
     mean_shift,
     unvisited_hues,
 )
-from trackers.back_projection.window import adapted_window
-from trackers.base.interface import Box, Estimate, Mask
-from trackers.base.parameters import Parameters, TrackerError
-from trackers.base.sharing import SharedFrame, SharingTracker
+from trackers.maps.back_projection.window import adapted_window
 
 __all__ = ["CamShift"]
 

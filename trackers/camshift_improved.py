@@ -6,10 +6,10 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from trackers.back_projection.window import adapted_window
 from trackers.base.interface import Box, Estimate, Mask
 from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.colour_motion.model import ColourMotionModel, ModelParameters
+from trackers.maps.back_projection.window import adapted_window
+from trackers.maps.colour_motion.model import ColourMotionModel, ModelParameters
 
 __all__ = ["CamShiftImproved"]
 

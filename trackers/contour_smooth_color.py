@@ -7,13 +7,18 @@ import numpy as np
 from pydantic import Field
 
 from trackers.base.interface import Image, Mask
-from trackers.cues.chain import Chain, Hypotheses
-from trackers.fisher.discriminant import basis_of, discriminant_basis, oriented, plane_normal
-from trackers.segmentation.colours import Palettes
-from trackers.segmentation.observation import Observation
-from trackers.segmentation.planes import GivenPlane
-from trackers.segmentation.refitting import RefittedColours
-from trackers.segmentation.segmenter import (
+from trackers.contours.cues.chain import Chain, Hypotheses
+from trackers.contours.fisher.discriminant import (
+    basis_of,
+    discriminant_basis,
+    oriented,
+    plane_normal,
+)
+from trackers.contours.segmentation.colours import Palettes
+from trackers.contours.segmentation.observation import Observation
+from trackers.contours.segmentation.planes import GivenPlane
+from trackers.contours.segmentation.refitting import RefittedColours
+from trackers.contours.segmentation.segmenter import (
     LITERAL,
     Segmenter,
     SegmenterParameters,

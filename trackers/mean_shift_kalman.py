@@ -8,8 +8,8 @@ from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Mask
 from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.mean_shifting.constant_velocity import ConstantVelocity
-from trackers.mean_shifting.target import Location, MeanShiftParameters, Target
+from trackers.histograms.mean_shifting.constant_velocity import ConstantVelocity
+from trackers.histograms.mean_shifting.target import Location, MeanShiftParameters, Target
 
 __all__ = ["MeanShiftKalman"]
 

@@ -10,10 +10,10 @@ from pydantic import Field
 from trackers.base.interface import Box, Estimate, Mask, Randomness
 from trackers.base.parameters import Parameters, TrackerError
 from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.colour.counting import region_counts
-from trackers.colour.histogram import bhattacharyya_distances
-from trackers.colour.luv import N_BINS, Binning, LuvBins, UvRange
-from trackers.colour.regions import Regions, pixel_regions
+from trackers.histograms.colour.counting import region_counts
+from trackers.histograms.colour.histogram import bhattacharyya_distances
+from trackers.histograms.colour.luv import N_BINS, Binning, LuvBins, UvRange
+from trackers.histograms.colour.regions import Regions, pixel_regions
 from trackers.particles.propagation import first_order, random_walk, uniform_noise
 from trackers.particles.resampling import SCHEMES
 from trackers.particles.weights import effective_number, mean_state, normalised

@@ -10,13 +10,20 @@ from pydantic import Field
 from trackers.base.interface import Box, Estimate, Image, Mask, Randomness
 from trackers.base.parameters import Parameters, TrackerError
 from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.colour.ellipses import Kernel
-from trackers.colour.joint import ColourSpace, JointBins
-from trackers.elliptic.background import Background, spacing_of
-from trackers.elliptic.likelihood import Likelihood, Reading
-from trackers.elliptic.model import Ellipses, TargetModel
-from trackers.elliptic.motion import Axes, Dynamics, Motion, ScaleChange, box_around, ellipse_in
-from trackers.elliptic.placement import Placement, Whereabouts
+from trackers.histograms.colour.ellipses import Kernel
+from trackers.histograms.colour.joint import ColourSpace, JointBins
+from trackers.histograms.elliptic.background import Background, spacing_of
+from trackers.histograms.elliptic.likelihood import Likelihood, Reading
+from trackers.histograms.elliptic.model import Ellipses, TargetModel
+from trackers.histograms.elliptic.motion import (
+    Axes,
+    Dynamics,
+    Motion,
+    ScaleChange,
+    box_around,
+    ellipse_in,
+)
+from trackers.histograms.elliptic.placement import Placement, Whereabouts
 from trackers.particles.resampling import multinomial
 from trackers.particles.weights import mean_state, normalised
 

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import click
 
-from bench.experiment import ExperimentError, SequenceSource
+from bench.experiments.experiment import ExperimentError, SequenceSource
 
 __all__ = [
     "chosen_sequences",

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from bench.commands._options import parse_box
-from bench.experiment import ExperimentError
+from bench.experiments.experiment import ExperimentError
 
 __all__ = ["command"]
 

@@ -9,7 +9,7 @@ import click
 from bench.commands._options import jobs_option
 from bench.commands.report import write_report
 from bench.commands.run import execute
-from bench.experiment import read_experiment
+from bench.experiments.experiment import read_experiment
 
 __all__ = ["command"]
 

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bench.commands._options import Progress, chosen_sequences, json_option, progress_bar
-from bench.experiment import ExperimentError
+from bench.experiments.experiment import ExperimentError
 
 if TYPE_CHECKING:
     from datasets import Sequence
-    from trackers.segmentation.steps import Segmented
+    from trackers.contours.segmentation.steps import Segmented
 
 __all__ = ["command"]
 
@@ -48,9 +48,9 @@ def command(
 
     import datasets
     from trackers.base.parameters import TrackerError
-    from trackers.segmentation.dynamics import dynamics_text
-    from trackers.segmentation.learning import learnt
-    from trackers.segmentation.steps import steps_of
+    from trackers.contours.segmentation.dynamics import dynamics_text
+    from trackers.contours.segmentation.learning import learnt
+    from trackers.contours.segmentation.steps import steps_of
 
     if output is not None and output.exists() and not force:
         raise ExperimentError(f"{output} is there already; --force replaces it.")

@@ -43,6 +43,6 @@ def _items(kind: str) -> dict[str, str]:
         import datasets
 
         return {name: f"{len(datasets.load(name))} frames" for name in datasets.names()}
-    from bench.experiment import experiment_names, read_experiment
+    from bench.experiments.experiment import experiment_names, read_experiment
 
     return {name: read_experiment(name).title for name in experiment_names()}

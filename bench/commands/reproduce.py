@@ -18,9 +18,9 @@ from bench.commands._options import (
 )
 
 if TYPE_CHECKING:
-    from bench.experiment import Experiment
+    from bench.experiments.experiment import Experiment
+    from bench.experiments.plan import KnownSequences
     from bench.papers import Report
-    from bench.plan import KnownSequences
     from bench.store.layout import Cell
 
 __all__ = ["command"]
@@ -102,7 +102,7 @@ def _run(
 
     Several experiments have the same sequences, which take long to open: `known` holds them.
     """
-    from bench.runner import Execution
+    from bench.engine.runner import Execution
     from datasets import SequenceError
 
     refresh_index(output / experiment.name)

@@ -18,7 +18,7 @@ from bench.commands._options import (
     split_list,
     truth_option,
 )
-from bench.experiment import Experiment, ExperimentError, read_experiment
+from bench.experiments.experiment import Experiment, ExperimentError, read_experiment
 
 __all__ = ["command", "execute"]
 
@@ -96,8 +96,8 @@ def execute(
     import numpy as np
     import pyarrow as pa
 
-    from bench.plan import State
-    from bench.runner import Execution
+    from bench.engine.runner import Execution
+    from bench.experiments.plan import State
     from bench.store.index import for_json, index_rows, index_table, read_table
     from bench.store.results import Results
 
@@ -172,9 +172,9 @@ def _show_plan(
     **means: Any,
 ) -> int:
     """Print which runs are there, which are left, and how long these will take."""
-    from bench.estimate import estimate, measured_before, words
-    from bench.plan import State
-    from bench.runner import Execution
+    from bench.engine.runner import Execution
+    from bench.experiments.estimate import estimate, measured_before, words
+    from bench.experiments.plan import State
 
     refresh_index(output / experiment.name)
     execution = Execution(experiment, output, retry_failed=retry_failed, **means)

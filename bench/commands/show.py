@@ -8,7 +8,7 @@ import click
 from bench.commands._options import progress_bar, truth_option
 
 if TYPE_CHECKING:
-    from bench.record import Trace
+    from bench.evaluation.record import Trace
 
 __all__ = ["command"]
 

@@ -25,9 +25,9 @@ from bench.engine.output import Printed
 from bench.engine.probing import Probed, probe
 from bench.engine.surroundings import can_use_files
 from bench.engine.worker import Failure, Outcome, perform, record_failure
+from bench.evaluation.watch import NotAttributableError, Watch
+from bench.experiments.unit import Unit
 from bench.store.files import ResultsError
-from bench.unit import Unit
-from bench.watch import NotAttributableError, Watch
 from datasets import SequenceError
 
 __all__ = ["Answer", "DefectError", "EscapedError", "Perform", "Probe", "Record", "main"]

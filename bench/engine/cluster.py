@@ -24,8 +24,8 @@ import datasets
 import trackers
 from bench.engine import Job
 from bench.engine.worker import Outcome
+from bench.experiments.unit import Entry, Unit
 from bench.store.files import ResultsError, remove_file, temporary_name, write_atomically
-from bench.unit import Entry, Unit
 from datasets import SequenceError
 
 __all__ = [

@@ -4,7 +4,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from bench.experiment import ExperimentError
+from bench.experiments.experiment import ExperimentError
 
 __all__ = ["LEAST_MEMORY", "Limits", "machine_memory"]
 

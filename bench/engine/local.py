@@ -9,8 +9,8 @@ from itertools import islice
 from bench.engine import Engine, Job
 from bench.engine.supervisor import Supervisor
 from bench.engine.worker import Outcome
-from bench.experiment import ExperimentError
-from bench.unit import Unit
+from bench.experiments.experiment import ExperimentError
+from bench.experiments.unit import Unit
 
 __all__ = ["connect"]
 

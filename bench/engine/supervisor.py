@@ -12,8 +12,8 @@ from bench.engine.child_process import ChildProcess, Death, StartError
 from bench.engine.limits import Limits
 from bench.engine.probing import Probed
 from bench.engine.worker import Failure, Outcome
-from bench.unit import Entry, Unit
-from bench.watch import NotAttributableError, Watch
+from bench.evaluation.watch import NotAttributableError, Watch
+from bench.experiments.unit import Entry, Unit
 from datasets import SequenceError
 
 __all__ = ["Supervisor"]

@@ -14,22 +14,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
-from bench.contestant import Contestant, contestants, identify
 from bench.engine.limits import Limits
 from bench.engine.memory import peak_memory, reset_peak
 from bench.engine.surroundings import Surroundings
-from bench.evaluation import run_in_lock_step
-from bench.record import Identity, Run
-from bench.recorder import COLUMNS
-from bench.reference import reference
+from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.record import Identity, Run
+from bench.evaluation.recorder import COLUMNS
+from bench.evaluation.reference import reference
+from bench.evaluation.timing import time_run
+from bench.evaluation.watch import UNWATCHED, NotAttributableError, Watch
+from bench.experiments.contestant import Contestant, contestants, identify
+from bench.experiments.unit import Entry, Unit
 from bench.store.index import index_row, row_of_file
 from bench.store.layout import UNFINISHED, beside
 from bench.store.results import Results
 from bench.store.truth import write_truth
 from bench.store.unfinished import map_rows, read_rows
-from bench.timing import time_run
-from bench.unit import Entry, Unit
-from bench.watch import UNWATCHED, NotAttributableError, Watch
 from datasets import Sequence, SequenceError
 from trackers import Randomness, TrackerError
 

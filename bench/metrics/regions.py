@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.record import Segmentation
+from bench.evaluation.record import Segmentation
 
 __all__ = [
     "RECALL_THRESHOLD",

@@ -6,7 +6,7 @@ touches it.
 
 import numpy as np
 
-from bench.record import Times
+from bench.evaluation.record import Times
 
 __all__ = ["DISTURBED_RATIO", "is_disturbed", "time_scores"]
 

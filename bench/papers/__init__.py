@@ -10,7 +10,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
 
-from bench.experiment import Experiment, ExperimentError, SequenceSource
+from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from bench.store.layout import Cell
 
 if TYPE_CHECKING:

@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.experiment import Experiment, ExperimentError, SequenceSource
+from bench.evaluation.record import Trace
+from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from bench.metrics.centre_error import centres
 from bench.metrics.overlap import overlap
-from bench.record import Trace
-from bench.scoring import REVISED
+from bench.metrics.scoring import REVISED
 from bench.store.layout import Cell as StoredCell
 from bench.store.layout import run_path
 from bench.store.loading import as_revised, load_results

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import datasets
-from bench.experiment import Experiment, read_experiment
+from bench.experiments.experiment import Experiment, read_experiment
 from bench.papers import Effort
 from bench.papers.recorded import Recorded, read_published
 from datasets.text_form import parse_text

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 import datasets
-from bench.contestant import contestant
-from bench.evaluation import run_in_lock_step
-from bench.record import Run
+from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.record import Run
+from bench.experiments.contestant import contestant
 
 __all__ = ["runs"]
 

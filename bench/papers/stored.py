@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from bench.contestant import contestant
+from bench.evaluation.record import Run
+from bench.experiments.contestant import contestant
 from bench.papers import Asked
-from bench.record import Run
 from bench.store.layout import run_path
 from bench.store.loading import load_results
 from bench.store.results import Results

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-from bench.record import Run
+from bench.evaluation.record import Run
 from bench.store.layout import Cell, run_path
 from bench.store.loading import load_results
 from bench.store.results import Results

@@ -16,7 +16,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from bench.record import Run
+from bench.evaluation.record import Run
 from bench.store.arrow_file import arrow_bytes, read_arrow
 from bench.store.layout import BOX_COLUMNS
 from bench.store.seal import PLACEHOLDER, read_sealed, sealed

@@ -18,7 +18,7 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 from numpy.typing import NDArray
 
-from bench.record import Identity, Run, Segmentation, Times
+from bench.evaluation.record import Identity, Run, Segmentation, Times
 from bench.store.asked import Asked, add_asked, read_asked, withdraw
 from bench.store.companions import companion_name, companions, read_arrays, read_boxes
 from bench.store.files import (

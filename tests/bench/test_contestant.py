@@ -5,7 +5,7 @@ import functools
 import numpy as np
 import pytest
 
-from bench.contestant import PACKAGE, contestant, run_seed
+from bench.experiments.contestant import PACKAGE, contestant, run_seed
 from datasets.source_digest import source_digest
 from trackers import TrackerError
 

@@ -6,10 +6,10 @@ import time
 import pytest
 
 from bench.engine.limits import Limits
-from bench.estimate import Basis, Estimate, estimate, measured_before, words
-from bench.experiment import Experiment, SequenceSource
-from bench.plan import make_plan
-from bench.runner import Execution, run
+from bench.engine.runner import Execution, run
+from bench.experiments.estimate import Basis, Estimate, estimate, measured_before, words
+from bench.experiments.experiment import Experiment, SequenceSource
+from bench.experiments.plan import make_plan
 from bench.store.results import Results
 
 SLEEPER = '''

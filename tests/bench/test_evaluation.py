@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import bench
-from bench.contestant import contestant
-from bench.evaluation import run_in_lock_step
+from bench.evaluation.loop import run_in_lock_step
+from bench.experiments.contestant import contestant
 from datasets import SequenceError
 from trackers import Estimate
 from trackers.base.sharing import SharingTracker
@@ -368,8 +368,8 @@ def test_the_harness_reports_its_own_time_without_that_of_trackers_and_images(
     """By a clock that ticks once a reading: 1 in the loop, 1 in each tracker's own call."""
     ticks = iter(range(10**6))
     now = lambda: next(ticks)  # noqa: E731
-    monkeypatch.setattr("bench.evaluation.perf_counter", now)
-    monkeypatch.setattr("bench.recorder.perf_counter", now)
+    monkeypatch.setattr("bench.evaluation.loop.perf_counter", now)
+    monkeypatch.setattr("bench.evaluation.recorder.perf_counter", now)
     (entry,) = [contestant(Walker)]
     for n_trackers in (1, 4):
         entries = [(entry, repetition) for repetition in range(n_trackers)]
@@ -380,8 +380,8 @@ def test_the_harness_reports_its_own_time_without_that_of_trackers_and_images(
 
 def test_trackers_that_failed_do_not_make_the_harness_look_quicker(make_sequence, monkeypatch):
     clock = iter(range(10**6))
-    monkeypatch.setattr("bench.evaluation.perf_counter", lambda: next(clock))
-    monkeypatch.setattr("bench.recorder.perf_counter", lambda: 0.0)
+    monkeypatch.setattr("bench.evaluation.loop.perf_counter", lambda: next(clock))
+    monkeypatch.setattr("bench.evaluation.recorder.perf_counter", lambda: 0.0)
     failing = contestant(misbehaving(raise_error, at=1))
     entries = [(contestant(Walker), 0)] + [(failing, i) for i in range(9)]
     assert run_in_lock_step(entries, make_sequence(n=9)).overhead == 1.0

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.experiment import (
+from bench.experiments.experiment import (
     Experiment,
     ExperimentError,
     SequenceSource,
@@ -115,7 +115,7 @@ KNOWN = {}
 
 
 def planned(experiment, folder):
-    from bench.plan import make_plan
+    from bench.experiments.plan import make_plan
     from bench.store.results import Results
 
     return make_plan(experiment, Results(folder / "none"), KNOWN)

@@ -11,8 +11,8 @@ from click.testing import CliRunner
 import datasets
 import trackers
 from bench.commands.learn import command
-from bench.experiment import ExperimentError
-from trackers.segmentation.dynamics import LEARNT, read_dynamics
+from bench.experiments.experiment import ExperimentError
+from trackers.contours.segmentation.dynamics import LEARNT, read_dynamics
 
 
 def film(name, masks=True, n=6):

@@ -7,9 +7,9 @@ import cv2
 import pytest
 
 import trackers
-from bench.experiment import Experiment, ExperimentError, SequenceSource
-from bench.plan import State, make_plan
-from bench.runner import run
+from bench.engine.runner import run
+from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
+from bench.experiments.plan import State, make_plan
 from bench.store.results import Results
 from datasets import SequenceError
 
@@ -77,7 +77,7 @@ def test_a_changed_tracker_makes_its_own_runs_stale_and_no_others(finished):
 def test_a_changed_shared_module_makes_runs_stale(finished, monkeypatch, tmp_path):
     copy = tmp_path / "copy" / "trackers"
     shutil.copytree(Path(trackers.__file__).parent, copy)
-    monkeypatch.setattr("bench.contestant.PACKAGE", copy)
+    monkeypatch.setattr("bench.experiments.contestant.PACKAGE", copy)
     assert set(states(finished).values()) == {"done"}
     interface = copy / "base" / "interface.py"
     append(interface, "# a change\n")

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import bench
-from bench.contestant import contestant
-from bench.evaluation import run_in_lock_step
+from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.timing import time_run
+from bench.experiments.contestant import contestant
 from bench.reporting import frame_table
 from bench.store.loading import load_results
 from bench.store.results import Results
 from bench.store.truth import write_truth
-from bench.timing import time_run
 from datasets import Sequence, SequenceError
 
 N = 6

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import datasets
-from bench.contestant import contestant
-from bench.evaluation import run_in_lock_step
+from bench.evaluation.loop import run_in_lock_step
+from bench.experiments.contestant import contestant
 from bench.store.results import Results
 from trackers import Estimate
 

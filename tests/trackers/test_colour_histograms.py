@@ -8,16 +8,16 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from trackers.base.sharing import SharedFrame
-from trackers.colour import counting
-from trackers.colour.counting import region_counts
-from trackers.colour.histogram import (
+from trackers.histograms.colour import counting
+from trackers.histograms.colour.counting import region_counts
+from trackers.histograms.colour.histogram import (
     bhattacharyya_distances,
     direct_counts,
     integral_counts,
     integral_histogram,
 )
-from trackers.colour.luv import N_BINS, LuvBins
-from trackers.colour.regions import pixel_regions
+from trackers.histograms.colour.luv import N_BINS, LuvBins
+from trackers.histograms.colour.regions import pixel_regions
 
 HEIGHT, WIDTH, N_CODES, BINS = 21, 27, 40, 13
 

@@ -13,11 +13,11 @@ from hypothesis.extra import numpy as arrays
 from bench.papers.wang2010 import plain
 from bench.papers.wang2010.plain.observation import JointMaps
 from bench.papers.wang2010.plain.windows import window_slices
-from trackers.back_projection.hue import hue_bin
 from trackers.base.parameters import TrackerError
 from trackers.base.sharing import SharedFrame
-from trackers.colour_motion.differences import first_frame, frame_after, moving_share
-from trackers.colour_motion.drift import (
+from trackers.maps.back_projection.hue import hue_bin
+from trackers.maps.colour_motion.differences import first_frame, frame_after, moving_share
+from trackers.maps.colour_motion.drift import (
     Region,
     colour_bins,
     drift,
@@ -26,7 +26,7 @@ from trackers.colour_motion.drift import (
     weight_bits,
     window_at,
 )
-from trackers.colour_motion.model import ColourMotionModel, ModelParameters
+from trackers.maps.colour_motion.model import ColourMotionModel, ModelParameters
 
 pictures = arrays.arrays(
     np.uint8,

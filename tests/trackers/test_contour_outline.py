@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 from shapely import LinearRing, Polygon
 
-from trackers.contour.outline import (
+from trackers.contours.contour.outline import (
     bounding_box,
     crosses_itself,
     enclosed_area,

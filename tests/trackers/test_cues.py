@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackers.cues.chain import Chain, Hypotheses, Weighed, complete, proportional
-from trackers.cues.particles import ParticleCue
+from trackers.contours.cues.chain import Chain, Hypotheses, Weighed, complete, proportional
+from trackers.contours.cues.particles import ParticleCue
 
 
 class Listed:

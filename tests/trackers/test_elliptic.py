@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trackers.base.sharing import SharedFrame
-from trackers.colour.ellipses import EllipseCounts
-from trackers.colour.joint import JointBins
-from trackers.elliptic.background import Background, spacing_of
-from trackers.elliptic.likelihood import Likelihood
-from trackers.elliptic.model import Ellipses, TargetModel
-from trackers.elliptic.motion import Motion, at_rest, ellipse_in
-from trackers.elliptic.placement import Whereabouts
+from trackers.histograms.colour.ellipses import EllipseCounts
+from trackers.histograms.colour.joint import JointBins
+from trackers.histograms.elliptic.background import Background, spacing_of
+from trackers.histograms.elliptic.likelihood import Likelihood
+from trackers.histograms.elliptic.model import Ellipses, TargetModel
+from trackers.histograms.elliptic.motion import Motion, at_rest, ellipse_in
+from trackers.histograms.elliptic.placement import Whereabouts
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,12 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
-from trackers.fisher.discriminant import basis_of, discriminant_basis, oriented, plane_normal
+from trackers.contours.fisher.discriminant import (
+    basis_of,
+    discriminant_basis,
+    oriented,
+    plane_normal,
+)
 
 
 def colours(seed, n_target=40, n_background=70):

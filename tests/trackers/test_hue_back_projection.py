@@ -9,7 +9,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from trackers.back_projection.hue import (
+from trackers.base.sharing import SharedFrame
+from trackers.maps.back_projection.hue import (
     HueBins,
     bin_counts,
     first_pixel,
@@ -18,7 +19,6 @@ from trackers.back_projection.hue import (
     moments,
     unvisited_hues,
 )
-from trackers.base.sharing import SharedFrame
 
 byte = st.integers(0, 255)
 colour = st.tuples(byte, byte, byte)

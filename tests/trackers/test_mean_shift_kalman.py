@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 import trackers
 from trackers.base.parameters import TrackerError
 from trackers.base.sharing import SharedFrame
+from trackers.histograms.mean_shifting.constant_velocity import ConstantVelocity
 from trackers.mean_shift_kalman import _deviation
-from trackers.mean_shifting.constant_velocity import ConstantVelocity
 
 GREEN, RED, BLUE = (60, 180, 40), (30, 50, 210), (210, 80, 30)
 

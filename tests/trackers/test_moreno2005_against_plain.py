@@ -12,7 +12,7 @@ import pytest
 import trackers
 from bench.papers.moreno2005.plain import PlainContourSmoothColor, PlainMoreno2005
 from bench.papers.moreno2005.plain.contours import crosses_itself, inside, outline
-from trackers.contour import outline as compiled
+from trackers.contours.contour import outline as compiled
 
 PLAIN = {"moreno2005": PlainMoreno2005, "contour-smooth-color": PlainContourSmoothColor}
 FEW = {

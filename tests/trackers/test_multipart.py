@@ -9,8 +9,8 @@ import pytest
 import bench
 import datasets
 import trackers
-from bench.contestant import contestant
-from bench.evaluation import run_in_lock_step
+from bench.evaluation.loop import run_in_lock_step
+from bench.experiments.contestant import contestant
 from trackers.base.parameters import TrackerError
 from trackers.base.sharing import SharedFrame
 

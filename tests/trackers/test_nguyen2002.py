@@ -10,7 +10,7 @@ from bench.papers.nguyen2002.plain import Settings
 from bench.papers.nguyen2002.plain import matching as plain
 from tests.trackers.template_clip import HEIGHT, WIDTH, clip, final, made, texture, track
 from trackers.base.parameters import TrackerError
-from trackers.template.features import features_of
+from trackers.templates.features import features_of
 
 
 @pytest.mark.parametrize(

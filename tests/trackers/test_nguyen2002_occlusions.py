@@ -5,8 +5,8 @@ import pytest
 
 from bench.metrics.overlap import overlap
 from tests.trackers.template_clip import centre_errors, clip, final, made, track
-from trackers.template.appearance import Appearance
-from trackers.template.features import features_of
+from trackers.templates.appearance import Appearance
+from trackers.templates.features import features_of
 
 
 def test_an_occlusion_is_declared_bridged_and_revised():

@@ -5,8 +5,8 @@ import pytest
 
 import bench
 import trackers
-from bench.contestant import contestant
-from bench.evaluation import run_in_lock_step
+from bench.evaluation.loop import run_in_lock_step
+from bench.experiments.contestant import contestant
 from datasets import load
 from trackers.base.parameters import TrackerError
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackers.template.appearance import Appearance, Noise, raised
+from trackers.templates.appearance import Appearance, Noise, raised
 
 LIMIT = {1: 6.6349, 3: 11.3449}
 NEVER = 10**9

@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from bench.papers.nguyen2002.plain import matching as plain
-from trackers.template.matching import (
+from trackers.templates.matching import (
     Pose,
     Window,
     best_poses,

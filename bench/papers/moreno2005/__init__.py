@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bench.experiment import Experiment
+from bench.experiments.experiment import Experiment
 from bench.papers import Asked, Effort, Report
 from bench.papers.recorded import Recorded
 from bench.papers.selection import affordable, with_recorded

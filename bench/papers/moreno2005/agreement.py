@@ -10,7 +10,7 @@ import pandas as pd
 
 import datasets
 import trackers
-from bench.contestant import contestant, run_seed
+from bench.experiments.contestant import contestant, run_seed
 from bench.papers.examination import kept_tables
 from bench.papers.moreno2005.plain import PlainContourSmoothColor, PlainMoreno2005
 from datasets.source_digest import source_digest

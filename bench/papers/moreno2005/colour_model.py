@@ -5,14 +5,14 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import datasets
-from bench.contestant import contestant, run_seed
+from bench.experiments.contestant import contestant, run_seed
 from bench.papers.moreno2005.strips import SHOWN, true_contour
 from reports.colour_space import ColourModel, Gaussians, colour_model_plot, path_plot
 from reports.film_strip import evenly_spaced
-from trackers.fisher.mixture import Mixture
-from trackers.fisher.posterior import posterior
+from trackers.contours.fisher.mixture import Mixture
+from trackers.contours.fisher.posterior import posterior
+from trackers.contours.segmentation.observation import colours_of
 from trackers.moreno2005 import Moreno2005
-from trackers.segmentation.observation import colours_of
 
 __all__ = ["colour_model_figure", "colour_path_figure", "gaussians", "mean_colours", "model_of"]
 

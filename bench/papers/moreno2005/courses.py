@@ -5,7 +5,7 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.record import Run
+from bench.evaluation.record import Run
 from bench.store.truth import StoredTruth
 from datasets import Sequence
 

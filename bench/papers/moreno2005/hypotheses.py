@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from bench.papers.moreno2005.colour_model import gaussians
 from bench.papers.moreno2005.one_step import FRAME, Step
 from reports.hypotheses import Palette, hypotheses_plot
-from trackers.fisher.mixture import mixture_of
+from trackers.contours.fisher.mixture import mixture_of
 
 __all__ = ["hypotheses_figure", "palettes_of"]
 

@@ -5,8 +5,8 @@
 
 import pandas as pd
 
-from bench.contestant import contestant
-from bench.experiment import Experiment, SequenceSource
+from bench.experiments.contestant import contestant
+from bench.experiments.experiment import Experiment, SequenceSource
 from datasets.text_form import format_text
 
 __all__ = ["LEARNT", "OTHERS", "PROPOSED", "by_deviations", "is_deviation", "learnt_experiment"]

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
-from bench.contestant import contestant, run_seed
+from bench.experiments.contestant import contestant, run_seed
 from datasets.interface import Image, Mask
 from trackers.base.interface import Estimate
-from trackers.cues.chain import Chain, Hypotheses
-from trackers.fisher.cells import colour_cells
-from trackers.fisher.discriminant import basis_of
+from trackers.contours.cues.chain import Chain, Hypotheses
+from trackers.contours.fisher.cells import colour_cells
+from trackers.contours.fisher.discriminant import basis_of
+from trackers.contours.segmentation.observation import Observation
 from trackers.moreno2005 import Moreno2005
-from trackers.segmentation.observation import Observation
 
 __all__ = ["FRAME", "SEQUENCE", "STEPS", "Step", "step_of"]
 

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from bench.claims.ledger import ANY
-from bench.contestant import contestant
+from bench.experiments.contestant import contestant
 from bench.papers.moreno2005.courses import COURSE, course_of
 from bench.papers.moreno2005.learnt import OTHERS, PROPOSED, is_deviation
 from bench.papers.scores import counts_of, runs_of, sequence_labels

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from bench.metrics.regions import region_similarity
 from bench.papers.moreno2005.one_step import FRAME, Step
 from reports.maps import Panel, map_plot
-from trackers.contour.outline import bounding_box, filled
-from trackers.contour.snake import MARGIN, edge_map
+from trackers.contours.contour.outline import bounding_box, filled
+from trackers.contours.contour.snake import MARGIN, edge_map
 
 __all__ = ["snake_figure", "stages"]
 

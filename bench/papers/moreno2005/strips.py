@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
+from bench.evaluation.record import Run
 from bench.papers.moreno2005 import FIGURES
 from bench.papers.moreno2005.curves import METHODS
 from bench.papers.short_runs import runs
 from bench.papers.stored import StoredRuns
-from bench.record import Run
 from datasets import Sequence
 from reports.film_strip import evenly_spaced, film_strip
 from reports.overlay import TRUTH
 from reports.palette import colours
-from trackers.contour.outline import outline
+from trackers.contours.contour.outline import outline
 
 __all__ = ["BASELINE", "PRESETS", "SHOWN", "Shown", "film_strips", "true_contour"]
 

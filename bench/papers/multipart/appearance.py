@@ -5,10 +5,10 @@ from numpy.typing import NDArray
 
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
-from trackers.colour.counting import region_counts
-from trackers.colour.histogram import bhattacharyya_distances
-from trackers.colour.luv import N_BINS, LuvBins
-from trackers.colour.regions import pixel_regions
+from trackers.histograms.colour.counting import region_counts
+from trackers.histograms.colour.histogram import bhattacharyya_distances
+from trackers.histograms.colour.luv import N_BINS, LuvBins
+from trackers.histograms.colour.regions import pixel_regions
 from trackers.multipart import LEAST_PIXELS, LEAST_SHARE
 
 __all__ = ["Appearance", "part_distance", "states_of"]

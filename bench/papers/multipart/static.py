@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
+from bench.evaluation.reference import reference
 from bench.papers.examination import examined
 from bench.papers.multipart.appearance import Appearance, part_distance, states_of
-from bench.reference import reference
 from bench.store.files import write_atomically
 
 __all__ = [

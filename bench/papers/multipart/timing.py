@@ -16,10 +16,10 @@ from datasets.text_form import parse_text
 from reports.tables import MISSING, Cell, Table
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
-from trackers.colour.counting import region_counts
-from trackers.colour.histogram import bhattacharyya_distances
-from trackers.colour.luv import N_BINS, LuvBins
-from trackers.colour.regions import pixel_regions
+from trackers.histograms.colour.counting import region_counts
+from trackers.histograms.colour.histogram import bhattacharyya_distances
+from trackers.histograms.colour.luv import N_BINS, LuvBins
+from trackers.histograms.colour.regions import pixel_regions
 from trackers.multipart import LEAST_PIXELS, LEAST_SHARE
 
 __all__ = [

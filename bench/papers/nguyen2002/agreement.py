@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 import datasets
 import trackers
-from bench.contestant import contestant
-from bench.evaluation import run_in_lock_step
+from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.record import Run
+from bench.experiments.contestant import contestant
+from bench.metrics.scoring import score
 from bench.papers.nguyen2002.courses import course_of
 from bench.papers.nguyen2002.events import declared_in
 from bench.papers.nguyen2002.plain import PlainNguyen2002, track_offline
-from bench.record import Run
-from bench.scoring import score
 from datasets import Sequence, SequenceError
 from trackers.base.interface import Box, Image
 

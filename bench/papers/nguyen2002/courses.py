@@ -5,11 +5,11 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.evaluation.record import Run, Trace
 from bench.metrics.centre_error import centres
 from bench.metrics.native import SUCCESS_OVERLAP
 from bench.metrics.overlap import overlap
 from bench.papers.nguyen2002.events import CLEAR, Declared, declared_in, hidden_in
-from bench.record import Run, Trace
 from bench.store.truth import StoredTruth
 from datasets import Sequence
 

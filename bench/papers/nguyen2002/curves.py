@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from bench.evaluation.record import Run, Trace
 from bench.metrics.overlap import overlap
 from bench.papers.nguyen2002.strips import (
     EXPERIMENT,
@@ -16,7 +17,6 @@ from bench.papers.nguyen2002.strips import (
     runs_by_features,
 )
 from bench.papers.stored import StoredRuns
-from bench.record import Run, Trace
 from bench.store.truth import StoredTruth
 from reports.roc import roc_plot
 from reports.series import series_grid

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.record import Run
-from trackers.template.occlusion import FIRST_CANDIDATE, visited
+from bench.evaluation.record import Run
+from trackers.templates.occlusion import FIRST_CANDIDATE, visited
 
 __all__ = ["CLEAR", "Declared", "Hidden", "declared_in", "hidden_in"]
 

@@ -8,10 +8,10 @@ from typing import Any, get_args
 import pandas as pd
 
 from bench.claims.ledger import ANY
-from bench.contestant import contestant
+from bench.evaluation.record import Trace
+from bench.experiments.contestant import contestant
 from bench.papers.nguyen2002.courses import course_of
 from bench.papers.scores import counts_of, runs_of, sequence_labels
-from bench.record import Trace
 from bench.store.layout import Cell
 from bench.store.loading import as_revised
 from bench.store.results import Results

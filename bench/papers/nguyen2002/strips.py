@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
+from bench.evaluation.record import Run, Trace
 from bench.papers.nguyen2002.events import hidden_in
 from bench.papers.stored import StoredRuns
-from bench.record import Run, Trace
 from bench.store.truth import StoredTruth
 from reports.film_strip import film_strip
 from reports.overlay import TRUTH

@@ -10,7 +10,7 @@ import pandas as pd
 
 import datasets
 import trackers
-from bench.contestant import contestant
+from bench.experiments.contestant import contestant
 from bench.metrics.times import DISTURBED_RATIO
 from bench.papers.in_turns import in_turns
 from bench.papers.nguyen2002.plain import PlainNguyen2002

@@ -17,9 +17,9 @@ from bench.papers.in_turns import Update, beginning, in_turns, slope
 from bench.papers.nummiaro2003.plain import PlainFilter
 from trackers.base.interface import Box, Image
 from trackers.base.sharing import SharedFrame
-from trackers.colour.joint import JointBins
-from trackers.elliptic.likelihood import Likelihood
-from trackers.elliptic.model import Ellipses, TargetModel
+from trackers.histograms.colour.joint import JointBins
+from trackers.histograms.elliptic.likelihood import Likelihood
+from trackers.histograms.elliptic.model import Ellipses, TargetModel
 from trackers.particles.weights import normalised
 
 __all__ = [

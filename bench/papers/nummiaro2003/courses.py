@@ -6,9 +6,9 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.evaluation.record import Run
 from bench.metrics.centre_error import centre_error, centre_inside
 from bench.metrics.native import Truth
-from bench.record import Run
 
 __all__ = ["COURSE", "Hiding", "course_of", "hidings"]
 

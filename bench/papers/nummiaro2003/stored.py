@@ -1,7 +1,7 @@
 """Stored runs of the paper's tracker by what sets them apart."""
 
+from bench.evaluation.record import Run
 from bench.papers.stored import StoredRuns
-from bench.record import Run
 from datasets.text_form import format_text
 
 __all__ = ["UPDATE", "AdaptiveRuns"]

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
+from bench.evaluation.record import Run
 from bench.papers.nummiaro2003.stored import UPDATE, AdaptiveRuns
-from bench.record import Run
 from datasets import Sequence
 from reports.film_strip import evenly_spaced, film_strip
 from reports.overlay import TRUTH

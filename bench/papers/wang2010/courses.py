@@ -10,9 +10,9 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.evaluation.record import Run
 from bench.metrics.centre_error import centre_error
 from bench.metrics.native import Truth
-from bench.record import Run
 
 __all__ = [
     "CUP",

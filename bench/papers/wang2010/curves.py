@@ -8,12 +8,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bench.claims.ledger import ANY
+from bench.evaluation.record import Run
 from bench.metrics.centre_error import centre_error
 from bench.papers.stored import StoredRuns
 from bench.papers.wang2010.courses import CUP, HAND, TABLE_TENNIS
 from bench.papers.wang2010.methods import EXPERIMENTS, PRESETS, compared
 from bench.papers.wang2010.scores import FILTER, PROPOSED, RULE, TEN, by_number
-from bench.record import Run
 from bench.statistics.intervals import wilson_interval
 from bench.store.truth import StoredTruth
 from reports.curves import curve_plot

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from bench.claims.ledger import ANY
-from bench.contestant import contestant
+from bench.experiments.contestant import contestant
 from bench.papers.scores import counts_of, runs_of, sequence_labels
 from bench.papers.wang2010.courses import CUP, TABLE_TENNIS, course_of
 from bench.store.layout import Cell

@@ -4,11 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
+from bench.evaluation.record import Run
 from bench.metrics.centre_error import centre_error
 from bench.papers.stored import StoredRuns
 from bench.papers.wang2010.courses import CUP, HAND, TABLE_TENNIS
 from bench.papers.wang2010.methods import EXPERIMENTS, every_method
-from bench.record import Run
 from reports.film_strip import film_strip
 from reports.overlay import TRUTH
 from reports.palette import colours

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from bench.contestant import contestant
+from bench.experiments.contestant import contestant
 from bench.papers.tables import number_words
 from bench.papers.timed import timed_runs
 from bench.papers.wang2010.costs import (

@@ -16,9 +16,9 @@ import pytest
 
 from bench.engine import Job
 from bench.engine.cluster import ClusterError, Task, check_installed, source_digest
-from bench.experiment import SequenceSource
+from bench.experiments.experiment import SequenceSource
+from bench.experiments.unit import Unit
 from bench.store.results import Results
-from bench.unit import Unit
 
 LIBRARIES = {"dask": "distributed", "ray": "ray"}
 
@@ -28,10 +28,10 @@ import sys
 from pathlib import Path
 
 import datasets
-from bench.contestant import contestant, identify
+from bench.experiments.contestant import contestant, identify
 from bench.engine import Job, engine
-from bench.experiment import SequenceSource
-from bench.unit import Entry, Unit
+from bench.experiments.experiment import SequenceSource
+from bench.experiments.unit import Entry, Unit
 
 
 def main(name, jobs, address, folder, trackers, *sources):

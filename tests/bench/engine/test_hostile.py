@@ -18,7 +18,7 @@ COMMAND = """
 import json, sys
 import bench
 from bench.engine.limits import Limits
-from bench.experiment import SequenceSource
+from bench.experiments.experiment import SequenceSource
 
 trackers, sequences, output, jobs, limits = json.loads(sys.argv[1])
 chosen = bench.Experiment("trial", tuple(trackers), tuple(map(SequenceSource, sequences)))

@@ -12,8 +12,8 @@ import pytest
 import bench
 from bench.engine.limits import Limits
 from bench.engine.supervisor import ClosedError, Supervisor
-from bench.experiment import Experiment, SequenceSource
-from bench.plan import make_plan
+from bench.experiments.experiment import Experiment, SequenceSource
+from bench.experiments.plan import make_plan
 from bench.store.index import read_index
 from bench.store.merging import merge_results
 from bench.store.results import Results
@@ -27,7 +27,7 @@ ACTS = {
     "Patches": "np.mean = lambda *a, **k: 1 / 0",
     "Averages": "np.mean([1.0])",
     "SignalsItself": "os.kill(os.getpid(), 40)",
-    "BreaksTheHarness": "bench.recorder.checked_box.__code__ = (lambda box: 1 / 0).__code__",
+    "BreaksTheHarness": "bench.evaluation.recorder.checked_box.__code__ = (lambda box: 1 / 0).__code__",
     "MissesFile": "raise OSError('no \\udcff.png')",
     "Forks": "os.fork()",
     "ForksToo": "os.fork()",
@@ -58,7 +58,7 @@ class {name}(Base):
             {act}
         return super().update(image)
 """
-    head = "import os, signal, sys, time\nimport numpy\nimport numpy as np\nimport bench.recorder\n"
+    head = "import os, signal, sys, time\nimport numpy\nimport numpy as np\nimport bench.evaluation.recorder\n"
     (here / "acts.py").write_text(source.replace("from pydantic", head + "from pydantic", 1))
     return here
 

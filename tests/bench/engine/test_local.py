@@ -7,8 +7,8 @@ import pyarrow.parquet as parquet
 import pytest
 
 import bench
-from bench.experiment import Experiment, SequenceSource
-from bench.runner import Execution, run
+from bench.engine.runner import Execution, run
+from bench.experiments.experiment import Experiment, SequenceSource
 from bench.store.index import read_index
 from bench.store.results import Results
 from datasets import SequenceError

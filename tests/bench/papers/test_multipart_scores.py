@@ -10,7 +10,7 @@ import pytest
 
 import bench
 import datasets
-from bench.experiment import Experiment, SequenceSource
+from bench.experiments.experiment import Experiment, SequenceSource
 from bench.papers.multipart import RECORDED
 from bench.papers.multipart.scores import adaptive_rows, tidy_scores, without_failures
 from bench.papers.multipart.timing import (

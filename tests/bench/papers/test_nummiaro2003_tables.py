@@ -10,7 +10,7 @@ import bench
 from bench.claims.conclusion import conclude
 from bench.claims.evaluation import judge
 from bench.claims.ledger import read_claims
-from bench.experiment import Experiment, SequenceSource
+from bench.experiments.experiment import Experiment, SequenceSource
 from bench.papers import Effort
 from bench.papers.nummiaro2003 import examined_scenes, experiments
 from bench.papers.nummiaro2003.courses import COURSE

@@ -7,7 +7,7 @@ import pytest
 import bench
 import datasets
 import trackers
-from bench.experiment import Experiment, SequenceSource
+from bench.experiments.experiment import Experiment, SequenceSource
 from bench.papers.nummiaro2003 import costs, timing
 from bench.papers.nummiaro2003.costs import (
     clock_rate,

@@ -16,8 +16,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import bench
-from bench.contestant import contestant, identify
-from bench.record import Run, Times
+from bench.evaluation.record import Run, Times
+from bench.experiments.contestant import contestant, identify
 from bench.store.asked import Asked
 from bench.store.files import ResultsError, _host, write_atomically
 from bench.store.index import read_index

@@ -12,11 +12,11 @@ from bench.papers.moreno2005.checks.colours import (
 )
 from datasets import Sequence
 from datasets.interface import Image, Mask
-from trackers.contour.outline import filled, outline
-from trackers.contour.snake import refined
-from trackers.fisher.discriminant import discriminant_basis
-from trackers.fisher.mixture import fitted
-from trackers.fisher.posterior import posterior
+from trackers.contours.contour.outline import filled, outline
+from trackers.contours.contour.snake import refined
+from trackers.contours.fisher.discriminant import discriminant_basis
+from trackers.contours.fisher.mixture import fitted
+from trackers.contours.fisher.posterior import posterior
 
 __all__ = ["measure", "posterior_map", "started"]
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pandas as pd
 
+from bench.evaluation.record import Run
 from bench.metrics.regions import region_similarity
 from bench.papers.moreno2005.checks.colours import contrast
 from bench.papers.short_runs import runs
-from bench.record import Run
 from datasets import Sequence
-from trackers.contour.outline import filled
+from trackers.contours.contour.outline import filled
 
 __all__ = ["QUARTERS", "by_contrast", "frame_rows", "measure"]
 

@@ -12,9 +12,9 @@ from bench.papers.moreno2005.checks.colours import (
     drawn_colours,
 )
 from datasets import Sequence
-from trackers.fisher.discriminant import discriminant_basis
-from trackers.fisher.mixture import fitted
-from trackers.fisher.posterior import posterior
+from trackers.contours.fisher.discriminant import discriminant_basis
+from trackers.contours.fisher.mixture import fitted
+from trackers.contours.fisher.posterior import posterior
 
 __all__ = ["chromaticity", "measure", "principal_basis", "told_apart"]
 

@@ -2,7 +2,7 @@
 
     measure(folder, jobs, quick=False) -> dict[str, DataFrame]
 
-Position and colour are two cues of the same framework as the tracker's (`trackers.cues`). What the
+Position and colour are two cues of the same framework as the tracker's (`trackers.contours.cues`). What the
 paper calls dependent attaches to every position a colour drawn by the weights of the colour filter;
 independent, one drawn evenly from the whole space of colours. A third way, not in the paper, tells
 two effects apart: `unweighted` attaches colours of the filter whatever their weights. The error is

@@ -6,7 +6,7 @@ import numpy as np
 
 from bench.papers.moreno2005.one_dimensional.cues import Filter, chain
 from bench.papers.moreno2005.one_dimensional.settings import Course, Setting
-from trackers.cues.chain import Hypotheses
+from trackers.contours.cues.chain import Hypotheses
 
 __all__ = ["SAMPLES", "association_rows", "best_pairs"]
 

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.papers.moreno2005.one_dimensional.settings import COLOURS, Course, Setting
-from trackers.cues.chain import Chain, Hypotheses, Weighed
-from trackers.cues.particles import ParticleCue
+from trackers.contours.cues.chain import Chain, Hypotheses, Weighed
+from trackers.contours.cues.particles import ParticleCue
 
 __all__ = ["FILTERS", "Filter", "chain", "estimates"]
 

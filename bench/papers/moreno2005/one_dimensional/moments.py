@@ -12,7 +12,7 @@ from bench.papers.moreno2005.one_dimensional.settings import (
     SETTINGS,
     course,
 )
-from trackers.cues.chain import Hypotheses
+from trackers.contours.cues.chain import Hypotheses
 
 __all__ = ["GRIDS", "Moment", "iteration"]
 

@@ -10,8 +10,8 @@ from bench.papers.nguyen2002.checks.follower import FEATURES, Follower
 from bench.papers.nguyen2002.checks.made_up import clear_frames, dimmed, turned, wholly_seen
 from datasets import Sequence
 from trackers.base.interface import Box, Image
-from trackers.template.appearance import Seen
-from trackers.template.features import Features
+from trackers.templates.appearance import Seen
+from trackers.templates.features import Features
 
 __all__ = ["gain_of", "measure"]
 

@@ -8,8 +8,8 @@ import pandas as pd
 from bench.papers.nguyen2002.checks.follower import FEATURES, Follower, true_pose
 from bench.papers.nguyen2002.checks.made_up import clear_frames
 from datasets import Sequence
-from trackers.template.features import Features
-from trackers.template.matching import Pose
+from trackers.templates.features import Features
+from trackers.templates.matching import Pose
 
 __all__ = ["clutter_places", "measure"]
 

@@ -7,7 +7,7 @@ from bench.papers.nguyen2002.checks.follower import FEATURES, Follower
 from bench.papers.nguyen2002.checks.made_up import wholly_seen
 from datasets import Sequence, SequenceError
 from trackers.base.interface import Mask
-from trackers.template.features import Features
+from trackers.templates.features import Features
 
 __all__ = ["measure"]
 

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from trackers.base.interface import Box, Image, Mask
 from trackers.nguyen2002 import Nguyen2002
-from trackers.template.appearance import Appearance, Seen
-from trackers.template.features import Features
-from trackers.template.matching import Match, Pose, Window, sampled
-from trackers.template.occlusion import Occlusion
+from trackers.templates.appearance import Appearance, Seen
+from trackers.templates.features import Features
+from trackers.templates.matching import Match, Pose, Window, sampled
+from trackers.templates.occlusion import Occlusion
 
 __all__ = ["FEATURES", "Follower", "View", "true_pose"]
 

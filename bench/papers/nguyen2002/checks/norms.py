@@ -8,7 +8,7 @@ from bench.metrics.overlap import overlap
 from bench.papers.nguyen2002.checks.follower import FEATURES, Follower
 from bench.papers.nguyen2002.checks.made_up import Patch, wholly_seen
 from datasets import Sequence
-from trackers.template.features import Features
+from trackers.templates.features import Features
 
 __all__ = ["measure"]
 

@@ -5,16 +5,16 @@ from typing import get_args
 import numpy as np
 import pandas as pd
 
+from bench.evaluation.record import Trace
 from bench.metrics.overlap import overlap
 from bench.papers.nguyen2002.checks.follower import FEATURES
 from bench.papers.nguyen2002.checks.made_up import wholly_seen
 from bench.papers.nguyen2002.events import declared_in
 from bench.papers.short_runs import runs
 from bench.papers.views import with_noise
-from bench.record import Trace
 from datasets import Sequence
 from datasets.interface import Frames, Image
-from trackers.template.features import Features
+from trackers.templates.features import Features
 
 __all__ = ["Noisy", "lines", "measure"]
 

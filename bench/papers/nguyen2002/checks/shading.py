@@ -10,7 +10,7 @@ from bench.papers.nguyen2002.checks.follower import FEATURES
 from bench.papers.nguyen2002.checks.made_up import wholly_seen
 from datasets import Sequence, SequenceError
 from trackers.base.interface import Box
-from trackers.template.features import features_of
+from trackers.templates.features import features_of
 
 __all__ = ["measure"]
 

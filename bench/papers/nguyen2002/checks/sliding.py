@@ -7,7 +7,7 @@ from bench.papers.nguyen2002.checks.follower import FEATURES, Follower, true_pos
 from bench.papers.nguyen2002.checks.made_up import Patch, wholly_seen
 from datasets import Sequence
 from trackers.base.interface import Box, Image
-from trackers.template.features import Features
+from trackers.templates.features import Features
 
 __all__ = ["course_of", "measure", "measure_on_targets", "pale"]
 

@@ -10,8 +10,8 @@ from bench.papers.nguyen2002.checks.follower import FEATURES, Follower, View
 from bench.papers.nguyen2002.events import CLEAR, Declared, hidden_in
 from datasets import Sequence
 from trackers.base.interface import Box
-from trackers.template.features import Features
-from trackers.template.occlusion import visited
+from trackers.templates.features import Features
+from trackers.templates.occlusion import visited
 
 __all__ = ["Watch", "measure"]
 

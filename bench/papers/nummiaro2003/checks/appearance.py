@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from datasets import Sequence
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
-from trackers.colour.ellipses import Kernel, coefficients
-from trackers.colour.joint import JointBins
-from trackers.elliptic.model import Ellipses
+from trackers.histograms.colour.ellipses import Kernel, coefficients
+from trackers.histograms.colour.joint import JointBins
+from trackers.histograms.elliptic.model import Ellipses
 
 __all__ = ["CLEAR", "Model", "clear_frames", "clutter", "ellipses_in", "grid", "spaced"]
 

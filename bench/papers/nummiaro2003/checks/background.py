@@ -11,8 +11,8 @@ from bench.papers.nummiaro2003.checks.running import tracker
 from datasets import Sequence
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
-from trackers.colour.joint import JointBins
-from trackers.elliptic.background import Background, spacing_of
+from trackers.histograms.colour.joint import JointBins
+from trackers.histograms.elliptic.background import Background, spacing_of
 
 __all__ = ["Condition", "condition", "measure"]
 

@@ -11,7 +11,7 @@ from bench.papers.nummiaro2003.checks.appearance import (
     grid,
 )
 from datasets import Sequence
-from trackers.colour.ellipses import KERNELS
+from trackers.histograms.colour.ellipses import KERNELS
 
 __all__ = ["measure"]
 

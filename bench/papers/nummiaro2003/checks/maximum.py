@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from bench.evaluation.record import Run
 from bench.papers.nummiaro2003.checks.appearance import Model, clear_frames, ellipses_in, grid
 from bench.papers.nummiaro2003.checks.running import PRESETS, runs
-from bench.record import Run
 from datasets import Sequence
 
 __all__ = ["measure"]

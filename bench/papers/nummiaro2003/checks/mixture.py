@@ -16,7 +16,7 @@ from scipy.special import logsumexp
 from bench.papers.nummiaro2003.checks.appearance import clear_frames, clutter, ellipses_in
 from datasets import Sequence
 from trackers.base.interface import Image
-from trackers.colour.joint import JointBins
+from trackers.histograms.colour.joint import JointBins
 
 __all__ = ["Histogram", "Mixture", "measure"]
 

@@ -6,7 +6,7 @@ import pandas as pd
 from bench.papers.nummiaro2003.checks.appearance import Model, clear_frames, clutter, ellipses_in
 from datasets import Sequence
 from trackers.base.interface import Image
-from trackers.colour.joint import JointBins
+from trackers.histograms.colour.joint import JointBins
 
 __all__ = ["measure"]
 

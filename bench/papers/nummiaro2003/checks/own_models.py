@@ -10,8 +10,8 @@ from bench.papers.nummiaro2003.checks.running import PRESETS, tracker
 from datasets import Sequence
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
-from trackers.colour.counting import ellipse_histograms
-from trackers.colour.joint import JointBins
+from trackers.histograms.colour.counting import ellipse_histograms
+from trackers.histograms.colour.joint import JointBins
 
 __all__ = ["measure", "nearer"]
 

@@ -1,8 +1,8 @@
 """Short runs of the tracker, made for one measurement and not kept."""
 
-from bench.contestant import contestant, run_seed
-from bench.evaluation import run_in_lock_step
-from bench.record import Run
+from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.record import Run
+from bench.experiments.contestant import contestant, run_seed
 from datasets import Sequence, SequenceError
 from datasets.text_form import format_text
 from trackers.base.catalogue import create

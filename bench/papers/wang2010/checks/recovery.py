@@ -13,7 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.claims.ledger import ANY
-from bench.contestant import contestant, run_seed
+from bench.experiments.contestant import contestant, run_seed
 from bench.metrics.centre_error import centre_error
 from bench.papers.wang2010.checks.running import PRESETS
 from bench.papers.wang2010.plain.windows import whole_size, window_slices

@@ -1,8 +1,8 @@
 """Short runs of the trackers, made for one measurement and not kept."""
 
-from bench.contestant import contestant
-from bench.evaluation import run_in_lock_step
-from bench.record import Run
+from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.record import Run
+from bench.experiments.contestant import contestant
 from datasets import Sequence, SequenceError
 
 __all__ = ["PRESETS", "runs"]

@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from bench.evaluation.record import Run, Segmentation
 from bench.papers.moreno2005.courses import JUMP, PATCH
 from bench.papers.moreno2005.scores import labels_of
-from bench.record import Run, Segmentation
 from bench.store.truth import StoredTruth
 
 N = 40

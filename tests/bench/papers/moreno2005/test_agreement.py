@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from bench.contestant import contestant
+from bench.experiments.contestant import contestant
 from bench.papers.moreno2005 import agreement as module
 from bench.papers.moreno2005.agreement import WAYS, agreement
 from bench.papers.moreno2005.criteria import AGREEMENT

@@ -12,7 +12,7 @@ from bench.papers.moreno2005.checks import edges, modules, separability
 from bench.papers.moreno2005.checks.colours import contrast, drawn_colours
 from bench.papers.moreno2005.checks.examining import CHECKS
 from bench.papers.short_runs import runs
-from trackers.contour.outline import outline
+from trackers.contours.contour.outline import outline
 
 TARGET = "plain/target:length=12"
 

@@ -27,7 +27,7 @@ from bench.papers.moreno2005.one_dimensional.settings import (
     course,
 )
 from bench.papers.moreno2005.one_dimensional.simulation import simulated
-from trackers.cues.chain import Hypotheses
+from trackers.contours.cues.chain import Hypotheses
 
 
 def seeded(*seed):

@@ -2,7 +2,7 @@
 
 from collections import Counter
 
-from bench.experiment import SequenceSource
+from bench.experiments.experiment import SequenceSource
 from bench.papers import Effort, load_paper
 from bench.papers.moreno2005 import FIGURES, LIGHT, RECORDED, TIMED, examined_scenes
 from bench.papers.moreno2005.criteria import REPETITIONS, SCENES

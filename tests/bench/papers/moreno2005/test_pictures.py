@@ -9,9 +9,9 @@ import pytest
 from skimage import measure
 
 import datasets
-from bench.contestant import contestant
-from bench.evaluation import evaluate
-from bench.experiment import read_experiment
+from bench.evaluation.loop import evaluate
+from bench.experiments.contestant import contestant
+from bench.experiments.experiment import read_experiment
 from bench.metrics.regions import region_similarity
 from bench.papers import drawing
 from bench.papers.drawing import undrawn
@@ -33,10 +33,10 @@ from bench.papers.moreno2005.strips import (
 from bench.papers.stored import StoredRuns
 from datasets import Sequence
 from reports.overlay import TRUTH
-from trackers.contour.outline import bounding_box, filled
-from trackers.contour.snake import MARGIN, fitted_snake
-from trackers.fisher.cells import colour_cells
-from trackers.fisher.posterior import posterior
+from trackers.contours.contour.outline import bounding_box, filled
+from trackers.contours.contour.snake import MARGIN, fitted_snake
+from trackers.contours.fisher.cells import colour_cells
+from trackers.contours.fisher.posterior import posterior
 
 NAME = "plain/target:length=11"
 STEPS = 3

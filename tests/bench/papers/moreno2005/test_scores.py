@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bench
-from bench.experiment import Experiment, SequenceSource
+from bench.experiments.experiment import Experiment, SequenceSource
 from bench.papers.moreno2005.learnt import LEARNT, by_deviations, learnt_experiment
 from bench.papers.moreno2005.scores import (
     _labels_on,

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from bench.evaluation.record import Run
 from bench.papers.nguyen2002.scores import LIGHTS, labels_of
-from bench.record import Run
 from bench.store.truth import StoredTruth
 
 N = 120

@@ -2,7 +2,7 @@
 
 from collections import Counter
 
-from bench.experiment import SequenceSource
+from bench.experiments.experiment import SequenceSource
 from bench.papers import Effort, load_paper
 from bench.papers.nguyen2002 import COLOURED, LIGHTS, RECORDED, TABLE, TIMED, examined_scenes
 from bench.papers.nguyen2002.scores import is_clip

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 import bench
-from bench.experiment import Experiment, SequenceSource
+from bench.experiments.experiment import Experiment, SequenceSource
 from bench.papers.nguyen2002.scores import COLOURED, LIGHTS, labels_of, tidy_scores
 from bench.papers.nguyen2002.sets import CLIPS, by_sets, set_table
 from bench.store.results import Results

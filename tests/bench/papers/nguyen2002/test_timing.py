@@ -6,7 +6,7 @@ import pytest
 
 import bench
 import datasets
-from bench.experiment import Experiment, SequenceSource
+from bench.experiments.experiment import Experiment, SequenceSource
 from bench.papers.nguyen2002 import timing
 from bench.papers.nguyen2002.timing import (
     FEATURES,

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from bench.evaluation.record import Run
 from bench.papers.wang2010.courses import CUP, HAND, TABLE_TENNIS, course_of
 from bench.papers.wang2010.scores import labels_of
-from bench.record import Run
 from bench.store.truth import StoredTruth
 
 LENGTHS = {TABLE_TENNIS: 50, HAND: 100, CUP: 80}

@@ -6,9 +6,9 @@ import pandas as pd
 import pytest
 
 import datasets
-from bench.contestant import contestant
-from bench.evaluation import run_in_lock_step
-from bench.experiment import read_experiment
+from bench.evaluation.loop import run_in_lock_step
+from bench.experiments.contestant import contestant
+from bench.experiments.experiment import read_experiment
 from bench.metrics.centre_error import centre_error
 from bench.papers import drawing
 from bench.papers.drawing import undrawn

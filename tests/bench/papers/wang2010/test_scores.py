@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 import bench
-from bench.experiment import Experiment, SequenceSource
+from bench.experiments.experiment import Experiment, SequenceSource
 from bench.papers.wang2010.courses import CUP, HAND, TABLE_TENNIS
 from bench.papers.wang2010.scores import by_number, labels_of, tidy_scores, with_shared_runs
 

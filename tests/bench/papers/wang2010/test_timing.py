@@ -9,8 +9,9 @@ import pytest
 import bench
 from bench.claims.evaluation import judge
 from bench.claims.ledger import read_claims
-from bench.contestant import contestant
-from bench.experiment import Experiment, SequenceSource
+from bench.evaluation.record import Times
+from bench.experiments.contestant import contestant
+from bench.experiments.experiment import Experiment, SequenceSource
 from bench.papers.in_turns import beginning
 from bench.papers.wang2010 import costs, kept_times, timing
 from bench.papers.wang2010.costs import (
@@ -22,7 +23,6 @@ from bench.papers.wang2010.costs import (
 )
 from bench.papers.wang2010.published import time_rows
 from bench.papers.wang2010.timing import PUBLISHED, frame_times, measured_times, time_tables
-from bench.record import Times
 from bench.store.loading import load_results
 from reports.tables import MISSING
 

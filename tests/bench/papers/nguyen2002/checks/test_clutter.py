@@ -5,7 +5,7 @@ import numpy as np
 from bench.papers.nguyen2002.checks import clutter
 from bench.papers.nguyen2002.checks.follower import FEATURES
 from datasets import Sequence
-from trackers.template.matching import Pose
+from trackers.templates.matching import Pose
 
 ROWS, COLUMNS, WIDTH, HEIGHT = 120, 160, 30, 24  # of the image, and of the painted target
 

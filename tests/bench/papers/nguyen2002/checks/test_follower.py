@@ -5,7 +5,7 @@ import pytest
 
 import trackers
 from bench.papers.nguyen2002.checks.follower import FEATURES, Follower, true_pose
-from trackers.template.occlusion import visited
+from trackers.templates.occlusion import visited
 
 WIDTH, HEIGHT = 30, 24  # of the painted target
 

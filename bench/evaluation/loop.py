@@ -1,0 +1,210 @@
+"""The only loop over frames: trackers in lock step through a sequence.
+
+Each frame is decoded or rendered once and shown to every tracker. What a tracker does
+wrong ends its own run and nobody else's.
+"""
+
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+from math import inf, nan
+from statistics import median
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+import datasets
+from bench.evaluation.record import Run
+from bench.evaluation.recorder import Recorder
+from bench.evaluation.watch import UNWATCHED, Watch
+from bench.experiments.contestant import Contestant, TrackerMaker, contestant
+from datasets import Sequence
+from trackers.base.sharing import SharedFrame
+
+__all__ = ["Pass", "evaluate", "run_in_lock_step"]
+
+
+def evaluate(
+    tracker: str | TrackerMaker,
+    sequence: str | Sequence,
+    repetition: int = 0,
+    *,
+    keep_arrays: bool = False,
+) -> Run:
+    """Run one tracker through one sequence, once (one-pass evaluation).
+
+    The tracker is initialised with the truth of the first frame in which the target is
+    present, and updated on every later frame. With `init=REGION` in its text it is
+    initialised with, and scored by, that region of the sequence instead of its boxes.
+
+    Parameters
+    ----------
+    tracker : str or callable
+        Text form such as `camshift:window=adaptive`, or a callable that makes a tracker
+        from a `numpy.random.SeedSequence`.
+    sequence : str or Sequence
+        What to run on; text is passed to `datasets.load`.
+    repetition : int
+        From 0; another repetition has other random numbers.
+    keep_arrays : bool
+        Keep `Estimate.arrays` and masks of every frame.
+
+    Returns
+    -------
+    Run
+        With status `failed` where the tracker raised or returned a malformed estimate.
+
+    Raises
+    ------
+    TrackerError, SequenceError
+        For what can't be run: unknown names or parameters, no truth, an unreadable image.
+    """
+    loaded = datasets.load(sequence) if isinstance(sequence, str) else sequence
+    chosen = contestant(tracker)
+    return run_in_lock_step([(chosen, repetition)], loaded, keep_arrays=keep_arrays).runs[0]
+
+
+@dataclass(frozen=True)
+class Pass:
+    """What one pass over a sequence gave.
+
+    Attributes
+    ----------
+    runs : list of Run
+        In the order of the contestants.
+    overhead : float
+        Seconds that the harness itself took, per frame and tracker: everything but
+        decoding and the trackers' own calls. The median over frames, which other load on
+        the machine hardly touches; NaN for a sequence of a single frame.
+    frame_seconds : float
+        Seconds that it took to decode or render a frame, on average.
+    """
+
+    runs: list[Run]
+    overhead: float
+    frame_seconds: float
+
+
+def run_in_lock_step(
+    entries: Iterable[tuple[Contestant, int]],
+    sequence: Sequence,
+    *,
+    share: bool = True,
+    keep_arrays: bool = False,
+    run_seconds: float = inf,
+    rows: Collection[NDArray[np.float64]] = (),
+    watch: Watch = UNWATCHED,
+) -> Pass:
+    """Run several trackers through a sequence together.
+
+    Parameters
+    ----------
+    entries : iterable of (Contestant, int)
+        Trackers with their repetitions.
+    sequence : Sequence
+        With truth.
+    share : bool
+        Give trackers that can share work a common store for each frame. The boxes are the
+        same without.
+    keep_arrays : bool
+        Keep arrays and masks.
+    run_seconds : float
+        What a tracker may take for all frames together.
+    rows : collection of ndarray, optional
+        One a tracker; see `Recorder`.
+    watch : Watch
+        Told what is done.
+
+    Raises
+    ------
+    SequenceError
+        Where the sequence has no usable truth or an image can't be read. No run is kept then.
+    NotAttributableError
+        Where a tracker harms the process, and which of them did can't be told.
+    """
+    sequence.check_runnable()
+    entries = list(entries)
+    kept: Iterable[NDArray[np.float64] | None] = rows or [None] * len(entries)
+    first, n = sequence.first_frame, len(sequence)
+    recorders = [
+        Recorder(
+            chosen,
+            repetition,
+            sequence,
+            share=share,
+            keep_arrays=keep_arrays,
+            alone=len(entries) == 1,
+            run_seconds=run_seconds,
+            rows=own,
+        )
+        for (chosen, repetition), own in zip(entries, kept, strict=True)
+    ]
+    watchers = []
+    for number, recorder in enumerate(recorders if first else ()):
+        watch.calling(number, first)
+        if recorder.watches(first):
+            watchers.append((number, recorder))
+        watch.called(number)
+    for frame in range(first if watchers else 0):
+        watch.reading(frame)
+        shown = SharedFrame(sequence[frame], len(watchers))
+        for number, recorder in watchers:
+            watch.calling(number, frame)
+            recorder.show(shown, frame)
+            watch.called(number)
+    began = perf_counter()
+    watch.reading(first)
+    shown = SharedFrame(sequence[first])
+    mask = sequence.mask(first)
+    fetching = perf_counter() - began
+    for number, recorder in enumerate(recorders):
+        watch.calling(number, first)
+        recorder.start(shown, first, mask)
+        watch.called(number)
+    watch.shown(1)
+    own_seconds = []
+    for frame in range(first + 1, n):
+        began = perf_counter()
+        watch.reading(frame)
+        image = sequence[frame]
+        fetched = perf_counter()
+        shown = SharedFrame(image, len(recorders))
+        in_trackers, running = 0.0, 0
+        for number, recorder in enumerate(recorders):
+            if not recorder.failure:
+                watch.calling(number, frame)
+                in_trackers += recorder.follow(shown, frame)
+                watch.called(number)
+                running += 1
+        reading_masks = _compare(recorders, sequence, frame, watch)
+        watch.shown(frame - first + 1)
+        fetching += fetched - began + reading_masks
+        if running:
+            elsewhere = in_trackers + reading_masks
+            own_seconds.append((perf_counter() - fetched - elsewhere) / running)
+    for number, recorder in enumerate(recorders):
+        if not recorder.failure:
+            watch.calling(number, n - 1)
+            recorder.finish(n - 1)
+            watch.called(number)
+    overhead = median(own_seconds) if own_seconds else nan
+    runs = [recorder.result() for recorder in recorders]
+    return Pass(runs, overhead, fetching / (n - first))
+
+
+def _compare(recorders: list[Recorder], sequence: Sequence, frame: int, watch: Watch) -> float:
+    """Compare the masks of trackers that give any with the true one, which is read once for all.
+
+    Gives the seconds that reading took: none where no tracker segments.
+    """
+    segmenting = [recorder for recorder in recorders if recorder.segments and not recorder.failure]
+    if not segmenting:
+        return 0.0
+    began = perf_counter()
+    watch.reading(frame)
+    truth = sequence.mask(frame)
+    read = perf_counter()
+    if truth is not None:
+        for recorder in segmenting:
+            recorder.compare(frame, truth)
+    return read - began

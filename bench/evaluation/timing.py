@@ -1,0 +1,138 @@
+"""Timing runs: one tracker at a time, one thread, warmed up, frames decoded outside."""
+
+import gc
+from math import inf, nan
+from time import perf_counter, thread_time
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.evaluation.record import Run, Times
+from bench.evaluation.recorder import Recorder
+from bench.evaluation.watch import UNWATCHED, Watch
+from bench.experiments.contestant import Contestant
+from datasets import Sequence
+from trackers import Box, Estimate, Mask
+from trackers.base.sharing import SharedFrame
+
+__all__ = ["time_run"]
+
+WARM_UP_FRAMES = 10
+
+
+def time_run(
+    chosen: Contestant,
+    repetition: int,
+    sequence: Sequence,
+    *,
+    run_seconds: float = inf,
+    rows: NDArray[np.float64] | None = None,
+    watch: Watch = UNWATCHED,
+) -> Run:
+    """Time one tracker on one sequence.
+
+    A tracker of the same kind first runs through some frames and is thrown away, so that
+    neither compilation nor cold caches are measured. OpenCV's own threads are switched off
+    for the pass, and so is Python's garbage collector. Parameters are those of
+    `bench.evaluation.loop.run_in_lock_step`.
+
+    Returns
+    -------
+    Run
+        With `times`. `bench.metrics.times.is_disturbed` tells whether they can be printed as speed.
+
+    Raises
+    ------
+    SequenceError
+        As `bench.evaluation.loop.run_in_lock_step`.
+    """
+    sequence.check_runnable()
+    first, n = sequence.first_frame, len(sequence)
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        warming = _Timer(chosen, repetition, sequence)
+        _pass(warming, sequence, min(n, first + WARM_UP_FRAMES), watch)
+        gc.collect()
+        gc.disable()
+        timer = _Timer(chosen, repetition, sequence, run_seconds, rows)
+        _pass(timer, sequence, n, watch)
+    finally:
+        gc.enable()
+        cv2.setNumThreads(threads)
+    return timer.result(timer.times())
+
+
+def _pass(timer: "_Timer", sequence: Sequence, stop: int, watch: Watch) -> None:
+    first = sequence.first_frame
+    watch.calling(0, first)
+    watches = first > 0 and timer.watches(first)
+    watch.called(0)
+    for frame in range(first if watches else 0):
+        watch.reading(frame)
+        shown = SharedFrame(sequence[frame])
+        watch.calling(0, frame)
+        timer.show(shown, frame)
+        watch.called(0)
+    watch.reading(first)
+    shown, mask = SharedFrame(sequence[first]), sequence.mask(first)
+    watch.calling(0, first)
+    timer.start(shown, first, mask)
+    watch.called(0)
+    for frame in range(first + 1, stop):
+        if timer.failure:
+            break
+        watch.reading(frame)
+        shown = SharedFrame(sequence[frame])
+        watch.calling(0, frame)
+        timer.follow(shown, frame)
+        watch.called(0)
+        watch.shown(frame - first + 1)
+
+
+class _Timer(Recorder):
+    """A recorder that clocks the tracker's calls."""
+
+    def __init__(
+        self,
+        chosen: Contestant,
+        repetition: int,
+        sequence: Sequence,
+        run_seconds: float = inf,
+        rows: NDArray[np.float64] | None = None,
+    ) -> None:
+        super().__init__(
+            chosen,
+            repetition,
+            sequence,
+            protocol="timing",
+            share=False,
+            keep_arrays=False,
+            run_seconds=run_seconds,
+            rows=rows,
+        )
+        self._wall = np.full(len(sequence), nan)
+        self._cpu = np.full(len(sequence), nan)
+        self._initialisation = (nan, nan)
+
+    def times(self) -> Times:
+        """What the clocks said."""
+        return Times(self._wall, self._cpu, *self._initialisation)
+
+    def _initialise(self, shown: SharedFrame, box: Box, mask: Mask | None) -> None:
+        tracker = self._tracker()
+        self._plain_update = tracker.update
+        cpu, wall = thread_time(), perf_counter()
+        tracker.init(shown.image, box, mask)
+        self._initialisation = (perf_counter() - wall, thread_time() - cpu)
+
+    def _ask(self, shown: SharedFrame, frame: int) -> Estimate:
+        image = shown.image
+        # The wall clock inside the CPU clock: reading them must not look like waiting.
+        cpu, wall = thread_time(), perf_counter()
+        estimate = self._plain_update(image)
+        wall_end, cpu_end = perf_counter(), thread_time()
+        self._wall[frame] = wall_end - wall
+        self._cpu[frame] = cpu_end - cpu
+        return estimate

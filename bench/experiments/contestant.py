@@ -1,0 +1,188 @@
+"""A tracker as the harness sees it: how to make it, and everything its boxes depend on."""
+
+import inspect
+import typing
+import zlib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+import trackers
+from bench.evaluation.record import Identity, Protocol
+from bench.evaluation.reference import BOXES
+from datasets.source_digest import source_digest
+from datasets.text_form import format_text, parse_text
+from trackers import Randomness, Tracker, TrackerError
+
+__all__ = ["Contestant", "TrackerMaker", "contestant", "contestants", "identify", "run_seed"]
+
+TrackerMaker: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
+
+PACKAGE = Path(str(trackers.__file__)).parent
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A tracker with settled parameters.
+
+    Attributes
+    ----------
+    label : str
+        Canonical text form, without what equals the defaults; `init` stands last in it.
+    name : str
+        Name without parameters.
+    preset, parameters
+        As in `bench.evaluation.record.Identity`.
+    randomness : Randomness
+        Where its random numbers come from.
+    make : callable
+        Gives a fresh tracker from a seed sequence.
+    file : Path or None
+        Source file; None for a callable without one.
+    init : str
+        Truth that it is initialised with: `boxes`, or the name of a region.
+    """
+
+    label: str
+    name: str
+    preset: str
+    parameters: Mapping[str, Any]
+    randomness: Randomness
+    make: TrackerMaker
+    file: Path | None
+    init: str = BOXES
+
+    @cached_property
+    def version(self) -> dict[str, Any]:
+        """Digest of its source and versions of its libraries; see `Identity`."""
+        if self.file is None:
+            return {"source": "unknown", "libraries": {}}
+        source, libraries = source_digest(self.file, PACKAGE)
+        return {"source": source, "libraries": libraries}
+
+
+def contestant(tracker: str | TrackerMaker) -> Contestant:
+    """Settle a tracker from its text form, or from a callable that makes it.
+
+    Parameters
+    ----------
+    tracker : str or callable
+        `name:key=value:…`, with `preset` and `init` among the keys;
+        `path/to/file.py:ClassName:…`; or a callable that takes a `numpy.random.SeedSequence`.
+
+    Raises
+    ------
+    TrackerError
+        For an unknown name, preset or parameter, or a malformed text.
+    TypeError
+        For a ready tracker, whose seed nobody knows.
+    """
+    if isinstance(tracker, str):
+        return _from_text(tracker)
+    if not callable(tracker):
+        raise TypeError(
+            f"{type(tracker).__name__} is a ready tracker, and its seed is unknown. Give its name, "
+            "or a callable that makes it from a numpy.random.SeedSequence."
+        )
+    name = getattr(tracker, "__qualname__", type(tracker).__qualname__)
+    try:
+        source = inspect.getsourcefile(inspect.unwrap(tracker))
+    except (TypeError, OSError):  # no source of its own: functools.partial, a prompt's lambda
+        source = None
+    return Contestant(
+        label=name,
+        name=name,
+        preset="",
+        parameters={},
+        randomness=getattr(tracker, "randomness", Randomness.GENERATOR),
+        make=tracker,
+        file=Path(source) if source and Path(source).is_file() else None,
+    )
+
+
+def contestants(texts: Iterable[str]) -> dict[str, Contestant]:
+    """Settle trackers by their text forms; see `contestant`.
+
+    Those of one file have one version, which is found out once: it costs far more than the rest.
+    """
+    known: dict[Path | None, dict[str, Any]] = {}
+    chosen = {text: contestant(text) for text in dict.fromkeys(texts)}
+    for entry in chosen.values():
+        if entry.file not in known:
+            known[entry.file] = entry.version
+        vars(entry)["version"] = known[entry.file]  # where `cached_property` keeps it
+    return chosen
+
+
+def run_seed(name: str, sequence: str, repetition: int) -> np.random.SeedSequence:
+    """Seed of a run: depends on tracker name, sequence name and repetition, on nothing else.
+
+    Parameters never enter, so variants of a tracker share their random numbers; neither
+    does what else is run, so adding a tracker changes nobody's.
+    """
+    key = (zlib.crc32(name.encode()), zlib.crc32(sequence.encode()))
+    return np.random.SeedSequence(repetition, spawn_key=key)
+
+
+class Known(typing.Protocol):
+    """What of a sequence is part of what determines a run."""
+
+    @property
+    def name(self) -> str:
+        """Canonical name."""
+        ...
+
+    @property
+    def fingerprint(self) -> str:
+        """Changes when a pixel or a truth value changes."""
+        ...
+
+
+def identify(
+    chosen: Contestant, sequence: Known, repetition: int, protocol: Protocol = "accuracy"
+) -> Identity:
+    """What determines a run of this tracker on this sequence."""
+    return Identity(
+        tracker=chosen.label,
+        tracker_name=chosen.name,
+        preset=chosen.preset,
+        parameters=chosen.parameters,
+        tracker_version=chosen.version,
+        sequence=sequence.name,
+        fingerprint=sequence.fingerprint,
+        repetition=repetition,
+        protocol=protocol,
+        init=chosen.init,
+    )
+
+
+def _from_text(text: str) -> Contestant:
+    name, options = _split(text)
+    # What a run starts from is the harness's business: no tracker has such a parameter.
+    init = options.pop("init", BOXES)
+    specification = trackers.resolve(name, **options)
+    shown = {} if init == BOXES else {"init": init}
+    return Contestant(
+        label=format_text(specification.name, {**specification.options, **shown}),
+        name=specification.name,
+        preset=specification.preset,
+        parameters=specification.parameters.model_dump(),
+        randomness=specification.randomness,
+        make=specification.create,
+        file=specification.file,
+        init=init,
+    )
+
+
+def _split(text: str) -> tuple[str, dict[str, str]]:
+    """Name and options; the name of a tracker in a file is `file.py:ClassName`."""
+    file, separator, rest = text.partition(".py:")
+    try:
+        name, options = parse_text(rest if separator else text)
+    except ValueError as error:
+        raise TrackerError(f"tracker {error}") from None
+    return (f"{file}.py:{name}" if separator else name), options

@@ -1,0 +1,217 @@
+"""Experiments: which trackers run on which sequences, how often. Data, read from TOML.
+
+```toml
+version = 1
+title = "Window rules on an easy target"
+repetitions = 5                          # of trackers that draw random numbers
+trackers = [
+    "static",
+    { name = "camshift", window = ["fixed", "adaptive"] },       # a list is swept
+    { name = "opencv-mil", init = "full", repetitions = 2 },     # by another truth; less often
+]
+sequences = [
+    "samples/face",
+    { name = "plain/target", scene = [0, 1, 2], occlusion = [0, 0.5] },
+]
+```
+"""
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from datasets.text_form import format_text
+
+__all__ = ["Experiment", "ExperimentError", "SequenceSource", "experiment_names", "read_experiment"]
+
+FOLDER = Path(__file__).parent
+VERSION = 1
+
+
+class ExperimentError(ValueError):
+    """An experiment that can't be read; the message names file and key."""
+
+
+@dataclass(frozen=True)
+class SequenceSource:
+    """Where a sequence comes from.
+
+    Attributes
+    ----------
+    text : str
+        Name with variant, or path; as for `datasets.load`.
+    truth : Path or None
+        Truth file for recorded data that has none of its own.
+    """
+
+    text: str
+    truth: Path | None = None
+
+    def absolute(self) -> "SequenceSource":
+        """The same, wherever it is opened from."""
+        from datasets.catalogue import is_built_in  # its suites, which not every caller needs
+
+        path = Path(self.text).expanduser()
+        text = self.text if is_built_in(self.text) else str(path.absolute())
+        return SequenceSource(text, self.truth.absolute() if self.truth else None)
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What to run.
+
+    Attributes
+    ----------
+    name : str
+        Folder of its results.
+    trackers : tuple of str
+        Text forms.
+    sequences : tuple of SequenceSource
+        Paths among them are relative to where the command is typed.
+    repetitions : int
+        Of every tracker that draws random numbers; the others run once.
+    repeated : mapping of str to int
+        Repetitions of those trackers, by their text, that have a number of their own.
+    timing : bool
+        Whether runs are timed, one by one, instead of scored in lock step.
+    title : str
+        Headline of its report.
+    """
+
+    name: str
+    trackers: tuple[str, ...]
+    sequences: tuple[SequenceSource, ...]
+    repetitions: int = 1
+    repeated: Mapping[str, int] = field(default_factory=dict)
+    timing: bool = False
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.name or "/" in self.name or self.name.startswith((".", "_")):
+            raise ExperimentError(f"{self.name!r} can't name a folder of results.")
+        for number in (self.repetitions, *self.repeated.values()):
+            if number < 1:
+                raise ExperimentError(f"{self.name}: repetitions is {number}; give 1 or more.")
+        if not self.trackers or not self.sequences:
+            raise ExperimentError(f"{self.name}: there must be a tracker and a sequence to run.")
+        for named in (self.trackers, [source.text for source in self.sequences]):
+            for text in named:
+                if list(named).count(text) > 1:
+                    raise ExperimentError(f"{self.name}: {text!r} is named twice.")
+
+
+def experiment_names() -> list[str]:
+    """Names of the experiments that come with trackmark."""
+    return sorted(file.stem for file in FOLDER.glob("*.toml"))
+
+
+def read_experiment(name_or_path: str | Path) -> Experiment:
+    """Read an experiment: one of `experiment_names()`, or a TOML file.
+
+    Raises
+    ------
+    ExperimentError
+        Naming the file and the key that is missing, unknown or of the wrong kind.
+    """
+    path = Path(name_or_path)
+    if path.suffix != ".toml":
+        path = FOLDER / f"{name_or_path}.toml"
+        if not path.is_file():
+            known = experiment_names()
+            close = get_close_matches(str(name_or_path), known, n=1)
+            hint = f" Did you mean {close[0]!r}?" if close else ""
+            raise ExperimentError(
+                f"unknown experiment {str(name_or_path)!r}.{hint} "
+                f"Known: {', '.join(known)}; or give a .toml file."
+            )
+    try:
+        table = tomllib.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise ExperimentError(f"{path}: {error.strerror}.") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ExperimentError(f"{path}: {error}.") from None
+    return _experiment(path, table)
+
+
+_KINDS: Mapping[str, type] = {
+    "version": int,
+    "title": str,
+    "repetitions": int,
+    "timing": bool,
+    "trackers": list,
+    "sequences": list,
+}
+
+
+def _experiment(path: Path, table: Mapping[str, Any]) -> Experiment:
+    for key, value in table.items():
+        if key not in _KINDS:
+            raise ExperimentError(f"{path}: unknown key {key!r}. Known: {', '.join(_KINDS)}.")
+        if type(value) is not _KINDS[key]:
+            raise ExperimentError(f"{path}: {key} must be of type {_KINDS[key].__name__}.")
+    for key in ("version", "trackers", "sequences"):
+        if key not in table:
+            raise ExperimentError(f"{path}: the key {key!r} is missing.")
+    if table["version"] != VERSION:
+        raise ExperimentError(
+            f"{path}: version {table['version']} is not the version {VERSION} that is known here."
+        )
+    entrants = list(_entrants(path, table["trackers"]))
+    return Experiment(
+        name=path.stem,
+        title=table.get("title", path.stem),
+        trackers=tuple(text for text, _ in entrants),
+        sequences=tuple(_sources(path, table["sequences"])),
+        repeated={text: number for text, number in entrants if number is not None},
+        repetitions=table.get("repetitions", 1),
+        timing=table.get("timing", False),
+    )
+
+
+def _entrants(path: Path, entries: Iterable[Any]) -> Iterable[tuple[str, int | None]]:
+    """Trackers; a table's `repetitions` is no parameter but how often they are run."""
+    for entry in entries:
+        number = None
+        if isinstance(entry, dict) and "repetitions" in entry:
+            number = entry["repetitions"]
+            if type(number) is not int:
+                raise ExperimentError(f"{path}: trackers: {entry!r}: repetitions must be a number.")
+            entry = {key: value for key, value in entry.items() if key != "repetitions"}
+        for text in _texts(path, "trackers", [entry]):
+            yield text, number
+
+
+def _sources(path: Path, entries: Iterable[Any]) -> Iterable[SequenceSource]:
+    """Sequences; a table's `truth` is no variant but the file of recorded data's truth."""
+    for entry in entries:
+        truth = None
+        if isinstance(entry, dict) and "truth" in entry:
+            truth = Path(str(entry["truth"]))
+            entry = {key: value for key, value in entry.items() if key != "truth"}
+        for text in _texts(path, "sequences", [entry]):
+            yield SequenceSource(text, truth)
+
+
+def _texts(path: Path, key: str, entries: Iterable[Any]) -> Iterable[str]:
+    """Text forms of entries; a table with lists is swept over their product."""
+    for entry in entries:
+        if isinstance(entry, str):
+            texts = [entry]
+        elif isinstance(entry, dict) and isinstance(entry.get("name"), str | list):
+            options = {"name": entry["name"], **entry}
+            values = [value if isinstance(value, list) else [value] for value in options.values()]
+            if not all(values):
+                raise ExperimentError(f"{path}: {key}: {entry!r} sweeps over an empty list.")
+            texts = [
+                format_text(str(chosen[0]), dict(zip(list(options)[1:], chosen[1:], strict=True)))
+                for chosen in product(*values)
+            ]
+        else:
+            raise ExperimentError(
+                f"{path}: {key}: {entry!r} is neither a text nor a table with a name."
+            )
+        yield from texts

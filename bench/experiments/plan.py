@@ -1,0 +1,338 @@
+"""Which runs an experiment asks for, which of them are there, and how to share out the rest.
+
+There may be millions of them: what is known of a run is a byte in an array of sequences by runs
+on a sequence, and units of work are made when they are asked for.
+"""
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from functools import cached_property, partial
+from time import perf_counter
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+import datasets
+from bench.evaluation.record import Protocol
+from bench.evaluation.reference import BOXES, reference
+from bench.experiments.contestant import Contestant, contestants, identify
+from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
+from bench.experiments.units import Units
+from bench.store.asked import Asked, Cells
+from bench.store.columns import coded, codes
+from bench.store.index import read_table
+from bench.store.results import Results
+from datasets import Sequence, SequenceError
+from trackers import Randomness
+
+__all__ = ["KnownSequences", "Plan", "PlannedSequence", "State", "make_plan"]
+
+
+class State(IntEnum):
+    """What is known of a run that was asked for."""
+
+    LEFT = 0
+    """Nothing is there."""
+
+    STALE = 1
+    """A run lies in its place that something else determined: it will be run again."""
+
+    FAILED = 2
+    """It is there, and the tracker failed."""
+
+    DONE = 3
+    """It is there, finished."""
+
+
+@dataclass(frozen=True)
+class PlannedSequence:
+    """What must be known of a sequence once it has been opened and checked.
+
+    Attributes
+    ----------
+    source : SequenceSource
+        Where from.
+    name, fingerprint : str
+        As `datasets.Sequence` has them.
+    frames : int
+        Its length.
+    images_beyond_truth : int
+        Images that nobody reads.
+    starts : frozenset of str
+        Truths that a run can start from; see `bench.evaluation.reference`.
+    opening_seconds : float
+        How long it took to open it.
+    """
+
+    source: SequenceSource
+    name: str
+    fingerprint: str
+    frames: int
+    images_beyond_truth: int
+    starts: frozenset[str]
+    opening_seconds: float
+
+
+KnownSequences = dict[SequenceSource, PlannedSequence]
+"""Sequences that were opened before, and need not be again."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """All runs of an experiment and their states.
+
+    On every sequence the same runs are asked for: those of the first tracker by repetition, then
+    those of the second, …
+
+    Attributes
+    ----------
+    experiment : Experiment
+        What was asked for.
+    trackers : dict of str to Contestant
+        The trackers, by their texts; no two of the same.
+    repetitions : ndarray of int64, shape (trackers,)
+        How often each is run on a sequence.
+    sequences : list of PlannedSequence
+        The sequences; no two of the same.
+    versions : ndarray of bytes, shape (sequences, trackers)
+        `Identity.version` of the runs.
+    states : ndarray of uint8, shape (sequences, runs on a sequence)
+        By `State`.
+    replaced : ndarray of int32, shape (sequences, runs on a sequence)
+        Number of the version that lies in a run's place; -1 where nothing does.
+    replaced_versions : StringArray
+        These versions.
+    """
+
+    experiment: Experiment
+    trackers: dict[str, Contestant]
+    repetitions: NDArray[np.int64]
+    sequences: list[PlannedSequence]
+    versions: NDArray[np.bytes_]
+    states: NDArray[np.uint8]
+    replaced: NDArray[np.int32]
+    replaced_versions: pa.StringArray
+
+    def __len__(self) -> int:
+        return self.states.size
+
+    @property
+    def protocol(self) -> Protocol:
+        """What is asked."""
+        return "timing" if self.experiment.timing else "accuracy"
+
+    @cached_property
+    def run_trackers(self) -> NDArray[np.int64]:
+        """Number of the tracker, by run on a sequence."""
+        return np.repeat(np.arange(len(self.repetitions)), self.repetitions)
+
+    @cached_property
+    def run_repetitions(self) -> NDArray[np.int64]:
+        """Repetition, by run on a sequence."""
+        first = np.cumsum(self.repetitions) - self.repetitions
+        return np.arange(len(self.run_trackers)) - first[self.run_trackers]
+
+    @property
+    def frames(self) -> NDArray[np.int64]:
+        """Lengths of the sequences."""
+        return np.array([sequence.frames for sequence in self.sequences], np.int64)
+
+    def count(self, state: State) -> int:
+        """Number of runs in a state."""
+        return int((self.states == state).sum())
+
+    def counts(self) -> NDArray[np.int64]:
+        """Numbers of runs, shape (trackers, states)."""
+        found = [np.bincount(column, minlength=len(State)) for column in self.states.T]
+        counts = np.zeros((len(self.repetitions), len(State)), np.int64)
+        np.add.at(counts, self.run_trackers, np.array(found))
+        return counts
+
+    def units(self, *, workers: int = 1, retry_failed: bool = False) -> "Units":
+        """What is left to do.
+
+        Parameters
+        ----------
+        workers : int
+            How many units are performed at once.
+        retry_failed : bool
+            Whether runs that failed are left to do, too.
+        """
+        wanted = self.states <= (State.FAILED if retry_failed else State.STALE)
+        return Units(self, wanted, workers)
+
+    def asked(self) -> Asked:
+        """What is noted down with the results."""
+        n_sequences, n_trackers = self.versions.shape
+        n_runs = len(self.run_trackers)
+        tracker = np.tile(self.run_trackers, n_sequences)
+        sequence = np.repeat(np.arange(n_sequences), n_runs)
+        versions = pa.array(self.versions.ravel(), pa.binary()).cast(pa.string())
+        cells = {
+            "tracker": coded([chosen.label for chosen in self.trackers.values()], tracker),
+            "sequence": coded([found.name for found in self.sequences], sequence),
+            "protocol": coded([self.protocol], np.zeros(len(tracker))),
+            "version": coded(versions, sequence * n_trackers + tracker),
+            "repetition": np.tile(self.run_repetitions, n_sequences).astype(np.int32),
+        }
+        title = self.experiment.title or self.experiment.name
+        return Asked(title, Cells(pa.table(cells)))
+
+    def runs(self, index: pa.Table) -> NDArray[np.int64]:
+        """Which run each row of an index is of, counted through `states`; -1 for none of these."""
+        labels = {chosen.label: i for i, chosen in enumerate(self.trackers.values())}
+        names = {found.name: i for i, found in enumerate(self.sequences)}
+        tracker = _numbers(index["tracker"], labels)
+        sequence = _numbers(index["sequence"], names)
+        protocol = _numbers(index["protocol"], {str(self.protocol): 0})
+        repetition = index["repetition"].to_numpy()
+        asked = (tracker >= 0) & (sequence >= 0) & (protocol >= 0)
+        asked &= repetition < self.repetitions[tracker]
+        first = np.cumsum(self.repetitions) - self.repetitions
+        number = sequence * len(self.run_trackers) + first[tracker] + repetition
+        return np.where(asked, number, -1)
+
+    def seen_in(self, index: pa.Table) -> "Plan":
+        """The plan with the states of the runs in an index."""
+        number = self.runs(index)
+        rows = np.flatnonzero(number >= 0)
+        number = number[rows]
+        versions, (version,) = codes(index["version"])
+        version = version[rows]
+        replaced = np.full(self.states.size, -1, np.int32)
+        replaced[number] = version
+        present = np.array(versions.cast(pa.binary()).to_pylist(), self.versions.dtype)
+        n_runs = len(self.run_trackers)
+        planned = self.versions[number // n_runs, self.run_trackers[number % n_runs]]
+        statuses, (status,) = codes(index["status"])
+        failed = np.array([name == "failed" for name in statuses.to_pylist()], bool)
+        states = np.full(self.states.size, State.LEFT, np.uint8)
+        states[number] = np.where(
+            present[version] != planned,
+            State.STALE,
+            np.where(failed[status[rows]], State.FAILED, State.DONE),
+        )
+        shape = self.states.shape
+        return replace(
+            self,
+            states=states.reshape(shape),
+            replaced=replaced.reshape(shape),
+            replaced_versions=versions,
+        )
+
+
+def make_plan(
+    experiment: Experiment, results: Results, known: KnownSequences | None = None
+) -> Plan:
+    """Settle trackers and sequences, and look up which runs are there.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        What is asked for.
+    results : Results
+        Where the runs lie, and go.
+    known : dict, optional
+        Sequences that were opened for another plan; those of this one are added.
+
+    Raises
+    ------
+    TrackerError, SequenceError, ExperimentError, ResultsError
+        For anything that can be known to fail before the first run.
+    """
+    trackers = _distinct_trackers(experiment)
+    repetitions = [
+        1
+        if entry.randomness is Randomness.NONE and not experiment.timing
+        else experiment.repeated.get(text, experiment.repetitions)
+        for text, entry in trackers.items()
+    ]
+    sequences: list[PlannedSequence] = []
+    versions: list[list[bytes]] = []
+    protocol: Protocol = "timing" if experiment.timing else "accuracy"
+    for found in _distinct_sequences(experiment, {} if known is None else known):
+        for entry in trackers.values():
+            if entry.init not in found.starts:  # then this says why
+                reference(_opened(found.source), entry.init, found.name)
+        sequences.append(found)
+        versions.append(
+            [identify(entry, found, 0, protocol).version.encode() for entry in trackers.values()]
+        )
+    shape = len(sequences), sum(repetitions)
+    plan = Plan(
+        experiment,
+        trackers,
+        np.array(repetitions, np.int64),
+        sequences,
+        np.array(versions),
+        np.zeros(shape, np.uint8),
+        np.zeros(shape, np.int32),
+        pa.array([], pa.string()),
+    )
+    return plan.seen_in(read_table(results))
+
+
+def _numbers(column: pa.ChunkedArray, known: dict[str, int]) -> NDArray[np.int64]:
+    """Numbers of names that are known, by row; -1 for the others."""
+    names, (found,) = codes(column)
+    numbers = np.array([known.get(name, -1) for name in names.to_pylist()], np.int64)
+    return numbers[found]
+
+
+def _distinct_trackers(experiment: Experiment) -> dict[str, Contestant]:
+    """Trackers by text: what is the same but for its spelling runs once."""
+    found: dict[str, tuple[str, Contestant]] = {}
+    for text, entry in contestants(experiment.trackers).items():
+        other = found.setdefault(entry.label, (text, entry))[1]
+        if other.file != entry.file:
+            raise ExperimentError(
+                f"two trackers are called {entry.label!r}: {other.file} and {entry.file}. "
+                "Rename a file or a class."
+            )
+    return dict(found.values())
+
+
+def _distinct_sequences(experiment: Experiment, known: KnownSequences) -> list[PlannedSequence]:
+    """Sequences, no name twice, checked to be runnable."""
+    found: dict[str, PlannedSequence] = {}
+    for source in experiment.sequences:
+        if source not in known:
+            known[source] = _planned(source)
+        sequence = known[source]
+        other = found.setdefault(sequence.name, sequence)
+        if other.fingerprint != sequence.fingerprint:
+            raise ExperimentError(
+                f"two different sequences are called {sequence.name!r}; {source.text!r} is one of "
+                "them. Rename a folder or a file."
+            )
+    return list(found.values())
+
+
+def _planned(source: SequenceSource) -> PlannedSequence:
+    began = perf_counter()
+    sequence = _opened(source)
+    fingerprint = sequence.fingerprint
+    return PlannedSequence(
+        source=source,
+        name=sequence.name,
+        fingerprint=fingerprint,
+        frames=len(sequence),
+        images_beyond_truth=sequence.images_beyond_truth,
+        starts=frozenset(filter(partial(_can_start, sequence), [BOXES, *sequence.regions])),
+        opening_seconds=perf_counter() - began,
+    )
+
+
+def _opened(source: SequenceSource) -> Sequence:
+    sequence = datasets.load(source.text, truth=source.truth)
+    sequence.check_runnable()
+    return sequence
+
+
+def _can_start(sequence: Sequence, region: str) -> bool:
+    try:
+        reference(sequence, region)
+    except SequenceError:
+        return False
+    return True

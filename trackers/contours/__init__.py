@@ -1,0 +1,1 @@
+"""Contours, colour planes and mixtures, and the dependent cues made of them."""

@@ -1,0 +1,1 @@
+"""What colour histograms do: counting, distances, mean shift, elliptic regions."""
