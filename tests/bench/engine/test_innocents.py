@@ -27,7 +27,7 @@ ACTS = {
     "Patches": "np.mean = lambda *a, **k: 1 / 0",
     "Averages": "np.mean([1.0])",
     "SignalsItself": "os.kill(os.getpid(), 40)",
-    "BreaksTheHarness": "bench.evaluation.recorder.checked_box.__code__ = (lambda box: 1 / 0).__code__",
+    "BreaksTheHarness": "recorder.checked_box.__code__ = (lambda box: 1 / 0).__code__",
     "MissesFile": "raise OSError('no \\udcff.png')",
     "Forks": "os.fork()",
     "ForksToo": "os.fork()",
@@ -58,7 +58,8 @@ class {name}(Base):
             {act}
         return super().update(image)
 """
-    head = "import os, signal, sys, time\nimport numpy\nimport numpy as np\nimport bench.evaluation.recorder\n"
+    head = "import os, signal, sys, time\nimport numpy as np\n"
+    head += "from bench.evaluation import recorder\n"
     (here / "acts.py").write_text(source.replace("from pydantic", head + "from pydantic", 1))
     return here
 

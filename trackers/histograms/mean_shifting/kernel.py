@@ -1,7 +1,7 @@
 """Mean shift of an ellipse towards a model histogram (Comaniciu, Ramesh & Meer 2000, 2003).
 
-Histograms are those of `trackers.histograms.colour.ellipses` under the Epanechnikov kernel, to the bit:
-their counts are whole numbers.
+Histograms are those of `trackers.histograms.colour.ellipses` under the Epanechnikov kernel, to
+the bit: their counts are whole numbers.
 
 The kernels that call one another stand in this one file: Numba's cache notices a change of
 a kernel's own file only.

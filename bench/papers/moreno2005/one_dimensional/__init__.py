@@ -2,11 +2,12 @@
 
     measure(folder, jobs, quick=False) -> dict[str, DataFrame]
 
-Position and colour are two cues of the same framework as the tracker's (`trackers.contours.cues`). What the
-paper calls dependent attaches to every position a colour drawn by the weights of the colour filter;
-independent, one drawn evenly from the whole space of colours. A third way, not in the paper, tells
-two effects apart: `unweighted` attaches colours of the filter whatever their weights. The error is
-the distance to the truth in the plane of position and colour, the mean over 100 frames.
+Position and colour are two cues of the same framework as the tracker's (`trackers.contours.cues`).
+What the paper calls dependent attaches to every position a colour drawn by the weights of the
+colour filter; independent, one drawn evenly from the whole space of colours. A third way, not in
+the paper, tells two effects apart: `unweighted` attaches colours of the filter whatever their
+weights. The error is the distance to the truth in the plane of position and colour, the mean over
+100 frames.
 
 - `errors`: a row a set of parameters (`set`), `samples`, `repetition` and `filter` (`observation`,
   `independent`, `dependent`, `unweighted`): `error`, `position_error`, `colour_error` (with the
