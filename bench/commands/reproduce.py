@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from bench.experiments.plan import KnownSequences
     from bench.papers import Report
     from bench.store.layout import Cell
+    from reports.tables import Table
 
 __all__ = ["command"]
 
@@ -130,8 +131,7 @@ def _print(report: "Report", *, criteria: bool) -> None:
     click.echo(report.title)
     for remark in report.remarks:
         click.echo(f"- {remark}")
-    tables = [*report.tables, *([report.criteria] if criteria else [])]
-    for table in tables:
+    for table in [*report.tables, *(_criteria(report) if criteria else [])]:
         click.echo()
         if table.name == "claims":  # its sentences are too long for columns
             click.echo(table.caption)
@@ -139,6 +139,10 @@ def _print(report: "Report", *, criteria: bool) -> None:
                 _print_claim(claim)
         else:
             click.echo(to_text(table))
+
+
+def _criteria(report: "Report") -> "list[Table]":
+    return [] if report.criteria is None else [report.criteria]
 
 
 def _print_claim(claim: Mapping[str, Any]) -> None:
@@ -160,7 +164,7 @@ def _write(report: "Report", paper: str, folder: Path) -> list[Path]:
     from reports.files import write_file
     from reports.write import report_page, write_tables
 
-    tables = [*report.tables, report.criteria]
+    tables = [*report.tables, *_criteria(report)]
     text = json.dumps(_document(report, paper), indent=1, allow_nan=False)
     page = report_page(report.title, report.remarks, tables, report.pictures)
 

@@ -77,10 +77,10 @@ class Report:
     claims : list of dict
         The ledger after the verdicts, for scripts: `id`, `source`, `text`, `verdict`,
         `readings`, `evidence`.
-    criteria : Table
-        Which findings of an earlier trial were met.
     pictures : list of Path
         Figures that were written.
+    criteria : Table, optional
+        Which findings of an earlier trial were met.
     """
 
     title: str
@@ -88,8 +88,8 @@ class Report:
     tables: "list[Table]"
     rows: list[dict[str, Any]]
     claims: list[dict[str, Any]]
-    criteria: "Table"
     pictures: list[Path] = field(default_factory=list)
+    criteria: "Table | None" = None
 
 
 Asked: TypeAlias = Mapping[str, Collection[Cell]]

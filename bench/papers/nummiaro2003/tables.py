@@ -176,7 +176,7 @@ def readings_table(scores: pd.DataFrame) -> Table:
         "readings",
         "What decides the outcome: frames before the first loss in % of the length, without / with "
         "update, means over scenes. `recommended`, σ = 0.05, the coefficient as the condition of "
-        "the update and predicted places of re-initialisation were chosen after seeing results",
+        "the update and predicted places of re-initialisation are post hoc",
         data,
         n_labels=2,
     )

@@ -11,7 +11,6 @@ from bench.papers.nummiaro2003.checks import (
     mixture,
     noise,
     occlusion,
-    scale,
     transformed,
 )
 from bench.papers.nummiaro2003.checks.appearance import (
@@ -83,6 +82,15 @@ def test_coefficients_are_the_sum_of_roots_and_nothing_where_too_little_is_insid
     assert found[0] == pytest.approx(0.36, abs=0.01)  # the core's share of the area
     assert found[1] == 0.0
     assert found[2] == pytest.approx(0.8, abs=0.01)  # the rim's colour alone
+
+
+@pytest.mark.parametrize(("rim", "least", "most"), [(BLUE, 1.0, 1.0), (RED, 0.0, 0.9)])
+def test_the_proportions_of_two_colours_tell_the_scale_and_one_colour_does_not(rim, least, most):
+    image = ringed(outer=rim)
+    factors = np.arange(15, 101) / 50
+    sizes = ELLIPSE * np.column_stack([np.ones((86, 2)), factors, factors])
+    best = factors[Model(image, ELLIPSE).coefficients(image, sizes).argmax()]
+    assert least <= best <= most
 
 
 def test_clutter_is_what_a_score_calls_a_miss_within_three_widths_and_in_the_image():
@@ -195,28 +203,6 @@ def test_without_turning_the_turned_histogram_is_the_upright_one():
     image = ringed()
     found = transformed.turned_histogram(image, ELLIPSE, 0.0)
     assert found == pytest.approx(Model(image, ELLIPSE).histogram, abs=1e-4)
-
-
-def test_a_model_of_two_colours_peaks_at_the_true_scale_and_one_of_one_colour_below():
-    ring = scale.measure(sequence([ringed()] * 12), quick=True)
-    assert (ring["scale"]["peak"] == 1.0).all()
-    assert ring["scale"]["right"].all()
-    assert (ring["scale"]["coefficient"] > ring["scale"]["coefficient_half"] + 0.1).all()
-    plain = scale.measure(sequence([ringed(RED, RED)] * 12), quick=True)["scale"]
-    assert (plain["peak"] < 0.9).all()
-    assert not plain["right"].any()
-
-
-def test_a_recent_model_follows_a_change_of_colour_and_the_first_does_not():
-    grown = np.array([160.0, 110.0, 30.0, 45.0])
-    images = [ringed(RED, GREEN)] + [ringed(at=grown)] * 12
-    boxes = np.array([BOX, *[[130.0, 65.0, 60.0, 90.0]] * 12])
-    found = scale.measure(sequence(images, boxes), quick=False)["scale"]
-    changed = found[found["frame"] == 5].set_index("model")["peak"]
-    assert changed["recent"] == changed["first"]  # five frames before is the first
-    later = found[found["frame"] > 5].groupby("model")["peak"].mean()
-    assert later["recent"] == 1.0
-    assert later["first"] <= 0.6  # within the core, all that it knows
 
 
 def test_weights_that_fall_to_the_rim_do_better_where_the_rim_is_hidden():

@@ -1,4 +1,4 @@
-"""Tables and criteria from scores with known means, and scores from real runs."""
+"""Tables from scores with known means, and scores from real runs."""
 
 from functools import partial
 
@@ -14,7 +14,6 @@ from bench.experiments.experiment import Experiment, SequenceSource
 from bench.papers import Effort
 from bench.papers.nummiaro2003 import examined_scenes, experiments
 from bench.papers.nummiaro2003.courses import COURSE
-from bench.papers.nummiaro2003.criteria import criteria_table
 from bench.papers.nummiaro2003.measured import entrance_table, scene_table
 from bench.papers.nummiaro2003.reporting import condition_table
 from bench.papers.nummiaro2003.scores import (
@@ -168,53 +167,6 @@ def test_a_failed_run_takes_its_cell_with_and_without_update_and_is_shown():
     better = frame.assign(size_error=np.where(frame["update"] == "with", 0.1, 0.2))
     counted = {row[-1] for row in texts(scale_table(better, "figure-9", "caption"))}
     assert counted == {"3 of 3 scenes", "4 of 4 scenes"}
-
-
-def met(frame, **tables):
-    table = criteria_table(frame, tables)
-    found = table.data[table.data["preset"].isin(["as-written", "—"])]
-    return dict(zip(found["criterion"], found["met"], strict=True))
-
-
-def test_criteria_say_what_is_met_and_what_is_missed():
-    good = scores(first_loss=pair(200, 100), size_error=pair(0.2, 0.4))
-    lost = good["reinitialisation"] == "without"
-    good["right_at_end"] = np.where(lost, 0.2, 0.9)
-    scale = pd.DataFrame({"model": ["recent"] * 10 + ["first"], "right": [1.0] * 10 + [0.0]})
-    assert set(met(good, scale=scale).values()) == {"yes"}
-    bad = scores(first_loss=pair(100, 200), size_error=pair(0.4, 0.2), count_fell=pair(1.0, 0.0))
-    assert set(met(bad, scale=scale.assign(right=0.0)).values()) == {"no"}
-    nothing = met(good[good["sequence"] == SEQUENCES[0]])
-    assert set(nothing.values()) == {"—"}
-
-
-def recorded(*overlaps):
-    """Rows of the table on recorded sequences: robust and CPF, by sequence."""
-    rows = [
-        (sequence, tracker, text)
-        for sequence, pair in enumerate(overlaps)
-        for tracker, text in zip(
-            ("nummiaro2003:preset=robust", "CPF, published", "static"), (*pair, "0.9"), strict=True
-        )
-    ]
-    return pd.DataFrame(rows, columns=["sequence", "tracker", "mean overlap"])
-
-
-@pytest.mark.parametrize(
-    ("overlaps", "here", "met"),
-    [
-        ((("0.5 ±0.01", "0.5"), ("0.6", "0.4"), ("0.1", "0.4")), "2 of 3", "yes"),
-        ((("0.499", "0.5"), ("0.6", "0.4"), ("0.1", "0.4")), "1 of 3", "no"),
-        ((("3 failed", "0.5"), ("0.6", "0.4")), "1 of 1", "yes"),
-    ],
-)
-def test_the_preset_robust_is_set_beside_published_figures(overlaps, here, met):
-    table = criteria_table(scores(), {}, recorded(*overlaps)).data
-    row = table[table["preset"] == "robust"].iloc[0]
-    assert (row["here"], row["met"]) == (here, met)
-    alone = recorded(*overlaps).query("tracker != 'CPF, published'")
-    for nothing in (None, alone):
-        assert "robust" not in set(criteria_table(scores(), {}, nothing).data["preset"])
 
 
 def entrances(**columns):

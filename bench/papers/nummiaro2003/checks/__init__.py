@@ -25,10 +25,6 @@ Always:
 - `kernels` (NU-5), a frame of visibility ≥ .5 and kernel a row: `kernel`, `frame`, `visibility`,
   `coefficient`, `clutter` (greatest ρ of it), `margin` (coefficient - clutter), `centre_error`
   (truth to the greatest ρ within a Hx at the true size [Hx]);
-- `scale` (criterion), a clear frame and model a row: `frame`, `model` (`recent`: of the true
-  ellipse five frames before; `first`), `peak` (scale at which ρ is greatest, the truth's being 1),
-  `peak_error` (|peak - 1|), `right` (peak_error ≤ .1), `coefficient` (at the true scale),
-  `coefficient_half` (at half of it);
 - `maximum` (NU-7, Fig. 2; `person`, a run without model update), a clear frame a row: `preset`,
   `frame`, `visibility`, `distance` (mean state to the greatest ρ on a grid of a pixel [Hx]),
   `near` (distance ≤ .25), `spread` (deviation of the particles around their mean [Hx]),

@@ -21,7 +21,6 @@ from bench.papers.nummiaro2003.checks import (
     noise,
     occlusion,
     own_models,
-    scale,
     transformed,
 )
 from datasets.source_digest import source_digest
@@ -70,7 +69,6 @@ CHECKS = (
     Check(occlusion.measure, ("students",)),
     Check(transformed.measure),
     Check(kernels.measure),
-    Check(scale.measure),
     Check(maximum.measure, ("person",)),
     Check(entrance.measure, ("person",), empty_start=True),
     Check(entrance.measure_kick_offs, ("person",), everything=True, empty_start=True),
