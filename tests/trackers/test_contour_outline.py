@@ -36,6 +36,16 @@ def test_an_outline_of_enough_points_fills_to_the_mask_again(seed):
     np.testing.assert_array_equal(filled(outline(mask, 2000), *mask.shape), mask)
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_parts_whose_pixels_touch_by_corners_alone_have_one_outline(seed):
+    mask = np.random.default_rng(seed).random((14, 19)) < 0.33 + 0.08 * seed
+    parts, number = ndimage.label(mask, np.ones((3, 3)))
+    whole = [ndimage.binary_fill_holes(parts == part) for part in range(1, number + 1)]
+    found = filled(outline(mask, 4000), *mask.shape)
+    assert max(one.sum() for one in whole) == found.sum()
+    assert any(np.array_equal(found, one) for one in whole)
+
+
 def test_the_outline_of_a_square_runs_on_its_sides_and_cuts_its_corners():
     mask = np.zeros((30, 40), bool)
     mask[5:25, 8:28] = True

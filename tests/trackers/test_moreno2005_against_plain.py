@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 
 import trackers
-from bench.papers.moreno2005.plain import PlainContourSmoothColor, PlainMoreno2005
-from bench.papers.moreno2005.plain.contours import crosses_itself, inside, outline
-from trackers.contours.contour import outline as compiled
+from tests.trackers.plain_moreno2005 import PlainContourSmoothColor, PlainMoreno2005
 
 PLAIN = {"moreno2005": PlainMoreno2005, "contour-smooth-color": PlainContourSmoothColor}
 FEW = {
@@ -187,24 +185,6 @@ def test_also_where_the_target_leaves_the_image_they_are_those_of_plain_numpy(na
 def test_with_the_numbers_of_samples_that_are_recommended_they_are_those_of_plain_numpy():
     every = {"plane_samples": 20, "colour_samples": 300, "contour_samples": 500}
     assert_it_is_the_plain_reference("moreno2005", 3, **every)
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_outlines_of_masks_with_holes_and_corners_that_touch_are_the_same(seed):
-    mask = np.random.default_rng(seed).random((14, 19)) < 0.33 + 0.08 * seed
-    np.testing.assert_allclose(outline(mask, 50), compiled.outline(mask, 50), rtol=0, atol=STATES)
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_what_contours_enclose_and_whether_they_cross_themselves_is_the_same(seed):
-    random = np.random.default_rng(seed)
-    angles = np.arange(24) * 2 * np.pi / 24
-    radii = random.uniform(3, 16, 24)
-    star = random.uniform(0, 30, 2) + radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], 1)
-    np.testing.assert_array_equal(inside(star, 26, 31), compiled.filled(star, 26, 31))
-    torn = np.concatenate([star[:9], star[12:8:-1], star[13:]])
-    for contour in (star, torn, random.permutation(star)):
-        assert crosses_itself(contour) == compiled.crosses_itself(contour)
 
 
 def test_what_is_not_written_down_plainly_is_refused():

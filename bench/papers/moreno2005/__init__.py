@@ -75,7 +75,7 @@ def prepare(folder: Path, effort: Effort) -> None:
 
 
 def measured_tables(folder: Path, effort: Effort) -> "dict[str, DataFrame]":
-    """What `one_dimensional` simulates, `checks` and `agreement` measure; or found before.
+    """What `one_dimensional` simulates and `checks` measure; or found before.
 
     Parameters
     ----------
@@ -88,7 +88,6 @@ def measured_tables(folder: Path, effort: Effort) -> "dict[str, DataFrame]":
 
     from bench.papers.examination import examined_for
     from bench.papers.moreno2005 import one_dimensional
-    from bench.papers.moreno2005.agreement import agreement
     from bench.papers.moreno2005.checks import examine
 
     jobs = effort.jobs or os.cpu_count() or 1
@@ -96,7 +95,6 @@ def measured_tables(folder: Path, effort: Effort) -> "dict[str, DataFrame]":
     return {
         **{f"one-dimensional-{name}": table for name, table in simulated.items()},
         **examined_for(effort, examine, examined_scenes(effort), folder),
-        "agreement": agreement(folder, jobs, quick=effort.quick),
     }
 
 

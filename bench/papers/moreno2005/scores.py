@@ -44,7 +44,7 @@ STRUCTURE = (
 """Parameters that make another method; what else differs from a preset is a variant of it."""
 
 MODERATE = "moderate"
-"""Clutter of the ellipse that was added after trackers had been seen to fail in dense clutter."""
+"""Clutter of the ellipse that is post hoc: no claim rests on it."""
 
 CELL = (
     "sequence",
@@ -137,7 +137,7 @@ def labels_of(text: str) -> dict[str, str]:
 
 
 def as_frozen(scores: pd.DataFrame) -> pd.DataFrame:
-    """Runs on sequences as they were frozen before any tracker ran: none in moderate clutter."""
+    """Runs on sequences that claims rest on: none in moderate clutter, which is post hoc."""
     return scores[scores["clutter"] != MODERATE]
 
 

@@ -172,6 +172,16 @@ def test_trends_compare_few_samples_with_many():
     assert rows.loc["independent", "lower_limit"] == pytest.approx(-490)
 
 
+def test_dependence_gains_with_tuned_weights_and_nothing_gains_on_accurate_observations():
+    found = {}
+    for name in ("A", "G"):
+        rows = pd.DataFrame(measuring._error_rows(measuring._Part(name, 100), range(20)))
+        found[name] = rows.groupby("filter")["error"].mean()
+    tuned, accurate = found["G"], found["A"]
+    assert tuned["dependent"] + 0.02 < tuned["independent"] < tuned["observation"]
+    assert accurate["observation"] < accurate[["independent", "dependent"]].min()
+
+
 def test_the_best_pairs_are_those_of_the_best_tenth():
     weights = np.arange(1.0, 21.0) / 210
     colours = Hypotheses(np.zeros(20), weights)

@@ -5,7 +5,6 @@ from collections import Counter
 from bench.experiments.experiment import SequenceSource
 from bench.papers import Effort, load_paper
 from bench.papers.moreno2005 import FIGURES, LIGHT, RECORDED, TIMED, examined_scenes
-from bench.papers.moreno2005.criteria import REPETITIONS, SCENES
 from bench.papers.moreno2005.scores import labels_of
 from datasets.text_form import parse_text
 
@@ -39,20 +38,6 @@ def test_every_claim_that_is_decided_over_scenes_has_enough_of_them():
             options.pop("scene")
             scenes[name, *options.values()] += 1
         assert min(scenes.values()) >= 8
-
-
-def test_criteria_have_their_scenes_and_repetitions():
-    both = chosen()
-    for name in (FIGURES[7], LIGHT, "moreno2005-association"):
-        scenes = {int(parse_text(one.text)[1]["scene"]) for one in both[name].sequences}
-        assert scenes == set(SCENES)
-        for text in both[name].trackers:
-            labels = labels_of(text)
-            if labels["preset"] == "recommended" and not labels["variant"]:
-                repetitions = both[name].repeated.get(text, both[name].repetitions)
-                is_strong = labels["mixing"] in ("any", "1") and labels["plane"] != "refitted"
-                is_whole = is_strong and labels["method"] != "start=box"
-                assert repetitions == (len(REPETITIONS) if is_whole else 1)
 
 
 def test_what_a_verdict_as_written_or_recommended_rests_on_most_is_repeated():
