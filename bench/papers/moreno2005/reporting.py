@@ -168,8 +168,8 @@ def _remarks(scores: pd.DataFrame, effort: Effort) -> list[str]:
         "in pictures.",
         "As written is the paper's text, the headline. Recommended departs from it in five places "
         "and is post hoc. Its gain that all centroids share is also what jumps of the light are; a "
-        "coloured shadow's edge, and centroids perturbed apart, stand beside. Robust is recommended "
-        "with another stiffness of the snake, post hoc, and is run once.",
+        "coloured shadow's edge, and centroids perturbed apart, stand beside. Robust, recommended "
+        "with another stiffness of the snake, is post hoc and run once.",
         "The ellipse's clutter is dense. Moderate clutter is post hoc, and no claim rests on it.",
         "Uniform association is not independence: the hypotheses were resampled, and know of the "
         "frame before.",
