@@ -15,17 +15,17 @@ from bench.experiments.plan import make_plan
 from bench.store.results import Results
 
 ROOT = Path(__file__).parents[1]
-PAGES = sorted(ROOT.glob("*.md"))
+PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
 
 
 def blocks(page, language):
     return re.findall(rf"```{language}\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_every_file_that_a_page_links_or_shows_is_there(page):
     for target in re.findall(r"\]\(([^)#]+)\)", page.read_text()):
-        assert target.startswith("http") or (ROOT / target).is_file(), target
+        assert target.startswith("http") or (page.parent / target).is_file(), target
 
 
 def test_the_tracker_of_the_recipe_runs(tmp_path):
@@ -80,7 +80,20 @@ def test_the_experiments_shown_can_be_planned(page, tmp_path):
         assert len(make_plan(read_experiment(file), Results(tmp_path / "none")))
 
 
-def test_the_python_of_the_readme_runs(tmp_path, monkeypatch):
+def test_the_tracker_of_the_readme_runs(tmp_path):
+    (code,) = blocks("README.md", "python")
+    file = tmp_path / "follower.py"
+    file.write_text(code)
+    run = bench.evaluate(f"{file}:Follower", "samples/bow-tie")
+    assert run.status == "finished", run.failure
+    assert (run.boxes[1:] == run.boxes[0]).all()
+
+
+def test_the_readme_is_read_in_one_sitting():
+    assert len((ROOT / "README.md").read_text().splitlines()) <= 200
+
+
+def test_the_python_of_the_pages_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     bench.run(
         bench.Experiment(
@@ -100,7 +113,7 @@ def test_the_python_of_the_readme_runs(tmp_path, monkeypatch):
         "frames_before": [sequence[60]] * 3,
         "frames_after": [sequence[0]] * 4 + [np.zeros_like(sequence[0])] * 8,
     }
-    harness, filtering, revising = blocks("README.md", "python")
+    harness, filtering, revising = blocks("docs/python.md", "python")
     exec(harness, known)
     exec(filtering, known)
     assert known["estimate"].visible
