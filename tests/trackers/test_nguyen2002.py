@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import trackers
-from bench.papers.nguyen2002.plain import Settings
-from bench.papers.nguyen2002.plain import matching as plain
+from tests.trackers import plain_nguyen2002 as plain
 from tests.trackers.template_clip import HEIGHT, WIDTH, clip, final, made, texture, track
 from trackers.base.parameters import TrackerError
 from trackers.templates.features import features_of
@@ -18,7 +17,7 @@ from trackers.templates.features import features_of
     [("intensity", 6.635, 1.0814), ("rgb", 11.345, 1.0366), ("invariants", 11.345, 1.0366)],
 )
 def test_the_gate_is_the_99_percent_quantile_of_chi_square(features, limit, factor):
-    settings = Settings(features=features)
+    settings = plain.Settings(features=features)
     assert settings.limit == pytest.approx(limit, abs=5e-4)
     assert settings.consistency_factor == pytest.approx(factor, abs=5e-5)
     images, boxes = clip(2)

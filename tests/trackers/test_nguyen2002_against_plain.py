@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import trackers
-from bench.papers.nguyen2002.plain import PlainNguyen2002, track_offline
+from tests.trackers.plain_nguyen2002 import PlainNguyen2002, track_offline
 from tests.trackers.template_clip import clip, final, made
 
 AS_WRITTEN = trackers.resolve("nguyen2002").plugin.presets["as-written"]

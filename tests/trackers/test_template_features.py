@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.papers.nguyen2002.plain import features as plain
+from tests.trackers import plain_nguyen2002 as plain
 from trackers.templates.features import FLOORS, dimension, features_of
 
 BLACK, BLUE, GREY, SKIN = (0, 0, 0), (200, 0, 0), (90, 90, 90), (60, 80, 160)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from bench.papers.nguyen2002.plain import matching as plain
+from tests.trackers import plain_nguyen2002 as plain
 from trackers.templates.matching import (
     Pose,
     Window,

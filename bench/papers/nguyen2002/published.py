@@ -48,14 +48,13 @@ def table_rows(sets: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def time_rows(times: pd.DataFrame) -> list[dict[str, Any]]:
-    """The time of section 3: seconds a frame, by features, compiled.
+    """The time of section 3: seconds a frame, by features.
 
     Parameters
     ----------
     times : DataFrame
-        `ng-10`: `features`, `implementation`, `milliseconds`.
+        `ng-10`: `features`, `milliseconds`.
     """
-    compiled = times[times["implementation"] == "compiled"]
     return [
         {
             "table": "time",
@@ -65,7 +64,7 @@ def time_rows(times: pd.DataFrame) -> list[dict[str, Any]]:
             "measured": float(runs["milliseconds"].mean()) / 1e3,
             "interval": None,
         }
-        for features, runs in compiled.groupby("features", sort=False)
+        for features, runs in times.groupby("features", sort=False)
     ]
 
 

@@ -326,17 +326,11 @@ def test_the_gate_must_serve_the_template_and_the_overlap(made_scores):
         assert verdict("NG-11", frame, **{"ng-11": table}) == expected
 
 
-def test_the_time_is_that_of_the_compiled_tracker(made_scores):
+def test_no_way_of_tracking_may_take_longer_than_a_frame_lasts(made_scores):
     frame = made_scores(lambda *_: {}, scenes=1)
-    times = pd.DataFrame(
-        {
-            "implementation": ["plain", "compiled", "compiled"],
-            "milliseconds": [90.0, 2.0, 39.0],
-            "preset": "as-written",
-        }
-    )
+    times = pd.DataFrame({"milliseconds": [2.0, 39.0], "preset": "as-written"})
     assert verdict("NG-10", frame, **{"ng-10": times}) == "holds"
-    slow = times.assign(milliseconds=[90.0, 2.0, 41.0])
+    slow = times.assign(milliseconds=[2.0, 41.0])
     assert verdict("NG-10", frame, **{"ng-10": slow}) == "does-not-hold"
 
 
@@ -384,9 +378,7 @@ def test_readings_that_were_not_run_or_change_nothing_have_no_verdict(made_score
         (row,) = verdicts_table([concluded(name, frame, **tables)]).data.to_dict("records")
         return list(row.values())[1:]
 
-    times = pd.DataFrame(
-        {"preset": ["as-written", "recommended"], "milliseconds": 1.0, "implementation": "compiled"}
-    )
+    times = pd.DataFrame({"preset": ["as-written", "recommended"], "milliseconds": 1.0})
     written, post_hoc = ["holds", *["—"] * 4], ["holds", *["—"] * 3]
     assert row("NG-10", **{"ng-10": times}) == written + post_hoc
     sliding = pd.DataFrame({"features": ["rgb"], "declared": 1.0, "contaminated": 0.0})

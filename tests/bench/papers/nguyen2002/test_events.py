@@ -8,7 +8,7 @@ import pytest
 import bench
 import datasets
 from bench.papers.nguyen2002.events import Declared, Hidden, declared_in, hidden_in
-from bench.papers.nguyen2002.plain import track_offline
+from tests.trackers.plain_nguyen2002 import track_offline
 
 
 def test_an_occlusion_is_what_the_tracker_tells_of_it_whatever_its_boxes_are(made_run):

@@ -124,7 +124,7 @@ def test_a_set_without_one_of_its_clips_is_none(made_scores):
 
 def test_measured_clips_have_the_name_of_their_set():
     table = pd.DataFrame({"sequence": ["nguyen2002/clip-03", LIGHTS, COLOURED], "x": 1.0})
-    found = by_sets({"ng-9": table, "agreement": pd.DataFrame({"online": [0.0]})})
+    found = by_sets({"ng-9": table, "ng-10": pd.DataFrame({"usual": [0.0]})})
     assert found["ng-9"]["sequence"].tolist() == [CLIPS, LIGHTS, COLOURED]
     assert table["sequence"].tolist()[0] == "nguyen2002/clip-03"
-    assert list(found["agreement"]) == ["online"]
+    assert list(found["ng-10"]) == ["usual"]

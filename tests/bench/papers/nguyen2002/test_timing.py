@@ -32,45 +32,32 @@ def courses():
 
 
 def test_every_way_of_tracking_is_timed_on_the_same_frames(courses):
-    ways = courses.groupby(["implementation", "preset", "features"]).size()
-    assert len(ways) == 3 * len(FEATURES)
-    assert (ways["compiled"] == 2 * ways["plain"].iloc[0]).all()
+    ways = courses.groupby(["preset", "features"]).size()
+    assert len(ways) == 2 * len(FEATURES)
+    assert (ways == ways.iloc[0]).all()
     assert (courses["seconds"] > 0).all()
 
 
-def test_what_is_compiled_is_faster_and_an_occlusions_end_takes_longest(courses):
-    written = courses[courses["preset"] == "as-written"]
-    medians = written.groupby(["implementation", "kind"])["seconds"].median()
-    assert medians["compiled", "usual"] < medians["plain", "usual"] / 3
-    for implementation in ("compiled", "plain"):
-        assert medians[implementation, "burst"] > medians[implementation, "usual"]
-
-
-def test_both_implementations_have_the_same_to_do(courses):
-    by_frame = {
-        name: rows.groupby("features")["kind"].apply(list)
-        for name, rows in courses[courses["preset"] == "as-written"].groupby("implementation")
-    }
-    for features in FEATURES:
-        once, twice = by_frame["plain"][features], by_frame["compiled"][features]
-        assert twice == once + once
+def test_an_occlusions_end_takes_longest(courses):
+    medians = courses.groupby(["preset", "kind"])["seconds"].median()
+    for preset in timing.PRESETS:
+        assert medians[preset, "burst"] > medians[preset, "usual"] > medians[preset, "hidden"]
 
 
 def test_a_time_stands_beside_what_had_to_be_done(courses):
     sequence = datasets.load(NAME)
     first = int(np.flatnonzero(sequence.visibility < timing.HIDDEN)[0])
     part = sequence[first - 3 : first + 40]
-    followed = Followed("compiled", "rgb", "as-written", part[0], part.boxes[0])
+    followed = Followed("rgb", "as-written", part[0], part.boxes[0])
     for image in list(part)[1:]:
         followed(image)
-    way = courses["implementation"].eq("compiled") & courses["preset"].eq("as-written")
-    rows = courses[way & courses["features"].eq("rgb")]
+    rows = courses[courses["preset"].eq("as-written") & courses["features"].eq("rgb")]
     assert rows["kind"].tolist() == 2 * followed.kinds[1:]
 
 
 def test_a_frame_is_usual_hidden_or_one_in_which_an_occlusion_ends():
     sequence = datasets.load(NAME)
-    followed = Followed("compiled", "rgb", "as-written", sequence[0], sequence.boxes[0])
+    followed = Followed("rgb", "as-written", sequence[0], sequence.boxes[0])
     for frame in range(1, 60):
         followed(sequence[frame])
     kinds = "".join(kind[0] for kind in followed.kinds)
@@ -111,7 +98,7 @@ def test_timing_runs_are_those_of_the_presets_that_no_load_disturbed(
 
 
 def test_passes_that_other_load_disturbed_are_left_out_where_there_are_others(folder, monkeypatch):
-    keys = {"implementation": "compiled", "preset": "as-written", "features": "rgb"}
+    keys = {"preset": "as-written", "features": "rgb"}
     passes = pd.DataFrame(
         {"kind": "usual", "seconds": [1e-3, 1e-3, 5e-3, 5e-3], "disturbed": [0.0, 0.0, 1.0, 1.0]}
     ).assign(**keys)
@@ -136,14 +123,13 @@ def test_all_that_the_ledger_asks_for_is_measured(folder, monkeypatch):
     tables = measured_times(folder, quick=True)
     assert list(tables) == ["frame_times", "course_times", "ng-10"]
     rows = tables["ng-10"]
-    assert len(rows) == 3 * len(FEATURES)
+    assert len(rows) == 2 * len(FEATURES)
     assert (rows["milliseconds"] > 0).all()
     assert rows["burst"].isna().all()
 
 
 def test_times_stand_beside_the_papers_and_those_of_timing_runs():
     row = {
-        "implementation": "compiled",
         "preset": "as-written",
         "features": "rgb",
         "milliseconds": 1.5,
@@ -156,8 +142,7 @@ def test_times_stand_beside_the_papers_and_those_of_timing_runs():
             [
                 row,
                 row | {"preset": "recommended", "disturbed": 1.0},
-                row
-                | {"implementation": "plain", "milliseconds": 30.0, "usual": 25.0, "burst": 100.0},
+                row | {"features": "arctan", "usual": 25.0, "burst": 100.0},
             ]
         ),
         "frame_times": pd.DataFrame(
@@ -171,10 +156,10 @@ def test_times_stand_beside_the_papers_and_those_of_timing_runs():
         ),
     }
     (table,) = time_tables(tables, ["failed: why"])
-    assert [[cell.text for cell in row][3:] for row in table.rows] == [
-        ["1.5", "0.75", "0.7 ms: missed", MISSING, "2"],
-        ["1.5", "0.75", "1.1 ms: met (disturbed by other load)", MISSING, "9e+03"],
-        ["30", "25", MISSING, "100 (4.0×)", MISSING],
+    assert [[cell.text for cell in row][2:] for row in table.rows] == [
+        ["1.5", "0.75", MISSING, "2"],
+        ["1.5 (disturbed by other load)", "0.75", MISSING, "9e+03"],
+        ["1.5", "25", "100 (4.0×)", MISSING],
     ]
     assert "0.005 s" in table.caption
     assert table.notes[-1] == "failed: why"

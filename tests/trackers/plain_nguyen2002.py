@@ -1,0 +1,553 @@
+"""The method of Nguyen and Smeulders in plain NumPy, equation by equation.
+
+Written down from the text and not from the tracker's code, with which it shares nothing: boxes and
+events must be the same. `PlainNguyen2002` goes frame by frame, `track_offline` looks ahead as the
+paper does. Images are BGR, boxes are in coordinates where pixel centres are halves; features have
+the shape (rows, columns, d).
+"""
+
+from dataclasses import dataclass
+from math import erf, exp, floor, inf, sqrt
+from math import gamma as gamma_function
+from typing import NamedTuple
+
+import numpy as np
+
+FLOORS = {"intensity": 3.0, "rgb": 1.0, "invariants": 1e-4, "arctan": 1e-4}
+"""Least variances of residuals."""
+
+
+def chi_square(x, degrees):
+    """F(x) of an odd number of degrees of freedom, from that of one by two more at a time."""
+    found = erf(sqrt(x / 2))
+    for d in range(1, degrees, 2):
+        found -= (x / 2) ** (d / 2) * exp(-x / 2) / gamma_function(d / 2 + 1)
+    return found
+
+
+def chi_square_quantile(probability, degrees):
+    """Where F is so large, by halving."""
+    low, high = 0.0, 1.0
+    while chi_square(high, degrees) < probability:
+        high *= 2
+    while low < (middle := (low + high) / 2) < high:
+        if chi_square(middle, degrees) < probability:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the text leaves open or claims: the tracker's parameters with its defaults."""
+
+    features: str = "invariants"
+    delta: float = 0.99
+    gamma: float = 0.25
+    minimal_speed: float = 0.05
+    outlier_rule: str = "exceeds"
+    longest_occlusion: int = 35
+    candidates: str = "skipped"
+    average: int = 10
+    search_range: int = 16
+    subpixel: bool = True
+    ties: str = "unchanged"
+    misregistration: bool = True
+    consistency: bool = True
+    norm: str = "huber"
+    covariance: str = "full"
+    adaptive_noise: bool = True
+    gate: bool = True
+    rebootstrap: bool = True
+    reinitialise: str = "bootstrap"
+    report: str = "smoothed"
+    first_spread: float = 0.25
+    end: str = "minimum"
+    accept: float = 0.5
+
+    @property
+    def d(self):
+        """Number of components of a feature."""
+        return 1 if self.features == "intensity" else 3
+
+    @property
+    def floor(self):
+        """Least variance of a residual."""
+        return FLOORS[self.features]
+
+    @property
+    def limit(self):
+        """χ² from which on a pixel is an outlier."""
+        return chi_square_quantile(self.delta, self.d)
+
+    @property
+    def cutoff(self):
+        """Where Huber's function turns linear: c."""
+        return sqrt(self.limit) if self.norm == "huber" else inf
+
+    @property
+    def consistency_factor(self):
+        """What a covariance of inliers is multiplied by."""
+        if not (self.consistency and self.gate):
+            return 1.0
+        return self.delta / chi_square(self.limit, self.d + 2)
+
+    @property
+    def step(self):
+        """Finest step of the search [pixels]."""
+        return 0.25 if self.subpixel else 1.0
+
+    @property
+    def offsets(self):
+        """Frames after an occlusion's beginning that are matched."""
+        if self.candidates == "all":
+            return list(range(5, self.longest_occlusion + 1))
+        doubling = [5 + 2**n - 2 for n in range(1, 12)]
+        return [offset for offset in doubling if offset <= self.longest_occlusion]
+
+    def too_long(self, count):
+        """Whether a pixel that was an outlier so often in succession is to be taken as it is."""
+        longest = round(self.gamma / self.minimal_speed, 9)  # 0.3 / 0.05 comes to less than 6
+        if not self.rebootstrap:
+            return False
+        return count > longest if self.outlier_rule == "exceeds" else count >= longest
+
+
+def features_of(image, kind):
+    """R + G + B, the three, or c1, c2, c3 (equation 18, a largest of 0 counted as 1), or arctan."""
+    blue, green, red = np.moveaxis(image.astype(np.float64), 2, 0)
+    if kind == "intensity":
+        return (red + green + blue)[:, :, np.newaxis]
+    if kind == "rgb":
+        return np.stack([red, green, blue], axis=2)
+    both = (red, green, blue), (green, blue, red), (blue, red, green)
+    ratios = [one / np.maximum(np.maximum(*others), 1.0) for one, *others in both]
+    return np.arctan(np.stack(ratios, axis=2)) if kind == "arctan" else np.stack(ratios, axis=2)
+
+
+class Pose(NamedTuple):
+    """a of equation 1: the template's centre, where pixel centres are whole numbers, and scale."""
+
+    x: float
+    y: float
+    scale: float
+
+
+def sample(features, pose, height, width, *, bilinear, pixels=slice(None)):
+    """Features at φ(p; a) of a template's pixels, or of some of them either way."""
+    rows, columns = features.shape[:2]
+    x = pose.x + pose.scale * (np.arange(width) - (width - 1) / 2)
+    y = pose.y + pose.scale * (np.arange(height) - (height - 1) / 2)
+    x, y = np.clip(x[pixels], 0, columns - 1), np.clip(y[pixels], 0, rows - 1)
+    if not bilinear:
+        return features[np.ix_(np.floor(y + 0.5).astype(int), np.floor(x + 0.5).astype(int))]
+    left, top = np.floor(x).astype(int), np.floor(y).astype(int)
+    right, bottom = np.minimum(left + 1, columns - 1), np.minimum(top + 1, rows - 1)
+    u, v = (x - left)[np.newaxis, :, np.newaxis], (y - top)[:, np.newaxis, np.newaxis]
+    upper = (1 - u) * features[np.ix_(top, left)] + u * features[np.ix_(top, right)]
+    lower = (1 - u) * features[np.ix_(bottom, left)] + u * features[np.ix_(bottom, right)]
+    return (1 - v) * upper + v * lower
+
+
+def huber(error, cutoff):
+    """ρ of equation 3."""
+    with np.errstate(invalid="ignore"):  # an infinite cutoff times an error of 0
+        return np.where(error < cutoff, error**2 / 2, cutoff * (error - cutoff / 2))
+
+
+def matching_cost(features, template, inverse, pose, cutoff, *, stride, bilinear):
+    """Sum of equation 4 over every `stride`th pixel either way."""
+    pixels = slice(stride // 2, None, stride)
+    seen = sample(features, pose, *template.shape[:2], bilinear=bilinear, pixels=pixels)
+    r = seen - template[pixels, pixels]
+    squared = np.einsum("...k,km,...m->...", r, inverse, r)
+    return float(huber(np.sqrt(np.maximum(squared, 0)), cutoff).sum())
+
+
+def match(features, template, covariance, around, search_range, cutoff, *, subpixel, ties):
+    """Pose of the least cost, and this cost."""
+    inverse = np.linalg.inv(covariance)
+
+    def best(poses, number, *, stride, bilinear=False):
+        rated = []
+        for pose in poses:
+            held = pose._replace(scale=min(max(pose.scale, 0.5), 2.0))
+            cost = matching_cost(
+                features, template, inverse, held, cutoff, stride=stride, bilinear=bilinear
+            )
+            rated.append((cost, held))
+        return sorted(rated, key=lambda one: one[0])[:number]  # of equals the first stays first
+
+    centre = Pose(floor(around.x + 0.5), floor(around.y + 0.5), around.scale)
+    found = best(grid(centre, search_range, 4), 3, stride=4)
+    found = best([pose for _, one in found for pose in grid(one, 2, 2)], 1, stride=4)
+    for spread in (0.02, 0.01):
+        found = best(grid(found[0][1], 1, 1, spread, ties), 1, stride=2)
+    if subpixel:
+        for step, spread in ((0.5, 0.01), (0.25, 0.005)):
+            found = best(grid(found[0][1], step, step, spread, ties), 1, stride=2, bilinear=True)
+    cost, pose = found[0]
+    return pose, cost
+
+
+def grid(centre, half_range, step, spread=0.0, ties="ascending"):
+    """Poses around one, in steps from minus to plus the range; scale, y and x ascend.
+
+    With `unchanged` ties the scale as it is comes before the others.
+    """
+    shifts = [step * n - half_range for n in range(int(2 * half_range / step) + 1)]
+    factors = [1 - spread, 1.0, 1 + spread] if spread else [1.0]
+    if ties == "unchanged" and spread:
+        factors = [1.0, 1 - spread, 1 + spread]
+    return [
+        Pose(centre.x + across, centre.y + down, centre.scale * factor)
+        for factor in factors
+        for down in shifts
+        for across in shifts
+    ]
+
+
+def raise_eigenvalues(matrix, least):
+    """The matrix made symmetric, with its eigenvalues raised to the least allowed."""
+    values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
+    return vectors @ np.diag(np.maximum(values, least)) @ vectors.T
+
+
+class Appearance:
+    """Template g and all that is known of its noise (equations 5 to 15).
+
+    A filter for each pixel, with the same covariances; `n_o` counts frames in succession for which
+    a pixel has been an outlier, `r` holds R of all frames since the second one that was seen.
+    """
+
+    def __init__(self, settings, features):
+        self._settings = settings
+        self.g = features.copy()
+        self.n_o = np.zeros(features.shape[:2], int)
+        spread = settings.first_spread**2 * self.g.reshape(-1, settings.d).var(axis=0)
+        self.r_bar = np.diag(np.maximum(spread, settings.floor))
+        self.c_f = self.c_w = self.c_g = np.zeros((settings.d, settings.d))
+        self.r = []
+
+    def outliers(self, features, covariance):
+        """Which pixels' residuals are too large."""
+        r = features - self.g
+        q = np.einsum("ijk,km,ijm->ij", r, np.linalg.inv(covariance), r)
+        return ~(q < self._settings.limit)
+
+    def residual_covariance(self, features, covariance):
+        """R of equation 13, over the pixels that are inliers by another covariance."""
+        kept = np.full(self.n_o.shape, True)
+        if self._settings.gate:
+            kept = ~self.outliers(features, covariance)
+        if not kept.any():
+            return covariance
+        r = (features - self.g)[kept]
+        return self._shaped(r.T @ r / len(r) * self._settings.consistency_factor)
+
+    def begin(self, features):
+        """Learn R(1) from what is seen second (equation 15)."""
+        settings = self._settings
+        r1 = self.r_bar
+        for _ in range(6):
+            r1 = self.residual_covariance(features, r1)
+        if settings.misregistration:
+            down, across = np.gradient(self.g, axis=(0, 1))
+            both = np.einsum("ijk,ijm->km", down, down) + np.einsum("ijk,ijm->km", across, across)
+            r1 = self._shaped(r1 + settings.step**2 / 6 * both / self.n_o.size)
+        self._know(r1)
+
+    def begin_as_known(self, before):
+        """Take R(1) and the measurement noise of an earlier template."""
+        self._know(before.r[0])
+
+    def _know(self, r1):
+        self.r, self.r_bar = [r1], r1
+        self.c_f, self.c_g, self.c_w = 0.5 * r1, 0.5 * r1, np.zeros_like(r1)
+
+    def share(self, features):
+        """Share of outliers (equation 16)."""
+        return float(self.outliers(features, self.r_bar).mean())
+
+    def update(self, features):
+        """Equations 7 to 14, for any view after the one of `begin`."""
+        outliers = self.outliers(features, self.r_bar)
+        self.r.append(self.residual_covariance(features, self.r_bar))
+        last = self.r[-self._settings.average :]
+        self.r_bar = sum(last) / len(last)
+        if self._settings.adaptive_noise:
+            self.c_w = raise_eigenvalues(self.r_bar - self.c_f - self.c_g, 0.0)
+        self._filter(features, outliers)
+
+    def update_first(self, features):
+        """Equations 7 to 11 for the view of `begin`: R is known, and C_w is 0."""
+        self._filter(features, self.outliers(features, self.r_bar))
+
+    def _filter(self, features, outliers):
+        if not self._settings.gate:
+            outliers = np.full(outliers.shape, False)
+        predicted = self.c_g + self.c_w
+        gain = predicted @ np.linalg.inv(predicted + self.c_f)
+        self.c_g = raise_eigenvalues(predicted - gain @ predicted, 0.0)
+        for pixel in np.ndindex(outliers.shape):
+            if not outliers[pixel]:
+                self.g[pixel] += gain @ (features[pixel] - self.g[pixel])
+                self.n_o[pixel] = 0
+                continue
+            self.n_o[pixel] += 1
+            if self._settings.too_long(int(self.n_o[pixel])):
+                self.g[pixel] = features[pixel]
+                self.n_o[pixel] = 0
+
+    def _shaped(self, covariance):
+        if self._settings.covariance == "diagonal":
+            covariance = np.diag(np.diag(covariance))
+        return raise_eigenvalues(covariance, self._settings.floor)
+
+
+class Smoother:
+    """The Kalman filter of a pose with its velocity: three filters of constant velocity.
+
+    The pose that it begins with is as good as a measurement.
+    """
+
+    TRANSITION = np.array([[1.0, 1.0], [0.0, 1.0]])
+    OBSERVATION = np.array([[1.0, 0.0]])
+    # Standard deviations, of x, y and scale.
+    ACCELERATION = np.array([0.5, 0.5, 0.002])
+    MEASUREMENT = np.array([0.5, 0.5, 0.01])
+    SPEED = np.array([2.0, 2.0, 0.01])
+
+    def __init__(self, pose, velocity):
+        self.states = np.stack([pose, velocity], axis=1)[:, :, np.newaxis]
+        first = np.stack([self.MEASUREMENT**2, self.SPEED**2], axis=1)
+        self._covariances = np.stack([np.diag(variances) for variances in first])
+
+    @property
+    def pose(self):
+        """Smoothed pose of the last frame measured."""
+        return Pose(*self.states[:, 0, 0].tolist())
+
+    @property
+    def velocity(self):
+        """Its change a frame."""
+        return Pose(*self.states[:, 1, 0].tolist())
+
+    def predicted(self):
+        """Pose to expect in the next frame."""
+        return Pose(*(self.TRANSITION @ self.states)[:, 0, 0].tolist())
+
+    def measure(self, pose):
+        """Take the next frame's measured pose into account."""
+        f, h = self.TRANSITION, self.OBSERVATION
+        noise = np.array([[0.25, 0.5], [0.5, 1.0]])
+        for i, value in enumerate(pose):
+            state = f @ self.states[i]
+            p = f @ self._covariances[i] @ f.T + self.ACCELERATION[i] ** 2 * noise
+            gain = p @ h.T / (h @ p @ h.T + self.MEASUREMENT[i] ** 2)
+            self.states[i] = state + gain * (value - h @ state)
+            self._covariances[i] = p - gain @ h @ p
+
+
+class Candidate(NamedTuple):
+    """Where the template fits best in a frame that may end an occlusion."""
+
+    pose: Pose
+    cost: float
+    share: float
+
+
+class Target:
+    """The target of a first box: its template, its place, and the steps of tracking it.
+
+    `last` is the pose reported for the last frame in which it was followed.
+    """
+
+    def __init__(self, settings, image, box):
+        self._settings = settings
+        self._size = box[2:].copy()
+        self._width, self._height = (floor(side + 0.5) for side in box[2:].tolist())
+        x, y = (box[:2] + box[2:] / 2 - 0.5).tolist()
+        self.last = Pose(x, y, 1.0)
+        self._smoother = Smoother(self.last, Pose(0.0, 0.0, 0.0))
+        self.appearance = Appearance(settings, self._view(self._features(image), self.last, True))
+
+    def follow(self, image):
+        """Pose to report for the next frame; None where a severe occlusion begins in it."""
+        features = self._features(image)
+        around = self._smoother.predicted()
+        pose, _ = self._match(features, around, self._settings.search_range)
+        seen = self._view(features, pose, self._settings.subpixel)
+        first = not self.appearance.r
+        if first:
+            self.appearance.begin(seen)
+        if self.appearance.share(seen) > self._settings.gamma:
+            return None
+        if first:
+            self.appearance.update_first(seen)
+        else:
+            self.appearance.update(seen)
+        self._smoother.measure(pose)
+        self.last = self._smoother.pose if self._settings.report == "smoothed" else pose
+        return self.last
+
+    def extrapolated(self, frames):
+        """Pose so many frames after the last, had the target gone on as it went."""
+        velocity = self._smoother.velocity
+        return Pose(
+            self.last.x + frames * velocity.x, self.last.y + frames * velocity.y, self.last.scale
+        )
+
+    def look(self, image, n):
+        """Match the frozen template with the frame n after an occlusion's beginning."""
+        features = self._features(image)
+        search_range = min(self._settings.search_range + 2 * n, 64)
+        pose, cost = self._match(features, self.extrapolated(n + 1), search_range)
+        seen = self._view(features, pose, self._settings.subpixel)
+        return Candidate(pose, cost, self.appearance.share(seen))
+
+    def interpolated(self, pose, n):
+        """Poses of the n frames of an occlusion that is over with this pose."""
+        start, end = np.array(self.last), np.array(pose)
+        return [Pose(*(start + (end - start) * i / (n + 1)).tolist()) for i in range(1, n + 1)]
+
+    def take_again(self, image, pose, n):
+        """Start anew where an occlusion is over, n frames after its beginning."""
+        view = self._view(self._features(image), pose, bilinear=True)
+        appearance = Appearance(self._settings, view)
+        if self._settings.reinitialise == "keep":
+            appearance.begin_as_known(self.appearance)
+        self.appearance = appearance
+        velocity = (np.array(pose) - np.array(self.last)) / (n + 1)
+        self._smoother = Smoother(pose, Pose(*velocity.tolist()))
+        self.last = pose
+
+    def box(self, pose):
+        """Its box."""
+        size = self._size * pose.scale
+        return np.concatenate([(pose.x + 0.5, pose.y + 0.5) - size / 2, size])
+
+    def _features(self, image):
+        return features_of(image, self._settings.features)
+
+    def _view(self, features, pose, bilinear):
+        return sample(features, pose, self._height, self._width, bilinear=bilinear)
+
+    def _match(self, features, around, search_range):
+        return match(
+            features,
+            self.appearance.g,
+            self.appearance.r_bar,
+            around,
+            search_range,
+            self._settings.cutoff,
+            subpixel=self._settings.subpixel,
+            ties=self._settings.ties,
+        )
+
+
+def chosen_end(candidates, settings):
+    """Frames from an occlusion's beginning to its end, by what was found in some frames."""
+    for n, candidate in sorted(candidates.items()):
+        if settings.end == "first" and candidate.share <= settings.accept:
+            return n
+    return min(candidates, key=lambda n: candidates[n].cost)
+
+
+def track_offline(images, box, **parameters):
+    """Track a target through a sequence that is known as a whole, as the paper does.
+
+    Gives boxes (n, 4), and first frame and end of each occlusion; the sequence's length where it
+    found no end.
+    """
+    settings = Settings(**parameters)
+    target = Target(settings, images[0], box)
+    poses, occlusions = [target.last], []
+    while (frame := len(poses)) < len(images):
+        pose = target.follow(images[frame])
+        if pose is not None:
+            poses.append(pose)
+            continue
+        candidates = {
+            n: target.look(images[frame + n], n)
+            for n in settings.offsets
+            if frame + n < len(images)
+        }
+        if not candidates:
+            rest = len(images) - frame
+            poses += [target.extrapolated(i) for i in range(1, rest + 1)]
+            occlusions.append((frame, len(images)))
+            break
+        n = chosen_end(candidates, settings)
+        end = candidates[n].pose
+        poses += [*target.interpolated(end, n), end]
+        target.take_again(images[frame + n], end, n)
+        occlusions.append((frame, frame + n))
+    return np.array([target.box(pose) for pose in poses]), occlusions
+
+
+class PlainNguyen2002:
+    """The method frame by frame, which must wait for what comes after an occlusion's beginning."""
+
+    def __init__(self, **parameters):
+        self._settings = Settings(**parameters)
+
+    def init(self, image, box):
+        """Take the target from a box of the first frame."""
+        self.target = Target(self._settings, image, box)
+        self._latest, self._next = 0, 1
+        self._images = {}  # those that may be looked at again, by frame
+        self._t_o = None
+        self._candidates = {}
+
+    def update(self, image):
+        """Box in the next frame, whether the target is hidden in it, and boxes of frames before."""
+        self._latest += 1
+        self._images[self._latest] = image.copy()
+        said = self._catch_up()
+        boxes = {frame: self.target.box(pose) for frame, pose in said.items()}
+        return boxes.pop(self._latest), self._t_o is not None, boxes
+
+    def finish(self):
+        """Boxes of frames before, if the last one was the sequence's last."""
+        said = {}
+        while self._candidates:
+            said |= self._end_occlusion()
+            said |= self._catch_up()
+        return {frame: self.target.box(pose) for frame, pose in said.items()}
+
+    def _catch_up(self):
+        """See all frames that are there and were not seen by the target as it is now."""
+        said = {}
+        while self._next <= self._latest:
+            frame = self._next
+            self._next += 1
+            if self._t_o is None:
+                pose = self.target.follow(self._images[frame])
+                if pose is not None:
+                    said[frame] = pose
+                    del self._images[frame]
+                    continue
+                self._t_o = frame
+            n = frame - self._t_o
+            said[frame] = self.target.extrapolated(n + 1)
+            if n in self._settings.offsets:
+                found = self.target.look(self._images[frame], n)
+                self._candidates[n] = found
+                accepted = self._settings.end == "first" and found.share <= self._settings.accept
+                if accepted or n == self._settings.offsets[-1]:
+                    said |= self._end_occlusion()
+        return said
+
+    def _end_occlusion(self):
+        """Start anew at the best candidate; frames after it are to be seen once more."""
+        n = chosen_end(self._candidates, self._settings)
+        end = self._candidates[n].pose
+        frames = range(self._t_o, self._t_o + n + 1)
+        said = dict(zip(frames, [*self.target.interpolated(end, n), end], strict=True))
+        self.target.take_again(self._images[frames[-1]], end, n)
+        for frame in frames:
+            del self._images[frame]
+        self._t_o, self._next, self._candidates = None, frames[-1] + 1, {}
+        return said
