@@ -23,9 +23,9 @@ from bench.store.loading import as_revised, load_results, ordered_rows
 from bench.store.results import Results
 from bench.store.truth import read_truth
 from reports.overlay import TRUTH
+from reports.plots import TRACE_WORDS
+from reports.renderers import to_text
 from reports.tables import Table, sequence_table, summary_table
-from reports.text import to_text
-from reports.traces import TRACE_WORDS
 
 __all__ = ["boxes_of", "frame_table", "summary_text", "tables", "timing_runs", "title_of"]
 

@@ -8,11 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
-from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from reports.figures import bare_figure
+from reports.figures import bare_figure, rim, show
 from reports.palette import colour
 
 __all__ = [
@@ -43,79 +42,39 @@ DEVIATIONS = 2.0
 """At which the ellipse of a Gaussian is drawn."""
 
 _CHANNELS = ("R", "#c00000", "-"), ("G", "#007000", "--"), ("B", "#0000c0", "-.")
-_RIM = [withStroke(linewidth=2.6, foreground="white")]
 
 
 class Gaussians(NamedTuple):
-    """A mixture of Gaussians on a plane.
+    """A mixture of Gaussians on a plane."""
 
-    Attributes
-    ----------
-    weights : ndarray of float64, shape (m,)
-    means : ndarray of float64, shape (m, 2)
-    covariances : ndarray of float64, shape (m, 2, 2)
-    """
-
-    weights: Array
-    means: Array
-    covariances: Array
+    weights: Array  # (m,)
+    means: Array  # (m, 2)
+    covariances: Array  # (m, 2, 2)
 
 
 @dataclass(frozen=True)
 class ColourModel:
-    """Two classes of colours, the plane that sets them apart, and what they are like on it.
+    """Two classes of colours, the plane that sets them apart, and what they are like on it."""
 
-    Attributes
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-        BGR.
-    contour : ndarray of float64, shape (points, 2)
-        Of the target in it, in pixels.
-    points : mapping of str to ndarray of float64, shape (n, 3)
-        RGB in [0, 1] of both classes, by the names of `CLASSES`.
-    basis : ndarray of float64, shape (3, 2)
-        Axes of the plane.
-    mixtures : mapping of str to Gaussians
-        On the plane, by class.
-    grid : tuple of ndarray of float64
-        Places along both axes of the plane, equally spaced, shape (k,) and (l,).
-    on_plane : ndarray of float64, shape (l, k)
-        Posterior of the target there, in [0, 1].
-    on_image : ndarray of float64, shape (height, width)
-        That of the image's colours.
-    """
-
-    image: NDArray[np.uint8]
-    contour: Array
-    points: Mapping[str, Array]
-    basis: Array
-    mixtures: Mapping[str, Gaussians]
-    grid: tuple[Array, Array]
-    on_plane: Array
-    on_image: Array
+    image: NDArray[np.uint8]  # (height, width, 3), BGR
+    contour: Array  # (points, 2): that of the target in it [pixels]
+    points: Mapping[str, Array]  # (n, 3): RGB in [0, 1] of each of `CLASSES`
+    basis: Array  # (3, 2): axes of the plane
+    mixtures: Mapping[str, Gaussians]  # on the plane, by class
+    grid: tuple[Array, Array]  # (k,) and (l,): equally spaced places along both axes of the plane
+    on_plane: Array  # (l, k): posterior of the target there, in [0, 1]
+    on_image: Array  # (height, width): that of the image's colours
 
 
 def colour_model_plot(model: ColourModel, title: str) -> Figure:
-    """The steps from an image's colours to the posterior of the target.
-
-    Parameters
-    ----------
-    model : ColourModel
-    title : str
-        Headline.
-    """
+    """The steps from an image's colours to the posterior of the target."""
     figure = bare_figure(title, 5.6)
     grid = figure.add_gridspec(2, 12, height_ratios=(5, 4))
     view = oblique(model.basis)
     upper = [grid[0, 4 * place : 4 * place + 4] for place in range(3)]
     frame = figure.add_subplot(upper[0])
-    _show(frame, model.image[..., ::-1])
-    frame.plot(
-        *model.contour.T,
-        color="white",
-        linewidth=1.4,
-        path_effects=[withStroke(linewidth=2.8, foreground="black")],
-    )
+    show(frame, model.image)
+    frame.plot(*model.contour.T, color="white", linewidth=1.4, path_effects=rim(2.8))
     frame.set_title("frame, with the target's outline", fontsize=9)
 
     every = np.concatenate(list(model.points.values()))
@@ -146,41 +105,25 @@ def colour_model_plot(model: ColourModel, title: str) -> Figure:
     plane.imshow(
         model.on_plane, origin="lower", extent=edges, cmap="gray", vmin=0.0, vmax=1.0, aspect="auto"
     )
-    for axes, words in zip(
-        lower[:3],
-        ("(c) projected on the plane", "(d) mixtures' components", "(e) posterior on the plane"),
-        strict=True,
-    ):
+    said = "(c) projected on the plane", "(d) mixtures' components", "(e) posterior on the plane"
+    for axes, words in zip(lower[:3], said, strict=True):
         axes.set(xlim=edges[:2], ylim=edges[2:], xlabel="along φ₁", box_aspect=1)
         axes.set_title(words, fontsize=9)
         axes.tick_params(labelsize=7)
     projected.set_ylabel("along φ₂")
-    _show(image, model.on_image)
+    show(image, model.on_image)
     image.set_title("(e) posterior of the frame", fontsize=9)
     handles, labels = projected.get_legend_handles_labels()
-    figure.legend(
-        handles[::-1],
-        labels[::-1],
-        loc="outside lower center",
-        ncols=2,
-        markerscale=5,
-        fontsize=9,
-        frameon=False,
-    )
+    options: dict[str, Any] = {"ncols": 2, "markerscale": 5, "fontsize": 9, "frameon": False}
+    figure.legend(handles[::-1], labels[::-1], loc="outside lower center", **options)
     return figure
 
 
 def path_plot(path: Array, title: str, marks: Sequence[int]) -> Figure:
     """A way through colour space, and its coordinates over frames.
 
-    Parameters
-    ----------
-    path : ndarray of float64, shape (n, 3)
-        RGB in [0, 1] by frame; NaN rows are gaps.
-    title : str
-        Headline.
-    marks : sequence of int
-        Frames that are marked in both.
+    `path` (n, 3) holds RGB in [0, 1] by frame, NaN rows being gaps; the frames `marks` are marked
+    in both.
     """
     figure = bare_figure(title, 3.9)
     space = rgb_axes(figure, (1, 2, 1), path)
@@ -192,7 +135,7 @@ def path_plot(path: Array, title: str, marks: Sequence[int]) -> Figure:
         *path[marked].T, c=path[marked], s=60, depthshade=False, edgecolors="black", linewidths=1.4
     )
     for frame in marked:
-        space.text(*path[frame], f"  {frame}", fontsize=8, path_effects=_RIM)
+        space.text(*path[frame], f"  {frame}", fontsize=8, path_effects=rim(2.6, "white"))
     over = figure.add_subplot(1, 2, 2)
     for channel, (name, shade, style) in enumerate(_CHANNELS):
         over.plot(path[:, channel], color=shade, linestyle=style, linewidth=1.6, label=name)
@@ -205,19 +148,10 @@ def path_plot(path: Array, title: str, marks: Sequence[int]) -> Figure:
 
 
 def rgb_axes(figure: Figure, place: Any, colours: Array) -> Any:
-    """Axes of the cube of RGB space about some colours.
+    """Axes (Axes3D) of the cube of RGB space about some colours.
 
-    Parameters
-    ----------
-    figure : Figure
-    place : tuple of int or SubplotSpec
-        Where in the figure.
-    colours : ndarray of float64, shape (n, 3)
-        In [0, 1]; NaN rows do not count.
-
-    Returns
-    -------
-    Axes3D
+    `place` is a tuple of int or a SubplotSpec; `colours` (n, 3) are in [0, 1], and NaN rows do not
+    count.
     """
     # In the order in which things are drawn: what is marked lies above, whatever is nearer.
     options: dict[str, Any] = {"projection": "3d", "computed_zorder": False}
@@ -233,12 +167,9 @@ def rgb_axes(figure: Figure, place: Any, colours: Array) -> Any:
 
 
 def oblique(basis: Array) -> tuple[float, float]:
-    """Elevation and azimuth from which a plane is seen neither edge-on nor head-on [degrees].
+    """Elevation and azimuth [degrees] from which a plane is seen neither edge-on nor head-on.
 
-    Parameters
-    ----------
-    basis : ndarray of float64, shape (3, 2)
-        Of the plane.
+    Its axes are the columns of `basis` (3, 2).
     """
     x, y, z = np.cross(basis[:, 0], basis[:, 1])
     facing = 1.0 if z >= 0 else -1.0  # from its upper side
@@ -255,17 +186,9 @@ def name_channels(axes: Any) -> None:
 
 
 def draw_plane(axes: Any, middle: Array, basis: Array, ends: tuple[Array, Array]) -> None:
-    """Draw part of a plane.
+    """Draw part of a plane through `middle` (3,), with the axes `basis` (3, 2).
 
-    Parameters
-    ----------
-    axes : Axes3D
-    middle : ndarray of float64, shape (3,)
-        A point of it.
-    basis : ndarray of float64, shape (3, 2)
-        Its axes.
-    ends : tuple of ndarray of float64, shape (2,)
-        How far it is drawn along both, from the point on.
+    `ends`, two arrays (2,), say how far it is drawn along both, from that point on.
     """
     along = np.stack(np.meshgrid(*ends), axis=-1)
     corners = middle + along @ basis.T
@@ -275,36 +198,11 @@ def draw_plane(axes: Any, middle: Array, basis: Array, ends: tuple[Array, Array]
 
 
 def draw_gaussians(axes: Axes, mixture: Gaussians, shade: str) -> None:
-    """Draw each component's ellipse of two deviations; the heavier, the thicker.
-
-    Parameters
-    ----------
-    axes : Axes
-        Of the plane.
-    mixture : Gaussians
-    shade : str
-        `#rrggbb`.
-    """
+    """Draw each component's ellipse of two deviations; the heavier, the thicker."""
     for weight, mean, covariance in zip(*mixture, strict=True):
         variances, directions = np.linalg.eigh(covariance)
         width, height = 2 * DEVIATIONS * np.sqrt(variances)
         angle = float(np.degrees(np.arctan2(directions[1, 0], directions[0, 0])))
-        axes.add_patch(
-            Ellipse(
-                (mean[0], mean[1]),
-                width,
-                height,
-                angle=angle,
-                fill=False,
-                edgecolor=shade,
-                linewidth=0.6 + 2.4 * weight,
-            )
-        )
+        line = {"fill": False, "edgecolor": shade, "linewidth": 0.6 + 2.4 * weight}
+        axes.add_patch(Ellipse((mean[0], mean[1]), width, height, angle=angle, **line))
         axes.plot(*mean, "+", color=shade, markersize=4)
-
-
-def _show(axes: Axes, values: NDArray[Any]) -> None:
-    """Draw an image or a map, one unit a pixel."""
-    height, width = values.shape[:2]
-    axes.imshow(values, cmap="gray", vmin=0.0, vmax=1.0, extent=(0, width, height, 0))
-    axes.set_axis_off()

@@ -1,4 +1,4 @@
-"""A number against a setting, with its interval: one line a label, one panel a case."""
+"""A number against a setting, or hits against false alarms: one line a label."""
 
 from collections.abc import Sequence
 
@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from reports.figures import add_legend, line_style, new_figure
 
-__all__ = ["curve_plot"]
+__all__ = ["curve_plot", "roc_plot"]
 
 
 def curve_plot(
@@ -22,15 +22,13 @@ def curve_plot(
     ticks: Sequence[float] = (),
     logarithmic: bool = False,
 ) -> Figure:
-    """Draw curves over a logarithmic abscissa, or over a linear one.
+    """Draw a number with its interval over a setting: one line a label, one panel a case.
 
     Parameters
     ----------
     points : DataFrame
         `panel` (in the order to be shown), `label` (the line), `setting` (above 0), `value`, and
         the ends of its interval `low` and `high`.
-    title : str
-        Headline.
     setting, quantity : str
         What abscissa and ordinate are, with their units.
     labels : sequence of str
@@ -76,4 +74,31 @@ def curve_plot(
     else:
         all_axes[0].set_ylim(bottom=0)
     add_legend(figure, all_axes[0], heading)
+    return figure
+
+
+def roc_plot(points: pd.DataFrame, title: str, labels: Sequence[str], threshold: str) -> Figure:
+    """Draw receiver operating characteristics, a threshold going from strict to lenient.
+
+    Parameters
+    ----------
+    points : DataFrame
+        `label` (the line), `false_rate` and `hit_rate` (both in [0, 1]), `marked` (whether the
+        point belongs to the threshold that is in use), in the order of the thresholds.
+    labels : sequence of str
+        Lines, in order; each keeps its colour.
+    threshold : str
+        What the legend says of the marks.
+    """
+    figure, (axes,) = new_figure(title, 4.4)
+    for position, label in enumerate(labels):
+        line = points[points["label"] == label]
+        style = line_style(position)
+        axes.plot(line["false_rate"], line["hit_rate"], label=label, **style)
+        marked = line[line["marked"]]
+        axes.plot(marked["false_rate"], marked["hit_rate"], "o", color=style["color"])
+    axes.plot([], [], "o", color="0.3", label=threshold)
+    axes.set(xlabel="false alarms [share of the others]", ylabel="hits [share of those meant]")
+    axes.set(xlim=(0, 1), ylim=(0, 1.02))
+    add_legend(figure, axes)
     return figure

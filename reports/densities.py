@@ -19,22 +19,12 @@ _MARKER_GREYS = ("black", "0.45", "0.75")
 
 @dataclass(frozen=True)
 class Densities:
-    """What is known of two quantities at a time.
+    """What is known of two quantities at a time."""
 
-    Attributes
-    ----------
-    first, second : ndarray of float64, shape (n,) and (m,)
-        Density of either alone, on its grid.
-    both : ndarray of float64, shape (m, n)
-        Density of both, a row a value of the second.
-    marks : mapping of str to tuple of float
-        Pairs of values that are marked, by what they are; the first darkest.
-    """
-
-    first: Array
-    second: Array
-    both: Array
-    marks: Mapping[str, tuple[float, float]]
+    first: Array  # (n,): density of the first alone, on its grid
+    second: Array  # (m,): density of the second alone
+    both: Array  # (m, n): density of both, a row a value of the second
+    marks: Mapping[str, tuple[float, float]]  # pairs that are marked, by what they are
 
 
 def density_plot(
@@ -48,8 +38,6 @@ def density_plot(
 
     Parameters
     ----------
-    title : str
-        Headline.
     times : mapping of str to Densities
         By what a time is called.
     grids : tuple of ndarray of float64, shape (n,) and (m,)
@@ -88,17 +76,6 @@ def density_plot(
 
 def _mark(axes: Axes, marks: Mapping[str, tuple[float, float]], marker: str) -> None:
     for grey, (label, (x, y)) in zip(_MARKER_GREYS, marks.items(), strict=False):
-        # A rim keeps grey marks visible before whatever lies under them.
-        axes.plot(
-            x,
-            y,
-            marker,
-            label=label,
-            color=grey,
-            markersize=8,
-            markeredgewidth=2.0,
-            markerfacecolor=grey if marker != "x" else None,
-            linestyle="none",
-            clip_on=False,
-            zorder=3,
-        )
+        face = {} if marker == "x" else {"markerfacecolor": grey}
+        size = {"markersize": 8, "markeredgewidth": 2.0}
+        axes.plot(x, y, marker, label=label, color=grey, clip_on=False, zorder=3, **size, **face)

@@ -1,7 +1,7 @@
 """Figures as all plots have them: title, legend that hides nothing, files with equal bytes."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,23 +9,26 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
 
 from reports.files import write_file
 from reports.palette import LINE_STYLES, colour
 
-__all__ = ["add_legend", "bare_figure", "fold", "line_style", "new_figure", "write_figure"]
+__all__ = [
+    "add_legend",
+    "bare_figure",
+    "fold",
+    "line_style",
+    "new_figure",
+    "rim",
+    "show",
+    "write_figure",
+]
 
 
 def bare_figure(title: str, height: float) -> Figure:
-    """A figure 8 inches wide with a headline and no axes.
-
-    Parameters
-    ----------
-    title : str
-        Headline; folded where it is long.
-    height : float
-        In inches, without the legend.
-    """
+    """A figure 8 inches wide with a headline, no axes, and a `height` in inches without legend."""
     figure = Figure(figsize=(8.0, height), dpi=140, layout="constrained")
     FigureCanvasAgg(figure)
     figure.suptitle(fold(title, 80), fontsize=11)
@@ -39,16 +42,10 @@ def new_figure(
     columns: int = 1,
     heights: Sequence[float] | None = None,
 ) -> tuple[Figure, list[Axes]]:
-    """A figure 8 inches wide with axes in a grid, which share their abscissa.
+    """A `bare_figure` with axes in a grid, which share their abscissa.
 
-    Parameters
-    ----------
-    title, height
-        See `bare_figure`.
-    rows, columns : int
-        How many axes; where there are several columns, they share their ordinate, too.
-    heights : sequence of float, optional
-        Of the rows, relative to one another; equal by default.
+    Where there are several columns, they share their ordinate, too. `heights` are those of the
+    rows, relative to one another; equal by default.
     """
     figure = bare_figure(title, height)
     grid = figure.subplots(
@@ -87,6 +84,22 @@ def add_legend(figure: Figure, axes: Axes, heading: str = "") -> None:
     figure.set_figheight(figure.get_figheight() + extent.height / figure.dpi)
 
 
+def show(axes: Axes, shown: NDArray[Any]) -> None:
+    """Draw a BGR image (height, width, 3), or a map (height, width) from black, 0, to white, 1.
+
+    One unit of the axes, which are not drawn, is a pixel.
+    """
+    height, width = shown.shape[:2]
+    image = shown[..., ::-1] if shown.ndim == 3 else shown
+    axes.imshow(image, cmap="gray", vmin=0.0, vmax=1.0, extent=(0, width, height, 0))
+    axes.set_axis_off()
+
+
+def rim(width: float, shade: str = "black") -> list[Any]:
+    """Path effect that keeps a line or words readable on any ground; `width` in points."""
+    return [withStroke(linewidth=width, foreground=shade)]
+
+
 def line_style(position: int) -> dict[str, Any]:
     """Colour, dashes and width of the tracker in a position of the report."""
     return {
@@ -109,14 +122,10 @@ def fold(text: str, width: int) -> str:
 def write_figure(path: Path, figure: Figure) -> Path:
     """Write a figure as PNG, SVG or PDF by its suffix; the same figure gives the same bytes.
 
-    Raises
-    ------
-    OSError
-        Where it can't be written.
+    See `write_file` for errors.
     """
     key = {".svg": "Date", ".pdf": "CreationDate"}.get(path.suffix)
     metadata: dict[str, str | None] = {key: None} if key else {"Software": None}
-    write: Callable[[Path], None] = lambda file: figure.savefig(file, metadata=metadata)  # noqa: E731
     # Without the salt SVG's ids are drawn at random. PDF's default, Type 3, publishers refuse.
     with mpl.rc_context({"svg.hashsalt": "trackmark", "pdf.fonttype": 42}):
-        return write_file(path, write)
+        return write_file(path, lambda file: figure.savefig(file, metadata=metadata))

@@ -7,23 +7,16 @@ from pathlib import Path
 __all__ = ["write_file"]
 
 
-def write_file(path: Path, write: Callable[[Path], None]) -> Path:
-    """Let `write` fill a temporary file beside `path`, then rename it to `path`.
+def write_file(path: Path, write: Callable[[Path], object]) -> Path:
+    """Let `write` fill a temporary file beside `path`, rename it to `path`, and give that.
 
-    Returns
-    -------
-    Path
-        `path`.
+    Whatever ends it, an interrupt or a damaged frame too, leaves `path` as it was and nothing
+    beside it.
 
     Raises
     ------
     OSError
         Where it can't be written; the message names the file.
-
-    Notes
-    -----
-    Whatever ends it, an interrupt or a damaged frame too, leaves `path` as it was and
-    nothing beside it.
     """
     # The suffix stays the last part of the name: writers choose the format by it.
     temporary = path.with_name(f".{os.getpid()}-{path.name}")

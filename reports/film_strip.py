@@ -53,10 +53,8 @@ def film_strip(
         `overlay`.
     title : str
         Written above.
-    columns : int
-        Most frames in a row.
-    width : int
-        About the picture's width, in pixels.
+    columns, width : int
+        Most frames in a row, and about the picture's width [pixels].
     shape : {'box', 'ellipse', 'contour'}
         What is drawn.
     shades : mapping of str to str, optional
@@ -104,13 +102,7 @@ def film_strip(
 
 
 def write_film_strip(path: Path, strip: NDArray[np.uint8]) -> Path:
-    """Write a strip as PNG, whole or not at all.
-
-    Raises
-    ------
-    OSError
-        Where it can't be written.
-    """
+    """Write a strip as PNG, whole or not at all; see `write_file`."""
 
     def write(file: Path) -> None:
         encoded, data = cv2.imencode(".png", strip)

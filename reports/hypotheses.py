@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from reports.colour_space import (
@@ -20,7 +19,7 @@ from reports.colour_space import (
     name_channels,
     oblique,
 )
-from reports.figures import bare_figure
+from reports.figures import bare_figure, rim, show
 from reports.palette import colour
 
 __all__ = ["Palette", "hypotheses_plot"]
@@ -37,18 +36,10 @@ _FAINTEST = 0.12  # opacity of the lightest contours
 
 @dataclass(frozen=True)
 class Palette:
-    """A hypothesis of the target's colours and the background's.
+    """A hypothesis of the target's colours and the background's."""
 
-    Attributes
-    ----------
-    mixtures : mapping of str to Gaussians
-        On a plane, by the names of `reports.colour_space.CLASSES`.
-    posterior : ndarray of float64, shape (height, width)
-        Map of the target by them, in [0, 1].
-    """
-
-    mixtures: Mapping[str, Gaussians]
-    posterior: Array
+    mixtures: Mapping[str, Gaussians]  # on a plane, by the names of `reports.colour_space.CLASSES`
+    posterior: Array  # (height, width): map of the target by them, in [0, 1]
 
 
 def hypotheses_plot(
@@ -70,8 +61,6 @@ def hypotheses_plot(
         Polygons in pixels, and weights.
     palettes : mapping of str to Palette
         By what is said of them.
-    title : str
-        Headline.
     """
     figure = bare_figure(title, 0.8 + 1.9 * len(palettes))
     halves: Any = figure.subfigures(1, 2, width_ratios=(4, 5))
@@ -119,7 +108,7 @@ def _draw_normals(axes: Any, bases: Array, weights: Array) -> None:
 def _draw_contours(axes: Axes, image: NDArray[np.uint8], contours: Array, weights: Array) -> None:
     """Contours on the part of the image about them, the heaviest last; their mean above all."""
     height, width = image.shape[:2]
-    axes.imshow(image[..., ::-1], extent=(0, width, height, 0))
+    show(axes, image)
     order = np.argsort(weights)
     closed = np.concatenate([contours, contours[:, :1]], axis=1)
     shades = _shades(weights)[order]
@@ -127,12 +116,10 @@ def _draw_contours(axes: Axes, image: NDArray[np.uint8], contours: Array, weight
     shades[:, 3] = np.maximum(weights[order] / weights.max(), _FAINTEST)
     axes.add_collection(LineCollection(list(closed[order]), colors=shades, linewidths=0.5))
     mean = np.einsum("n,npd->pd", weights, closed) / weights.sum()
-    rim = [withStroke(linewidth=2.4, foreground="black")]
-    axes.plot(*mean.T, color=colour(4), linewidth=1.3, path_effects=rim, label="mean")
+    axes.plot(*mean.T, color=colour(4), linewidth=1.3, path_effects=rim(2.4), label="mean")
     low, high = contours.min(axis=(0, 1)) - AROUND, contours.max(axis=(0, 1)) + AROUND
     axes.set(xlim=(max(low[0], 0), min(high[0], width)))
     axes.set(ylim=(min(high[1], height), max(low[1], 0)))
-    axes.set_axis_off()
 
 
 def _shades(weights: Array) -> Array:

@@ -5,7 +5,8 @@ They take a frame table: a row an evaluated frame of a run, with the columns `tr
 said at once, and `revised`: whether the run revised some boxes later. Headlines say it then.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,34 +17,33 @@ from numpy.typing import NDArray
 from reports.figures import add_legend, fold, line_style, new_figure
 from reports.palette import colour
 from reports.series import draw_median
-from reports.traces import TRACE_WORDS
 
-__all__ = ["frame_plot", "precision_plot", "share_curve", "speed_plot", "success_plot"]
+__all__ = [
+    "TRACE_WORDS",
+    "frame_plot",
+    "precision_plot",
+    "share_curve",
+    "speed_plot",
+    "success_plot",
+]
 
-ERROR_LIMIT = 50
-"""Largest centre error of precision plots, in pixels."""
+TRACE_WORDS: Mapping[str, str] = {
+    "online": "said at once (online)",
+    "revised": "said in the end (revised)",
+}
+"""What pictures call boxes of trackers that revise some of them later."""
+
+ERROR_LIMIT = 50  # largest centre error of precision plots [pixels]
 
 
 def share_curve(
     values: pd.DataFrame, column: str, thresholds: NDArray[np.float64], *, at_least: bool
 ) -> NDArray[np.float64]:
-    """Share of frames on the good side of each threshold; every sequence counts once.
+    """Share of frames on the good side of each of k thresholds, (k,) in [0, 1].
 
-    Parameters
-    ----------
-    values : DataFrame
-        Frame table of one tracker.
-    column : str
-        `overlap` or `centre_error`.
-    thresholds : ndarray of float64, shape (k,)
-        In the unit of the column.
-    at_least : bool
-        Good is `>=` the threshold, else `<=`. A frame without a value is never good.
-
-    Returns
-    -------
-    ndarray of float64, shape (k,)
-        In [0, 1].
+    Every sequence of the tracker's frame table counts once. Thresholds are in the unit of the
+    column, `overlap` or `centre_error`; good is `>=` (`at_least`) or `<=`, and a frame without a
+    value is never good.
     """
     curves = []
     worst = -np.inf if at_least else np.inf
@@ -68,24 +68,20 @@ def success_plot(
     ----------
     frames : DataFrame
         Frame table.
-    title : str
-        Headline.
     trackers : sequence of str
         All trackers of the report, in order: each keeps its colour in every plot.
     incomplete : collection of str
         Trackers some of whose runs failed or are missing; they get no curve, but a word.
     """
+
+    def area(values: pd.DataFrame) -> float:
+        return float(values["overlap"].fillna(0).groupby(values["sequence"]).mean().mean())
+
     thresholds = np.linspace(0.0, 1.0, 1001)
     figure, (axes,) = new_figure(_headline(title, frames), 4.6)
     for position, tracker, values in _by_tracker(frames, trackers, incomplete):
-        curve, label = np.full(len(thresholds), np.nan), f"{tracker} (incomplete)"
-        if len(values):
-            curve = share_curve(values, "overlap", thresholds, at_least=True)
-            area = values["overlap"].fillna(0).groupby(values["sequence"]).mean().mean()
-            label = f"{tracker} ({area:.3f})"
-        axes.plot(thresholds, curve, label=label, **line_style(position))
-    axes.set(xlabel="overlap", ylabel="share of frames with at least that", xlim=(0, 1))
-    axes.set_ylim(0, 1.02)
+        _draw_shares(axes, values, "overlap", thresholds, position, tracker, area)
+    axes.set(xlabel="overlap", ylabel="share of frames with at least that")
     add_legend(figure, axes, "tracker (area)")
     return figure
 
@@ -97,18 +93,15 @@ def precision_plot(
 
     Parameters as `success_plot`.
     """
+
+    def share_at_20(values: pd.DataFrame) -> float:
+        return float(share_curve(values, "centre_error", np.array([20.0]), at_least=False)[0])
+
     thresholds = np.linspace(0.0, ERROR_LIMIT, 501)
     figure, (axes,) = new_figure(_headline(title, frames), 4.6)
     for position, tracker, values in _by_tracker(frames, trackers, incomplete):
-        curve, label = np.full(len(thresholds), np.nan), f"{tracker} (incomplete)"
-        if len(values):
-            curve = share_curve(values, "centre_error", thresholds, at_least=False)
-            at_20 = share_curve(values, "centre_error", np.array([20.0]), at_least=False)[0]
-            label = f"{tracker} ({at_20:.3f})"
-        axes.plot(thresholds, curve, label=label, **line_style(position))
+        _draw_shares(axes, values, "centre_error", thresholds, position, tracker, share_at_20)
     axes.set(xlabel="centre error [px]", ylabel="share of frames with at most that")
-    axes.set_xlim(0, ERROR_LIMIT)
-    axes.set_ylim(0, 1.02)
     add_legend(figure, axes, "tracker (share at 20 px)")
     return figure
 
@@ -153,8 +146,6 @@ def speed_plot(runs: pd.DataFrame, title: str, trackers: Sequence[str]) -> Figur
         Timing runs with `tracker`, `cpu_seconds_median` and `cpu_seconds_p95`; disturbed
         and failed passes have NaN there, and their trackers get a word instead of a dot: a
         mean over the rest would be another one.
-    title : str
-        Headline.
     trackers : sequence of str
         All trackers of the report, in order; those that were not timed get no row.
     """
@@ -170,14 +161,9 @@ def speed_plot(runs: pd.DataFrame, title: str, trackers: Sequence[str]) -> Figur
         if np.isfinite(median):
             _time_bar(axes, row, median, tail, colour(position))
         else:
-            axes.text(
-                0.01,
-                row,
-                "disturbed or failed",
-                transform=axes.get_yaxis_transform(),
-                va="center",
-                fontsize=9,
-            )
+            options: dict[str, Any] = {"va": "center", "fontsize": 9}
+            options["transform"] = axes.get_yaxis_transform()
+            axes.text(0.01, row, "disturbed or failed", **options)
     axes.set_yticks(range(len(timed)), [fold(tracker, 36) for _, tracker in timed])
     axes.set_ylim(len(timed) - 0.4, -0.7)
     axes.set_xscale("log")
@@ -188,6 +174,24 @@ def speed_plot(runs: pd.DataFrame, title: str, trackers: Sequence[str]) -> Figur
     return figure
 
 
+def _draw_shares(
+    axes: Axes,
+    values: pd.DataFrame,
+    column: str,
+    thresholds: NDArray[np.float64],
+    position: int,
+    tracker: str,
+    figure_of: Callable[[pd.DataFrame], float],
+) -> None:
+    """A tracker's share curve, named with its figure; an incomplete one has a name alone."""
+    curve, label = np.full(len(thresholds), np.nan), f"{tracker} (incomplete)"
+    if len(values):
+        curve = share_curve(values, column, thresholds, at_least=column == "overlap")
+        label = f"{tracker} ({figure_of(values):.3f})"
+    axes.plot(thresholds, curve, label=label, **line_style(position))
+    axes.set(xlim=(0, thresholds[-1]), ylim=(0, 1.02))
+
+
 def _headline(title: str, frames: pd.DataFrame) -> str:
     """A title that says which boxes these are, where others were said later."""
     return f"{title}, {TRACE_WORDS['online']}" if frames["revised"].any() else title
@@ -196,14 +200,8 @@ def _headline(title: str, frames: pd.DataFrame) -> str:
 def _time_bar(axes: Axes, row: int, median: float, tail: float, shade: str) -> None:
     axes.plot([median, tail], [row] * 2, color=shade, linewidth=2)
     axes.plot([median], [row], "o", color=shade)
-    axes.annotate(
-        f"{median:.3g} ms",
-        (median, row),
-        (0, 6),
-        textcoords="offset points",
-        ha="center",
-        fontsize=9,
-    )
+    options: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 9}
+    axes.annotate(f"{median:.3g} ms", (median, row), (0, 6), **options)
 
 
 def _by_tracker(

@@ -11,10 +11,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
-from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from reports.figures import bare_figure
+from reports.figures import bare_figure, rim, show
 from reports.palette import colour
 
 __all__ = ["Placed", "Surface", "Track", "placement_plot", "surface_plot", "trajectory_plot"]
@@ -23,28 +22,17 @@ Array = NDArray[np.float64]
 
 _SAMPLE, _MEAN = "black", "white"
 _ROOM = 32, 14  # that a number takes in an image [pixels]
-_SHOWN = 2.0
-"""How far the image beside a surface reaches, in the mean's longer half axis."""
+_SHOWN = 2.0  # how far the image beside a surface reaches, in the mean's longer half axis
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A function of the place on a grid one pixel wide.
+    """A function of the place on a grid one pixel wide."""
 
-    Attributes
-    ----------
-    left, top : float
-        Place of its first value [pixels].
-    values : ndarray of float64, shape (rows, columns)
-        A row a pixel downwards.
-    quantity : str
-        What the values are.
-    """
-
-    left: float
+    left: float  # place of its first value [pixels]
     top: float
-    values: Array
-    quantity: str
+    values: Array  # (rows, columns)
+    quantity: str  # what the values are
 
     def at(self, places: Array) -> Array:
         """Values nearest to places of shape (n, 2); NaN outside."""
@@ -58,47 +46,23 @@ class Surface:
 
 @dataclass(frozen=True)
 class Placed:
-    """An image with the samples on it.
+    """An image with the samples on it."""
 
-    Attributes
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-        BGR.
-    title : str
-        Above it.
-    samples : ndarray of float64, shape (n, 4)
-        Ellipses.
-    mean : ndarray of float64, shape (4,), or None
-        Ellipse of the mean state.
-    regions : ndarray of float64, shape (k, 4), or None
-        Boxes `[x, y, width, height]` where samples are placed.
-    """
-
-    image: NDArray[np.uint8]
+    image: NDArray[np.uint8]  # (height, width, 3), BGR
     title: str
-    samples: Array
-    mean: Array | None = None
-    regions: Array | None = None
+    samples: Array  # (n, 4): ellipses
+    mean: Array | None = None  # (4,): ellipse of the mean state
+    regions: Array | None = None  # (k, 4): boxes `[x, y, width, height]` where samples are placed
 
 
 @dataclass(frozen=True)
 class Track:
-    """A way through an image that stands still.
+    """A way through an image that stands still."""
 
-    Attributes
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-        BGR.
-    title : str
-        Above it.
-    boxes, truth : ndarray of float64, shape (n, 4)
-        Of the mean state and of the target, by frame; NaN rows are gaps.
-    """
-
-    image: NDArray[np.uint8]
+    image: NDArray[np.uint8]  # (height, width, 3), BGR
     title: str
-    boxes: Array
-    truth: Array
+    boxes: Array  # (n, 4): those of the mean state, by frame; NaN rows are gaps
+    truth: Array  # (n, 4): those of the target
 
 
 def surface_plot(
@@ -106,22 +70,12 @@ def surface_plot(
 ) -> Figure:
     """Samples and their mean on the image, and on the surface of what they are weighed by.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-        BGR.
-    samples : ndarray of float64, shape (n, 4)
-        Ellipses; drawn black.
-    mean : ndarray of float64, shape (4,)
-        Ellipse of the mean state; drawn white.
-    surface : Surface
-        Around the target.
-    title : str
-        Headline.
+    The image is BGR; `samples` (n, 4) are ellipses, drawn black, and so is `mean` (4,), drawn
+    white.
     """
     figure = bare_figure(title, 4.2)
     left: Axes = figure.add_subplot(1, 2, 1)
-    _show(left, image)
+    show(left, image)
     _draw_ellipses(left, samples, _SAMPLE, 0.5)
     _draw_ellipses(left, mean[np.newaxis], _MEAN, 2.0)
     centre, half = mean[:2], _SHOWN * mean[2:].max()
@@ -132,23 +86,11 @@ def surface_plot(
     rows, columns = surface.values.shape
     grid = np.meshgrid(surface.left + np.arange(columns), surface.top + np.arange(rows))
     right.plot_surface(*grid, surface.values, cmap="viridis", rcount=60, ccount=60, zorder=1)
-    right.scatter(
-        *samples[:, :2].T,
-        surface.at(samples[:, :2]),
-        color=_SAMPLE,
-        s=4,
-        depthshade=False,
-        zorder=2,
-    )
-    right.scatter(
-        *mean[:2],
-        surface.at(mean[np.newaxis, :2]),
-        color=_MEAN,
-        edgecolor="black",
-        s=45,
-        depthshade=False,
-        zorder=3,
-    )
+    places, middle = samples[:, :2], mean[np.newaxis, :2]
+    dots = {"color": _SAMPLE, "s": 4, "zorder": 2}
+    right.scatter(*places.T, surface.at(places), depthshade=False, **dots)
+    dots = {"color": _MEAN, "edgecolor": "black", "s": 45, "zorder": 3}
+    right.scatter(*middle.T, surface.at(middle), depthshade=False, **dots)
     right.invert_yaxis()  # rows count downwards, as in the image
     right.view_init(elev=50, azim=-70)
     right.set(xlabel="x [px]", ylabel="y [px]")
@@ -159,15 +101,7 @@ def surface_plot(
 
 
 def placement_plot(panels: Sequence[Placed], title: str) -> Figure:
-    """Images side by side with the samples on them; regions are dashed.
-
-    Parameters
-    ----------
-    panels : sequence of Placed
-        In order.
-    title : str
-        Headline.
-    """
+    """Images side by side with the samples on them; regions are dashed."""
     figure, all_axes = _panels([panel.image for panel in panels], title)
     for axes, panel in zip(all_axes, panels, strict=True):
         axes.set_title(panel.title, fontsize=9)
@@ -183,33 +117,16 @@ def placement_plot(panels: Sequence[Placed], title: str) -> Figure:
 def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
     """The mean state's way, and its ellipse in some of the frames; the target's way is dashed.
 
-    Parameters
-    ----------
-    tracks : sequence of Track
-        Side by side.
-    title : str
-        Headline.
-    every : int
-        An ellipse is drawn in each frame that this divides, with the frame's number where
-        there is room for it.
+    An ellipse is drawn in each frame that `every` divides, with the frame's number where there is
+    room for it. Tracks stand side by side.
     """
     figure, all_axes = _panels([track.image for track in tracks], title)
     for axes, track in zip(all_axes, tracks, strict=True):
         axes.set_title(track.title, fontsize=9)
         states, truth = _ellipses_in(track.boxes), _ellipses_in(track.truth)
-        axes.plot(
-            *truth[:, :2].T,
-            color=_MEAN,
-            linewidth=1.2,
-            linestyle=(0, (3, 2)),
-            path_effects=[withStroke(linewidth=2.4, foreground="black")],
-        )
-        axes.plot(
-            *states[:, :2].T,
-            color=colour(4),
-            linewidth=1.4,
-            path_effects=[withStroke(linewidth=2.6, foreground="black")],
-        )
+        dashed: dict[str, Any] = {"linestyle": (0, (3, 2)), "path_effects": rim(2.4)}
+        axes.plot(*truth[:, :2].T, color=_MEAN, linewidth=1.2, **dashed)
+        axes.plot(*states[:, :2].T, color=colour(4), linewidth=1.4, path_effects=rim(2.6))
         chosen = np.flatnonzero(np.isfinite(states[::every]).all(axis=1)) * every
         _draw_ellipses(axes, states[chosen], _MEAN, 1.2)
         said: list[tuple[float, float]] = []
@@ -227,7 +144,7 @@ def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
                 ha="center",
                 fontsize=6,
                 color="white",
-                path_effects=[withStroke(linewidth=1.5, foreground="black")],
+                path_effects=rim(1.5),
             )
     return figure
 
@@ -243,32 +160,24 @@ def _panels(images: Sequence[NDArray[np.uint8]], title: str) -> tuple[Figure, li
     figure = bare_figure(title, 0.6 + 8.0 / len(images) * shape[0] / shape[1])
     all_axes = list(figure.subplots(1, len(images), squeeze=False)[0])
     for axes, image in zip(all_axes, images, strict=True):
-        _show(axes, image)
+        show(axes, image)
+        height, width = image.shape[:2]  # which is kept to, whatever is drawn later
+        axes.set(xlim=(0, width), ylim=(height, 0), autoscale_on=False)
     return figure, all_axes
-
-
-def _show(axes: Axes, image: NDArray[np.uint8]) -> None:
-    """Draw an image, one unit a pixel, and keep to it whatever is drawn later."""
-    height, width = image.shape[:2]
-    axes.imshow(image[..., ::-1], extent=(0, width, height, 0))
-    axes.set(xlim=(0, width), ylim=(height, 0), autoscale_on=False)
-    axes.set_axis_off()
 
 
 def _draw_ellipses(axes: Axes, ellipses: Array, shade: str, line_width: float) -> None:
     """Outlines; white ones on a dark rim, so that they are seen on any ground."""
     rims = [("black", line_width + 1.2)] if shade == _MEAN else []
     for edge, thickness in [*rims, (shade, line_width)]:
-        axes.add_collection(
-            EllipseCollection(
-                2 * ellipses[:, 2],
-                2 * ellipses[:, 3],
-                np.zeros(len(ellipses)),
-                units="xy",
-                offsets=ellipses[:, :2],
-                offset_transform=axes.transData,
-                facecolors="none",
-                edgecolors=edge,
-                linewidths=thickness,
-            )
+        collection = EllipseCollection(
+            *(2 * ellipses[:, 2:].T),
+            np.zeros(len(ellipses)),
+            units="xy",
+            offsets=ellipses[:, :2],
+            offset_transform=axes.transData,
+            facecolors="none",
+            edgecolors=edge,
+            linewidths=thickness,
         )
+        axes.add_collection(collection)

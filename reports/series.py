@@ -31,20 +31,9 @@ def draw_median(
 ) -> None:
     """Draw the median over repetitions as a line, and their quartiles as a band about it.
 
-    Parameters
-    ----------
-    axes : Axes
-        Where to.
-    runs : DataFrame
-        With `frame`, `repetition` and `column`; a single repetition gets no band.
-    column : str
-        What is drawn.
-    position : int
-        Of the line among others: it decides colour and dashes.
-    label : str
-        For the legend.
-    every_frame : Index of int
-        Frames from the first to the last; those without a value are gaps.
+    `runs` have `frame`, `repetition` and `column`; a single repetition gets no band. Colour and
+    dashes follow from the line's `position` among others. Of the frames from the first to the
+    last, `every_frame`, those without a value are gaps.
     """
     by_frame = runs.groupby("frame")[column]
     median = by_frame.median().reindex(every_frame)
@@ -68,8 +57,6 @@ def series_plot(
     ----------
     series : DataFrame
         Series table.
-    title : str
-        Headline.
     quantity : str
         What the ordinate is, with its unit.
     labels : sequence of str
@@ -105,7 +92,7 @@ def series_grid(
     ----------
     series : DataFrame
         Series table with `reading` and `scene`, both text, in the order to be shown.
-    title, quantity, labels, over
+    quantity, labels, over
         See `series_plot`.
     truths : mapping of str to ndarray of float64, shape (n,)
         The true number by scene and frame.
@@ -151,8 +138,6 @@ def appearance_plot(
     frames : DataFrame
         A row a frame of a run: `repetition`, `frame`, `positive_appearances` (samples that
         fulfil the appearance condition), `mode` (0 initialising, 1 tracking).
-    title : str
-        Headline.
     threshold : float
         Appearances at which the mode changes, drawn as a dashed line.
     shades : mapping of str to ndarray of bool, shape (n,)

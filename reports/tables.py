@@ -10,30 +10,55 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
+from typing import Literal, TypeAlias
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from reports.measure import Measure
+__all__ = [
+    "MISSING",
+    "Cell",
+    "Direction",
+    "Measure",
+    "Table",
+    "complete",
+    "sequence_table",
+    "summary_table",
+]
 
-__all__ = ["MISSING", "Cell", "Table", "complete", "sequence_table", "summary_table"]
+Direction: TypeAlias = Literal["higher", "lower"]
 
 MISSING = "—"
 NOT_RUN = "not run"
+_WORDS = {
+    "missing": "runs that were asked for are not there",
+    "stale": "runs were made with another version of the tracker or the sequence",
+    NOT_RUN: "of the sequences were not asked for",
+}
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A score as tables show it: a column of theirs."""
+
+    name: str  # column of the runs' data frame
+    title: str  # head of the table's column
+    unit: str = ""  # of what is shown; empty for pure numbers
+    direction: Direction | None = None  # which value is better; None where neither is
+    decimals: int = 2  # digits shown after the point
+    scale: float = 1.0  # shown is the score times this (1000 shows seconds as milliseconds)
+    out_of: str = ""  # column with the number that a count is out of; shown as `k of n`
+
+    @property
+    def head(self) -> str:
+        """Title with unit."""
+        return f"{self.title} [{self.unit}]" if self.unit else self.title
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One entry of a table.
-
-    Attributes
-    ----------
-    text : str
-        What is shown.
-    best : bool
-        Whether it is the best of its column; ties are all best.
-    """
+    """One entry of a table: its text, and whether it is the best of its column (ties all are)."""
 
     text: str
     best: bool = False
@@ -41,33 +66,15 @@ class Cell:
 
 @dataclass(frozen=True)
 class Table:
-    """A table before it has a format.
+    """A table before it has a format."""
 
-    Attributes
-    ----------
-    name : str
-        File name without suffix.
-    caption : str
-        What is shown, over what, by which metrics preset.
-    heads : list of str
-        Heads of the columns.
-    n_labels : int
-        How many columns, from the left, name the row.
-    rows : list of list of Cell
-        The body.
-    notes : list of str
-        What a reader has to know beneath it: failures, what is missing.
-    data : DataFrame
-        The same at full precision, a row a value, for machines.
-    """
-
-    name: str
-    caption: str
-    heads: list[str]
-    n_labels: int
+    name: str  # of its file, without suffix
+    caption: str  # what is shown, over what, by which metrics preset
+    heads: list[str]  # of the columns
+    n_labels: int  # how many columns, from the left, name the row
     rows: list[list[Cell]]
-    notes: list[str] = field(default_factory=list)
-    data: pd.DataFrame = field(default_factory=pd.DataFrame)
+    notes: list[str] = field(default_factory=list)  # beneath it: failures, what is missing
+    data: pd.DataFrame = field(default_factory=pd.DataFrame)  # at full precision, a row a value
 
 
 def complete(runs: pd.DataFrame) -> pd.DataFrame:
@@ -99,16 +106,11 @@ def summary_table(
         measure.
     measures : sequence of Measure
         The columns.
-    title : str
-        Begins the caption.
-    preset : str
-        Metrics preset, named in the caption.
+    title, preset : str
+        What the caption begins with, and the metrics preset that it names.
     """
     runs = complete(runs)
-    (tracker, trackers), (sequence, sequences) = (
-        _numbers(runs, "tracker"),
-        _numbers(runs, "sequence"),
-    )
+    (tracker, trackers), (sequence, sequences) = _numbers(runs)
     by_cell, _, sizes = _statistics(runs, tracker * len(sequences) + sequence, measures)
     mean, _, _ = _statistics(by_cell, by_cell.index // len(sequences), measures)
     # Over repetitions: the spread of the mean over sequences. Where sequences were
@@ -143,10 +145,7 @@ def sequence_table(
 
     The best of a column is marked among the trackers of one sequence.
     """
-    (tracker, trackers), (sequence, sequences) = (
-        _numbers(runs, "tracker"),
-        _numbers(runs, "sequence"),
-    )
+    (tracker, trackers), (sequence, sequences) = _numbers(runs)
     cells = sequence * len(trackers) + tracker
     mean, spread, _ = _statistics(runs, cells, measures)
     lacking = _lacking(runs, cells)
@@ -177,13 +176,6 @@ def sequence_table(
     )
 
 
-_WORDS = {
-    "missing": "runs that were asked for are not there",
-    "stale": "runs were made with another version of the tracker or the sequence",
-    NOT_RUN: "of the sequences were not asked for",
-}
-
-
 @dataclass(frozen=True)
 class _Entry:
     """A mean with its spread over repetitions; NaN where a run it needs is not there."""
@@ -195,10 +187,10 @@ class _Entry:
     out_of: float = float("nan")
 
 
-def _numbers(runs: pd.DataFrame, column: str) -> tuple[NDArray[np.int64], list[str]]:
-    """Numbers of names by row, and the names in the order in which they appear."""
-    numbers, names = pd.factorize(runs[column])
-    return numbers.astype(np.int64), [str(name) for name in names]
+def _numbers(runs: pd.DataFrame) -> list[tuple[NDArray[np.int64], list[str]]]:
+    """Of trackers and of sequences: numbers by row, and names in the order of appearance."""
+    found = [pd.factorize(runs[column]) for column in ("tracker", "sequence")]
+    return [(numbers.astype(np.int64), [str(name) for name in names]) for numbers, names in found]
 
 
 def _statistics(

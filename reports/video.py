@@ -25,7 +25,7 @@ def write_video(
     boxes: Mapping[str, NDArray[np.float64]],
     fps: float | None = None,
 ) -> Path:
-    """Write a video, one frame in memory at a time.
+    """Write a video, one frame in memory at a time; see `write_file` for errors.
 
     Parameters
     ----------
@@ -37,11 +37,6 @@ def write_video(
         Boxes by label, a row a frame; `truth` is drawn white and dashed.
     fps : float, optional
         Frames a second; 25 where it is not known.
-
-    Raises
-    ------
-    OSError
-        Where it can't be written.
     """
     shades = colours([label for label in boxes if label != TRUTH])
 

@@ -1,32 +1,22 @@
 """A whole report in a folder: tables in every format, plots and film strips."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
 
 import pandas as pd
+from matplotlib.figure import Figure
 
-from reports.comma_separated import to_csv
 from reports.figures import write_figure
 from reports.files import write_file
-from reports.latex import to_latex
-from reports.markdown import to_markdown
 from reports.plots import frame_plot, precision_plot, speed_plot, success_plot
+from reports.renderers import FORMATS, to_markdown
 from reports.tables import Table
-from reports.text import to_text
 
-__all__ = ["FORMATS", "file_name", "report_page", "write_plots", "write_tables"]
-
-FORMATS = {
-    "text": (".txt", to_text),
-    "markdown": (".md", to_markdown),
-    "csv": (".csv", to_csv),
-    "latex": (".tex", to_latex),
-}
-"""Suffix and renderer of every format a table can have."""
+__all__ = ["file_name", "report_page", "write_plots", "write_tables"]
 
 
 def write_tables(
-    folder: Path, tables: Sequence[Table], formats: Mapping[str, object] = FORMATS
+    folder: Path, tables: Sequence[Table], formats: Iterable[str] = FORMATS
 ) -> list[Path]:
     """Write tables into a folder, one file a table and format.
 
@@ -35,13 +25,13 @@ def write_tables(
     OSError
         Where a file can't be written.
     """
-    paths = []
-    for table in tables:
-        for name in formats:
-            suffix, render = FORMATS[name]
-            text = render(table)
-            paths.append(_write_text(folder / f"{table.name}{suffix}", text))
-    return paths
+
+    def write(table: Table, suffix: str, render: Callable[[Table], str]) -> Path:
+        text = render(table)
+        path = folder / f"{table.name}{suffix}"
+        return write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
+
+    return [write(table, *FORMATS[name]) for table in tables for name in formats]
 
 
 def write_plots(
@@ -52,39 +42,22 @@ def write_plots(
     trackers: Sequence[str],
     incomplete: Collection[str] = (),
 ) -> list[Path]:
-    """Draw all plots that the data allow.
+    """Draw all plots that the data allow: frame table and timing runs may be empty.
 
-    Parameters
-    ----------
-    folder : Path
-        Where to.
-    frames : DataFrame
-        Frame table (see `reports.plots`); may be empty.
-    timing : DataFrame
-        Timing runs; may be empty.
-    title : str
-        Headline.
-    trackers, incomplete
-        See `reports.plots.success_plot`.
+    Parameters as those of the plots in `reports.plots`.
     """
-    paths = []
+    figures: dict[str, Figure] = {}
     if len(frames):
-        paths.append(
-            write_figure(folder / "success.png", success_plot(frames, title, trackers, incomplete))
-        )
-        paths.append(
-            write_figure(
-                folder / "precision.png", precision_plot(frames, title, trackers, incomplete)
-            )
-        )
+        figures["success"] = success_plot(frames, title, trackers, incomplete)
+        figures["precision"] = precision_plot(frames, title, trackers, incomplete)
         for sequence in frames["sequence"].unique():
             figure = frame_plot(frames, sequence, trackers, incomplete)
-            paths.append(write_figure(folder / f"frames-{file_name(sequence)}.png", figure))
+            figures[f"frames-{file_name(sequence)}"] = figure
     if "cpu_seconds_median" in timing and timing["cpu_seconds_median"].notna().any():
         # Those that were timed alone come last: the others keep their colours.
         everybody = list(dict.fromkeys([*trackers, *timing["tracker"]]))
-        paths.append(write_figure(folder / "speed.png", speed_plot(timing, title, everybody)))
-    return paths
+        figures["speed"] = speed_plot(timing, title, everybody)
+    return [write_figure(folder / f"{name}.png", figure) for name, figure in figures.items()]
 
 
 def report_page(
@@ -100,10 +73,3 @@ def report_page(
 def file_name(label: str) -> str:
     """A label as a file name: what is no letter, digit, dot or dash becomes a dash."""
     return "".join(sign if sign.isalnum() or sign in ".-" else "-" for sign in label)
-
-
-def _write_text(path: Path, text: str) -> Path:
-    def write(file: Path) -> None:
-        file.write_text(text, encoding="utf-8")
-
-    return write_file(path, write)

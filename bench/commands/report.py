@@ -31,7 +31,7 @@ def command(results: Path, form: str | None, folder: Path | None, no_pictures: b
     """
     from bench.reporting import tables
     from bench.store.index import experiment_folders
-    from reports.write import FORMATS as RENDERERS
+    from reports.renderers import FORMATS as RENDERERS
 
     experiments = experiment_folders(results)
     for experiment in experiments:

@@ -126,7 +126,7 @@ def _run(
 
 
 def _print(report: "Report", *, criteria: bool) -> None:
-    from reports.text import to_text
+    from reports.renderers import to_text
 
     click.echo(report.title)
     for remark in report.remarks:

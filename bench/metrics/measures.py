@@ -1,6 +1,6 @@
 """The scores that tables show: name, head, unit, direction."""
 
-from reports.measure import Measure
+from reports.tables import Measure
 
 __all__ = ["MASKS", "PER_SEQUENCE", "SEGMENTATION", "SUMMARY", "TIMES"]
 

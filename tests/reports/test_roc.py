@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from reports.roc import roc_plot
+from reports.curves import roc_plot
 
 
 def test_every_line_has_its_rates_and_a_mark_at_the_threshold_in_use():

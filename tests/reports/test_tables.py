@@ -10,12 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reports.comma_separated import to_csv
-from reports.latex import to_latex
-from reports.markdown import to_markdown
-from reports.measure import Measure
-from reports.tables import complete, sequence_table, summary_table
-from reports.text import to_text
+from reports.renderers import to_csv, to_latex, to_markdown, to_text
+from reports.tables import Measure, complete, sequence_table, summary_table
 
 OVERLAP = Measure("overlap", "overlap", direction="higher", decimals=3)
 ERROR = Measure("error", "error", "px", "lower", 1)

@@ -18,7 +18,7 @@ from bench.papers.nguyen2002.strips import (
 )
 from bench.papers.stored import StoredRuns
 from bench.store.truth import StoredTruth
-from reports.roc import roc_plot
+from reports.curves import roc_plot
 from reports.series import series_grid
 
 __all__ = ["loss_plot", "outlier_plot", "overlap_plot", "roc_points", "sign_plot"]
