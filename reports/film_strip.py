@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reports.files import write_file
-from reports.overlay import TRUTH, Shape, legend, overlay, write_words
+from reports.overlay import GROUND, TRUTH, Shape, legend, overlay, write_words
 from reports.palette import colours
 
 __all__ = ["evenly_spaced", "film_strip", "write_film_strip"]
@@ -49,8 +49,7 @@ def film_strip(
     numbers : sequence of int
         Frames to show, in order; at least one.
     boxes : mapping of str to ndarray of shape (n, 4)
-        Boxes by label, a row a frame; `truth` is drawn white and dashed. Or contours by frame; see
-        `overlay`.
+        Boxes by label, a row a frame, or contours by frame; see `overlay`.
     title : str
         Written above.
     columns, width : int
@@ -79,26 +78,17 @@ def film_strip(
         here = {label: rows[number] for label, rows in boxes.items()}
         said = f"{number + count_from} {words.get(number, '')}".strip()
         tiles.append(overlay(image, here, shades, scale, said, shape))
-    blank = np.full_like(tiles[0], 40)
-    tiles += [blank] * (-len(tiles) % columns)
-    gap = np.full((tiles[0].shape[0], _GAP, 3), 40, np.uint8)
-    rows = []
-    for start in range(0, len(tiles), columns):
-        pieces: list[NDArray[np.uint8]] = []
-        for tile in tiles[start : start + columns]:
-            pieces += [gap, tile]
-        rows.append(np.hstack(pieces[1:]))
-    band = np.full((_GAP, rows[0].shape[1], 3), 40, np.uint8)
-    parts: list[NDArray[np.uint8]] = []
+    height, wide = tiles[0].shape[:2]
+    head, n_rows = 28 if title else 0, -(-len(tiles) // columns)
+    size = head + n_rows * (height + _GAP), columns * (wide + _GAP) - _GAP
+    strip = np.full((*size, 3), GROUND, np.uint8)
     if title:
-        head = np.full((28, band.shape[1], 3), 40, np.uint8)
-        write_words(head, title, (10, 19))
-        parts.append(head)
-    for row in rows:
-        parts += [row, band]
-    if boxes:
-        parts.append(legend({label: shades.get(label, "") for label in boxes}, band.shape[1]))
-    return np.vstack(parts)
+        write_words(strip[:head], title, (10, 19))
+    for place, tile in enumerate(tiles):
+        row, column = divmod(place, columns)
+        top, left = head + row * (height + _GAP), column * (wide + _GAP)
+        strip[top : top + height, left : left + wide] = tile
+    return np.vstack([strip, legend(boxes, shades, size[1])]) if boxes else strip
 
 
 def write_film_strip(path: Path, strip: NDArray[np.uint8]) -> Path:

@@ -1,6 +1,6 @@
 """Boxes, ellipses or contours drawn on an image, at their exact place, with a legend beneath."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from typing import Literal, TypeAlias
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from reports.palette import TRUTH_COLOUR, to_bgr
 
-__all__ = ["TRUTH", "Shape", "enlarge", "legend", "overlay", "write_words"]
+__all__ = ["GROUND", "TRUTH", "Shape", "legend", "overlay", "write_words"]
 
 Shape: TypeAlias = Literal["box", "ellipse", "contour"]
 """What is drawn: a box by its edges, or by the ellipse inscribed in it; or a polygon."""
@@ -18,18 +18,12 @@ Shape: TypeAlias = Literal["box", "ellipse", "contour"]
 TRUTH = "truth"
 """Label of the boxes that are drawn as white dashes on a thin black line."""
 
+GROUND = 40  # grey level of what surrounds images
+
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _SHIFT = 4  # cv2 takes coordinates in sixteenths of a pixel
 _DASH = 4.0
 _DARK = (0, 0, 0)
-
-
-def enlarge(image: NDArray[np.uint8], scale: float) -> NDArray[np.uint8]:
-    """Image enlarged (or made smaller) by a factor; its left top corner stays in place."""
-    interpolation = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
-    height, width = image.shape[:2]
-    size = (max(1, round(width * scale)), max(1, round(height * scale)))
-    return np.asarray(cv2.resize(image, size, interpolation=interpolation), np.uint8)
 
 
 def overlay(
@@ -40,12 +34,11 @@ def overlay(
     words: str = "",
     shape: Shape = "box",
 ) -> NDArray[np.uint8]:
-    """An enlarged copy of an image with boxes on it.
+    """A copy of a BGR image, enlarged by a factor, with boxes on it.
 
     Parameters
     ----------
     image : ndarray of uint8, shape (height, width, 3)
-        BGR.
     boxes : mapping of str to ndarray of shape (4,)
         `[x, y, width, height]` in pixels of `image`, by label; NaN boxes are not drawn. Contours
         are of shape (points, 2) instead, and a row of NaN parts one polygon from the next.
@@ -57,19 +50,17 @@ def overlay(
         Written into the left top corner.
     shape : {'box', 'ellipse', 'contour'}
         What is drawn.
-
-    Returns
-    -------
-    ndarray of uint8
-        BGR, height and width times `scale`.
     """
-    drawn = enlarge(image, scale)
+    interpolation = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
+    size = [max(1, round(side * scale)) for side in image.shape[1::-1]]
+    drawn = np.asarray(cv2.resize(image, size, interpolation=interpolation), np.uint8)
     # Sizes are whole pixels: the factors that came out differ a little from the one asked for.
     factors = np.divide(drawn.shape[1::-1], image.shape[1::-1])
     scales = factors if shape == "contour" else np.tile(factors, 2)
-    placed = {label: np.asarray(box, np.float64) * scales for label, box in boxes.items()}
     placed = {
-        label: box for label, box in placed.items() if shape == "contour" or np.isfinite(box).all()
+        label: np.asarray(box, np.float64) * scales
+        for label, box in boxes.items()
+        if shape == "contour" or np.isfinite(box).all()
     }
     truth = placed.pop(TRUTH, None)
     # Truth's dark line lies beneath all, its light dashes above all: seen on any ground, and
@@ -87,7 +78,7 @@ def overlay(
     return drawn
 
 
-def legend(labels: Mapping[str, str], width: int) -> NDArray[np.uint8]:
+def legend(labels: Iterable[str], colours: Mapping[str, str], width: int) -> NDArray[np.uint8]:
     """A dark band of the given width that names every label beside its colour; wraps."""
     line_height, margin, key = 24, 10, 26
     rows: list[list[tuple[int, str]]] = [[]]
@@ -99,11 +90,11 @@ def legend(labels: Mapping[str, str], width: int) -> NDArray[np.uint8]:
             x = margin
         rows[-1].append((x, label))
         x += needed
-    band = np.full((line_height * len(rows) + 6, width, 3), 40, np.uint8)
+    band = np.full((line_height * len(rows) + 6, width, 3), GROUND, np.uint8)
     for number, row in enumerate(rows):
         y = 3 + line_height * number + line_height // 2
         for x, label in row:
-            shade = to_bgr(TRUTH_COLOUR if label == TRUTH else labels[label])
+            shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
             ends = np.array([[x, y], [x + key, y]], np.float64)
             _draw_line(band, ends, shade, 2, dashed=label == TRUTH)
             write_words(band, label, (x + key + 8, y + 5))

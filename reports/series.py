@@ -97,7 +97,7 @@ def series_grid(
     truths : mapping of str to ndarray of float64, shape (n,)
         The true number by scene and frame.
     row_height : float
-        In inches.
+        [inches].
     shades : mapping of str to mapping of str to ndarray of bool, shape (n,), optional
         By scene, frames to be shaded, by what the legend says of them; each kind darker than the
         last.

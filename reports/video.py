@@ -34,7 +34,7 @@ def write_video(
     images : iterable of (int, ndarray)
         Frame numbers and their BGR images, all of one size.
     boxes : mapping of str to ndarray of shape (n, 4)
-        Boxes by label, a row a frame; `truth` is drawn white and dashed.
+        Boxes by label, a row a frame; see `overlay`.
     fps : float, optional
         Frames a second; 25 where it is not known.
     """
@@ -48,8 +48,7 @@ def write_video(
                 here = {label: rows[number] for label, rows in boxes.items()}
                 drawn = overlay(image, here, shades, scale, str(number))
                 if boxes:
-                    band = legend({label: shades.get(label, "") for label in boxes}, drawn.shape[1])
-                    drawn = np.vstack([drawn, band])
+                    drawn = np.vstack([drawn, legend(boxes, shades, drawn.shape[1])])
                 drawn = _even(drawn)
                 if stream is None:
                     rate = Fraction(fps or DEFAULT_FPS).limit_denominator(100_000)

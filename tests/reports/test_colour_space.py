@@ -34,20 +34,6 @@ def sorted_rows(values):
     return values[np.lexsort(values.T)]
 
 
-def model():
-    on_plane = np.add.outer(np.linspace(0, 0.5, 20), np.linspace(0, 0.5, 30))
-    return ColourModel(
-        image=np.full((12, 16, 3), (200, 100, 0), np.uint8),
-        contour=np.array([[3.0, 2.0], [9.0, 2.0], [9.0, 8.0]]),
-        points={"target": colours(1), "background": colours(2)},
-        basis=BASIS,
-        mixtures={"target": MIXTURE, "background": MIXTURE._replace(means=MIXTURE.means - 0.3)},
-        grid=(np.linspace(-0.5, 1.0, 30), np.linspace(-0.2, 0.8, 20)),
-        on_plane=on_plane,
-        on_image=np.linspace(0, 1, 192).reshape(12, 16),
-    )
-
-
 def test_an_ellipse_is_two_deviations_from_its_mean_all_round():
     axes = bare_figure("T", 3.0).subplots()
     draw_gaussians(axes, MIXTURE, colour(2))
@@ -81,13 +67,8 @@ def test_what_is_drawn_of_a_plane_lies_in_it():
 def test_a_plane_is_seen_from_its_upper_side_neither_edge_on_nor_head_on(sign):
     basis = BASIS[:, ::sign]
     elevation, azimuth = np.radians(oblique(basis))
-    viewer = np.array(
-        [
-            np.cos(elevation) * np.cos(azimuth),
-            np.cos(elevation) * np.sin(azimuth),
-            np.sin(elevation),
-        ]
-    )
+    level = np.array([np.cos(azimuth), np.sin(azimuth)])
+    viewer = np.array([*np.cos(elevation) * level, np.sin(elevation)])
     normal = np.cross(*basis.T)
     assert 0.3 < abs(viewer @ normal) < 0.97
     assert oblique(basis) == pytest.approx(oblique(BASIS))
@@ -97,13 +78,21 @@ def test_all_colours_are_in_the_cube_and_no_axis_is_stretched():
     points = colours(3) * [1.0, 0.5, 0.1]
     axes = rgb_axes(bare_figure("T", 3.0), (1, 1, 1), np.vstack([points, np.full(3, np.nan)]))
     limits = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
-    assert (limits[:, 0] < points.min(axis=0)).all()
-    assert (limits[:, 1] > points.max(axis=0)).all()
+    assert ((limits[:, 0] < points) & (points < limits[:, 1])).all()
     np.testing.assert_allclose(np.ptp(limits, axis=1), np.ptp(limits[0]))
 
 
 def test_the_model_goes_from_colours_to_posteriors():
-    shown = model()
+    shown = ColourModel(
+        image=np.full((12, 16, 3), (200, 100, 0), np.uint8),
+        contour=np.array([[3.0, 2.0], [9.0, 2.0], [9.0, 8.0]]),
+        points={"target": colours(1), "background": colours(2)},
+        basis=BASIS,
+        mixtures={"target": MIXTURE, "background": MIXTURE._replace(means=MIXTURE.means - 0.3)},
+        grid=(np.linspace(-0.5, 1.0, 30), np.linspace(-0.2, 0.8, 20)),
+        on_plane=np.add.outer(np.linspace(0, 0.5, 20), np.linspace(0, 0.5, 30)),
+        on_image=np.linspace(0, 1, 192).reshape(12, 16),
+    )
     figure = colour_model_plot(shown, "T")
     figure.draw_without_rendering()
     frame, own, classes, projected, mixtures, plane, image = figure.axes

@@ -1,24 +1,17 @@
-"""Curves over a setting: that points, intervals and marks are where the table says."""
+"""Curves over a setting, and of hits against false alarms: that they are what the table says."""
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from reports.curves import curve_plot
+from reports.curves import curve_plot, roc_plot
 from reports.palette import colour
 
 
 def points(panel, label, values):
-    return pd.DataFrame(
-        {
-            "panel": panel,
-            "label": label,
-            "setting": [400.0, 15.0, 60.0],
-            "value": values,
-            "low": np.array(values) - 0.1,
-            "high": np.array(values) + 0.2,
-        }
-    )
+    values = np.array(values)
+    limits = {"value": values, "low": values - 0.1, "high": values + 0.2}
+    return pd.DataFrame({"panel": panel, "label": label, "setting": [400.0, 15, 60], **limits})
 
 
 def test_every_panel_has_its_lines_in_order_of_the_setting():
@@ -28,8 +21,7 @@ def test_every_panel_has_its_lines_in_order_of_the_setting():
     assert left.get_ylabel() == "share"
     none, line = (container[0] for container in left.containers)
     assert len(none.get_xdata()) == 0
-    assert line.get_xdata().tolist() == [15, 60, 400]
-    assert line.get_ydata().tolist() == [0.2, 0.5, 0.9]
+    assert line.get_xydata().tolist() == [[15, 0.2], [60, 0.5], [400, 0.9]]
     assert line.get_color() == colour(1)
     (bars,) = left.containers[1][2]
     assert bars.get_segments()[0][:, 1] == pytest.approx([0.1, 0.4])
@@ -38,18 +30,34 @@ def test_every_panel_has_its_lines_in_order_of_the_setting():
     assert left.get_xscale() == "log"
 
 
-def test_marks_stand_at_their_settings():
-    table = points("x", "a", [3.0, 1.0, 2.0])
-    options = {"marks": [60.0], "logarithmic": True}
-    (axes,) = curve_plot(table, "T", "particles", "ms", ["a"], **options).axes
-    assert [text.get_text() for text in axes.get_xticklabels()] == ["15", "60", "400"]
-    assert axes.lines[-1].get_xdata() == [60.0, 60.0]
-    assert axes.get_yscale() == "log"
+@pytest.mark.parametrize(
+    ("options", "ticks", "scales"),
+    [
+        ({"marks": [60.0], "logarithmic": True}, ["15", "60", "400"], ("log", "log")),
+        ({"ticks": [0, 200, 400]}, ["0", "200", "400"], ("linear", "linear")),
+    ],
+)
+def test_marks_stand_at_their_settings_and_ticks_make_the_abscissa_linear(options, ticks, scales):
+    (axes,) = curve_plot(points("x", "a", [3.0, 1, 2]), "T", "n", "ms", ["a"], **options).axes
+    assert [text.get_text() for text in axes.get_xticklabels()] == ticks
+    assert (axes.get_xscale(), axes.get_yscale()) == scales
+    for value in options.get("marks", []):
+        assert axes.lines[-1].get_xdata() == [value, value]
 
 
-def test_ticks_make_the_abscissa_linear():
-    (axes,) = curve_plot(
-        points("x", "a", [3.0, 1.0, 2.0]), "T", "samples", "error", ["a"], ticks=[0, 200, 400]
-    ).axes
-    assert axes.get_xscale() == "linear"
-    assert [text.get_text() for text in axes.get_xticklabels()] == ["0", "200", "400"]
+def test_every_line_has_its_rates_and_a_mark_at_the_threshold_in_use():
+    table = pd.DataFrame(
+        {
+            "label": ["a"] * 3 + ["b"] * 3,
+            "false_rate": [0.0, 0.1, 1.0, 0.0, 0.4, 1.0],
+            "hit_rate": [0.2, 0.9, 1.0, 0.1, 0.5, 1.0],
+            "marked": [False, True, False] * 2,
+        }
+    )
+    figure = roc_plot(table, "T", ["a", "b"], "in use")
+    a, mark, b, other_mark, _ = figure.axes[0].lines
+    assert a.get_ydata().tolist() == [0.2, 0.9, 1.0]
+    assert b.get_xdata().tolist() == [0.0, 0.4, 1.0]
+    assert [line.get_xdata().tolist() for line in (mark, other_mark)] == [[0.1], [0.4]]
+    assert mark.get_color() == a.get_color() != b.get_color() == other_mark.get_color()
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["a", "b", "in use"]

@@ -1,20 +1,16 @@
-"""Panels of images and maps: what is shown, in what range, with which box."""
+"""Panels of images and maps: what is shown, in what range, with which box or contour."""
 
 import numpy as np
 
 from reports.maps import Panel, map_plot
 
 
-def test_images_are_in_colour_and_maps_from_black_to_white():
-    image = np.zeros((10, 20, 3), np.uint8)
-    image[..., 0] = 200  # blue
+def test_images_are_in_colour_maps_from_black_to_white_boxes_and_contours_at_their_place():
+    image = np.full((10, 20, 3), (200, 0, 0), np.uint8)
     values = np.linspace(0, 0.5, 200).reshape(10, 20)
-    panels = [
-        Panel("frame", image, np.array([2.0, 3, 6, 4])),
-        Panel("map", values),
-        Panel("another", values),
-    ]
-    figure = map_plot(panels, "T", 2)
+    corners = np.array([[2.0, 3.0], [8.0, 3.0], [5.0, 9.0]])
+    panels = [Panel("frame", image, np.array([2.0, 3, 6, 4])), Panel("map", values)]
+    figure = map_plot([*panels, Panel("another", values, contour=corners)], "T", 2)
     frame, mapped, another, empty = figure.axes
     assert frame.images[0].get_array()[0, 0].tolist() == [0, 0, 200]
     assert frame.images[0].get_extent() == [0, 20, 10, 0]
@@ -24,12 +20,7 @@ def test_images_are_in_colour_and_maps_from_black_to_white():
     assert mapped.images[0].get_clim() == (0, 1)
     assert not mapped.patches
     assert another.get_title() == "another"
-    assert not empty.images
-
-
-def test_a_contour_is_closed_and_at_its_place():
-    contour = np.array([[2.0, 3.0], [8.0, 3.0], [5.0, 9.0]])
-    (axes,) = map_plot([Panel("c", np.zeros((10, 20)), contour=contour)], "T", 1).axes
-    (polygon,) = axes.patches
-    np.testing.assert_array_equal(polygon.get_xy(), [*contour, contour[0]])
+    (polygon,) = another.patches
+    np.testing.assert_array_equal(polygon.get_xy(), [*corners, corners[0]])
     assert not polygon.get_fill()
+    assert not empty.images

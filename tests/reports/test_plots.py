@@ -29,6 +29,20 @@ def frame_table(overlaps, tracker="a", sequence="s", repetition=0, revised=False
     )
 
 
+def timing(trackers, median, tail):
+    return pd.DataFrame(
+        {"tracker": trackers, "cpu_seconds_median": median, "cpu_seconds_p95": tail}
+    )
+
+
+def labels_of(figure):
+    return [line.get_label() for line in figure.axes[0].lines]
+
+
+def words(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=30))
 def test_the_area_under_the_success_curve_is_the_mean_overlap(overlaps):
     thresholds = np.linspace(0, 1, 4001)
@@ -48,11 +62,10 @@ def test_curves_include_their_thresholds_and_count_each_sequence_once():
 
 def test_plots_draw_a_line_a_tracker_and_name_it_with_its_figure():
     table = pd.concat([frame_table([0.25, 0.75]), frame_table([1.0, 1.0], tracker="b")])
-    (axes,) = success_plot(table, "T", ["a", "b"]).axes
-    assert [line.get_label() for line in axes.lines] == ["a (0.500)", "b (1.000)"]
-    assert axes.lines[1].get_ydata()[-1] == 1.0
-    (axes,) = precision_plot(table, "T", ["a", "b"]).axes
-    assert [line.get_label() for line in axes.lines] == ["a (0.500)", "b (1.000)"]
+    for plot in (success_plot, precision_plot):
+        figure = plot(table, "T", ["a", "b"])
+        assert labels_of(figure) == ["a (0.500)", "b (1.000)"]
+        assert figure.axes[0].lines[1].get_ydata()[-1] == 1.0
 
 
 def test_the_frame_plot_shows_the_median_over_repetitions_with_a_band():
@@ -66,12 +79,9 @@ def test_the_frame_plot_shows_the_median_over_repetitions_with_a_band():
 
 def test_a_tracker_keeps_its_colour_and_an_incomplete_one_gets_no_curve():
     table = pd.concat([frame_table([0.25, 0.75]), frame_table([1.0, 1.0], tracker="b")])
-    (axes,) = success_plot(table, "T", ["x", "a", "b"], incomplete={"a"}).axes
-    assert [line.get_label() for line in axes.lines] == [
-        "x (incomplete)",
-        "a (incomplete)",
-        "b (1.000)",
-    ]
+    figure = success_plot(table, "T", ["x", "a", "b"], incomplete={"a"})
+    (axes,) = figure.axes
+    assert labels_of(figure) == ["x (incomplete)", "a (incomplete)", "b (1.000)"]
     assert np.isnan(axes.lines[1].get_ydata()).all()
     assert axes.lines[2].get_color() == colour(2)
     upper, _ = frame_plot(table, "s", ["x", "a", "b"]).axes
@@ -79,14 +89,8 @@ def test_a_tracker_keeps_its_colour_and_an_incomplete_one_gets_no_curve():
 
 
 def test_the_speed_plot_shows_no_tracker_of_which_a_pass_was_disturbed():
-    timing = pd.DataFrame(
-        {
-            "tracker": ["a", "a", "b", "b"],
-            "cpu_seconds_median": [0.001, 0.003, np.nan, 0.1],
-            "cpu_seconds_p95": [0.003, 0.003, np.nan, 0.1],
-        }
-    )
-    (axes,) = speed_plot(timing, "T", ["x", "a", "b"]).axes
+    passes = timing([*"aabb"], [0.001, 0.003, np.nan, 0.1], [0.003, 0.003, np.nan, 0.1])
+    (axes,) = speed_plot(passes, "T", ["x", "a", "b"]).axes
     assert [label.get_text() for label in axes.get_yticklabels()] == ["a", "b"]
     assert len(axes.lines) == 2
     np.testing.assert_allclose(axes.lines[0].get_xdata(), [2.0, 3.0])
@@ -101,8 +105,7 @@ def test_a_frame_without_a_value_is_a_miss_at_every_threshold():
     np.testing.assert_allclose(share, [0.5, 0.5, 0.0])
     share = share_curve(table, "centre_error", np.array([0.0, 15.0, 50.0]), at_least=False)
     np.testing.assert_allclose(share, [0.0, 0.5, 0.5])
-    (axes,) = success_plot(table, "T", ["a"]).axes
-    assert axes.lines[0].get_label() == "a (0.250)"
+    assert labels_of(success_plot(table, "T", ["a"])) == ["a (0.250)"]
 
 
 def test_frames_without_target_are_gaps_and_not_bridged():
@@ -121,8 +124,7 @@ def test_the_frame_plot_says_how_many_runs_a_median_is_over():
         + [frame_table([0.5], tracker="b"), frame_table([0.5], tracker="c")]
     )
     figure = frame_plot(table, "s", ["a", "b", "c", "d", "e"], incomplete={"c", "d"})
-    words = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert words == ["a (2 runs)", "b", "c (1 run)", "d (0 runs)"]
+    assert words(figure) == ["a (2 runs)", "b", "c (1 run)", "d (0 runs)"]
 
 
 def test_headlines_say_that_boxes_are_online_where_a_tracker_revised_some():
@@ -138,24 +140,12 @@ def test_headlines_say_that_boxes_are_online_where_a_tracker_revised_some():
     assert headlines(pd.concat([*plain, beside])) == [f"T{words}", f"T{words}", "s", f"t{words}"]
 
 
-def pictures(labels):
-    table = pd.concat([frame_table([0.2, 0.7], tracker=label) for label in labels])
-    timing = pd.DataFrame(
-        {"tracker": labels, "cpu_seconds_median": 0.001, "cpu_seconds_p95": 0.003}
-    )
-    title = "a headline of some length over a sequence: " + LONG
-    table["sequence"] = title
-    return [
-        success_plot(table, title, labels),
-        precision_plot(table, title, labels),
-        frame_plot(table, title, labels),
-        speed_plot(timing, title, labels),
-    ]
-
-
 @pytest.mark.parametrize("labels", [["a"], ["a", LONG], [f"{LONG}:seed={i}" for i in range(12)]])
 def test_labels_however_long_are_inside_the_picture_and_leave_the_data_room(labels):
-    for figure in pictures(labels):
+    title = "a headline of some length over a sequence: " + LONG
+    table = pd.concat([frame_table([0.2, 0.7], label, title) for label in labels])
+    figures = [plot(table, title, labels) for plot in (success_plot, precision_plot, frame_plot)]
+    for figure in [*figures, speed_plot(timing(labels, 0.001, 0.003), title, labels)]:
         figure.draw_without_rendering()
         width, height = figure.bbox.size
         for axes in figure.axes:
@@ -190,52 +180,37 @@ def test_folding_loses_nothing_but_spaces_at_line_ends(text, width):
         assert len(line) <= width or not any(sign in line.rstrip(":/ ") for sign in ":/ ")
 
 
-@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
-def test_figures_are_written_whole_by_their_suffix(tmp_path, suffix):
-    path = write_figure(
-        tmp_path / "deep" / f"plot{suffix}", success_plot(frame_table([0.5]), "T", ["a"])
-    )
-    start = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}[suffix]
-    assert path.read_bytes().startswith(start)
-    assert list(path.parent.iterdir()) == [path]
-
-
-@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
-def test_a_figure_has_the_same_bytes_twice(tmp_path, suffix):
-    paths = [
-        write_figure(tmp_path / f"{i}{suffix}", success_plot(frame_table([0.5]), "T", ["a"]))
+@pytest.mark.parametrize(
+    ("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")]
+)
+def test_figures_are_written_whole_by_their_suffix_with_the_same_bytes(tmp_path, suffix, start):
+    first, second = (
+        write_figure(tmp_path / i / f"p{suffix}", success_plot(frame_table([0.5]), "T", ["a"]))
         for i in "ab"
-    ]
-    assert paths[0].read_bytes() == paths[1].read_bytes()
+    )
+    assert first.read_bytes().startswith(start)
+    assert first.read_bytes() == second.read_bytes()
+    assert list(first.parent.iterdir()) == [first]
 
 
 def test_write_plots_draws_what_the_data_allow(tmp_path):
-    timing = pd.DataFrame({"tracker": ["a"], "cpu_seconds_median": [0.1], "cpu_seconds_p95": [0.2]})
-    paths = write_plots(tmp_path, frame_table([0.5], sequence="x/y:z=1"), timing, "T", ["a"])
-    assert [path.name for path in paths] == [
-        "success.png",
-        "precision.png",
-        "frames-x-y-z-1.png",
-        "speed.png",
-    ]
-    assert write_plots(tmp_path / "none", pd.DataFrame(), timing[:0], "T", ["a"]) == []
+    passes = timing(["a"], 0.1, 0.2)
+    paths = write_plots(tmp_path, frame_table([0.5], sequence="x/y:z=1"), passes, "T", ["a"])
+    names = ["success", "precision", "frames-x-y-z-1", "speed"]
+    assert paths == [tmp_path / f"{name}.png" for name in names]
+    assert write_plots(tmp_path / "none", pd.DataFrame(), passes[:0], "T", ["a"]) == []
 
 
 def test_a_report_keeps_colours_and_counts_runs_in_every_plot(tmp_path, monkeypatch):
     drawn = {}
     monkeypatch.setattr("reports.write.write_figure", lambda path, fig: drawn.setdefault(path, fig))
     table = pd.concat([frame_table([0.5], tracker="b"), frame_table([0.5], tracker="c")])
-    timing = pd.DataFrame(
-        {"tracker": ["t", "c"], "cpu_seconds_median": 0.1, "cpu_seconds_p95": 0.2}
-    )
-    write_plots(tmp_path, table, timing, "T", ["a", "b", "c"], incomplete={"a", "b"})
+    passes = timing(["t", "c"], 0.1, 0.2)
+    write_plots(tmp_path, table, passes, "T", ["a", "b", "c"], incomplete={"a", "b"})
     figures = {path.stem: figure for path, figure in drawn.items()}
-    words = [text.get_text() for text in figures["frames-s"].legends[0].get_texts()]
-    assert words == ["a (0 runs)", "b (1 run)", "c"]
-    assert [line.get_color() for line in figures["speed"].axes[0].lines[::2]] == [
-        colour(2),
-        colour(3),
-    ]
+    assert words(figures["frames-s"]) == ["a (0 runs)", "b (1 run)", "c"]
+    dots = figures["speed"].axes[0].lines[::2]
+    assert [line.get_color() for line in dots] == [colour(2), colour(3)]
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path):

@@ -27,6 +27,23 @@ def extent(collection):
     return by_frame.min().tolist(), by_frame.max().tolist()
 
 
+def words(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def spans(axes):
+    return [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in axes.patches]
+
+
+def appearances(counts, modes, first=0):
+    frames = np.arange(first, first + len(modes[0]))
+    runs = [
+        {"repetition": i, "frame": frames, "positive_appearances": counts, "mode": mode}
+        for i, mode in enumerate(modes)
+    ]
+    return pd.concat(map(pd.DataFrame, runs), ignore_index=True)
+
+
 def test_a_line_is_the_median_and_its_band_the_quartiles():
     (axes,) = series_plot(five(), "T", "Hx [px]", ["a"]).axes
     (line,) = axes.lines
@@ -51,8 +68,7 @@ def test_a_label_keeps_its_colour_and_the_truth_begins_at_frame_0():
     truth, line = figure.axes[0].lines
     assert truth.get_xdata().tolist() == [0, 1, 2, 3]
     assert line.get_color() == colour(1)
-    names = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert names == ["truth", "b"]
+    assert words(figure) == ["truth", "b"]
 
 
 def test_frames_without_a_value_are_gaps():
@@ -87,57 +103,34 @@ def test_small_multiples_have_their_level_and_the_shades_of_their_scene():
     shades = {"s": {"dark": np.isin(np.arange(9), [2, 3, 7])}}
     figure = series_grid(pd.concat(tables), "T", "u", ["a"], {}, shades=shades, level=("γ", 3.5))
     left, right = figure.axes
-    spans = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in left.patches]
-    assert spans == [(1.5, 3.5), (6.5, 7.5)]
+    assert spans(left) == [(1.5, 3.5), (6.5, 7.5)]
     assert not right.patches
     assert set(right.lines[-1].get_ydata()) == {3.5}
-    words = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert words == ["a", "γ", "dark"]
+    assert words(figure) == ["a", "γ", "dark"]
 
 
 def test_appearances_have_their_threshold_their_mode_and_shaded_occlusions():
-    runs = [
-        pd.DataFrame(
-            {
-                "repetition": i,
-                "frame": np.arange(2, 8),
-                "positive_appearances": [90.0 + i, 50, 5, 4, 60, 90],
-                "mode": [1.0, 1, 1, i % 2, 0, 1],
-            }
-        )
-        for i in range(4)
-    ]
+    runs = appearances([90, 50, 5, 4, 60, 90], [[1.0, 1, 1, i % 2, 0, 1] for i in range(4)], 2)
+    runs.loc[runs["frame"] == 2, "positive_appearances"] += runs["repetition"]
     hidden = np.isin(np.arange(8), [0, 4, 5, 7])
     shades = {"half": hidden, "all": np.arange(8) == 4, "never": np.zeros(8, bool)}
-    figure = appearance_plot(pd.concat(runs), "T", 10.0, shades)
+    figure = appearance_plot(runs, "T", 10.0, shades)
     upper, lower = figure.axes
     counts, threshold = upper.lines
     assert counts.get_ydata().tolist() == [91.5, 50, 5, 4, 60, 90]
     assert set(threshold.get_ydata()) == {10.0}
     assert threshold.get_linestyle() == "--"
-    spans = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in upper.patches]
-    assert spans == [(-0.5, 0.5), (3.5, 5.5), (6.5, 7.5), (3.5, 4.5)]
+    assert spans(upper) == [(-0.5, 0.5), (3.5, 5.5), (6.5, 7.5), (3.5, 4.5)]
     greys = [patch.get_facecolor()[0] for patch in upper.patches]
     assert greys[0] == greys[2] > greys[3]
     assert len(lower.patches) == 4
-    words = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert words == ["positive appearances", "threshold b·N", "half", "all"]
+    assert words(figure) == ["positive appearances", "threshold b·N", "half", "all"]
     assert lower.get_yticklabels()[-1].get_text() == "4"
 
 
 @pytest.mark.parametrize("n_modes", [0, 1, 3])
 def test_the_mode_is_the_share_of_the_runs_that_initialise(n_modes):
-    runs = [
-        pd.DataFrame(
-            {
-                "repetition": i,
-                "frame": [0, 1, 2],
-                "positive_appearances": 9.0,
-                "mode": [1.0, float(i >= n_modes), 1.0],
-            }
-        )
-        for i in range(3)
-    ]
-    _, lower = appearance_plot(pd.concat(runs), "T", 10.0, {}).axes
+    runs = appearances(9.0, [[1.0, float(i >= n_modes), 1.0] for i in range(3)])
+    _, lower = appearance_plot(runs, "T", 10.0, {}).axes
     heights = lower.collections[0].get_paths()[0].vertices[:, 1]
     assert heights.max() == pytest.approx(n_modes / 3)
