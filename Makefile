@@ -6,7 +6,7 @@ READY  := $(VENV)/.ready
 # With the optional engines, for the tests that compare them.
 FULL   := $(VENV)/.ready-full
 
-.PHONY: setup demo test test-full lint bench clean
+.PHONY: setup demo test test-full lint seal bench clean
 
 setup: $(READY)
 
@@ -38,6 +38,10 @@ lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+# What a changed scene or tracker gives, against what it gave; NEW=name for what is meant to differ.
+seal: $(READY)
+	$(BIN)/python -m bench.experiments.seal $(addprefix --new ,$(NEW))
 
 bench: $(READY)
 	$(BIN)/python -m pytest tests/speed --benchmark-enable --benchmark-only \

@@ -5,18 +5,21 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from datasets.interface import Sequence, SequenceError
 from datasets.text_form import parse_text
 
-__all__ = ["is_built_in", "load", "names", "options"]
+if TYPE_CHECKING:
+    from datasets.synthetic.engine.suite import Suite as RenderedSuite
+
+__all__ = ["is_built_in", "load", "names", "options", "rendered_suites"]
 
 FOLDER = Path(__file__).parent
 
 
 class Suite(Protocol):
-    """A module that offers built-in sequences: `samples`, or a file in `synthetic/`."""
+    """What offers built-in sequences: the module `samples`, or `SUITE` of one in `synthetic`."""
 
     def names(self) -> list[str]:
         """Full names, `suite/sequence`."""
@@ -104,6 +107,12 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     return readers.read(path, truth_file, chosen)
 
 
+def rendered_suites() -> "list[RenderedSuite]":
+    """List the suites of synthetic sequences."""
+    modules = (importlib.import_module(name) for name in _suites().values())
+    return [module.SUITE for module in modules if hasattr(module, "SUITE")]
+
+
 def _path_and_choice(text: str) -> tuple[Path, dict[str, str]]:
     """Path of recorded data, and what the text chooses of them; a path may itself hold colons."""
     path = Path(text).expanduser()
@@ -139,4 +148,5 @@ def _suites() -> dict[str, str]:
 
 
 def _suite(module: str) -> Suite:
-    return cast(Suite, importlib.import_module(module))
+    found = importlib.import_module(module)
+    return cast(Suite, getattr(found, "SUITE", found))

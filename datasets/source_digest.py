@@ -1,17 +1,54 @@
-"""What a module's behaviour depends on: its source, the modules it imports, libraries.
+"""What a module's behaviour depends on: its syntax tree, the modules it imports, libraries.
 
-Nothing is imported to find out: the import statements are read.
+Comments, docstrings and layout count for nothing, and neither do the names and places of
+modules: what is formatted, explained or moved stays what it was. Nothing is imported to find
+out: files are read and parsed.
 """
 
 import ast
 import hashlib
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-__all__ = ["library_versions", "source_digest"]
+__all__ = ["imported_libraries", "library_versions", "source_digest"]
+
+
+@dataclass(frozen=True)
+class _Import:
+    """A name that a module binds by an import statement.
+
+    Attributes
+    ----------
+    level : int
+        Dots of a relative import.
+    module : str
+        What stands behind `from`; empty for `import`.
+    name, bound : str
+        What is imported, and what it is called in the module.
+    """
+
+    level: int
+    module: str
+    name: str
+    bound: str
+
+    def dotted(self, package: str) -> str:
+        """Dotted name; of `from a import b` it is `a.b`."""
+        parts = package.split(".")
+        base = parts[: len(parts) - self.level + 1] if self.level else []
+        return ".".join([*base, *([self.module] if self.module else []), self.name])
+
+
+@dataclass(frozen=True)
+class _Parsed:
+    """A source file: digest of its tree without imports and docstrings, and the imports."""
+
+    digest: str
+    imports: tuple[_Import, ...]
 
 
 def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
@@ -28,37 +65,18 @@ def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
     Returns
     -------
     digest : str
-        16 hexadecimal digits over names and bytes of the files. The package's own
-        `__init__.py` counts only where names are imported from it.
+        16 hexadecimal digits over the syntax trees of the files, without docstrings. The
+        package's own `__init__.py` counts only where names are imported from it.
     libraries : dict of str to str
         Version by distribution of every third-party library imported by these files.
     """
-    own = _dotted_package(file).partition(".")[0]
-    roots = {package.name: package.parent}
-    if own:
-        roots[own] = file.parents[_dotted_package(file).count(".") + 1]
-    modules: dict[str, Path] = {}
-    libraries: set[str] = set()
-    todo = [("", file)]
-    while todo:
-        name, path = todo.pop()
-        if name in modules:
-            continue
-        modules[name] = path
-        for imported in _imports(path, _dotted_package(path)):
-            top = imported.partition(".")[0]
-            root = roots.get(top)
-            if root is None and top not in _distributions() and top not in sys.stdlib_module_names:
-                root = file.parent if not _dotted_package(file) else None
-            found = _module(imported, root) if root is not None else None
-            if found is None and root is None:
-                libraries.add(top)
-            elif found is not None and found[1] != file:
-                todo.append(found)
-    digest = hashlib.sha256()
-    for name in sorted(modules):
-        digest.update(name.encode() + b"\0" + modules[name].read_bytes() + b"\0")
-    return digest.hexdigest()[:16], library_versions(libraries)
+    digest, libraries = _followed(file, package)
+    return digest, library_versions(libraries)
+
+
+def imported_libraries(file: Path, package: Path) -> list[str]:
+    """Import names of the third-party libraries of a source file; see `source_digest`."""
+    return sorted(name for name in _followed(file, package)[1] if name in _distributions())
 
 
 def library_versions(imports: set[str]) -> dict[str, str]:
@@ -73,11 +91,47 @@ def library_versions(imports: set[str]) -> dict[str, str]:
     }
 
 
+def _followed(file: Path, package: Path) -> tuple[str, set[str]]:
+    """Digest of all files that are reached, and what is imported from elsewhere."""
+    own = _dotted_package(file).partition(".")[0]
+    roots = {package.name: package.parent}
+    if own:
+        roots[own] = file.parents[_dotted_package(file).count(".") + 1]
+    described: dict[Path, str] = {}
+    libraries: set[str] = set()
+    todo = [file.resolve()]
+    while todo:
+        path = todo.pop()
+        if path in described:
+            continue
+        parsed = _parsed(path.read_bytes(), str(path))
+        lines = []
+        for imported in parsed.imports:
+            dotted = imported.dotted(_dotted_package(path))
+            top = dotted.partition(".")[0]
+            root = roots.get(top)
+            if root is None and top not in _distributions() and top not in sys.stdlib_module_names:
+                root = file.parent if not _dotted_package(file) else None
+            found = _module(dotted, root) if root is not None else None
+            if found is None:
+                libraries |= {top} if root is None else set()
+                lines.append(f"{imported.bound} {dotted}")
+                continue
+            name, source = found
+            todo.append(source)
+            content = _parsed(source.read_bytes(), str(source)).digest
+            lines.append(f"{imported.bound} {content} {dotted.removeprefix(name)}")
+        described[path] = "\n".join([parsed.digest, *sorted(lines)])
+    text = "\n\n".join(sorted(described.values()))
+    return hashlib.sha256(text.encode()).hexdigest()[:16], libraries
+
+
 @cache
 def _distributions() -> dict[str, list[str]]:
     return dict(metadata.packages_distributions())
 
 
+@cache
 def _dotted_package(file: Path) -> str:
     """Dotted name of the package that a file lies in; empty where it is in none."""
     parts: list[str] = []
@@ -88,15 +142,48 @@ def _dotted_package(file: Path) -> str:
     return ".".join(parts)
 
 
-def _imports(path: Path, dotted: str) -> Iterator[str]:
-    """Dotted names that a file imports, `dotted` being its package; of `from a import b` `a.b`."""
-    for node in ast.walk(ast.parse(path.read_bytes(), filename=str(path))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            base = dotted.split(".")[: len(dotted.split(".")) - node.level + 1]
-            prefix = [*(base if node.level else []), *([node.module] if node.module else [])]
-            yield from (".".join([*prefix, alias.name]) for alias in node.names)
+@cache
+def _parsed(content: bytes, filename: str) -> _Parsed:
+    tree = ast.parse(content, filename=filename)
+    imports: list[_Import] = []
+    text = "".join(_dumped(tree, imports))
+    return _Parsed(hashlib.sha256(text.encode()).hexdigest(), tuple(dict.fromkeys(imports)))
+
+
+def _dumped(node: ast.AST, imports: list[_Import]) -> Iterator[str]:
+    """Text of a syntax tree, the same for every version of Python: empty fields are left out."""
+    yield type(node).__name__ + "("
+    for field, value in ast.iter_fields(node):
+        if field in ("ctx", "kind", "type_ignores") or value is None or value == []:
+            continue
+        yield field + "="
+        if not isinstance(value, list):
+            yield from _dumped(value, imports) if isinstance(value, ast.AST) else [repr(value)]
+            continue
+        for position, item in enumerate(value):
+            if isinstance(item, ast.Import):
+                imports += [_Import(0, "", a.name, a.asname or a.name) for a in item.names]
+            elif isinstance(item, ast.ImportFrom):
+                imports += [
+                    _Import(item.level, item.module or "", a.name, a.asname or a.name)
+                    for a in item.names
+                ]
+            elif not (position == 0 and field == "body" and _is_text(item)):
+                # Python 3.12 ends a nested format with an empty text that others don't know.
+                if isinstance(node, ast.JoinedStr) and getattr(item, "value", None) == "":
+                    continue
+                yield from _dumped(item, imports) if isinstance(item, ast.AST) else [repr(item)]
+                yield ","
+    yield ")"
+
+
+def _is_text(statement: ast.AST) -> bool:
+    """Whether a statement is a text alone: first in a body, it is a docstring."""
+    return (
+        isinstance(statement, ast.Expr)
+        and isinstance(statement.value, ast.Constant)
+        and isinstance(statement.value.value, str)
+    )
 
 
 def _module(dotted: str, root: Path) -> tuple[str, Path] | None:
@@ -106,6 +193,6 @@ def _module(dotted: str, root: Path) -> tuple[str, Path] | None:
         base = root.joinpath(*parts)
         for candidate in (base.with_suffix(".py"), base / "__init__.py"):
             if candidate.is_file():
-                return ".".join(parts), candidate
+                return ".".join(parts), candidate.resolve()
         parts.pop()
     return None

@@ -38,8 +38,8 @@ class Identity:
     parameters : mapping of str to value
         All parameters, the defaults too.
     tracker_version : mapping
-        `source` (digest of the tracker's file and the shared modules it imports) and
-        `libraries` (version by distribution).
+        `source` (its sealed version, or a digest of the syntax trees of the tracker's file and
+        of the shared modules it imports) and `libraries` (version by distribution).
     sequence : str
         Canonical name.
     fingerprint : str
@@ -141,7 +141,7 @@ class Run:
     times : Times or None
         In timing runs.
     circumstances : mapping of str to value
-        What did not determine it: date, host, where the sequence was opened from, …
+        What did not determine it: date, host, libraries, where the sequence was opened from, …
     output : str
         The end of what a failed tracker printed.
     """

@@ -14,7 +14,8 @@ import numpy as np
 import trackers
 from bench.evaluation.record import Identity, Protocol
 from bench.evaluation.reference import BOXES
-from datasets.source_digest import source_digest
+from datasets.seal import seal_of
+from datasets.source_digest import library_versions, source_digest
 from datasets.text_form import format_text, parse_text
 from trackers import Randomness, Tracker, TrackerError
 
@@ -23,6 +24,8 @@ __all__ = ["Contestant", "TrackerMaker", "contestant", "contestants", "identify"
 TrackerMaker: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
 
 PACKAGE = Path(str(trackers.__file__)).parent
+GOLDEN = PACKAGE / "golden.json"
+"""Seals of the trackers; see `datasets.seal`."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +61,14 @@ class Contestant:
 
     @cached_property
     def version(self) -> dict[str, Any]:
-        """Digest of its source and versions of its libraries; see `Identity`."""
+        """Its sealed version, or a digest of its source, with its libraries'; see `Identity`."""
         if self.file is None:
             return {"source": "unknown", "libraries": {}}
         source, libraries = source_digest(self.file, PACKAGE)
+        seal = seal_of(self.name, GOLDEN) if self.file.parent == PACKAGE else None
+        if seal is not None:
+            source = "-".join(map(str, seal.named(source)))
+            libraries = library_versions(set(seal.libraries))
         return {"source": source, "libraries": libraries}
 
 

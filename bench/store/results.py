@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import asdict
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,7 @@ from bench.store.layout import (
 )
 from bench.store.leftovers import remove_leftovers
 from bench.store.seal import PLACEHOLDER, SEAL_KEY, read_sealed, sealed
+from datasets.source_digest import library_versions
 
 __all__ = ["Results"]
 
@@ -214,6 +216,7 @@ def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
             "host": socket.gethostname(),
             "platform": platform.platform(),
             "python": platform.python_version(),
+            "libraries": _libraries(),
             **run.circumstances,
         },
     }
@@ -231,6 +234,12 @@ def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
     sink = pa.BufferOutputStream()
     parquet.write_table(table, sink, compression="zstd")
     return sealed(sink.getvalue().to_pybytes())
+
+
+@cache
+def _libraries() -> dict[str, str]:
+    """Versions of the libraries that pixels and boxes come from, by distribution."""
+    return library_versions({"av", "cv2", "numba", "numpy", "scipy"})
 
 
 def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:

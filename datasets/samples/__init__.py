@@ -21,13 +21,13 @@ __all__ = ["load", "names", "options"]
 CLIP = "datasets/data/carphone_pristine.mp4"
 CLIP_SHA256 = "1c4add7838b07b4d65ad9d66e9491758c7dbb6c717490db4b79ecf9ff82bab28"
 
-SUITE = "samples"
+PREFIX = "samples/"
 FOLDER = Path(__file__).parent
 
 
 def names() -> list[str]:
     """See `datasets.catalogue.Suite`."""
-    return sorted(f"{SUITE}/{file.stem}" for file in FOLDER.glob("*.csv"))
+    return sorted(f"{PREFIX}{file.stem}" for file in FOLDER.glob("*.csv"))
 
 
 def options(name: str) -> list[dict[str, Any]]:
@@ -40,7 +40,7 @@ def load(name: str, options: Mapping[str, str]) -> Sequence:
     if options:
         raise SequenceError(f"{name} takes no options, but was given {', '.join(options)}.")
     clip = _clip()
-    truth = FOLDER / f"{name.removeprefix(SUITE + '/')}.csv"
+    truth = FOLDER / f"{name.removeprefix(PREFIX)}.csv"
     frames = VideoFrames(clip)
     return recorded(
         name, frames, [clip], truth_file.read(truth), truth, fps=frames.fps, digests=_digests

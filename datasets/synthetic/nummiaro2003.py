@@ -4,75 +4,39 @@ Analogues of the five videos that the paper shows, drawn from its words alone: o
 new in every scene.
 """
 
-import importlib
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Sequence, SequenceError
+from datasets.interface import SequenceError
 from datasets.synthetic.campus.knobs import PersonKnobs, StudentsKnobs
 from datasets.synthetic.driving.knobs import DrivingKnobs
-from datasets.synthetic.engine.knobs import Knobs
+from datasets.synthetic.engine.suite import Entry, Suite
 from datasets.synthetic.factory.knobs import HeadKnobs
 from datasets.text_form import parse_text
 
-if TYPE_CHECKING:
-    from datasets.synthetic.engine.scene import Scene
+__all__ = ["SUITE", "entries"]
 
-__all__ = ["entries", "load", "names", "options"]
-
-SCENES: dict[str, tuple[type[Knobs], str]] = {
-    "nummiaro2003/person": (PersonKnobs, "datasets.synthetic.campus.person"),
-    "nummiaro2003/car": (DrivingKnobs, "datasets.synthetic.driving.parking"),
-    "nummiaro2003/students": (StudentsKnobs, "datasets.synthetic.campus.students"),
-    "nummiaro2003/traffic": (DrivingKnobs, "datasets.synthetic.driving.traffic"),
-    "nummiaro2003/head": (HeadKnobs, "datasets.synthetic.factory.scene"),
-}
-"""By name: the knobs, and the module that makes a scene of them (a `SceneModule`).
-
-A sequence's fingerprint covers its module and all that this imports, not its neighbours here.
-"""
+SUITE = Suite(
+    [
+        Entry("nummiaro2003/person", PersonKnobs, "datasets.synthetic.campus.person"),
+        Entry("nummiaro2003/car", DrivingKnobs, "datasets.synthetic.driving.parking"),
+        Entry("nummiaro2003/students", StudentsKnobs, "datasets.synthetic.campus.students"),
+        Entry("nummiaro2003/traffic", DrivingKnobs, "datasets.synthetic.driving.traffic"),
+        Entry("nummiaro2003/head", HeadKnobs, "datasets.synthetic.factory.scene"),
+    ],
+    Path(__file__).with_name("golden") / "nummiaro2003.json",
+)
 
 
-class SceneModule(Protocol):
-    """What a module offers that stands in `SCENES`."""
-
-    __file__: str
-
-    def scene(self, knobs: Any) -> "Scene":
-        """Renderer and truth; nothing is painted yet."""
-        ...
+class EnteredModule(Protocol):
+    """What the suite's modules offer beyond a scene."""
 
     def entries(self, knobs: Any) -> NDArray[np.float64]:
         """See `entries` of the suite."""
         ...
-
-
-def names() -> list[str]:
-    """Names of the sequences, without options."""
-    return list(SCENES)
-
-
-def options(name: str) -> list[dict[str, Any]]:
-    """What can be set of a sequence: `name`, `default` and `meaning` of every knob."""
-    return SCENES[name][0].described()
-
-
-def load(name: str, options: Mapping[str, str]) -> Sequence:
-    """Sequence of one of `names()` with some knobs set; renders nothing.
-
-    Raises
-    ------
-    SequenceError
-        For an unknown knob or a value out of its bounds.
-    """
-    knobs, module = _opened(name, options)
-    from datasets.synthetic.engine.scene import open_scene
-
-    return open_scene(name, knobs, module.scene(knobs), Path(module.__file__))
 
 
 def entries(name: str) -> NDArray[np.float64]:
@@ -81,7 +45,7 @@ def entries(name: str) -> NDArray[np.float64]:
     Parameters
     ----------
     name : str
-        One of `names()` with options (`nummiaro2003/person:scene=2:start=empty`).
+        One of the suite's with options (`nummiaro2003/person:scene=2:start=empty`).
 
     Returns
     -------
@@ -91,17 +55,11 @@ def entries(name: str) -> NDArray[np.float64]:
     Raises
     ------
     SequenceError
-        For a name that is none of the suite's, and as `load`.
+        For a name that is none of the suite's, an unknown knob or a value out of its bounds.
     """
     bare, options = parse_text(name)
-    if bare not in SCENES:
-        known = ", ".join(names())
+    if bare not in SUITE.entries:
+        known = ", ".join(SUITE.names())
         raise SequenceError(f"{name!r} has no known entries. Sequences that have: {known}.")
-    knobs, module = _opened(bare, options)
-    return module.entries(knobs)
-
-
-def _opened(name: str, options: Mapping[str, str]) -> tuple[Knobs, SceneModule]:
-    """Checked knobs, and the module of a sequence: it brings Numba, so it is loaded only now."""
-    checker, module = SCENES[name]
-    return checker.checked(name, options), cast(SceneModule, importlib.import_module(module))
+    knobs, module = SUITE.entries[bare].opened(options)
+    return cast(EnteredModule, module).entries(knobs)

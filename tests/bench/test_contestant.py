@@ -1,14 +1,18 @@
 """Trackers as the harness names, seeds and versions them."""
 
 import functools
+from importlib import metadata
 
 import numpy as np
 import pytest
 
+from bench.experiments import contestant as module
 from bench.experiments.contestant import PACKAGE, contestant, run_seed
+from datasets.seal import Seal
 from datasets.source_digest import source_digest
 from trackers import TrackerError
 
+TREE = "0123456789abcdef"
 PLUGIN = '''
 """A tracker of my own."""
 from trackers.base.interface import Estimate, TrackerPlugin
@@ -77,11 +81,29 @@ def test_the_version_changes_with_the_source_of_the_tracker(tmp_path):
     file = tmp_path / "own.py"
     file.write_text(PLUGIN)
     before = contestant(f"{file}:Own").version
-    file.write_text(PLUGIN + "\n# changed\n")
+    file.write_text(PLUGIN + "\n# a comment\n")
+    assert contestant(f"{file}:Own").version == before
+    file.write_text(PLUGIN + "\nchanged = True\n")
     after = contestant(f"{file}:Own").version
     assert before["source"] != after["source"]
     assert before["libraries"] == after["libraries"]
     assert "numpy" in before["libraries"]
+
+
+def test_a_sealed_tracker_is_known_by_its_version_while_its_source_is_the_sealed_one(monkeypatch):
+    monkeypatch.setattr(module, "seal_of", lambda name, file: Seal(["first"], TREE, {}, ["numpy"]))
+    monkeypatch.setattr(module, "source_digest", lambda file, package: (TREE, {"scipy": "1"}))
+    numpy = {"numpy": metadata.version("numpy")}
+    assert contestant("camshift").version == {"source": "first", "libraries": numpy}
+    monkeypatch.setattr(module, "source_digest", lambda file, package: ("edited", {}))
+    assert contestant("camshift").version == {"source": "first-edited", "libraries": numpy}
+
+
+def test_a_tracker_outside_has_no_seal_even_under_a_built_in_name(tmp_path):
+    file = tmp_path / "static.py"
+    file.write_text(PLUGIN)
+    own = contestant(f"{file}:Own").version["source"]
+    assert own == source_digest(file, PACKAGE)[0]
 
 
 @pytest.mark.parametrize(
@@ -102,7 +124,7 @@ def test_the_version_follows_modules_beside_the_file(tmp_path, statement, file):
     before = source_digest(own, PACKAGE)
     for changed in ("helper.py", "parts/deep.py"):
         text = (tmp_path / changed).read_text()
-        (tmp_path / changed).write_text(f"{text}# a change\n")
+        (tmp_path / changed).write_text(f"{text}changed = 1\n")
         assert (source_digest(own, PACKAGE) != before) == (changed == file)
         (tmp_path / changed).write_text(text)
 
@@ -119,7 +141,7 @@ def test_the_version_follows_relative_imports_within_a_package(tmp_path):
     before = source_digest(own, PACKAGE)
     for changed in (package / "tool.py", package / "sub" / "near.py"):
         text = changed.read_text()
-        changed.write_text(f"{text}# a change\n")
+        changed.write_text(f"{text}changed = 1\n")
         assert source_digest(own, PACKAGE) != before
         changed.write_text(text)
     assert source_digest(own, PACKAGE) == before

@@ -26,9 +26,51 @@ def package(tmp_path):
 def test_the_digest_changes_with_every_module_that_is_reached(package, name):
     before, _ = source_digest(package / "entry.py", package)
     file = package / name
-    file.write_text(file.read_text() + "# changed\n")
+    file.write_text(file.read_text() + "changed = True\n")
     after, _ = source_digest(package / "entry.py", package)
     assert after != before
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "# A comment.\nfrom animals.shared import (\n    thing\n)\nimport numpy\n",
+        "'A docstring.'\nimport numpy\nfrom animals.shared import thing\n",
+        "import numpy\nfrom .shared import thing\n",
+    ],
+)
+def test_layout_comments_docstrings_and_the_order_of_imports_count_for_nothing(package, text):
+    before, _ = source_digest(package / "entry.py", package)
+    (package / "entry.py").write_text(text)
+    assert source_digest(package / "entry.py", package)[0] == before
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "import numpy as n\nfrom animals.shared import thing\n",
+        "import numpy\nfrom animals.shared import thing as other\n",
+        "import numpy\nfrom animals.other import thing\n",
+        "import numpy\nfrom animals.shared import thing\nX = 'a text'\n",
+    ],
+)
+def test_what_a_name_stands_for_counts(package, text):
+    before, _ = source_digest(package / "entry.py", package)
+    (package / "entry.py").write_text(text)
+    assert source_digest(package / "entry.py", package)[0] != before
+
+
+def test_a_module_may_be_moved_and_named_anew(package):
+    before, _ = source_digest(package / "entry.py", package)
+    (package / "shared.py").rename(package / "deep" / "common.py")
+    (package / "entry.py").write_text("import numpy\nfrom animals.deep.common import thing\n")
+    assert source_digest(package / "entry.py", package)[0] == before
+
+
+def test_the_digest_is_the_same_on_every_version_of_python(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text("import os\n\ndef f(x, *, y=2.5):\n    return f'{x:>{y}}' + os.sep\n")
+    assert source_digest(file, tmp_path / "none")[0] == "e09cabc51fda4f77"
 
 
 def test_the_digest_ignores_modules_that_are_not_reached(package):

@@ -1,23 +1,16 @@
 """A scene: what is drawn and what is true of it, frame by frame and without memory."""
 
-import hashlib
-import json
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.interface import Image, Mask, Sequence
-from datasets.source_digest import source_digest
-from datasets.synthetic.engine.knobs import Knobs
+from datasets.interface import Image, Mask
 
-__all__ = ["Scene", "Truth", "open_scene", "part_generator"]
-
-PACKAGE = Path(__file__).parents[2]
+__all__ = ["Scene", "Truth", "part_generator"]
 
 
 @dataclass(frozen=True)
@@ -76,41 +69,6 @@ class Scene(ABC):
 
     def __getitem__(self, frame: int) -> Image:
         return self.render(frame)
-
-
-def open_scene(sequence: str, knobs: Knobs, scene: Scene, suite: Path) -> Sequence:
-    """Make a scene a sequence.
-
-    Parameters
-    ----------
-    sequence : str
-        Name without options; the canonical name adds the knobs.
-    knobs : Knobs
-        All that the scene depends on.
-    scene : Scene
-        The renderer.
-    suite : Path
-        Source file of the suite; it and all that it imports here enter the fingerprint.
-    """
-
-    def fingerprint() -> str:
-        digest, libraries = source_digest(suite, PACKAGE)
-        identity = [sequence, knobs.model_dump(), digest, libraries]
-        return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
-
-    truth = scene.truth()
-    return Sequence(
-        knobs.canonical_name(sequence),
-        scene,
-        truth.boxes,
-        fingerprint=fingerprint,
-        regions=truth.regions,
-        visibility=truth.visibility,
-        attributes=truth.attributes,
-        fps=scene.fps,
-        masks=scene.mask,
-        image_size=scene.size,
-    )
 
 
 def part_generator(seed: int, part: str) -> np.random.Generator:

@@ -15,9 +15,14 @@ from datasets.synthetic.target.knobs import TargetKnobs
 from datasets.synthetic.target.motion import TargetMotion
 from datasets.synthetic.target.truth import target_truth
 
-__all__ = ["TargetScene"]
+__all__ = ["TargetScene", "scene"]
 
 MOST_INSTANTS = 32
+
+
+def scene(knobs: TargetKnobs) -> "TargetScene":
+    """Renderer and truth; nothing is painted yet."""
+    return TargetScene(knobs)
 
 
 class TargetScene(Scene):

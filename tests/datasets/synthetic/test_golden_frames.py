@@ -1,72 +1,23 @@
-"""Frames as they were when they were last looked at.
+"""Frames and truth are those that were sealed; see `datasets.seal`.
 
-A change here changes every result on these sequences. If it is meant, look at the pictures
-and write the file anew: `python tests/datasets/synthetic/test_golden_frames.py`.
+A change here changes every result on these sequences. If it is meant, look at the pictures and
+give the scene a new version: `python -m bench.experiments.seal --new NAME`.
 """
 
-import hashlib
-import json
-from pathlib import Path
-
-import numpy as np
 import pytest
 
 import datasets
+from datasets.catalogue import rendered_suites
+from datasets.golden import golden_digests, look_difference
+from datasets.seal import Seal, read_seals, seal_of
 
-FILE = Path(__file__).with_name("golden_frames.json")
-SEQUENCES = (
-    "plain/target",
-    "plain/target:height=480:scene=1:width=640",
-    "plain/target:noise=0:scene=2",
-    "plain/target:light=0.6:scene=3",
-    "plain/target:clutter=5:scene=4:speed=5",
-    "plain/target:occlusion=0.7:scene=5",
-    "plain/target:absence=20:blur=0.8:pan=6:scene=6:speed=9",
-    "plain/target:scale=2.5:scene=7",
-    "plain/target:blur=0.5:scale=0.4:scene=8",
-    "multipart/1",
-    "multipart/3:light=dappled:scene=1",
-    "multipart/5",
-    "multipart/7:light=dappled:scene=2",
-    "stress/twin:distance=1:twin=other",
-    "nummiaro2003/person",
-    "nummiaro2003/person:light=dappled:scene=2:start=empty",
-    "nummiaro2003/car",
-    "nummiaro2003/car:light=dappled:scene=1",
-    "nummiaro2003/students",
-    "nummiaro2003/students:light=dappled:scene=1:tree=3",
-    "nummiaro2003/traffic",
-    "nummiaro2003/traffic:light=dappled:scene=1",
-    "nummiaro2003/head",
-    "nummiaro2003/head:light=lamps:scene=1",
-    "wang2010/table-tennis",
-    "wang2010/table-tennis:scene=3",
-    "wang2010/hand",
-    "wang2010/hand:background=plain:scene=1",
-    "wang2010/cup",
-    "wang2010/cup:background=plain:scene=1",
-    "nguyen2002/clip-01",
-    "nguyen2002/clip-04",
-    "nguyen2002/clip-05:scene=1",
-    "nguyen2002/clip-17:scene=2",
-    "nguyen2002/lights",
-    "nguyen2002/lights:lamps=coloured:scene=1",
-    "moreno2005/ellipse",
-    "moreno2005/ellipse:clutter=moderate",
-    "moreno2005/ellipse:light=jump:scene=1",
-    "moreno2005/ellipse:light=repeated:scene=2",
-    "moreno2005/ellipse:light=shadow:scene=3",
-    "moreno2005/octopus",
-    "moreno2005/octopus:scene=1",
-    "moreno2005/book",
-    "moreno2005/book:illuminant=constant:scene=1:shadow=none",
-    "moreno2005/leaf",
-    "moreno2005/leaf:jump=middle:scene=1",
-)
+SUITES = rendered_suites()
+SEALS = [seal for suite in SUITES for seal in read_seals(suite.golden).values()]
+GOLDEN = {text: golden for seal in SEALS for text, golden in seal.golden.items()}
 SLOW = {
-    name
-    for name in SEQUENCES
-    if ":" in name and name.partition("/")[0] in ("nummiaro2003", "wang2010", "nguyen2002")
+    text
+    for text in GOLDEN
+    if ":" in text and text.partition("/")[0] in ("nummiaro2003", "wang2010", "nguyen2002")
 } | {
     "moreno2005/book:illuminant=constant:scene=1:shadow=none",
     "moreno2005/octopus:scene=1",
@@ -74,52 +25,93 @@ SLOW = {
 }
 """Further scenes of what is tested every day by one."""
 
-
-def digest(sequence):
-    """Checksum of images and masks, and of the truth."""
-    n = len(sequence)
-    frames = (0, 41, 60, 119) if n == 120 else (0, n // 2, n - 1)
-    images = hashlib.sha256()
-    for frame in frames:
-        images.update(sequence[frame].tobytes() + sequence.mask(frame).tobytes())
-    columns = [sequence.boxes, sequence.visibility, *sequence.regions.values()]
-    truth = np.column_stack(columns).round(6) + 0.0
-    return {
-        "images": images.hexdigest()[:32],
-        "truth": hashlib.sha256(truth.tobytes()).hexdigest()[:32],
-        "thumbnails": [thumbnail(sequence[frame]).tolist() for frame in frames],
-    }
-
-
-def thumbnail(image):
-    """Mean colours of 4 x 4 tiles: tells a changed picture from a changed last bit."""
-    height, width = (side // 4 for side in image.shape[:2])
-    tiles = image[: 4 * height, : 4 * width].reshape(4, height, 4, width, 3).mean(axis=(1, 3))
-    return tiles.round(1).reshape(-1)
+FIRST_VERSIONS = {
+    "moreno2005/book": "81ba6aaf10fd73a1",
+    "moreno2005/book:shadow=none": "3db6b65389830a03",
+    "multipart/1": "6bbd1ffd967d5ef8",
+    "multipart/1:light=dappled": "8f1cc36531d692e3",
+    "nguyen2002/clip-01": "726c87e903b6bb1e",
+    "nguyen2002/clip-20": "5fbb004e2ff857e9",
+    "nguyen2002/lights": "33f19a16bb8f5e03",
+    "nguyen2002/lights:lamps=coloured": "4bed2a0b36fcab92",
+    "nummiaro2003/car": "eeca94599bc432c3",
+    "nummiaro2003/car:light=dappled": "59fe2c11f3f113a5",
+    "nummiaro2003/head": "312a4aa022b9d7a7",
+    "nummiaro2003/head:light=lamps": "784d55601dd50c5c",
+    "plain/target": "f7539512f62da8dd",
+    "plain/target:light=0.5": "dee7681874ecf9db",
+    "plain/target:occlusion=0.4": "4b7b297cb698fb47",
+    "stress/twin": "595d46de91ea8f26",
+    "stress/twin:light=dappled": "f2a813adc2f79c09",
+    "stress/twin:twin=other": "183e136847985263",
+    "wang2010/table-tennis": "7d54cdf88a1c48ee",
+}
+"""Fingerprints of when they were digests of the source's bytes and the libraries' versions."""
 
 
 @pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in SEQUENCES],
+    "text", [pytest.param(text, marks=pytest.mark.slow if text in SLOW else ()) for text in GOLDEN]
 )
-def test_frames_and_truth_are_those_that_were_stored(name):
-    stored, found = json.loads(FILE.read_text())[name], digest(datasets.load(name))
-    difference = np.abs(np.subtract(stored["thumbnails"], found["thumbnails"])).max()
-    assert difference < 0.5, f"the pictures changed, tiles by up to {difference:.1f} grey levels"
-    assert found["truth"] == stored["truth"], "the truth changed, though the pictures look alike"
-    assert found["images"] == stored["images"], (
+def test_frames_and_truth_are_the_sealed_ones(text):
+    sealed, found = GOLDEN[text], golden_digests(datasets.load(text))
+    difference = look_difference(sealed["look"], found["look"])
+    assert difference <= 1, f"the pictures changed, tiles by up to {difference} grey levels"
+    assert found["truth"] == sealed["truth"], "the truth changed, though the pictures look alike"
+    assert found["images"] == sealed["images"], (
         "the pictures look alike but differ in their bytes: another platform's arithmetic, or a "
         "small change of the renderer"
     )
 
 
-def test_the_stored_names_are_canonical_and_all_are_tested():
-    assert [datasets.load(name).name for name in SEQUENCES] == list(SEQUENCES)
-    assert list(json.loads(FILE.read_text())) == list(SEQUENCES)
+def test_the_texts_are_canonical():
+    assert [datasets.load(text).name for text in GOLDEN] == list(GOLDEN)
 
 
-if __name__ == "__main__":
-    golden = {name: digest(datasets.load(name)) for name in SEQUENCES}
-    FILE.write_text(
-        "{\n" + ",\n".join(f'"{k}": {json.dumps(v)}' for k, v in golden.items()) + "\n}\n"
-    )
+@pytest.mark.parametrize("suite", SUITES, ids=lambda suite: suite.golden.stem)
+def test_every_sequence_has_a_seal(suite):
+    seals = [seal_of(name, suite.golden) for name in suite.names()]
+    assert all(seal is not None and seal.golden for seal in seals)
+
+
+class TestFingerprint:
+    """What tells variants and versions of a scene apart, and nothing else."""
+
+    @pytest.fixture
+    def edited(self, monkeypatch):
+        """Act as if the source of all scenes were another."""
+
+        def edit(digest):
+            monkeypatch.setattr(
+                "datasets.synthetic.engine.suite.source_digest", lambda file, package: (digest, {})
+            )
+
+        return edit
+
+    def test_it_differs_between_variants_and_sequences(self):
+        texts = ("multipart/1", "multipart/2", "multipart/1:scene=1", "multipart/1:light=dappled")
+        assert len({datasets.load(text).fingerprint for text in texts}) == len(texts)
+
+    def test_an_edited_source_never_mixes_with_the_sealed_one(self, edited):
+        found = [datasets.load("plain/target").fingerprint]
+        for digest in ("edited", "edited again"):
+            edited(digest)
+            found.append(datasets.load("plain/target").fingerprint)
+        assert len(set(found)) == 3
+
+    def test_the_version_alone_names_a_sealed_source(self, edited, monkeypatch):
+        found = []
+        for tree in ("one", "other"):
+            edited(tree)
+            seal = Seal([2], tree)
+            monkeypatch.setattr(
+                "datasets.synthetic.engine.suite.seal_of", lambda name, file, seal=seal: seal
+            )
+            found.append(datasets.load("plain/target").fingerprint)
+        assert found[0] == found[1]
+
+    @pytest.mark.parametrize(("text", "stored"), FIRST_VERSIONS.items())
+    def test_a_first_version_has_the_one_that_results_were_stored_under(self, edited, text, stored):
+        name = text.partition(":")[0]
+        (seal,) = filter(None, (seal_of(name, suite.golden) for suite in SUITES))
+        edited(seal.tree)
+        assert datasets.load(text).fingerprint == stored

@@ -11,7 +11,7 @@ from bench.papers import examination
 from bench.papers.wang2010.checks import camera, drift, examining, recovery, weights
 from bench.papers.wang2010.checks.running import runs
 from datasets import Sequence, SequenceError
-from datasets.synthetic.plain import names as plain_names
+from datasets.synthetic import plain
 
 GREEN, GREY, SIDE = (0, 160, 0), (128, 128, 128), 20
 
@@ -188,8 +188,8 @@ def measured(monkeypatch):
         return measure
 
     checks = (
-        examining.Check(table("always"), tuple(plain_names())),
-        examining.Check(table("further"), tuple(plain_names()), everything=True),
+        examining.Check(table("always"), tuple(plain.SUITE.names())),
+        examining.Check(table("further"), tuple(plain.SUITE.names()), everything=True),
         examining.Check(table("others")),
     )
     monkeypatch.setattr(examining, "CHECKS", checks)

@@ -1,0 +1,177 @@
+"""Seal scenes and trackers: prove that what their sources give is what it was.
+
+`python -m bench.experiments.seal` (`make seal`) goes through all whose syntax trees are no longer
+the sealed ones, renders or tracks again, and writes the new trees where the golden digests agree.
+Where they don't, it says so and leaves the entry alone, until `--new NAME` gives it a new version:
+then stored results on that scene, or of that tracker, are no longer found. See `datasets.seal`.
+"""
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from functools import cache
+from pathlib import Path
+
+import click
+
+import datasets
+import trackers
+from bench.evaluation.loop import evaluate
+from bench.experiments.contestant import GOLDEN, PACKAGE
+from datasets.catalogue import rendered_suites
+from datasets.golden import golden_digests
+from datasets.seal import Seal, read_seals, write_seals
+from datasets.source_digest import imported_libraries, source_digest
+
+__all__ = ["Sealed", "golden_boxes", "main", "sealed"]
+
+Golden = dict[str, Mapping[str, str]]
+
+SHORT = (("samples/face", 0, 12), ("wang2010/table-tennis", 5, 16), ("moreno2005/octopus", 0, 5))
+"""Sequences and their frames (from, to) on which trackers are proven: a recorded face, a ball that
+is hidden meanwhile, and a first mask. Few frames, as some trackers take a second for each."""
+
+
+@dataclass(frozen=True)
+class Sealed:
+    """A scene or tracker that has a seal, or wants one.
+
+    Attributes
+    ----------
+    name : str
+        Key in the `golden.json`.
+    file : Path
+        The `golden.json`.
+    tree : str
+        Digest of the syntax trees as they are.
+    seal : Seal or None
+        What stands in the file.
+    asked : list of str
+        What golden digests are of.
+    digests : callable
+        Gives the golden digests of one of `asked`, now.
+    libraries : list of str
+        Import names of the libraries that a tracker uses; empty for scenes.
+    """
+
+    name: str
+    file: Path
+    tree: str
+    seal: Seal | None
+    asked: list[str]
+    digests: Callable[[str], dict[str, str]]
+    libraries: list[str]
+
+    def golden(self) -> Golden:
+        """Golden digests as they are now."""
+        return {text: self.digests(text) for text in self.asked}
+
+
+def sealed() -> Iterator[Sealed]:
+    """All scenes and trackers that can be proven here."""
+    yield from _scenes()
+    yield from _trackers()
+
+
+def golden_boxes(asked: str) -> dict[str, str]:
+    """Digest of what a tracker says: `asked` is its text, ` on ` and a key of `SHORT`."""
+    text, _, name = asked.partition(" on ")
+    run = evaluate(text, _short(name))
+    if run.failure:
+        return {"failure": run.failure.partition(":")[0]}
+    digest = hashlib.sha256()
+    for values in (run.boxes, run.visible, run.confidence, run.revised):
+        digest.update(b"none" if values is None else values.tobytes())
+    return {"boxes": digest.hexdigest()[:32]}
+
+
+@cache
+def _short(name: str) -> datasets.Sequence:
+    first, last = next((first, last) for known, first, last in SHORT if known == name)
+    sequence = datasets.load(name)[first:last]
+    sequence.frames = [sequence.frames[frame] for frame in range(len(sequence))]
+    return sequence
+
+
+def _scenes() -> Iterator[Sealed]:
+    for suite in rendered_suites():
+        seals = read_seals(suite.golden)
+        covered: set[str] = set()
+        for name in suite.names():
+            key = next((key for key in seals if fnmatchcase(name, key)), name)
+            if key not in covered:
+                covered.add(key)
+                seal = seals.get(key)
+                asked = [name, f"{name}:scene=1"] if seal is None else list(seal.golden)
+                yield Sealed(
+                    key,
+                    suite.golden,
+                    suite.tree(name),
+                    seal,
+                    asked,
+                    lambda text: golden_digests(datasets.load(text)),
+                    [],
+                )
+
+
+def _trackers() -> Iterator[Sealed]:
+    seals = read_seals(GOLDEN)
+    for name in trackers.names():
+        try:
+            specification = trackers.resolve(name)
+        except trackers.TrackerError:  # it can't be proven where it can't be used
+            continue
+        if specification.file.parent != PACKAGE:
+            continue
+        tree, _ = source_digest(specification.file, PACKAGE)
+        libraries = imported_libraries(specification.file, PACKAGE)
+        presets = trackers.describe(name)["presets"]
+        texts = [name if key == "recommended" else f"{name}:preset={key}" for key in presets]
+        asked = [f"{text} on {sequence}" for text in texts for sequence, _, _ in SHORT]
+        yield Sealed(name, GOLDEN, tree, seals.get(name), asked, golden_boxes, libraries)
+
+
+def _seal(one: Sealed, new: bool) -> str:
+    """Prove a scene or tracker and write its seal; say what came of it, empty if nothing."""
+    seal = one.seal
+    if seal is not None and seal.tree == one.tree and set(seal.golden) == set(one.asked):
+        return ""
+    golden = one.golden()
+    if seal is None:
+        made, said = Seal([1], one.tree, golden, one.libraries), "sealed for the first time"
+    else:
+        kept = [text for text in golden if text in seal.golden]
+        others = [t for t in kept if not golden[t].items() >= seal.golden[t].items()]
+        if others and not new:
+            return (
+                f"NOT sealed, as {', '.join(others)} came out otherwise. If that is meant, "
+                f"--new {one.name} gives a new version."
+            )
+        made = replace(seal, tree=one.tree, golden=golden)
+        said = "the same as before: sealed again"
+        if others:
+            made = replace(made, version=seal.next_version(), libraries=one.libraries)
+            said = f"now version {made.version[0]}"
+    write_seals(one.file, {**read_seals(one.file), one.name: made})
+    return said
+
+
+@click.command("seal")
+@click.option("--new", multiple=True, metavar="NAME", help="may give other pixels or boxes now")
+@click.option("--only", default="", metavar="PREFIX", help="names that start with this")
+def main(new: tuple[str, ...], only: str) -> None:
+    """Prove scenes and trackers whose source changed, and seal them."""
+    refused = 0
+    for one in sealed():
+        if not one.name.startswith(only):
+            continue
+        said = _seal(one, one.name in new)
+        refused += said.startswith("NOT")
+        if said:
+            click.echo(f"{one.name}: {said}")
+    raise SystemExit(1 if refused else 0)
+
+
+if __name__ == "__main__":
+    main()
