@@ -76,7 +76,7 @@ def examined_tables(folder: Path, effort: Effort) -> "dict[str, DataFrame]":
         How much is asked for.
     """
     from bench.papers.examination import examined_for
-    from bench.papers.nguyen2002.checks import examine
+    from bench.papers.nguyen2002.scenes import examine
 
     return examined_for(effort, examine, examined_scenes(effort), folder)
 

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets import Sequence
+from datasets import Sequence, SequenceError
 from trackers.base.interface import Box, Image, Mask
 
-__all__ = ["Patch", "clear_frames", "dimmed", "turned", "wholly_seen"]
+__all__ = ["Patch", "clear_frames", "dimmed", "mask_in", "pale", "turned", "wholly_seen"]
 
 LESS = 0.01
 """Visible share by which a target that is wholly seen differs from when it is seen best.
@@ -19,6 +19,9 @@ What holds it may hide a part of it from beginning to end.
 
 TALLER = 1.25
 """Height of a patch that is slid over the target, over the target's."""
+
+FAINT, PALE = 0.4, 100.0
+"""What is left of contrast, and the darkest grey level, of an image that is made pale."""
 
 
 class Patch:
@@ -89,14 +92,7 @@ def clear_frames(sequence: Sequence, before: int = 0) -> NDArray[np.bool_]:
 
 
 def wholly_seen(sequence: Sequence, least: int, most: int) -> Sequence | None:
-    """The longest part of clear frames, or so many of it; None where it has too few.
-
-    Parameters
-    ----------
-    sequence : Sequence
-    least, most : int
-        Frames.
-    """
+    """The longest part of clear frames, at most so many of it; None where it has too few."""
     unbroken = clear_frames(sequence, 1)
     ends, begin, longest = np.flatnonzero(~unbroken).tolist() + [len(sequence)], 0, range(0)
     for end in ends:
@@ -106,6 +102,19 @@ def wholly_seen(sequence: Sequence, least: int, most: int) -> Sequence | None:
     if not clear_frames(sequence)[longest.start] or len(longest) < least:
         return None
     return sequence[longest.start : longest.start + min(len(longest), most)]
+
+
+def mask_in(sequence: Sequence, frame: int) -> Mask:
+    """Pixels of the target; `SequenceError` where the sequence has no masks."""
+    mask = sequence.mask(frame)
+    if mask is None:
+        raise SequenceError(f"{sequence.name}, {sequence.frame_name(frame)}: there is no mask.")
+    return mask
+
+
+def pale(image: Image) -> Image:
+    """An image of little contrast, without anything dark."""
+    return np.round(image * np.float32(FAINT) + np.float32(PALE)).astype(np.uint8)
 
 
 def dimmed(image: Image, gain: float) -> Image:
