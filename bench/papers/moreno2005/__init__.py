@@ -75,7 +75,7 @@ def prepare(folder: Path, effort: Effort) -> None:
 
 
 def measured_tables(folder: Path, effort: Effort) -> "dict[str, DataFrame]":
-    """What `one_dimensional` simulates and `checks` measure; or found before.
+    """What is measured of the example and on scenes; or found before.
 
     Parameters
     ----------
@@ -87,14 +87,12 @@ def measured_tables(folder: Path, effort: Effort) -> "dict[str, DataFrame]":
     import os
 
     from bench.papers.examination import examined_for
-    from bench.papers.moreno2005 import one_dimensional
-    from bench.papers.moreno2005.checks import examine
+    from bench.papers.moreno2005 import example_tables, scenes
 
     jobs = effort.jobs or os.cpu_count() or 1
-    simulated = one_dimensional.measure(folder, jobs, quick=effort.quick)
     return {
-        **{f"one-dimensional-{name}": table for name, table in simulated.items()},
-        **examined_for(effort, examine, examined_scenes(effort), folder),
+        **example_tables.measure(folder, jobs, quick=effort.quick),
+        **examined_for(effort, scenes.examine, examined_scenes(effort), folder),
     }
 
 

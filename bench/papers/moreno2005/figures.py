@@ -1,28 +1,135 @@
 """The paper's figures, and pictures of our own.
 
-Plots of numbers are those of `curves`: Fig. 1, Fig. 2, and region similarity over frames. Fig. 4 is
-a flow chart. Those of one step of the tracker, and film strips, are drawn for both presets.
+Fig. 4 is a flow chart. Those of one step of the tracker (`stages`), and film strips, are drawn for
+both presets. Runs keep no contours and no maps: those that are shown are made once more, and are
+the same. Which are shown was chosen before any run: scene 0, repetition 0, frames evenly spaced.
 """
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TypeAlias
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
+import datasets
+from bench.evaluation.record import Run
 from bench.papers import Asked
 from bench.papers.drawing import write_pictures
-from bench.papers.moreno2005.colour_model import colour_model_figure, colour_path_figure
-from bench.papers.moreno2005.curves import METHODS, density_figure, error_plot, similarity_plots
-from bench.papers.moreno2005.hypotheses import hypotheses_figure
-from bench.papers.moreno2005.one_step import step_of
-from bench.papers.moreno2005.snake_stages import snake_figure
-from bench.papers.moreno2005.strips import PRESETS, film_strips
+from bench.papers.moreno2005 import FIGURES, LIGHT
+from bench.papers.moreno2005.example import (
+    COLOUR,
+    COLOURS,
+    POSITION,
+    POSITIONS,
+    SETTINGS,
+    chain,
+    course,
+)
+from bench.papers.moreno2005.stages import (
+    colour_model_figure,
+    hypotheses_figure,
+    snake_figure,
+    step_of,
+    true_contour,
+)
+from bench.papers.scores import sequence_labels
+from bench.papers.short_runs import runs
 from bench.papers.stored import StoredRuns
+from bench.statistics.intervals import mean_interval
+from reports.colour_space import path_plot
+from reports.curves import curve_plot
+from reports.densities import Densities, density_plot
+from reports.film_strip import evenly_spaced, film_strip
+from reports.overlay import TRUTH
+from reports.palette import colours
+from reports.series import series_grid
+from trackers.contours.cues.chain import Hypotheses
+from trackers.contours.segmentation.observation import colours_of
 
-__all__ = ["NUMBERS", "draw"]
+__all__ = [
+    "NUMBERS",
+    "colour_path_figure",
+    "density_figure",
+    "draw",
+    "error_plot",
+    "film_strips",
+    "iteration",
+    "mean_colours",
+    "similarity_plots",
+]
+
+Strip: TypeAlias = NDArray[np.uint8]
+Array: TypeAlias = NDArray[np.float64]
 
 NUMBERS = (1, 2, 3, 5, 6, 7, 8, 9, 10)
+METHODS = {
+    "as written": "moreno2005:preset=as-written",
+    "recommended (post hoc)": "moreno2005",
+    "robust (post hoc)": "moreno2005:preset=robust",
+    "uniform association": "moreno2005:association=uniform",
+    "smooth colour, a = 1": "contour-smooth-color",
+    "smooth colour, a = 0.5": "contour-smooth-color:mixing=0.5",
+    "smooth colour, a = 0.3": "contour-smooth-color:mixing=0.3",
+}
+"""Of the plots of J, by what the legend says."""
+
+PRESETS = {"": "as written", "-recommended": "recommended (post hoc)"}
+"""Methods that are drawn alone, by what they add to a picture's name."""
+
+BASELINE = "smooth colour, a = 1"
+
+FILTERS = {
+    "observation": "observation",
+    "independent": "independent features",
+    "dependent": "dependent features",
+    "unweighted": "dependent, whatever the weights (not in the paper)",
+}
+"""Of Fig. 2, by what the legend says."""
+
+SHOWN_SET, SHOWN_SAMPLES, SHOWN_FRAME = "B", 500, 40
+"""Of Fig. 1: the printed weights with middling observations; a frame of the first course."""
+
+GRIDS = np.linspace(*COLOURS, 121), np.linspace(*POSITIONS, 161)
+"""Colours and positions at which the densities of Fig. 1 are told."""
+
+PLOTS = {
+    "similarity-ellipse": {
+        "repeated jumps": (LIGHT, "moreno2005/ellipse:light=repeated"),
+        "one jump": (LIGHT, "moreno2005/ellipse:light=jump"),
+        "even light": (FIGURES[7], "moreno2005/ellipse"),
+    },
+    "similarity-figures": {
+        "book": (FIGURES[9], "moreno2005/book"),
+        "leaf, jump at the start": (FIGURES[10], "moreno2005/leaf:jump=start"),
+        "leaf, at mid-sequence": (FIGURES[10], "moreno2005/leaf:jump=middle"),
+        "octopus": (FIGURES[8], "moreno2005/octopus"),
+    },
+}
+"""Columns of the plots of J: experiment, and sequence without its scene.
+
+The legend is that of the first, which has runs of all methods.
+"""
+
+SHOWN = {
+    7: "moreno2005/ellipse",
+    8: "moreno2005/octopus",
+    9: "moreno2005/book",
+    10: "moreno2005/leaf:jump=start",
+}
+"""Sequences of the film strips, by the paper's figures."""
+
+COMPARED = (9, 10)
+"""Figures whose first row is the baseline's; that of the others has the frames alone."""
+
+J_IS = "region similarity of the contour's inside and the true region"
+
+FRAMES = 6  # of a strip
+WIDTH = 1940  # of a strip, so that frames have about their own size
+UNKNOWN = 90  # grey of a frame without a map
+MARKS = 6  # frames of a path whose numbers are written
 
 
 def draw(
@@ -61,3 +168,233 @@ def _one_step() -> dict[str, Figure]:
         figures[f"figure-5{ending}"] = hypotheses_figure(step, label)
         figures[f"figure-6{ending}"] = snake_figure(step, label)
     return figures
+
+
+def density_figure() -> Figure:
+    """Fig. 1: the densities that take part in one iteration of the example."""
+    before, after = iteration()
+    return density_plot(
+        "Fig. 1, another course: densities of one iteration, p₁ of the colour, p₂ of the position, "
+        "and P of both; 500 samples, λ = 1",
+        {"t - 1": before, "t": after},
+        GRIDS,
+        ("colour", "position"),
+    )
+
+
+def iteration() -> list[Densities]:
+    """What the filters hold before an iteration and after it, on `GRIDS`."""
+    seen = course(SETTINGS[SHOWN_SET], SHOWN_FRAME + 1, np.random.default_rng([0]))
+    cues = chain("dependent", SETTINGS[SHOWN_SET], SHOWN_SAMPLES, seen.start)
+    generator = np.random.default_rng([0, SHOWN_SAMPLES, 1])
+    steps = [cues.step(observed, generator) for observed in seen.observed]
+    return [
+        _densities(when, steps[frame], seen.truth[frame], seen.observed[frame])
+        for when, frame in (("t - 1", -2), ("t", -1))
+    ]
+
+
+def _densities(
+    when: str, found: tuple[Hypotheses, ...], truth: Array, observed: Array
+) -> Densities:
+    """p₁, p₂ and P = p₁ p₂, of the pairs of a position and the colour attached to it."""
+    colour, position = found
+    attached = colour.states[position.attached]
+    estimate = position.weights @ attached, position.weights @ position.states
+    of_position = _density(GRIDS[1], position.states, position.weights)
+    return Densities(
+        _density(GRIDS[0], colour.states, colour.weights).sum(axis=0),
+        of_position.sum(axis=0),
+        of_position.T @ _density(GRIDS[0], attached, np.ones(len(attached))),
+        {
+            f"true, {when}": (truth[COLOUR], truth[POSITION]),
+            f"estimated, {when}": estimate,
+            f"observed, {when}": (observed[COLOUR], observed[POSITION]),
+        },
+    )
+
+
+def _density(grid: Array, samples: Array, weights: Array) -> Array:
+    """Each sample's share (samples, grid) of a kernel estimate; Silverman's width."""
+    mean = np.average(samples, weights=weights)
+    deviation = np.sqrt(np.average((samples - mean) ** 2, weights=weights))
+    width = 1.06 * deviation * len(samples) ** -0.2
+    kernels = np.exp(-0.5 * ((grid - samples[:, np.newaxis]) / width) ** 2)
+    return np.asarray(weights[:, np.newaxis] * kernels / (width * np.sqrt(2 * np.pi)))
+
+
+def error_plot(tables: Mapping[str, pd.DataFrame]) -> Figure:
+    """Fig. 2: errors against the number of samples, by set of parameters.
+
+    Parameters
+    ----------
+    tables : mapping of str to DataFrame
+        `one-dimensional-errors`.
+    """
+    errors = tables["one-dimensional-errors"]
+    rows = []
+    for (name, number, kind), repeated in errors.groupby(["set", "samples", "filter"], sort=False):
+        interval, setting = mean_interval(repeated["error"]), SETTINGS[str(name)]
+        rows.append(
+            {
+                "panel": f"{name}: λ = {setting.scale:g}, σ_obs = {setting.observed[0]:g}",
+                "label": FILTERS[str(kind)],
+                "setting": number,
+                "value": repeated["error"].mean(),
+                "low": interval.low,
+                "high": interval.high,
+            }
+        )
+    return curve_plot(
+        pd.DataFrame(rows),
+        "Fig. 2, other parameters: error of position and colour; the paper's curves can't be read. "
+        "λ = 1 is printed, λ = 0.2 was tuned",
+        "number of samples",
+        "error",
+        list(FILTERS.values()),
+        heading=f"means and 95 % intervals over {errors['repetition'].nunique()} repetitions",
+        ticks=range(0, 501, 100),
+    )
+
+
+def similarity_plots(stored: StoredRuns) -> dict[str, Figure | None]:
+    """J over frames by method, medians and quartiles over scenes; None without runs."""
+    return {name: _similarity(stored, columns) for name, columns in PLOTS.items()}
+
+
+def _similarity(stored: StoredRuns, columns: Mapping[str, tuple[str, str]]) -> Figure | None:
+    pieces = [pd.DataFrame()]
+    for words, (experiment, sequence) in columns.items():
+        wanted = sequence_labels(sequence)
+        for name in stored.sequences(experiment):
+            labels = sequence_labels(name)
+            scene = labels["scene"]
+            if labels | {"scene": wanted["scene"]} != wanted:
+                continue
+            for label, text in METHODS.items():
+                found = stored.of(experiment, name, text)
+                values = [_similarities(run) for run in found]
+                if values:  # the mean over repetitions
+                    rows = pd.DataFrame({"value": np.mean(values, axis=0), "label": label})
+                    rows = rows.assign(repetition=scene, reading="", scene=words)
+                    pieces.append(rows.assign(frame=rows.index))
+    if len(pieces) == 1:
+        return None
+    return series_grid(
+        pd.concat(pieces[1:], ignore_index=True),
+        "Region similarity over frames, other videos; no published numbers",
+        "J",
+        list(METHODS),
+        {},
+        over="scenes",
+        row_height=3.0,
+    )
+
+
+def _similarities(run: Run) -> Array:
+    """J by frame."""
+    assert run.segmentation is not None  # a tracker that gives masks, on a sequence that has them
+    values: Array = run.segmentation.region_similarity
+    return values
+
+
+def colour_path_figure() -> Figure:
+    """Above Fig. 7: mean colours of the ellipse by frame."""
+    sequence = datasets.load(SHOWN[7])
+    path = mean_colours(sequence)
+    return path_plot(
+        path,
+        f"Fig. 7, top, not the paper's video but {sequence.name}, scene 0: path of the target's "
+        "mean colour in RGB space; frames of the strip are marked",
+        evenly_spaced(0, len(path) - 1, MARKS),
+    )
+
+
+def mean_colours(sequence: datasets.Sequence) -> Array:
+    """Mean colour of what is seen of the target.
+
+    Returns
+    -------
+    ndarray of float64, shape (n, 3)
+        RGB in [0, 1] by frame; NaN where nothing is seen, or nothing is known of it.
+    """
+    path = np.full((len(sequence), 3), np.nan)
+    for frame, image in enumerate(sequence):
+        mask = sequence.mask(frame)
+        if mask is not None and mask.any():
+            path[frame] = colours_of(image[mask]).mean(axis=0)
+    return path
+
+
+def film_strips(stored: StoredRuns) -> dict[str, Strip]:
+    """Fig. 7 to 10 by name, two a figure; none where there is no run."""
+    strips = {}
+    for number, shown in SHOWN.items():
+        sequence = datasets.load(shown)
+        pictures = {}
+        for ending, proposed in PRESETS.items():
+            texts = {proposed: METHODS[proposed]}
+            if number in COMPARED:  # the baseline with the same contours, weights and snake
+                texts[BASELINE] = METHODS[proposed].replace("moreno2005", "contour-smooth-color", 1)
+            if all(stored.of(FIGURES[number], sequence.name, text) for text in texts.values()):
+                pictures[ending] = texts
+        wanted = [text for texts in pictures.values() for text in texts.values()]
+        made = dict(zip(wanted, runs(sequence, wanted), strict=True)) if wanted else {}
+        for ending, texts in pictures.items():
+            found = {label: made[text] for label, text in texts.items()}
+            strips[f"figure-{number}{ending}"] = _strip(sequence, found, number)
+    return strips
+
+
+def _strip(sequence: datasets.Sequence, found: Mapping[str, Run], figure: int) -> Strip:
+    """Three rows of the same frames; the last has the posterior maps of the proposed method."""
+    (proposed, run), *others = found.items()
+    numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, FRAMES)
+    truth = {number: true_contour(sequence, number) for number in numbers}
+    title = f"Fig. {figure}, not the paper's video but {sequence.name}, scene 0, repetition 0"
+    shades = colours(list(METHODS))
+
+    def row(words: str, label: str, of: Run) -> Strip:
+        """Frames with a method's contours."""
+        contours = {number: _array(of, number, "contour", np.empty((0, 2))) for number in numbers}
+        said = {number: f"(J = {_similarities(of)[number]:.2f})" for number in numbers}
+        return film_strip(
+            sequence.__getitem__,
+            numbers,
+            {TRUTH: truth, label: contours},
+            words,
+            FRAMES,
+            WIDTH,
+            shape="contour",
+            shades=shades,
+            words=said | {numbers[0]: "(given)"},
+        )
+
+    first = (
+        row(f"{title}. Contours with smooth colour, a = 1, {proposed}; J: {J_IS}", *others[0])
+        if others
+        else film_strip(sequence.__getitem__, numbers, {}, f"{title}. Frames", FRAMES, WIDTH)
+    )
+    second = row(f"Proposed method, {proposed}; J: {J_IS}", proposed, run)
+    blank = np.full(sequence[numbers[0]].shape[:2], UNKNOWN / 255.0)
+    maps = film_strip(
+        lambda number: _grey(_array(run, number, "posterior", blank)),
+        numbers,
+        {TRUTH: truth},
+        "Posterior maps of the colours that the contours support most; white: the target",
+        FRAMES,
+        WIDTH,
+        shape="contour",
+        words={numbers[0]: "(given)"},
+    )
+    return np.vstack([first, second, maps])
+
+
+def _array(run: Run, frame: int, name: str, otherwise: Array) -> Array:
+    """What a tracker kept of a frame; in the first frame it was given all, and says nothing."""
+    return np.asarray(run.arrays[frame][name], np.float64) if frame in run.arrays else otherwise
+
+
+def _grey(values: Array) -> Strip:
+    """A map in [0, 1] as an image."""
+    return np.repeat(np.round(255 * values).astype(np.uint8)[..., np.newaxis], 3, axis=2)

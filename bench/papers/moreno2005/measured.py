@@ -17,7 +17,7 @@ CONTRASTS = {"all": "all frames", "least": "least contrast"}
 
 
 class Quantity(NamedTuple):
-    """A column of a table of `checks`.
+    """A column of a table of `scenes`.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ def measured_table(tables: Mapping[str, pd.DataFrame]) -> Table:
     Parameters
     ----------
     tables : mapping of str to DataFrame
-        See `checks`, and `mo-9` of `scores.similar_patches`; what is not there was not measured.
+        See `scenes`, and `mo-9` of `scores.similar_patches`; what is not there was not measured.
     """
     data = []
     for quantity in QUANTITIES:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from bench.papers.moreno2005.one_dimensional.settings import SETTINGS
+from bench.papers.moreno2005.example import SETTINGS
 from bench.papers.moreno2005.tables import UNPUBLISHED
 from bench.papers.tables import text_table
 from reports.tables import Table
@@ -25,7 +25,7 @@ def simulation_table(tables: Mapping[str, pd.DataFrame]) -> Table:
     Parameters
     ----------
     tables : mapping of str to DataFrame
-        `one-dimensional-errors` and `-differences`; see `one_dimensional`.
+        `one-dimensional-errors` and `-differences`; see `example_tables`.
     """
     errors = tables["one-dimensional-errors"]
     differences = tables["one-dimensional-differences"]

@@ -12,8 +12,8 @@ from bench.claims.kinds import SCORES, NoTest, PartsTest
 from bench.claims.ledger import read_claims
 from bench.claims.measuring import named_columns
 from bench.papers import Effort, load_paper
+from bench.papers.moreno2005.example_tables import DEPENDENCES
 from bench.papers.moreno2005.learnt import by_deviations
-from bench.papers.moreno2005.one_dimensional.factorising import DEPENDENCES
 from bench.papers.moreno2005.reporting import READINGS, judged_claims, verdicts_table
 from bench.papers.moreno2005.scores import similar_patches
 

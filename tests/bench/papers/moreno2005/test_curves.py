@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench.papers.moreno2005.curves import (
+from bench.papers.moreno2005.figures import (
     FILTERS,
     METHODS,
     PLOTS,

@@ -15,19 +15,25 @@ from bench.experiments.experiment import read_experiment
 from bench.metrics.regions import region_similarity
 from bench.papers import drawing
 from bench.papers.drawing import undrawn
-from bench.papers.moreno2005 import FIGURES, colour_model, figures, one_step, strips
-from bench.papers.moreno2005.colour_model import colour_path_figure, mean_colours, model_of
-from bench.papers.moreno2005.curves import METHODS
-from bench.papers.moreno2005.figures import NUMBERS, draw
-from bench.papers.moreno2005.hypotheses import hypotheses_figure, palettes_of
-from bench.papers.moreno2005.one_step import step_of
-from bench.papers.moreno2005.snake_stages import snake_figure, stages
-from bench.papers.moreno2005.strips import (
+from bench.papers.moreno2005 import FIGURES, figures, stages
+from bench.papers.moreno2005.figures import (
     BASELINE,
+    COMPARED,
+    METHODS,
+    NUMBERS,
     PRESETS,
     SHOWN,
-    Shown,
+    colour_path_figure,
+    draw,
     film_strips,
+    mean_colours,
+)
+from bench.papers.moreno2005.stages import (
+    hypotheses_figure,
+    model_of,
+    palettes_of,
+    snake_figure,
+    step_of,
     true_contour,
 )
 from bench.papers.stored import StoredRuns
@@ -46,13 +52,9 @@ WRITTEN, RECOMMENDED = PRESETS.values()
 @pytest.fixture(scope="module", autouse=True)
 def short_scene():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(one_step, "SEQUENCE", NAME)
-        patch.setattr(one_step, "STEPS", STEPS)
-        patch.setattr(colour_model, "SEQUENCE", NAME)
-        patch.setattr(colour_model, "SHOWN", {7: Shown(NAME, compared=False)})
-        patch.setattr(
-            strips, "SHOWN", {7: Shown(NAME, compared=False), 9: Shown(NAME, compared=True)}
-        )
+        patch.setattr(stages, "SEQUENCE", NAME)
+        patch.setattr(stages, "STEPS", STEPS)
+        patch.setattr(figures, "SHOWN", {7: NAME, 9: NAME})
         yield
 
 
@@ -196,13 +198,13 @@ class TestHypotheses:
 
 class TestSnake:
     def test_the_snake_is_fitted_to_the_edges_that_are_shown(self, recommended):
-        _, _, supported, mean, snake = stages(recommended)
+        _, _, supported, mean, snake = stages.stages(recommended)
         assert recommended.estimate.details["snake"] == 1
         fitted = fitted_snake(mean.contour, supported.shown, (0, 0))
         np.testing.assert_allclose(fitted, snake.contour, atol=1e-9)
 
     def test_stages_are_of_the_same_part_of_the_image(self, recommended):
-        first, edges, supported, mean, snake = stages(recommended)
+        first, edges, supported, mean, snake = stages.stages(recommended)
         arrays = recommended.estimate.arrays
         corner = arrays["contour"] - snake.contour
         np.testing.assert_allclose(corner, np.broadcast_to(corner[0], corner.shape))
@@ -218,7 +220,7 @@ class TestSnake:
         assert edges.shown.mean() > supported.shown.mean()
 
     def test_titles_say_how_well_both_contours_fit(self, recommended):
-        panels = stages(recommended)
+        panels = stages.stages(recommended)
         for panel, name in zip(panels[3:], ("mean_contour", "contour"), strict=True):
             inside = filled(recommended.estimate.arrays[name], 240, 320)
             agree = region_similarity(inside, recommended.mask)
@@ -255,7 +257,7 @@ def made(short_scene):
         return np.zeros((10, 20, 3), np.uint8)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(strips, "film_strip", strip)
+        patch.setattr(figures, "film_strip", strip)
         found = film_strips(SimpleNamespace(of=all_there))
     assert {name: len(picture) for name, picture in found.items()} == {
         "figure-7": 30,
@@ -320,10 +322,10 @@ class TestStrips:
             trackers = {contestant(text).label for text in experiment.trackers}
             first = [one.text for one in experiment.sequences if one.text.endswith("scene=0")]
             names = {datasets.load(text).name for text in first}
-            assert datasets.load(shown.sequence).name in names
+            assert datasets.load(shown).name in names
             for label in PRESETS.values():
                 assert contestant(METHODS[label]).label in trackers
-                if shown.compared:
+                if number in COMPARED:
                     baseline = METHODS[label].replace("moreno2005", "contour-smooth-color")
                     assert contestant(baseline).label in trackers
 

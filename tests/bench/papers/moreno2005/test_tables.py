@@ -1,4 +1,4 @@
-"""Tables and criteria from scores and measurements with known means."""
+"""Tables from scores and measurements with known means."""
 
 from functools import cache
 from itertools import product
@@ -6,9 +6,9 @@ from itertools import product
 import numpy as np
 import pandas as pd
 
+from bench.papers.moreno2005.example import FILTERS
+from bench.papers.moreno2005.example_tables import differences, trends
 from bench.papers.moreno2005.measured import measured_table
-from bench.papers.moreno2005.one_dimensional.cues import FILTERS
-from bench.papers.moreno2005.one_dimensional.measuring import differences, trends
 from bench.papers.moreno2005.simulated import (
     association_table,
     factorisation_table,

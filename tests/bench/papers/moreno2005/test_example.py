@@ -6,27 +6,30 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench.papers.moreno2005.one_dimensional import measuring
-from bench.papers.moreno2005.one_dimensional.associating import association_rows, best_pairs
-from bench.papers.moreno2005.one_dimensional.cues import FILTERS, chain, estimates
-from bench.papers.moreno2005.one_dimensional.factorising import (
-    DEPENDENCES,
-    STATES,
-    distance,
-    factorisation,
-    joint,
-)
-from bench.papers.moreno2005.one_dimensional.measuring import differences, measure, trends
-from bench.papers.moreno2005.one_dimensional.moments import GRIDS, iteration
-from bench.papers.moreno2005.one_dimensional.settings import (
+from bench.papers.moreno2005 import example_tables
+from bench.papers.moreno2005.example import (
     COLOURS,
+    FILTERS,
     NUMBERS,
     POSITIONS,
     SETTINGS,
     Setting,
+    chain,
     course,
+    estimates,
 )
-from bench.papers.moreno2005.one_dimensional.simulation import simulated
+from bench.papers.moreno2005.example_tables import (
+    DEPENDENCES,
+    STATES,
+    best_pairs,
+    differences,
+    distance,
+    factorisation,
+    joint,
+    measure,
+    trends,
+)
+from bench.papers.moreno2005.figures import GRIDS, iteration
 from trackers.contours.cues.chain import Hypotheses
 
 
@@ -49,14 +52,20 @@ def test_the_truth_goes_back_to_the_middle_and_stays_in_bounds():
     np.testing.assert_allclose((wild.observed - wild.truth).std(axis=0), [0.1, 0.3], rtol=0.05)
 
 
-@pytest.mark.parametrize("samples", [5, 60])
 @pytest.mark.parametrize("kind", FILTERS)
-def test_the_compiled_filters_are_the_chain_to_rounding(kind, samples):
-    for name, setting in SETTINGS.items():
-        seen = course(setting, 30, seeded(3))
-        slow = estimates(kind, setting, samples, seen, seeded(4))
-        fast = simulated(kind, setting, samples, seen, seeded(4))
-        np.testing.assert_allclose(fast, slow, rtol=0, atol=1e-12, err_msg=name)
+def test_estimates_are_weighted_means_of_what_the_chain_found(kind):
+    setting = SETTINGS["B"]
+    seen = course(setting, 3, seeded(3))
+    rows = estimates(kind, setting, 60, seen, seeded(4))
+    cues, generator = chain(kind, setting, 60, seen.start), seeded(4)
+    for row, observation in zip(rows, seen.observed, strict=True):
+        *before, last = cues.step(observation, generator)
+        attached = [before[-1].states[one] for one in last.attached]
+        assert row[0] == pytest.approx(np.average(last.states, weights=last.weights))
+        assert row[1] == pytest.approx(np.average(attached, weights=last.weights))
+        own = np.average(before[0].states, weights=before[0].weights)
+        assert row[2] == pytest.approx(own)
+        assert row[3] == pytest.approx(1 / np.sum(last.weights**2) / 60)
 
 
 def test_dependent_filters_have_the_posterior_of_a_grid():
@@ -89,12 +98,12 @@ def test_dependent_filters_have_the_posterior_of_a_grid():
 
 @pytest.mark.slow
 def test_all_is_measured_and_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(measuring, "SETTINGS", {name: SETTINGS[name] for name in ("B", "G")})
-    monkeypatch.setattr(measuring, "QUICK_NUMBERS", (10, 500))
-    monkeypatch.setattr(measuring, "QUICK_REPETITIONS", 3)
-    monkeypatch.setattr(measuring, "QUICK_ASSOCIATIONS", 2)
+    monkeypatch.setattr(example_tables, "SETTINGS", {name: SETTINGS[name] for name in ("B", "G")})
+    monkeypatch.setattr(example_tables, "QUICK_NUMBERS", (10, 500))
+    monkeypatch.setattr(example_tables, "QUICK_REPETITIONS", 3)
+    monkeypatch.setattr(example_tables, "QUICK_ASSOCIATIONS", 2)
     found = measure(tmp_path, 1, quick=True)
-    errors = found["errors"]
+    errors = found["one-dimensional-errors"]
     assert len(errors) == 2 * 2 * 3 * 4
     assert list(errors.groupby(["set", "samples"], sort=False).groups) == [
         ("B", 10),
@@ -105,9 +114,9 @@ def test_all_is_measured_and_kept(tmp_path, monkeypatch):
     assert errors.groupby("set")["scale"].first().to_dict() == {"B": "1", "G": "0.2"}
     seen = errors[errors["filter"] == "observation"]
     assert seen.groupby(["set", "repetition"])["error"].agg(np.ptp).max() == 0
-    assert set(found["association"]["association"]) == {"by-weight", "uniform"}
+    assert set(found["one-dimensional-association"]["association"]) == {"by-weight", "uniform"}
     again = measure(tmp_path, 1, quick=True)
-    pd.testing.assert_frame_equal(again["errors"], errors)
+    pd.testing.assert_frame_equal(again["one-dimensional-errors"], errors)
     assert len(list((tmp_path / "one-dimensional").iterdir())) == 2 * (2 + 1)
 
 
@@ -175,7 +184,7 @@ def test_trends_compare_few_samples_with_many():
 def test_dependence_gains_with_tuned_weights_and_nothing_gains_on_accurate_observations():
     found = {}
     for name in ("A", "G"):
-        rows = pd.DataFrame(measuring._error_rows(measuring._Part(name, 100), range(20)))
+        rows = pd.DataFrame(example_tables._error_rows(name, 100, 20))
         found[name] = rows.groupby("filter")["error"].mean()
     tuned, accurate = found["G"], found["A"]
     assert tuned["dependent"] + 0.02 < tuned["independent"] < tuned["observation"]
@@ -196,8 +205,7 @@ def test_the_best_pairs_are_those_of_the_best_tenth():
 
 
 def test_association_by_weight_brings_better_colours_together():
-    setting = SETTINGS["G"]
-    rows = pd.DataFrame(association_rows(setting, [(0, course(setting, 100, seeded(0)))]))
+    rows = pd.DataFrame(example_tables._association_rows("G", 1))
     by_weight, uniform = (
         rows.set_index("association").loc[["by-weight", "uniform"]].to_dict("records")
     )
@@ -246,13 +254,14 @@ def test_densities_of_an_iteration_are_normalised_and_follow_what_was_seen():
     before, after = iteration()
     for moment in (before, after):
         steps = [grid[1] - grid[0] for grid in GRIDS]
-        assert moment.position.sum() * steps[1] == pytest.approx(1, abs=0.02)
+        assert moment.second.sum() * steps[1] == pytest.approx(1, abs=0.02)
         assert moment.both.sum() * steps[0] * steps[1] == pytest.approx(1, abs=0.05)
         assert moment.both.shape == (len(GRIDS[1]), len(GRIDS[0]))
         # Of both, the position's margin is its density.
         margin = moment.both.sum(axis=1) * steps[0]
-        np.testing.assert_allclose(margin, moment.position, atol=0.1)
+        np.testing.assert_allclose(margin, moment.second, atol=0.1)
         highest = np.unravel_index(moment.both.argmax(), moment.both.shape)
-        assert GRIDS[0][highest[1]] == pytest.approx(moment.estimate[0], abs=0.2)
-        assert GRIDS[1][highest[0]] == pytest.approx(moment.estimate[1], abs=0.3)
-    assert before.truth != after.truth
+        estimate = list(moment.marks.values())[1]
+        assert GRIDS[0][highest[1]] == pytest.approx(estimate[0], abs=0.2)
+        assert GRIDS[1][highest[0]] == pytest.approx(estimate[1], abs=0.3)
+    assert before.marks["true, t - 1"] != after.marks["true, t"]

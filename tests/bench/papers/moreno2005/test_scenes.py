@@ -8,11 +8,11 @@ import pandas as pd
 import pytest
 
 import datasets
-from bench.papers.moreno2005.checks import edges, modules, separability
-from bench.papers.moreno2005.checks.colours import contrast, drawn_colours
-from bench.papers.moreno2005.checks.examining import CHECKS
+from bench.papers.moreno2005 import scenes
+from bench.papers.moreno2005.scenes import CHECKS, contrast, drawn_colours
 from bench.papers.short_runs import runs
 from trackers.contours.contour.outline import outline
+from trackers.contours.contour.snake import refined
 
 TARGET = "plain/target:length=12"
 
@@ -52,8 +52,8 @@ def coloured(generator, means, spread=0.02, number=400):
 def test_brightness_alone_is_told_apart_on_planes_and_not_by_chromaticity():
     generator = np.random.default_rng(1)
     sets = [tuple(coloured(generator, [[level] * 3]) for level in (0.8, 0.4)) for _ in range(2)]
-    on_plane = separability.told_apart(lambda c: c[:, :2], *sets, generator)
-    by_chromaticity = separability.told_apart(separability.chromaticity, *sets, generator)
+    on_plane = scenes.told_apart(lambda c: c[:, :2], *sets, generator)
+    by_chromaticity = scenes.told_apart(scenes.chromaticity, *sets, generator)
     assert on_plane > 0.99
     assert by_chromaticity < 0.75
 
@@ -67,24 +67,24 @@ def test_classes_count_alike_whatever_their_numbers():
     asked = np.concatenate([target[:25], background[:25]]), background
     known = target, background
     # Half of what is asked as target looks like background.
-    share = separability.told_apart(lambda c: c[:, :2], known, asked, generator)
+    share = scenes.told_apart(lambda c: c[:, :2], known, asked, generator)
     assert share == pytest.approx(0.75, abs=0.01)
 
 
 def test_chromaticity_is_the_share_of_red_and_green_and_black_has_a_third():
-    found = separability.chromaticity(np.array([[0.5, 0.25, 0.25], [1.0, 0.5, 0.5], [0, 0, 0]]))
+    found = scenes.chromaticity(np.array([[0.5, 0.25, 0.25], [1.0, 0.5, 0.5], [0, 0, 0]]))
     np.testing.assert_allclose(found, [[0.5, 0.25], [0.5, 0.25], [1 / 3, 1 / 3]])
 
 
 def test_principal_components_are_those_of_greatest_variance():
     generator = np.random.default_rng(3)
     colours = generator.normal(size=(4000, 3)) * [0.1, 3.0, 1.0]
-    basis = separability.principal_basis(colours)
+    basis = scenes.principal_basis(colours)
     np.testing.assert_allclose(np.abs(basis), [[0, 0], [1, 0], [0, 1]], atol=0.05)
 
 
 def test_all_spaces_are_measured_on_a_sequence():
-    table = separability.measure(datasets.load(TARGET), quick=True)["mo-20"]
+    table = scenes.spaces(datasets.load(TARGET), quick=True)["mo-20"]
     assert table["space"].tolist() == [
         "Fisher plane",
         "chromaticity",
@@ -97,26 +97,26 @@ def test_all_spaces_are_measured_on_a_sequence():
 def test_starts_stray_as_the_dynamics_say():
     square = np.array([[0.0, 0], [100, 0], [100, 100], [0, 100]])
     generator = np.random.default_rng(4)
-    drawn = np.array([edges.started(square, generator) for _ in range(4000)])
+    drawn = np.array([scenes.started(square, generator) for _ in range(4000)])
     middles = drawn.mean(axis=1)
     np.testing.assert_allclose(middles.mean(axis=0), [50, 50], atol=0.2)
-    np.testing.assert_allclose(middles.std(axis=0), edges.SHIFT, rtol=0.1)
+    np.testing.assert_allclose(middles.std(axis=0), scenes.SHIFT, rtol=0.1)
     widths = (drawn[:, 1] - drawn[:, 0])[:, 0] / 100
-    assert widths.std() == pytest.approx(edges.STRETCH, rel=0.1)
+    assert widths.std() == pytest.approx(scenes.STRETCH, rel=0.1)
 
 
 def test_the_map_shows_the_target_by_colours_of_the_frame_before():
     image, mask = halves((200, 60, 40), (30, 140, 220))
     noisy = np.clip(image + np.random.default_rng(5).normal(0, 4, image.shape), 0, 255)
     image = noisy.astype(np.uint8)
-    shown = edges.posterior_map(image, mask, image[:, ::-1], np.random.default_rng(6))
+    shown = scenes.posterior_map(image, mask, image[:, ::-1], np.random.default_rng(6))
     assert (shown.dtype, shown.shape) == (np.float32, mask.shape)
     assert shown[:, 31:].min() > 0.9
     assert shown[:, :29].max() < 0.1
 
 
 def test_both_images_of_edges_are_measured_from_the_same_starts():
-    table = edges.measure(datasets.load(TARGET), quick=True)["mo-21"]
+    table = scenes.edges(datasets.load(TARGET), quick=True)["mo-21"]
     assert table["edges"].tolist() == ["supported", "all"]
     assert (table[["contour_accuracy", "region_similarity"]] > 0.5).all(axis=None)
     assert table["accepted"].between(0, 1).all()
@@ -128,7 +128,7 @@ def test_an_unmoved_snake_on_a_plain_edge_finds_it():
     mask[30:70, 30:70] = True
     image[:] = np.where(mask[..., np.newaxis], 255, 0)
     contour = outline(mask)
-    snake, taken = edges.refined(contour, image, None)
+    snake, taken = refined(contour, image, None)
     assert taken
     assert np.abs(snake - contour).max() < 5
 
@@ -136,7 +136,7 @@ def test_an_unmoved_snake_on_a_plain_edge_finds_it():
 def test_masks_of_one_run_are_compared_frame_by_frame():
     sequence = datasets.load(TARGET)
     (run,) = runs(sequence, ["moreno2005:contour_samples=30:colour_samples=30"])
-    table = modules.frame_rows(sequence, run)
+    table = scenes.frame_rows(sequence, run)
     assert sorted(table["mask"].unique()) == ["contour", "mean contour", "posterior map"]
     assert table["frame"].nunique() == 11
     ours = table[table["mask"] == "contour"].set_index("frame")["region_similarity"]
@@ -151,7 +151,7 @@ def test_the_map_is_cut_at_one_half_and_the_mean_contour_filled():
     left, top, right, bottom = columns.min(), rows.min(), columns.max() + 1, rows.max() + 1
     box = np.array([[left, top], [right, top], [right, bottom], [left, bottom]], np.float32)
     arrays = {"mask": ~truth, "mean_contour": box, "posterior": np.where(truth, 0.51, 0.49)}
-    table = modules.frame_rows(sequence, SimpleNamespace(arrays={3: arrays, 4: {}}))
+    table = scenes.frame_rows(sequence, SimpleNamespace(arrays={3: arrays, 4: {}}))
     found = table.set_index("mask")["region_similarity"]
     assert (found["contour"], found["posterior map"]) == (0.0, 1.0)
     area = (right - left) * (bottom - top)
@@ -169,12 +169,12 @@ def test_quarters_are_taken_by_contrast_and_all_frames_beside():
         for mask in ("contour", "posterior map")
         for k in range(8)
     )
-    found = modules.by_contrast(frames).set_index(["mask", "contrast"])
-    assert set(found.index.get_level_values(1)) == {"all", *modules.QUARTERS}
+    found = scenes.by_contrast(frames).set_index(["mask", "contrast"])
+    assert set(found.index.get_level_values(1)) == {"all", *scenes.QUARTERS}
     for mask, more in (("contour", 1.0), ("posterior map", 0.0)):
         rows = found.loc[mask]
         assert rows.loc["all", "region_similarity"] == pytest.approx(3.5 / 8 + more)
-        means = [rows.loc[name, "distance"] for name in modules.QUARTERS]
+        means = [rows.loc[name, "distance"] for name in scenes.QUARTERS]
         assert means == pytest.approx([0.5 / 8, 2.5 / 8, 4.5 / 8, 6.5 / 8])
         assert all(low < high for low, high in pairwise(means))
 

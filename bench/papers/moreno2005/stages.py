@@ -1,0 +1,283 @@
+"""What the tracker does in a frame: the paper's Fig. 3, 5 and 6.
+
+The frame was chosen before any run: the tenth after the first of the first scene, repetition 0.
+"""
+
+from math import ceil, floor
+from typing import NamedTuple, TypeAlias
+
+import cv2
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+import datasets
+from bench.experiments.contestant import contestant, run_seed
+from bench.metrics.regions import region_similarity
+from datasets.interface import Image, Mask
+from reports.colour_space import ColourModel, Gaussians, colour_model_plot
+from reports.hypotheses import Palette, hypotheses_plot
+from reports.maps import Panel, map_plot
+from trackers.base.interface import Estimate
+from trackers.contours.contour.outline import bounding_box, filled, outline
+from trackers.contours.contour.snake import MARGIN, edge_map
+from trackers.contours.cues.chain import Chain, Hypotheses
+from trackers.contours.fisher.cells import colour_cells
+from trackers.contours.fisher.discriminant import basis_of
+from trackers.contours.fisher.mixture import mixture_of
+from trackers.contours.fisher.posterior import posterior
+from trackers.contours.segmentation.observation import Observation, colours_of
+from trackers.moreno2005 import Moreno2005
+
+__all__ = [
+    "Step",
+    "colour_model_figure",
+    "hypotheses_figure",
+    "model_of",
+    "palettes_of",
+    "snake_figure",
+    "stages",
+    "step_of",
+    "true_contour",
+]
+
+SEQUENCE = "moreno2005/leaf:jump=middle"
+"""Its first scene; the paper's leaf of Fig. 3 is another."""
+
+STEPS = 10
+FRAME = f"{SEQUENCE}, scene\N{NO-BREAK SPACE}0, frame\N{NO-BREAK SPACE}{STEPS}"
+"""What is shown, for a title."""
+
+CELLS = 160  # of the plane, along either axis
+AROUND = 0.08  # of the plane around the colours, as a share of their extent
+SPACING = 3.0  # pixels between the points of the true contour
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+class KeepingChain(Chain[Observation]):
+    """A chain that keeps what was found in the last frame, by cue."""
+
+    found: tuple[Hypotheses, ...] = ()
+
+    def step(
+        self, observation: Observation, generator: np.random.Generator
+    ) -> tuple[Hypotheses, ...]:
+        """See `Chain.step`."""
+        self.found = super().step(observation, generator)
+        return self.found
+
+
+class Step(NamedTuple):
+    """What the tracker found in a frame.
+
+    Attributes
+    ----------
+    image : ndarray of uint8, shape (height, width, 3)
+        The frame.
+    mask : ndarray of bool, shape (height, width)
+        What is seen of the target in it.
+    planes, colours, contours : Hypotheses
+        Of the three cues.
+    bases : ndarray of float64, shape (n, 3, 2)
+        Of the planes.
+    of_target : int
+        How many of a pair's components, the first ones, are the target's.
+    estimate : Estimate
+        With arrays.
+    cells : ndarray of int32, shape (height, width)
+        Cell of every pixel's colour: a column of the colours' evidence.
+    """
+
+    image: Image
+    mask: Mask
+    planes: Hypotheses
+    colours: Hypotheses
+    contours: Hypotheses
+    bases: Array
+    of_target: int
+    estimate: Estimate
+    cells: NDArray[np.int32]
+
+    def posterior(self, number: int) -> Array:
+        """Posterior map, shape (height, width), by a pair of mixtures."""
+        values: Array = self.colours.evidence[number][self.cells].astype(np.float64)
+        return values
+
+
+def step_of(text: str) -> Step:
+    """Run the tracker through the first frames, as experiments do.
+
+    Parameters
+    ----------
+    text : str
+        Text form of `moreno2005`.
+    """
+    sequence = datasets.load(SEQUENCE)
+    tracker = _begun(text, sequence)
+    chain = KeepingChain(tracker.chain.cues, tracker.chain.association, tracker.chain.feedback)
+    tracker.chain = chain
+    first = sequence.first_frame
+    for frame in range(first + 1, first + STEPS + 1):
+        image, mask = sequence[frame], sequence.mask(frame)
+        estimate = tracker.update(image)
+    assert mask is not None
+    planes, colours, contours = chain.found
+    settings = tracker.parameters
+    return Step(
+        image=image,
+        mask=mask,
+        planes=planes,
+        colours=colours,
+        contours=contours,
+        bases=basis_of(planes.states, tracker.planes.basis),
+        of_target=settings.object_components,
+        estimate=estimate,
+        cells=colour_cells(image, settings.colour_levels).image,
+    )
+
+
+def colour_model_figure() -> Figure:
+    """Fig. 3: what the tracker makes of the first frame, as it was classified by hand."""
+    sequence = datasets.load(SEQUENCE)
+    return colour_model_plot(
+        model_of(sequence),
+        f"Fig. 3, not the paper's picture but frame 0 of {sequence.name}, scene 0. Colours that "
+        "were drawn, their model on the Fisher plane (ellipses: two deviations), and the posterior "
+        "of the target by it (white: 1)",
+    )
+
+
+def model_of(sequence: datasets.Sequence) -> ColourModel:
+    """The colour model that the tracker starts with, as written.
+
+    Parameters
+    ----------
+    sequence : Sequence
+        With a mask of the first frame.
+    """
+    tracker = _begun("moreno2005:preset=as-written", sequence)
+    first = sequence.first_frame
+    image = sequence[first]
+    basis, fit = tracker.planes.basis, tracker.refitted.fits[0]
+    floor = tracker.parameters.colour_floor
+    points = {"target": fit.target_colours, "background": fit.background_colours}
+    at = np.concatenate(list(points.values())) @ basis
+    low, high = at.min(axis=0), at.max(axis=0)
+    more = AROUND * (high - low)
+    x, y = np.linspace(low - more, high + more, CELLS).T
+    places = np.stack(np.meshgrid(x, y), axis=-1)
+
+    def shown(where: Array) -> Array:
+        flat = posterior(where.reshape(-1, 2), fit.target, fit.background, floor)
+        return flat.reshape(where.shape[:2])
+
+    return ColourModel(
+        image=image,
+        contour=true_contour(sequence, first),
+        points=points,
+        basis=basis,
+        mixtures={"target": Gaussians(*fit.target), "background": Gaussians(*fit.background)},
+        grid=(x, y),
+        on_plane=shown(places),
+        on_image=shown(colours_of(image) @ basis),
+    )
+
+
+def _begun(text: str, sequence: datasets.Sequence) -> Moreno2005:
+    """The tracker of a run's repetition 0, shown the first frame."""
+    chosen = contestant(text)
+    tracker = chosen.make(run_seed(chosen.name, sequence.name, 0))
+    assert isinstance(tracker, Moreno2005)
+    first = sequence.first_frame
+    tracker.init(sequence[first], sequence.boxes[first], sequence.mask(first))
+    return tracker
+
+
+def true_contour(sequence: datasets.Sequence, frame: int) -> Array:
+    """Outlines of all that is seen of the target, its parts set apart by rows of NaN.
+
+    Returns
+    -------
+    ndarray of float64, shape (points, 2)
+        In pixels; no rows where nothing is seen, or nothing is known of it.
+    """
+    mask = sequence.mask(frame)
+    pieces = [np.empty((0, 2))]
+    if mask is not None:
+        number, parts = cv2.connectedComponents(mask.astype(np.uint8))
+        for part in range(1, number):
+            pixels = parts == part
+            # A disc of n pixels has a rim of 2 √(π n); other shapes have a longer one.
+            points = max(8, round(2 * np.sqrt(np.pi * np.count_nonzero(pixels)) / SPACING))
+            pieces += [outline(pixels, points), np.full((1, 2), np.nan)]
+    return np.concatenate(pieces)
+
+
+def hypotheses_figure(step: Step, label: str) -> Figure:
+    """Fig. 5: planes, contours, and the heaviest, the median and the lightest colours.
+
+    Parameters
+    ----------
+    step : Step
+        Of a frame.
+    label : str
+        What the tracker's parameters are called.
+    """
+    return hypotheses_plot(
+        step.image,
+        (step.bases, step.planes.weights),
+        (step.contours.states, step.contours.weights),
+        palettes_of(step),
+        f"Fig. 5, {label}, not the paper's video but {FRAME}: "
+        "hypotheses, darker with more weight; right: some of the colours on their planes, and "
+        "posterior maps by them",
+    )
+
+
+def palettes_of(step: Step) -> dict[str, Palette]:
+    """Colours with the greatest, the median and the least weight, by what is said of them."""
+    weights = step.colours.weights
+    order = np.argsort(-weights, kind="stable")
+    places = {"greatest": 0, "median": len(order) // 2, "least": len(order) - 1}
+    palettes = {}
+    for words, place in places.items():
+        number = int(order[place])
+        mixture = step.colours.states[number]
+        classes = {
+            "target": Gaussians(*mixture_of(mixture[: step.of_target])),
+            "background": Gaussians(*mixture_of(mixture[step.of_target :])),
+        }
+        said = f"{words} weight: {weights[number] * len(weights):.2g} times the mean"
+        palettes[said] = Palette(classes, step.posterior(number))
+    return palettes
+
+
+def snake_figure(step: Step, label: str) -> Figure:
+    """Fig. 6: how the posterior map makes a snake's fit simple; parameters as of Fig. 5."""
+    taken = "" if step.estimate.details["snake"] else " (not believed: the mean contour is kept)"
+    return map_plot(
+        stages(step),
+        f"Fig. 6, {label}, not the paper's video but {FRAME}: what "
+        f"simplifies the snake's fit{taken}",
+        5,
+    )
+
+
+def stages(step: Step) -> list[Panel]:
+    """Posterior map, edges, edges that it shows too, mean contour, snake: where this looks."""
+    arrays = step.estimate.arrays
+    mean, snake = arrays["mean_contour"], arrays["contour"]
+    left, top, width, height = bounding_box(mean).tolist()
+    x, y = max(floor(left) - MARGIN, 0), max(floor(top) - MARGIN, 0)
+    near = np.s_[y : ceil(top + height) + MARGIN, x : ceil(left + width) + MARGIN]
+    image, shown = step.image[near], arrays["posterior"][near]
+    corner = np.array([x, y])
+    agree = [region_similarity(filled(one, *step.mask.shape), step.mask) for one in (mean, snake)]
+    return [
+        Panel("(a) posterior map", shown.astype(np.float64)),
+        Panel("(b) edges", edge_map(image, None)),
+        Panel("(c) edges that (a) shows", edge_map(image, shown)),
+        Panel(f"(d) mean, J = {agree[0]:.2f}", image, contour=mean - corner),
+        Panel(f"(e) snake, J = {agree[1]:.2f}", image, contour=snake - corner),
+    ]
