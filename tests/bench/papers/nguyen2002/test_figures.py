@@ -12,24 +12,20 @@ from bench.experiments.experiment import read_experiment
 from bench.metrics.overlap import overlap
 from bench.papers import drawing
 from bench.papers.drawing import undrawn
-from bench.papers.nguyen2002 import curves, strips
-from bench.papers.nguyen2002.curves import (
+from bench.papers.nguyen2002 import figures
+from bench.papers.nguyen2002.figures import (
+    EXPERIMENT,
+    FEATURES,
+    NUMBERS,
+    PRESETS,
+    Pictures,
+    chosen_frames,
+    draw,
     loss_plot,
-    outlier_plot,
-    overlap_plot,
     roc_points,
     sign_plot,
 )
-from bench.papers.nguyen2002.figures import NUMBERS, draw
 from bench.papers.nguyen2002.scores import labels_of
-from bench.papers.nguyen2002.strips import (
-    EXPERIMENT,
-    FEATURES,
-    PRESETS,
-    chosen_frames,
-    film_strips,
-    runs_by_features,
-)
 from bench.papers.stored import StoredRuns
 from bench.store.asked import Asked
 from bench.store.results import Results
@@ -49,8 +45,7 @@ TEXTS = [
 @pytest.fixture(scope="module", autouse=True)
 def short_scene():
     with pytest.MonkeyPatch.context() as patch:
-        for module in (strips, curves):
-            patch.setattr(module, "RECORDING", NAME)
+        patch.setattr(figures, "RECORDING", NAME)
         yield
 
 
@@ -75,8 +70,8 @@ def asked(results):
 
 
 @pytest.fixture
-def stored(results, asked):
-    return StoredRuns(results, asked)
+def pictures(results, asked):
+    return Pictures(StoredRuns(results, asked))
 
 
 @pytest.fixture
@@ -153,7 +148,7 @@ def test_the_strip_shows_an_occlusion_and_both_switches_of_the_lamp():
 
 
 def test_strips_have_a_row_for_each_kind_of_features_with_what_is_said_at_once_and_in_the_end(
-    stored, monkeypatch
+    pictures, monkeypatch
 ):
     rows = []
 
@@ -161,8 +156,8 @@ def test_strips_have_a_row_for_each_kind_of_features_with_what_is_said_at_once_a
         rows.append((numbers, boxes, title, words))
         return np.zeros((10, 20, 3), np.uint8)
 
-    monkeypatch.setattr(strips, "film_strip", strip)
-    found = film_strips(stored)
+    monkeypatch.setattr(figures, "film_strip", strip)
+    found = pictures.strips()
     assert {name: len(picture) for name, picture in found.items()} == {
         "figure-1": 40,
         "figure-1-recommended": 40,
@@ -173,21 +168,21 @@ def test_strips_have_a_row_for_each_kind_of_features_with_what_is_said_at_once_a
     numbers, boxes, _, words = rows[0]
     assert numbers == list(words)
     assert list(boxes) == [TRUTH, "said at once (online)", "in the end (revised)"]
-    run = runs_by_features(stored, "as written")["c1c2c3"]
+    run = pictures.runs["as written"]["c1c2c3"]
     np.testing.assert_array_equal(boxes["said at once (online)"], run.boxes)
     np.testing.assert_array_equal(boxes["in the end (revised)"], run.revised)
     assert (run.boxes != run.revised).any()
 
 
-def test_overlap_is_that_of_the_runs_with_lamp_and_occlusion_shaded(stored):
-    axes = overlap_plot(stored).axes
+def test_overlap_is_that_of_the_runs_with_lamp_and_occlusion_shaded(pictures):
+    axes = pictures.overlaps().axes
     assert [one.get_title() for one in axes[:2]] == list(PRESETS)
     assert [one.get_ylabel().split("\n")[0] for one in axes[::2]] == ["revised", "online"]
     truth = datasets.load(NAME)
     for row, trace in enumerate(("revised", "online")):
         for column, words in enumerate(PRESETS):
             for line, run in zip(
-                axes[2 * row + column].lines, runs_by_features(stored, words).values(), strict=True
+                axes[2 * row + column].lines, pictures.runs[words].values(), strict=True
             ):
                 expected = overlap(truth.boxes, run.boxes_in(trace))
                 np.testing.assert_allclose(line.get_ydata(), expected)
@@ -196,11 +191,11 @@ def test_overlap_is_that_of_the_runs_with_lamp_and_occlusion_shaded(stored):
     assert sum(patch.get_width() for patch in hidden) == (truth.visibility < 0.5).sum() > 0
 
 
-def test_outliers_have_gaps_where_an_occlusion_is_declared(stored):
-    figure = outlier_plot(stored)
+def test_outliers_have_gaps_where_an_occlusion_is_declared(pictures):
+    figure = pictures.outliers()
     assert "a line that is missing" in figure.get_suptitle().replace("\n", " ")
     written, _ = figure.axes
-    runs = runs_by_features(stored, "as written")
+    runs = pictures.runs["as written"]
     *lines, level = written.lines
     assert set(level.get_ydata()) == {0.25}
     for line, run in zip(lines, runs.values(), strict=True):
