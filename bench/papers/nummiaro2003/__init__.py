@@ -64,7 +64,7 @@ def prepare(folder: Path, effort: Effort) -> None:
 
 
 def examined_tables(folder: Path, effort: Effort) -> "dict[str, DataFrame]":
-    """What `checks` measures on the scenes of the figures; what is known is looked up.
+    """What `scenes` measures on those of the figures; what is known is looked up.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def examined_tables(folder: Path, effort: Effort) -> "dict[str, DataFrame]":
         How much is asked for.
     """
     from bench.papers.examination import examined_for
-    from bench.papers.nummiaro2003.checks import examine
+    from bench.papers.nummiaro2003.scenes import examine
 
     return examined_for(effort, examine, examined_scenes(effort), folder)
 

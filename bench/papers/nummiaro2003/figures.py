@@ -5,34 +5,59 @@ Those that have one run show the first repetition, the others median and quartil
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 import datasets
+from bench.evaluation.record import Run
 from bench.papers import Asked
 from bench.papers.drawing import write_pictures
 from bench.papers.nummiaro2003.courses import GONE, HIDDEN
-from bench.papers.nummiaro2003.grid import scale_grids
-from bench.papers.nummiaro2003.stored import UPDATE, AdaptiveRuns
-from bench.papers.nummiaro2003.strips import film_strips
-from bench.papers.stored import over_frames
+from bench.papers.stored import StoredRuns, over_frames
 from datasets import Sequence
+from datasets.text_form import format_text
+from reports.film_strip import evenly_spaced, film_strip
+from reports.overlay import TRUTH
+from reports.palette import colour
 from reports.samples import Placed, Surface, Track, placement_plot, surface_plot, trajectory_plot
-from reports.series import appearance_plot, series_plot
+from reports.series import appearance_plot, series_grid, series_plot
 
-__all__ = ["NUMBERS", "draw"]
+__all__ = ["NUMBERS", "READINGS", "by_update", "draw", "scale_grid", "strip"]
 
-Tables = Mapping[str, pd.DataFrame]
+Tables: TypeAlias = Mapping[str, pd.DataFrame]
 
-PERSON, CAR, STUDENTS, TRAFFIC = (
-    f"nummiaro2003/{name}" for name in ("person", "car", "students", "traffic")
+PERSON, CAR, STUDENTS, TRAFFIC, HEAD = (
+    f"nummiaro2003/{name}" for name in ("person", "car", "students", "traffic", "head")
 )
-PRESET = "as-written"
-EVERY = 25  # frames of Fig. 4
-
 NUMBERS = tuple(range(2, 11))
+"""Of the paper's figures."""
+
+PRESET = "as-written"
+UPDATE = {"without update": False, "with update": True}
+SHADES = {label: colour(position) for position, label in enumerate(UPDATE)}
+
+EVERY = 25  # frames of Fig. 4
+COLUMNS = 6  # of a film strip
+PAPERS_FRAME = 101
+"""Of Fig. 6, in which the tree hides the target; counted from the first with the target."""
+
+_APART = {"axes": "apart", "scale_change": "multiplicative", "size_noise": 0.02}
+_DYNAMICS: Mapping[str, Mapping[str, object]] = {
+    "apart, damped": {**_APART, "scale_persistence": 0.9, "scale_noise": 0.008},
+    "apart": _APART,
+    "together, factors": {"scale_change": "multiplicative"},
+    "linear": {},
+}
+READINGS: Mapping[str, Mapping[str, object]] = {
+    f"{words}, σ {sigma}": {"update_reading": "coefficient", "sigma": sigma, **parameters}
+    for words, parameters in _DYNAMICS.items()
+    for sigma in (0.1, 0.05)
+}
+"""Those of the experiment on Fig. 9 that have the printed weights."""
 
 
 def draw(results: Path, folder: Path, asked: Asked, tables: Tables) -> list[Path]:
@@ -47,10 +72,11 @@ def draw(results: Path, folder: Path, asked: Asked, tables: Tables) -> list[Path
     asked : mapping of str to collection of Cell
         Runs that are meant, by experiment.
     tables : mapping of str to DataFrame
-        Of what `checks` measures `surface`, `surface_particles`, `entrance_particles` and
+        Of `particles` `surface`, `surface_particles`, `entrance_particles` and
         `entrance_regions`; of `timing.measured_times` `run_times`.
     """
-    stored = AdaptiveRuns(results, asked)
+    stored = StoredRuns(results, asked)
+    presets = {"as written": {}, "recommended": {"preset": "recommended"}}
     plots = {
         "figure-2": _surface(tables),
         "figure-3": _entrance(tables),
@@ -59,9 +85,116 @@ def draw(results: Path, folder: Path, asked: Asked, tables: Tables) -> list[Path
         "figure-7": _appearances(stored, update=True),
         "figure-7-without-update": _appearances(stored, update=False),
         "figure-9": _half_width(stored),
-        **scale_grids(stored),
+        "figure-9-scenes": scale_grid(
+            stored, "figure-8", presets, (0, 1, 2, 3), "Fig. 9 on several scenes"
+        ),
+        "figure-9-readings": scale_grid(
+            stored,
+            "figure-9",
+            READINGS,
+            (8, 9, 10, 11),
+            "Fig. 9 over readings of the dynamics and of σ (update where ρ > 0.9; post hoc)",
+        ),
     }
-    return write_pictures(folder, plots, film_strips(stored))
+    strips = {
+        "figure-6": strip(stored, "figure-6", STUDENTS, 2 * COLUMNS),
+        "figure-8": strip(stored, "figure-8", TRAFFIC, COLUMNS),
+        "figure-10": strip(stored, "figure-10", HEAD, 2 * COLUMNS, together=True),
+    }
+    known = {name: image for name, image in strips.items() if image is not None}
+    return write_pictures(folder, plots, known)
+
+
+def by_update(
+    stored: StoredRuns, figure: str, sequence: str, **parameters: object
+) -> dict[str, list[Run]]:
+    """Runs without and with update of the model, by label.
+
+    Parameters
+    ----------
+    stored : StoredRuns
+        Where they are.
+    figure : str
+        Whose experiment.
+    sequence : str
+        Canonical name.
+    **parameters
+        Of the tracker, beside those of the preset `as-written` unless another is given.
+    """
+    return {
+        label: stored.of(
+            f"nummiaro2003-{figure}",
+            sequence,
+            format_text("nummiaro2003", {"preset": PRESET} | parameters | {"model_update": update}),
+        )
+        for label, update in UPDATE.items()
+    }
+
+
+def scale_grid(
+    stored: StoredRuns,
+    figure: str,
+    readings: Mapping[str, Mapping[str, object]],
+    scenes: tuple[int, ...],
+    title: str,
+) -> Figure | None:
+    """Hx of the mean state with and without update: a row a reading, a column a scene."""
+    pieces, truths = [], {}
+    for reading, parameters in readings.items():
+        for scene in scenes:
+            sequence = format_text(TRAFFIC, {"scene": scene} if scene else {})
+            found = _half_widths(stored, figure, sequence, **parameters)
+            if found is not None:
+                series, truths[f"scene {scene}"] = found
+                pieces.append(series.assign(reading=reading, scene=f"scene {scene}"))
+    if not pieces:
+        return None
+    every = pd.concat(pieces, ignore_index=True)
+    return series_grid(every, title, "Hx [px]", list(UPDATE), truths)
+
+
+def strip(
+    stored: StoredRuns, figure: str, name: str, n_frames: int, *, together: bool = False
+) -> NDArray[np.uint8] | None:
+    """Frames with ellipses of the mean state and of the truth, of the first repetition.
+
+    Without update and with it, one above the other or `together`; alone, it is said where a run
+    is initialising.
+    """
+    runs = {label: some[0] for label, some in by_update(stored, figure, name).items() if some}
+    if not runs:
+        return None
+    sequence = datasets.load(name)
+    frames = _frames(sequence, n_frames)
+    title = f"Fig. {figure.removeprefix('figure-')}, as written"
+    parts = []
+    for some in [runs] if together else [{label: run} for label, run in runs.items()]:
+        first, *others = some.values()
+        words = {frame: "initialising" for frame in frames if first.details["mode"][frame] == 0}
+        told = title if together else f"{title}, {', '.join(some)}"
+        truth = stored.truth(f"nummiaro2003-{figure}", first).boxes
+        parts.append(
+            film_strip(
+                sequence.__getitem__,
+                frames,
+                {TRUTH: truth} | {label: run.boxes for label, run in some.items()},
+                f"{told}, {sequence.name}, first repetition",
+                COLUMNS,
+                shape="ellipse",
+                shades=SHADES,
+                words={} if others else words,
+            )
+        )
+    return np.vstack(parts)
+
+
+def _frames(sequence: Sequence, number: int) -> list[int]:
+    """Evenly spaced from the first with the target on; of `students` the paper's among them."""
+    first = sequence.first_frame
+    if sequence.name != STUDENTS:
+        return evenly_spaced(first, len(sequence) - 1, number)
+    others = evenly_spaced(first, len(sequence) - 1, number - 1)
+    return sorted({*others, first + PAPERS_FRAME})
 
 
 def _surface(tables: Tables) -> Figure | None:
@@ -70,10 +203,7 @@ def _surface(tables: Tables) -> Figure | None:
     if surface is None or particles is None:
         return None
     values = surface.pivot_table("coefficient", "y", "x").sort_index(axis=1)
-    ellipses = {
-        str(kind): rows[["x", "y", "half_width", "half_height"]].to_numpy(np.float64)
-        for kind, rows in particles.groupby("kind")
-    }
+    ellipses = {str(kind): _ellipses(rows) for kind, rows in particles.groupby("kind")}
     name, frame = surface["name"].iloc[0], int(surface["frame"].iloc[0])
     return surface_plot(
         datasets.load(name)[frame],
@@ -93,11 +223,10 @@ def _entrance(tables: Tables) -> Figure | None:
     if particles is None or regions is None:
         return None
     sequence = datasets.load(particles["name"].iloc[0])
-    waiting = particles[particles["tracking"] == 0]
-    frames = [(waiting["frame"].min(), "samples wait"), (particles["frame"].max(), "not found yet")]
-    tracking = particles[particles["tracking"] == 1]
-    if len(tracking):
-        frames[1] = tracking["frame"].min(), "tracking"
+    tracks = particles["tracking"] == 1
+    frames = [(particles[~tracks]["frame"].min(), "samples wait")]
+    found = (particles[tracks]["frame"].min(), "tracking")
+    frames.append(found if tracks.any() else (particles["frame"].max(), "not found yet"))
     panels = [
         _placed(sequence, particles[particles["frame"] == frame], int(frame), words, regions)
         for frame, words in frames
@@ -112,21 +241,19 @@ def _entrance(tables: Tables) -> Figure | None:
 def _placed(
     sequence: Sequence, particles: pd.DataFrame, frame: int, words: str, regions: pd.DataFrame
 ) -> Placed:
-    ellipses = particles[["x", "y", "half_width", "half_height"]].to_numpy(np.float64)
+    ellipses, told = _ellipses(particles), f"frame {frame}: {words}"
     if particles["tracking"].iloc[0]:
-        mean = particles["weight"].to_numpy() @ ellipses
-        return Placed(sequence[frame], f"frame {frame}: {words}", ellipses, mean)
+        return Placed(sequence[frame], told, ellipses, particles["weight"].to_numpy() @ ellipses)
     boxes = regions[["x", "y", "width", "height"]].to_numpy(np.float64)
-    return Placed(sequence[frame], f"frame {frame}: {words}", ellipses, regions=boxes)
+    return Placed(sequence[frame], told, ellipses, regions=boxes)
 
 
-def _trajectories(stored: AdaptiveRuns) -> Figure | None:
+def _trajectories(stored: StoredRuns) -> Figure | None:
     """Fig. 4."""
-    experiment = "nummiaro2003-figure-4"
     tracks = []
     for name in (PERSON, CAR):
-        for run in stored.written(experiment, name)[:1]:
-            truth = stored.truth(experiment, run).boxes
+        for run in by_update(stored, "figure-4", name)["with update"][:1]:
+            truth = stored.truth("nummiaro2003-figure-4", run).boxes
             last = int(np.flatnonzero(np.isfinite(truth).all(axis=1))[-1])
             tracks.append(Track(datasets.load(name)[last], name, run.boxes, truth))
     if not tracks:
@@ -149,35 +276,46 @@ def _times(tables: Tables) -> Figure | None:
     return series_plot(series, title, "CPU time [ms]", labels)
 
 
-def _appearances(stored: AdaptiveRuns, *, update: bool) -> Figure | None:
+def _appearances(stored: StoredRuns, *, update: bool) -> Figure | None:
     """Fig. 7."""
-    experiment = "nummiaro2003-figure-6"
-    runs = stored.written(experiment, STUDENTS, model_update=update)
+    label = "with update" if update else "without update"
+    runs = by_update(stored, "figure-6", STUDENTS)[label]
     if not runs:
         return None
-    truth, parameters = stored.truth(experiment, runs[0]), runs[0].identity.parameters
+    truth = stored.truth("nummiaro2003-figure-6", runs[0])
+    parameters = runs[0].identity.parameters
     visible = np.where(np.isfinite(truth.boxes).all(axis=1), truth.visibility, 0.0)
-    rows = over_frames({"": runs}, "positive_appearances", "mode")
     return appearance_plot(
-        rows,
-        f"Fig. 7, as written, {STUDENTS}, {'with' if update else 'without'} update: samples that "
-        "fulfil the appearance condition",
+        over_frames({"": runs}, "positive_appearances", "mode"),
+        f"Fig. 7, as written, {STUDENTS}, {label}: samples that fulfil the appearance condition",
         parameters["kick_off"] * parameters["particles"],
         {"hidden by half": visible < HIDDEN, "hidden or gone": visible < GONE},
     )
 
 
-def _half_width(stored: AdaptiveRuns) -> Figure | None:
+def _half_width(stored: StoredRuns) -> Figure | None:
     """Fig. 9."""
-    experiment = "nummiaro2003-figure-8"
-    runs = stored.by_update(experiment, TRAFFIC)
-    found = [run for repetitions in runs.values() for run in repetitions]
-    if not found:
+    found = _half_widths(stored, "figure-8", TRAFFIC)
+    if found is None:
         return None
-    series = over_frames(runs, "half_width").rename(columns={"half_width": "value"})
-    truth = stored.truth(experiment, found[0]).boxes[:, 2] / 2
     title = f"Fig. 9, as written, {TRAFFIC}: the half axis Hx of the mean state"
-    return series_plot(series, title, "Hx [px]", list(UPDATE), truth)
+    return series_plot(found[0], title, "Hx [px]", list(UPDATE), found[1])
+
+
+def _half_widths(
+    stored: StoredRuns, figure: str, sequence: str, **parameters: object
+) -> tuple[pd.DataFrame, NDArray[np.float64]] | None:
+    """Hx of the mean state over frames, and of the truth; None without runs."""
+    runs = by_update(stored, figure, sequence, **parameters)
+    every = [run for repetitions in runs.values() for run in repetitions]
+    if not every:
+        return None
+    truth = stored.truth(f"nummiaro2003-{figure}", every[0]).boxes[:, 2] / 2
+    return over_frames(runs, "half_width").rename(columns={"half_width": "value"}), truth
+
+
+def _ellipses(rows: pd.DataFrame) -> NDArray[np.float64]:
+    return rows[["x", "y", "half_width", "half_height"]].to_numpy(np.float64)
 
 
 def _first(tables: Tables, name: str) -> pd.DataFrame | None:
@@ -186,6 +324,4 @@ def _first(tables: Tables, name: str) -> pd.DataFrame | None:
     if rows.empty:
         return None
     rows = rows[rows["name"] == rows["name"].iloc[0]]
-    if "preset" in rows:
-        rows = rows[rows["preset"] == PRESET]
-    return rows
+    return rows[rows["preset"] == PRESET] if "preset" in rows else rows

@@ -1,5 +1,6 @@
-"""What ellipses look like to the tracker, without a filter."""
+"""Histograms of ellipses as the tracker sees them, and where else in a scene to look."""
 
+from collections.abc import Iterable, Iterator
 from typing import TypeAlias
 
 import numpy as np
@@ -12,12 +13,22 @@ from trackers.histograms.colour.ellipses import Kernel, coefficients
 from trackers.histograms.colour.joint import JointBins
 from trackers.histograms.elliptic.model import Ellipses
 
-__all__ = ["CLEAR", "Model", "clear_frames", "clutter", "ellipses_in", "grid", "spaced"]
+__all__ = [
+    "Array",
+    "Model",
+    "clear_frames",
+    "clutter",
+    "ellipses_in",
+    "first_model",
+    "grid",
+    "shown",
+    "spaced",
+]
 
 Array: TypeAlias = NDArray[np.float64]
 
 CLEAR = 0.95  # visible fraction from which a target counts as not hidden
-WIDTHS = 3
+WIDTHS = 3  # of the target, around which clutter lies
 
 
 class Model:
@@ -49,21 +60,26 @@ class Model:
     ) -> None:
         self._ellipses = Ellipses(colours or JointBins(), kernel)
         every = np.arange(self._ellipses.colours.n_bins)
-        found = self._ellipses.counts(SharedFrame(image), _states(ellipse[np.newaxis]), every)
-        self.histogram: Array = found.counts[0] / found.totals[0]
-        self._bins = np.flatnonzero(found.counts[0])
+        counted = self._ellipses.counts(SharedFrame(image), _at_rest(ellipse[np.newaxis]), every)
+        self.histogram: Array = counted.counts[0] / counted.totals[0]
+        self._bins = np.flatnonzero(counted.counts[0])
 
     def coefficients(self, image: Image, ellipses: Array) -> Array:
-        """Bhattacharyya coefficients of ellipses (n, 4); 0 with less than a quarter inside."""
-        found = self._ellipses.counts(SharedFrame(image), _states(ellipses), self._bins)
-        return coefficients(found.counts, found.totals, self.histogram[np.newaxis, self._bins])
+        """ρ of ellipses (n, 4); 0 with less than a quarter inside the image."""
+        counted = self._ellipses.counts(SharedFrame(image), _at_rest(ellipses), self._bins)
+        return coefficients(counted.counts, counted.totals, self.histogram[np.newaxis, self._bins])
+
+    def coefficient(self, image: Image, ellipse: Array) -> float:
+        """ρ of one ellipse."""
+        return float(self.coefficients(image, ellipse[np.newaxis])[0])
 
 
-def _states(ellipses: Array) -> Array:
-    """Ellipses (n, 4) as states of the tracker that do not move, shape (n, 7)."""
-    states = np.zeros((len(ellipses), 7))
-    states[:, [0, 1, 4, 5]] = ellipses
-    return states
+def first_model(
+    sequence: Sequence, colours: JointBins | None = None, kernel: Kernel = "isotropic"
+) -> Model:
+    """That of the true ellipse in the first frame."""
+    first = sequence.first_frame
+    return Model(sequence[first], ellipses_in(sequence.boxes[first]), colours, kernel)
 
 
 def ellipses_in(boxes: Array) -> Array:
@@ -72,12 +88,9 @@ def ellipses_in(boxes: Array) -> Array:
     return np.concatenate([boxes[..., :2] + half_axes, half_axes], axis=-1)
 
 
-def grid(ellipse: Array, reach: tuple[float, float], steps: tuple[float, float]) -> Array:
+def grid(ellipse: Array, reach: tuple[float, float], step: float) -> Array:
     """The ellipse moved over a grid, at most by `reach` to each side, shape (n, 4) [pixels]."""
-    across, down = (
-        step * np.arange(-int(most / step), int(most / step) + 1)
-        for most, step in zip(reach, steps, strict=True)
-    )
+    across, down = (step * np.arange(-int(most / step), int(most / step) + 1) for most in reach)
     offsets = np.stack(np.meshgrid(across, down), axis=2).reshape(-1, 2)
     moved = np.tile(ellipse, (len(offsets), 1))
     moved[:, :2] += offsets
@@ -101,8 +114,7 @@ def clutter(ellipse: Array, image: Image, steps_a_width: int = 4) -> Array:
     ndarray of float64, shape (n, 4)
     """
     width = 2 * float(ellipse[2])
-    step = width / steps_a_width
-    around = grid(ellipse, (WIDTHS * width, WIDTHS * width), (step, step))
+    around = grid(ellipse, (WIDTHS * width, WIDTHS * width), width / steps_a_width)
     hit = (np.abs(around[:, :2] - ellipse[:2]) <= ellipse[2:]).all(axis=1)
     size = np.array(image.shape[1::-1])
     inside = ((around[:, :2] >= 0) & (around[:, :2] <= size)).all(axis=1)
@@ -111,16 +123,28 @@ def clutter(ellipse: Array, image: Image, steps_a_width: int = 4) -> Array:
 
 def clear_frames(sequence: Sequence, most: int, least: float = CLEAR) -> list[int]:
     """At most so many frames after the first, evenly spaced, that show so much of the target."""
-    shown = sequence.present & (sequence.visibility >= least)
-    shown[: sequence.first_frame + 1] = False
-    return spaced(np.flatnonzero(shown), most)
+    shows = sequence.present & (sequence.visibility >= least)
+    shows[: sequence.first_frame + 1] = False
+    return spaced(np.flatnonzero(shows), most)
 
 
 def spaced(frames: NDArray[np.intp], most: int) -> list[int]:
     """At most so many of the frames, evenly spaced."""
     if len(frames) == 0:
         return []
-    chosen: list[int] = np.unique(
-        frames[np.linspace(0, len(frames) - 1, most).round().astype(int)]
-    ).tolist()
+    places = np.linspace(0, len(frames) - 1, most).round().astype(int)
+    chosen: list[int] = np.unique(frames[places]).tolist()
     return chosen
+
+
+def shown(sequence: Sequence, frames: Iterable[int]) -> Iterator[tuple[int, Image, Array]]:
+    """Frames in order, with their images and true ellipses."""
+    for frame in sorted(frames):
+        yield frame, sequence[frame], ellipses_in(sequence.boxes[frame])
+
+
+def _at_rest(ellipses: Array) -> Array:
+    """Ellipses (n, 4) as states of the tracker that do not move, shape (n, 7)."""
+    states = np.zeros((len(ellipses), 7))
+    states[:, [0, 1, 4, 5]] = ellipses
+    return states

@@ -1,4 +1,4 @@
-"""Whether an object with one of a target's colours is taken for it: a histogram, a mixture.
+"""Whether an object with one of a target's colours is taken for it: a histogram, a mixture (NU-27).
 
 Pixels of the target in a later frame are told apart by the nearer of its two main colours; the
 distractor consists of those of the more frequent one alone. Both models see pixels with equal
@@ -9,20 +9,16 @@ from math import log, pi
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans2
 from scipy.special import logsumexp
 
-from bench.papers.nummiaro2003.checks.appearance import clear_frames, clutter, ellipses_in
+from bench.papers.nummiaro2003.ellipses import Array, clear_frames, clutter, ellipses_in, shown
 from datasets import Sequence
 from trackers.base.interface import Image
 from trackers.histograms.colour.joint import JointBins
 
-__all__ = ["Histogram", "Mixture", "measure"]
+__all__ = ["Histogram", "Mixture", "one_of_two_colours"]
 
-Array = NDArray[np.float64]
-
-FRAMES = 10
 SIGMA = 0.1
 COMPONENTS = 4
 ITERATIONS = 20
@@ -87,30 +83,39 @@ class Mixture:
         return np.asarray(np.log(self._weights) - (squares + spread) / 2)
 
 
-def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
-    """Table `mixture`; see `bench.papers.nummiaro2003.checks`."""
+def one_of_two_colours(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
+    """How far a model sets the distractor off from the target.
+
+    `mixture`: `model` (`histogram`, `mixture`), `target`, `distractor` (log likelihoods, of the
+    mixture a pixel's mean), `separation`: their difference as a share of that between target and
+    mean clutter; 0 if the distractor matches as well as the target, 1 if no better than clutter.
+    """
     first = sequence.first_frame
     pixels = _pixels(sequence[first], ellipses_in(sequence.boxes[first]))
-    scored = {"histogram": Histogram(pixels).score, "mixture": Mixture(pixels).score}
+    models: dict[str, Histogram | Mixture] = {
+        "histogram": Histogram(pixels),
+        "mixture": Mixture(pixels),
+    }
     colours, labels = kmeans2(pixels.astype(np.float64), 2, minit="++", rng=0)
     frequent = np.bincount(labels, minlength=2).argmax()
     rows = []
-    for frame in clear_frames(sequence, 2 if quick else FRAMES):
-        image, ellipse = sequence[frame], ellipses_in(sequence.boxes[frame])
-        target = _pixels(image, ellipse)
-        offsets = target.astype(np.float64)[:, np.newaxis] - colours
-        one_colour = target[(offsets**2).sum(axis=2).argmin(axis=1) == frequent]
+    for frame, image, ellipse in shown(sequence, clear_frames(sequence, 2 if quick else 10)):
+        both = _pixels(image, ellipse)
+        offsets = both.astype(np.float64)[:, np.newaxis] - colours
+        one_colour = both[(offsets**2).sum(axis=2).argmin(axis=1) == frequent]
         others = [_pixels(image, other) for other in clutter(ellipse, image, 1)]
-        for name, score in scored.items():
-            scores = {
-                "target": score(target),
-                "distractor": score(one_colour),
-                "clutter": float(np.mean([score(other) for other in others])),
-            }
-            log_ratio = scores["target"] - scores["distractor"]
-            separation = log_ratio / (scores["target"] - scores["clutter"])
-            ratios = {"log_ratio": log_ratio, "separation": separation}
-            rows.append({"model": name, "frame": frame} | scores | ratios)
+        for name, model in models.items():
+            target, distractor = model.score(both), model.score(one_colour)
+            beside = float(np.mean([model.score(other) for other in others]))
+            rows.append(
+                {
+                    "model": name,
+                    "frame": frame,
+                    "target": target,
+                    "distractor": distractor,
+                    "separation": (target - distractor) / (target - beside),
+                }
+            )
     return {"mixture": pd.DataFrame(rows)}
 
 

@@ -15,12 +15,9 @@ from bench.experiments.contestant import contestant
 from bench.experiments.experiment import read_experiment
 from bench.papers import drawing
 from bench.papers.drawing import undrawn
-from bench.papers.nummiaro2003 import figures, grid, strips
-from bench.papers.nummiaro2003.figures import NUMBERS, draw
-from bench.papers.nummiaro2003.grid import READINGS, scale_grids
-from bench.papers.nummiaro2003.stored import AdaptiveRuns
-from bench.papers.nummiaro2003.strips import film_strips
-from bench.papers.stored import over_frames
+from bench.papers.nummiaro2003 import figures
+from bench.papers.nummiaro2003.figures import NUMBERS, READINGS, by_update, draw, scale_grid
+from bench.papers.stored import StoredRuns, over_frames
 from bench.store.asked import Asked
 from bench.store.results import Results
 from bench.store.truth import write_truth
@@ -68,18 +65,15 @@ def asked(results):
 
 @pytest.fixture
 def stored(results, asked):
-    return AdaptiveRuns(results, asked)
+    return StoredRuns(results, asked)
 
 
 @pytest.fixture(autouse=True)
 def short_scenes(monkeypatch):
-    for key in ("PERSON", "CAR", "STUDENTS"):
+    for key in ("PERSON", "CAR", "STUDENTS", "HEAD"):
         monkeypatch.setattr(figures, key, NAME)
-    for module in (figures, strips, grid):
-        monkeypatch.setattr(module, "TRAFFIC", SCENES)
-    for key in ("STUDENTS", "HEAD"):
-        monkeypatch.setattr(strips, key, NAME)
-    monkeypatch.setattr(strips, "PAPERS_FRAME", 41)
+    monkeypatch.setattr(figures, "TRAFFIC", SCENES)
+    monkeypatch.setattr(figures, "PAPERS_FRAME", 41)
 
 
 def ellipses(n, x):
@@ -152,7 +146,7 @@ def test_figures_without_runs_are_left_out_with_a_word(results, asked, tables, t
 
 
 def test_runs_are_told_apart_by_sequence_and_parameters_in_order_of_repetitions(stored):
-    runs = stored.by_update("nummiaro2003-figure-8", f"{SCENES}:scene=2")
+    runs = by_update(stored, "figure-8", f"{SCENES}:scene=2")
     assert {label: len(found) for label, found in runs.items()} == {
         "without update": 2,
         "with update": 2,
@@ -162,9 +156,10 @@ def test_runs_are_told_apart_by_sequence_and_parameters_in_order_of_repetitions(
         assert {run.identity.sequence for run in found} == {f"{SCENES}:scene=2"}
         updates = {run.identity.parameters["model_update"] for run in found}
         assert updates == {label == "with update"}
-    assert stored.written("nummiaro2003-figure-8", SCENES, sigma=0.2) == []
-    assert stored.written("nummiaro2003-figure-8", NAME) == []
-    assert stored.written("nummiaro2003-figure-99", SCENES) == []
+    none = {"without update": [], "with update": []}
+    assert by_update(stored, "figure-8", SCENES, sigma=0.2) == none
+    assert by_update(stored, "figure-8", NAME) == none
+    assert by_update(stored, "figure-99", SCENES) == none
 
 
 def test_runs_that_nobody_asked_for_or_that_failed_are_not_shown(results, asked, tmp_path):
@@ -177,7 +172,7 @@ def test_runs_that_nobody_asked_for_or_that_failed_are_not_shown(results, asked,
         if run.identity.repetition == 0:
             file.unlink()
             folder.write(replace(run, failure="frame 3: why", details={}))
-    (left,) = AdaptiveRuns(copy, {experiment: some}).written(experiment, NAME)
+    (left,) = by_update(StoredRuns(copy, {experiment: some}), "figure-6", NAME)["with update"]
     assert left.identity.repetition == 1
 
 
@@ -187,7 +182,7 @@ def test_the_half_axis_is_that_of_the_runs_and_of_the_truth(stored):
     boxes = datasets.load(SCENES).boxes
     np.testing.assert_allclose(truth.get_ydata(), boxes[:, 2] / 2)
     for line, runs in zip(
-        (without, updated), stored.by_update("nummiaro2003-figure-8", SCENES).values(), strict=True
+        (without, updated), by_update(stored, "figure-8", SCENES).values(), strict=True
     ):
         widths = np.median([run.boxes[1:, 2] / 2 for run in runs], axis=0)
         assert line.get_xdata().tolist() == list(range(1, 20))
@@ -196,7 +191,7 @@ def test_the_half_axis_is_that_of_the_runs_and_of_the_truth(stored):
 
 def test_appearances_have_the_threshold_and_the_shades_of_their_runs(stored):
     upper, lower = figures._appearances(stored, update=True).axes
-    runs = stored.written("nummiaro2003-figure-6", NAME)
+    runs = by_update(stored, "figure-6", NAME)["with update"]
     counts = np.median([run.details["positive_appearances"][1:] for run in runs], axis=0)
     np.testing.assert_allclose(upper.lines[0].get_ydata(), counts)
     assert set(upper.lines[1].get_ydata()) == {10.0}
@@ -234,15 +229,16 @@ def test_the_surface_is_that_of_the_first_scene_as_written(tables):
 
 
 def test_small_multiples_are_of_the_readings_that_were_run(stored):
-    plots = scale_grids(stored)
-    (axes,) = plots["figure-9-readings"].axes
+    (axes,) = scale_grid(stored, "figure-9", READINGS, (8, 9), "a title").axes
     assert axes.get_title() == "scene 9"
     assert axes.get_ylabel() == "together, factors, σ 0.05\nHx [px]"
-    run = stored.written(
-        "nummiaro2003-figure-9", f"{SCENES}:scene=9", **READINGS["together, factors, σ 0.05"]
-    )[0]
-    np.testing.assert_allclose(axes.lines[-1].get_ydata(), run.details["half_width"][1:])
-    assert [axes.get_title() for axes in plots["figure-9-scenes"].axes] == ["scene 0", "scene 2"]
+    parameters = READINGS["together, factors, σ 0.05"]
+    runs = by_update(stored, "figure-9", f"{SCENES}:scene=9", **parameters)["with update"]
+    half_widths = runs[0].details["half_width"]
+    np.testing.assert_allclose(axes.lines[-1].get_ydata(), half_widths[1:])
+    plot = scale_grid(stored, "figure-8", {"as written": {}}, (0, 1, 2), "a title")
+    assert [axes.get_title() for axes in plot.axes] == ["scene 0", "scene 2"]
+    assert scale_grid(stored, "figure-9", {"as written": {}}, (0,), "a title") is None
 
 
 def test_the_readings_are_those_that_the_experiment_runs():
@@ -260,15 +256,17 @@ def test_strips_say_when_a_run_is_initialising_and_hold_the_papers_frame(stored,
         asked_for.append((numbers, sorted(boxes), title, shape, words))
         return np.zeros((10, 20, 3), np.uint8)
 
-    monkeypatch.setattr(strips, "film_strip", strip)
-    assert set(film_strips(stored)) == {"figure-6", "figure-8", "figure-10"}
+    monkeypatch.setattr(figures, "film_strip", strip)
+    assert figures.strip(stored, "figure-6", NAME, 12).shape == (20, 20, 3)
+    assert figures.strip(stored, "figure-10", NAME, 12, together=True).shape == (10, 20, 3)
+    assert figures.strip(stored, "figure-10", SCENES, 12) is None
     students = [call for call in asked_for if "Fig. 6" in call[2]]
     assert [call[1][1] for call in students] == ["without update", "with update"]
     for numbers, _, title, shape, words in students:
         assert 41 in numbers
         assert shape == "ellipse"
         update = "without" not in title
-        run = stored.written("nummiaro2003-figure-6", NAME, model_update=update)[0]
+        run = by_update(stored, "figure-6", NAME)["with update" if update else "without update"][0]
         initialising = {number for number in numbers if run.details["mode"][number] == 0}
         assert set(words) == initialising
     assert any(call[4] for call in students)
@@ -277,7 +275,7 @@ def test_strips_say_when_a_run_is_initialising_and_hold_the_papers_frame(stored,
 
 
 def test_details_over_frames_begin_after_the_given_one(stored):
-    runs = {"a": stored.written("nummiaro2003-figure-6", NAME)}
+    runs = {"a": by_update(stored, "figure-6", NAME)["with update"]}
     rows = over_frames(runs, "mode", "half_width")
     assert list(rows.columns) == ["label", "repetition", "mode", "half_width", "frame"]
     assert rows["frame"].min() == 1

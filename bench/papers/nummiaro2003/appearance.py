@@ -1,0 +1,311 @@
+"""What ellipses look like to the tracker, without a filter: the claims on colour histograms.
+
+A function measures one thing on a scene, in fewer frames where it is to be quick; it gives tables
+by name, in which a row is a frame and what is varied in it. Shares are in [0, 1]. ρ is the
+Bhattacharyya coefficient of an ellipse with the model of the true one in the first frame, with the
+text's bins, kernel and σ but for what is varied. "Clutter" are ellipses of the target's size within
+three widths that a score would call a miss.
+"""
+
+from collections.abc import Mapping
+from math import ceil
+from typing import TypeAlias, cast
+
+import cv2
+import numpy as np
+import pandas as pd
+
+import trackers
+from bench.papers.nummiaro2003.ellipses import (
+    Array,
+    Model,
+    clear_frames,
+    clutter,
+    ellipses_in,
+    first_model,
+    grid,
+    shown,
+    spaced,
+)
+from bench.papers.views import with_gain, with_noise
+from datasets import Sequence
+from trackers.base.interface import Image
+from trackers.base.sharing import SharedFrame
+from trackers.histograms.colour.ellipses import KERNELS
+from trackers.histograms.colour.joint import JointBins
+from trackers.histograms.elliptic.background import Background, spacing_of
+from trackers.nummiaro2003 import Nummiaro2003
+
+__all__ = [
+    "background",
+    "bins_and_noise",
+    "gains",
+    "kernels",
+    "occlusion",
+    "threshold",
+    "turned",
+    "turned_and_scaled",
+    "turned_histogram",
+]
+
+Tables: TypeAlias = Mapping[str, pd.DataFrame]
+
+VISIBLE = 0.8  # fraction from which a target counts as visible
+HALF_SEEN = 0.5  # likewise, where its boundary may be hidden
+HALF_HIDDEN = 0.4, 0.6  # visible fractions of a target that is hidden by half
+FINE_STEP = 0.25  # of "all the positions" of the background [Hx]; nearer ones are hardly new
+STEPS_A_HALF_AXIS = 8  # of the search for a centre
+STEPS_A_WIDTH = 2  # of clutter, where fine histograms take long
+
+DEGREES = (15, 30, 45, 60, 75, 90, 120, 150, 180)
+FACTORS = (0.5, 0.65, 0.8, 1.25, 1.6, 2.0)
+GAINS = (0.5, 0.75, 1.25, 1.5)
+BINS = (4, 8, 16, 32)  # a channel
+NOISES = (0, 2, 4, 8, 16)  # deviations [grey levels]
+
+
+def background(sequence: Sequence, quick: bool) -> Tables:
+    """Whether the threshold tells target from background (NU-11, NU-11b; Equations 13 to 15).
+
+    `appearance`: `above_threshold` (1: ρ of the true ellipse is), in frames that show more than
+    .8 of the target. `background`: `below_threshold` (share of the frame's `positions`).
+    """
+    target = ellipses_in(sequence.boxes[sequence.first_frame])
+    model = first_model(sequence)
+    frame_of_threshold, least = threshold(sequence, model)
+    appearance = [
+        {"frame": frame, "above_threshold": float(model.coefficient(image, ellipse) > least)}
+        for frame, image, ellipse in shown(
+            sequence, clear_frames(sequence, 5 if quick else 50, VISIBLE)
+        )
+    ]
+    others = spaced(np.arange(len(sequence)), 2 if quick else 5)
+    positions = []
+    for frame in sorted({frame_of_threshold, *others}):
+        found = _without_target(sequence, frame, target[2:], model)
+        if len(found):
+            below = float(np.mean(found <= least))
+            positions.append({"frame": frame, "positions": len(found), "below_threshold": below})
+    return {"appearance": pd.DataFrame(appearance), "background": pd.DataFrame(positions)}
+
+
+def occlusion(sequence: Sequence, quick: bool) -> Tables:
+    """How much of a target must be seen for its ellipse to look like it (NU-1).
+
+    `occlusion_curve`: `visibility`, `coefficient` (ρ of the true ellipse), `above_threshold`, in
+    frames that hide a part of the target. `occlusion`: those of them that hide half of it.
+    """
+    model = first_model(sequence)
+    _, least = threshold(sequence, model)
+    visibility = sequence.visibility
+    partly = np.flatnonzero(sequence.present & (visibility > 0) & (visibility < 1))
+    low, high = HALF_HIDDEN
+    half = partly[(visibility[partly] >= low) & (visibility[partly] <= high)].tolist()
+    rows = []
+    for frame, image, ellipse in shown(sequence, {*spaced(partly, 10 if quick else 100), *half}):
+        coefficient = model.coefficient(image, ellipse)
+        rows.append(
+            {
+                "frame": frame,
+                "visibility": float(visibility[frame]),
+                "coefficient": coefficient,
+                "above_threshold": float(coefficient > least),
+            }
+        )
+    curve = pd.DataFrame(rows)
+    return {
+        "occlusion": curve[curve["frame"].isin(half)] if rows else curve,
+        "occlusion_curve": curve,
+    }
+
+
+def turned_and_scaled(sequence: Sequence, quick: bool) -> Tables:
+    """ρ of a target that is turned or scaled about its centre, with the model before (NU-2).
+
+    `transformed`: `transformation` (`rotation`, `scale`), `amount` (degrees, factor),
+    `coefficient` of the ellipse that is turned or scaled like the target. `transformed_upright`,
+    for rotations alone, what a state of the tracker can say: `region` (`extents`: the ellipse in
+    the turned one's extents; `circle`: the greatest circle in it, in the model too).
+    """
+    whole, upright = [], []
+    for frame, image, ellipse in shown(sequence, clear_frames(sequence, 1 if quick else 5)):
+        patch, centred = _cut_out(image, ellipse)
+        model = Model(patch, centred)
+        for degrees in DEGREES:
+            view = turned(patch, centred, degrees)
+            histogram = turned_histogram(view, centred, degrees)
+            labels = {"frame": frame, "transformation": "rotation", "amount": float(degrees)}
+            whole.append(
+                labels | {"coefficient": float(np.sqrt(model.histogram * histogram).sum())}
+            )
+            for region, before, after in _upright(centred, degrees):
+                changed = Model(patch, before).coefficient(view, after)
+                upright.append(labels | {"region": region, "coefficient": changed})
+        for factor in FACTORS:
+            # A camera farther away averages; one nearer makes no colours between neighbours.
+            way = cv2.INTER_AREA if factor < 1 else cv2.INTER_NEAREST
+            resized = cv2.resize(patch, None, fx=factor, fy=factor, interpolation=way)
+            scaled = np.asarray(resized, np.uint8)
+            sizes = np.array([scaled.shape[1] / patch.shape[1], scaled.shape[0] / patch.shape[0]])
+            changed = model.coefficient(scaled, centred * np.tile(sizes, 2))
+            labels = {"frame": frame, "transformation": "scale", "amount": factor}
+            whole.append(labels | {"coefficient": changed})
+    return {"transformed": pd.DataFrame(whole), "transformed_upright": pd.DataFrame(upright)}
+
+
+def kernels(sequence: Sequence, quick: bool) -> Tables:
+    """Which weights of the pixels set the target off from clutter, and find its centre (NU-5).
+
+    `kernels`: `kernel`, `margin` (ρ of the true ellipse less the greatest of clutter),
+    `centre_error` (from the truth to the greatest ρ within a Hx, at the true size [Hx]), in frames
+    that show half of the target.
+    """
+    models = {kernel: first_model(sequence, kernel=kernel) for kernel in KERNELS}
+    rows = []
+    frames = clear_frames(sequence, 3 if quick else 20, HALF_SEEN)
+    for frame, image, ellipse in shown(sequence, frames):
+        half_width = float(ellipse[2])
+        near = grid(ellipse, (half_width, half_width), half_width / STEPS_A_HALF_AXIS)
+        far = clutter(ellipse, image)
+        for kernel, model in models.items():
+            best = near[model.coefficients(image, near).argmax()]
+            error = float(np.hypot(*(best - ellipse)[:2])) / half_width
+            margin = model.coefficient(image, ellipse) - float(model.coefficients(image, far).max())
+            rows.append({"kernel": kernel, "frame": frame, "margin": margin, "centre_error": error})
+    return {"kernels": pd.DataFrame(rows)}
+
+
+def gains(sequence: Sequence, quick: bool) -> Tables:
+    """How much a target looks like itself in other light, by RGB and by HSV (NU-6).
+
+    `lighting`: `colour` (`rgb`, `hsv`), `gain` (of the image), `coefficient`.
+    """
+    models = {space: first_model(sequence, JointBins(space)) for space in ("rgb", "hsv")}
+    rows = [
+        {"colour": space, "frame": frame, "gain": gain, "coefficient": coefficient}
+        for frame, image, ellipse in shown(sequence, clear_frames(sequence, 1 if quick else 5))
+        for space, model in models.items()
+        for gain in GAINS
+        for coefficient in [model.coefficient(with_gain(image, gain), ellipse)]
+    ]
+    return {"lighting": pd.DataFrame(rows)}
+
+
+def bins_and_noise(sequence: Sequence, quick: bool) -> Tables:
+    """Whether many bins are a problem where the camera adds noise (NU-25).
+
+    `noise`: `bins` (a channel), `noise` (deviation of what is added [grey levels]), `coefficient`,
+    `margin` (as of `kernels`).
+    """
+    generator = np.random.default_rng(0)
+    first = sequence.first_frame
+    start = ellipses_in(sequence.boxes[first])
+    frames = clear_frames(sequence, 1 if quick else 5)
+    rows = []
+    for noise in NOISES:
+        view = with_noise(sequence[first], noise, generator)
+        models = {bins: Model(view, start, JointBins("rgb", bins)) for bins in BINS}
+        for frame, image, ellipse in shown(sequence, frames):
+            view = with_noise(image, noise, generator)
+            around = np.vstack([ellipse, clutter(ellipse, view, STEPS_A_WIDTH)])
+            for bins, model in models.items():
+                own, *others = model.coefficients(view, around).tolist()
+                labels = {"frame": frame, "bins": bins, "noise": noise}
+                rows.append(labels | {"coefficient": own, "margin": own - max(others)})
+    return {"noise": pd.DataFrame(rows)}
+
+
+def threshold(sequence: Sequence, model: Model) -> tuple[int, float]:
+    """The appearance condition as the tracker makes it: the frame that it is from, and μ + 2σ.
+
+    It is from the last frame without the target, where the sequence begins with such; else
+    from the first frame without the target's surroundings.
+    """
+    first = sequence.first_frame
+    frame = max(first - 1, 0)
+    target = ellipses_in(sequence.boxes[first])
+    image = sequence[frame]
+    tracker = cast(Nummiaro2003, trackers.create("nummiaro2003"))
+    positions = tracker.parameters.background_positions
+    spacing = spacing_of(positions, target[2:], (image.shape[1], image.shape[0]))
+    without = target[:2] if frame == first else None
+    return frame, _background(image, target[2:], spacing, without).threshold(model.histogram)
+
+
+def turned(image: Image, ellipse: Array, degrees: float) -> Image:
+    """The image turned about an ellipse's centre, against the clock as it is seen."""
+    # OpenCV puts pixel centres at whole numbers.
+    x, y = (ellipse[:2] - 0.5).tolist()
+    rotation = cv2.getRotationMatrix2D((x, y), degrees, 1.0)
+    size = image.shape[1], image.shape[0]
+    # Colours between neighbours, which interpolation would make, are not the target's.
+    nearest, mirrored = cv2.INTER_NEAREST, cv2.BORDER_REFLECT
+    return np.asarray(cv2.warpAffine(image, rotation, size, flags=nearest, borderMode=mirrored))
+
+
+def turned_histogram(image: Image, ellipse: Array, degrees: float) -> Array:
+    """Histogram of an ellipse that is turned with the image, kernel as written.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (height, width, 3)
+        BGR.
+    ellipse : ndarray of float64, shape (4,)
+        Centre x and y, and half axes before it is turned [pixels].
+    degrees : float
+        As of `turned`.
+    """
+    colours = JointBins()
+    rows, columns = np.mgrid[: image.shape[0], : image.shape[1]] + 0.5
+    dx, dy = columns - ellipse[0], rows - ellipse[1]
+    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    along = (cosine * dx - sine * dy) / ellipse[2]
+    across = (sine * dx + cosine * dy) / ellipse[3]
+    inside = along**2 + across**2 <= 1
+    distance = (dx**2 + dy**2) / (ellipse[2:] ** 2).sum()
+    weights = 1 - distance[inside]
+    counts = np.bincount(colours.codes(image)[inside], weights, colours.n_bins)
+    return np.asarray(counts / counts.sum())
+
+
+def _without_target(sequence: Sequence, frame: int, half_axes: Array, model: Model) -> Array:
+    """ρ of ellipses of a size all over a frame; none whose box meets the true one."""
+    everywhere = _background(sequence[frame], half_axes, FINE_STEP * float(half_axes[0]), None)
+    found = everywhere.coefficients(model.histogram)
+    if not sequence.present[frame]:
+        return found
+    target = ellipses_in(sequence.boxes[frame])
+    apart = (np.abs(everywhere.positions - target[:2]) >= half_axes + target[2:]).any(axis=1)
+    return np.asarray(found[apart])
+
+
+def _background(
+    image: Image, half_axes: Array, spacing: float, without: Array | None
+) -> Background:
+    return Background(SharedFrame(image), half_axes, spacing, JointBins(), "isotropic", without)
+
+
+def _upright(ellipse: Array, degrees: float) -> list[tuple[str, Array, Array]]:
+    """Upright ellipses to compare: what it is called, before, after the turn."""
+    half_width, half_height = ellipse[2:]
+    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    extents = [
+        np.hypot(half_width * cosine, half_height * sine),
+        np.hypot(half_width * sine, half_height * cosine),
+    ]
+    circle = np.array([*ellipse[:2], *[min(half_width, half_height)] * 2])
+    return [
+        ("extents", ellipse, np.array([*ellipse[:2], *extents])),
+        ("circle", circle, circle),
+    ]
+
+
+def _cut_out(image: Image, ellipse: Array) -> tuple[Image, Array]:
+    """The target's surroundings, mirrored where the image ends, and the ellipse in them."""
+    reach = ceil(float(np.hypot(*ellipse[2:]))) + 2
+    padded = cv2.copyMakeBorder(image, reach, reach, reach, reach, cv2.BORDER_REFLECT)
+    left, top = np.floor(ellipse[:2]).astype(int).tolist()  # less than the centre by < 1
+    patch = padded[top : top + 2 * reach + 1, left : left + 2 * reach + 1]
+    centred = ellipse.copy()
+    centred[:2] += reach - np.array([left, top])
+    return np.ascontiguousarray(patch), centred

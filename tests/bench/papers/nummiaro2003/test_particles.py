@@ -1,0 +1,179 @@
+"""What short runs of the tracker show on painted targets, and which scene is asked what."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bench.papers.nummiaro2003 import particles, scenes
+from datasets import Sequence, SequenceError
+
+RED, BLUE, GREY, GREEN = (40, 40, 200), (200, 60, 40), (128, 128, 128), (60, 160, 60)
+ROWS, COLUMNS = np.mgrid[:120, :200] + 0.5
+
+
+def painted(x, core=RED, rim=BLUE):
+    """A target of 24x36 pixels at half the height, on grey."""
+    image = np.full((120, 200, 3), GREY, np.uint8)
+    distance = np.hypot((COLUMNS - x) / 12, (ROWS - 60) / 18)
+    image[distance <= 1] = rim
+    image[distance <= 0.6] = core
+    return image
+
+
+def walking(xs, images=None, **told):
+    """The target at these places; absent where that is NaN."""
+    boxes = np.array([[x - 12, 42, 24, 36] for x in xs])
+    boxes[np.isnan(xs)] = np.nan
+    inside = (np.minimum(np.add(xs, 12), 200) - np.maximum(np.subtract(xs, 12), 0)) / 24
+    seen = np.nan_to_num(np.clip(inside, 0, 1))
+    images = images or [painted(x) for x in xs]
+    return Sequence("painted", images, boxes, fingerprint="p", visibility=seen, **told)
+
+
+COMING = [np.nan] * 12 + [3.0 * frame - 6 for frame in range(60)]
+
+
+@pytest.fixture
+def doors(monkeypatch):
+    """Sets where samples wait."""
+
+    def put(*region):
+        monkeypatch.setattr(particles, "entries", lambda name: np.array([region], float))
+
+    return put
+
+
+@pytest.mark.slow
+def test_the_mean_of_the_particles_is_at_the_maximum_where_nothing_else_looks_like_the_target():
+    tables = particles.maximum(walking([40.0 + 2 * frame for frame in range(12)]), quick=True)
+    found = tables["maximum"]
+    assert set(found["preset"]) == {"as-written", "recommended"}
+    assert (found["distance"] < 0.25).all()
+    assert found["near"].all()
+    assert found["spread"].between(0.01, 1.0).all()
+    last_frames = found.groupby("preset").last()
+    of_presets = tables["surface_particles"].groupby("preset")
+    for preset, surface in tables["surface"].groupby("preset"):
+        last, drawn = last_frames.loc[preset], of_presets.get_group(preset).set_index("kind")
+        best = surface.loc[surface["coefficient"].idxmax(), ["x", "y"]]
+        assert surface["frame"].unique().tolist() == [last["frame"]]
+        assert len(surface) == (2 * 18 + 1) * (2 * 27 + 1)
+        assert (drawn.loc["greatest", ["x", "y"]] == best).all()
+        away = np.hypot(*(drawn.loc["mean", ["x", "y"]] - best))
+        assert away / 12 == pytest.approx(last["distance"])
+
+
+@pytest.mark.slow
+def test_the_distance_is_to_the_maximum_wherever_the_truth_is():
+    xs = [40.0 + 2 * frame for frame in range(8)]
+    ahead = walking(xs, [painted(40.0 + 3 * frame) for frame in range(8)])
+    last = particles.maximum(ahead, quick=True)["maximum"].groupby("preset").last()
+    assert (last["distance"] < 0.25).all()  # the truth lies half a half axis behind
+
+
+def switched(*lengths):
+    """Flags of so many frames in turn, off at first."""
+    return np.repeat(np.arange(len(lengths)) % 2 == 1, lengths)
+
+
+@pytest.mark.parametrize(
+    ("tracking", "inside", "visible", "said"),  # false starts, started, kept
+    [
+        ((10, 20), (10, 20), (10, 20), (0, 1, 1)),
+        # Ten frames after it is visible are in time, fourteen are too late.
+        ((15, 15), (15, 15), (5, 25), (0, 1, 1)),
+        ((24, 1), (24, 1), (10, 15), (0, 0, 0)),
+        ((1, 2, 2, 1, 19), (25,), (10, 15), (2, 0, 0)),
+        # The background is no target, nor is one that walks past what was taken for it,
+        ((6, 24), (30,), (5, 25), (0, 0, 0)),
+        ((5, 25), (14, 3, 13), (10, 20), (1, 0, 0)),
+        # but it is where tracking begins anew, or the target stays there.
+        ((5, 8, 1, 16), (14, 3, 13), (10, 20), (1, 1, 0)),
+        ((5, 25), (14, 16), (10, 20), (1, 1, 1)),
+    ],
+)
+def test_what_becomes_of_a_run_that_waits(tracking, inside, visible, said):
+    starts, started, kept = said
+    found = particles.entered(switched(*tracking), switched(*inside), 1.0 * switched(*visible))
+    assert found == {
+        "false_start_rate": pytest.approx(100 * starts / visible[0]),
+        "no_false_start": starts == 0,
+        "started": started,
+        "kept": kept,
+    }
+
+
+@pytest.mark.slow
+def test_a_target_that_comes_in_where_particles_wait_is_found_in_all_runs(doors):
+    doors(0, 50, 24, 20)
+    tables = particles.entrance(walking(COMING), quick=True)
+    found = tables["entrance"]
+    assert len(found) == 4
+    assert found[["started", "kept", "no_false_start"]].all(axis=None)
+    waiting = tables["entrance_particles"].query("tracking == 0 and frame < 13")
+    assert len(waiting) == 200
+    assert waiting["x"].between(0, 24).all()
+    assert waiting["y"].between(50, 70).all()
+    assert tables["entrance_regions"].to_numpy().tolist() == [[0, 50, 24, 20]]
+    again = particles.entrance(walking(COMING), quick=True)["entrance"]
+    pd.testing.assert_frame_equal(again, found)
+
+
+@pytest.mark.slow
+def test_the_known_histogram_is_of_a_whole_target_in_the_light(doors):
+    doors(0, 0, 200, 120)
+    dark = np.arange(len(COMING)) < 30
+    colours = {True: ((10, 10, 40), (40, 10, 10)), False: (RED, BLUE)}
+    images = [painted(x, *colours[in_shade]) for x, in_shade in zip(COMING, dark, strict=True)]
+    plain = particles.entrance(walking(COMING, images), quick=True)["entrance"]
+    shaded = walking(COMING, images, attributes={"shade": dark})
+    assert plain["started"].all()  # knows the dark one, which comes first
+    assert not particles.entrance(shaded, quick=True)["entrance"]["started"].any()
+    with pytest.raises(SequenceError, match="never wholly visible in the light"):
+        particles.entrance(walking([np.nan, *[3.0] * 60]), quick=True)
+
+
+@pytest.mark.slow
+def test_a_target_that_comes_in_elsewhere_is_not_found(doors):
+    doors(0, 0, 24, 20)
+    sequence = walking([np.nan] * 12 + [206.0 - 2 * frame for frame in range(60)])
+    found = particles.kick_offs(sequence, quick=True)["kick_off"]
+    assert not found["started"].any()
+    assert found["kick_off"].tolist() == [0.05, 0.1, 0.2, 0.4] * 2
+
+
+def test_a_model_counts_as_wrong_where_clutter_looks_more_like_it_than_the_first_one():
+    ellipse = np.array([[60.0, 60.0, 12.0, 18.0]])
+    image = painted(60.0, GREEN, GREEN)
+    green, red = np.zeros((2, 512))
+    green[(60 >> 5) * 64 + (160 >> 5) * 8 + (60 >> 5)] = 1.0
+    red[(200 >> 5) * 64 + (40 >> 5) * 8 + (40 >> 5)] = 1.0
+    mixed = 0.7 * red + 0.3 * green
+    assert particles.nearer(green[np.newaxis], green, image, ellipse) == 0.0
+    assert particles.nearer(np.stack([red, mixed]), red, image, ellipse) == 0.0
+    assert particles.nearer(np.stack([red, green]), red, image, ellipse) == 0.5
+    assert particles.nearer(np.stack([mixed, green]), mixed, image, ellipse) == 0.5
+
+
+@pytest.mark.slow
+def test_models_of_their_own_stay_with_a_target_that_nothing_looks_like():
+    sequence = walking([40.0 + frame for frame in range(70)])
+    wrong = particles.own_models(sequence, quick=True)["wrong_models"]
+    assert wrong["frame"].unique().tolist() == list(range(5, 61, 5))
+    assert (wrong["nearer_clutter"] < 0.5).all()
+
+
+def test_doors_are_looked_at_where_the_scene_begins_empty_and_nowhere_else(monkeypatch, tmp_path):
+    asked = []
+
+    def measured(checks, source, names, folder, jobs, *, quick, everything):
+        asked.append(({check.measure for check in checks}, names))
+        return {"waiting" if particles.entrance in asked[-1][0] else "others": None}
+
+    monkeypatch.setattr(scenes, "measured_on_scenes", measured)
+    names = ["nummiaro2003/person:scene=1", "nummiaro2003/person:scene=1:start=empty"]
+    assert set(scenes.examine(names, tmp_path, 1)) == {"waiting", "others"}
+    (all_others, begun), (doors, empty) = asked
+    assert (begun, empty) == (names[:1], names[1:])
+    assert doors == {particles.entrance, particles.kick_offs}
+    assert not doors & all_others
