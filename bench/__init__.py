@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 from bench.packages import NameClashError, check_place
 
 if TYPE_CHECKING:
-    from bench.engine.runner import run
     from bench.evaluation.loop import evaluate
     from bench.evaluation.record import Run
+    from bench.evaluation.scoring import score, score_boxes
+    from bench.execution.run import run
     from bench.experiments.experiment import Experiment, read_experiment
-    from bench.metrics.scoring import score, score_boxes
     from bench.store.loading import load_results
 
 __all__ = [
@@ -48,9 +48,9 @@ _HOMES = {
     "evaluate": "bench.evaluation.loop",
     "load_results": "bench.store.loading",
     "read_experiment": "bench.experiments.experiment",
-    "run": "bench.engine.runner",
-    "score": "bench.metrics.scoring",
-    "score_boxes": "bench.metrics.scoring",
+    "run": "bench.execution.run",
+    "score": "bench.evaluation.scoring",
+    "score_boxes": "bench.evaluation.scoring",
 }
 
 

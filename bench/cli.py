@@ -9,11 +9,9 @@ from typing import Any
 
 import click
 
-__all__ = ["EXIT_ANSWER_IS_NO", "EXIT_INTERRUPTED", "EXIT_WRONG_INPUT", "main"]
+from bench.commands import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
 
-EXIT_ANSWER_IS_NO = 1
-EXIT_WRONG_INPUT = 2
-EXIT_INTERRUPTED = 130
+__all__ = ["main"]
 
 _COMMANDS = Path(__file__).parent / "commands"
 

@@ -10,8 +10,8 @@ import pytest
 import bench
 import datasets
 import trackers
+from bench.execution.plan import make_plan
 from bench.experiments.experiment import read_experiment
-from bench.experiments.plan import make_plan
 from bench.store.results import Results
 
 ROOT = Path(__file__).parents[1]

@@ -1,5 +1,6 @@
 """Run four trackers on a synthetic and two recorded sequences, with tables and pictures."""
 
+import functools
 import os
 import sys
 from pathlib import Path
@@ -7,7 +8,6 @@ from pathlib import Path
 import click
 
 from bench.commands._options import jobs_option
-from bench.commands.report import write_report
 from bench.commands.run import execute
 from bench.experiments.experiment import read_experiment
 
@@ -28,13 +28,15 @@ def command(output: Path, jobs: int | None) -> int:
 
     What it runs is the experiment `demo`: bench/experiments/demo.toml.
     """
+    from bench.reporting.pictures import write_report
+
     experiment = read_experiment("demo")
     results = output / "results"
     status = execute(experiment, results, jobs)
     if status:
         return status
     folder = output / "demo"
-    paths = write_report(results / experiment.name, folder)
+    paths = write_report(results / experiment.name, folder, functools.partial(click.echo, err=True))
     click.echo(f"\nTables, plots and film strips are in {folder}:")
     for path in paths:
         if path.suffix == ".png":

@@ -46,14 +46,12 @@ def command(as_json: bool) -> int:
 
 
 def _environment() -> dict[str, str]:
-    import bench
-
     return {
         "trackmark": metadata.version("trackmark"),
         "python": f"{platform.python_version()} ({sys.executable})",
         "platform": platform.platform(),
         "cores": str(os.cpu_count()),
-        "packages": str(Path(str(bench.__file__)).parents[1]),
+        "packages": str(Path(__file__).parents[2]),
     }
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.cli import EXIT_ANSWER_IS_NO, EXIT_INTERRUPTED
+from bench.commands import EXIT_ANSWER_IS_NO, EXIT_INTERRUPTED
 from bench.commands._options import (
     chosen_sequences,
     engine_options,
@@ -18,8 +18,8 @@ from bench.commands._options import (
 )
 
 if TYPE_CHECKING:
+    from bench.execution.plan import KnownSequences
     from bench.experiments.experiment import Experiment
-    from bench.experiments.plan import KnownSequences
     from bench.papers import Report
     from bench.store.layout import Cell
     from reports.tables import Table
@@ -103,7 +103,7 @@ def _run(
 
     Several experiments have the same sequences, which take long to open: `known` holds them.
     """
-    from bench.engine.runner import Execution
+    from bench.execution.run import Execution
     from datasets import SequenceError
 
     refresh_index(output / experiment.name)

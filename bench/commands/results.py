@@ -11,7 +11,7 @@ from urllib.parse import unquote
 
 import click
 
-from bench.cli import EXIT_ANSWER_IS_NO
+from bench.commands import EXIT_ANSWER_IS_NO
 from bench.commands._options import DEFAULT_OUTPUT, json_option, progress_bar
 
 __all__ = ["command"]

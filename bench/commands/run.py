@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from bench.cli import EXIT_ANSWER_IS_NO, EXIT_INTERRUPTED, EXIT_WRONG_INPUT
+from bench.commands import EXIT_ANSWER_IS_NO, EXIT_INTERRUPTED, EXIT_WRONG_INPUT
 from bench.commands._options import (
     chosen_sequences,
     engine_options,
@@ -96,8 +96,8 @@ def execute(
     import numpy as np
     import pyarrow as pa
 
-    from bench.engine.runner import Execution
-    from bench.experiments.plan import State
+    from bench.execution.plan import State
+    from bench.execution.run import Execution
     from bench.store.index import for_json, index_rows, index_table, read_table
     from bench.store.results import Results
 
@@ -149,7 +149,7 @@ def execute(
         for row in index_rows(index.filter(pa.array(others))):
             click.echo(json.dumps(for_json(row), allow_nan=False))
     else:
-        from bench.reporting import summary_text
+        from bench.reporting.tables import summary_text
 
         click.echo(summary_text(execution.folder, plan.asked().cells))
         click.echo(f"{done + failed} of {len(plan)} runs are in {execution.folder}.")
@@ -172,9 +172,9 @@ def _show_plan(
     **means: Any,
 ) -> int:
     """Print which runs are there, which are left, and how long these will take."""
-    from bench.engine.runner import Execution
-    from bench.experiments.estimate import estimate, measured_before, words
-    from bench.experiments.plan import State
+    from bench.execution.estimate import estimate, measured_before, words
+    from bench.execution.plan import State
+    from bench.execution.run import Execution
 
     refresh_index(output / experiment.name)
     execution = Execution(experiment, output, retry_failed=retry_failed, **means)

@@ -93,7 +93,7 @@ def command(
 def _boxes(results: Path, sequence: Any, repetition: int, trace: "Trace") -> dict[str, Any]:
     import numpy as np
 
-    from bench.reporting import boxes_of
+    from bench.reporting.pictures import boxes_of
     from bench.store.files import ResultsError
     from reports.overlay import TRUTH
 

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from bench.engine.limits import Limits
+from bench.engine.unit import Unit
 from bench.experiments.experiment import ExperimentError
-from bench.experiments.unit import Unit
 
 if TYPE_CHECKING:
     from bench.engine.probing import Probed

@@ -24,9 +24,9 @@ from bench.engine.memory import limit_memory
 from bench.engine.output import Printed
 from bench.engine.probing import Probed, probe
 from bench.engine.surroundings import can_use_files
+from bench.engine.unit import Unit
 from bench.engine.worker import Failure, Outcome, perform, record_failure
 from bench.evaluation.watch import NotAttributableError, Watch
-from bench.experiments.unit import Unit
 from bench.store.files import ResultsError
 from datasets import SequenceError
 

@@ -17,7 +17,6 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-import bench
 from bench.engine.board import ELSEWHERE, READING, Board, Sight
 from bench.engine.child import Answer
 from bench.engine.limits import Limits, machine_memory
@@ -32,6 +31,7 @@ _END_SECONDS = 10.0
 _LONGEST_ANSWER = 1 << 28
 _ELSEWHERE_SECONDS = 3600.0  # opening a sequence for the first time may take long
 _MARK = "TRACKMARK_CHILD"
+_HOME = str(Path(__file__).parents[2])
 # These very packages, wherever the child would look for them first.
 _CODE = (
     "import sys; home = sys.argv.pop(1); home in sys.path or sys.path.insert(0, home); "
@@ -106,7 +106,7 @@ class ChildProcess:
             memory = limits.memory_bytes or machine_memory() // (os.cpu_count() or 1)
             self._process = subprocess.Popen(  # noqa: S603  # ourselves
                 [
-                    *(sys.executable, "-P", "-c", _CODE, str(Path(bench.__file__).parents[1])),
+                    *(sys.executable, "-P", "-c", _CODE, _HOME),
                     *map(str, [*given, os.getpid(), memory]),
                 ],
                 stdin=subprocess.DEVNULL,

@@ -19,12 +19,9 @@ from itertools import islice
 from pathlib import Path
 from typing import Protocol, TypeAlias
 
-import bench
-import datasets
-import trackers
 from bench.engine import Job
+from bench.engine.unit import Entry, Unit
 from bench.engine.worker import Outcome
-from bench.experiments.unit import Entry, Unit
 from bench.store.files import ResultsError, remove_file, temporary_name, write_atomically
 from datasets import SequenceError
 
@@ -40,6 +37,7 @@ __all__ = [
 ]
 
 _POLL_SECONDS = 2.0
+_HOME = Path(__file__).parents[2]  # what all packages of trackmark lie in
 
 Performed: TypeAlias = Outcome | SequenceError | ResultsError
 """What comes back from a worker."""
@@ -179,7 +177,7 @@ class Task:
         if source_digest() != self.source:
             raise ClusterError(
                 f"the worker on {host} runs another source of trackmark than this command, from "
-                f"{Path(str(bench.__file__)).parents[1]}. Install the same one there; a worker "
+                f"{_HOME}. Install the same one there; a worker "
                 "that was started before a change must be started again."
             )
 
@@ -231,10 +229,9 @@ def source_digest() -> str:
     Long-lived workers go on with the modules that they once imported, whatever the files hold.
     """
     digest = hashlib.sha256()
-    for package in (bench, datasets, trackers):
-        home = Path(str(package.__file__)).parent
-        for file in sorted(home.rglob("*.py")):
-            name = str(file.relative_to(home.parent))
+    for package in ("bench", "datasets", "trackers"):
+        for file in sorted((_HOME / package).rglob("*.py")):
+            name = str(file.relative_to(_HOME))
             digest.update(name.encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()
 

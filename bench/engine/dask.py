@@ -16,7 +16,7 @@ from bench.engine.cluster import (
     local_engine,
     remote_engine,
 )
-from bench.experiments.unit import Unit
+from bench.engine.unit import Unit
 from datasets import SequenceError
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from itertools import islice
 
 from bench.engine import Engine, Job
 from bench.engine.supervisor import Supervisor
+from bench.engine.unit import Unit
 from bench.engine.worker import Outcome
 from bench.experiments.experiment import ExperimentError
-from bench.experiments.unit import Unit
 
 __all__ = ["connect"]
 

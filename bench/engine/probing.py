@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from math import nan
 
 import datasets
+from bench.engine.unit import Unit
 from bench.evaluation.loop import run_in_lock_step
 from bench.evaluation.watch import UNWATCHED, Watch
 from bench.experiments.contestant import contestants
-from bench.experiments.unit import Unit
 
 __all__ = ["Probed", "probe"]
 

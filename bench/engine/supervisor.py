@@ -11,9 +11,9 @@ from bench.engine.child import EscapedError, Perform, Probe, Record
 from bench.engine.child_process import ChildProcess, Death, StartError
 from bench.engine.limits import Limits
 from bench.engine.probing import Probed
+from bench.engine.unit import Entry, Unit
 from bench.engine.worker import Failure, Outcome
 from bench.evaluation.watch import NotAttributableError, Watch
-from bench.experiments.unit import Entry, Unit
 from datasets import SequenceError
 
 __all__ = ["Supervisor"]

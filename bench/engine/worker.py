@@ -17,14 +17,14 @@ import datasets
 from bench.engine.limits import Limits
 from bench.engine.memory import peak_memory, reset_peak
 from bench.engine.surroundings import Surroundings
+from bench.engine.unit import Entry, Unit
 from bench.evaluation.loop import run_in_lock_step
-from bench.evaluation.record import Identity, Run
+from bench.evaluation.record import Run
 from bench.evaluation.recorder import COLUMNS
 from bench.evaluation.reference import reference
 from bench.evaluation.timing import time_run
 from bench.evaluation.watch import UNWATCHED, NotAttributableError, Watch
-from bench.experiments.contestant import Contestant, contestants, identify
-from bench.experiments.unit import Entry, Unit
+from bench.experiments.contestant import Contestant, Identity, contestants, identify
 from bench.store.index import index_row, row_of_file
 from bench.store.layout import UNFINISHED, beside
 from bench.store.results import Results

@@ -1,17 +1,16 @@
 """The record of one run: what determined it, what the tracker said, how it ended."""
 
-import hashlib
-import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
 from numpy.typing import NDArray
 
-__all__ = ["RESERVED_COLUMNS", "Identity", "Protocol", "Run", "Segmentation", "Times", "Trace"]
+from bench.experiments.contestant import Identity
+from bench.metrics.regions import Segmentation
+from bench.metrics.times import Times
 
-Protocol: TypeAlias = Literal["accuracy", "timing"]
+__all__ = ["RESERVED_COLUMNS", "Run", "Trace"]
 
 Trace: TypeAlias = Literal["online", "revised"]
 """What a tracker said of each frame at once, or in the end."""
@@ -21,96 +20,6 @@ RESERVED_COLUMNS = frozenset(
     + ["wall_seconds", "cpu_seconds", "region_similarity", "contour_accuracy"]
 )
 """Columns of our own, of which some runs lack some; a tracker's details have other names."""
-
-
-@dataclass(frozen=True)
-class Identity:
-    """Everything that determines a run. Equal identities give equal boxes.
-
-    Attributes
-    ----------
-    tracker : str
-        Canonical text form: name, preset unless it is the default, changed parameters.
-    tracker_name : str
-        The name alone; the seed depends on it.
-    preset : str
-        Where the parameters start from.
-    parameters : mapping of str to value
-        All parameters, the defaults too.
-    tracker_version : mapping
-        `source` (its sealed version, or a digest of the syntax trees of the tracker's file and
-        of the shared modules it imports) and `libraries` (version by distribution).
-    sequence : str
-        Canonical name.
-    fingerprint : str
-        The sequence's.
-    repetition : int
-        From 0.
-    protocol : {'accuracy', 'timing'}
-        What was asked: boxes, or times.
-    init : str
-        Truth that the tracker was initialised with and is scored by: `boxes`, or the name
-        of one of the sequence's regions.
-    """
-
-    tracker: str
-    tracker_name: str
-    preset: str
-    parameters: Mapping[str, Any]
-    tracker_version: Mapping[str, Any]
-    sequence: str
-    fingerprint: str
-    repetition: int
-    protocol: Protocol
-    init: str = "boxes"
-
-    @cached_property
-    def digest(self) -> str:
-        """16 hexadecimal digits over all of it."""
-        return _digest(asdict(self))
-
-    @cached_property
-    def version(self) -> str:
-        """16 hexadecimal digits over all but the repetition: what a mean may be taken over."""
-        return _digest({key: value for key, value in asdict(self).items() if key != "repetition"})
-
-
-def _digest(determining: Mapping[str, Any]) -> str:
-    text = json.dumps(determining, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-@dataclass(frozen=True)
-class Times:
-    """Times of a timing run, in seconds.
-
-    Attributes
-    ----------
-    wall, cpu : ndarray of float64, shape (n,)
-        Time in `update` alone, by frame; NaN where it was not called.
-    initialisation_wall, initialisation_cpu : float
-        Time in `init`.
-    """
-
-    wall: NDArray[Any]
-    cpu: NDArray[Any]
-    initialisation_wall: float
-    initialisation_cpu: float
-
-
-@dataclass(frozen=True)
-class Segmentation:
-    """How a tracker's masks agree with the true ones.
-
-    Attributes
-    ----------
-    region_similarity, contour_accuracy : ndarray of float64, shape (n,)
-        In [0, 1], by frame; NaN where there is no true mask, up to the frame of initialisation,
-        before the tracker's first mask, and after a failure. See `bench.metrics.regions`.
-    """
-
-    region_similarity: NDArray[Any]
-    contour_accuracy: NDArray[Any]
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.evaluation.record import RESERVED_COLUMNS, Protocol, Run, Segmentation, Times
+from bench.evaluation.record import RESERVED_COLUMNS, Run
 from bench.evaluation.reference import reference
 from bench.evaluation.watch import NotAttributableError
-from bench.experiments.contestant import Contestant, identify, run_seed
-from bench.metrics.regions import contour_accuracy, region_similarity
+from bench.experiments.contestant import Contestant, Protocol, identify, run_seed
+from bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
+from bench.metrics.times import Times
 from datasets import Sequence
 from trackers import Box, Estimate, Finisher, Mask, Tracker, Watcher
 from trackers.base.sharing import SharedFrame, SharingTracker

@@ -7,13 +7,11 @@ from difflib import get_close_matches
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.experiments.contestant import BOXES
 from bench.metrics.native import Truth
 from datasets import SequenceError
 
-__all__ = ["BOXES", "Reference", "reference"]
-
-BOXES = "boxes"
-"""Name of the truth that every sequence has."""
+__all__ = ["Reference", "reference"]
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.evaluation.record import Run, Times
+from bench.evaluation.record import Run
 from bench.evaluation.recorder import Recorder
 from bench.evaluation.watch import UNWATCHED, Watch
 from bench.experiments.contestant import Contestant
+from bench.metrics.times import Times
 from datasets import Sequence
 from trackers import Box, Estimate, Mask
 from trackers.base.sharing import SharedFrame

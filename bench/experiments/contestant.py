@@ -1,31 +1,103 @@
 """A tracker as the harness sees it: how to make it, and everything its boxes depend on."""
 
+import hashlib
 import inspect
+import json
 import typing
 import zlib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 import trackers
-from bench.evaluation.record import Identity, Protocol
-from bench.evaluation.reference import BOXES
 from datasets.seal import seal_of
 from datasets.source_digest import library_versions, source_digest
 from datasets.text_form import format_text, parse_text
 from trackers import Randomness, Tracker, TrackerError
 
-__all__ = ["Contestant", "TrackerMaker", "contestant", "contestants", "identify", "run_seed"]
+__all__ = [
+    "BOXES",
+    "Contestant",
+    "Identity",
+    "Protocol",
+    "TrackerMaker",
+    "contestant",
+    "contestants",
+    "identify",
+    "run_seed",
+]
+
+Protocol: TypeAlias = Literal["accuracy", "timing"]
 
 TrackerMaker: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
 
 PACKAGE = Path(str(trackers.__file__)).parent
 GOLDEN = PACKAGE / "golden.json"
 """Seals of the trackers; see `datasets.seal`."""
+
+BOXES = "boxes"
+"""Name of the truth that every sequence has, and that a run starts from unless told otherwise."""
+
+
+@dataclass(frozen=True)
+class Identity:
+    """Everything that determines a run. Equal identities give equal boxes.
+
+    Attributes
+    ----------
+    tracker : str
+        Canonical text form: name, preset unless it is the default, changed parameters.
+    tracker_name : str
+        The name alone; the seed depends on it.
+    preset : str
+        Where the parameters start from.
+    parameters : mapping of str to value
+        All parameters, the defaults too.
+    tracker_version : mapping
+        `source` (its sealed version, or a digest of the syntax trees of the tracker's file and
+        of the shared modules it imports) and `libraries` (version by distribution).
+    sequence : str
+        Canonical name.
+    fingerprint : str
+        The sequence's.
+    repetition : int
+        From 0.
+    protocol : {'accuracy', 'timing'}
+        What was asked: boxes, or times.
+    init : str
+        Truth that the tracker was initialised with and is scored by: `boxes`, or the name
+        of one of the sequence's regions.
+    """
+
+    tracker: str
+    tracker_name: str
+    preset: str
+    parameters: Mapping[str, Any]
+    tracker_version: Mapping[str, Any]
+    sequence: str
+    fingerprint: str
+    repetition: int
+    protocol: Protocol
+    init: str = "boxes"
+
+    @cached_property
+    def digest(self) -> str:
+        """16 hexadecimal digits over all of it."""
+        return _digest(asdict(self))
+
+    @cached_property
+    def version(self) -> str:
+        """16 hexadecimal digits over all but the repetition: what a mean may be taken over."""
+        return _digest({key: value for key, value in asdict(self).items() if key != "repetition"})
+
+
+def _digest(determining: Mapping[str, Any]) -> str:
+    text = json.dumps(determining, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 @dataclass(frozen=True)
@@ -39,7 +111,7 @@ class Contestant:
     name : str
         Name without parameters.
     preset, parameters
-        As in `bench.evaluation.record.Identity`.
+        As in `Identity`.
     randomness : Randomness
         Where its random numbers come from.
     make : callable

@@ -6,17 +6,18 @@ segmentation", CVPR 2016, with the conventions of its published evaluation
 (github.com/davisvideochallenge/davis2017-evaluation).
 """
 
+from dataclasses import dataclass
 from math import ceil, hypot
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.evaluation.record import Segmentation
-
 __all__ = [
     "RECALL_THRESHOLD",
     "TOLERANCE",
+    "Segmentation",
     "contour_accuracy",
     "mean_recall_decay",
     "region_similarity",
@@ -32,6 +33,21 @@ RECALL_THRESHOLD = 0.5
 _QUARTERS = 4
 
 _SQUARE = np.ones((2, 2), np.uint8)
+
+
+@dataclass(frozen=True)
+class Segmentation:
+    """How a tracker's masks agree with the true ones.
+
+    Attributes
+    ----------
+    region_similarity, contour_accuracy : ndarray of float64, shape (n,)
+        In [0, 1], by frame; NaN where there is no true mask, up to the frame of initialisation,
+        before the tracker's first mask, and after a failure.
+    """
+
+    region_similarity: NDArray[Any]
+    contour_accuracy: NDArray[Any]
 
 
 def region_similarity(estimate: NDArray[np.bool_], truth: NDArray[np.bool_]) -> float:

@@ -4,14 +4,34 @@ CPU time is the figure for trackers of one thread: other load doubles wall time 
 touches it.
 """
 
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
-from bench.evaluation.record import Times
-
-__all__ = ["DISTURBED_RATIO", "is_disturbed", "time_scores"]
+__all__ = ["DISTURBED_RATIO", "Times", "is_disturbed", "time_scores"]
 
 DISTURBED_RATIO = 1.1
 """Wall time over CPU time from which a pass counts as disturbed by other load."""
+
+
+@dataclass(frozen=True)
+class Times:
+    """Times of a timing run, in seconds.
+
+    Attributes
+    ----------
+    wall, cpu : ndarray of float64, shape (n,)
+        Time in `update` alone, by frame; NaN where it was not called.
+    initialisation_wall, initialisation_cpu : float
+        Time in `init`.
+    """
+
+    wall: NDArray[Any]
+    cpu: NDArray[Any]
+    initialisation_wall: float
+    initialisation_cpu: float
 
 
 def is_disturbed(times: Times) -> bool:

@@ -11,10 +11,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.evaluation.record import Trace
+from bench.evaluation.scoring import REVISED
 from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from bench.metrics.centre_error import centres
 from bench.metrics.overlap import overlap
-from bench.metrics.scoring import REVISED
 from bench.store.layout import Cell as StoredCell
 from bench.store.layout import run_path
 from bench.store.loading import as_revised, load_results

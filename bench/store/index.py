@@ -18,9 +18,8 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from bench import metrics
 from bench.evaluation.record import Run
-from bench.metrics.scoring import score_both
+from bench.evaluation.scoring import score_both
 from bench.store.arrow_file import arrow_bytes, read_arrow
 from bench.store.columns import CELL, PLACE, TEXT, numbered, places, tidy, with_place
 from bench.store.files import ResultsError, write_atomically
@@ -93,8 +92,9 @@ def read_table(
         `fingerprint`, `protocol`, `status`, `failure`, `source` and `truth` (where the
         sequence was opened from), `repetition`, `frames`, `size` [bytes] and `mtime`
         [nanoseconds] of the file, `seconds` that the tracker took, `frame_seconds` that a
-        frame took to decode or render, and a column a score of `bench.metrics.scoring.score_both`
-        (null where a run has it not, NaN where it is undefined).
+        frame took to decode or render, and a column a score of
+        `bench.evaluation.scoring.score_both` (null where a run has it not, NaN where it is
+        undefined).
 
     Raises
     ------
@@ -282,5 +282,6 @@ def row_of_file(results: Results, file: Path) -> dict[str, Any]:
 @cache
 def _scorer_version() -> bytes:
     """Changes with the definition of the scores."""
-    files = sorted(Path(str(metrics.__file__)).parent.glob("*.py"))
+    bench = Path(__file__).parents[1]
+    files = [*sorted(bench.glob("metrics/*.py")), bench / "evaluation/scoring.py"]
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest().encode()

@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import compute
 
-from bench.metrics.scoring import REVISED
+from bench.evaluation.scoring import REVISED
 from bench.store.asked import Asked, Cells
 from bench.store.columns import CELL, coded, codes, numbered, places
 from bench.store.index import experiment_folders, index_rows, read_table

@@ -19,7 +19,10 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 from numpy.typing import NDArray
 
-from bench.evaluation.record import Identity, Run, Segmentation, Times
+from bench.evaluation.record import Run
+from bench.experiments.contestant import Identity
+from bench.metrics.regions import Segmentation
+from bench.metrics.times import Times
 from bench.store.asked import Asked, add_asked, read_asked, withdraw
 from bench.store.companions import companion_name, companions, read_arrays, read_boxes
 from bench.store.files import (

@@ -6,10 +6,11 @@ import time
 import pytest
 
 from bench.engine.limits import Limits
-from bench.engine.runner import Execution, run
-from bench.experiments.estimate import Basis, Estimate, estimate, measured_before, words
+from bench.execution.estimate import Basis, Estimate, estimate, measured_before, words
+from bench.execution.plan import make_plan
+from bench.execution.run import Execution, run
+from bench.execution.units import left_of
 from bench.experiments.experiment import Experiment, SequenceSource
-from bench.experiments.plan import make_plan
 from bench.store.results import Results
 
 SLEEPER = '''
@@ -53,7 +54,7 @@ def asked(ground, milliseconds, sequences=("Small",), name="trial"):
 
 def estimated(ground, chosen, **limits):
     plan = make_plan(chosen, Results(ground / "results" / chosen.name))
-    units = plan.units(workers=1)
+    units = left_of(plan, workers=1)
     return estimate(units, measured_before(ground / "results"), Limits(**limits))
 
 

@@ -115,7 +115,7 @@ KNOWN = {}
 
 
 def planned(experiment, folder):
-    from bench.experiments.plan import make_plan
+    from bench.execution.plan import make_plan
     from bench.store.results import Results
 
     return make_plan(experiment, Results(folder / "none"), KNOWN)

@@ -7,9 +7,10 @@ import cv2
 import pytest
 
 import trackers
-from bench.engine.runner import run
+from bench.execution.plan import State, make_plan
+from bench.execution.run import run
+from bench.execution.units import left_of
 from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from bench.experiments.plan import State, make_plan
 from bench.store.results import Results
 from datasets import SequenceError
 
@@ -125,7 +126,7 @@ def test_timing_runs_are_runs_of_their_own(finished):
 def test_a_unit_is_a_sequence_with_all_trackers_that_may_share_a_process(here):
     chosen = experiment(here, trackers=("static", "camshift", "opencv-mil"), repetitions=2)
     plan = make_plan(chosen, Results(here / "none"))
-    entries = [tuple(entry[:2] for entry in unit.entries) for unit in plan.units()]
+    entries = [tuple(entry[:2] for entry in unit.entries) for unit in left_of(plan)]
     assert entries == [
         (("opencv-mil", 0),),
         (("opencv-mil", 1),),
@@ -164,8 +165,8 @@ def test_failed_runs_are_repeated_only_when_asked_for(here):
     assert found["static", 0] == "done"
     assert found["knob.py:Knob", 1] == "failed"
     plan = make_plan(experiment(here), Results(here / "results" / "trial"))
-    assert list(plan.units()) == []
-    (unit,) = plan.units(retry_failed=True)
+    assert list(left_of(plan)) == []
+    (unit,) = left_of(plan, retry_failed=True)
     assert len(unit.entries) == 3
     assert plan.count(State.FAILED) == 3
 
@@ -182,7 +183,7 @@ def small_plan(here, sequences=1, **changes):
 @pytest.mark.parametrize("workers", [1, 2, 3, 5, 50])
 def test_no_unit_is_larger_than_a_workers_share_and_every_run_is_in_one(here, sequences, workers):
     plan = small_plan(here, sequences)
-    units = plan.units(workers=workers)
+    units = left_of(plan, workers=workers)
     made = list(units)
     assert len(units) == len(made)
     assert units.runs == 4 * sequences == sum(len(unit.entries) for unit in made)
@@ -203,7 +204,7 @@ def test_no_unit_is_larger_than_a_workers_share_and_every_run_is_in_one(here, se
 def test_the_longest_sequences_come_first(here):
     sources = tuple(SequenceSource(name) for name in ("samples/bow-tie", "stress/twin"))
     plan = make_plan(experiment(here, sequences=sources), Results(here / "none"))
-    work = [unit.work for unit in plan.units()]
+    work = [unit.work for unit in left_of(plan)]
     assert work == sorted(work, reverse=True)
 
 
@@ -212,7 +213,7 @@ def test_a_unit_says_which_version_each_of_its_runs_replaces(finished):
     append(finished / "knob.py", "# a change\n")
     chosen = experiment(finished, repetitions=4)
     plan = make_plan(chosen, Results(finished / "results" / "trial"))
-    (unit,) = plan.units()
+    (unit,) = left_of(plan)
     old = before.versions[0, 1].decode()
     assert [entry.replaces for entry in unit.entries] == [old, old, old, ""]
     assert all(entry.version == plan.versions[0, 1].decode() != old for entry in unit.entries)

@@ -7,7 +7,7 @@ import bench
 from bench.evaluation.loop import run_in_lock_step
 from bench.evaluation.timing import time_run
 from bench.experiments.contestant import contestant
-from bench.reporting import frame_table
+from bench.reporting.pictures import frame_table
 from bench.store.loading import load_results
 from bench.store.results import Results
 from bench.store.truth import write_truth

@@ -16,9 +16,9 @@ import pyarrow as pa
 import pytest
 
 from bench.evaluation.record import Run
+from bench.execution.plan import State, make_plan
 from bench.experiments.contestant import identify
 from bench.experiments.experiment import Experiment, SequenceSource
-from bench.experiments.plan import State, make_plan
 from bench.store import index
 from bench.store.columns import PLACE, coded, numbered, with_place
 from bench.store.listing import list_runs
@@ -139,8 +139,8 @@ def peak():
 def measure(folder, size):
     """Plan, resume, report; print what it took."""
     import bench
-    from bench.engine.runner import Execution
-    from bench.reporting import tables
+    from bench.execution.run import Execution
+    from bench.reporting.tables import tables
 
     with pa.memory_map(str(folder / "simulated.arrow")) as file:
         table = pa.ipc.open_file(file).read_all()

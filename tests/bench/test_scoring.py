@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 import bench
-from bench.evaluation.record import Times
 from bench.evaluation.timing import WARM_UP_FRAMES, time_run
 from bench.experiments.contestant import contestant
-from bench.metrics.times import DISTURBED_RATIO, is_disturbed, time_scores
+from bench.metrics.times import DISTURBED_RATIO, Times, is_disturbed, time_scores
 from trackers import Estimate
 
 

@@ -10,13 +10,18 @@ import pytest
 import bench
 import datasets
 from bench.evaluation.loop import run_in_lock_step
-from bench.evaluation.record import RESERVED_COLUMNS, Segmentation
+from bench.evaluation.record import RESERVED_COLUMNS
 from bench.evaluation.timing import time_run
 from bench.experiments.contestant import contestant
 from bench.experiments.experiment import Experiment, SequenceSource
-from bench.metrics.regions import contour_accuracy, region_similarity, segmentation_scores
+from bench.metrics.regions import (
+    Segmentation,
+    contour_accuracy,
+    region_similarity,
+    segmentation_scores,
+)
 from bench.papers.recorded import Recorded
-from bench.reporting import tables
+from bench.reporting.tables import tables
 from bench.store.layout import METADATA_KEY
 from bench.store.loading import load_results
 from bench.store.results import Results

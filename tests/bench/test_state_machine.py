@@ -21,11 +21,11 @@ from hypothesis.stateful import (
 )
 
 import bench
-from bench.engine.runner import Execution
 from bench.engine.worker import perform
+from bench.execution.run import Execution
 from bench.experiments.contestant import contestant, identify
 from bench.experiments.experiment import Experiment, SequenceSource
-from bench.reporting import tables
+from bench.reporting.tables import tables
 from bench.store.checking import checks, damage
 from bench.store.index import read_index
 from bench.store.layout import run_path

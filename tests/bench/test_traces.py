@@ -7,10 +7,11 @@ import pytest
 
 import bench
 import datasets
+from bench.evaluation.scoring import REVISED, score_both
 from bench.experiments.experiment import Experiment, SequenceSource
-from bench.metrics.scoring import REVISED, score_both
 from bench.papers.recorded import Recorded
-from bench.reporting import frame_table, tables
+from bench.reporting.pictures import frame_table
+from bench.reporting.tables import tables
 from bench.store.loading import as_revised, load_results
 from reports.film_strip import film_strip
 from reports.overlay import TRUTH

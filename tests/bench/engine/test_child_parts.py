@@ -20,8 +20,8 @@ from bench.engine.memory import peak_memory, reset_peak
 from bench.engine.output import LONGEST, Printed, Tail
 from bench.engine.supervisor import _suspects
 from bench.engine.surroundings import Surroundings
+from bench.engine.unit import Entry, Unit
 from bench.experiments.experiment import ExperimentError, SequenceSource
-from bench.experiments.unit import Entry, Unit
 from bench.store.unfinished import map_rows, read_rows
 
 

@@ -16,8 +16,8 @@ import pytest
 
 from bench.engine import Job
 from bench.engine.cluster import ClusterError, Task, check_installed, source_digest
+from bench.engine.unit import Unit
 from bench.experiments.experiment import SequenceSource
-from bench.experiments.unit import Unit
 from bench.store.results import Results
 
 LIBRARIES = {"dask": "distributed", "ray": "ray"}
@@ -31,7 +31,7 @@ import datasets
 from bench.experiments.contestant import contestant, identify
 from bench.engine import Job, engine
 from bench.experiments.experiment import SequenceSource
-from bench.experiments.unit import Entry, Unit
+from bench.engine.unit import Entry, Unit
 
 
 def main(name, jobs, address, folder, trackers, *sources):

@@ -12,8 +12,9 @@ import pytest
 import bench
 from bench.engine.limits import Limits
 from bench.engine.supervisor import ClosedError, Supervisor
+from bench.execution.plan import make_plan
+from bench.execution.units import left_of
 from bench.experiments.experiment import Experiment, SequenceSource
-from bench.experiments.plan import make_plan
 from bench.store.index import read_index
 from bench.store.merging import merge_results
 from bench.store.results import Results
@@ -152,7 +153,7 @@ def test_a_supervisor_that_is_closed_while_a_child_begins_does_not_begin_the_uni
         tuple(f"{ground}/acts.py:{name}" for name in ("Dawdles",)),
         (SequenceSource(str(ground / "data" / "A")),),
     )
-    (unit,) = make_plan(chosen, Results(ground / "none")).units()
+    (unit,) = left_of(make_plan(chosen, Results(ground / "none")))
     for delay in (0.0, 0.2, 0.6):
         supervisor = Supervisor(Limits())
         threading.Timer(delay, supervisor.close).start()

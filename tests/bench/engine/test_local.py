@@ -7,7 +7,7 @@ import pyarrow.parquet as parquet
 import pytest
 
 import bench
-from bench.engine.runner import Execution, run
+from bench.execution.run import Execution, run
 from bench.experiments.experiment import Experiment, SequenceSource
 from bench.store.index import read_index
 from bench.store.results import Results

@@ -16,8 +16,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import bench
-from bench.evaluation.record import Run, Times
+from bench.evaluation.record import Run
 from bench.experiments.contestant import contestant, identify
+from bench.metrics.times import Times
 from bench.store.asked import Asked
 from bench.store.files import ResultsError, _host, write_atomically
 from bench.store.index import read_index

@@ -7,7 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench.evaluation.record import Run, Segmentation
+from bench.evaluation.record import Run
+from bench.metrics.regions import Segmentation
 from bench.papers.moreno2005.courses import JUMP, PATCH
 from bench.papers.moreno2005.scores import labels_of
 from bench.store.truth import StoredTruth

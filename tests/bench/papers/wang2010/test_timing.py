@@ -9,9 +9,9 @@ import pytest
 import bench
 from bench.claims.evaluation import judge
 from bench.claims.ledger import read_claims
-from bench.evaluation.record import Times
 from bench.experiments.contestant import contestant
 from bench.experiments.experiment import Experiment, SequenceSource
+from bench.metrics.times import Times
 from bench.papers.in_turns import beginning
 from bench.papers.wang2010 import costs, kept_times, timing
 from bench.papers.wang2010.costs import (

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
-from bench.evaluation.record import Protocol
+from bench.experiments.contestant import Protocol
 from bench.experiments.experiment import SequenceSource
 
 __all__ = ["Entry", "Unit"]

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from bench.engine import probe
 from bench.engine.limits import Limits
-from bench.experiments.plan import Plan
-from bench.experiments.unit import Entry, Unit
-from bench.experiments.units import Units
+from bench.engine.unit import Entry, Unit
+from bench.execution.plan import Plan
+from bench.execution.units import Units
 from bench.store.columns import codes
 from bench.store.files import ResultsError
 from bench.store.index import read_table

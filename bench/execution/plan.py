@@ -14,11 +14,9 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 import datasets
-from bench.evaluation.record import Protocol
-from bench.evaluation.reference import BOXES, reference
-from bench.experiments.contestant import Contestant, contestants, identify
+from bench.evaluation.reference import reference
+from bench.experiments.contestant import BOXES, Contestant, Protocol, contestants, identify
 from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from bench.experiments.units import Units
 from bench.store.asked import Asked, Cells
 from bench.store.columns import coded, codes
 from bench.store.index import read_table
@@ -148,19 +146,6 @@ class Plan:
         counts = np.zeros((len(self.repetitions), len(State)), np.int64)
         np.add.at(counts, self.run_trackers, np.array(found))
         return counts
-
-    def units(self, *, workers: int = 1, retry_failed: bool = False) -> "Units":
-        """What is left to do.
-
-        Parameters
-        ----------
-        workers : int
-            How many units are performed at once.
-        retry_failed : bool
-            Whether runs that failed are left to do, too.
-        """
-        wanted = self.states <= (State.FAILED if retry_failed else State.STALE)
-        return Units(self, wanted, workers)
 
     def asked(self) -> Asked:
         """What is noted down with the results."""

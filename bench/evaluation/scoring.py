@@ -1,6 +1,6 @@
 """Scores of runs and of anybody's boxes, by named presets."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import get_args
 
 import numpy as np
@@ -9,14 +9,12 @@ from numpy.typing import ArrayLike
 import datasets
 from bench.evaluation.record import Run, Trace
 from bench.evaluation.reference import reference
-from bench.metrics.native import Truth, native
+from bench.metrics import PRESETS
+from bench.metrics.native import Truth
 from bench.metrics.regions import segmentation_scores
 from bench.metrics.times import time_scores
 
-__all__ = ["PRESETS", "REVISED", "score", "score_both", "score_boxes"]
-
-PRESETS: Mapping[str, Callable[..., dict[str, float]]] = {"native": native}
-"""Scoring function by preset name: `(truth, boxes, visible) -> scores`."""
+__all__ = ["REVISED", "score", "score_both", "score_boxes"]
 
 REVISED = "revised_"
 """How the names of scores of revised boxes begin, where they stand beside those of online boxes."""

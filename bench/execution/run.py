@@ -11,11 +11,11 @@ from typing import Any
 
 from bench.engine import Engine, Job, engine
 from bench.engine.limits import Limits
+from bench.engine.unit import Unit
 from bench.engine.worker import Outcome
+from bench.execution.plan import KnownSequences, Plan, State, make_plan
+from bench.execution.units import Units, left_of
 from bench.experiments.experiment import Experiment, read_experiment
-from bench.experiments.plan import KnownSequences, Plan, State, make_plan
-from bench.experiments.unit import Unit
-from bench.experiments.units import Units
 from bench.store.growing import GrowingIndex
 from bench.store.log import RunLog
 from bench.store.results import Results
@@ -126,7 +126,7 @@ class Execution:
     def units(self) -> Units:
         """What is left to do."""
         workers = self.performer.workers
-        return self.plan.units(workers=workers, retry_failed=self.retry_failed)
+        return left_of(self.plan, workers=workers, retry_failed=self.retry_failed)
 
     @property
     def work(self) -> int:

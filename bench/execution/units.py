@@ -3,18 +3,15 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.experiments.unit import Entry, Unit
+from bench.engine.unit import Entry, Unit
+from bench.execution.plan import Plan, State
 from trackers import Randomness
 
-if TYPE_CHECKING:
-    from bench.experiments.plan import Plan
-
-__all__ = ["Units"]
+__all__ = ["Units", "left_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +34,7 @@ class Units:
         How many units are performed at once.
     """
 
-    plan: "Plan"
+    plan: Plan
     wanted: NDArray[np.bool_]
     workers: int
 
@@ -103,3 +100,18 @@ class Units:
             )
         found = plan.sequences[sequence]
         return Unit(found.source, tuple(entries), plan.protocol, found.frames)
+
+
+def left_of(plan: Plan, *, workers: int = 1, retry_failed: bool = False) -> Units:
+    """What is left to do of a plan.
+
+    Parameters
+    ----------
+    plan : Plan
+        With the states of its runs.
+    workers : int
+        How many units are performed at once.
+    retry_failed : bool
+        Whether runs that failed are left to do, too.
+    """
+    return Units(plan, plan.states <= (State.FAILED if retry_failed else State.STALE), workers)

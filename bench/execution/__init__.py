@@ -1,0 +1,1 @@
+"""What is left of an experiment, how long that will take, and doing it."""

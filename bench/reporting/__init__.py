@@ -1,0 +1,1 @@
+"""Stored results as tables and pictures: what `trackmark report` and `show` print and draw."""

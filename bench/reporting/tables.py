@@ -1,0 +1,131 @@
+"""Tables of stored results; nothing but their folder is read."""
+
+from collections.abc import Collection
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+
+from bench.store.layout import Cell
+from bench.store.loading import as_revised, load_results
+from bench.store.results import Results
+from reports.renderers import to_text
+from reports.tables import Measure, Table, sequence_table, summary_table
+
+__all__ = ["summary_text", "tables", "timing_runs", "title_of"]
+
+PRESET = "native"
+
+SUMMARY = (
+    Measure("mean_overlap", "mean overlap", direction="higher", decimals=3),
+    Measure("success_share", "success", "%", "higher", 1, scale=100),
+    Measure("inside_share", "inside", "%", "higher", 1, scale=100),
+    Measure("centre_error", "centre error", "px", "lower", 2),
+    Measure("centre_error_median", "median", "px", "lower", 2),
+)
+"""Over several sequences: shares, so that each sequence counts once."""
+
+PER_SEQUENCE = (
+    Measure("mean_overlap", "mean overlap", direction="higher", decimals=3),
+    Measure("success_frames", "success", "frames", "higher", 1, out_of="evaluated_frames"),
+    Measure("frames_inside", "inside", "frames", "higher", 1, out_of="evaluated_frames"),
+    Measure("first_loss", "first loss", "frame", "higher", 1),
+    Measure("centre_error", "centre error", "px", "lower", 2),
+    Measure("centre_error_p90", "90th percentile", "px", "lower", 2),
+)
+"""On one sequence: counts of frames, as papers give them."""
+
+MASKS = (
+    Measure("mean_region_similarity", "region similarity J", direction="higher", decimals=3),
+    Measure("mean_contour_accuracy", "contour accuracy F", direction="higher", decimals=3),
+)
+"""Of runs whose trackers gave masks, beside what their boxes score."""
+
+SEGMENTATION = (
+    Measure("mean_region_similarity", "J, mean", direction="higher", decimals=3),
+    Measure("region_recall", "J, recall", "%", "higher", 1, scale=100),
+    Measure("region_decay", "J, decay", direction="lower", decimals=3),
+    Measure("mean_contour_accuracy", "F, mean", direction="higher", decimals=3),
+    Measure("contour_recall", "F, recall", "%", "higher", 1, scale=100),
+    Measure("contour_decay", "F, decay", direction="lower", decimals=3),
+)
+"""Of the same runs: all that DAVIS tells of region similarity J and contour accuracy F."""
+
+TIMES = (
+    Measure("cpu_seconds_median", "CPU a frame, median", "ms", "lower", 4, scale=1e3),
+    Measure("cpu_seconds_p95", "95th percentile", "ms", "lower", 4, scale=1e3),
+    Measure("cpu_seconds_p99", "99th percentile", "ms", "lower", 4, scale=1e3),
+    Measure("wall_seconds_median", "wall, median", "ms", "lower", 4, scale=1e3),
+    Measure("initialisation_seconds", "initialisation", "ms", "lower", 3, scale=1e3),
+    Measure("disturbed", "disturbed passes", "share", None, 2),
+    Measure("mean_overlap", "mean overlap", direction="higher", decimals=3),
+)
+"""Of timing runs, with what the time bought."""
+
+
+def title_of(folder: Path) -> str:
+    """Title of an experiment's results."""
+    return Results(folder).asked().title or folder.name
+
+
+def tables(folder: Path, cells: Collection[Cell] | None = None) -> list[Table]:
+    """Tables of one experiment: summary and sequences, masks where there are any, and times.
+
+    With `cells` they show these runs alone. Where a tracker revised boxes there are tables of
+    what was said at once and of what was said in the end, and captions say which.
+    """
+    runs = load_results(folder, cells)
+    title = title_of(folder)
+    scored = runs[runs["protocol"] == "accuracy"]
+    revised = as_revised(scored)
+    if revised is None:
+        made = _score_tables(scored, title)
+    else:
+        made = _score_tables(scored, f"{title}, online boxes (what was said at once)")
+        again = _score_tables(revised, f"{title}, revised boxes (what was said in the end)")
+        made += [replace(table, name=f"{table.name}-revised") for table in again]
+    segmenting = scored[scored["tracker"].isin(_segmenting(scored))]
+    if len(segmenting):
+        table = sequence_table(
+            segmenting,
+            SEGMENTATION,
+            f"{title}, masks: region similarity J and contour accuracy F as DAVIS defines them",
+            PRESET,
+        )
+        made.append(replace(table, name="segmentation"))
+    timed = timing_runs(runs)
+    if len(timed):
+        table = sequence_table(
+            timed,
+            TIMES,
+            f"{title}, timing runs (none where load disturbed a pass: remove it and run again)",
+            PRESET,
+        )
+        made.append(replace(table, name="times"))
+    return made
+
+
+def _score_tables(scored: pd.DataFrame, title: str) -> list[Table]:
+    made = []
+    masks = MASKS if _segmenting(scored) else ()
+    if len(scored["sequence"].unique()) > 1:
+        made.append(summary_table(scored, SUMMARY + masks, title, PRESET))
+    if len(scored):
+        made.append(sequence_table(scored, PER_SEQUENCE + masks, title, PRESET))
+    return made
+
+
+def _segmenting(scored: pd.DataFrame) -> set[str]:
+    """Trackers with scores of masks."""
+    there = [measure.name for measure in MASKS if measure.name in scored]
+    return set(scored["tracker"][scored[there].notna().any(axis=1)])
+
+
+def summary_text(folder: Path, cells: Collection[Cell]) -> str:
+    """Tables of some runs of an experiment for a terminal."""
+    return "\n".join(to_text(table) for table in tables(folder, cells))
+
+
+def timing_runs(runs: pd.DataFrame) -> pd.DataFrame:
+    """Those of the runs that were timed."""
+    return runs[runs["protocol"] == "timing"]
