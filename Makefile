@@ -5,6 +5,9 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 # With the optional engines, for the tests that compare them.
 FULL   := $(VENV)/.ready-full
+# Twice quiet: errors are shown, warnings (about the index's folders, say) are not.
+INSTALL = PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --quiet \
+          --disable-pip-version-check --editable
 
 .PHONY: setup demo test test-full lint seal bench clean
 
@@ -14,18 +17,17 @@ $(READY): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "trackmark needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) --version 2>&1)." \
 	         "Name another: make $(MAKECMDGOALS) PYTHON=python3.12" >&2; exit 2; }
-	$(PYTHON) -m venv $(VENV)
-	PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
-	  --disable-pip-version-check --editable '.[dev]'
+	@echo "Setting up $(VENV) with the packages of constraints.txt: a minute or two, once."
+	@$(PYTHON) -m venv $(VENV)
+	@$(INSTALL) '.[dev]'
 	@touch $@
 
 $(FULL): $(READY)
-	PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
-	  --disable-pip-version-check --editable '.[dev,dask,ray]'
+	@$(INSTALL) '.[dev,dask,ray]'
 	@touch $@
 
 demo: $(READY)
-	$(BIN)/trackmark demo
+	@$(BIN)/trackmark demo
 
 test: $(READY)
 	$(BIN)/python -m pytest
