@@ -43,7 +43,7 @@ lint: $(READY)
 
 # What a changed scene or tracker gives, against what it gave; NEW=name for what is meant to differ.
 seal: $(READY)
-	$(BIN)/python -m bench.experiments.seal $(addprefix --new ,$(NEW))
+	$(BIN)/python -m bench.evaluation.seal $(addprefix --new ,$(NEW))
 
 bench: $(READY)
 	$(BIN)/python -m pytest tests/speed --benchmark-enable --benchmark-only \

@@ -1,7 +1,7 @@
 """Frames and truth are those that were sealed; see `datasets.seal`.
 
 A change here changes every result on these sequences. If it is meant, look at the pictures and
-give the scene a new version: `python -m bench.experiments.seal --new NAME`.
+give the scene a new version: `python -m bench.evaluation.seal --new NAME`.
 """
 
 import pytest
