@@ -9,15 +9,15 @@ from pydantic import Field
 from trackers.base.interface import Box, Estimate, Mask
 from trackers.base.parameters import Parameters, TrackerError
 from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.maps.back_projection.hue import (
+from trackers.maps.back_projection import (
     MOST_BINS,
     HueBins,
+    adapted_window,
     bin_counts,
     first_pixel,
     mean_shift,
     unvisited_hues,
 )
-from trackers.maps.back_projection.window import adapted_window
 
 __all__ = ["CamShift"]
 

@@ -8,8 +8,8 @@ from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Mask
 from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.maps.back_projection.window import adapted_window
-from trackers.maps.colour_motion.model import ColourMotionModel, ModelParameters
+from trackers.maps.back_projection import adapted_window
+from trackers.maps.joint_map import ColourMotionModel, ModelParameters
 
 __all__ = ["CamShiftImproved"]
 

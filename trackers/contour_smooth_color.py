@@ -7,18 +7,18 @@ import numpy as np
 from pydantic import Field
 
 from trackers.base.interface import Image, Mask
-from trackers.contours.cues.chain import Chain, Hypotheses
-from trackers.contours.fisher.discriminant import (
+from trackers.contours.chain import Chain, Hypotheses
+from trackers.contours.colour_cue import Palettes
+from trackers.contours.discriminant import (
     basis_of,
     discriminant_basis,
     oriented,
     plane_normal,
 )
-from trackers.contours.segmentation.colours import Palettes
-from trackers.contours.segmentation.observation import Observation
-from trackers.contours.segmentation.planes import GivenPlane
-from trackers.contours.segmentation.refitting import RefittedColours
-from trackers.contours.segmentation.segmenter import (
+from trackers.contours.observation import Observation
+from trackers.contours.plane_cue import GivenPlane
+from trackers.contours.refitting import RefittedColours
+from trackers.contours.segmenter import (
     LITERAL,
     Segmenter,
     SegmenterParameters,

@@ -2,7 +2,7 @@
 
 from trackers.base.interface import Box, Estimate, Mask
 from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.histograms.mean_shifting.target import MeanShiftParameters, Target
+from trackers.histograms.mean_shift import MeanShiftParameters, Target
 
 __all__ = ["MeanShift"]
 

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Mask
+from trackers.base.kalman import ConstantVelocity
 from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.histograms.mean_shifting.constant_velocity import ConstantVelocity
-from trackers.histograms.mean_shifting.target import Location, MeanShiftParameters, Target
+from trackers.histograms.mean_shift import Location, MeanShiftParameters, Target
 
 __all__ = ["MeanShiftKalman"]
 

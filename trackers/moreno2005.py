@@ -7,14 +7,14 @@ import numpy as np
 from pydantic import Field
 
 from trackers.base.interface import Image, Mask
-from trackers.contours.cues.chain import Association, Chain, Feedback, Hypotheses
-from trackers.contours.fisher.discriminant import basis_of
-from trackers.contours.segmentation.colours import ColourCue, ColourDynamics, MixtureScale, Palettes
-from trackers.contours.segmentation.contours import ContourCue, KalmanContourCue
-from trackers.contours.segmentation.observation import Observation, with_colour_sets
-from trackers.contours.segmentation.planes import PlaneCue
-from trackers.contours.segmentation.refitting import RefittedColours
-from trackers.contours.segmentation.segmenter import (
+from trackers.contours.chain import Association, Chain, Feedback, Hypotheses
+from trackers.contours.colour_cue import ColourCue, ColourDynamics, MixtureScale, Palettes
+from trackers.contours.contour_cue import ContourCue, KalmanContourCue
+from trackers.contours.discriminant import basis_of
+from trackers.contours.observation import Observation, with_colour_sets
+from trackers.contours.plane_cue import PlaneCue
+from trackers.contours.refitting import RefittedColours
+from trackers.contours.segmenter import (
     LITERAL,
     Segmenter,
     SegmenterParameters,

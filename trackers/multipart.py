@@ -9,14 +9,19 @@ from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Mask, Randomness
 from trackers.base.parameters import Parameters, TrackerError
+from trackers.base.particles import (
+    SCHEMES,
+    effective_number,
+    first_order,
+    mean_state,
+    normalised,
+    random_walk,
+    uniform_noise,
+)
 from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.histograms.colour.counting import region_counts
-from trackers.histograms.colour.histogram import bhattacharyya_distances
-from trackers.histograms.colour.luv import N_BINS, Binning, LuvBins, UvRange
-from trackers.histograms.colour.regions import Regions, pixel_regions
-from trackers.particles.propagation import first_order, random_walk, uniform_noise
-from trackers.particles.resampling import SCHEMES
-from trackers.particles.weights import effective_number, mean_state, normalised
+from trackers.histograms.bins import N_BINS, Binning, LuvBins, UvRange
+from trackers.histograms.counting import region_counts
+from trackers.histograms.rectangles import Regions, bhattacharyya_distances, pixel_regions
 
 __all__ = ["Multipart"]
 

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Image, Mask
+from trackers.base.kalman import Smoother
 from trackers.base.parameters import Parameters, TrackerError
 from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.templates.appearance import Appearance, Noise, Seen
 from trackers.templates.features import FLOORS, Features, dimension, features_of
 from trackers.templates.matching import Match, Pose, Ties, Window, reach, sampled, search
 from trackers.templates.occlusion import FIRST_CANDIDATE, Candidate, Diary, Occlusion, visited
-from trackers.templates.smoothing import Smoother
 
 __all__ = ["Nguyen2002"]
 

@@ -9,13 +9,12 @@ from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Image, Mask, Randomness
 from trackers.base.parameters import Parameters, TrackerError
+from trackers.base.particles import mean_state, multinomial, normalised
 from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.histograms.colour.ellipses import Kernel
-from trackers.histograms.colour.joint import ColourSpace, JointBins
-from trackers.histograms.elliptic.background import Background, spacing_of
-from trackers.histograms.elliptic.likelihood import Likelihood, Reading
-from trackers.histograms.elliptic.model import Ellipses, TargetModel
-from trackers.histograms.elliptic.motion import (
+from trackers.histograms.background import Background, spacing_of
+from trackers.histograms.bins import ColourSpace, JointBins
+from trackers.histograms.ellipses import Kernel
+from trackers.histograms.motion import (
     Axes,
     Dynamics,
     Motion,
@@ -23,9 +22,8 @@ from trackers.histograms.elliptic.motion import (
     box_around,
     ellipse_in,
 )
-from trackers.histograms.elliptic.placement import Placement, Whereabouts
-from trackers.particles.resampling import multinomial
-from trackers.particles.weights import mean_state, normalised
+from trackers.histograms.placement import Placement, Whereabouts
+from trackers.histograms.target_model import Ellipses, Likelihood, Reading, TargetModel
 
 __all__ = ["Nummiaro2003"]
 

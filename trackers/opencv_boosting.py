@@ -1,7 +1,7 @@
 """OpenCV's Boosting: on-line AdaBoost over Haar features."""
 
 from trackers.base.interface import Randomness
-from trackers.opencv.adapter import OpenCVTracker, factory
+from trackers.base.opencv import OpenCVTracker, factory
 
 __all__ = ["Boosting"]
 

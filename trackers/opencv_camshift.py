@@ -5,8 +5,8 @@ import numpy as np
 from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin
+from trackers.base.opencv import pixel_rectangle
 from trackers.base.parameters import Parameters, TrackerError
-from trackers.opencv.adapter import pixel_rectangle
 
 __all__ = ["OpenCVCamShift"]
 

@@ -1,6 +1,6 @@
 """OpenCV's CSRT: a correlation filter with channel and spatial reliability."""
 
-from trackers.opencv.adapter import OpenCVTracker, factory
+from trackers.base.opencv import OpenCVTracker, factory
 
 __all__ = ["CSRT"]
 

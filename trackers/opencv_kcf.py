@@ -1,6 +1,6 @@
 """OpenCV's KCF: kernelised correlation filters."""
 
-from trackers.opencv.adapter import OpenCVTracker, factory
+from trackers.base.opencv import OpenCVTracker, factory
 
 __all__ = ["KCF"]
 

@@ -1,6 +1,6 @@
 """OpenCV's MedianFlow: the median motion of points tracked forward and back."""
 
-from trackers.opencv.adapter import OpenCVTracker, factory
+from trackers.base.opencv import OpenCVTracker, factory
 
 __all__ = ["MedianFlow"]
 

@@ -6,8 +6,8 @@ import cv2
 from pydantic import Field
 
 from trackers.base.interface import Randomness
+from trackers.base.opencv import OpenCVTracker, factory
 from trackers.base.parameters import Parameters
-from trackers.opencv.adapter import OpenCVTracker, factory
 
 __all__ = ["MIL"]
 

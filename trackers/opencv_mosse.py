@@ -1,6 +1,6 @@
 """OpenCV's MOSSE: the first adaptive correlation filter."""
 
-from trackers.opencv.adapter import OpenCVTracker, factory
+from trackers.base.opencv import OpenCVTracker, factory
 
 __all__ = ["MOSSE"]
 

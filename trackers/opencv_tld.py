@@ -1,7 +1,7 @@
 """OpenCV's TLD: tracking, learning and detection."""
 
 from trackers.base.interface import Randomness
-from trackers.opencv.adapter import OpenCVTracker, factory
+from trackers.base.opencv import OpenCVTracker, factory
 
 __all__ = ["TLD"]
 

@@ -2,7 +2,7 @@
 
 from pydantic import Field
 
-from trackers.maps.colour_motion.cloud import ROBUST, CloudParameters, PlaceFilter
+from trackers.maps.place_filter import ROBUST, CloudParameters, PlaceFilter
 
 __all__ = ["ParticleFilter"]
 

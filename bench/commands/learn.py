@@ -13,7 +13,7 @@ from bench.experiments.experiment import ExperimentError
 
 if TYPE_CHECKING:
     from datasets import Sequence
-    from trackers.contours.segmentation.steps import Segmented
+    from trackers.contours.learning import Segmented
 
 __all__ = ["command"]
 
@@ -48,9 +48,8 @@ def command(
 
     import datasets
     from trackers.base.parameters import TrackerError
-    from trackers.contours.segmentation.dynamics import dynamics_text
-    from trackers.contours.segmentation.learning import learnt
-    from trackers.contours.segmentation.steps import steps_of
+    from trackers.contours.dynamics import dynamics_text
+    from trackers.contours.learning import learnt, steps_of
 
     if output is not None and output.exists() and not force:
         raise ExperimentError(f"{output} is there already; --force replaces it.")

@@ -12,7 +12,7 @@ import datasets
 import trackers
 from bench.commands.learn import command
 from bench.experiments.experiment import ExperimentError
-from trackers.contours.segmentation.dynamics import LEARNT, read_dynamics
+from trackers.contours.dynamics import LEARNT, read_dynamics
 
 
 def film(name, masks=True, n=6):

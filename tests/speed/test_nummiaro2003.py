@@ -14,7 +14,7 @@ import pytest
 import trackers
 from tests.speed.rivals import MeanShift, compare, run, say
 from trackers.base.sharing import SharedFrame
-from trackers.histograms.elliptic.motion import at_rest
+from trackers.histograms.motion import at_rest
 
 
 def nummiaro2003(clip, **parameters):

@@ -17,11 +17,9 @@ from scipy.ndimage import binary_dilation, binary_erosion
 from scipy.optimize import linear_sum_assignment
 
 from trackers.contour_smooth_color import ContourSmoothColor
-from trackers.contours.contour.outline import enclosed_area, filled, outline
-from trackers.contours.contour.snake import refined as refined_snake
-from trackers.contours.fisher.cells import colour_cells
-from trackers.contours.fisher.discriminant import basis_of, discriminant_basis, plane_normal
-from trackers.contours.fisher.mixture import (
+from trackers.contours.cells import colour_cells
+from trackers.contours.discriminant import basis_of, discriminant_basis, plane_normal
+from trackers.contours.mixture import (
     Mixture,
     components_of,
     fitted,
@@ -29,7 +27,9 @@ from trackers.contours.fisher.mixture import (
     projected,
     refined,
 )
-from trackers.contours.fisher.posterior import posterior
+from trackers.contours.outline import enclosed_area, filled, outline
+from trackers.contours.posterior import posterior
+from trackers.contours.snake import refined as refined_snake
 from trackers.moreno2005 import Moreno2005
 
 EIGENVALUES = 2e-4, 0.15  # least and most

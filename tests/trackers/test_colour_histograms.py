@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from trackers.histograms.colour import counting
 
 from trackers.base.sharing import SharedFrame
-from trackers.histograms.colour import counting
-from trackers.histograms.colour.counting import region_counts
-from trackers.histograms.colour.histogram import (
+from trackers.histograms.bins import N_BINS, LuvBins
+from trackers.histograms.counting import region_counts
+from trackers.histograms.rectangles import (
     bhattacharyya_distances,
     direct_counts,
     integral_counts,
     integral_histogram,
+    pixel_regions,
 )
-from trackers.histograms.colour.luv import N_BINS, LuvBins
-from trackers.histograms.colour.regions import pixel_regions
 
 HEIGHT, WIDTH, N_CODES, BINS = 21, 27, 40, 13
 

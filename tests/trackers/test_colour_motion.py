@@ -15,9 +15,9 @@ from bench.papers.wang2010.plain.observation import JointMaps
 from bench.papers.wang2010.plain.windows import window_slices
 from trackers.base.parameters import TrackerError
 from trackers.base.sharing import SharedFrame
-from trackers.maps.back_projection.hue import hue_bin
-from trackers.maps.colour_motion.differences import first_frame, frame_after, moving_share
-from trackers.maps.colour_motion.drift import (
+from trackers.maps.back_projection import hue_bin
+from trackers.maps.differences import first_frame, frame_after, moving_share
+from trackers.maps.drift import (
     Region,
     colour_bins,
     drift,
@@ -26,7 +26,7 @@ from trackers.maps.colour_motion.drift import (
     weight_bits,
     window_at,
 )
-from trackers.maps.colour_motion.model import ColourMotionModel, ModelParameters
+from trackers.maps.joint_map import ColourMotionModel, ModelParameters
 
 pictures = arrays.arrays(
     np.uint8,

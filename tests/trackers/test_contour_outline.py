@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 from shapely import LinearRing, Polygon
 
-from trackers.contours.contour.outline import (
+from trackers.contours.outline import (
     bounding_box,
     crosses_itself,
     enclosed_area,

@@ -8,8 +8,8 @@ from scipy.optimize import brentq
 from shapely import LinearRing
 from skimage.segmentation import active_contour
 
-from trackers.contours.contour.outline import filled, inscribed_ellipse, outline
-from trackers.contours.contour.snake import edge_map, fitted_snake, refined
+from trackers.contours.outline import filled, inscribed_ellipse, outline
+from trackers.contours.snake import edge_map, fitted_snake, refined
 
 CENTRE = np.array([40.0, 36.0])
 

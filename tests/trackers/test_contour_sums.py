@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely import Polygon
 
-from trackers.contours.contour.outline import filled
-from trackers.contours.contour.sums import _inside, contour_scores, windings
+from trackers.contours.outline import filled
+from trackers.contours.sums import _inside, contour_scores, windings
 
 HEIGHT, WIDTH = 13, 17
 

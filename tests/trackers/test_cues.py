@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackers.contours.cues.chain import Chain, Hypotheses, Weighed, complete, proportional
-from trackers.contours.cues.particles import ParticleCue
+from trackers.contours.chain import Chain, Hypotheses, ParticleCue, Weighed, complete, proportional
 
 
 class Listed:

@@ -9,9 +9,9 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from trackers.base.sharing import SharedFrame
-from trackers.histograms.colour.counting import ellipse_histograms
-from trackers.histograms.colour.ellipses import KERNELS, coefficients, ellipse_counts
-from trackers.histograms.colour.joint import JointBins
+from trackers.histograms.bins import JointBins
+from trackers.histograms.counting import ellipse_histograms
+from trackers.histograms.ellipses import KERNELS, coefficients, ellipse_counts
 
 HEIGHT, WIDTH, BINS = 25, 33, 11
 

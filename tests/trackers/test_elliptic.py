@@ -8,13 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trackers.base.sharing import SharedFrame
-from trackers.histograms.colour.ellipses import EllipseCounts
-from trackers.histograms.colour.joint import JointBins
-from trackers.histograms.elliptic.background import Background, spacing_of
-from trackers.histograms.elliptic.likelihood import Likelihood
-from trackers.histograms.elliptic.model import Ellipses, TargetModel
-from trackers.histograms.elliptic.motion import Motion, at_rest, ellipse_in
-from trackers.histograms.elliptic.placement import Whereabouts
+from trackers.histograms.background import Background, spacing_of
+from trackers.histograms.bins import JointBins
+from trackers.histograms.ellipses import EllipseCounts
+from trackers.histograms.motion import Motion, at_rest, ellipse_in
+from trackers.histograms.placement import Whereabouts
+from trackers.histograms.target_model import Ellipses, Likelihood, TargetModel
 
 
 @pytest.mark.parametrize(

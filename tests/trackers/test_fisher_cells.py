@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackers.contours.fisher.cells import cells_inside, colour_cells
+from trackers.contours.cells import cells_inside, colour_cells
 
 
 def picture(seed, rows=13, columns=17):

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
-from trackers.contours.fisher.discriminant import (
+from trackers.contours.discriminant import (
     basis_of,
     discriminant_basis,
     oriented,

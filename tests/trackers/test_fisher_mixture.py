@@ -10,8 +10,8 @@ from scipy.stats import multivariate_normal
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.mixture import GaussianMixture
 
-from trackers.contours.fisher.discriminant import basis_of, plane_normal
-from trackers.contours.fisher.mixture import (
+from trackers.contours.discriminant import basis_of, plane_normal
+from trackers.contours.mixture import (
     Mixture,
     components_of,
     density,

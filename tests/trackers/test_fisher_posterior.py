@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
-from trackers.contours.fisher.mixture import Mixture, mixture_of
-from trackers.contours.fisher.posterior import BLOCK, posterior, posterior_tables, region_scores
+from trackers.contours.mixture import Mixture, mixture_of
+from trackers.contours.posterior import BLOCK, posterior, posterior_tables, region_scores
 
 
 def components(rng, *shape, least=2e-4):

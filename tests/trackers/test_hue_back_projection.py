@@ -10,7 +10,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from trackers.base.sharing import SharedFrame
-from trackers.maps.back_projection.hue import (
+from trackers.maps.back_projection import (
     HueBins,
     bin_counts,
     first_pixel,

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackers.histograms.colour.luv import N_BINS, LuvBins
+from trackers.histograms.bins import N_BINS, LuvBins
 
 RANGES = {
     "full": None,  # bytes themselves

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import trackers
+from trackers.base.kalman import ConstantVelocity
 from trackers.base.parameters import TrackerError
 from trackers.base.sharing import SharedFrame
-from trackers.histograms.mean_shifting.constant_velocity import ConstantVelocity
 from trackers.mean_shift_kalman import _deviation
 
 GREEN, RED, BLUE = (60, 180, 40), (30, 50, 210), (210, 80, 30)

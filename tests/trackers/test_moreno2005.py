@@ -7,9 +7,9 @@ import pytest
 import trackers
 from trackers import TrackerError
 from trackers.base.sharing import SharedFrame
-from trackers.contours.contour.outline import bounding_box, filled, outline
-from trackers.contours.cues.chain import complete
-from trackers.contours.segmentation.segmenter import best_posterior, surely
+from trackers.contours.chain import complete
+from trackers.contours.outline import bounding_box, filled, outline
+from trackers.contours.segmenter import best_posterior, surely
 
 NAMES = ["moreno2005", "contour-smooth-color"]
 FEW = {"contour_samples": 60}

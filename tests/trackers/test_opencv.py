@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import trackers
+from trackers.base.opencv import OpenCVTracker, factory, pixel_rectangle
 from trackers.base.parameters import Parameters, TrackerError
-from trackers.opencv.adapter import OpenCVTracker, factory, pixel_rectangle
 
 
 def boxes_of(tracker, clip):

@@ -7,9 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackers.particles.propagation import first_order, random_walk, uniform_noise
-from trackers.particles.resampling import SCHEMES
-from trackers.particles.weights import effective_number, mean_state, normalised
+from trackers.base.particles import (
+    SCHEMES,
+    effective_number,
+    first_order,
+    mean_state,
+    normalised,
+    random_walk,
+    uniform_noise,
+)
 
 logs = st.lists(st.floats(-50, 50), min_size=1, max_size=30).map(np.array)
 

@@ -5,28 +5,28 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from trackers.contours.cues.chain import Hypotheses
-from trackers.contours.fisher.cells import colour_cells
-from trackers.contours.fisher.discriminant import basis_of, plane_normal
-from trackers.contours.fisher.mixture import (
+from trackers.contours.cells import colour_cells
+from trackers.contours.chain import Hypotheses
+from trackers.contours.colour_cue import ColourCue, ColourDynamics, Palettes
+from trackers.contours.contour_cue import ContourCue, ContourDynamics, KalmanContourCue
+from trackers.contours.discriminant import basis_of, plane_normal
+from trackers.contours.mixture import (
     Mixture,
     components_of,
     fitted,
     mixture_of,
     refined_on_planes,
 )
-from trackers.contours.fisher.posterior import posterior
-from trackers.contours.segmentation.colours import ColourCue, ColourDynamics, Palettes
-from trackers.contours.segmentation.contours import ContourCue, ContourDynamics, KalmanContourCue
-from trackers.contours.segmentation.observation import (
+from trackers.contours.observation import (
     drawn,
+    graded,
     observe,
     window_around,
     with_colour_sets,
 )
-from trackers.contours.segmentation.planes import GivenPlane, PlaneCue, projected_colours
-from trackers.contours.segmentation.refitting import Fit, RefittedColours, blended
-from trackers.contours.segmentation.weighing import graded
+from trackers.contours.plane_cue import GivenPlane, PlaneCue, projected_colours
+from trackers.contours.posterior import posterior
+from trackers.contours.refitting import Fit, RefittedColours, blended
 
 BASIS = np.linalg.qr(np.array([[1.0, 0.2], [0.1, 1.0], [-0.5, 0.3]]))[0]
 SQUARE = np.array([[20.0, 10.0], [50.0, 10.0], [50.0, 40.0], [20.0, 40.0]])

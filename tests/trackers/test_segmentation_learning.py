@@ -4,15 +4,14 @@ import numpy as np
 import pytest
 
 from trackers.base.parameters import TrackerError
-from trackers.contours.contour.outline import equally_spaced, filled
-from trackers.contours.fisher.discriminant import discriminant_basis
-from trackers.contours.fisher.mixture import Mixture, mixture_of
-from trackers.contours.segmentation.colours import ColourDynamics
-from trackers.contours.segmentation.contours import ContourDynamics
-from trackers.contours.segmentation.dynamics import LEARNT, dynamics_text, read_dynamics
-from trackers.contours.segmentation.learning import learnt
-from trackers.contours.segmentation.planes import PlaneCue
-from trackers.contours.segmentation.steps import COMPONENTS, Steps, _in_order, affine_map, steps_of
+from trackers.contours.colour_cue import ColourDynamics
+from trackers.contours.contour_cue import ContourDynamics
+from trackers.contours.discriminant import discriminant_basis
+from trackers.contours.dynamics import LEARNT, dynamics_text, read_dynamics
+from trackers.contours.learning import COMPONENTS, Steps, _in_order, affine_map, learnt, steps_of
+from trackers.contours.mixture import Mixture, mixture_of
+from trackers.contours.outline import equally_spaced, filled
+from trackers.contours.plane_cue import PlaneCue
 
 POLYGON = np.array([[-30, -18], [-5, -26], [22, -20], [32, 4], [14, 28], [-8, 14], [-26, 22.0]])
 N = 6000

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
 
-from trackers.templates.smoothing import Smoother
+from trackers.base.kalman import Smoother
 
 F, H = np.array([[1.0, 1.0], [0.0, 1.0]]), np.array([[1.0, 0.0]])
 Q = np.array([[0.25, 0.5], [0.5, 1.0]])

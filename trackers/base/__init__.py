@@ -1,1 +1,1 @@
-"""What every tracker stands on: the interface, its parameters, and shared work on a frame."""
+"""The contract of every tracker, and parts of no family: particles, Kalman filters, OpenCV."""

@@ -14,8 +14,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.contours.cues.chain import Chain, Hypotheses, Weighed
-from trackers.contours.cues.particles import ParticleCue
+from trackers.contours.chain import Chain, Hypotheses, ParticleCue, Weighed
 
 __all__ = [
     "COLOURS",

@@ -48,7 +48,7 @@ from bench.papers.moreno2005.example import (
 )
 from bench.statistics.intervals import mean_interval
 from datasets.source_digest import source_digest
-from trackers.contours.cues.chain import Hypotheses
+from trackers.contours.chain import Hypotheses
 
 __all__ = ["DEPENDENCES", "STATES", "best_pairs", "differences", "distance", "factorisation"]
 __all__ += ["joint", "measure", "trends"]

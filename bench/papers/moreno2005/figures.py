@@ -46,8 +46,8 @@ from reports.film_strip import evenly_spaced, film_strip
 from reports.overlay import TRUTH
 from reports.palette import colours
 from reports.series import series_grid
-from trackers.contours.cues.chain import Hypotheses
-from trackers.contours.segmentation.observation import colours_of
+from trackers.contours.chain import Hypotheses
+from trackers.contours.observation import colours_of
 
 __all__ = [
     "NUMBERS",

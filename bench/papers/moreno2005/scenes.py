@@ -34,11 +34,11 @@ from bench.metrics.regions import contour_accuracy, region_similarity
 from bench.papers.scene_checks import SceneCheck, measured_on_scenes
 from bench.papers.short_runs import runs
 from datasets.interface import Image, Mask
-from trackers.contours.contour.outline import filled, outline
-from trackers.contours.contour.snake import refined
-from trackers.contours.fisher.discriminant import discriminant_basis
-from trackers.contours.fisher.mixture import Mixture, fitted
-from trackers.contours.fisher.posterior import posterior
+from trackers.contours.discriminant import discriminant_basis
+from trackers.contours.mixture import Mixture, fitted
+from trackers.contours.outline import filled, outline
+from trackers.contours.posterior import posterior
+from trackers.contours.snake import refined
 
 __all__ = [
     "CHECKS",

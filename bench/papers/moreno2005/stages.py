@@ -19,14 +19,14 @@ from reports.colour_space import ColourModel, Gaussians, colour_model_plot
 from reports.hypotheses import Palette, hypotheses_plot
 from reports.maps import Panel, map_plot
 from trackers.base.interface import Estimate
-from trackers.contours.contour.outline import bounding_box, filled, outline
-from trackers.contours.contour.snake import MARGIN, edge_map
-from trackers.contours.cues.chain import Chain, Hypotheses
-from trackers.contours.fisher.cells import colour_cells
-from trackers.contours.fisher.discriminant import basis_of
-from trackers.contours.fisher.mixture import mixture_of
-from trackers.contours.fisher.posterior import posterior
-from trackers.contours.segmentation.observation import Observation, colours_of
+from trackers.contours.cells import colour_cells
+from trackers.contours.chain import Chain, Hypotheses
+from trackers.contours.discriminant import basis_of
+from trackers.contours.mixture import mixture_of
+from trackers.contours.observation import Observation, colours_of
+from trackers.contours.outline import bounding_box, filled, outline
+from trackers.contours.posterior import posterior
+from trackers.contours.snake import MARGIN, edge_map
 from trackers.moreno2005 import Moreno2005
 
 __all__ = [

@@ -5,10 +5,9 @@ from numpy.typing import NDArray
 
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
-from trackers.histograms.colour.counting import region_counts
-from trackers.histograms.colour.histogram import bhattacharyya_distances
-from trackers.histograms.colour.luv import N_BINS, LuvBins
-from trackers.histograms.colour.regions import pixel_regions
+from trackers.histograms.bins import N_BINS, LuvBins
+from trackers.histograms.counting import region_counts
+from trackers.histograms.rectangles import bhattacharyya_distances, pixel_regions
 from trackers.multipart import LEAST_PIXELS, LEAST_SHARE
 
 __all__ = ["Appearance", "part_distance", "states_of"]

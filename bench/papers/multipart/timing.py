@@ -16,10 +16,9 @@ from datasets.text_form import parse_text
 from reports.tables import MISSING, Cell, Table
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
-from trackers.histograms.colour.counting import region_counts
-from trackers.histograms.colour.histogram import bhattacharyya_distances
-from trackers.histograms.colour.luv import N_BINS, LuvBins
-from trackers.histograms.colour.regions import pixel_regions
+from trackers.histograms.bins import N_BINS, LuvBins
+from trackers.histograms.counting import region_counts
+from trackers.histograms.rectangles import bhattacharyya_distances, pixel_regions
 from trackers.multipart import LEAST_PIXELS, LEAST_SHARE
 
 __all__ = [

@@ -31,9 +31,9 @@ from bench.papers.views import with_gain, with_noise
 from datasets import Sequence
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
-from trackers.histograms.colour.ellipses import KERNELS
-from trackers.histograms.colour.joint import JointBins
-from trackers.histograms.elliptic.background import Background, spacing_of
+from trackers.histograms.background import Background, spacing_of
+from trackers.histograms.bins import JointBins
+from trackers.histograms.ellipses import KERNELS
 from trackers.nummiaro2003 import Nummiaro2003
 
 __all__ = [

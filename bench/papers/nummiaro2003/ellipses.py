@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from datasets import Sequence
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
-from trackers.histograms.colour.ellipses import Kernel, coefficients
-from trackers.histograms.colour.joint import JointBins
-from trackers.histograms.elliptic.model import Ellipses
+from trackers.histograms.bins import JointBins
+from trackers.histograms.ellipses import Kernel, coefficients
+from trackers.histograms.target_model import Ellipses
 
 __all__ = [
     "Array",

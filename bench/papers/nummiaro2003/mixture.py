@@ -15,7 +15,7 @@ from scipy.special import logsumexp
 from bench.papers.nummiaro2003.ellipses import Array, clear_frames, clutter, ellipses_in, shown
 from datasets import Sequence
 from trackers.base.interface import Image
-from trackers.histograms.colour.joint import JointBins
+from trackers.histograms.bins import JointBins
 
 __all__ = ["Histogram", "Mixture", "one_of_two_colours"]
 

@@ -31,8 +31,8 @@ from datasets import Sequence, SequenceError
 from datasets.synthetic.nummiaro2003 import entries
 from trackers.base.interface import Estimate, Image
 from trackers.base.sharing import SharedFrame
-from trackers.histograms.colour.counting import ellipse_histograms
-from trackers.histograms.colour.joint import JointBins
+from trackers.histograms.bins import JointBins
+from trackers.histograms.counting import ellipse_histograms
 from trackers.nummiaro2003 import Nummiaro2003
 
 __all__ = ["entered", "entrance", "kick_offs", "maximum", "nearer", "own_models"]

@@ -29,8 +29,8 @@ from bench.papers.tables import text_table
 from bench.papers.timed import failed_passes
 from reports.ledger import ledger_table
 from reports.tables import MISSING, Table
-from trackers.histograms.colour.ellipses import EllipseCounts
-from trackers.histograms.elliptic.model import TargetModel
+from trackers.histograms.ellipses import EllipseCounts
+from trackers.histograms.target_model import TargetModel
 
 __all__ = ["condition_table", "make_report"]
 

@@ -24,11 +24,10 @@ from bench.papers.timed import timed_runs
 from bench.store.layout import Cell
 from reports.tables import MISSING, Table
 from trackers.base.interface import Box, Image
+from trackers.base.particles import normalised
 from trackers.base.sharing import SharedFrame
-from trackers.histograms.colour.joint import JointBins
-from trackers.histograms.elliptic.likelihood import Likelihood
-from trackers.histograms.elliptic.model import Ellipses, TargetModel
-from trackers.particles.weights import normalised
+from trackers.histograms.bins import JointBins
+from trackers.histograms.target_model import Ellipses, Likelihood, TargetModel
 
 __all__ = [
     "SWEEPS",

@@ -26,7 +26,7 @@ from bench.papers.wang2010.plain import (
     moving,
 )
 from trackers.base.interface import Box, Image
-from trackers.maps.colour_motion.differences import first_frame, frame_after
+from trackers.maps.differences import first_frame, frame_after
 
 __all__ = [
     "IMPLEMENTATIONS",

@@ -30,7 +30,7 @@ from bench.papers.moreno2005.example_tables import (
     trends,
 )
 from bench.papers.moreno2005.figures import GRIDS, iteration
-from trackers.contours.cues.chain import Hypotheses
+from trackers.contours.chain import Hypotheses
 
 
 def seeded(*seed):

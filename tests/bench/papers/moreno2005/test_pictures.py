@@ -39,10 +39,10 @@ from bench.papers.moreno2005.stages import (
 from bench.papers.stored import StoredRuns
 from datasets import Sequence
 from reports.overlay import TRUTH
-from trackers.contours.contour.outline import bounding_box, filled
-from trackers.contours.contour.snake import MARGIN, fitted_snake
-from trackers.contours.fisher.cells import colour_cells
-from trackers.contours.fisher.posterior import posterior
+from trackers.contours.cells import colour_cells
+from trackers.contours.outline import bounding_box, filled
+from trackers.contours.posterior import posterior
+from trackers.contours.snake import MARGIN, fitted_snake
 
 NAME = "plain/target:length=11"
 STEPS = 3

@@ -11,8 +11,8 @@ import datasets
 from bench.papers.moreno2005 import scenes
 from bench.papers.moreno2005.scenes import CHECKS, contrast, drawn_colours
 from bench.papers.short_runs import runs
-from trackers.contours.contour.outline import outline
-from trackers.contours.contour.snake import refined
+from trackers.contours.outline import outline
+from trackers.contours.snake import refined
 
 TARGET = "plain/target:length=12"
 

@@ -1,0 +1,168 @@
+"""Particle filtering: weighted samples of a state, moved, weighed, averaged and resampled.
+
+Weights come as logarithms: a likelihood that underflows would leave no particle standing. A scheme
+of resampling takes normalised weights and as many numbers uniform on [0, 1), of which it uses
+what it needs, and gives the indices of the particles that go on. A particle of weight π is
+expected to go on in n π copies under every scheme; they differ in how far from that they stray.
+"""
+
+from collections.abc import Callable, Mapping
+from math import inf
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "SCHEMES",
+    "effective_number",
+    "first_order",
+    "mean_state",
+    "multinomial",
+    "normalised",
+    "random_walk",
+    "residual",
+    "stratified",
+    "systematic",
+    "uniform_noise",
+]
+
+
+def normalised(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Weights that sum to one.
+
+    Parameters
+    ----------
+    log_weights : ndarray of float64, shape (n,)
+        Logarithms of weights up to a common factor; -inf is a weight of zero.
+
+    Returns
+    -------
+    ndarray of float64, shape (n,)
+        In proportion to the exponentials; all equal where every weight is zero.
+
+    Examples
+    --------
+    >>> normalised(np.array([-5000.0, -5000.0, -np.inf])).tolist()
+    [0.5, 0.5, 0.0]
+    """
+    largest = log_weights.max()
+    if largest == -inf:
+        return np.full(len(log_weights), 1 / len(log_weights))
+    weights: NDArray[np.float64] = np.exp(log_weights - largest)
+    weights /= weights.sum()
+    return weights
+
+
+def mean_state(weights: NDArray[np.float64], states: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Weighted mean of the particles' states, E[s] = Σ πᵢ sᵢ (Isard & Blake 1998).
+
+    Parameters
+    ----------
+    weights : ndarray of float64, shape (n,)
+        Normalised.
+    states : ndarray of float64, shape (n, dimensions)
+        One row a particle.
+    """
+    return weights @ states
+
+
+def effective_number(weights: NDArray[np.float64]) -> float:
+    """Effective number of particles, 1 / Σ πᵢ² (Kong, Liu & Wong 1994), in [1, n].
+
+    Examples
+    --------
+    >>> effective_number(np.array([0.25, 0.25, 0.25, 0.25]))
+    4.0
+    """
+    return 1.0 / float(weights @ weights)
+
+
+Array = NDArray[np.float64]
+
+
+def uniform_noise(uniforms: Array, half_range: Array) -> Array:
+    """Noise that is uniform on ± `half_range`.
+
+    Parameters
+    ----------
+    uniforms : ndarray of float64, shape (n, dimensions)
+        Uniform on [0, 1).
+    half_range : ndarray of float64, shape (dimensions,) or (n, dimensions)
+        In the units of the state.
+    """
+    return (2.0 * uniforms - 1.0) * half_range
+
+
+def random_walk(states: Array, noise: Array) -> Array:
+    """A step without memory, sₜ = sₜ₋₁ + wₜ."""
+    return states + noise
+
+
+def first_order(states: Array, velocities: Array, noise: Array) -> tuple[Array, Array]:
+    """A step at the velocity of the one before, which the noise changes.
+
+    vₜ = vₜ₋₁ + wₜ and sₜ = sₜ₋₁ + vₜ: noise enters once a frame, so that for the same `noise`
+    the spread around the prediction is that of `random_walk`.
+
+    Parameters
+    ----------
+    states, velocities, noise : ndarray of float64, shape (n, dimensions)
+        Velocities and noise in units of the state a frame.
+
+    Returns
+    -------
+    states, velocities : ndarray of float64, shape (n, dimensions)
+        The new ones.
+    """
+    velocities = velocities + noise
+    return states + velocities, velocities
+
+
+Indices: TypeAlias = NDArray[np.intp]
+
+_BELOW_ONE = float(np.nextafter(1.0, 0.0))
+
+
+def multinomial(weights: Array, uniforms: Array) -> Indices:
+    """Independent draws with replacement, by binary search in the cumulative weights.
+
+    The scheme of Condensation (Isard & Blake 1998).
+    """
+    return _found(weights, uniforms)
+
+
+def stratified(weights: Array, uniforms: Array) -> Indices:
+    """One draw from each of n equal strata of the cumulative weights (Kitagawa 1996)."""
+    return _found(weights, (np.arange(len(uniforms)) + uniforms) / len(uniforms))
+
+
+def systematic(weights: Array, uniforms: Array) -> Indices:
+    """Equally spaced draws, all shifted by the one first number (Kitagawa 1996)."""
+    return _found(weights, (np.arange(len(uniforms)) + uniforms[0]) / len(uniforms))
+
+
+def residual(weights: Array, uniforms: Array) -> Indices:
+    """⌊n π⌋ copies of each, the rest drawn from what is left over (Liu & Chen 1998)."""
+    expected = len(weights) * weights
+    copies = np.floor(expected + 1e-9).astype(np.intp)  # 49 · (1/49) is less than 1
+    sure = np.repeat(np.arange(len(weights)), copies)
+    left = np.maximum(expected - copies, 0.0)
+    return np.concatenate([sure, _found(left, uniforms[len(sure) :])])
+
+
+SCHEMES: Mapping[str, Callable[[Array, Array], Indices]] = {
+    "multinomial": multinomial,
+    "systematic": systematic,
+    "stratified": stratified,
+    "residual": residual,
+}
+"""The schemes by name."""
+
+
+def _found(weights: Array, positions: Array) -> Indices:
+    """Particle at each position in [0, 1] of the cumulative weights, never one of weight 0."""
+    cumulative = weights.cumsum()
+    sought = np.minimum(positions, _BELOW_ONE) * cumulative[-1]
+    found: Indices = cumulative.searchsorted(sought, side="right")
+    return found

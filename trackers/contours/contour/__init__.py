@@ -1,1 +1,0 @@
-"""Contours: outlines of masks, sums over what they enclose, and snakes that fit them to edges."""

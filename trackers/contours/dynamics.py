@@ -1,0 +1,154 @@
+"""Files of dynamics: deviations of the random walks, learnt off-line from segmented sequences.
+
+```toml
+plane_spread = 0.2513      # parameters of trackers, each 0 or more
+stretch_x_spread = 0.02471
+
+[learnt]                   # where they come from; nothing reads it
+colour_dynamics = "shared"
+
+[[learnt.sequences]]
+name = "moreno2005/ellipse:scene=100"
+fingerprint = "..."
+steps = 99
+```
+"""
+
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, model_validator
+
+from trackers.base.parameters import TrackerError, unknown
+
+__all__ = ["LEARNT", "LearntDynamics", "dynamics_text", "read_dynamics"]
+
+LEARNT = (
+    "plane_spread",
+    "stretch_x_spread",
+    "shear_x_spread",
+    "shear_y_spread",
+    "stretch_y_spread",
+    "shift_x_spread",
+    "shift_y_spread",
+    "mean_spread",
+    "class_spread",
+    "gain_spread",
+    "jump_probability",
+    "jump_spread",
+    "prior_spread",
+    "eigenvalue_spread",
+    "angle_spread",
+)
+"""Parameters that can be learnt."""
+
+DIGITS = 4  # significant ones; more would be noise
+
+
+def read_dynamics(path: str | Path) -> dict[str, float]:
+    """Values of parameters by name, from a file that `trackmark learn` wrote.
+
+    Raises
+    ------
+    TrackerError
+        Where there is no such file, or it is no TOML, names what can't be learnt, or has a value
+        out of range; the message says which.
+    """
+    try:
+        content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise TrackerError(
+            f"{path}: {error.strerror}. Give a file of dynamics; `trackmark learn` writes one."
+        ) from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise TrackerError(f"{path}: not TOML ({error}). `trackmark learn` writes it.") from None
+    values = {}
+    for name, value in content.items():
+        if name == "learnt":
+            continue
+        if name not in LEARNT:
+            raise unknown(f"parameter in {path}", name, LEARNT)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise TrackerError(f"{path}: {name}={value!r} is not a number.")
+        if not isfinite(value) or value < 0 or (name == "jump_probability" and value > 1):
+            span = "between 0 and 1" if name == "jump_probability" else "0 or more"
+            raise TrackerError(f"{path}: {name}={value} is out of range; give {span}.")
+        values[name] = float(value)
+    if not values:
+        raise TrackerError(f"{path}: there are no values; known are {', '.join(LEARNT)}.")
+    return values
+
+
+def dynamics_text(
+    values: Mapping[str, float],
+    origin: Mapping[str, str],
+    sequences: Sequence[Mapping[str, object]],
+) -> str:
+    """What a file of dynamics holds.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        By name of the parameter; four significant digits are written.
+    origin : mapping of str to str
+        How they were learnt.
+    sequences : sequence of mapping of str to str or int
+        What they were learnt from.
+
+    Examples
+    --------
+    >>> print(dynamics_text({"mean_spread": 1 / 3}, {}, [{"name": "cup", "steps": 99}]))
+    mean_spread = 0.3333
+    <BLANKLINE>
+    [learnt]
+    <BLANKLINE>
+    [[learnt.sequences]]
+    name = "cup"
+    steps = 99
+    <BLANKLINE>
+    """
+    parts = [
+        [f"{name} = {value:.{DIGITS}g}" for name, value in values.items()],
+        ["[learnt]", *_lines(origin)],
+        *(["[[learnt.sequences]]", *_lines(sequence)] for sequence in sequences),
+    ]
+    return "\n\n".join("\n".join(lines) for lines in parts) + "\n"
+
+
+def _lines(table: Mapping[str, object]) -> list[str]:
+    # JSON's strings are TOML's basic strings.
+    return [f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in table.items()]
+
+
+class LearntDynamics(BaseModel):
+    """Values of parameters by name, from a file that `trackmark learn` wrote.
+
+    In text it is the file's name. A run's identity holds the values too, so that a file that was
+    written anew makes other runs.
+
+    Attributes
+    ----------
+    file : str
+        The file; empty for none.
+    values : mapping of str to float
+        What it says.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    file: str = ""
+    values: Mapping[str, float] = {}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read(cls, given: Any) -> Any:
+        if isinstance(given, str):
+            return {"file": given, "values": read_dynamics(given) if given else {}}
+        return given
+
+    def __str__(self) -> str:
+        return self.file

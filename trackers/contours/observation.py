@@ -1,0 +1,234 @@
+"""What the cues are shown of a frame, and weights from it (Moreno-Noguer et al. 2005, 5)."""
+
+from math import ceil, floor, inf, isfinite
+from typing import Literal, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.base.interface import Image
+from trackers.contours.cells import ColourCells, cells_inside
+from trackers.contours.mixture import Mixture, fitted
+from trackers.contours.outline import bounding_box
+
+__all__ = [
+    "ColourSet",
+    "Observation",
+    "Rectangle",
+    "Weights",
+    "colours_of",
+    "drawn",
+    "graded",
+    "observe",
+    "window_around",
+    "with_colour_sets",
+]
+
+Array: TypeAlias = NDArray[np.float64]
+Weights: TypeAlias = Literal["literal", "exponential"]
+
+NOISE = 1e-6  # of differences of posteriors in single precision
+
+
+def graded(scores: Array, weights: Weights, temperature: float) -> Array:
+    """Weights of hypotheses, up to a common factor.
+
+    Parameters
+    ----------
+    scores : ndarray of float64, shape (n,)
+        Mean posterior in a region minus the mean outside, in [-1, 1].
+    weights : {'literal', 'exponential'}
+        The difference itself, not below 0 (Moreno-Noguer et al. 2005, section 5), nor what
+        rounding makes of 0, or
+        exp(difference / temperature). Good and mediocre hypotheses differ by some hundredths, so
+        that the former hardly tells them apart.
+    temperature : float
+        Above 0, in units of the difference.
+
+    Examples
+    --------
+    >>> graded(np.array([-0.5, 0.2]), "literal", 1.0).tolist()
+    [0.0, 0.2]
+    >>> graded(np.array([0.0, 0.1]), "exponential", 0.1).round(3).tolist()
+    [0.368, 1.0]
+    """
+    if weights == "literal":
+        return np.where(scores > NOISE, scores, 0.0)
+    exponentials: Array = np.exp((scores - scores.max()) / temperature)
+    return exponentials
+
+
+Rectangle: TypeAlias = tuple[int, int, int, int]
+"""Pixel columns x0 to x1 and rows y0 to y1, the latter of each not included: x0, y0, x1, y1."""
+
+NARROWEST = 8  # pixels that a window keeps of the image, wherever the target went
+FIRST_STEPS = 6  # of EM in three dimensions; more follow on the planes
+
+
+class ColourSet(NamedTuple):
+    """Colours that were drawn from a region, and a mixture of Gaussians fitted to them.
+
+    Attributes
+    ----------
+    points : ndarray of float64, shape (n, 3)
+        R, G, B in [0, 1].
+    mixture : Mixture
+        Of them, in three dimensions.
+    """
+
+    points: Array
+    mixture: Mixture
+
+
+class Observation(NamedTuple):
+    """A frame, the window W in which the target is expected, and what is outside.
+
+    Attributes
+    ----------
+    cells : ColourCells
+        The colours of the frame.
+    window : tuple of int
+        W.
+    around : tuple of int
+        The rectangle of which the rest is what is outside.
+    contrast : ndarray of float64, shape (cells,)
+        Share of W's pixels that have a colour, minus the share of those outside: its product
+        with a posterior of the colours is the mean in W minus the mean outside.
+    prior : float
+        P(O): probability of the target before a pixel's colour is seen.
+    inside, outside : ColourSet or None
+        Colours in W and outside; None where no cue wants them.
+    """
+
+    cells: ColourCells
+    window: Rectangle
+    around: Rectangle
+    contrast: Array
+    prior: float
+    inside: ColourSet | None = None
+    outside: ColourSet | None = None
+
+
+def window_around(
+    contour: Array, margin: float, growth: float, width: int, height: int
+) -> Rectangle:
+    """Window W: the bounding box of a contour with a tolerance, inside the image.
+
+    Parameters
+    ----------
+    contour : ndarray of float64, shape (points, 2)
+        In pixels.
+    margin : float
+        By so many pixels it goes beyond the box on each side,
+    growth : float
+        and by this share of half the side besides.
+    width, height : int
+        Of the image, in pixels.
+    """
+    x, y, wide, high = bounding_box(contour)
+    columns = _spread(x, wide, margin + growth * wide / 2, width)
+    rows = _spread(y, high, margin + growth * high / 2, height)
+    return columns[0], rows[0], columns[1], rows[1]
+
+
+def observe(
+    cells: ColourCells, window: Rectangle, prior: float = 0.5, ring: float = inf
+) -> Observation:
+    """Contrast of each colour of a frame between a window and what is outside.
+
+    Parameters
+    ----------
+    cells : ColourCells
+        Of the frame.
+    window : tuple of int
+        W.
+    prior : float
+        P(O), in (0, 1).
+    ring : float
+        Outside is the rest of a rectangle so many times as wide and high around the same centre, as
+        far as the image goes; above 1.
+    """
+    height, width = cells.image.shape
+    around = 0, 0, width, height
+    if isfinite(ring):
+        x0, y0, x1, y1 = window
+        more = (ring - 1) / 2
+        columns = _spread(x0, x1 - x0, more * (x1 - x0), width)
+        rows = _spread(y0, y1 - y0, more * (y1 - y0), height)
+        around = columns[0], rows[0], columns[1], rows[1]
+    inside = cells_inside(cells, *window)
+    outside = cells_inside(cells, *around) - inside
+    # A window that fills the image is compared with nothing: only what is in it counts.
+    contrast = inside / inside.sum() - outside / max(int(outside.sum()), 1)
+    return Observation(cells, window, around, contrast, prior)
+
+
+def with_colour_sets(
+    observation: Observation,
+    image: Image,
+    points: tuple[int, int],
+    components: tuple[int, int],
+    generator: np.random.Generator,
+) -> Observation:
+    """Add the sets of colours drawn in the window and outside (section 5.2).
+
+    Parameters
+    ----------
+    observation : Observation
+        Of the frame.
+    image : ndarray of uint8, shape (height, width, 3)
+        The frame.
+    points, components : tuple of int
+        How many pixels are drawn, and how many Gaussians are fitted to their colours: in the
+        window, and outside.
+    generator : numpy.random.Generator
+        Draws the pixels, and the fits' beginnings.
+    """
+    within, around = (
+        _filled(rectangle, image.shape[:2])
+        for rectangle in (observation.window, observation.around)
+    )
+    beyond = around & ~within
+    if not beyond.any():
+        beyond = within
+    sets = []
+    for region, count, parts in zip((within, beyond), points, components, strict=True):
+        colours = drawn(image, region, count, generator)
+        mixture = fitted(colours, parts, generator, iterations=FIRST_STEPS)
+        sets.append(ColourSet(colours, mixture))
+    return observation._replace(inside=sets[0], outside=sets[1])
+
+
+def drawn(
+    image: Image, region: NDArray[np.bool_], count: int, generator: np.random.Generator
+) -> Array:
+    """Colours of pixels drawn evenly, with replacement, from a region that is not empty.
+
+    Returns
+    -------
+    ndarray of float64, shape (count, 3)
+        R, G, B in [0, 1].
+    """
+    places = np.flatnonzero(region)
+    chosen = places[generator.integers(0, len(places), count)]
+    return colours_of(image.reshape(-1, 3)[chosen])
+
+
+def colours_of(pixels: NDArray[np.uint8]) -> Array:
+    """R, G, B in [0, 1] of pixels that are B, G, R."""
+    return pixels[..., ::-1] / 255.0
+
+
+def _filled(rectangle: Rectangle, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    x0, y0, x1, y1 = rectangle
+    pixels = np.zeros(shape, bool)
+    pixels[y0:y1, x0:x1] = True
+    return pixels
+
+
+def _spread(start: float, length: float, more: float, limit: int) -> tuple[int, int]:
+    """An interval with some more on both sides, in whole pixels inside [0, limit)."""
+    narrowest = min(NARROWEST, limit)
+    first = min(max(floor(start - more), 0), limit - narrowest)
+    last = min(max(ceil(start + length + more), first + narrowest), limit)
+    return first, last

@@ -1,0 +1,186 @@
+"""A snake (Kass, Witkin & Terzopoulos 1988) that draws a contour to the edges around it."""
+
+from functools import lru_cache
+from math import ceil, floor
+from typing import Literal, TypeAlias
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from trackers.base.interface import Image
+from trackers.contours.outline import bounding_box, crosses_itself, enclosed_area
+
+__all__ = ["Stiffness", "edge_map", "fitted_snake", "refined"]
+
+Array = NDArray[np.float64]
+Stiffness: TypeAlias = Literal["constant", "by-spacing"]
+
+ELASTICITY, RIGIDITY = 0.08, 0.6
+SPACING = 4.4  # pixels between 32 points of an ellipse with half axes of 11 to 34, their mean
+MARGIN = 14  # pixels around a contour in which edges are sought
+LEAST, MOST = 0.5, 2.0  # times the area before, for a snake that is to be believed
+
+
+def refined(
+    contour: Array,
+    image: Image,
+    posterior: NDArray[np.float32] | None,
+    stiffness: Stiffness = "constant",
+) -> tuple[Array, bool]:
+    """The contour that a snake finds from a contour on, if it is to be believed.
+
+    Parameters
+    ----------
+    contour : ndarray of float64, shape (points, 2)
+    image : ndarray of uint8, shape (height, width, 3)
+    posterior : ndarray of float, shape (height, width), or None
+        The probability of the target at each pixel, in [0, 1]. Edges that it does not show are
+        none; without it, all are.
+    stiffness : {'constant', 'by-spacing'}
+        Weights of the differences between points, whatever their distance: the larger a contour,
+        the more it shrinks and the rounder it gets. Or weights of derivatives along the contour,
+        the same where points are `SPACING` apart.
+
+    Returns
+    -------
+    contour : ndarray of float64, shape (points, 2)
+        The snake, or what came in.
+    accepted : bool
+        Whether it is the snake: it does not cross itself and encloses between half and twice as
+        much.
+    """
+    left, top, width, height = bounding_box(contour).tolist()
+    x, y = max(floor(left) - MARGIN, 0), max(floor(top) - MARGIN, 0)
+    near = np.s_[y : max(ceil(top + height) + MARGIN, 0), x : max(ceil(left + width) + MARGIN, 0)]
+    if min(image[near].shape[:2]) < 2:  # a gradient takes two pixels
+        return contour, False
+    edges = edge_map(image[near], None if posterior is None else posterior[near])
+    elasticity, rigidity = ELASTICITY, RIGIDITY
+    if stiffness == "by-spacing":
+        sides = np.linalg.norm(np.diff(contour, axis=0, append=contour[:1]), axis=1)
+        ratio = SPACING / max(float(sides.mean()), 1.0)
+        elasticity, rigidity = elasticity * ratio**2, rigidity * ratio**4
+    snake = fitted_snake(contour, edges, (x, y), elasticity, rigidity)
+    area = enclosed_area(contour)
+    if not LEAST * area <= enclosed_area(snake) <= MOST * area or crosses_itself(snake):
+        return contour, False
+    return snake, True
+
+
+def edge_map(image: Image, posterior: NDArray[np.float32] | None) -> Array:
+    """How strong the edges at each pixel are, in [0, 1]; the strongest is 1 where there is one.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (height, width, 3)
+    posterior : ndarray of float, shape (height, width), or None
+        A map whose edges must support those of the image: the gradients' magnitudes are
+        multiplied.
+
+    Returns
+    -------
+    ndarray of float64, shape (height, width)
+    """
+    slopes = _gradient(image.astype(np.float32), 1.2)
+    if posterior is not None:
+        slopes *= _gradient(posterior.astype(np.float32), 2.0)
+    edges = cv2.GaussianBlur(slopes, (0, 0), 1.5).astype(np.float64)
+    strongest = edges.max()
+    return edges / strongest if strongest > 0 else edges
+
+
+def _gradient(values: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
+    """Magnitude of the gradient of smoothed values, over all channels."""
+    smooth = cv2.GaussianBlur(values, (0, 0), sigma)
+    across, down = (cv2.Sobel(smooth, -1, *order, scale=1 / 8) for order in ((1, 0), (0, 1)))
+    squared = across * across + down * down
+    return np.sqrt(squared if squared.ndim == 2 else np.einsum("ijk->ij", squared))
+
+
+def fitted_snake(
+    contour: Array,
+    edges: Array,
+    origin: tuple[int, int],
+    elasticity: float = ELASTICITY,
+    rigidity: float = RIGIDITY,
+    step: float = 1.0,
+    attraction: float = 3.0,
+    iterations: int = 40,
+) -> Array:
+    """A closed snake after some steps, p ← (A + γ I)⁻¹ (γ p + f(p)).
+
+    Parameters
+    ----------
+    contour : ndarray of float64, shape (points, 2)
+        Where it starts, in pixels of the image.
+    edges : ndarray of float64, shape (height, width)
+        Of a window of the image, at least two pixels either way.
+    origin : tuple of int
+        The window's first column and row.
+    elasticity, rigidity : float
+        α and β: weights of the first and the second differences, which A holds.
+    step : float
+        γ: the smaller, the larger the steps.
+    attraction : float
+        κ: f is κ times the gradient of the edges, interpolated linearly, and one pixel at most.
+    iterations : int
+        Steps.
+
+    Returns
+    -------
+    ndarray of float64, shape (points, 2)
+    """
+    down, across = np.gradient(edges)
+    force = attraction * np.stack([across, down])
+    smoothing = _smoothing(len(contour), elasticity, rigidity, step)
+    corner = np.array(origin) + 0.5
+    snake: Array = _iterated(contour - corner, force, smoothing, step, iterations)
+    return snake + corner
+
+
+@lru_cache(maxsize=8)
+def _smoothing(points: int, elasticity: float, rigidity: float, step: float) -> Array:
+    """(A + γ I)⁻¹, from the eigenvalues: A is circulant."""
+    differences = 2 - 2 * np.cos(2 * np.pi * np.arange(points // 2 + 1) / points)
+    eigenvalues = elasticity * differences + rigidity * differences**2 + step
+    column = np.fft.irfft(1 / eigenvalues, points)
+    i = np.arange(points)
+    inverse: Array = column[(i[:, None] - i) % points]
+    inverse.flags.writeable = False
+    return inverse
+
+
+@njit(cache=True)
+def _iterated(start: Array, force: Array, smoothing: Array, step: float, iterations: int) -> Array:
+    _, rows, columns = force.shape
+    n = len(start)
+    points = start.copy()
+    pulled = np.empty_like(points)
+    for _ in range(iterations):
+        for i in range(n):
+            x = min(max(points[i, 0], 0.0), columns - 1.0)
+            y = min(max(points[i, 1], 0.0), rows - 1.0)
+            column, row = min(int(x), columns - 2), min(int(y), rows - 2)
+            across = _between(force[0], row, column, y - row, x - column)
+            down = _between(force[1], row, column, y - row, x - column)
+            length = max(np.hypot(across, down), 1.0)
+            pulled[i, 0] = step * points[i, 0] + across / length
+            pulled[i, 1] = step * points[i, 1] + down / length
+        for i in range(n):
+            x, y = 0.0, 0.0
+            for j in range(n):
+                x += smoothing[i, j] * pulled[j, 0]
+                y += smoothing[i, j] * pulled[j, 1]
+            points[i] = x, y
+    return points
+
+
+@njit(cache=True)
+def _between(values: Array, row: int, column: int, below: float, right: float) -> float:
+    """Linear interpolation among four pixels."""
+    upper = (1 - right) * values[row, column] + right * values[row, column + 1]
+    lower = (1 - right) * values[row + 1, column] + right * values[row + 1, column + 1]
+    between: float = (1 - below) * upper + below * lower
+    return between

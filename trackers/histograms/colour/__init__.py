@@ -1,1 +1,0 @@
-"""Colour histograms of regions: bins, exact counts, and distances between them."""

@@ -1,1 +1,0 @@
-"""Ellipses as states of a particle filter: how they move, where they start, what is background."""

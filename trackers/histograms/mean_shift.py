@@ -1,0 +1,197 @@
+"""A target's histogram and size, and where mean shift finds it again."""
+
+from math import ceil, floor, inf
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from trackers.base.interface import Box
+from trackers.base.parameters import Parameters, TrackerError
+from trackers.base.sharing import SharedFrame
+from trackers.histograms.bins import ColourSpace, JointBins
+from trackers.histograms.counting import codes_of_frame, ellipse_histograms
+from trackers.histograms.ellipses import EllipseCounts, coefficients
+from trackers.histograms.shifting import Found, Window, mean_shift
+
+__all__ = ["Location", "MeanShiftParameters", "Target"]
+
+LEAST_SIDE = 3.0  # pixels; a smaller ellipse may lie between the pixels' centres
+REACH = 1.7  # half axes around the start within which a target is mostly found
+
+
+class MeanShiftParameters(Parameters):
+    """Parameters of trackers by kernel-weighted mean shift."""
+
+    colour: ColourSpace = Field("rgb", description="colour space of the histograms")
+    bins: int = Field(
+        8, ge=2, le=32, description="bins a channel; V of hsv has half as many [count]"
+    )
+    scale: Literal["adaptive", "fixed"] = Field(
+        "adaptive",
+        description="adaptive: the size follows whichever of a smaller, the same and a larger "
+        "ellipse is the most similar; fixed: it stays the first box's",
+    )
+    scale_step: float = Field(
+        0.1, gt=0.0, lt=1.0, description="by how much these ellipses differ [fraction]"
+    )
+    scale_smoothing: float = Field(
+        0.1, ge=0.0, le=1.0, description="γ: share of the size found in the next one [fraction]"
+    )
+    stop_distance: float = Field(
+        0.1, gt=0.0, description="ε: a mean shift step shorter than this is the last one [pixels]"
+    )
+    max_iterations: int = Field(20, ge=1, description="most mean shift steps of an ellipse [count]")
+    step_halving: bool = Field(
+        True, description="whether a step that lowers the coefficient is halved until it does not"
+    )
+
+
+class Location(NamedTuple):
+    """Where a target was found.
+
+    Attributes
+    ----------
+    x, y : float
+        Centre, in pixels.
+    half_width, half_height : float
+        Of the ellipse that was the most similar, in pixels.
+    coefficient : float
+        Its Bhattacharyya coefficient, in [0, 1]; 0 where no pixel has a colour of the target.
+    iterations : int
+        Steps that it took.
+    """
+
+    x: float
+    y: float
+    half_width: float
+    half_height: float
+    coefficient: float
+    iterations: int
+
+
+class Target:
+    """What a target looks like and how large it is: the ellipse inscribed in its box.
+
+    Parameters
+    ----------
+    name : str
+        The tracker's, for messages.
+    settings : MeanShiftParameters
+        How to look for it.
+    frame : SharedFrame
+        The first frame.
+    box : ndarray of float64, shape (4,)
+        Its box there.
+
+    Attributes
+    ----------
+    half_width, half_height : float
+        Half axes of the ellipse, in pixels.
+
+    Raises
+    ------
+    TrackerError
+        Where the box is smaller than 3 pixels either way, or its ellipse outside the image.
+    """
+
+    def __init__(
+        self, name: str, settings: MeanShiftParameters, frame: SharedFrame, box: Box
+    ) -> None:
+        x, y, width, height = (float(value) for value in box)
+        if not (width >= LEAST_SIDE and height >= LEAST_SIDE):
+            raise TrackerError(
+                f"{name}: the box {np.round(box, 1).tolist()} is narrower or lower than "
+                f"{LEAST_SIDE:.0f} pixels; give a larger box."
+            )
+        self.half_width, self.half_height = width / 2, height / 2
+        self._settings = settings
+        self._colours = JointBins(settings.colour, settings.bins)
+        self._bins = np.arange(self._colours.n_bins)
+        ellipse = x + self.half_width, y + self.half_height, self.half_width, self.half_height
+        histogram = self._histograms(frame, np.array([ellipse]))
+        if histogram.totals[0] == 0:
+            raise TrackerError(
+                f"{name}: of the box {np.round(box, 1).tolist()} nothing lies in the image; "
+                "give another box."
+            )
+        self._bins = np.flatnonzero(histogram.counts[0])
+        self._model = histogram.counts[0, self._bins] / histogram.totals[0]
+
+    def locate(self, frame: SharedFrame, x: float, y: float) -> Location:
+        """Look for the target from (x, y), in pixels; of equals the size as it is wins."""
+        for reach in (REACH, inf):
+            window = self._window(frame, x, y, reach)
+            found = [self._shifted(window, x, y, factor) for factor in self._factors(frame)]
+            if all(complete for _, complete in found):
+                break
+        return max((location for location, _ in found), key=lambda location: location.coefficient)
+
+    def take_size(self, found: Location) -> None:
+        """Follow the size of what was found: h = γ h_found + (1 - γ) h."""
+        share = self._settings.scale_smoothing
+        self.half_width += share * (found.half_width - self.half_width)
+        self.half_height += share * (found.half_height - self.half_height)
+
+    def coefficients_beside(self, frame: SharedFrame, found: Location) -> NDArray[np.float64]:
+        """Coefficients half a target to the left, right, above and below; shape (4,)."""
+        aside = np.array([[-1, 0], [1, 0], [0, -1], [0, 1]]) * found[2:4]
+        ellipses = np.tile(np.array(found[:4]), (4, 1))
+        ellipses[:, :2] += aside
+        histograms = self._histograms(frame, ellipses)
+        return coefficients(histograms.counts, histograms.totals, self._model[np.newaxis])
+
+    def box(self, x: float, y: float) -> Box:
+        """Its box around (x, y), in pixels."""
+        half_width, half_height = self.half_width, self.half_height
+        return np.array([x - half_width, y - half_height, 2 * half_width, 2 * half_height])
+
+    def _factors(self, frame: SharedFrame) -> list[float]:
+        """Sizes to look for, relative to the present one, which comes first."""
+        if self._settings.scale == "fixed":
+            return [1.0]
+        factors, step = [1.0], self._settings.scale_step
+        width, height = 2 * self.half_width, 2 * self.half_height
+        if min(width, height) * (1 - step) >= LEAST_SIDE:
+            factors.append(1 - step)
+        if (
+            width * (1 + step) <= frame.image.shape[1]
+            and height * (1 + step) <= frame.image.shape[0]
+        ):
+            factors.append(1 + step)
+        return factors
+
+    def _shifted(self, window: Window, x: float, y: float, factor: float) -> tuple[Location, bool]:
+        settings = self._settings
+        half_width, half_height = self.half_width * factor, self.half_height * factor
+        found: Found = mean_shift(
+            window,
+            self._bins,
+            self._model,
+            self._colours.n_bins,
+            (x, y, half_width, half_height),
+            settings.stop_distance,
+            settings.max_iterations,
+            settings.step_halving,
+        )
+        location = Location(
+            found.x, found.y, half_width, half_height, found.coefficient, found.iterations
+        )
+        return location, found.complete
+
+    def _histograms(self, frame: SharedFrame, ellipses: NDArray[np.float64]) -> EllipseCounts:
+        return ellipse_histograms(frame, ellipses, "epanechnikov", self._colours, self._bins)
+
+    def _window(self, frame: SharedFrame, x: float, y: float, reach: float) -> Window:
+        """Codes of so many half axes around (x, y), of the whole frame where that costs less."""
+        height, width = frame.image.shape[:2]
+        reach_x, reach_y = reach * self.half_width, reach * self.half_height
+        left, right = floor(max(x - reach_x, 0)), ceil(min(x + reach_x, width))
+        top, bottom = floor(max(y - reach_y, 0)), ceil(min(y + reach_y, height))
+        columns, rows = max(right - left, 0), max(bottom - top, 0)
+        if frame.sharers * columns * rows >= width * height:
+            codes = codes_of_frame(frame, self._colours, transposed=True)
+            return Window(codes, 0, 0, width, height)
+        near = frame.image[top : top + rows, left : left + columns]
+        return Window(self._colours.codes(near, transposed=True), left, top, width, height)

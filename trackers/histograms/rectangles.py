@@ -1,0 +1,299 @@
+"""Rectangles of pixels: exact counts of colour bins in them, two ways, and histogram distances.
+
+Both ways give the same integers: `direct_counts` visits every pixel of every region,
+`integral_histogram` every pixel once, after which a region costs four look-ups a bin.
+
+The kernels that call one another stand in this one file: Numba's cache notices a change of
+a kernel's own file only.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+__all__ = [
+    "IntegralHistogram",
+    "Regions",
+    "bhattacharyya_distances",
+    "direct_counts",
+    "integral_counts",
+    "integral_histogram",
+    "pixel_regions",
+]
+
+
+class Regions(NamedTuple):
+    """Rectangles cut into parts one below the other, and what holds them all.
+
+    Attributes
+    ----------
+    parts : ndarray of int64, shape (parts, n, 4)
+        `[left, top, right, bottom]` in whole pixels, right and bottom exclusive, inside the
+        image; all 0 for a rectangle of which too little is inside.
+    pixels : ndarray of int64, shape (parts, n)
+        Pixels in each.
+    left, top, right, bottom : int
+        The window that holds all, right and bottom exclusive; empty where they all are.
+    """
+
+    parts: NDArray[np.int64]
+    pixels: NDArray[np.int64]
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+
+@njit(cache=True)
+def pixel_regions(
+    states: NDArray[np.float64],
+    aspect: float,
+    n_parts: int,
+    image_width: int,
+    image_height: int,
+    least_share: float,
+    least_pixels: int,
+) -> Regions:
+    """Rectangles of states, clipped to the image and cut into parts of equal height.
+
+    Parameters
+    ----------
+    states : ndarray of float64, shape (n, 3)
+        Centre x and y in pixels, area in square pixels.
+    aspect : float
+        Width over height.
+    n_parts : int
+        How many; with two the boundary is the row ⌊(top + bottom) / 2⌋.
+    image_width, image_height : int
+        In pixels.
+    least_share, least_pixels : float, int
+        A rectangle of which less is inside the image is empty.
+    """
+    n = len(states)
+    parts = np.zeros((n_parts, n, 4), np.int64)
+    pixels = np.zeros((n_parts, n), np.int64)
+    window_left, window_top, window_right, window_bottom = image_width, image_height, 0, 0
+    for i in range(n):
+        x, y, area = states[i]
+        width = np.sqrt(area * aspect)
+        height = area / width
+        left, right = np.floor(x - width / 2 + 0.5), np.floor(x + width / 2 + 0.5)
+        top, bottom = np.floor(y - height / 2 + 0.5), np.floor(y + height / 2 + 0.5)
+        whole = (right - left) * (bottom - top)
+        left, right = max(left, 0.0), min(right, float(image_width))
+        top, bottom = max(top, 0.0), min(bottom, float(image_height))
+        inside = max(right - left, 0.0) * max(bottom - top, 0.0)
+        if not (inside >= least_pixels and inside >= least_share * whole):  # true of NaN
+            continue
+        first, last = int(left), int(right)
+        start, stop = int(top), int(bottom)
+        for part in range(n_parts):
+            begin = start + part * (stop - start) // n_parts
+            end = start + (part + 1) * (stop - start) // n_parts
+            parts[part, i, 0], parts[part, i, 1] = first, begin
+            parts[part, i, 2], parts[part, i, 3] = last, end
+            pixels[part, i] = (last - first) * (end - begin)
+        window_left, window_right = min(window_left, first), max(window_right, last)
+        window_top, window_bottom = min(window_top, start), max(window_bottom, stop)
+    return Regions(
+        parts,
+        pixels,
+        window_left,
+        window_top,
+        max(window_right, window_left),
+        max(window_bottom, window_top),
+    )
+
+
+_LARGEST_BAND = 65535  # pixels that may be counted at once for sums modulo 65536 to be exact
+
+
+class IntegralHistogram(NamedTuple):
+    """Counts of bins in every rectangle that begins at the left top corner.
+
+    Four counts share a word of 64 bits, each modulo 65536 with its carry in the next. Sums and
+    differences of words are exact modulo 2⁶⁴ all the same, and in the word of a region whose
+    counts are below 65536 nothing has carried: they can be read off.
+
+    Attributes
+    ----------
+    sums : ndarray of uint64, shape (height + 1, words, width + 1)
+        Words of counts above and to the left of a pixel corner.
+    places : ndarray of int64, shape (bins,)
+        Where a bin is counted, 4 · word + quarter; -1 where it is not.
+    """
+
+    sums: NDArray[np.uint64]
+    places: NDArray[np.int64]
+
+
+def integral_histogram(
+    codes: NDArray[np.uint16], votes: NDArray[np.uint8], bins: NDArray[np.int64], n_bins: int
+) -> IntegralHistogram:
+    """Integral histogram of an image or of a window of one (Porikli 2005).
+
+    Parameters
+    ----------
+    codes : ndarray of uint16, shape (height, width)
+        Code of every pixel.
+    votes : ndarray of uint8, shape (codes, votes a pixel)
+        Bins that each code votes in.
+    bins : ndarray of int64, shape (m,)
+        The bins to count; time and memory grow with their number.
+    n_bins : int
+        Number of bins that there are.
+    """
+    height, width = codes.shape
+    places = np.full(n_bins, -1)
+    places[bins] = np.arange(len(bins))
+    # NumPy asks for large pages where arrays are large; a kernel's own array would be slower.
+    sums = np.empty((height + 1, (len(bins) + 3) // 4, width + 1), np.uint64)
+    _sum_up(codes, votes, places, sums)
+    return IntegralHistogram(sums, places)
+
+
+@njit(cache=True)
+def _sum_up(
+    codes: NDArray[np.uint16],
+    votes: NDArray[np.uint8],
+    places: NDArray[np.int64],
+    sums: NDArray[np.uint64],
+) -> None:
+    """Fill in the sums of an integral histogram."""
+    height, width = codes.shape
+    n_words = sums.shape[1]
+    added = np.zeros((n_words, len(votes)), np.uint64)  # what a pixel of each code adds to a word
+    for code in range(len(votes)):
+        for vote in range(votes.shape[1]):
+            place = places[votes[code, vote]]
+            if place >= 0:
+                added[place // 4, code] += np.uint64(1) << np.uint64(16 * (place % 4))
+    sums[0] = 0
+    for row in range(height):
+        for word in range(n_words):
+            sums[row + 1, word, 0] = 0
+            in_row = np.uint64(0)
+            for column in range(width):
+                in_row += added[word, np.uintp(codes[row, column])]
+                sums[row + 1, word, column + 1] = sums[row, word, column + 1] + in_row
+
+
+@njit(cache=True)
+def integral_counts(
+    sums: NDArray[np.uint64],
+    places: NDArray[np.int64],
+    regions: NDArray[np.int64],
+    bins: NDArray[np.int64],
+) -> NDArray[np.int32]:
+    """Counts of `bins` in regions, from an integral histogram; as `direct_counts` gives them.
+
+    Large regions are counted in bands of at most 65535 pixels; a bin that has no place was
+    nowhere in the image.
+    """
+    counts = np.zeros((len(regions), len(bins)), np.int32)
+    for i in range(len(regions)):
+        left, top, right, bottom = regions[i]
+        rows = max(_LARGEST_BAND // max(right - left, 1), 1)
+        for start in range(top, bottom, rows):
+            stop = min(start + rows, bottom)
+            for j in range(len(bins)):
+                place = places[bins[j]]
+                if place >= 0:
+                    word, shift = place // 4, np.uint64(16 * (place % 4))
+                    inside = sums[stop, word, right] - sums[start, word, right]
+                    outside = sums[stop, word, left] - sums[start, word, left]
+                    counts[i, j] += ((inside - outside) >> shift) & np.uint64(0xFFFF)
+    return counts
+
+
+@njit(cache=True)
+def direct_counts(
+    codes: NDArray[np.uint16],
+    votes: NDArray[np.uint8],
+    regions: NDArray[np.int64],
+    bins: NDArray[np.int64],
+    n_bins: int,
+) -> NDArray[np.int32]:
+    """Counts of bins in regions, pixel by pixel.
+
+    Parameters
+    ----------
+    codes : ndarray of uint16, shape (height, width)
+        Code of every pixel.
+    votes : ndarray of uint8, shape (codes, votes a pixel)
+        Bins that each code votes in.
+    regions : ndarray of int64, shape (n, 4)
+        `[left, top, right, bottom]` in whole pixels, right and bottom exclusive, inside.
+    bins : ndarray of int64, shape (m,)
+        The bins asked for.
+    n_bins : int
+        Number of bins that there are.
+
+    Returns
+    -------
+    ndarray of int32, shape (n, m)
+        Votes in each.
+    """
+    n_codes, n_votes = votes.shape
+    slots = np.zeros(n_bins, np.int64)
+    slots[bins] = np.arange(1, len(bins) + 1)  # slot 0 takes what is not asked for
+    counts = np.zeros((len(regions), len(bins)), np.int32)
+    # Neighbours mostly have the same code: four histograms keep an increment from waiting
+    # for the one before.
+    first, second = np.empty(n_codes, np.int32), np.empty(n_codes, np.int32)
+    third, fourth = np.empty(n_codes, np.int32), np.empty(n_codes, np.int32)
+    summed = np.empty(len(bins) + 1, np.int32)
+    for i in range(len(regions)):
+        left, top, right, bottom = regions[i]
+        first[:], second[:], third[:], fourth[:] = 0, 0, 0, 0
+        quads = left + (right - left) // 4 * 4
+        for row in range(top, bottom):
+            for column in range(left, quads, 4):
+                first[np.uintp(codes[row, np.uintp(column)])] += 1
+                second[np.uintp(codes[row, np.uintp(column + 1)])] += 1
+                third[np.uintp(codes[row, np.uintp(column + 2)])] += 1
+                fourth[np.uintp(codes[row, np.uintp(column + 3)])] += 1
+            for column in range(quads, right):
+                first[np.uintp(codes[row, np.uintp(column)])] += 1
+        summed[:] = 0
+        for code in range(n_codes):
+            pixels = first[code] + second[code] + third[code] + fourth[code]
+            for vote in range(n_votes):
+                summed[slots[votes[code, vote]]] += pixels
+        counts[i] = summed[1:]
+    return counts
+
+
+@njit(cache=True)
+def bhattacharyya_distances(
+    counts: NDArray[np.int32],
+    totals: NDArray[np.int64],
+    reference: NDArray[np.int32],
+    reference_total: int,
+) -> NDArray[np.float64]:
+    """Distances d = √(1 - Σ √(p q)) of normalised histograms, in [0, 1].
+
+    Counts go in unnormalised: equal proportions have a distance of exactly 0 that way.
+
+    Parameters
+    ----------
+    counts : ndarray of int32, shape (n, m)
+        One histogram a row, of the bins in which the reference has counts.
+    totals : ndarray of int64, shape (n,)
+        Sums of the whole histograms; where it is 0, d is 1.
+    reference : ndarray of int32, shape (m,)
+        Counts of q.
+    reference_total : int
+        Their sum.
+    """
+    distances = np.ones(len(counts), np.float64)
+    for i in range(len(counts)):
+        if totals[i] > 0:
+            summed = 0.0
+            for j in range(len(reference)):
+                summed += np.sqrt(np.float64(counts[i, j]) * np.float64(reference[j]))
+            coefficient = summed / np.sqrt(np.float64(totals[i]) * np.float64(reference_total))
+            distances[i] = np.sqrt(max(0.0, 1.0 - coefficient))
+    return distances

@@ -1,0 +1,252 @@
+"""Hue back-projection and mean shift over it, in exact integers.
+
+A pixel's weight is the count of its hue bin in the template; divided by the largest count it
+is the back-projection in [0, 1] (Wang & Tang 2010, section 2.1.1, hue alone). Sums of counts
+are whole numbers, so no order of summation can change a result.
+
+The kernels that call one another stand in this one file: Numba's cache notices a change of
+a kernel's own file only.
+"""
+
+from math import floor, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from trackers.base.interface import Image
+
+__all__ = [
+    "MOST_BINS",
+    "SMALLEST_WINDOW",
+    "HueBins",
+    "adapted_window",
+    "bin_counts",
+    "first_pixel",
+    "hue_bin",
+    "mean_shift",
+    "moments",
+    "unvisited_hues",
+]
+
+_UNVISITED = 255
+MOST_BINS = 254  # of the 256 values of a byte one is `_UNVISITED`, one the bin of masked pixels
+
+
+class HueBins(NamedTuple):
+    """A frame and the hue bins of those of its pixels that were visited so far.
+
+    The kernels bin a pixel when they first come to it: a tracker alone pays for its window,
+    trackers in lock step take what others binned before. The bins are the same either way.
+
+    Attributes
+    ----------
+    image : ndarray of uint8, shape (height, width, 3)
+        The frame, BGR, read-only.
+    bins : ndarray of uint8, shape (height, width)
+        Bin in `range(n_bins)`; `n_bins` for a pixel that the mask excludes; 255 where no
+        kernel has been.
+    n_bins : int
+        Number of hue bins, at most `MOST_BINS`.
+    minimum_saturation, minimum_value : float
+        Pixels below either are masked, fractions in [0, 1].
+    maximum_value : float
+        Pixels above it are masked, too.
+    """
+
+    image: Image
+    bins: NDArray[np.uint8]
+    n_bins: int
+    minimum_saturation: float
+    minimum_value: float
+    maximum_value: float
+
+
+def unvisited_hues(
+    image: Image,
+    n_bins: int,
+    minimum_saturation: float,
+    minimum_value: float,
+    maximum_value: float,
+) -> HueBins:
+    """Hue bins of a frame of which no pixel has been visited; see `HueBins`."""
+    bins = np.full(image.shape[:2], _UNVISITED, np.uint8)
+    return HueBins(image, bins, n_bins, minimum_saturation, minimum_value, maximum_value)
+
+
+@njit(cache=True)
+def hue_bin(blue: int, green: int, red: int, n_bins: int) -> int:
+    """Hue bin in `range(n_bins)`, in integers so that no rounding moves an edge; grey is 0.
+
+    Hue as MATLAB's `rgb2hsv` has it, from red through green and blue.
+
+    Examples
+    --------
+    >>> [hue_bin(0, 0, 255, 6), hue_bin(0, 255, 0, 6), hue_bin(255, 0, 0, 6)]
+    [0, 2, 4]
+    """
+    b, g, r = np.int64(blue), np.int64(green), np.int64(red)
+    largest = max(b, g, r)
+    spread = largest - min(b, g, r)
+    if spread == 0:
+        return 0
+    if largest == r:
+        sixths = g - b if g >= b else g - b + 6 * spread
+    elif largest == g:
+        sixths = b - r + 2 * spread
+    else:
+        sixths = r - g + 4 * spread
+    return int(n_bins * sixths // (6 * spread))
+
+
+@njit(cache=True)
+def _visit(hues: HueBins, row: int, column: int) -> int:
+    """Work out and keep the bin of a pixel that no kernel has come to."""
+    image = hues.image
+    blue, green, red = image[row, column, 0], image[row, column, 1], image[row, column, 2]
+    largest = max(blue, green, red)
+    spread = largest - min(blue, green, red)
+    masked = (
+        spread < hues.minimum_saturation * largest
+        or largest < hues.minimum_value * 255.0
+        or largest > hues.maximum_value * 255.0
+    )
+    found = int(hues.n_bins if masked else hue_bin(blue, green, red, hues.n_bins))
+    hues.bins[row, column] = found
+    return found
+
+
+@njit(cache=True)
+def bin_counts(hues: HueBins, left: int, top: int, width: int, height: int) -> NDArray[np.int64]:
+    """Pixels of a window in each bin, shape (n_bins + 1,); the last, for masked ones, is 0.
+
+    The window's part outside the image counts for nothing.
+    """
+    bins = hues.bins
+    rows, columns = bins.shape
+    counts = np.zeros(hues.n_bins + 1, np.int64)
+    for row in range(max(top, 0), min(top + height, rows)):
+        for column in range(max(left, 0), min(left + width, columns)):
+            found = bins[row, column]
+            if found == _UNVISITED:
+                found = _visit(hues, row, column)
+            counts[found] += 1
+    counts[hues.n_bins] = 0
+    return counts
+
+
+@njit(cache=True)
+def moments(
+    hues: HueBins, weights: NDArray[np.int64], left: int, top: int, width: int, height: int
+) -> tuple[int, int, int]:
+    """Sums of w, w · column and w · row over a window's pixels inside the image.
+
+    Parameters
+    ----------
+    weights : ndarray of int64, shape (n_bins + 1,)
+        Weight w of each bin: `bin_counts` of the template.
+    """
+    bins = hues.bins
+    rows, columns = bins.shape
+    first, last = max(left, 0), min(left + width, columns)
+    total, total_x, total_y = 0, 0, 0
+    for row in range(max(top, 0), min(top + height, rows)):
+        row_total = 0
+        for column in range(first, last):
+            found = bins[row, column]
+            if found == _UNVISITED:
+                found = _visit(hues, row, column)
+            weight = weights[found]
+            row_total += weight
+            total_x += weight * column
+        total += row_total
+        total_y += row_total * row
+    return total, total_x, total_y
+
+
+@njit(cache=True)
+def first_pixel(centre: float, size: int) -> int:
+    """First pixel of a window of `size` pixels around `centre` (pixels, continuous, from 0)."""
+    return int(np.floor(centre - size / 2 + 0.5))
+
+
+@njit(cache=True)
+def mean_shift(
+    hues: HueBins,
+    weights: NDArray[np.int64],
+    x: float,
+    y: float,
+    width: int,
+    height: int,
+    stop_distance: float,
+    max_iterations: int,
+) -> tuple[float, float, int, int]:
+    """Move a window to the centroid of its weights until it rests (Wang & Tang, eqs. 6, 7).
+
+    Parameters
+    ----------
+    x, y : float
+        Centre to start from, in pixels (continuous coordinates from 0).
+    width, height : int
+        Size of the window, in pixels.
+    stop_distance : float
+        A step shorter than this is the last one taken, in pixels.
+    max_iterations : int
+        Most steps taken.
+
+    Returns
+    -------
+    x, y : float
+        Centre, in pixels; where a window holds no weight it stays.
+    n_iterations : int
+        Windows whose centroid was asked for.
+    total : int
+        Sum of the weights in the window around the returned centre.
+    """
+    for iteration in range(1, max_iterations + 1):
+        total, total_x, total_y = moments(
+            hues, weights, first_pixel(x, width), first_pixel(y, height), width, height
+        )
+        if total == 0:
+            return x, y, iteration, 0
+        new_x, new_y = total_x / total + 0.5, total_y / total + 0.5
+        step = np.hypot(new_x - x, new_y - y)
+        x, y = new_x, new_y
+        if step < stop_distance:
+            break
+    total, _, _ = moments(
+        hues, weights, first_pixel(x, width), first_pixel(y, height), width, height
+    )
+    return x, y, iteration, total
+
+
+SMALLEST_WINDOW = 3
+"""Pixels a side that Bradski's rule never goes below."""
+
+
+def adapted_window(weight: float, ratio: float, image_shape: tuple[int, ...]) -> tuple[int, int]:
+    """Size of the next frame's window by Bradski's rule (Intel Technology Journal Q2, 1998).
+
+    Its sides are 2 √(M₀₀ · ratio) and 2 √(M₀₀ / ratio), at least 3 pixels and at most the image's.
+
+    Parameters
+    ----------
+    weight : float
+        M₀₀, the sum of the back-projection, in [0, 1] a pixel, over the window [pixels].
+    ratio : float
+        Width of the target over its height.
+    image_shape : tuple of int
+        Rows and columns of the image.
+
+    Returns
+    -------
+    width, height : int
+        In pixels.
+    """
+    width = floor(2 * sqrt(weight * ratio) + 0.5)
+    height = floor(2 * sqrt(weight / ratio) + 0.5)
+    return (
+        min(max(width, SMALLEST_WINDOW), image_shape[1]),
+        min(max(height, SMALLEST_WINDOW), image_shape[0]),
+    )

@@ -1,1 +1,0 @@
-"""Colour back-projection: how much each pixel's colour belongs to the target."""

@@ -1,1 +1,0 @@
-"""OpenCV's own trackers, brought to our interface."""

@@ -1,1 +1,0 @@
-"""Particle filtering: weighted samples of a state, moved, weighed, averaged and resampled."""
