@@ -8,8 +8,8 @@ import pytest
 from click.testing import CliRunner
 
 import trackers
+from bench.evaluation import seal as command
 from bench.evaluation.seal import SHORT, Sealed, golden_boxes, sealed
-from bench.experiments import seal as command
 from datasets.seal import Seal, read_seals, write_seals
 from datasets.source_digest import library_versions
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from trackers.histograms.colour import counting
 
 from trackers.base.sharing import SharedFrame
+from trackers.histograms import counting
 from trackers.histograms.bins import N_BINS, LuvBins
 from trackers.histograms.counting import region_counts
 from trackers.histograms.rectangles import (
