@@ -3,12 +3,15 @@
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
+
 from bench.evaluation.record import Run
 from bench.store.layout import Cell, run_path
 from bench.store.loading import load_results
 from bench.store.results import Results
 
-__all__ = ["failed_passes", "timed_runs"]
+__all__ = ["failed_passes", "frame_times", "timed_runs"]
 
 
 def timed_runs(folder: Path, cells: Collection[Cell] | None = None) -> Iterator[Run]:
@@ -21,6 +24,37 @@ def timed_runs(folder: Path, cells: Collection[Cell] | None = None) -> Iterator[
         stored = results.read(folder / path)
         if stored.times is not None:
             yield stored
+
+
+def frame_times(
+    folder: Path, cells: Collection[Cell] | None = None, details: Collection[str] = ()
+) -> pd.DataFrame:
+    """CPU time of every frame of the timing runs that no load disturbed.
+
+    Parameters
+    ----------
+    folder : Path
+        Results of the timing experiment.
+    cells : collection of Cell, optional
+        The runs that are meant; all by default.
+    details : collection of str
+        Of the tracker, which stand beside.
+
+    Returns
+    -------
+    DataFrame
+        `tracker` (its label), `sequence`, `repetition`, `frame`, `seconds` and the details.
+    """
+    columns = ["tracker", "sequence", "repetition", "frame", "seconds", *details]
+    pieces = [pd.DataFrame(columns=columns)]
+    for run in timed_runs(folder, cells):
+        assert run.times is not None
+        key, timed = run.identity, np.flatnonzero(np.isfinite(run.times.cpu))
+        known = {"frame": timed, "seconds": run.times.cpu[timed]}
+        rows = pd.DataFrame(known | {name: run.details[name][timed] for name in details})
+        rows = rows.assign(tracker=key.tracker, sequence=key.sequence, repetition=key.repetition)
+        pieces.append(rows[columns])
+    return pd.concat(pieces[1:] or pieces, ignore_index=True)
 
 
 def failed_passes(folder: Path, cells: Collection[Cell] | None = None) -> list[str]:

@@ -20,7 +20,7 @@ import trackers
 from bench.papers.in_turns import Update, beginning, in_turns, slope
 from bench.papers.nummiaro2003.plain import PlainFilter
 from bench.papers.tables import text_table
-from bench.papers.timed import timed_runs
+from bench.papers.timed import frame_times
 from bench.store.layout import Cell
 from reports.tables import MISSING, Table
 from trackers.base.interface import Box, Image
@@ -35,7 +35,6 @@ __all__ = [
     "compiled_filter",
     "cost_slopes",
     "cost_times",
-    "frame_times",
     "measured_times",
     "plain_filter",
     "side_by_side",
@@ -82,18 +81,18 @@ def measured_times(
     Returns
     -------
     dict of str to DataFrame
-        `run_times`: see `frame_times`; `frame_times`: medians of these over the repetitions.
-        `plain_times`: a row a sequence, see `_at_two_clocks`. `model_times`, a row a frame of
-        `students`: `one` model and one `per_particle` [seconds]. `time_slopes`: see `cost_slopes`,
-        with `implementation`. `profile`: `sequence`, `implementation`, `weighting_share` (of an
-        update, the median over frames).
+        `run_times`: `sequence`, `repetition`, `frame`, `seconds` and `area` (of the mean state's
+        ellipse [pixels²]) of the timing runs (Fig. 5); `frame_times`: medians of these over the
+        repetitions. `plain_times`: a row a sequence, see `_at_two_clocks`. `model_times`, a row a
+        frame of `students`: `one` model and one `per_particle` [seconds]. `time_slopes`: see
+        `cost_slopes`, with `implementation`. `profile`: `sequence`, `implementation`,
+        `weighting_share` (of an update, the median over frames).
     """
     frames, blocks = (10, 2) if quick else (100, 6)
-    runs = frame_times(folder, cells)
+    runs = frame_times(folder, cells, ("half_width", "half_height"))
+    runs["area"] = np.pi * runs["half_width"] * runs["half_height"]
     plain = [
-        side_by_side(name, {"compiled": compiled_filter(), "plain": plain_filter()}, frames).assign(
-            sequence=name
-        )
+        side_by_side(name, {"plain": plain_filter()}, frames).assign(sequence=name)
         for name in SEQUENCES
     ]
     slopes = [
@@ -114,26 +113,6 @@ def measured_times(
         "model_times": side_by_side(STUDENTS, models, frames),
         "profile": shares.median(),
     }
-
-
-def frame_times(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataFrame:
-    """CPU seconds of every frame of the timing runs that no load disturbed (Fig. 5).
-
-    Returns
-    -------
-    DataFrame
-        `sequence`, `repetition`, `frame`, `seconds`, and `area` of the mean state's ellipse
-        [pixels²].
-    """
-    pieces = [pd.DataFrame(columns=["sequence", "repetition", "frame", "seconds", "area"])]
-    for run in timed_runs(folder, cells):
-        assert run.times is not None
-        timed = np.flatnonzero(np.isfinite(run.times.cpu))
-        area = np.pi * run.details["half_width"] * run.details["half_height"]
-        rows = pd.DataFrame({"frame": timed, "seconds": run.times.cpu[timed], "area": area[timed]})
-        key = run.identity
-        pieces.append(rows.assign(sequence=key.sequence, repetition=key.repetition))
-    return pd.concat(pieces[1:] or pieces, ignore_index=True)
 
 
 def compiled_filter(particles: int = PARTICLES, bins: int = BINS, models: str = "one") -> Any:
