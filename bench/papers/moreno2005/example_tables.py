@@ -183,7 +183,7 @@ def _course_of(name: str, repetition: int) -> Course:
     return course(SETTINGS[name], FRAMES, np.random.default_rng([repetition]))
 
 
-def _error_rows(name: str, samples: int, repetitions: int) -> Iterator[Mapping[str, object]]:
+def _error_rows(name: str, samples: int, repetitions: int) -> Iterator[dict[str, object]]:
     for repetition in range(repetitions):
         seen = _course_of(name, repetition)
         off = (seen.observed - seen.truth)[:, [0, 1, 1]]
@@ -192,8 +192,8 @@ def _error_rows(name: str, samples: int, repetitions: int) -> Iterator[Mapping[s
             generator = np.random.default_rng([repetition, samples, position])
             found = estimates(kind, SETTINGS[name], samples, seen, generator)
             errors = _errors(found[:, :3] - seen.truth[:, [0, 1, 1]])
-            row = {"repetition": repetition, "filter": kind, **errors}
-            yield row | {"effective": float(found[:, 3].mean())}
+            effective = float(found[:, 3].mean())
+            yield {"repetition": repetition, "filter": kind, "effective": effective, **errors}
 
 
 def _errors(off: Array) -> dict[str, float]:
@@ -208,7 +208,7 @@ def _errors(off: Array) -> dict[str, float]:
     }
 
 
-def _association_rows(name: str, repetitions: int) -> Iterator[Mapping[str, object]]:
+def _association_rows(name: str, repetitions: int) -> Iterator[dict[str, object]]:
     """Whether the best samples of both features are brought together (section 1, MO-6)."""
     for repetition in range(repetitions):
         seen = _course_of(name, repetition)
@@ -217,8 +217,8 @@ def _association_rows(name: str, repetitions: int) -> Iterator[Mapping[str, obje
             generator = np.random.default_rng([repetition, ASSOCIATED])
             found = [best_pairs(*cues.step(one, generator)) for one in seen.observed]
             best, top_pairs = np.mean(found, axis=0).tolist()
-            row = {"repetition": repetition, "association": association}
-            yield row | {"best": best, "top_pairs": top_pairs}
+            pairs = {"best": best, "top_pairs": top_pairs}
+            yield {"repetition": repetition, "association": association, **pairs}
 
 
 def best_pairs(colours: Hypotheses, positions: Hypotheses) -> tuple[float, float]:
