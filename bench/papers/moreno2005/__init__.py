@@ -37,8 +37,9 @@ BESIDE = tuple(
     f"moreno2005-{name}" for name in ("association", "shadow", "self-shadow", "kalman", "moderate")
 )
 FURTHER = tuple(
-    f"moreno2005-{name}" for name in ("ablations", "diagonal", "literal", "temperatures")
+    f"moreno2005-{name}" for name in ("ablations", "diagonal", "literal", "temperatures", "learnt")
 )
+NOT_QUICK = (*BESIDE, "moreno2005-learnt")
 
 RECORDED = Recorded(
     name="moreno2005-recorded",
@@ -60,12 +61,9 @@ RECORDED = Recorded(
 
 def experiments(effort: Effort) -> Sequence[Experiment]:
     """See `bench.papers.Paper`."""
-    names = [*QUICK, *(() if effort.quick else BESIDE), *(FURTHER if effort.everything else ())]
-    chosen = affordable(names, effort, _is_quick)
-    if effort.everything and not effort.quick:
-        from bench.papers.moreno2005.learnt import learnt_experiment
-
-        chosen.append(learnt_experiment(effort.seeds))
+    names = [*QUICK, *BESIDE, *(FURTHER if effort.everything else ())]
+    left_out = NOT_QUICK if effort.quick else ()
+    chosen = affordable([name for name in names if name not in left_out], effort, _is_quick)
     return with_recorded(chosen, effort, RECORDED)
 
 

@@ -2,9 +2,11 @@
 
 from collections import Counter
 
-from bench.experiments.experiment import SequenceSource
+from bench.experiments.contestant import contestant
+from bench.experiments.experiment import SequenceSource, read_experiment
 from bench.papers import Effort, load_paper
 from bench.papers.moreno2005 import FIGURES, LIGHT, RECORDED, TIMED, examined_scenes
+from bench.papers.moreno2005.learnt import is_deviation
 from bench.papers.moreno2005.scores import labels_of
 from datasets.text_form import parse_text
 
@@ -47,6 +49,17 @@ def test_what_a_verdict_as_written_or_recommended_rests_on_most_is_repeated():
             once = labels["preset"] == "robust" or labels["mixing"] in ("0.5", "0.3")
             once |= labels["plane"] == "refitted"
             assert experiment.repeated.get(text, 3) == (1 if once else 3), (number, text)
+
+
+def test_learnt_deviations_and_those_by_hand_are_those_of_the_presets():
+    for text, other in zip(
+        read_experiment("moreno2005-learnt").trackers, ("recommended", "as-written"), strict=True
+    ):
+        given, others = contestant(text), contestant(f"moreno2005:preset={other}")
+        own = contestant(f"moreno2005:preset={given.preset}")
+        for name, value in given.parameters.items():
+            source = others if is_deviation(name) else own
+            assert value == source.parameters[name], name
 
 
 def test_robust_stands_in_every_figure_with_the_baseline_of_its_preset():
