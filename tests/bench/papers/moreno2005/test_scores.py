@@ -5,7 +5,7 @@ import pytest
 
 import bench
 from bench.experiments.experiment import Experiment, SequenceSource
-from bench.papers.moreno2005.learnt import LEARNT, by_deviations, learnt_experiment
+from bench.papers.moreno2005.learnt import by_deviations
 from bench.papers.moreno2005.scores import (
     _labels_on,
     as_frozen,
@@ -124,11 +124,7 @@ def test_similar_patches_make_two_rows_of_a_run_of_the_method(made_scores):
     assert means.to_dict() == pytest.approx({"touching": 0.5, "apart": 0.8})
 
 
-def test_each_preset_is_run_with_the_deviations_of_the_other(made_scores):
-    experiment = learnt_experiment(2)
-    assert (experiment.name, experiment.repetitions) == (LEARNT, 2)
-    assert len(experiment.trackers) == 2
-    assert len(experiment.sequences) == 10
+def test_runs_are_told_apart_by_whose_deviations_they_have(made_scores):
     texts = [WRITTEN, "moreno2005", f"{WRITTEN}:mean_spread=0.07", "moreno2005:mean_spread=0.07"]
     table = by_deviations(made_scores(lambda run: {}, texts, scenes=1, runs=1))
     kinds = table.groupby("text")["deviations"].first()
