@@ -4,7 +4,7 @@ from typing import Any
 
 import pandas as pd
 
-from bench.papers.nguyen2002.sets import CLIPS
+from bench.papers.nguyen2002.measures import CLIPS
 from bench.papers.nguyen2002.tables import PUBLISHED
 from bench.papers.nguyen2002.timing import PUBLISHED as SECONDS
 from bench.statistics.intervals import mean_interval

@@ -10,7 +10,7 @@ import pandas as pd
 from bench.claims.ledger import ANY
 from bench.evaluation.record import Trace
 from bench.experiments.contestant import contestant
-from bench.papers.nguyen2002.courses import course_of
+from bench.papers.nguyen2002.measures import course_of
 from bench.papers.scores import counts_of, runs_of, sequence_labels
 from bench.store.layout import Cell
 from bench.store.loading import as_revised
@@ -18,18 +18,13 @@ from bench.store.results import Results
 from bench.store.truth import StoredTruth, read_truth
 from datasets.text_form import format_text, parse_text
 
-__all__ = ["CELL", "COLOURED", "LIGHTS", "is_clip", "labels_of", "tidy_scores"]
+__all__ = ["CELL", "COLOURED", "LIGHTS", "labels_of", "tidy_scores"]
 
 LIGHTS = "nguyen2002/lights"
 COLOURED = "nguyen2002/lights:lamps=coloured"
 
 CELL = ("sequence", "scene", "preset", "variant")
 """What a failed run costs: a scene under a reading, whatever the features are."""
-
-
-def is_clip(sequence: str) -> bool:
-    """Whether a sequence is one of the film's clips."""
-    return sequence.startswith("nguyen2002/clip-")
 
 
 def tidy_scores(folder: Path, cells: Collection[Cell] | None = None) -> pd.DataFrame:

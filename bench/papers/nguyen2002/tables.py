@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import pandas as pd
 
 from bench.claims.ledger import ANY
+from bench.papers.nguyen2002.measures import CLIPS, N_CLIPS
 from bench.papers.nguyen2002.scores import COLOURED, LIGHTS
-from bench.papers.nguyen2002.sets import CLIPS, N_CLIPS
 from bench.papers.tables import number_words, text_table
 from datasets.text_form import parse_text
 from reports.tables import MISSING, Table

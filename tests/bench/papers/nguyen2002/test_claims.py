@@ -9,9 +9,9 @@ from bench.claims.evaluation import judge
 from bench.claims.kinds import SCORES, NoTest, PartsTest
 from bench.claims.ledger import read_claims
 from bench.claims.measuring import named_columns
+from bench.papers.nguyen2002.measures import CLIPS, set_table
 from bench.papers.nguyen2002.reporting import verdicts_table
 from bench.papers.nguyen2002.scores import COLOURED, LIGHTS
-from bench.papers.nguyen2002.sets import CLIPS, set_table
 
 CLAIMS = read_claims("nguyen2002")
 WRITTEN = "nguyen2002:preset=as-written"

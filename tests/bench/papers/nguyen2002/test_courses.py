@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.papers.nguyen2002.courses import course_of
+from bench.papers.nguyen2002.measures import course_of
 
 
 def courses(run, truth, loss=120):

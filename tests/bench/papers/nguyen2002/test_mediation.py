@@ -5,9 +5,8 @@ import pytest
 
 from bench.claims.ledger import read_claims
 from bench.claims.measuring import matching, verdict_of
-from bench.papers.nguyen2002.mediation import failures_by_margin
+from bench.papers.nguyen2002.measures import CLIPS, failures_by_margin
 from bench.papers.nguyen2002.scores import LIGHTS
-from bench.papers.nguyen2002.sets import CLIPS
 
 WRITTEN = "nguyen2002:preset=as-written"
 TEXTS = [f"{WRITTEN}:features={features}" for features in ("rgb", "invariants", "arctan")]

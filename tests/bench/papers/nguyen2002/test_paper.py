@@ -5,7 +5,7 @@ from collections import Counter
 from bench.experiments.experiment import SequenceSource
 from bench.papers import Effort, load_paper
 from bench.papers.nguyen2002 import COLOURED, LIGHTS, RECORDED, TABLE, TIMED, examined_scenes
-from bench.papers.nguyen2002.scores import is_clip
+from bench.papers.nguyen2002.measures import is_clip
 from datasets.text_form import parse_text
 
 PAPER = load_paper("nguyen2002")

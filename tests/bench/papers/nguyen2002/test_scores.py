@@ -6,8 +6,8 @@ import pytest
 
 import bench
 from bench.experiments.experiment import Experiment, SequenceSource
+from bench.papers.nguyen2002.measures import CLIPS, by_sets, set_table
 from bench.papers.nguyen2002.scores import COLOURED, LIGHTS, labels_of, tidy_scores
-from bench.papers.nguyen2002.sets import CLIPS, by_sets, set_table
 from bench.store.results import Results
 from bench.store.truth import read_truth
 

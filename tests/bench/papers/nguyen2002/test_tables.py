@@ -4,9 +4,9 @@ import pandas as pd
 import pytest
 
 from bench.papers.nguyen2002.measured import measured_table
+from bench.papers.nguyen2002.measures import set_table
 from bench.papers.nguyen2002.published import table_rows, time_rows
 from bench.papers.nguyen2002.scores import COLOURED, LIGHTS
-from bench.papers.nguyen2002.sets import set_table
 from bench.papers.nguyen2002.tables import choices_table, clips_table, lights_table, setting
 
 WRITTEN = "nguyen2002:preset=as-written"

@@ -1,8 +1,13 @@
-"""What happened in a run by one of its traces: success, occlusions detected, where it was lost."""
+"""What is measured of runs: success, occlusions detected, where the target was lost; and sets.
 
+A set of 20 clips is the unit of evidence, so that a table of sets stands beside the scores.
+"""
+
+from collections.abc import Iterator, Mapping
 from math import nan
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from bench.evaluation.record import Run, Trace
@@ -13,7 +18,7 @@ from bench.papers.nguyen2002.events import CLEAR, Declared, declared_in, hidden_
 from bench.store.truth import StoredTruth
 from datasets import Sequence
 
-__all__ = ["SWITCH", "course_of"]
+__all__ = ["CLIPS", "N_CLIPS", "by_sets", "course_of", "failures_by_margin", "is_clip", "set_table"]
 
 SUCCESS, LAST = 0.9, 5
 """A run succeeds with enough overlap in this share of clear frames, and in all of the last."""
@@ -30,7 +35,18 @@ MOMENT = 3
 KEPT = 20
 """Frames from the change on in which the box must stay."""
 
+CLIPS = "nguyen2002/clips"
+"""What the clips of a set are called together."""
+
+N_CLIPS = 20
+
+_LABELS = ["text", "features", "definition", "preset", "variant", "trace", "sequence", "scene"]
+_SUMS = ["occlusions", "declared", "detected"]
+_MEANS = ["false_occlusions", "on_target", "said_hidden", "mean_overlap", "jitter", "outliers"]
+_PAIRED = ["sequence", "scene", "trace", "preset", "clips", "pairs", "correlation"]
+
 Truth = StoredTruth | Sequence
+Flags = NDArray[np.bool_]
 
 
 def course_of(run: Run, truth: Truth, trace: Trace, first_loss: float) -> dict[str, float]:
@@ -82,7 +98,7 @@ def course_of(run: Run, truth: Truth, trace: Trace, first_loss: float) -> dict[s
     return known
 
 
-def _jitter(errors: NDArray[np.float64], clear: NDArray[np.bool_]) -> float:
+def _jitter(errors: NDArray[np.float64], clear: Flags) -> float:
     """Mean length of second differences of errors (n, 2) over three clear frames in a row."""
     lengths = np.hypot(*np.diff(errors, 2, axis=0).T)
     chosen = clear[:-2] & clear[1:-1] & clear[2:]
@@ -90,7 +106,7 @@ def _jitter(errors: NDArray[np.float64], clear: NDArray[np.bool_]) -> float:
 
 
 def _occlusions(
-    events: list[Declared], found: NDArray[np.bool_], truth: Truth, trace: Trace
+    events: list[Declared], found: Flags, truth: Truth, trace: Trace
 ) -> dict[str, float]:
     """How those that there were, and those that were declared, fit together.
 
@@ -124,9 +140,7 @@ def _lost_from(events: list[Declared], first_loss: float, trace: Trace) -> float
     return first_loss
 
 
-def _at_switches(
-    off: NDArray[np.bool_], lost: float, good: NDArray[np.bool_], clear: NDArray[np.bool_]
-) -> dict[str, float]:
+def _at_switches(off: Flags, lost: float, good: Flags, clear: Flags) -> dict[str, float]:
     changes = np.flatnonzero(np.diff(off.astype(np.int8))) + 1
     at_moment = np.abs(changes - lost) <= MOMENT
     after = np.zeros_like(clear)
@@ -137,3 +151,100 @@ def _at_switches(
         "kept_after_off": float(good[after & clear].mean()) if (after & clear).any() else nan,
         "clear_after_off": float((after & clear).sum()),
     }
+
+
+def set_table(scores: pd.DataFrame) -> pd.DataFrame:
+    """Scores by set; a scene of the recording is a set of one.
+
+    Parameters
+    ----------
+    scores : DataFrame
+        See `tidy_scores`; a set of clips in which one failed, or is not there, is left out.
+
+    Returns
+    -------
+    DataFrame
+        What is known of tracker and trace, `sequence` (`nguyen2002/clips` for all clips), `scene`;
+        `clips`, `tracked` (numbers), `tracked_share`; `occlusions`, `declared`, `detected`
+        (numbers), `detected_share`; means over the clips: `false_occlusions`, `on_target`,
+        `said_hidden`, `mean_overlap`, `jitter`, `outliers`; `path` (of one of the runs).
+    """
+    good = scores[scores["failure"] == ""]
+    good = good.assign(sequence=[_together(name) for name in good["sequence"]])
+    groups = good.groupby(_LABELS, sort=False)
+    sets = groups["success"].agg(clips="size", tracked="sum").reset_index()
+    sets = sets.join(groups[_SUMS].sum(), on=_LABELS).join(groups[_MEANS].mean(), on=_LABELS)
+    sets = sets[(sets["sequence"] != CLIPS) | (sets["clips"] == N_CLIPS)]
+    return sets.assign(
+        tracked_share=sets["tracked"] / sets["clips"],
+        detected_share=sets["detected"] / sets["occlusions"],
+    ).reset_index(drop=True)
+
+
+def by_sets(tables: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
+    """The same tables, in which a set's clips have one name: they are not evidence one by one."""
+    return {
+        name: table.assign(sequence=[_together(sequence) for sequence in table["sequence"]])
+        if "sequence" in table
+        else table
+        for name, table in tables.items()
+    }
+
+
+def is_clip(sequence: str) -> bool:
+    """Whether a sequence is one of the film's clips."""
+    return sequence.startswith("nguyen2002/clip-")
+
+
+def _together(sequence: str) -> str:
+    return CLIPS if is_clip(sequence) else sequence
+
+
+def failures_by_margin(margins: pd.DataFrame, scores: pd.DataFrame) -> pd.DataFrame:
+    """Rank correlation, over a set's clips, of what the invariants lose of margin and of target.
+
+    Both are differences to RGB: of the mean margin (`ng-9`), and of the share of clear frames on
+    the target.
+
+    Parameters
+    ----------
+    margins : DataFrame
+        `name`, `features`, `margin`; the clips that count.
+    scores : DataFrame
+        See `tidy_scores`.
+
+    Returns
+    -------
+    DataFrame
+        By set, trace and preset: `sequence` (of all clips), `scene`, `trace`, `preset`, `clips`
+        (number), and in a row each `pairs` (`of a clip`, `by chance`) with their `correlation`,
+        which is 0 by chance. Without the sets in which all clips fare alike.
+    """
+    by_clip = margins.pivot_table("margin", "name", "features")
+    lost = by_clip["rgb"] - by_clip["invariants"]
+    plain = scores[(scores["variant"] == "") & (scores["definition"] != "arctan")]
+    rows = [
+        {**labels, "clips": len(both), "pairs": pairs, "correlation": value}
+        for labels, both in _sets(lost, plain)
+        for pairs, value in (("of a clip", _rank_correlation(both)), ("by chance", 0.0))
+    ]
+    return pd.DataFrame(rows, columns=_PAIRED)
+
+
+def _sets(
+    lost: "pd.Series[float]", scores: pd.DataFrame
+) -> Iterator[tuple[dict[str, object], pd.DataFrame]]:
+    """Sets in which clips differ in either loss: their labels, and both losses by clip."""
+    for (scene, trace, preset), runs in scores.groupby(["scene", "trace", "preset"], sort=False):
+        shares = runs.pivot_table("on_target", "name", "features")
+        if not {"rgb", "invariants"} <= set(shares):
+            continue
+        failing = shares["rgb"] - shares["invariants"]
+        both = pd.DataFrame({"margin": lost, "target": failing}).dropna()
+        if (both.min() < both.max()).all():
+            labels = {"sequence": CLIPS, "scene": scene, "trace": trace, "preset": preset}
+            yield labels, both
+
+
+def _rank_correlation(both: pd.DataFrame) -> float:
+    return float(both["margin"].corr(both["target"], method="spearman"))
