@@ -1,25 +1,19 @@
 """Names of sequences, and where each comes from."""
 
-import importlib
 from collections.abc import Mapping
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import Any, Protocol, cast
 
-from datasets.interface import Sequence, SequenceError
+from datasets.interface import Sequence, SequenceError, Summary
 from datasets.text_form import parse_text
 
-if TYPE_CHECKING:
-    from datasets.synthetic.engine.suite import Suite as RenderedSuite
-
-__all__ = ["is_built_in", "load", "names", "options", "rendered_suites"]
-
-FOLDER = Path(__file__).parent
+__all__ = ["is_built_in", "load", "names", "options", "summary"]
 
 
 class Suite(Protocol):
-    """What offers built-in sequences: the module `samples`, or `SUITE` of one in `synthetic`."""
+    """What offers built-in sequences: the module `samples`, or a suite of synthetic ones."""
 
     def names(self) -> list[str]:
         """Full names, `suite/sequence`."""
@@ -29,6 +23,10 @@ class Suite(Protocol):
         """What can be set of one of `names()`: dicts with `name`, `default` and `meaning`."""
         ...
 
+    def summary(self, name: str) -> Summary:
+        """Length and size of images of one of `names()` as it is by default."""
+        ...
+
     def load(self, name: str, options: Mapping[str, str]) -> Sequence:
         """Sequence of one of `names()`, in the variant that the options say."""
         ...
@@ -36,7 +34,20 @@ class Suite(Protocol):
 
 def names() -> list[str]:
     """List the built-in sequences, sorted."""
-    return sorted(name for suite in _suites().values() for name in _suite(suite).names())
+    return sorted(_suites())
+
+
+def summary(name: str) -> Summary:
+    """Length and size of images of one of `names()`, without opening it.
+
+    Raises
+    ------
+    SequenceError
+        For a name that is none of them.
+    """
+    if name not in _suites():
+        raise _unknown(name, Path(name).expanduser())
+    return _suites()[name].summary(name)
 
 
 def options(name: str) -> list[dict[str, Any]]:
@@ -52,14 +63,12 @@ def options(name: str) -> list[dict[str, Any]]:
 
         return readers.options(_path_and_choice(name)[0])
     bare = name.partition(":")[0]
-    return _suite(_suites()[bare.partition("/")[0]]).options(bare)
+    return _suites()[bare].options(bare)
 
 
 def is_built_in(text: str) -> bool:
     """Whether `load` takes a text for the name of a built-in sequence, not for a path."""
-    name = text.partition(":")[0]
-    suite = _suites().get(name.partition("/")[0])
-    return suite is not None and name in _suite(suite).names()
+    return text.partition(":")[0] in _suites()
 
 
 def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
@@ -95,7 +104,7 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
             _, options = parse_text(text)
         except ValueError as error:
             raise SequenceError(f"sequence {error}") from None
-        return _suite(_suites()[name.partition("/")[0]]).load(name, options)
+        return _suites()[name].load(name, options)
     from datasets import readers  # decoders are loaded only for recorded data
 
     path, chosen = _path_and_choice(text)
@@ -105,12 +114,6 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     if truth_file is not None and not truth_file.is_file():
         raise SequenceError(f"{truth_file}: there is no such truth file.")
     return readers.read(path, truth_file, chosen)
-
-
-def rendered_suites() -> "list[RenderedSuite]":
-    """List the suites of synthetic sequences."""
-    modules = (importlib.import_module(name) for name in _suites().values())
-    return [module.SUITE for module in modules if hasattr(module, "SUITE")]
 
 
 def _path_and_choice(text: str) -> tuple[Path, dict[str, str]]:
@@ -137,16 +140,10 @@ def _unknown(text: str, path: Path) -> SequenceError:
 
 
 @cache
-def _suites() -> dict[str, str]:
-    """Module by name of suite; finding them imports none."""
-    files = (FOLDER / "synthetic").glob("*.py")
-    stems = sorted(file.stem for file in files if file.stem != "__init__")
-    return {
-        "samples": "datasets.samples",
-        **{stem.replace("_", "-"): f"datasets.synthetic.{stem}" for stem in stems},
-    }
+def _suites() -> dict[str, Suite]:
+    """Suite by name of sequence; finding them brings no renderer."""
+    from datasets import samples
+    from datasets.synthetic.suite import suites
 
-
-def _suite(module: str) -> Suite:
-    found = importlib.import_module(module)
-    return cast(Suite, getattr(found, "SUITE", found))
+    found = [cast(Suite, samples), *suites()]
+    return {name: suite for suite in found for name in suite.names()}

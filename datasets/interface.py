@@ -1,12 +1,13 @@
 """A sequence: images that come lazily, and what is true of the target in them."""
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Protocol, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Frames", "Image", "Mask", "Sequence", "SequenceError"]
+__all__ = ["Frames", "Image", "Mask", "Sequence", "SequenceError", "Summary"]
 
 Image: TypeAlias = NDArray[np.uint8]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -14,6 +15,22 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 class SequenceError(ValueError):
     """A sequence that cannot be opened, read or run; the message names file and frame."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What is known of a built-in sequence before it is opened.
+
+    Attributes
+    ----------
+    length : int
+        Number of frames.
+    size : tuple of int
+        Width and height of the images [pixels].
+    """
+
+    length: int
+    size: tuple[int, int]
 
 
 class Frames(Protocol):

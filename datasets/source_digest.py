@@ -59,8 +59,8 @@ def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
     file : Path
         The source file; it may lie inside or outside `package`.
     package : Path
-        Folder of the top-level package whose modules are followed (`.../trackers`). Modules
-        of the file's own package, or beside a file that is in none, are followed too.
+        Folder of the package whose modules are followed (`.../trackers`). Of a file outside of
+        it, modules of its own package, or beside it where it is in none, are followed too.
 
     Returns
     -------
@@ -93,13 +93,16 @@ def library_versions(imports: set[str]) -> dict[str, str]:
 
 def _followed(file: Path, package: Path) -> tuple[str, set[str]]:
     """Digest of all files that are reached, and what is imported from elsewhere."""
-    own = _dotted_package(file).partition(".")[0]
-    roots = {package.name: package.parent}
-    if own:
-        roots[own] = file.parents[_dotted_package(file).count(".") + 1]
+    file, package = file.resolve(), package.resolve()
+    inside = file.is_relative_to(package)
+    roots: dict[str, Path] = {}
+    for known in (package / "__init__.py", file):
+        dotted = _dotted_package(known)
+        if dotted:
+            roots[dotted.partition(".")[0]] = known.parents[dotted.count(".") + 1]
     described: dict[Path, str] = {}
     libraries: set[str] = set()
-    todo = [file.resolve()]
+    todo = [file]
     while todo:
         path = todo.pop()
         if path in described:
@@ -113,7 +116,7 @@ def _followed(file: Path, package: Path) -> tuple[str, set[str]]:
             if root is None and top not in _distributions() and top not in sys.stdlib_module_names:
                 root = file.parent if not _dotted_package(file) else None
             found = _module(dotted, root) if root is not None else None
-            if found is None:
+            if found is None or (inside and not found[1].is_relative_to(package)):
                 libraries |= {top} if root is None else set()
                 lines.append(f"{imported.bound} {dotted}")
                 continue

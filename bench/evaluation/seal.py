@@ -19,10 +19,10 @@ import datasets
 import trackers
 from bench.evaluation.loop import evaluate
 from bench.experiments.contestant import GOLDEN, PACKAGE
-from datasets.catalogue import rendered_suites
 from datasets.golden import golden_digests
 from datasets.seal import Seal, read_seals, write_seals
 from datasets.source_digest import imported_libraries, source_digest
+from datasets.synthetic.suite import suites
 
 __all__ = ["Sealed", "golden_boxes", "main", "sealed"]
 
@@ -95,7 +95,7 @@ def _short(name: str) -> datasets.Sequence:
 
 
 def _scenes() -> Iterator[Sealed]:
-    for suite in rendered_suites():
+    for suite in suites():
         seals = read_seals(suite.golden)
         covered: set[str] = set()
         for name in suite.names():

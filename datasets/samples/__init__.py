@@ -12,14 +12,17 @@ from typing import Any
 
 from datasets import truth_file
 from datasets.file_digest import file_digests
-from datasets.interface import Sequence, SequenceError
+from datasets.interface import Sequence, SequenceError, Summary
 from datasets.recorded import recorded
 from datasets.video_frames import VideoFrames
 
-__all__ = ["load", "names", "options"]
+__all__ = ["load", "names", "options", "summary"]
 
 CLIP = "datasets/data/carphone_pristine.mp4"
 CLIP_SHA256 = "1c4add7838b07b4d65ad9d66e9491758c7dbb6c717490db4b79ecf9ff82bab28"
+
+LENGTH, SIZE = 120, (176, 144)
+"""The clip's frames, and width and height of them [pixels]."""
 
 PREFIX = "samples/"
 FOLDER = Path(__file__).parent
@@ -33,6 +36,11 @@ def names() -> list[str]:
 def options(name: str) -> list[dict[str, Any]]:
     """See `datasets.catalogue.Suite`; there are none."""
     return []
+
+
+def summary(name: str) -> Summary:
+    """See `datasets.catalogue.Suite`."""
+    return Summary(LENGTH, SIZE)
 
 
 def load(name: str, options: Mapping[str, str]) -> Sequence:

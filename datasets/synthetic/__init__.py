@@ -1,3 +1,3 @@
-"""Rendered sequences: a suite is a file here; what suites share is in `engine`."""
+"""Rendered sequences: a suite is a folder here; what suites share is in `render`."""
 
 __all__: list[str] = []

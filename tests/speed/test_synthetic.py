@@ -30,14 +30,14 @@ SIZES = {"320x240": {}, "640x480": {"width": "640", "height": "480"}}
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("knobs", KNOBS)
 def test_a_frame_is_rendered(benchmark, knobs, size):
-    sequence = plain.load("plain/target", {**KNOBS[knobs], **SIZES[size]})
+    sequence = plain.SUITE.load("plain/target", {**KNOBS[knobs], **SIZES[size]})
     sequence[0]  # textures are made once
     assert benchmark(lambda: sequence[40]).shape[0] == (480 if size == "640x480" else 240)
 
 
 def test_a_rendered_frame_costs_less_than_three_decoded_ones():
     """Rendering is no reason to store images: about 1.5 times a JPEG decoder's time."""
-    sequence = plain.load("plain/target", SIZES["640x480"])
+    sequence = plain.SUITE.load("plain/target", SIZES["640x480"])
     jpeg = simplejpeg.encode_jpeg(np.ascontiguousarray(sequence[0]), 90, "BGR")
     rendered, decoded = [], []
     for frame in range(60):
@@ -64,7 +64,7 @@ def test_a_frame_of_a_walking_scene_is_rendered(benchmark, name):
 @pytest.mark.parametrize("name", ["multipart/1:light=dappled", "multipart/6:light=dappled"])
 def test_a_walking_scene_costs_no_more_than_the_plain_one_with_everything(name):
     """Houses, trees, cars and ten people cost 0.7 times what ground, board and ten pebbles do."""
-    scenes = [plain.load("plain/target", {**KNOBS["everything"], **SIZES["640x480"]})]
+    scenes = [plain.SUITE.load("plain/target", {**KNOBS["everything"], **SIZES["640x480"]})]
     scenes.append(datasets.load(name))
     times = np.empty((60, 2))
     for sequence in scenes:

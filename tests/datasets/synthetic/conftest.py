@@ -8,6 +8,6 @@ from datasets.synthetic import plain
 @pytest.fixture(scope="session")
 def target():
     def open_target(**knobs):
-        return plain.load("plain/target", {key: str(value) for key, value in knobs.items()})
+        return plain.SUITE.load("plain/target", {key: str(value) for key, value in knobs.items()})
 
     return open_target

@@ -7,11 +7,11 @@ give the scene a new version: `python -m bench.evaluation.seal --new NAME`.
 import pytest
 
 import datasets
-from datasets.catalogue import rendered_suites
 from datasets.golden import golden_digests, look_difference
 from datasets.seal import Seal, read_seals, seal_of
+from datasets.synthetic.suite import suites
 
-SUITES = rendered_suites()
+SUITES = suites()
 SEALS = [seal for suite in SUITES for seal in read_seals(suite.golden).values()]
 GOLDEN = {text: golden for seal in SEALS for text, golden in seal.golden.items()}
 SLOW = {
@@ -67,7 +67,7 @@ def test_the_texts_are_canonical():
     assert [datasets.load(text).name for text in GOLDEN] == list(GOLDEN)
 
 
-@pytest.mark.parametrize("suite", SUITES, ids=lambda suite: suite.golden.stem)
+@pytest.mark.parametrize("suite", SUITES, ids=lambda suite: suite.golden.parent.name)
 def test_every_sequence_has_a_seal(suite):
     seals = [seal_of(name, suite.golden) for name in suite.names()]
     assert all(seal is not None and seal.golden for seal in seals)
@@ -82,7 +82,7 @@ class TestFingerprint:
 
         def edit(digest):
             monkeypatch.setattr(
-                "datasets.synthetic.engine.suite.source_digest", lambda file, package: (digest, {})
+                "datasets.synthetic.suite.source_digest", lambda file, package: (digest, {})
             )
 
         return edit
@@ -104,7 +104,7 @@ class TestFingerprint:
             edited(tree)
             seal = Seal([2], tree)
             monkeypatch.setattr(
-                "datasets.synthetic.engine.suite.seal_of", lambda name, file, seal=seal: seal
+                "datasets.synthetic.suite.seal_of", lambda name, file, seal=seal: seal
             )
             found.append(datasets.load("plain/target").fingerprint)
         assert found[0] == found[1]

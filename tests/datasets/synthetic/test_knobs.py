@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 import datasets
 from datasets import SequenceError
-from datasets.synthetic.target.knobs import TargetKnobs
+from datasets.synthetic.plain.knobs import TargetKnobs
 from datasets.text_form import parse_text
 
 

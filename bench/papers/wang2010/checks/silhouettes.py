@@ -6,10 +6,10 @@ import numpy as np
 
 from datasets import SequenceError
 from datasets.interface import Frames
-from datasets.synthetic.gesture import cones
-from datasets.synthetic.gesture.scene import HandScene
-from datasets.synthetic.kitchen.scene import CupScene
-from datasets.synthetic.table_tennis.scene import TableTennisScene
+from datasets.synthetic.wang2010.cup.scene import CupScene
+from datasets.synthetic.wang2010.hand import cones
+from datasets.synthetic.wang2010.hand.scene import HandScene
+from datasets.synthetic.wang2010.table_tennis.scene import TableTennisScene
 from trackers.base.interface import Mask
 
 __all__ = ["silhouettes"]

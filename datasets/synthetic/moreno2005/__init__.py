@@ -1,0 +1,27 @@
+"""The sequences of a paper on fusing cues that depend on one another.
+
+Analogues of the paper's own recordings, and of its synthetic ellipse, drawn from its words alone:
+other videos, new in every scene. All have exact masks of what is seen of the target.
+"""
+
+from pathlib import Path
+
+from datasets.synthetic.moreno2005.book.knobs import BookKnobs
+from datasets.synthetic.moreno2005.ellipse.knobs import EllipseKnobs
+from datasets.synthetic.moreno2005.leaf.knobs import LeafKnobs
+from datasets.synthetic.moreno2005.octopus.knobs import OctopusKnobs
+from datasets.synthetic.suite import Entry, Suite
+
+__all__ = ["SUITE"]
+
+MODULE = "datasets.synthetic.moreno2005"
+
+SUITE = Suite(
+    Path(__file__).parent,
+    [
+        Entry("moreno2005/ellipse", EllipseKnobs, f"{MODULE}.ellipse.scene", 100, (320, 240)),
+        Entry("moreno2005/octopus", OctopusKnobs, f"{MODULE}.octopus.scene", 100, (320, 240)),
+        Entry("moreno2005/book", BookKnobs, f"{MODULE}.book.scene", 100, (320, 240)),
+        Entry("moreno2005/leaf", LeafKnobs, f"{MODULE}.leaf.scene", 100, (320, 240)),
+    ],
+)

@@ -1,0 +1,110 @@
+"""`moreno2005/book`: a book bends before desk and shelf, while the light turns yellow.
+
+The paper says: the non-rigid boundary of a bending book; the light changes smoothly from natural
+to yellow; the movement of the book brings self-shadowing about. All the rest is ours: what book,
+that a hand holds it, where the light comes from, how the book bends, the room.
+"""
+
+from functools import cached_property, lru_cache
+
+import cv2
+import numpy as np
+
+from datasets.interface import Image, Mask
+from datasets.synthetic.moreno2005.book.knobs import BookKnobs
+from datasets.synthetic.moreno2005.book.plan import FRAMES, SIZE
+from datasets.synthetic.moreno2005.book.setting import Setting
+from datasets.synthetic.render.camera import Camera
+from datasets.synthetic.render.soft_shadow import light_left
+from datasets.synthetic.render.triangles import lay
+from datasets.synthetic.scene import Scene, Truth
+
+__all__ = ["BookScene", "scene"]
+
+CONSIDERABLE = 0.25
+"""Part of the front in its own shadow from which on a frame counts as `self-shadow`."""
+
+BEHIND = 70.0
+"""How far behind the book its shadow falls [pixels]."""
+
+SOFTNESS, DARKNESS = 9.0, 0.7
+"""Of the shadow: see `light_left`."""
+
+NOISE = 2.0
+"""Standard deviation of the sensor's noise [grey levels]."""
+
+
+def scene(knobs: BookKnobs) -> "BookScene":
+    """Renderer and truth; nothing is drawn yet."""
+    return BookScene(knobs.scene, knobs.illuminant == "changing", knobs.shadow == "self")
+
+
+class BookScene(Scene):
+    """A book that bends in a hand.
+
+    Parameters
+    ----------
+    seed : int
+        Of all that is drawn at random.
+    changing : bool
+        Whether the light turns yellow.
+    shaded : bool
+        Whether the light on the book depends on how it is bent and turned.
+    """
+
+    def __init__(self, seed: int, changing: bool, shaded: bool) -> None:
+        self._seed = seed
+        self._changing = changing
+        self._shaded = shaded
+        self.setting = _setting(seed)
+
+    def __len__(self) -> int:
+        return FRAMES
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """See `Scene.size`."""
+        return SIZE
+
+    def truth(self) -> Truth:
+        """See `Scene.truth`.
+
+        Boxes are those of the whole book, with what the thumb hides. The attribute is
+        `self-shadow`: at least a quarter of the front, as far as it faces the camera, gets less
+        than half of the lamp's light that it would get if it were flat before the camera.
+        """
+        boxes, visibility, shadow = self.setting.truth
+        considerable = np.logical_and(shadow >= CONSIDERABLE, self._shaded)
+        return Truth(boxes, visibility, {"self-shadow": considerable})
+
+    def render(self, frame: int) -> Image:
+        """See `Scene.render`."""
+        setting = self.setting
+        book = setting.seen(frame, self._shaded)
+        hand = setting.hand.at(setting.plan.poses[frame])
+        covered = hand[..., 3].copy()
+        np.maximum(covered[book.window], book.sheet[..., 3], out=covered[book.window])
+        shift = -BEHIND * setting.lamp[:2] / setting.lamp[2]
+        left = light_left(covered, shift, SOFTNESS, DARKNESS)
+        picture = np.asarray(cv2.multiply(setting.room, left), np.float32)
+        lay(picture[book.window], book.sheet)
+        lay(picture, hand)
+        picture *= setting.illuminants[frame if self._changing else 0].astype(np.float32)
+        return self._camera.image(picture, self._seed, frame)
+
+    def mask(self, frame: int) -> Mask:
+        """See `Scene.mask`."""
+        book = self.setting.seen(frame, shaded=False)
+        hand = self.setting.hand.at(self.setting.plan.poses[frame])
+        mask: Mask = np.zeros(SIZE[::-1], np.bool_)
+        mask[book.window] = book.sheet[..., 3] * (1 - hand[..., 3][book.window]) >= 0.5
+        return mask
+
+    @cached_property
+    def _camera(self) -> Camera:
+        return Camera(SIZE, NOISE)
+
+
+@lru_cache(maxsize=4)
+def _setting(seed: int) -> Setting:
+    return Setting(seed)

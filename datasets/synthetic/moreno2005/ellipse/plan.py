@@ -1,0 +1,165 @@
+"""What the ellipse does: where it goes, what shape and what colour it has, in every frame."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.interface import Mask
+from datasets.synthetic.render.path import quantised
+from datasets.synthetic.scene import part_generator
+
+__all__ = ["FRAMES", "SIZE", "Plan", "drawn_plan"]
+
+Array = NDArray[np.float64]
+
+FRAMES = 100
+SIZE = 320, 240
+
+BORDER = 38.0
+"""How near its centre comes to the picture's border [pixels]."""
+
+HALF_AXES = 11.0, 34.0
+"""Least and greatest [pixels]."""
+
+KEPT = 0.85
+"""Part of a rate of change that is kept from frame to frame; the rest is new."""
+
+STEP = 0.05
+"""About how far its colour goes in a frame, in RGB of [0, 1]."""
+
+TURN = 0.45
+"""How much the way of its colour turns in a frame: what is added to a direction of length 1."""
+
+COLOURS = 0.08, 0.92
+"""Least and greatest of every channel."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """An ellipse in every frame.
+
+    Attributes
+    ----------
+    centre : ndarray of float64, shape (FRAMES, 2)
+        In the picture, (x, y) [pixels].
+    half_axes : ndarray of float64, shape (FRAMES, 2)
+        [pixels].
+    angle : ndarray of float64, shape (FRAMES,)
+        Of the first half axis, from x towards y [radians].
+    colour : ndarray of float64, shape (FRAMES, 3)
+        RGB in [0, 1].
+    """
+
+    centre: Array
+    half_axes: Array
+    angle: Array
+    colour: Array
+
+    @cached_property
+    def boxes(self) -> Array:
+        """Extents, shape (FRAMES, 4): x, y, width, height [pixels]."""
+        directions = np.stack([np.cos(self.angle), np.sin(self.angle)], axis=1)
+        across = directions[:, ::-1]
+        first, second = np.split(self.half_axes, 2, axis=1)
+        half = np.sqrt((first * directions) ** 2 + (second * across) ** 2)
+        return np.hstack([self.centre - half, 2 * half])
+
+    def inwards(self, frame: int, points: Array) -> Array:
+        """Points in the ellipse's own frame, in which it is the unit circle; shape (..., 2)."""
+        cosine, sine = np.cos(self.angle[frame]), np.sin(self.angle[frame])
+        turn = np.array([[cosine, -sine], [sine, cosine]])
+        return np.asarray((points - self.centre[frame]) @ turn / self.half_axes[frame])
+
+    def around(self, frame: int) -> tuple[tuple[slice, slice], Array]:
+        """Rows and columns that the ellipse may touch, and `inwards` of their pixels' centres."""
+        x, y, width, height = self.boxes[frame]
+        left, top = int(x) - 1, int(y) - 1
+        right, bottom = int(x + width) + 2, int(y + height) + 2
+        rows, columns = np.mgrid[top:bottom, left:right] + 0.5
+        window = slice(top, bottom), slice(left, right)
+        return window, self.inwards(frame, np.stack([columns, rows], axis=2))
+
+    def covers(self, frame: int) -> Mask:
+        """Pixels whose centres lie within the ellipse, shape (height, width)."""
+        window, inwards = self.around(frame)
+        covered = np.zeros(SIZE[::-1], np.bool_)
+        covered[window] = (inwards * inwards).sum(axis=2) <= 1
+        return covered
+
+    def reach(self, frame: int, direction: float) -> float:
+        """How far its outline is from its centre in a direction [pixels].
+
+        Parameters
+        ----------
+        frame : int
+        direction : float
+            From x towards y [radians].
+        """
+        towards = np.array([np.cos(direction), np.sin(direction)])
+        return float(1 / np.linalg.norm(self.inwards(frame, self.centre[frame] + towards)))
+
+
+def drawn_plan(seed: int) -> Plan:
+    """A plan, drawn at random; way, shape and colour apart."""
+    way, shape, colour = (
+        part_generator(seed, f"moreno2005/ellipse {part}") for part in ("way", "shape", "colour")
+    )
+    far = np.array(SIZE) - BORDER
+    centre = _walk(way, np.full(2, BORDER), far, spread=2.0, fastest=9.0)
+    least, greatest = (np.full(2, np.log(half)) for half in HALF_AXES)
+    half_axes = np.exp(_walk(shape, least, greatest, spread=0.025, fastest=0.1))
+    turn = np.array([4 * np.pi])
+    angle = _walk(shape, -turn, turn, spread=0.04, fastest=0.2)[:, 0]
+    return Plan(quantised(centre), quantised(half_axes), angle, _colour_path(colour))
+
+
+def _walk(
+    random: np.random.Generator, low: Array, high: Array, *, spread: float, fastest: float
+) -> Array:
+    """Random walk whose rate is first-order autoregressive; shape (FRAMES, k).
+
+    Parameters
+    ----------
+    random : numpy.random.Generator
+    low, high : ndarray of float64, shape (k,)
+        Bounds, at which it is reflected.
+    spread : float
+        Standard deviation of what is new in the rate [a frame].
+    fastest : float
+        Bound of the rate's length.
+    """
+    place = random.uniform(low, high)
+    rate = random.normal(0, spread / np.sqrt(1 - KEPT * KEPT), low.shape)
+    places = np.empty((FRAMES, *low.shape))
+    for frame in range(FRAMES):
+        places[frame] = place
+        rate = KEPT * rate + random.normal(0, spread, low.shape)
+        rate *= min(1.0, fastest / float(np.linalg.norm(rate)))
+        place, rate = _reflected(place + rate, rate, low, high)
+    return places
+
+
+def _colour_path(random: np.random.Generator) -> Array:
+    """Way through the colours, at about the same pace, that bends at random; shape (FRAMES, 3)."""
+    low, high = (np.full(3, level) for level in COLOURS)
+    place, heading = random.uniform(low, high), _unit(random.normal(size=3))
+    places = np.empty((FRAMES, 3))
+    for frame in range(FRAMES):
+        places[frame] = place
+        heading = _unit(heading + TURN * random.normal(size=3))
+        step = STEP * random.uniform(0.5, 1.5)
+        place, heading = _reflected(place + step * heading, heading, low, high)
+    return places
+
+
+def _reflected(place: Array, rate: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """What has gone beyond a bound comes back from it, its rate turned round."""
+    beyond = (place < low) | (place > high)
+    bound = np.clip(place, low, high)
+    return 2 * bound - place, np.where(beyond, -rate, rate)
+
+
+def _unit(vector: Array) -> Array:
+    return np.asarray(vector / np.linalg.norm(vector))

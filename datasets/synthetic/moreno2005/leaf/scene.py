@@ -1,0 +1,125 @@
+"""`moreno2005/leaf`: a leaf in the wind before many like it, while the sun comes or goes.
+
+The paper says: a moving leaf; highly cluttered; the illumination changes abruptly, between the
+first and the second of the frames that it shows; the target moves unpredictably. All the rest is
+ours: what leaf, that the others are of nearly its colour, that it is the sun that changes, whether
+it comes or goes, that what is in the shade hardly notices it.
+"""
+
+from functools import cached_property, lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.interface import Image, Mask
+from datasets.synthetic.moreno2005.leaf.knobs import LeafKnobs
+from datasets.synthetic.moreno2005.leaf.light import BEHIND_CLOUD
+from datasets.synthetic.moreno2005.leaf.setting import Setting
+from datasets.synthetic.moreno2005.leaf.thicket import MARGIN
+from datasets.synthetic.moreno2005.leaf.wind import FRAMES, SIZE
+from datasets.synthetic.render.camera import Camera
+from datasets.synthetic.render.soft_shadow import light_left
+from datasets.synthetic.render.triangles import lay
+from datasets.synthetic.scene import Scene, Truth
+
+__all__ = ["LeafScene", "scene"]
+
+Floats = NDArray[np.float32]
+
+JUMPS = {"start": 1, "middle": FRAMES // 2, "none": FRAMES}
+"""First frame in other light."""
+
+OFF, SOFTNESS, DARKNESS = 26.0, 5.0, 0.6
+"""Of the leaf's shadow in the sun: how far it lies from it [pixels]; see `light_left`."""
+
+NOISE = 2.2
+"""Standard deviation of the sensor's noise [grey levels]."""
+
+
+def scene(knobs: LeafKnobs) -> "LeafScene":
+    """Renderer and truth; nothing is drawn yet."""
+    return LeafScene(knobs.scene, JUMPS[knobs.jump])
+
+
+class LeafScene(Scene):
+    """A leaf before others.
+
+    Parameters
+    ----------
+    seed : int
+        Of all that is drawn at random.
+    jump : int
+        First frame in other light; beyond the last: none.
+    """
+
+    def __init__(self, seed: int, jump: int) -> None:
+        self._seed = seed
+        self._jump = jump
+        self.setting = _setting(seed)
+
+    def __len__(self) -> int:
+        return FRAMES
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """See `Scene.size`."""
+        return SIZE
+
+    def truth(self) -> Truth:
+        """See `Scene.truth`.
+
+        Boxes are those of the whole leaf with its stalk; nothing hides it. The attribute is
+        `light change`: the first frame in other light.
+        """
+        points = np.stack([self.setting.points(frame)[0][:, :2] for frame in range(FRAMES)])
+        low, high = points.min(axis=1), points.max(axis=1)
+        change = np.arange(FRAMES) == self._jump
+        return Truth(np.hstack([low, high - low]), np.ones(FRAMES), {"light change": change})
+
+    def render(self, frame: int) -> Image:
+        """See `Scene.render`."""
+        sun = self._sun(frame)
+        still, swaying = self._foliage[sun]
+        shift = self.setting.sway[frame] - MARGIN
+        moved = cv2.warpAffine(swaying, np.column_stack([np.eye(2), shift]), SIZE)
+        picture = still.copy()
+        lay(picture, np.asarray(moved, np.float32))
+        leaf = self.setting.seen(frame, sun)
+        coverage = np.zeros(SIZE[::-1], np.float32)
+        coverage[leaf.window] = leaf.sheet[..., 3]
+        off = -OFF * self.setting.sun[:2] / self.setting.sun[2]
+        left = light_left(coverage, off, SOFTNESS, DARKNESS * sun)
+        picture = np.asarray(cv2.multiply(picture, left), np.float32)
+        lay(picture[leaf.window], leaf.sheet)
+        return self._camera.image(picture, self._seed, frame)
+
+    def mask(self, frame: int) -> Mask:
+        """See `Scene.mask`."""
+        leaf = self.setting.seen(frame, 0.0)
+        mask: Mask = np.zeros(SIZE[::-1], np.bool_)
+        mask[leaf.window] = leaf.sheet[..., 3] >= 0.5
+        return mask
+
+    def _sun(self, frame: int) -> float:
+        """What of the sun is not behind a cloud."""
+        return 1.0 if self.setting.sunny == (frame < self._jump) else BEHIND_CLOUD
+
+    @cached_property
+    def _foliage(self) -> dict[float, tuple[Floats, Floats]]:
+        """By what of the sun is seen: picture of what is still, sheet of what sways before it."""
+        still, swaying = self.setting.layers
+        inner = (slice(MARGIN, -MARGIN),) * 2
+        return {
+            sun: (np.ascontiguousarray(still.lit(sun)[inner][..., :3]), swaying.lit(sun))
+            for sun in (1.0, BEHIND_CLOUD)
+        }
+
+    @cached_property
+    def _camera(self) -> Camera:
+        return Camera(SIZE, NOISE)
+
+
+@lru_cache(maxsize=4)
+def _setting(seed: int) -> Setting:
+    return Setting(seed)

@@ -1,0 +1,150 @@
+"""`moreno2005/octopus`: a soft body crawls over the sea floor and takes on its looks.
+
+The paper says: a real video of an octopus that changes its appearance while camouflaging, at times
+quite similar to the background. All the rest is ours: how the animal is built and moves, of what
+zones the floor is, when its colour and texture become those of the zone around, stones and algae,
+the water's moving light, the sensor's noise.
+"""
+
+from functools import cached_property, lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.interface import Image, Mask
+from datasets.synthetic.moreno2005.octopus.floor import painted_floor
+from datasets.synthetic.moreno2005.octopus.knobs import OctopusKnobs
+from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, imitated, painted
+from datasets.synthetic.moreno2005.octopus.moulding import mould
+from datasets.synthetic.moreno2005.octopus.plan import FRAMES, OWN, SIZE, Plan, drawn_plan
+from datasets.synthetic.moreno2005.octopus.relief import shade
+from datasets.synthetic.moreno2005.octopus.skin import Skin
+from datasets.synthetic.moreno2005.octopus.water import Water
+from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.scene import Scene, Truth, part_generator
+
+__all__ = ["OctopusScene", "scene"]
+
+Array = NDArray[np.float64]
+Floats = NDArray[np.float32]
+
+NOISE = 3.0
+"""Standard deviation of the sensor's noise [grey levels]."""
+
+MARGIN = 14
+"""Around the octopus, for its shadow [pixels]."""
+
+SHADOW = (4, 5), 3.0, 0.45
+"""Of the octopus: where it falls, softness [pixels], and what it takes."""
+
+
+def scene(knobs: OctopusKnobs) -> "OctopusScene":
+    """Renderer and truth; nothing is drawn yet."""
+    return OctopusScene(knobs.scene)
+
+
+class OctopusScene(Scene):
+    """An octopus on the sea floor.
+
+    Parameters
+    ----------
+    seed : int
+        Of all that is drawn at random.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+        self.plan = _plan(seed)
+
+    def __len__(self) -> int:
+        return FRAMES
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """See `Scene.size`."""
+        return SIZE
+
+    def truth(self) -> Truth:
+        """See `Scene.truth`.
+
+        The attribute is `camouflaged`: the mean colour of the octopus's present look is within
+        0.12 (in RGB of [0, 1], in even light) of those of the floors around it; distances from
+        several floors are averaged, each by its part of the surroundings.
+        """
+        plan = self.plan
+        return Truth(plan.boxes, np.ones(FRAMES), {"camouflaged": plan.camouflaged})
+
+    def render(self, frame: int) -> Image:
+        """See `Scene.render`."""
+        picture = self._floor.copy()
+        self._lay_octopus(picture, frame)
+        canvas = self._water.over(picture, frame)
+        compositing.develop(
+            canvas,
+            light.fixed_point(light.vignette(SIZE[1], 0.06)),
+            light.fixed_point(light.vignette(SIZE[0], 0.09)),
+            self._noise_table,
+            noise.random_bytes(self._seed, frame, canvas.size),
+        )
+        return canvas
+
+    def mask(self, frame: int) -> Mask:
+        """See `Scene.mask`."""
+        owner = np.full(SIZE[::-1], -1, np.int32)
+        height = np.full(SIZE[::-1], -1.0, np.float32)
+        mould(self.plan.posture(frame).balls, 0.0, 0.0, 1.0, height, owner)
+        return np.asarray(owner >= 0)
+
+    def _lay_octopus(self, picture: Floats, frame: int) -> None:
+        """Lay the octopus and its shadow over a picture, which is changed in place."""
+        posture = self.plan.posture(frame)
+        x, y, width, height = posture.box
+        left, top = max(int(x) - MARGIN, 0), max(int(y) - MARGIN, 0)
+        right, bottom = (
+            min(int(x + width) + MARGIN, SIZE[0]),
+            min(int(y + height) + MARGIN, SIZE[1]),
+        )
+        window = picture[top:bottom, left:right]
+        size = right - left, bottom - top
+        coloured = self._skin.seen(posture, (left, top), size, *self.plan.look(frame))
+        sheet = np.asarray(cv2.resize(coloured, size, interpolation=cv2.INTER_AREA), np.float32)
+        shade(window, sheet[..., 3], *SHADOW)
+        window *= 1 - sheet[..., 3:]
+        window += sheet[..., :3]
+
+    @cached_property
+    def _skin(self) -> Skin:
+        random, plan = self._random("skin"), self.plan
+        own = painted(random, SKINS[plan.kinds[OWN]], plan.colours[OWN])
+        # Turned round, so that nothing of a floor lies on the same thing on the skin.
+        looks = [imitated(np.rot90(texture), own) for texture in self._textures]
+        return Skin(random, plan.body, [*looks, own])
+
+    @cached_property
+    def _floor(self) -> Floats:
+        return painted_floor(self._seed, self.plan.zones, self._textures)
+
+    @cached_property
+    def _textures(self) -> list[Array]:
+        random, plan = self._random("textures"), self.plan
+        return [
+            painted(random, FLOOR_KINDS[kind], colour)
+            for kind, colour in zip(plan.kinds[:OWN], plan.colours[:OWN], strict=True)
+        ]
+
+    @cached_property
+    def _water(self) -> Water:
+        return Water(self._random("water"))
+
+    @cached_property
+    def _noise_table(self) -> NDArray[np.int32]:
+        return noise.noise_table(NOISE)
+
+    def _random(self, part: str) -> np.random.Generator:
+        return part_generator(self._seed, f"moreno2005/octopus {part}")
+
+
+@lru_cache(maxsize=4)
+def _plan(seed: int) -> Plan:
+    return drawn_plan(seed)

@@ -1,0 +1,36 @@
+"""People who walk in a street: of a paper on single- and multi-part colour histograms, and ours.
+
+`multipart/1` to `multipart/8` are analogues of the eight videos that the paper describes, drawn
+from its words alone (`designs.py`): other videos, new in every scene. `stress/twin` puts one
+weakness of a tracker to the test: a second person comes near the target in the same clothes, or in
+others.
+"""
+
+from pathlib import Path
+
+from datasets.synthetic.multipart.designs import DESIGNS, TWIN_FRAMES
+from datasets.synthetic.multipart.knobs import TwinKnobs, WalkingKnobs
+from datasets.synthetic.render.pinhole import SIZE
+from datasets.synthetic.suite import Entry, Suite
+
+__all__ = ["SUITE"]
+
+MODULE = "datasets.synthetic.multipart"
+
+SUITE = Suite(
+    Path(__file__).parent,
+    [
+        Entry("stress/twin", TwinKnobs, f"{MODULE}.twin", TWIN_FRAMES, SIZE),
+        *(
+            Entry(
+                f"multipart/{number}",
+                WalkingKnobs,
+                f"{MODULE}.walking",
+                design.length,
+                SIZE,
+                (number,),
+            )
+            for number, design in DESIGNS.items()
+        ),
+    ],
+)

@@ -1,0 +1,70 @@
+"""The eight sequences of `multipart`, from the words of the paper.
+
+Section 3 says: 640x480, outdoors, 788 to 229 frames (Table 1). "In Sequence 1-4, a walking
+person is captured by a moving camera", with "target appearance changes and background changes
+rapidly". "In Sequence 5-8 walking persons are captured by a fixed camera", with "background
+clutters and target's occlusion". In 1, 2, 5 and 6 shirt and trousers differ in colour; in 3,
+4, 7 and 8 the target is plain. All the rest is ours: drawn at random within the bounds below.
+"""
+
+from dataclasses import dataclass
+
+__all__ = ["DESIGNS", "TWIN_FRAMES", "Design"]
+
+TWIN_FRAMES = 150
+"""Length of `stress/twin`."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """What is the same in all scenes of a sequence.
+
+    Attributes
+    ----------
+    length : int
+        [frames].
+    follows : bool
+        Whether a camera in the hand follows the target; otherwise it is fixed.
+    two_coloured : bool
+        Whether the target's shirt and trousers differ clearly in colour and tone.
+    depths : tuple of float
+        Nearest and farthest distance of the target from the camera [metres].
+    speed : float
+        Of the target [metres/second].
+    turns : int
+        How often a followed target turns back on his way.
+    jacket, bag : bool
+        What makes the target look different from different sides: an open jacket over a
+        shirt of another colour, a bag on the back.
+    behind : int
+        Other people who pass, farther from the camera than the target.
+    before : int
+        Other people who pass between the camera and the target, each hiding him once.
+    posts : int
+        Pillars that the target passes behind.
+    """
+
+    length: int
+    follows: bool
+    two_coloured: bool
+    depths: tuple[float, float]
+    speed: float
+    turns: int = 0
+    jacket: bool = False
+    bag: bool = False
+    behind: int = 0
+    before: int = 0
+    posts: int = 0
+
+
+DESIGNS = {
+    "1": Design(788, True, True, (4.7, 8.8), 1.35, turns=1, jacket=True, behind=7),
+    "2": Design(534, True, True, (5.2, 8.4), 1.35, turns=1, bag=True, behind=5),
+    "3": Design(1315, True, False, (5.4, 8.6), 1.3, turns=2, behind=11),
+    "4": Design(1308, True, False, (4.7, 8.9), 1.3, turns=3, behind=11),
+    "5": Design(300, False, True, (6.8, 8.6), 1.05, behind=7, before=2, posts=1),
+    "6": Design(269, False, True, (6.8, 8.6), 1.05, behind=7, before=3),
+    "7": Design(377, False, False, (6.8, 8.6), 1.05, behind=8, before=3, posts=1),
+    "8": Design(229, False, False, (6.8, 8.6), 1.05, behind=6, before=2),
+}
+"""By the number that the paper gives."""

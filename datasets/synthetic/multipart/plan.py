@@ -1,0 +1,165 @@
+"""All that is decided of a scene before anything is drawn: who walks where, seen how."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.synthetic.multipart.look import Look
+from datasets.synthetic.multipart.walker import Pose, Walker
+from datasets.synthetic.render.course import Course
+from datasets.synthetic.render.path import quantised
+from datasets.synthetic.render.pinhole import SIZE
+from datasets.synthetic.render.prop import Prop
+from datasets.synthetic.render.shade import Light
+from datasets.synthetic.render.silhouette import Coverage, extents, visible
+from datasets.synthetic.render.street.street import Reach, Street
+from datasets.synthetic.render.views import Views
+
+__all__ = ["Person", "Plan", "Post"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Person:
+    """Someone who walks.
+
+    Attributes
+    ----------
+    look : Look
+        Clothes and build.
+    seed : int
+        Of folds and proportions.
+    stature : float
+        [metres].
+    course : Course
+        His way.
+    """
+
+    look: Look
+    seed: int
+    stature: float
+    course: Course
+
+
+@dataclass(frozen=True)
+class Post:
+    """A pillar: where it stands, and its thickness [metres]."""
+
+    x: float
+    z: float
+    thickness: float
+
+
+class Plan:
+    """People, camera and pillars of a scene.
+
+    Parameters
+    ----------
+    seed : int
+        Of street, light and noise.
+    views : Views
+        The camera in every frame.
+    people : sequence of Person
+        The target first.
+    posts : sequence of Post
+        What stands before the target besides people.
+
+    Attributes
+    ----------
+    places : ndarray of float64, shape (people, n, 3)
+        Of every person in every frame: the place on the ground below his axis (x, y) and
+        his height, in the image [pixels].
+    """
+
+    def __init__(
+        self, seed: int, views: Views, people: Sequence[Person], posts: Sequence[Post] = ()
+    ) -> None:
+        self.seed = seed
+        self.views = views
+        self.people = people
+        self._posts = posts
+        self.places = np.stack([_places(views, person) for person in people])
+
+    def __len__(self) -> int:
+        return len(self.views.x)
+
+    @cached_property
+    def walkers(self) -> list[Walker]:
+        """The people, to be drawn."""
+        return [Walker(person.look, person.seed) for person in self.people]
+
+    def street(self, light: Light) -> Street:
+        """The street in a light, as far as the camera ever sees it."""
+        views = self.views
+        ranges = ((float(v.min()), float(v.max())) for v in (views.x, views.shift_x, views.shift_y))
+        return Street(self.seed, SIZE, views.still, Reach(*ranges), light)
+
+    @cached_property
+    def posts(self) -> list[Prop]:
+        """The pillars, to be drawn."""
+        street = self.street("even")
+        return [street.post(post.x, post.z, post.thickness) for post in self._posts]
+
+    def pose(self, person: int, frame: int) -> Pose:
+        """How a person is turned in a frame, and in which phase of his gait."""
+        course = self.people[person].course
+        return Pose(*(float(a[frame]) for a in (course.phase, course.stride, course.heading)))
+
+    def depth(self, person: int, frame: int) -> float:
+        """Distance of a person from the camera's plane [metres]."""
+        return float(self.people[person].course.z[frame])
+
+    def motion(self, person: int, frame: int) -> Array:
+        """How a person moves in the image, right and down [pixels/frame]."""
+        first, last = max(frame - 1, 0), min(frame + 1, len(self) - 1)
+        way = self.places[person, last] - self.places[person, first]
+        return np.asarray(way[:2] / (last - first))
+
+    def coverage(self, person: int, frame: int) -> Coverage:
+        """Silhouette of a person in a frame, wherever it lies."""
+        x, y, height = self.places[person, frame].tolist()
+        return self.walkers[person].coverage(x, y, height, self.pose(person, frame))
+
+    def in_picture(self, frame: int) -> list[int]:
+        """People who may be seen in a frame, numbered as `people`."""
+        x, y, height = self.places[:, frame].T
+        reach = 0.6 * height
+        seen = (x > -reach) & (x < SIZE[0] + reach) & (y > 0) & (y - 1.1 * height < SIZE[1])
+        return [int(i) for i in np.flatnonzero(seen)]
+
+    def seen(self, frame: int) -> Coverage:
+        """Silhouette of the target where it is in the picture and behind nothing."""
+        return visible(self.coverage(0, frame), self._nearer(frame))
+
+    @cached_property
+    def measured(self) -> tuple[Array, Array]:
+        """Of the target: extents of its silhouette, shape (n, 4), and the fraction seen, (n,)."""
+        boxes, fractions = np.empty((len(self), 4)), np.empty(len(self))
+        for frame in range(len(self)):
+            whole = self.coverage(0, frame)
+            boxes[frame] = extents(whole)
+            fractions[frame] = self.seen(frame)[2].sum() / whole[2].sum()
+        return boxes, fractions
+
+    def _nearer(self, frame: int) -> Iterator[Coverage]:
+        """Silhouettes of what is before the target, and may hide some of it."""
+        depth = self.people[0].course.z[frame]
+        x, _, height = self.places[:, frame].T
+        overlap = np.abs(x - x[0]) < 0.6 * (height + height[0])
+        for person in self.in_picture(frame):
+            if overlap[person] and self.people[person].course.z[frame] < depth:
+                yield self.coverage(person, frame)
+        for post in self.posts:
+            if post.z < depth:
+                yield post.coverage(self.views[frame])
+
+
+def _places(views: Views, person: Person) -> Array:
+    course = person.course
+    x = views.still.column(course.x - views.x, course.z) + views.shift_x
+    y = views.still.row(np.zeros(len(views.x)), course.z) + views.shift_y
+    return quantised(np.stack([x, y, person.stature * views.still.scale(course.z)], axis=1))

@@ -1,0 +1,216 @@
+"""Where people walk: the target by his design, the others so that they hide him as designed."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.synthetic.multipart.designs import Design
+from datasets.synthetic.render.course import Course, straight, walk
+from datasets.synthetic.render.pinhole import FRAMES_PER_SECOND, SIZE
+from datasets.synthetic.render.views import Views
+
+__all__ = [
+    "along_the_street",
+    "before_the_target",
+    "behind_the_target",
+    "beside_the_target",
+    "in_view",
+    "pillar",
+]
+
+Array = NDArray[np.float64]
+
+ELBOW_ROOM = 0.5
+"""Nobody walks nearer to another [metres]."""
+
+HALF_WIDTH = 0.36
+"""Of a person in mid-step, when it is asked whether one hides another [metres]."""
+
+HIDDEN = 22, 42
+"""Time for which something before the target overlaps him [frames]."""
+
+KERBSIDE = 9.9
+"""Where the near pavement is free of what stands at the kerb [metres]."""
+
+OPPOSITE = 15.8, 17.2
+"""The pavement on the other side [metres]."""
+
+UNDISTURBED = 25
+"""Nobody overlaps the target for this long at either end [frames]."""
+
+ATTEMPTS = 200
+
+
+def along_the_street(random: np.random.Generator, design: Design) -> Course:
+    """Way of a target that a camera follows: along the street, nearer and farther, and back."""
+    legs = max(1, round(design.length / FRAMES_PER_SECOND * design.speed / 4.5))
+    backs = {round(legs * (k + 1) / (design.turns + 1)) for k in range(design.turns)}
+
+    def points() -> Iterator[tuple[float, float]]:
+        x, direction, leg = 0.0, float(random.choice([-1, 1])), 0
+        near = bool(random.integers(2))
+        while True:
+            direction = -direction if leg in backs else direction
+            x += direction * random.uniform(3.0, 6.5)
+            near = not near if random.random() < 0.8 else near
+            yield x, _depth(random, design.depths, near)
+            leg += 1
+
+    middle = sum(design.depths) / 2
+    return walk(design.length, (0.0, middle), points(), design.speed, random.uniform())
+
+
+def in_view(random: np.random.Generator, design: Design, views: Views) -> Course:
+    """Way of a target before a fixed camera: from side to side, nearer and farther."""
+    still = views.still
+
+    def points() -> Iterator[tuple[float, float]]:
+        side, near = float(random.choice([-1, 1])), bool(random.integers(2))
+        while True:
+            z = _depth(random, design.depths, near)
+            half = SIZE[0] / 2 / float(still.scale(z))
+            yield side * random.uniform(0.55, 0.85) * half, z
+            side, near = -side, not near
+
+    ways = points()
+    return walk(design.length, next(ways), ways, design.speed, random.uniform())
+
+
+def before_the_target(
+    random: np.random.Generator, views: Views, target: Course, others: list[Course], when: float
+) -> Course:
+    """Way of someone who passes between the camera and the target about a frame."""
+    frames = len(target.x)
+
+    def candidate() -> Course:
+        at = round(when + random.uniform(-0.05, 0.05) * frames)
+        z = max(target.z[at] - random.uniform(0.8, 1.6), 4.4)
+        x = _abreast(views, at, target, z)
+        velocity = random.choice([-1, 1]) * random.uniform(0.6, 1.4), random.uniform(-0.15, 0.15)
+        return straight(frames, at, (x, z), velocity, random.uniform())
+
+    def trouble(course: Course) -> int:
+        overlaps = _overlaps(views, course, target)
+        together = sum(int((overlaps & _overlaps(views, other, target)).sum()) for other in others)
+        return together + _hidden_badly(overlaps) + _crowded(course, [target, *others])
+
+    return _least(candidate, trouble)
+
+
+def pillar(
+    random: np.random.Generator, views: Views, target: Course, others: list[Course]
+) -> Course:
+    """Place of something that stands where the target passes behind it."""
+    frames = len(target.x)
+
+    def candidate() -> Course:
+        at = int(random.integers(UNDISTURBED, frames - UNDISTURBED))
+        z = target.z[at] - random.uniform(0.6, 1.2)
+        return straight(frames, at, (_abreast(views, at, target, z), z), (0.0, 0.0), 0.0)
+
+    def trouble(place: Course) -> int:
+        overlaps = _overlaps(views, place, target)
+        # He passes behind it, and never before it.
+        before = overlaps & (target.z < place.z + ELBOW_ROOM)
+        crowded = _crowded(place, [target, *others])
+        return int(before.sum()) + _hidden_badly(overlaps) + crowded
+
+    return _least(candidate, trouble)
+
+
+def behind_the_target(
+    random: np.random.Generator,
+    views: Views,
+    target: Course,
+    others: list[Course],
+    nearest: float,
+) -> Course:
+    """Way of someone who is in view at some time, no nearer than `nearest` [metres]."""
+    frames = len(target.x)
+
+    def candidate() -> Course:
+        at = int(random.integers(frames))
+        lanes = ((nearest, KERBSIDE), OPPOSITE)
+        z = random.uniform(*lanes[int(random.random() < 0.35)])
+        x = views[at].x + random.uniform(-0.45, 0.45) * SIZE[0] / float(views.still.scale(z))
+        velocity = random.choice([-1, 1]) * random.uniform(0.7, 1.5), random.uniform(-0.06, 0.06)
+        return straight(frames, at, (x, z), velocity, random.uniform())
+
+    return _least(candidate, lambda course: _crowded(course, [target, *others]))
+
+
+def _depth(random: np.random.Generator, depths: tuple[float, float], near: bool) -> float:
+    low, high = depths
+    margin = 0.15 * (high - low)
+    return random.uniform(low, low + margin) if near else random.uniform(high - margin, high)
+
+
+def _abreast(views: Views, frame: int, target: Course, z: float) -> float:
+    """Lateral place [metres] at depth z that is seen in the target's column."""
+    camera = views[frame]
+    ratio = z / float(target.z[frame])
+    return camera.x + (float(target.x[frame]) - camera.x) * ratio
+
+
+def _overlaps(views: Views, course: Course, target: Course) -> NDArray[np.bool_]:
+    """Where the two bodies share columns of the image."""
+    x = (course.x - views.x) / course.z - (target.x - views.x) / target.z
+    return np.asarray(np.abs(x) < HALF_WIDTH * (1 / course.z + 1 / target.z))
+
+
+def _hidden_badly(overlaps: NDArray[np.bool_]) -> int:
+    """Frames by which the target is hidden too long or too shortly, too early or too late."""
+    edges = np.flatnonzero(np.diff(overlaps, prepend=False, append=False))
+    times = edges[1::2] - edges[::2]
+    off = np.maximum(HIDDEN[0] - times, times - HIDDEN[1])
+    return int(
+        np.maximum(off, 0).sum() + overlaps[:UNDISTURBED].sum() + overlaps[-UNDISTURBED:].sum()
+    )
+
+
+def _crowded(course: Course, others: list[Course]) -> int:
+    """Frames in which two are nearer than they would walk."""
+    near = np.zeros(len(course.x), np.bool_)
+    for other in others:
+        x, z = course.x - other.x, course.z - other.z
+        near |= x * x + z * z < ELBOW_ROOM * ELBOW_ROOM
+    return int(near.sum())
+
+
+def _least(candidate: Callable[[], Course], trouble: Callable[[Course], int]) -> Course:
+    """First candidate without trouble; where there is none, that of the least."""
+    best = candidate()
+    least = trouble(best)
+    for _ in range(ATTEMPTS):
+        if least == 0:
+            break
+        course = candidate()
+        found = trouble(course)
+        if found < least:
+            best, least = course, found
+    return best
+
+
+def beside_the_target(
+    random: np.random.Generator, views: Views, target: Course, width: Array, distance: float
+) -> Course:
+    """Way of someone who comes as near as `distance`, in mid-sequence, and goes again.
+
+    Parameters
+    ----------
+    random : numpy.random.Generator
+    views : Views
+    target : Course
+    width : ndarray of float64, shape (n,)
+        Of the target's box [pixels].
+    distance : float
+        Least sideways distance of the two bodies' axes [widths].
+    """
+    frames = len(target.x)
+    since = np.arange(frames) - frames // 2
+    way = 0.09 * since
+    beyond = random.choice([-1, 1]) * width * (distance + np.sqrt(1 + way * way) - 1)
+    z = target.z - random.uniform(0.6, 0.8)
+    x = target.x * z / target.z + beyond / views.still.scale(z)
+    return Course.through(x, z, random.uniform())

@@ -1,0 +1,49 @@
+"""The sequences of a paper on template tracking by colour-invariant pixel features.
+
+Analogues of the paper's own recording, and of the clips that it took from an action film, drawn
+from its words alone: other videos, new in every scene. A scene of the film is a set of twenty
+clips.
+"""
+
+from pathlib import Path
+
+from datasets.synthetic.nguyen2002.film.knobs import FilmKnobs
+from datasets.synthetic.nguyen2002.lights.knobs import LightsKnobs
+from datasets.synthetic.suite import Entry, Suite
+
+__all__ = ["SUITE"]
+
+MODULE = "datasets.synthetic.nguyen2002"
+SIZE = 320, 240
+
+LENGTHS = (115, 119, 143, 134, 124, 155, 180, 146, 156, 164) + (
+    157,
+    166,
+    126,
+    178,
+    140,
+    148,
+    168,
+    183,
+    115,
+    183,
+)
+"""Frames of the twenty clips in the first scene, where they are drawn at random."""
+
+SUITE = Suite(
+    Path(__file__).parent,
+    [
+        Entry("nguyen2002/lights", LightsKnobs, f"{MODULE}.lights.scene", 300, SIZE),
+        *(
+            Entry(
+                f"nguyen2002/clip-{clip:02}",
+                FilmKnobs,
+                f"{MODULE}.film.scene",
+                length,
+                SIZE,
+                (clip,),
+            )
+            for clip, length in enumerate(LENGTHS, 1)
+        ),
+    ],
+)

@@ -1,0 +1,203 @@
+"""What is far behind a clip: harbour, basin, station hall, desert; streets are `facades`."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.interface import Image
+from datasets.synthetic.nguyen2002.film.paints import LIGHTS, PAINTS
+from datasets.synthetic.render.painting import Painting, any_of, varied
+from datasets.synthetic.render.texture import fractal
+
+__all__ = ["desert", "harbour", "roadstead", "station"]
+
+Array = NDArray[np.float64]
+
+FINE = 2
+"""Pixels that are painted for one, in either direction."""
+
+HALLS = ((150, 160, 170), (110, 134, 160), (164, 176, 180), (130, 150, 140))
+ROCKS = np.array([[84, 118, 168], [96, 136, 186], [112, 146, 178]], np.float64)
+
+
+def harbour(
+    random: np.random.Generator, height: int, width: int, scale: float, base: float
+) -> Image:
+    """Sheds, stacked containers and cranes; see `place.Backdrop`."""
+    picture = _sky(random, height, width)
+    p, across = Painting(picture, FINE * scale), width / scale
+    foot = base / scale
+    for x in np.arange(random.uniform(0, 6), across, random.uniform(9, 14)):
+        _crane(random, p, float(x), foot)
+    x = -random.uniform(0, 4)
+    while x < across:
+        if random.random() < 0.4:
+            x += _shed(random, p, x, foot)
+        else:
+            x += _stack(random, p, x, foot)
+    return _reduced(random, picture, height, width, 0.10)
+
+
+def roadstead(
+    random: np.random.Generator, height: int, width: int, scale: float, base: float
+) -> Image:
+    """Hills and a town beyond water, ships at anchor; see `place.Backdrop`."""
+    picture = _sky(random, height, width)
+    p, across, foot = Painting(picture, FINE * scale), width / scale, base / scale
+    _hills(random, picture, FINE * base, 0.45, np.array([132.0, 138.0, 118.0]))
+    for x in np.arange(0, across, 1.2):
+        if random.random() < 0.7:
+            wall, tall = any_of(random, HALLS + LIGHTS), random.uniform(0.5, 2.4)
+            p.patch(x, foot - tall, 1.3, tall, wall)
+            p.area([(x, foot - tall), (x + 0.65, foot - tall - 0.5), (x + 1.3, foot - tall)],
+                   (84, 96, 150))  # fmt: skip
+            for at in np.arange(0.2, tall, 0.5):
+                for side in (0.25, 0.8):
+                    p.patch(x + side, foot - at - 0.2, 0.2, 0.25, wall * 0.45)
+    for x in np.arange(random.uniform(0, 6), across, 11):
+        paint, long = any_of(random, PAINTS), random.uniform(5, 8)
+        p.area([(x, foot - 1), (x + long, foot - 1.2), (x + long - 0.8, foot), (x + 0.6, foot)],
+               paint)  # fmt: skip
+        p.patch(x + 0.6, foot - 0.16, long - 1.3, 0.16, paint * 0.5)
+        p.plate(x + 0.7, foot - 2.4, 1.6, 1.3, LIGHTS[0], 0.05)
+        for k in range(4):
+            p.patch(x + 0.85 + 0.36 * k, foot - 2.2, 0.22, 0.3, (70, 62, 56))
+        p.line([(x + 3.6, foot - 1), (x + 3.6, foot - 4)], 0.08, (70, 80, 90))
+    return _reduced(random, picture, height, width, 0.16)
+
+
+def station(
+    random: np.random.Generator, height: int, width: int, scale: float, base: float
+) -> Image:
+    """A hall with tall windows, bills and a train that waits; see `place.Backdrop`."""
+    wall = any_of(random, HALLS)
+    picture = np.empty((FINE * height, FINE * width, 3), np.uint8)
+    picture[:] = wall
+    p, across, foot = Painting(picture, FINE * scale), width / scale, base / scale
+    bay = random.uniform(3.2, 4.4)
+    glow = varied(random, (214, 218, 214))
+    for x in np.arange(-random.uniform(0, 2), across, bay):
+        p.hole(x + 0.6, -1.0, bay - 1.3, foot - 2.2, glow)
+        for at in np.arange(x + 0.6, x + bay - 0.7, 0.5):
+            p.patch(at, -1, 0.06, foot - 2.2, (92, 96, 92))
+        for y in np.arange(0.1, foot - 3.4, 0.7):
+            p.patch(x + 0.6, y, bay - 1.3, 0.05, (92, 96, 92))
+        p.plate(x + 0.05, -1, 0.4, foot + 1, wall * 0.86, 0.05)
+        if random.random() < 0.7:
+            p.plate(x + 0.9, foot - 2.9, 1.1, 0.8, any_of(random, PAINTS), 0.04)
+            p.label(random, x + 1.0, foot - 2.8, 0.9, 0.3)
+    body, second = any_of(random, PAINTS), any_of(random, LIGHTS)
+    x = -random.uniform(0, 5)
+    while x < across:  # carriages
+        long = 9.0
+        p.plate(x, foot - 2.6, long, 2.3, body, 0.05)
+        p.patch(x, foot - 1.3, long, 0.3, second)
+        p.patch(x, foot - 2.6, long, 0.25, body * 0.6)
+        for k in range(6):
+            p.hole(x + 0.5 + 1.4 * k, foot - 2.2, 1.0, 0.75, varied(random, (90, 84, 74), 0.3))
+            p.darken(x + 0.3 + 1.4 * k, foot - 1.4, 0.03, 1.1, 0.6)
+        p.patch(x, foot - 0.3, long, 0.3, (44, 44, 46))
+        x += long + 0.25
+    return _reduced(random, picture, height, width, 0.04)
+
+
+def desert(
+    random: np.random.Generator, height: int, width: int, scale: float, base: float
+) -> Image:
+    """Table mountains one behind the other, and dust; see `place.Backdrop`."""
+    picture = _sky(random, height, width)
+    for k in range(3):
+        rise = (0.62 - 0.16 * k) * random.uniform(0.8, 1.1)
+        colour = varied(random, ROCKS[k]) * (0.85 + 0.12 * (2 - k))
+        _hills(random, picture, FINE * base, rise, colour, mesas=k < 2)
+    return _reduced(random, picture, height, width, 0.10)
+
+
+def _sky(random: np.random.Generator, height: int, width: int) -> Image:
+    """Clouds, lighter towards the horizon."""
+    rows, columns = FINE * height, FINE * width
+    high = varied(random, (206, 176, 146), 0.12)
+    low = varied(random, (222, 222, 218), 0.06)
+    down = np.linspace(0, 1, rows)[:, None, None]
+    clouds = fractal(random, 256, 4, 64, 0.6)
+    across, up = np.arange(columns) // 3 % 256, np.arange(rows) * 2 // 3 % 256
+    cover = np.clip(clouds[np.ix_(up, across)] * 0.6 + 0.25, 0, 1)[..., None]
+    sky = (high + (low - high) * down) * (1 - cover) + 232 * cover
+    return np.ascontiguousarray(np.clip(sky, 0, 255).astype(np.uint8))
+
+
+def _hills(
+    random: np.random.Generator,
+    picture: Image,
+    foot: float,
+    rise: float,
+    colour: Array,
+    mesas: bool = False,
+) -> None:
+    """A ridge with strata and gullies; `rise` is its height over that of the sky."""
+    width = picture.shape[1]
+    lines = fractal(random, 512, 4, 64, 0.5)
+    crest = lines[7][np.arange(width) // 3 % 512]
+    if mesas:
+        crest = np.clip(3.2 * crest, -0.8, 0.7) + 0.12 * crest
+    top = foot * (1 - rise * (0.55 + 0.42 * crest))
+    rows = np.arange(picture.shape[0])[:, None]
+    inside = (rows > top) & (rows <= foot + 4)
+    strata = lines[:, 100][(rows * 2) % 512] * 0.10
+    gullies = lines[np.ix_(np.arange(picture.shape[0]) // 4 % 512, np.arange(width) * 2 % 512)]
+    tone = 1 + strata + 0.16 * gullies
+    shaded = np.clip(colour * tone[..., None], 0, 255).astype(np.uint8)
+    picture[inside] = shaded[inside]
+
+
+def _crane(random: np.random.Generator, p: Painting, x: float, foot: float) -> None:
+    """A gantry with its jib."""
+    paint = any_of(random, ((60, 70, 180), (70, 150, 200), (150, 120, 80)))
+    tall = random.uniform(6.5, 9)
+    for leg in (x, x + 2.2):
+        p.line([(leg, foot), (leg + 0.2, foot - tall)], 0.2, paint)
+    for step in np.arange(1.5, tall - 1, 1.5):
+        p.line([(x, foot - step), (x + 2.3, foot - step - 1.2)], 0.09, paint * 0.8)
+    p.line([(x - 3.5, foot - tall + 1), (x + 4, foot - tall - 0.4)], 0.26, paint)
+    p.line([(x - 3, foot - tall + 1), (x - 3, foot - 3)], 0.05, (80, 80, 80))
+
+
+def _shed(random: np.random.Generator, p: Painting, x: float, foot: float) -> float:
+    """A warehouse with gates; returns its width [metres]."""
+    wide, tall, wall = random.uniform(5, 9), random.uniform(2.8, 3.8), any_of(random, HALLS)
+    p.plate(x, foot - tall, wide, tall, wall, 0.08)
+    p.area([(x - 0.2, foot - tall), (x + wide / 2, foot - tall - 1.2),
+            (x + wide + 0.2, foot - tall)], wall * 0.6)  # fmt: skip
+    for at in np.arange(x + 0.5, x + wide - 1.8, 2.4):
+        p.hole(at, foot - 2.1, 1.6, 2.1, any_of(random, PAINTS))
+        for y in np.arange(foot - 2.0, foot, 0.25):
+            p.darken(at, y, 1.6, 0.06, 0.8)
+    p.label(random, x + 0.3 * wide, foot - tall + 0.2, 0.4 * wide, 0.4)
+    return float(wide)
+
+
+def _stack(random: np.random.Generator, p: Painting, x: float, foot: float) -> float:
+    """Containers on top of one another; returns their width [metres]."""
+    wide, tall = 4.2, 1.45
+    for level in range(int(random.integers(1, 4))):
+        paint, top = any_of(random, PAINTS), foot - (level + 1) * tall
+        p.plate(x, top, wide, tall, paint, 0.05)
+        for at in np.arange(x + 0.1, x + wide, 0.28):
+            p.darken(at, top + 0.08, 0.12, tall - 0.16, 0.78)
+        p.patch(x + 0.5, top + 0.3, random.uniform(0.8, 2.4), 0.35, any_of(random, LIGHTS))
+    return wide + float(random.uniform(0.1, 0.8))
+
+
+def _reduced(
+    random: np.random.Generator, picture: Image, height: int, width: int, haze: float
+) -> Image:
+    """Smaller, with the wear of things and the air between."""
+    grain = fractal(random, 256, 8, 128, 0.8)
+    rows, columns = picture.shape[:2]
+    worn = (
+        picture
+        * (1 + 0.05 * grain[np.ix_(np.arange(rows) % 256, np.arange(columns) % 256)])[..., None]
+    )
+    small = cv2.resize(worn, (width, height), interpolation=cv2.INTER_AREA)
+    air = np.array([200.0, 196.0, 190.0])
+    return np.round(np.clip(small * (1 - haze) + air * haze, 0, 255)).astype(np.uint8)

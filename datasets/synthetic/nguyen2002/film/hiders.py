@@ -1,0 +1,293 @@
+"""What passes before the target: painted at the size in which it is seen."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from datasets.synthetic.nguyen2002.film.paints import LIGHTS, PAINTS, WOODS
+from datasets.synthetic.nguyen2002.film.sheet import UNIT, Sheet
+from datasets.synthetic.render.painting import any_of, varied
+from datasets.synthetic.render.texture import noise
+
+__all__ = ["HIDERS", "Hider"]
+
+WALLS = ((84, 98, 150), (120, 150, 176), (150, 158, 164), (104, 122, 142), (170, 186, 192))
+STONES = ((150, 158, 164), (128, 146, 160), (108, 114, 118), (164, 176, 186))
+COATS = ((52, 48, 46), (84, 74, 60), (70, 92, 120), (58, 70, 52), (60, 50, 96), (120, 132, 140))
+
+
+@dataclass(frozen=True)
+class Hider:
+    """A kind of thing that passes before the target.
+
+    Attributes
+    ----------
+    paint : function
+        Paints it, given random numbers, what it must hide and how high it is [UNIT].
+    fixed : bool
+        It stands where it is: the camera passes it.
+    tall : bool
+        It reaches from below the picture's lower border to above the upper one.
+    """
+
+    paint: Callable[[np.random.Generator, float, float], Sheet]
+    fixed: bool
+    tall: bool
+
+
+def _pillar(random: np.random.Generator, width: float, height: float) -> Sheet:
+    """A round pillar of stone or painted iron, with a base and a bill that somebody glued on."""
+    sheet = Sheet(width, height, UNIT, any_of(random, STONES + PAINTS[6:8]))
+    p = sheet.painting
+    for y in np.arange(random.uniform(0, 0.4), height, random.uniform(0.5, 0.9)):
+        p.darken(0, y, width, 0.018, 0.6)
+    if random.random() < 0.7:
+        x, y = random.uniform(0.1, 0.3) * width, random.uniform(0.6, 1.3)
+        p.patch(x, y, 0.5 * width, 0.62 * width, any_of(random, LIGHTS))
+        p.patch(x + 0.05 * width, y + 0.05 * width, 0.4 * width, 0.3 * width,
+                any_of(random, PAINTS))  # fmt: skip
+        p.label(random, x, y + 0.38 * width, 0.5 * width, 0.22 * width)
+    sheet.cover_box(0, 0, width, height)
+    across, _ = sheet.places()
+    side = 2 * across - 1 + random.choice([-0.3, 0.3])
+    sheet.light(1.1 - 0.5 * np.clip(side * side, 0, 1))
+    sheet.wear(random, 0.1, 4, 128)
+    return sheet
+
+
+def _trunk(random: np.random.Generator, width: float, height: float) -> Sheet:
+    """A thick trunk with bark; it is nowhere thinner than `width`."""
+    bulge = 0.12 * width
+    sheet = Sheet(width + 2 * bulge, height, UNIT, any_of(random, ((58, 76, 92), (72, 82, 90))))
+    edges = [bulge * (0.5 + 0.45 * np.clip(noise(random, 256, 8)[0, ::8], -1, 1)) for _ in "lr"]
+    rows = np.linspace(0, height, len(edges[0]))
+    left = list(zip((bulge - edges[0]).tolist(), rows.tolist(), strict=True))
+    right = list(zip((width + bulge + edges[1]).tolist(), rows.tolist(), strict=True))
+    sheet.cover(*left, *right[::-1])
+    sheet.wear(random, 0.3, 16, 64, stretch=5)
+    sheet.wear(random, 0.1, 4, 32)
+    across, _ = sheet.places()
+    sheet.light(1.12 - 0.55 * np.square(2 * across - 0.8))
+    return sheet
+
+
+def _wall_end(random: np.random.Generator, width: float, height: float) -> Sheet:
+    """A piece of a wall of bricks or blocks, with a bill or a painted sign."""
+    colour = any_of(random, WALLS)
+    sheet = Sheet(width, height, UNIT, colour * 0.72)
+    p, course = sheet.painting, random.uniform(0.1, 0.16)
+    for k, y in enumerate(np.arange(0, height, course)):
+        x = -random.uniform(0.4, 0.6) * course * (k % 2) * 2
+        while x < width:
+            p.patch(x, y, 2.2 * course - 0.014, course - 0.014, varied(random, colour, 0.12))
+            x += 2.2 * course
+    if random.random() < 0.7:
+        y = random.uniform(0.7, 1.4)
+        p.plate(0.15 * width, y, 0.66 * width, 0.4 * width, any_of(random, PAINTS), 0.012)
+        p.patch(0.22 * width, y + 0.1 * width, 0.5 * width, 0.07 * width, any_of(random, LIGHTS))
+        p.patch(0.22 * width, y + 0.23 * width, 0.36 * width, 0.05 * width, any_of(random, LIGHTS))
+    sheet.cover_box(0, 0, width, height)
+    sheet.wear(random, 0.12, 4, 128)
+    return sheet
+
+
+def _lorry(random: np.random.Generator, width: float, height: float) -> Sheet:
+    """Load of a lorry under canvas, on wheels."""
+    sheet = Sheet(width, height + 0.34, UNIT, any_of(random, PAINTS))
+    p = sheet.painting
+    second = any_of(random, LIGHTS if random.random() < 0.6 else PAINTS)
+    p.patch(0, random.uniform(0.3, 0.6) * height, width, random.uniform(0.1, 0.2) * height, second)
+    for x in np.arange(0.1, width, random.uniform(0.22, 0.34)):
+        p.darken(x, 0, 0.05, height, 0.86)
+        p.darken(x + 0.05, 0, 0.03, height, 1.1)
+    for x in np.arange(0.2 * width, 0.72 * width, 0.13 * width):
+        p.patch(x, 0.2 * height, 0.03 * width, 0.16 * height, second)
+        p.patch(x, random.choice([0.2, 0.27, 0.33]) * height, 0.09 * width, 0.03 * height, second)
+    sheet.anchor = width / 2, height / 2
+    p.patch(0, height - 0.09, width, 0.09, (52, 52, 54))
+    for x in (0.22 * width, 0.76 * width):
+        p.disc(x, height + 0.14, 0.2, (34, 32, 32))
+        p.disc(x, height + 0.14, 0.1, (120, 122, 124))
+        sheet.cover_round(x, height + 0.14, 0.2, 0.2)
+    sheet.cover_box(0, 0, width, height)
+    sheet.wear(random, 0.09, 4, 64)
+    return sheet
+
+
+def _bus(random: np.random.Generator, width: float, height: float) -> Sheet:
+    """Side of a bus or carriage: windows above, panels and a number below."""
+    body = any_of(random, PAINTS)
+    sheet = Sheet(width, height + 0.3, UNIT, body)
+    sheet.anchor = width / 2, height / 2
+    p, second = sheet.painting, any_of(random, LIGHTS)
+    p.patch(0, 0, width, 0.08 * height, second)
+    p.patch(0, 0.54 * height, width, 0.07 * height, second)
+    pitch = random.uniform(0.3, 0.4)
+    for x in np.arange(0.05, width - 0.1, pitch):
+        wide = min(pitch - 0.06, width - x - 0.04)
+        glass = varied(random, (112, 98, 84), 0.3)
+        p.hole(x, 0.14 * height, wide, 0.34 * height, glass)
+        p.area([(x + 0.3 * wide, 0.15 * height), (x + 0.6 * wide, 0.15 * height),
+                (x + 0.3 * wide, 0.48 * height), (x, 0.48 * height)], glass + 40)  # fmt: skip
+        p.darken(x - 0.03, 0.62 * height, 0.012, 0.34 * height, 0.6)
+    for x in (0.25 * width, 0.75 * width):
+        p.disc(x, height + 0.08, 0.19, (36, 34, 34))
+        p.disc(x, height + 0.08, 0.09, (150, 150, 150))
+        sheet.cover_round(x, height + 0.08, 0.19, 0.19)
+    sheet.cover_box(0, 0, width, height)
+    sheet.wear(random, 0.05, 4, 64)
+    return sheet
+
+
+def _container(random: np.random.Generator, width: float, height: float) -> Sheet:
+    """A container with corrugated sides, rust and a number."""
+    colour = any_of(random, PAINTS)
+    sheet = Sheet(width, height, UNIT, colour)
+    p, pitch = sheet.painting, random.uniform(0.07, 0.11)
+    for x in np.arange(0, width, pitch):
+        p.darken(x, 0, 0.4 * pitch, height, 0.74)
+        p.darken(x + 0.4 * pitch, 0, 0.2 * pitch, height, 1.14)
+    for _ in range(7):
+        x, y = random.uniform(0, width), random.uniform(0, 0.6) * height
+        p.patch(x, y, random.uniform(0.01, 0.04), random.uniform(0.1, 0.3), (40, 66, 108))
+    for y in (0.0, height - 0.07):
+        p.plate(0, y, width, 0.07, colour * 0.8, 0.02)
+    for x in np.arange(0.5 * width, 0.9 * width, 0.08 * width):
+        p.patch(x, 0.2 * height, 0.05 * width, random.uniform(0.06, 0.12) * height, LIGHTS[0])
+    sheet.cover_box(0, 0, width, height)
+    sheet.wear(random, 0.08, 4, 64)
+    return sheet
+
+
+def _ship(random: np.random.Generator, width: float, height: float) -> Sheet:
+    """A stretch of a ship's side: railing, portholes, plates, the water line."""
+    colour = any_of(random, PAINTS)
+    rail, draught = 0.16, 0.3
+    sheet = Sheet(width, rail + height + draught, UNIT, colour)
+    sheet.anchor = width / 2, rail + height / 2
+    p = sheet.painting
+    p.patch(0, 0, width, rail, any_of(random, LIGHTS))
+    p.plate(0, rail, width, 0.07, any_of(random, LIGHTS), 0.012)
+    for y in np.arange(rail + 0.2, rail + height, 0.22):
+        p.darken(0, y, width, 0.012, 0.7)
+    for x in np.arange(0.14, width - 0.05, random.uniform(0.2, 0.3)):
+        p.disc(x, rail + 0.26 * height, 0.055, colour * 0.6)
+        p.disc(x, rail + 0.26 * height, 0.036, (92, 84, 76))
+        p.patch(x + 0.05, rail + 0.6 * height, 0.025, random.uniform(0.1, 0.3), (40, 66, 108))
+    p.patch(0, rail + height, width, draught, (48, 50, 110))
+    p.patch(0, rail + height + 0.22, width, draught, (196, 192, 178))
+    for x in np.arange(0.0, width, 0.12):
+        sheet.cover_box(x, 0, 0.014, rail)
+    sheet.cover_box(0, 0, width, 0.02)
+    sheet.cover_box(0, rail, width, height + draught)
+    sheet.wear(random, 0.1, 4, 64)
+    return sheet
+
+
+def _load(random: np.random.Generator, width: float, height: float) -> Sheet:
+    """Boxes on a pallet that hang from a crane."""
+    ropes = 1.9
+    sheet = Sheet(width, ropes + height, UNIT, (90, 110, 130))
+    sheet.anchor = width / 2, ropes + height / 2
+    p = sheet.painting
+    rows = int(random.integers(2, 4))
+    for row in range(rows):
+        x = 0.0
+        while x < width - 0.01:
+            wide = min(random.uniform(0.22, 0.45), width - x)
+            wood = any_of(random, WOODS + PAINTS[6:10])
+            p.plate(x, ropes + row * height / rows, wide, height / rows, wood, 0.016)
+            p.label(random, x + 0.2 * wide, ropes + (row + 0.3) * height / rows, 0.5 * wide,
+                    0.3 * height / rows)  # fmt: skip
+            x += wide
+    p.patch(0, ropes + height - 0.07, width, 0.07, (54, 84, 116))
+    sheet.cover_box(0, ropes, width, height)
+    for side in (0.03 * width, 0.97 * width):
+        rope = [(side - 0.012, ropes + 0.02), (0.5 * width - 0.012, 0), (0.5 * width + 0.012, 0),
+                (side + 0.012, ropes + 0.02)]  # fmt: skip
+        p.area(rope, (70, 74, 78))
+        sheet.cover(*rope)
+    sheet.wear(random, 0.07, 4, 64)
+    return sheet
+
+
+def _passer_by(random: np.random.Generator, width: float, height: float) -> Sheet:
+    """Somebody's back in a long coat, close to the camera; `width` is that of the coat.
+
+    The shoulders are where the target's upper end is, or above.
+    """
+    head = 0.62 * width
+    cloth = any_of(random, COATS)
+    neck = 0.05 + 1.35 * head
+    side, tall = width + 0.3, neck + 0.15 + height + 1.6
+    sheet = Sheet(side, tall, UNIT, cloth)
+    sheet.anchor = side / 2, neck + 0.15 + height / 2
+    p, middle = sheet.painting, side / 2
+    p.patch(0, 0, side, neck, any_of(random, ((40, 44, 52), (60, 84, 112), (110, 120, 128))))
+    p.patch(0, neck - 0.35 * head, side, 0.35 * head + 0.02, (128, 152, 196))
+    folds = [(0.2, 0.78), (0.42, 1.16), (0.55, 0.7), (0.7, 1.1), (0.86, 0.8)]
+    for place, gain in folds:
+        x = middle + (place - 0.5) * width + random.uniform(-0.04, 0.04)
+        p.darken(x, neck + 0.25, 0.05, tall, gain)
+    p.darken(middle - 0.006, neck + 0.1, 0.012, tall, 0.5)
+    p.area([(middle - 0.3 * head, neck - 0.06), (middle + 0.3 * head, neck - 0.06),
+            (middle + 0.5 * head, neck + 0.12), (middle - 0.5 * head, neck + 0.12)],
+           cloth * 0.7)  # fmt: skip
+    sheet.cover_round(middle, 0.05 + 0.62 * head, 0.42 * head, 0.6 * head)
+    half = width / 2
+    sheet.cover((middle - 0.2 * head, 0.9 * head), (middle + 0.2 * head, 0.9 * head),
+                (middle + 0.24 * head, neck), (middle + 0.8 * half, neck + 0.04),
+                (middle + half, neck + 0.15), (middle + half + 0.1, tall),
+                (middle - half - 0.1, tall), (middle - half, neck + 0.15),
+                (middle - 0.8 * half, neck + 0.04), (middle - 0.24 * head, neck))  # fmt: skip
+    across, _ = sheet.places()
+    sheet.light(1.08 - 0.35 * np.square(2 * across - 0.85))
+    sheet.wear(random, 0.1, 8, 128)
+    return sheet
+
+
+def _post(random: np.random.Generator, width: float, height: float) -> Sheet:
+    """A lamp post or a pole with painted rings."""
+    sheet = Sheet(width, height, UNIT, any_of(random, ((70, 74, 76), (60, 84, 64), WOODS[2])))
+    if random.random() < 0.5:
+        for y in np.arange(0.2, height, 0.5):
+            sheet.painting.patch(0, y, width, 0.25, (60, 70, 190))
+    sheet.cover_box(0, 0, width, height)
+    across, _ = sheet.places()
+    sheet.light(1.15 - 0.6 * np.square(2 * across - 0.8))
+    sheet.wear(random, 0.08, 8, 64)
+    return sheet
+
+
+def _heap(random: np.random.Generator, width: float, height: float) -> Sheet:
+    """Boxes and sacks on a heap, down to the picture's lower border."""
+    sheet = Sheet(width, height, UNIT, (70, 88, 104))
+    x = 0.0
+    while x < width - 0.01:
+        wide, y = min(random.uniform(0.2, 0.4), width - x), random.uniform(0.0, 0.07)
+        sheet.cover_box(x, y, wide, height)
+        while y < height:
+            tall = random.uniform(0.2, 0.45)
+            sheet.painting.plate(x, y, wide, tall, any_of(random, WOODS + PAINTS), 0.012)
+            sheet.painting.label(random, x + 0.2 * wide, y + 0.06, 0.5 * wide, 0.1)
+            y += tall
+        x += wide
+    sheet.wear(random, 0.08, 4, 64)
+    return sheet
+
+
+HIDERS = {
+    "pillar": Hider(_pillar, True, True),
+    "trunk": Hider(_trunk, True, True),
+    "wall end": Hider(_wall_end, True, True),
+    "lorry": Hider(_lorry, False, False),
+    "bus": Hider(_bus, False, False),
+    "container": Hider(_container, False, False),
+    "ship": Hider(_ship, False, False),
+    "load": Hider(_load, False, False),
+    "passer-by": Hider(_passer_by, False, False),
+    "post": Hider(_post, True, True),
+    "heap": Hider(_heap, False, False),
+}
+"""By name; the last two hide a part of the target only."""

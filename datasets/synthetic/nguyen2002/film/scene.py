@@ -1,0 +1,238 @@
+"""`nguyen2002/clip-01` to `clip-20`: clips of an action film.
+
+The paper says: clips of an action film, 20 of them with 21 complete occlusions, of 150 frames
+on the average; the light hardly changes abruptly. All the rest is ours: rigid targets with
+print, windows and marks, six settings, a camera that goes along with a target or around it,
+what passes before the target, and the film's grain, slow changes of exposure and coarse colour.
+"""
+
+from dataclasses import replace
+from functools import cached_property, lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.interface import Image, Mask
+from datasets.synthetic.nguyen2002.film.carriers import paint_carrier
+from datasets.synthetic.nguyen2002.film.hiders import HIDERS
+from datasets.synthetic.nguyen2002.film.knobs import FilmKnobs
+from datasets.synthetic.nguyen2002.film.place import Place
+from datasets.synthetic.nguyen2002.film.plan import EXPOSURE, SIZE, plan
+from datasets.synthetic.nguyen2002.film.rigid import Rigid
+from datasets.synthetic.nguyen2002.film.settings import SETTINGS
+from datasets.synthetic.nguyen2002.film.sheet import UNIT
+from datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_looks
+from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.layers import instants
+from datasets.synthetic.render.sprite import Sprite
+from datasets.synthetic.render.texture import fractal
+from datasets.synthetic.scene import Scene, Truth, part_generator
+
+__all__ = ["FilmScene", "scene"]
+
+Array = NDArray[np.float64]
+
+GRAIN = 2.6
+"""Standard deviation of the film's grain, the same in all colours [grey levels]."""
+
+NOISE = 1.6
+"""Standard deviation of what differs between colours before these are made coarse [grey levels]."""
+
+COARSE = SIZE[0] // 2, SIZE[1] // 2
+"""Resolution of colour."""
+
+PRINTS = 0.65, 1.1
+"""Light of a clip, from dusk to noon."""
+
+WHOLE = 0.99
+"""Visible part from which on nothing is said to be hidden."""
+
+
+def scene(knobs: FilmKnobs, clip: int) -> "FilmScene":
+    """Renderer and truth of a clip, in 1 to 20; nothing is drawn yet."""
+    return FilmScene(knobs.scene, clip)
+
+
+class FilmScene(Scene):
+    """A clip.
+
+    Parameters
+    ----------
+    seed : int
+        Of the set of clips.
+    clip : int
+        Its number in the set, from 1.
+    """
+
+    def __init__(self, seed: int, clip: int) -> None:
+        self._seed = seed
+        self._clip = clip
+        self.plan = plan(seed, clip)
+
+    def __len__(self) -> int:
+        return self.plan.shot.frames
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """See `Scene.size`."""
+        return SIZE
+
+    def truth(self) -> Truth:
+        """See `Scene.truth`.
+
+        A box follows the target's place and scale; that the target turns a little does not
+        enlarge it. Attributes are `occluded` (less than half of it is visible) and `partly
+        occluded` (half or more, not all).
+        """
+        return _truth(self._seed, self._clip)
+
+    def render(self, frame: int) -> Image:
+        """See `Scene.render`."""
+        plan = self.plan
+        canvas = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
+        x, nod = float(plan.travel[frame]), float(plan.nod[frame])
+        travel = EXPOSURE * float(np.gradient(plan.travel)[frame])
+        self._place.draw(canvas, replace(plan.still, x=x, shift_y=nod), travel)
+        places = _places(plan.centre, frame)
+        pose = float(plan.scale[frame]), float(plan.angle[frame])
+        self._carrier.draw(canvas, places, *pose)
+        self._target.draw(canvas, places, *pose, float(plan.look[frame]))
+        for passage, (sprite, offset) in zip(plan.passages, self._hiders, strict=True):
+            sprite.draw(canvas, _places(passage.way, frame) + offset, 1.0)
+        return self._developed(canvas, frame)
+
+    def mask(self, frame: int) -> Mask:
+        """See `Scene.mask`."""
+        return np.asarray(self.seen(frame)[1] >= 128)
+
+    def seen(self, frame: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """Part of each pixel that the target covers, and part that shows it, in [0, 255]."""
+        plan = self.plan
+        whole = self._target.coverage(
+            SIZE, plan.centre[frame], float(plan.scale[frame]), float(plan.angle[frame])
+        )
+        shown = np.repeat(whole[..., None], 3, axis=2)
+        for passage, (sprite, offset) in zip(plan.passages, self._silhouettes, strict=True):
+            sprite.draw(shown, passage.way[frame][None] + offset, 1.0)
+        return whole, shown[..., 0]
+
+    def _developed(self, canvas: Image, frame: int) -> Image:
+        """What the film and its copy make of a picture."""
+        canvas = np.asarray(cv2.LUT(canvas, self._grading), np.uint8)
+        dice = noise.random_bytes(self._seed, 1000 * self._clip + frame, canvas.size + 2)
+        compositing.develop(
+            canvas,
+            light.fixed_point(light.vignette(SIZE[1], 0.10)),
+            light.fixed_point(light.vignette(SIZE[0], 0.12) * self.plan.gain[frame]),
+            self._noise_table,
+            dice[:-2],
+        )
+        row, column = dice[-2:].astype(int).tolist()
+        grain = self._grain[row : row + SIZE[1], column : column + SIZE[0]]
+        luma, *chroma = cv2.split(cv2.cvtColor(canvas, cv2.COLOR_BGR2YCrCb))
+        grained = cv2.add(luma, grain, dtype=cv2.CV_8U)
+        coarse = [
+            cv2.resize(cv2.resize(plane, COARSE, interpolation=cv2.INTER_AREA), SIZE)
+            for plane in chroma
+        ]
+        picture = cv2.cvtColor(cv2.merge([grained, *coarse]), cv2.COLOR_YCrCb2BGR)
+        return np.asarray(picture, np.uint8)
+
+    @cached_property
+    def _place(self) -> Place:
+        plan = self.plan
+        return Place(
+            self._random("place"),
+            SETTINGS[plan.shot.setting].scenery,
+            plan.still,
+            SIZE,
+            float(plan.travel.max()),
+            float(np.abs(plan.nod).max()),
+        )
+
+    @cached_property
+    def _target(self) -> Rigid:
+        random, size = self._random("target"), self._largest
+        colour, coverage = paint_target(random, KINDS[self.plan.shot.target], *size).reduced()
+        return Rigid(two_looks(random, colour), coverage, size[0] / self.plan.size[0])
+
+    @cached_property
+    def _carrier(self) -> Rigid:
+        kind, size = KINDS[self.plan.shot.target].carrier, self._largest
+        colour, coverage = paint_carrier(self._random("carrier"), kind, *size).reduced()
+        return Rigid([colour], coverage, size[0] / self.plan.size[0])
+
+    @cached_property
+    def _hiders(self) -> list[tuple[Sprite, Array]]:
+        """Of each passage: the picture, and where its middle is from its anchor [pixels]."""
+        hiders = []
+        for number, passage in enumerate(self.plan.passages):
+            random, size = self._random(f"hider {number}"), np.array(passage.size) / UNIT
+            sheet = HIDERS[passage.kind].paint(random, *size.tolist())
+            sprite = Sprite(*sheet.reduced())
+            middle = np.array([sprite.width, sprite.height]) / 2
+            hiders.append((sprite, middle - np.array(sheet.anchor) * UNIT))
+        return hiders
+
+    @cached_property
+    def _silhouettes(self) -> list[tuple[Sprite, Array]]:
+        return [(sprite.silhouette(0), offset) for sprite, offset in self._hiders]
+
+    @cached_property
+    def _grain(self) -> NDArray[np.int16]:
+        """Grain of a film's width and a margin by which it is shifted from frame to frame."""
+        grain = fractal(self._random("grain"), 512, 128, 256, 1.0)
+        wide = np.tile(grain, (1, 2))[:, : SIZE[0] + 256]
+        return np.asarray(np.round(wide * (GRAIN / grain.std())), np.int16)
+
+    @cached_property
+    def _grading(self) -> NDArray[np.uint8]:
+        """What the print makes of each level of each colour: light, contrast and tint of a clip."""
+        random = self._random("grading")
+        level = np.linspace(0, 1, 256)[:, None]
+        contrast = random.uniform(0.0, 0.9)
+        curve = level + contrast * level * (1 - level) * (2 * level - 1)
+        tint = 1 + random.uniform(-0.07, 0.07, 3)
+        graded = 255 * random.uniform(*PRINTS) * tint * curve
+        return np.asarray(np.clip(np.round(graded), 0, 255), np.uint8)[None]
+
+    @cached_property
+    def _noise_table(self) -> NDArray[np.int32]:
+        return noise.noise_table(NOISE)
+
+    @property
+    def _largest(self) -> tuple[float, float]:
+        """Width and height of the target where it is seen largest, in whole pixels."""
+        width, height = (np.ceil(side * self.plan.scale.max()) for side in self.plan.size)
+        return float(width), float(height)
+
+    def _random(self, part: str) -> np.random.Generator:
+        return part_generator(self._seed, f"nguyen2002/clip-{self._clip:02} {part}")
+
+
+def _places(way: Array, frame: int) -> Array:
+    """Where something is at the instants of a frame's exposure."""
+    before, after = way[max(frame - 1, 0)], way[min(frame + 1, len(way) - 1)]
+    step = EXPOSURE * (after - before) / (min(frame + 1, len(way) - 1) - max(frame - 1, 0))
+    return np.asarray(way[frame] + instants(float(np.abs(step).max()))[:, None] * step)
+
+
+@lru_cache(maxsize=32)
+def _truth(seed: int, clip: int) -> Truth:
+    scene = FilmScene(seed, clip)
+    boxes, visibility = scene.plan.boxes, np.ones(len(scene))
+    near = np.zeros(len(scene), np.bool_)
+    middles = boxes[:, 0] + boxes[:, 2] / 2
+    for passage in scene.plan.passages:
+        reach = (boxes[:, 2] + passage.size[0]) / 2 + 40
+        near |= np.abs(passage.way[:, 0] - middles) < reach
+    for frame in np.flatnonzero(near).tolist():
+        whole, shown = scene.seen(frame)
+        visibility[frame] = shown.sum(dtype=np.int64) / whole.sum(dtype=np.int64)
+    hidden = visibility < 0.5
+    return Truth(
+        boxes,
+        visibility,
+        {"occluded": hidden, "partly occluded": ~hidden & (visibility < WHOLE)},
+    )

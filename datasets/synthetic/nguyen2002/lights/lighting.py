@@ -1,0 +1,151 @@
+"""The light of the lamps on all that is seen."""
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.synthetic.nguyen2002.lights.card import Pose, Shade
+from datasets.synthetic.nguyen2002.lights.plan import SIZE
+from datasets.synthetic.nguyen2002.lights.setting import HELD, PASSING, ROOM_FINE, Setting
+from datasets.synthetic.render.lamp import (
+    AMBIENT,
+    Lamp,
+    crossing,
+    lay_lit,
+    light_on,
+    softness,
+    unshaded,
+)
+
+__all__ = ["Lighting"]
+
+Array = NDArray[np.float64]
+Floats = NDArray[np.float32]
+
+AFAR = -90.0
+"""About how far towards the camera what stands still is, on which soft shadows fall [pixels]."""
+
+
+class Lighting:
+    """Pictures of a setting in linear light.
+
+    Parameters
+    ----------
+    setting : Setting
+    lamps : sequence of Lamp
+    """
+
+    def __init__(self, setting: Setting, lamps: Sequence[Lamp]) -> None:
+        self._setting = setting
+        self._lamps = lamps
+
+    def picture(
+        self, on: Sequence[int], held: Pose, turn: Array, passing: Sequence[tuple[int, Pose, int]]
+    ) -> Floats:
+        """What is seen, shape (height, width, 3).
+
+        Parameters
+        ----------
+        on : sequence of int
+            Indices of the lamps that are on.
+        held : Pose
+            Of what is held.
+        turn : ndarray of float64, shape (2,)
+            How far it faces to the right and down [radians].
+        passing : sequence of (int, Pose, int)
+            What passes: its index, where it is, and over how many pixels it is blurred.
+        """
+        picture = np.zeros((*SIZE[::-1], 3), np.float32)
+        for k in on:
+            ambient, direct = self._returned[k]
+            through, passed = self._ways[k]
+            seen = 1 - self._held_shades[k].at(held, through)
+            for number, pose, _ in passing:
+                seen *= 1 - self._far_shades[k][number].at(pose, passed)
+            picture += ambient + direct * seen[..., None]
+        left = np.ones((len(on), *SIZE[::-1]), np.float32)
+        for seen, k in zip(left, on, strict=True):
+            for number, pose, _ in passing:
+                seen *= 1 - self._near_shades[k][number].at(pose, self._near_ways[k])
+        self.lay_lit(picture, on, self._setting.carried.at(held), HELD, turn, left)
+        for number, pose, blur in passing:
+            sheets = self._setting.passers[number].at(pose)
+            blurred = [np.asarray(cv2.blur(sheet, (blur, 1)), np.float32) for sheet in sheets]
+            self.lay_lit(picture, on, blurred, PASSING, np.zeros(2), np.ones_like(left))
+        return picture
+
+    def lay_lit(
+        self,
+        picture: Floats,
+        on: Sequence[int],
+        sheets: Sequence[Floats],
+        depth: float,
+        turn: Array,
+        left: Floats,
+    ) -> None:
+        """Lay a card at a depth over a picture, in what is `left` of the lamps' light."""
+        places = np.stack([self._lamps[k].place for k in on])
+        powers = np.stack([self._lamps[k].colour for k in on])
+        lay_lit(picture, sheets[0], sheets[1], depth, turn, places, powers, left)
+
+    @cached_property
+    def _returned(self) -> list[tuple[Floats, Floats]]:
+        """What comes back of each lamp's light, from all around and straight, to the camera."""
+        room = self._setting.room
+        colour = room.reduced(ROOM_FINE)[0][..., :3]
+        pairs = []
+        for lamp in self._lamps:
+            light, shine = light_on(lamp.place, room.depth, room.normal, ROOM_FINE)
+            seen = unshaded(room.depth, lamp.place, ROOM_FINE)
+            back = (room.colour * light[..., None] + (room.gloss * shine)[..., None]) * seen
+            direct = cv2.resize(back, SIZE, interpolation=cv2.INTER_AREA)
+            pairs.append(
+                (
+                    (AMBIENT * lamp.colour * colour).astype(np.float32),
+                    (lamp.colour * direct).astype(np.float32),
+                )
+            )
+        return pairs
+
+    @cached_property
+    def _ways(self) -> list[tuple[Floats, Floats]]:
+        """Where each lamp's light on what stands still comes by what is held, and what passes."""
+        depth = cv2.resize(self._setting.room.depth, SIZE, interpolation=cv2.INTER_AREA)
+        points = _points(np.asarray(depth))
+        return [
+            (crossing(lamp, points, HELD), crossing(lamp, points, PASSING)) for lamp in self._lamps
+        ]
+
+    @cached_property
+    def _near_ways(self) -> list[Floats]:
+        """Where each lamp's light on what is held comes by what passes."""
+        points = _points(np.full(SIZE[::-1], HELD))
+        return [crossing(lamp, points, PASSING) for lamp in self._lamps]
+
+    @cached_property
+    def _held_shades(self) -> list[Shade]:
+        return [self._setting.carried.shade(softness(lamp, HELD, AFAR)) for lamp in self._lamps]
+
+    @cached_property
+    def _far_shades(self) -> list[list[Shade]]:
+        return self._passers_shades(AFAR)
+
+    @cached_property
+    def _near_shades(self) -> list[list[Shade]]:
+        return self._passers_shades(HELD)
+
+    def _passers_shades(self, depth: float) -> list[list[Shade]]:
+        """What each passer takes of each lamp from what is at a depth."""
+        return [
+            [card.shade(softness(lamp, PASSING, depth)) for card in self._setting.passers]
+            for lamp in self._lamps
+        ]
+
+
+def _points(depth: Array) -> Floats:
+    """Middles of the picture's pixels at a depth, shape (height, width, 3)."""
+    rows, columns = np.indices(depth.shape) + 0.5
+    return np.stack([columns, rows, depth], axis=2).astype(np.float32)

@@ -1,0 +1,180 @@
+"""What passes before the object: a board, a door, a cloth, somebody's back.
+
+Its middle is the origin; it reaches over the picture's whole height.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.synthetic.render.colours import ACCENTS, CLOTHES, COUNTERS, NEUTRALS, nearly
+from datasets.synthetic.render.finish import Finish, Pattern, Thing, grain
+from datasets.synthetic.render.solids import box, limb
+from datasets.synthetic.render.texture import fractal
+
+__all__ = ["HALF_HEIGHT", "HALF_WIDTH", "passer"]
+
+Array = NDArray[np.float64]
+
+HALF_WIDTH, HALF_HEIGHT = 108, 130
+"""What holds any of them [pixels]."""
+
+LENGTH = 175.0
+"""Half of it, upright, so that its ends are out of view [pixels]."""
+
+
+def passer(kind: str, random: np.random.Generator) -> list[Thing]:
+    """One of `board`, `door`, `cloth`, `back`."""
+    makers: dict[str, Callable[[np.random.Generator], list[Thing]]] = {
+        "board": _board, "door": _door, "cloth": _cloth, "back": _back
+    }  # fmt: skip
+    return makers[kind](random)
+
+
+def _any(random: np.random.Generator, colours: tuple[tuple[int, int, int], ...]) -> Array:
+    return nearly(random, colours[int(random.integers(len(colours)))], 0.08)
+
+
+def _board(random: np.random.Generator) -> list[Thing]:
+    """Three planks that two battens hold together, and something dark behind the gaps."""
+    half = random.uniform(56, 62)
+    wood = _any(random, COUNTERS[:3])
+    things = [
+        Thing(
+            Finish(wood * random.uniform(0.86, 1.1), 0.03, _wooden(random)),
+            [box((x, 0, 0), (half / 3 - 0.4, LENGTH, 4), 1.0)],
+        )
+        for x in (-2 * half / 3, 0, 2 * half / 3)
+    ]
+    things.append(Thing(Finish(wood * 0.4), [box((0, 0, -3), (half - 2, LENGTH, 1.5), 0.5)]))
+    battens = [box((0, y, 7), (half - 6, 11, 4), 1.0) for y in (random.uniform(40, 80), -70.0)]
+    nails = [
+        limb((x, y, 10.5), (x, y, 11), (1.6, 1.6))
+        for y in (battens[0][4], battens[1][4])
+        for x in (-2 * half / 3, 0.0, 2 * half / 3)
+    ]
+    return [
+        *things,
+        Thing(Finish(wood * 0.8, 0.03, _wooden(random, along=0)), battens),
+        Thing(Finish((150, 152, 154), 0.4), nails),
+    ]
+
+
+def _wooden(random: np.random.Generator, along: int = 1) -> Pattern:
+    """Grain along an axis, as a saw lays it open."""
+    warp = fractal(random, 256, 2, 16)
+    fine = fractal(random, 256, 16, 128, 0.8)
+    shift, pace = random.uniform(0, 256), random.uniform(0.35, 0.55)
+
+    def gain(places: Array) -> Array:
+        length, across = places[:, along], places[:, 1 - along]
+        row = np.round(0.35 * length + shift).astype(np.int64) % 256
+        column = np.round(2 * across).astype(np.int64) % 256
+        rings = np.sin(pace * across * (1 + 0.15 * np.sin(0.01 * length)) + 5 * warp[row, column])
+        return np.asarray(1 + 0.13 * rings + 0.08 * fine[row // 2, column])[:, None]
+
+    return gain
+
+
+def _door(random: np.random.Generator) -> list[Thing]:
+    """A painted cupboard's door: frame, sunk panels, a knob."""
+    half = random.uniform(58, 66)
+    colour = _any(random, (*ACCENTS[:5], *NEUTRALS[2:]))
+    paint, panel = grain(random, 0.03), grain(random, 0.03)
+    stile = 13.0
+    rails = [box((side * (half - stile), 0, 2), (stile, LENGTH, 6), 1.4) for side in (-1, 1)]
+    rails += [
+        box((0, y, 2), (half - stile, 11, 6), 1.4) for y in (-115, random.uniform(-20, 20), 115)
+    ]
+    fields = [box((0, 0, 0), (half - 4, LENGTH, 3), 1.0)]
+    raised = [box((0, y, 1), (half - 2.6 * stile, 38, 4.5), 3.0) for y in (-62, 66)]
+    x = float(random.choice([-1, 1])) * (half - stile)
+    knob = [limb((x, 20, 8), (x, 20, 17), (3, 5.5), 2.0)]
+    return [
+        Thing(Finish(colour, 0.10, paint), rails),
+        Thing(Finish(colour * 0.86, 0.08, panel), [*fields, *raised]),
+        Thing(Finish((120, 160, 178), 0.5), knob),
+    ]
+
+
+def _cloth(random: np.random.Generator) -> list[Thing]:
+    """A printed curtain in folds."""
+    half = random.uniform(60, 68)
+    folds = random.uniform(3.0, 4.2), random.uniform(0.17, 0.24)
+    ground, ink = _any(random, (*CLOTHES, *NEUTRALS)), _any(random, ACCENTS[:5])
+    pattern = _dotted(random, ink / ground)
+    return [
+        Thing(Finish(ground, 0.0, pattern), [box((0, 0, 0), (half, LENGTH, 5), 2, folds=folds)])
+    ]
+
+
+def _dotted(random: np.random.Generator, ink: Array) -> Pattern:
+    """Rows of flowers or dots, every other row shifted; woven."""
+    pitch, petals = random.uniform(17, 24), int(random.choice([0, 5, 6]))
+    weave = grain(random, 0.05, coarsest=32)
+    second = 0.5 + 0.5 * ink[::-1]
+
+    def gain(places: Array) -> Array:
+        row = np.floor(places[:, 1] / pitch)
+        y = places[:, 1] / pitch - row - 0.5
+        x = places[:, 0] / pitch + 0.5 * (row % 2)
+        x = x - np.floor(x) - 0.5
+        radius = np.sqrt(x * x + y * y)
+        edge = 0.30 + 0.08 * np.cos(petals * np.arctan2(y, x)) * (petals > 0)
+        colour = np.where((radius < edge)[:, None], ink, 1.0)
+        colour = np.where((radius < 0.11)[:, None], second, colour)
+        return np.asarray(colour * weave(places))
+
+    return gain
+
+
+def _back(random: np.random.Generator) -> list[Thing]:
+    """Somebody's back, from the shoulders to the hips, with both arms."""
+    shirt, trousers = _any(random, (*CLOTHES, *ACCENTS[:5])), _any(random, CLOTHES[:2])
+    checks = _checked(random) if random.random() < 0.6 else grain(random, 0.06)
+    wide = random.uniform(52, 58)
+    hem = random.uniform(-96, -84)
+    torso = [
+        limb(
+            (side * 0.42 * wide, 150, 0),
+            (side * 0.36 * wide, hem, 4),
+            (0.6 * wide, 0.56 * wide),
+            12,
+        )
+        for side in (-1, 1)
+    ]
+    spine = [limb((0, 150, 22), (0, hem + 6, 26), (13, 12), 14.0)]
+    arms = [
+        limb(
+            (side * (wide + 6), 120, 0),
+            (side * (wide + 19), random.uniform(-30, 0), 4),
+            (20, 15),
+            6,
+        )
+        for side in (-1, 1)
+    ]
+    arms += [limb(arm[6:9], arm[6:9] + np.array([0.0, -95.0, 22.0]), (15, 11), 6) for arm in arms]
+    hips = [
+        limb((side * 0.4 * wide, hem - 6, 2), (side * 0.44 * wide, -200, 2), (0.56 * wide,) * 2, 8)
+        for side in (-1, 1)
+    ]
+    return [
+        Thing(Finish(shirt, 0.0, checks), [*torso, *spine, *arms]),
+        Thing(Finish(trousers, 0.0, grain(random, 0.06, coarsest=32)), hips),
+    ]
+
+
+def _checked(random: np.random.Generator) -> Pattern:
+    pitch, share = random.uniform(13, 20), random.uniform(0.3, 0.5)
+    one, other = random.uniform(0.55, 0.9, 3), random.uniform(0.6, 1.2, 3)
+    weave = grain(random, 0.05, coarsest=32)
+
+    def gain(places: Array) -> Array:
+        bars = [places[:, axis] / pitch - np.floor(places[:, axis] / pitch) for axis in (0, 1)]
+        colour = np.where((bars[0] < share)[:, None], one, 1.0)
+        colour = colour * np.where((bars[1] < share)[:, None], one, 1.0)
+        thin = (np.abs(bars[0] - 0.75) < 0.05) | (np.abs(bars[1] - 0.75) < 0.05)
+        return np.asarray(np.where(thin[:, None], other * colour, colour) * weave(places))
+
+    return gain

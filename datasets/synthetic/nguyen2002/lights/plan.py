@@ -1,0 +1,120 @@
+"""When what happens, and where: the object's way, who passes before it, the lamp."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from datasets.synthetic.render.path import Loop, quantised, random_loop
+
+__all__ = ["FRAMES", "SIZE", "Passing", "Plan", "drawn_plan"]
+
+Array = NDArray[np.float64]
+
+FRAMES = 300
+SIZE = 320, 240
+
+KINDS = "board", "door", "cloth", "back"
+
+CROSSINGS = (60, 166, 252)
+"""About when something is right before the object: with both lamps, with one, with both again.
+
+The lamp's changes are far from all of them.
+"""
+
+OFF, ON = 110, 215
+"""About when a lamp goes off, and on again."""
+
+
+@dataclass(frozen=True)
+class Passing:
+    """Something that passes before the object.
+
+    Attributes
+    ----------
+    kind : {"board", "door", "cloth", "back"}
+        A wooden board, a panelled door, a patterned cloth, somebody's back.
+    middle : float
+        When its middle is before the object's [frames].
+    pace : float
+        To the right [pixels/frame].
+    """
+
+    kind: str
+    middle: float
+    pace: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The course of events.
+
+    Attributes
+    ----------
+    loop : Loop
+        Way of the object's middle [pixels].
+    waves : ndarray of float64, shape (4, 3)
+        Of its scale, tilt, turn and nod: size, period [frames], phase.
+    passings : tuple of Passing
+        In order of time.
+    off, on : int
+        First frame without the lamp, and first with it again.
+    """
+
+    loop: Loop
+    waves: Array
+    passings: tuple[Passing, ...]
+    off: int
+    on: int
+
+    def place(self, times: ArrayLike) -> Array:
+        """Where the object's middle is [pixels], shape `times.shape + (2,)`."""
+        return quantised(self.loop.at(times))
+
+    def scale(self, times: ArrayLike) -> Array:
+        """Size of the object, about 1."""
+        return 1 + self._wave(0, times)
+
+    def tilt(self, times: ArrayLike) -> Array:
+        """How far it leans to the right [radians]."""
+        return self._wave(1, times)
+
+    def facing(self, times: ArrayLike) -> Array:
+        """How far it faces to the right and down [radians], shape `times.shape + (2,)`."""
+        return np.stack([self._wave(2, times), self._wave(3, times)], axis=-1)
+
+    def passer(self, passing: Passing, times: ArrayLike) -> Array:
+        """Column in which the middle of what passes is [pixels]."""
+        since = np.asarray(times, np.float64) - passing.middle
+        return quantised(self.place(passing.middle)[0] + passing.pace * since)
+
+    def lit(self, frame: int) -> bool:
+        """Whether the lamp that goes off is on."""
+        return not self.off <= frame < self.on
+
+    def _wave(self, row: int, times: ArrayLike) -> Array:
+        size, period, phase = self.waves[row]
+        return np.asarray(size * np.sin(2 * np.pi * np.asarray(times) / period + phase))
+
+
+def drawn_plan(random: np.random.Generator) -> Plan:
+    """A course of events, drawn at random."""
+    loop = random_loop(random, (70, 66), (250, 150), random.uniform(1.2, 1.7))
+    sizes = (0.06, 0.11), (0.010, 0.025), (0.05, 0.12), (0.03, 0.08)
+    waves = [
+        [random.uniform(*size), random.uniform(110, 210), random.uniform(0, 2 * np.pi)]
+        for size in sizes
+    ]
+    kinds = random.permutation(KINDS)[: len(CROSSINGS)].tolist()
+    passings = [
+        Passing(
+            kind,
+            middle + random.uniform(-5, 5),
+            float(random.choice([-1, 1]))
+            * random.uniform(6.5, 8.0)
+            * (1.3 if kind == "back" else 1),
+        )
+        for kind, middle in zip(kinds, CROSSINGS, strict=True)
+    ]
+    off, on = (at + int(random.integers(-4, 5)) for at in (OFF, ON))
+    return Plan(loop, np.array(waves), tuple(passings), off, on)

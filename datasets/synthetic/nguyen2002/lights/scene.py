@@ -1,0 +1,160 @@
+"""`nguyen2002/lights`: a printed thing in a hand, in a room with two lamps.
+
+The paper says: a sequence of its own, with several complete occlusions and abrupt changes of
+illumination, which were made by turning off one of the light sources. All the rest is ours: what
+is held, how it moves, what passes before it and how often, that the lamp goes on again.
+"""
+
+from functools import cached_property, lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.interface import Image, Mask
+from datasets.synthetic.nguyen2002.lights.card import Pose
+from datasets.synthetic.nguyen2002.lights.knobs import LightsKnobs
+from datasets.synthetic.nguyen2002.lights.lighting import Lighting
+from datasets.synthetic.nguyen2002.lights.plan import FRAMES, SIZE, Plan
+from datasets.synthetic.nguyen2002.lights.setting import Setting
+from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.finish import GAMMA
+from datasets.synthetic.render.lamp import drawn_lamps
+from datasets.synthetic.scene import Scene, Truth, part_generator
+
+__all__ = ["LightsScene", "scene"]
+
+EXPOSURE = 0.5
+"""Part of the time between two frames for which the shutter is open."""
+
+SENSITIVITY = 0.92
+"""Of the camera, which stays as it is: what light of 1 on white comes to."""
+
+LENS = 0.5
+"""Standard deviation of the lens's blur [pixels]."""
+
+REACH = 400.0
+"""How far out of the picture something is that casts no shadow into it any more [pixels]."""
+
+NOISE = 2.0
+"""Standard deviation of the sensor's noise [grey levels]."""
+
+
+def scene(knobs: LightsKnobs) -> "LightsScene":
+    """Renderer and truth; nothing is drawn yet."""
+    return LightsScene(knobs.scene, knobs.lamps == "coloured")
+
+
+class LightsScene(Scene):
+    """A printed thing in a hand.
+
+    Parameters
+    ----------
+    seed : int
+        Of all that is drawn at random.
+    coloured : bool
+        Whether the lamps' colours clearly differ.
+    """
+
+    def __init__(self, seed: int, coloured: bool) -> None:
+        self._seed = seed
+        self._coloured = coloured
+        self.setting = _setting(seed)
+        self.plan = self.setting.plan
+
+    def __len__(self) -> int:
+        return FRAMES
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """See `Scene.size`."""
+        return SIZE
+
+    def truth(self) -> Truth:
+        """See `Scene.truth`.
+
+        Boxes are those of the object upright, hidden parts included; its slight tilt does not
+        enlarge them. Attributes are `occluded` (less than half of it is seen), `partly occluded`
+        (less than nine tenths, but not occluded) and `lamp off`.
+        """
+        return _truth(self._seed)
+
+    def render(self, frame: int) -> Image:
+        """See `Scene.render`."""
+        on = [0, 1] if self.plan.lit(frame) else [1]
+        passing = [
+            (number, pose, 2 * round(abs(self.plan.passings[number].pace) * EXPOSURE / 2) + 1)
+            for number, pose in _passing(self.plan, frame)
+        ]
+        facing = self.plan.facing(frame)
+        picture = self._lighting.picture(on, _pose(self.plan, frame), facing, passing)
+        seen = SENSITIVITY * np.asarray(cv2.GaussianBlur(picture, (0, 0), LENS))
+        canvas: Image = np.round(255 * np.clip(seen, 0, 1) ** (1 / GAMMA)).astype(np.uint8)
+        compositing.develop(
+            canvas,
+            light.fixed_point(light.vignette(SIZE[1], 0.04)),
+            light.fixed_point(light.vignette(SIZE[0], 0.06)),
+            self._noise_table,
+            noise.random_bytes(self._seed, frame, canvas.size),
+        )
+        return canvas
+
+    def mask(self, frame: int) -> Mask:
+        """See `Scene.mask`."""
+        seen = self.setting.silhouette.at(_pose(self.plan, frame))[0][..., 0]
+        for number, passer in _passing(self.plan, frame):
+            seen = seen * (1 - self.setting.passers[number].at(passer)[0][..., 3])
+        return np.asarray(seen >= 0.5)
+
+    @cached_property
+    def _lighting(self) -> Lighting:
+        random = part_generator(self._seed, "nguyen2002/lights lamps")
+        return Lighting(self.setting, drawn_lamps(random, self._coloured))
+
+    @cached_property
+    def _noise_table(self) -> NDArray[np.int32]:
+        return noise.noise_table(NOISE)
+
+
+def _pose(plan: Plan, frame: int) -> Pose:
+    return Pose(plan.place(frame), float(plan.scale(frame)), float(plan.tilt(frame)))
+
+
+def _passing(plan: Plan, frame: int) -> list[tuple[int, Pose]]:
+    """What is in the picture or shades it, by its number, and where."""
+    poses = []
+    for number, passing in enumerate(plan.passings):
+        column = float(plan.passer(passing, frame))
+        if -REACH < column < SIZE[0] + REACH:
+            poses.append((number, Pose((column, SIZE[1] / 2))))
+    return poses
+
+
+@lru_cache(maxsize=4)
+def _setting(seed: int) -> Setting:
+    return Setting(seed)
+
+
+@lru_cache(maxsize=4)
+def _truth(seed: int) -> Truth:
+    setting = _setting(seed)
+    plan = setting.plan
+    times = np.arange(FRAMES)
+    size = setting.extent * plan.scale(times)[:, None]
+    points, whole = setting.points
+    visibility = np.full(FRAMES, len(points) / whole)
+    shades = [card.shade() for card in setting.passers]
+    for frame in range(FRAMES):
+        seen = _pose(plan, frame).onto_picture(points)[:, None]
+        for number, passer in _passing(plan, frame):
+            visibility[frame] *= 1 - shades[number].at(passer, seen.astype(np.float32)).mean()
+    occluded = visibility < 0.5
+    return Truth(
+        np.hstack([plan.place(times) - size / 2, size]),
+        visibility,
+        {
+            "occluded": occluded,
+            "partly occluded": (visibility < 0.9) & ~occluded,
+            "lamp off": np.array([not plan.lit(frame) for frame in range(FRAMES)]),
+        },
+    )

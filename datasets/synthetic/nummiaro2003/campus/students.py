@@ -1,0 +1,133 @@
+"""`nummiaro2003/students`: one of several students walks behind a tree, and past others.
+
+The paper says: students before a university, 222 frames. In frame 101 the target is completely
+hidden by a tree; then other students hide him twice, for a short time; in the end he leaves the
+picture. All the rest is ours. The first 20 frames show the place without him: frame k of the
+paper is frame 20 + k here.
+"""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.synthetic.multipart import routes
+from datasets.synthetic.multipart.plan import Person
+from datasets.synthetic.nummiaro2003.campus import borders, people
+from datasets.synthetic.nummiaro2003.campus.knobs import StudentsKnobs
+from datasets.synthetic.nummiaro2003.campus.old_tree import old_tree
+from datasets.synthetic.nummiaro2003.campus.plan import VisitPlan
+from datasets.synthetic.nummiaro2003.campus.scene import VisitScene
+from datasets.synthetic.render.course import Course, straight
+from datasets.synthetic.render.pinhole import SIZE
+from datasets.synthetic.render.views import Views, fixed
+from datasets.synthetic.scene import part_generator
+
+__all__ = ["entries", "scene"]
+
+LENGTH = 242
+COMES, HIDDEN, GONE = 20, 121, 232
+"""Frames: the first with the target, that in which the tree hides him most, the first without."""
+
+BEHIND_THE_TREE = 15, 19
+"""Time for which less than a tenth of him is seen [frames]."""
+
+PASSED = 181, 202
+"""Frames in which others pass before him, give or take two."""
+
+DEPTHS = 7.7, 9.0
+"""Nearest and farthest distance of the target from the camera [metres]."""
+
+CLEAR = 0.65
+"""Others pass the target at this distance, in depth, at least [metres]."""
+
+OTHERS_BEHIND = 5
+
+
+def scene(knobs: StudentsKnobs) -> VisitScene:
+    """Renderer and truth; nothing is drawn yet."""
+    return VisitScene(_plan(knobs.scene, knobs.tree), knobs.light)
+
+
+def entries(knobs: StudentsKnobs) -> NDArray[np.float64]:
+    """Left and right border, as far as students walk there."""
+    return borders.sides(_views(knobs.scene).still, DEPTHS)
+
+
+@lru_cache(maxsize=4)
+def _plan(seed: int, tree: int) -> VisitPlan:
+    views = _views(seed)
+    target = _across(_generator(seed, "target way"), views)
+    first = people.target(_generator(seed, "target"), target)
+
+    random = _generator(seed, "tree")
+    x, z = _abreast(target, HIDDEN, random.uniform(0.68, 0.73))
+    width = tree * _width(views, first, int(random.integers(*BEHIND_THE_TREE, endpoint=True)))
+    tree_there = old_tree(random, x, z, float(views.still.scale(z)), width, tree)
+
+    random = _generator(seed, "ways before")
+    pace = random.uniform(1.4, 1.7)
+    others = [_passing(random, target, when, pace) for when in PASSED]
+    for i in range(OTHERS_BEHIND):
+        random = _generator(seed, f"way behind {i}")
+        nearest = float(target.z.max()) + CLEAR
+        others.append(routes.behind_the_target(random, views, target, others, nearest))
+    there = [first]
+    for i, course in enumerate(others):
+        person = people.bystander(_generator(seed, f"person {i}"), course, first.look)
+        if i < len(PASSED):  # he is not seen over their heads
+            person = replace(person, stature=max(person.stature, first.stature))
+        there.append(person)
+    street = int(_generator(seed, "street").integers(2**32))
+    return VisitPlan(street, views, there, slice(COMES, GONE), tree_there)
+
+
+def _generator(seed: int, part: str) -> np.random.Generator:
+    return part_generator(seed, f"nummiaro2003/students {part}")
+
+
+def _views(seed: int) -> Views:
+    return fixed(_generator(seed, "camera"), LENGTH)
+
+
+def _across(random: np.random.Generator, views: Views) -> Course:
+    """Way through the picture, from one side until he is gone at the other."""
+    time = (np.arange(LENGTH) - COMES) / (GONE - COMES)
+    start, swing = random.uniform(45, 80), random.uniform(-8, 8)
+    middle, drift = random.uniform(8.2, 8.5), random.uniform(-0.45, 0.45)
+    z = middle + drift * (2 * time - 1)
+    beyond = SIZE[0] + 0.12 * 1.75 * views.still.scale(z[GONE])
+    # He is now faster, now slower, by some percent.
+    column = start + (beyond - start) * time + swing * np.sin(2 * np.pi * time)
+    side = random.choice([-1, 1])
+    x = side * (column - views.still.centre) / views.still.scale(z)
+    return Course.through(x, z, random.uniform())
+
+
+def _passing(random: np.random.Generator, target: Course, when: int, pace: float) -> Course:
+    """Way of someone who comes towards the target and passes close before him, quickly."""
+    at = when + int(random.integers(-2, 2, endpoint=True))
+    place = _abreast(target, at, 1 - random.uniform(0.6, 0.75) / float(target.z[at]))
+    way = float(np.sign(target.x[at + 1] - target.x[at]))
+    return straight(LENGTH, at, place, (-way * pace, 0.0), random.uniform())
+
+
+def _abreast(target: Course, frame: int, ratio: float) -> tuple[float, float]:
+    """Place (x, z) [metres] in the target's column, at a ratio of his depth."""
+    return float(target.x[frame]) * ratio, float(target.z[frame]) * ratio
+
+
+def _width(views: Views, target: Person, frames: int) -> float:
+    """Width [pixels] of a tree that leaves less than a tenth of him to be seen, for so long."""
+    plan = VisitPlan(0, views, [target], slice(COMES, GONE))
+    middle = plan.places[0, HIDDEN, 0]
+    needed = []
+    for frame in range(HIDDEN - 2 * frames, HIDDEN + 2 * frames):
+        left, _, alpha = plan.coverage(0, frame)
+        columns = alpha.sum(axis=0, dtype=np.float64)
+        away = np.abs(left + np.arange(len(columns)) + 0.5 - middle)
+        nearest = np.argsort(away)
+        hidden = np.cumsum(columns[nearest]) / columns.sum()
+        needed.append(2 * float(away[nearest][np.searchsorted(hidden, 0.9)]))
+    return sorted(needed)[frames - 1] + 1

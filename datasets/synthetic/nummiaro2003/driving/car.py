@@ -1,0 +1,162 @@
+"""A car: its body, its paint, and how it is seen."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.synthetic.nummiaro2003.driving.facets import Facets, Lens, Pictures, Pose, blank
+from datasets.synthetic.nummiaro2003.driving.laying import lay_facets, lay_over, sprite_of
+from datasets.synthetic.nummiaro2003.driving.lighting import Lighting
+from datasets.synthetic.nummiaro2003.driving.paintwork import BGR, painted
+from datasets.synthetic.nummiaro2003.driving.posing import extents, posed
+from datasets.synthetic.nummiaro2003.driving.shape import Shape
+from datasets.synthetic.nummiaro2003.driving.thing import NEAREST, Window
+from datasets.synthetic.nummiaro2003.driving.view import View
+from datasets.synthetic.render.compositing import blend_sprite
+from datasets.synthetic.render.silhouette import Coverage
+
+__all__ = ["Car", "CarAt"]
+
+Array = NDArray[np.float64]
+
+_BLANK = blank(5)
+_UNSHADED = blank()
+_SPARE = 16  # pixels beyond the canvas, for what motion brings in
+
+
+class Car:
+    """A car.
+
+    Parameters
+    ----------
+    shape : Shape
+        Proportions.
+    paint : tuple of float
+        BGR.
+    seed : int
+        Of what is drawn at random on it.
+    """
+
+    def __init__(self, shape: Shape, paint: BGR, seed: int) -> None:
+        self.shape = shape
+        self.paint = paint
+        self._seed = seed
+
+    @cached_property
+    def facets(self) -> Facets:
+        """All that is drawn of it."""
+        return self.shape.facets
+
+    @cached_property
+    def body(self) -> Facets:
+        """What is drawn of it but its shadow."""
+        corners, counts, normals, kinds, places, soft = self.facets
+        hard = ~soft
+        return Facets(
+            corners[hard], counts[hard], normals[hard], kinds[hard], places[hard], soft[hard]
+        )
+
+    @cached_property
+    def pictures(self) -> Pictures:
+        """What is on the facets."""
+        return painted(np.random.default_rng(self._seed), self.shape, self.paint)
+
+
+@dataclass(frozen=True)
+class CarAt:
+    """A car at a place; a `Thing`.
+
+    Attributes
+    ----------
+    car : Car
+    x, z : float
+        Its middle on the ground [metres].
+    heading : float
+        [radians].
+    motion : tuple of float
+        Its shift in the picture during the exposure, right and down [pixels].
+    moments : tuple of float
+        Parts of it at which it is drawn; their number is a power of two.
+    """
+
+    car: Car
+    x: float
+    z: float
+    heading: float
+    motion: tuple[float, float] = (0.0, 0.0)
+    moments: tuple[float, ...] = (0.0,)
+
+    reach = 3.0
+    """See `Thing.reach`."""
+
+    def box(self, view: View) -> Array:
+        """Extents [x, y, width, height] of the whole car in the picture [pixels]."""
+        left, right, top, bottom, _ = self._extents(self.car.body, view)
+        return np.array([left, top, right - left, bottom - top])
+
+    def window(self, view: View) -> Window | None:
+        """See `Thing.window`."""
+        low_x, high_x, low_y, high_y, nearest = self._extents(self.car.facets, view)
+        if nearest < NEAREST / 2:
+            return None
+        x, y = (math.ceil(abs(shift) / 2) + 1 for shift in self.motion)
+        return (
+            math.floor(low_x) - x,
+            math.floor(low_y) - y,
+            math.ceil(high_x) + x,
+            math.ceil(high_y) + y,
+        )
+
+    def draw(self, canvas: NDArray[np.uint8], view: View, lighting: Lighting) -> None:
+        """See `Thing.draw`; its shadow belongs to it."""
+        pictures = self.car.pictures
+        laid = self._laid(self.car.facets, view, canvas.shape[1::-1], pictures, lighting.things)
+        if laid is None:
+            return
+        if self.motion == (0.0, 0.0):
+            lay_over(canvas, *laid)
+            return
+        colour, taken, shadow, left, top = laid
+        right, down = (np.multiply(self.moments, shift) for shift in self.motion)
+        lefts = np.round((left + right) * 64).astype(np.int64)
+        tops = np.round((top + down) * 64).astype(np.int64)
+        blend_sprite(canvas, sprite_of(colour, taken, shadow), lefts, tops, 65536)
+
+    def coverage(self, view: View, size: tuple[int, int]) -> Coverage:
+        """Silhouette of what is in a picture of a size (width, height)."""
+        laid = self._laid(self.car.body, view, size, _BLANK, _UNSHADED)
+        if laid is None:
+            return 0, 0, np.zeros((0, 0), np.uint8)
+        colour, taken, shadow, left, top = laid
+        return left, top, sprite_of(colour, taken, shadow)[1:-1, 1:-1, 3].copy()
+
+    def _extents(self, facets: Facets, view: View) -> tuple[float, float, float, float, float]:
+        pose = self._pose(facets, view)
+        left, right, top, bottom, nearest = extents(facets, pose, Lens(view.focal, *view.centre))
+        return left, right, top, bottom, nearest
+
+    def _pose(self, facets: Facets, view: View) -> Pose:
+        return posed(view, facets, (self.x, 0.0, self.z), self.heading)
+
+    def _laid(
+        self, facets: Facets, view: View, size: tuple[int, ...], pictures: Pictures, shade: Pictures
+    ) -> tuple[NDArray[np.uint8], NDArray[np.uint16], NDArray[np.uint8], int, int] | None:
+        """What is in a picture or near it: colour, samples, shadow, left and top [pixels]."""
+        window = self.window(view)
+        if window is None:
+            return None
+        left, top = max(window[0], -_SPARE), max(window[1], -_SPARE)
+        width = min(window[2], size[0] + _SPARE) - left
+        height = min(window[3], size[1] + _SPARE) - top
+        if width <= 0 or height <= 0:
+            return None
+        colour, taken = np.zeros((height, width, 3), np.uint8), np.zeros((height, width), np.uint16)
+        shadow = np.zeros((height, width), np.uint8)
+        lens = Lens(view.focal, view.centre[0] - left, view.centre[1] - top)
+        order = np.arange(len(facets.counts))
+        pose = self._pose(facets, view)
+        lay_facets(colour, taken, shadow, facets, pictures, shade, lens, pose, order)
+        return colour, taken, shadow, left, top

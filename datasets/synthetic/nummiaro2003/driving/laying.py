@@ -1,0 +1,368 @@
+"""Facets seen in perspective, laid from front to back.
+
+A pixel has 4 x 4 samples; whichever facet comes first takes those that it covers. So edges are
+smooth, no gap opens between neighbours, and nothing is painted that is not seen. Corners are
+rounded to 1/64 pixel and all that is done to pixels is done in integers.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from datasets.synthetic.nummiaro2003.driving.facets import MOST, Facets, Lens, Pictures, Pose
+
+__all__ = ["FULL", "NEAR", "lay_facets", "lay_over", "lay_picture", "sprite_of"]
+
+FULL = 0xFFFF
+"""All samples of a pixel are taken."""
+
+NEAR = 0.3
+"""Nothing nearer to the camera is drawn [metres]."""
+
+_RUN = 16  # pixels between two exact perspective divisions
+_ONE = 65536.0  # steps in a picture's pixel
+
+# Unsigned, so that no index is checked for its sign.
+OUTER, INNER, LOWEST = np.uint64(0xFF00FF), np.uint64(0x00FF00), np.uint64(0xFF)
+EIGHT, FIFTEEN, SIXTEEN = np.uint64(8), np.uint64(15), np.uint64(16)
+TWENTY_FOUR = np.uint64(24)
+
+
+@njit(cache=True)
+def _counted(bits: np.int64) -> np.int64:
+    """Samples among 16."""
+    bits = (bits & 0x5555) + ((bits >> 1) & 0x5555)
+    bits = (bits & 0x3333) + ((bits >> 2) & 0x3333)
+    bits = (bits & 0x0F0F) + ((bits >> 4) & 0x0F0F)
+    return (bits & 0xFF) + (bits >> 8)
+
+
+@njit(cache=True)
+def _clipped(points: NDArray[np.float64], count: int, result: NDArray[np.float64]) -> int:
+    """What of a polygon is before the camera; its corners are counted."""
+    kept = 0
+    for k in range(count):
+        a, b = points[k], points[(k + 1) % count]
+        if a[2] >= NEAR:
+            for i in range(3):
+                result[kept, i] = a[i]
+            kept += 1
+        if (a[2] >= NEAR) != (b[2] >= NEAR):
+            share = (NEAR - a[2]) / (b[2] - a[2])
+            for i in range(3):
+                result[kept, i] = a[i] + (b[i] - a[i]) * share
+            kept += 1
+    return kept
+
+
+@njit(cache=True)
+def _walk(edges: NDArray[np.int64], count: int, first: int, walks: NDArray[np.int64]) -> None:
+    """Start to follow the edges of a polygon line of samples by line, from a row on.
+
+    A row of `walks` is: bound in samples, rest, their steps, the rest's unit, and whether the
+    bound is one to the left (1), to the right (-1) or none but for its sign (0).
+    """
+    for k in range(count):
+        a = edges[k, 0]
+        begin = edges[k, 1] * (64 * first + 8) + edges[k, 2] + 8 * a
+        unit = max(16 * abs(a), 1)
+        step = 16 * edges[k, 1]
+        walks[k, 0], walks[k, 1] = begin // unit, begin % unit
+        walks[k, 2], walks[k, 3] = step // unit, step % unit
+        walks[k, 4], walks[k, 5] = unit, np.sign(a)
+
+
+@njit(cache=True)
+def _spans(walks: NDArray[np.int64], count: int, width: int, spans: NDArray[np.int64]) -> None:
+    """First sample and the one after the last of each of a row's four lines; walks on."""
+    for line in range(4):
+        low, high = 0, 4 * width - 1
+        for k in range(count):
+            bound, side = walks[k, 0], walks[k, 5]
+            if side > 0:
+                low = max(low, -bound)
+            elif side < 0:
+                high = min(high, bound)
+            elif bound < 0:
+                high = -1
+            walks[k, 0] = bound + walks[k, 2]
+            walks[k, 1] += walks[k, 3]
+            if walks[k, 1] >= walks[k, 4]:
+                walks[k, 1] -= walks[k, 4]
+                walks[k, 0] += 1
+        spans[line, 0], spans[line, 1] = low, max(high + 1, low)
+
+
+@njit(cache=True)
+def _samples(spans: NDArray[np.int64], x: int) -> int:
+    """Samples of a pixel that lie within the spans of its row."""
+    bits = 0
+    for line in range(4):
+        low = max(spans[line, 0] - 4 * x, 0)
+        high = min(spans[line, 1] - 4 * x, 4)
+        if low < high:
+            bits |= ((1 << high) - (1 << low)) << (4 * line)
+    return bits
+
+
+@njit(cache=True)
+def _level(
+    du: int, dv: int, u: int, v: int, fall_u: float, fall_v: float, fall: float, deepest: int
+) -> int:
+    """How much coarser a picture is taken than it is: by the area of it in a pixel.
+
+    `du` and `dv` are steps to the right, `fall_u` and `fall_v` those of the numerators down and
+    `fall` that of the denominator, both over the denominator.
+    """
+    right = max(abs(du), abs(dv), 16384) / _ONE
+    down = max(abs(fall_u - u / _ONE * fall), abs(fall_v - v / _ONE * fall), 0.25)
+    area, level = right * down, 0
+    while area > 2.0 and level < deepest:
+        area *= 0.25
+        level += 1
+    return level
+
+
+@njit(cache=True, error_model="numpy")
+def lay_facets(
+    canvas: NDArray[np.uint8],
+    taken: NDArray[np.uint16],
+    shadow: NDArray[np.uint8],
+    facets: Facets,
+    pictures: Pictures,
+    shade: Pictures,
+    lens: Lens,
+    pose: Pose,
+    order: NDArray[np.int64],
+) -> None:
+    """Lay facets under what is there already.
+
+    Parameters
+    ----------
+    canvas : ndarray of uint8, shape (height, width, 3)
+        Sum over the samples taken, over 16; changed in place.
+    taken : ndarray of uint16, shape (height, width)
+        A bit a sample; changed in place.
+    shadow : ndarray of uint8, shape (height, width)
+        How dark the soft facets make what is not taken; changed in place. Without soft
+        facets it is not touched.
+    facets : Facets
+    pictures : Pictures
+        What is on them.
+    shade : Pictures
+        One picture, whose blue is light over 128, laid over all facets.
+    lens : Lens
+    pose : Pose
+    order : ndarray of int64, shape (k,)
+        Numbers of the facets to lay, from front to back.
+    """
+    height, width = taken.shape
+    turn, place, focal = pose.turn, pose.place, lens.focal
+    normal, factors = np.empty(3), np.empty(3)
+    points, kept = np.empty((MOST, 3)), np.empty((2 * MOST, 3))
+    corners = np.empty((2 * MOST, 2), np.int64)
+    edges, spans = np.empty((2 * MOST, 3), np.int64), np.empty((4, 2), np.int64)
+    walks = np.empty((2 * MOST, 6), np.int64)
+    slope, here, there = np.empty((5, 3)), np.empty(4, np.int64), np.empty(4, np.int64)
+    for f in order:
+        count = facets.counts[f]
+        distance = 0.0
+        for i in range(3):
+            normal[i] = 0.0
+            for j in range(3):
+                normal[i] += turn[i, j] * facets.normals[f, j]
+            for k in range(count):
+                value = place[i]
+                for j in range(3):
+                    value += turn[i, j] * facets.corners[f, k, j]
+                points[k, i] = value
+            distance += normal[i] * points[0, i]
+        if distance > -1e-6:
+            continue  # seen from behind
+        count = _clipped(points, count, kept)
+        if count < 3:
+            continue
+        area = 0
+        for k in range(count):
+            corners[k, 0] = np.floor(64 * (lens.column + focal * kept[k, 0] / kept[k, 2]) + 0.5)
+            corners[k, 1] = np.floor(64 * (lens.row + focal * kept[k, 1] / kept[k, 2]) + 0.5)
+        for k in range(count):
+            after = (k + 1) % count
+            area += corners[k, 0] * corners[after, 1] - corners[after, 0] * corners[k, 1]
+        if area == 0 or corners[:count, 0].max() < 0 or corners[:count, 0].min() > 64 * width:
+            continue
+        sign = 1 if area > 0 else -1
+        for k in range(count):
+            after = (k + 1) % count
+            dx, dy = corners[after, 0] - corners[k, 0], corners[after, 1] - corners[k, 1]
+            edges[k, 0], edges[k, 1] = -sign * dy, sign * dx
+            edges[k, 2] = sign * (dy * corners[k, 0] - dx * corners[k, 1])
+        # Rows of `slope`: numerators of the four coordinates, and their denominator, each
+        # linear in column and row.
+        for i in range(5):
+            constant = 0.0
+            for j in range(3):
+                if i < 2:
+                    factors[j] = 0.0
+                    for k in range(3):
+                        factors[j] += turn[j, k] * facets.places[f, i, k]
+                    constant -= factors[j] * place[j]
+                elif i < 4:
+                    factors[j] = pose.shading[i - 2, j]
+                else:
+                    factors[j] = 0.0
+            if i < 2:
+                constant += facets.places[f, i, 3]
+            elif i < 4:
+                constant = pose.shading[i - 2, 3]
+            else:
+                constant = 1.0
+            for j in range(3):
+                slope[i, j] = -distance * factors[j] - constant * normal[j]
+            slope[i, 0] /= focal
+            slope[i, 1] /= focal
+            slope[i, 2] -= slope[i, 0] * (lens.column - 0.5) + slope[i, 1] * (lens.row - 0.5)
+        nearest, farthest = kept[:count, 2].min(), kept[:count, 2].max()
+        smallest, largest = -distance / farthest, -distance / nearest
+        kind, gain, soft = facets.kinds[f], pose.gains[f], facets.soft[f]
+        log_width, log_height = pictures.sizes[kind]
+        deepest, deepest_shade = min(log_width, log_height), shade.sizes[0].min()
+        first = max(corners[:count, 1].min() >> 6, 0)
+        last = min((corners[:count, 1].max() >> 6) + 1, height)
+        bits_s, bits_t = shade.sizes[0]
+        # A facet that is level with the rows needs one division a row.
+        longest = width if slope[4, 0] == 0 else _RUN
+        _walk(edges, count, first, walks)
+        for y in range(first, last):
+            _spans(walks, count, width, spans)
+            start, end = spans[:, 0].min() >> 2, (spans[:, 1].max() + 3) >> 2
+            solid, solid_end = (spans[:, 0].max() + 3) >> 2, spans[:, 1].min() >> 2
+            used, out = taken[y], canvas[y]
+            while start < end and used[start] == FULL:
+                start += 1
+            while start < end and used[end - 1] == FULL:
+                end -= 1
+            for side in range(start, end, longest):
+                run = min(longest, end - side)
+                for x, texel in ((side, here), (side + run, there)):
+                    below = slope[4, 0] * x + slope[4, 1] * y + slope[4, 2]
+                    below = min(max(below, smallest), largest)
+                    for i in range(4):
+                        value = (slope[i, 0] * x + slope[i, 1] * y + slope[i, 2]) / below
+                        texel[i] = np.int64(np.floor(value * _ONE))
+                u, v, s, t = here[0], here[1], here[2], here[3]
+                du, dv = (there[0] - u) // run, (there[1] - v) // run
+                ds, dt = (there[2] - s) // run, (there[3] - t) // run
+                over = 1.0 / below
+                fall = slope[4, 1] * over
+                level = _level(du, dv, u, v, slope[0, 1] * over, slope[1, 1] * over, fall, deepest)
+                coarse = _level(
+                    ds, dt, s, t, slope[2, 1] * over, slope[3, 1] * over, fall, deepest_shade
+                )
+                u, v, du, dv = (u >> level) - 32768, (v >> level) - 32768, du >> level, dv >> level
+                s, t, ds, dt = s >> coarse, t >> coarse, ds >> coarse, dt >> coarse
+                base, base_shade = pictures.starts[kind, level], shade.starts[0, coarse]
+                across, across_shade = log_width - level, bits_s - coarse
+                mask_u, mask_v = (1 << across) - 1, (1 << (log_height - level)) - 1
+                mask_s, mask_t = (1 << across_shade) - 1, (1 << (bits_t - coarse)) - 1
+                for x in range(side, side + run):
+                    before = np.int64(used[x])
+                    bits = FULL
+                    if before != FULL and not solid <= x < solid_end:
+                        bits = _samples(spans, x)
+                    free = bits & ~before
+                    if free != 0:
+                        column, row = u >> 16, v >> 16
+                        left, right = column & mask_u, (column + 1) & mask_u
+                        upper = base + ((row & mask_v) << across)
+                        lower = base + (((row + 1) & mask_v) << across)
+                        a, b = np.uint64(u >> 12) & FIFTEEN, np.uint64(v >> 12) & FIFTEEN
+                        p = np.uint64(pictures.pixels[np.uint64(upper + left)])
+                        q = np.uint64(pictures.pixels[np.uint64(upper + right)])
+                        m = np.uint64(pictures.pixels[np.uint64(lower + left)])
+                        n = np.uint64(pictures.pixels[np.uint64(lower + right)])
+                        one, two = (SIXTEEN - a) * (SIXTEEN - b), a * (SIXTEEN - b)
+                        three, four = (SIXTEEN - a) * b, a * b
+                        # Blue and red at once, in the lower and the upper half of 32 bits.
+                        both = (p & OUTER) * one + (q & OUTER) * two
+                        both += (m & OUTER) * three + (n & OUTER) * four
+                        green = (p & INNER) * one + (q & INNER) * two
+                        green += (m & INNER) * three + (n & INNER) * four
+                        if soft:
+                            dark = np.int64((both >> EIGHT) & LOWEST)
+                            shadow[y, x] = max(shadow[y, x], (dark * _counted(free)) >> 4)
+                        else:
+                            j = base_shade + (((t >> 16) & mask_t) << across_shade)
+                            j += (s >> 16) & mask_s
+                            light = gain * np.int64(shade.pixels[np.uint64(j)] & LOWEST)
+                            blue = min((np.int64((both >> EIGHT) & LOWEST) * light) >> 15, 255)
+                            middle = min((np.int64(green >> SIXTEEN) * light) >> 15, 255)
+                            red = min((np.int64(both >> TWENTY_FOUR) * light) >> 15, 255)
+                            if free == FULL:
+                                out[x, 0], out[x, 1], out[x, 2] = blue, middle, red
+                            else:
+                                share = _counted(free)
+                                out[x, 0] += (blue * share) >> 4
+                                out[x, 1] += (middle * share) >> 4
+                                out[x, 2] += (red * share) >> 4
+                            used[x] = before | bits
+                    u, v, s, t = u + du, v + dv, s + ds, t + dt
+
+
+@njit(cache=True)
+def lay_over(
+    canvas: NDArray[np.uint8],
+    colour: NDArray[np.uint8],
+    taken: NDArray[np.uint16],
+    shadow: NDArray[np.uint8],
+    left: int,
+    top: int,
+) -> None:
+    """Lay what was laid in a window over a canvas; `left` and `top` are its place [pixels]."""
+    height, width = taken.shape
+    for y in range(max(0, -top), min(height, len(canvas) - top)):
+        for x in range(max(0, -left), min(width, canvas.shape[1] - left)):
+            bits = np.int64(taken[y, x])
+            if bits == FULL:
+                for c in range(3):
+                    canvas[top + y, left + x, c] = colour[y, x, c]
+            elif bits or shadow[y, x]:
+                rest = max(255 - _counted(bits) * 255 // 16 - shadow[y, x], 0)
+                for c in range(3):
+                    behind = (canvas[top + y, left + x, c] * rest + 127) // 255
+                    canvas[top + y, left + x, c] = min(colour[y, x, c] + behind, 255)
+
+
+@njit(cache=True)
+def sprite_of(
+    canvas: NDArray[np.uint8], taken: NDArray[np.uint16], shadow: NDArray[np.uint8]
+) -> NDArray[np.uint8]:
+    """Facets as a sprite: premultiplied colour and coverage, with a transparent border."""
+    height, width = taken.shape
+    sprite = np.zeros((height + 2, width + 2, 4), np.uint8)
+    for y in range(height):
+        for x in range(width):
+            bits = np.int64(taken[y, x])
+            if bits or shadow[y, x]:
+                for c in range(3):
+                    sprite[y + 1, x + 1, c] = canvas[y, x, c]
+                sprite[y + 1, x + 1, 3] = min(_counted(bits) * 255 // 16 + shadow[y, x], 255)
+    return sprite
+
+
+@njit(cache=True)
+def lay_picture(
+    canvas: NDArray[np.uint8], taken: NDArray[np.uint16], behind: NDArray[np.uint8], last: int
+) -> None:
+    """Lay the rows of a picture before `last` under what is there; no sample of them is left."""
+    width = taken.shape[1]
+    for y in range(last):
+        for x in range(width):
+            bits = np.int64(taken[y, x])
+            if bits == 0:
+                for c in range(3):
+                    canvas[y, x, c] = behind[y, x, c]
+            elif bits != FULL:
+                share = 16 - _counted(bits)
+                for c in range(3):
+                    canvas[y, x, c] += (np.int64(behind[y, x, c]) * share) >> 4

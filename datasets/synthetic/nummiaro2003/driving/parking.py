@@ -1,0 +1,234 @@
+"""`nummiaro2003/car`: a car drives through a parking place, seen from a mast.
+
+The paper: "a person and a car in front of a parking place for the public PETS2001 dataset ...
+the car sequence is especially interesting as scale changes and out-of-plane rotations have to
+be handled" (section 7, Fig. 4). All the rest is ours: the car comes down one lane between
+parked cars towards the camera, crosses before it, and drives up another lane or parks there.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.synthetic.nummiaro2003.driving.car import CarAt
+from datasets.synthetic.nummiaro2003.driving.fleet import TARGETS, any_car, unlike
+from datasets.synthetic.nummiaro2003.driving.ground import (
+    ASPHALT,
+    GRASS,
+    KERB,
+    PAINT,
+    PAVING,
+    Strip,
+    dashes,
+)
+from datasets.synthetic.nummiaro2003.driving.house import House, any_house
+from datasets.synthetic.nummiaro2003.driving.knobs import DrivingKnobs
+from datasets.synthetic.nummiaro2003.driving.paintwork import BGR
+from datasets.synthetic.nummiaro2003.driving.plan import FRAMES_PER_SECOND, SIZE, Plan, car_at
+from datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
+from datasets.synthetic.nummiaro2003.driving.thing import meet
+from datasets.synthetic.nummiaro2003.driving.view import View
+from datasets.synthetic.nummiaro2003.driving.way import Bend, Course, Way
+from datasets.synthetic.nummiaro2003.driving.world import Layout, Plant
+from datasets.synthetic.scene import part_generator
+
+__all__ = ["FRAMES", "entries", "parking_plan", "scene"]
+
+FRAMES = 400
+
+LANES = 6.5
+"""The two lanes of the parking place lie this far left and right of its middle [metres]."""
+
+ROAD = 3.3
+"""Half the width of the road before it [metres]."""
+
+BAY = 2.6
+"""Width of a bay; five metres long [metres]."""
+
+ROWS = (-12.0, 0.0, 12.0)
+"""Rows of bays, beside the lanes and between them [metres]."""
+
+FIRST, LAST = 7.0, 41.0
+"""Where the rows of bays begin and end, from the road's middle [metres]."""
+
+
+def scene(knobs: DrivingKnobs) -> DrivingScene:
+    """Renderer and truth; nothing is painted yet."""
+    return DrivingScene(parking_plan(knobs.scene), knobs.light, still=True)
+
+
+def entries(knobs: DrivingKnobs) -> NDArray[np.float64]:
+    """Both ends of the road at the picture's borders, and the far ends of the two lanes."""
+    view = parking_plan(knobs.scene).views[0]
+    width = SIZE[0]
+    near, far = (float(view.project((0.0, 0.0, z))[1]) for z in (-ROAD, ROAD))
+    top = far - 0.5 * (near - far)
+    boxes = [(0.0, top, 50.0, near - top), (width - 50.0, top, 50.0, near - top)]
+    for lane in (-LANES, LANES):
+        x, y, _ = view.project((lane, 0.7, LAST)).tolist()
+        boxes.append((x - 30, y - 15, 60.0, 30.0))
+    return np.array(boxes)
+
+
+@lru_cache(maxsize=4)
+def parking_plan(seed: int) -> Plan:
+    """Place, cars and camera of a scene."""
+
+    def generator(part: str) -> np.random.Generator:
+        return part_generator(seed, f"nummiaro2003/car {part}")
+
+    side = 1.0 if generator("side").random() < 0.5 else -1.0
+    view = _camera(generator("camera"), side)
+    target = any_car(generator("target"), TARGETS)
+    others = unlike(target.paint)
+    course, bay = _way(generator("target way"), side)
+    passing = any_car(generator("passing car"), others)
+    parked = _parked(generator("parked cars"), others, bay)
+    # The target is seen whole where trackers start.
+    start = car_at(target, course, 0)
+    parked = [car for car in parked if car.z > start.z or not _meet(car, start, view)]
+    layout = Layout(
+        int(generator("place").integers(2**32)),
+        _strips(),
+        _houses(generator("houses")),
+        _plants(generator("plants")),
+        parked,
+    )
+    cars = [(target, course), (passing, _passing(generator("passing way")))]
+    return Plan(layout, [view] * FRAMES, cars)
+
+
+def _meet(one: CarAt, other: CarAt, view: View) -> bool:
+    first, second = one.window(view), other.window(view)
+    return first is not None and second is not None and meet(first, second)
+
+
+def _camera(random: np.random.Generator, side: float) -> View:
+    """Camera on a mast across the road; it turns somewhat to where the target comes from."""
+    x, z = side * random.uniform(-3.5, 1.0), -random.uniform(17.5, 19.0)
+    aim = side * random.uniform(0.0, 1.0), random.uniform(8.0, 11.0)
+    return View(
+        focal=590.0,
+        centre=(SIZE[0] / 2, SIZE[1] / 2),
+        place=(x, random.uniform(5.6, 7.0), z),
+        yaw=float(np.arctan2(aim[0] - x, aim[1] - z)),
+        pitch=random.uniform(0.17, 0.2),
+    )
+
+
+def _way(random: np.random.Generator, side: float) -> tuple[Course, tuple[float, float] | None]:
+    """Down the lane on a side, across, and up the other lane or into a bay beside it."""
+    right = side > 0  # he keeps to the right of the lane, whichever way he goes round
+    inner = random.uniform(1.3, 1.7)
+    x, back = side * LANES - inner, -side * LANES + inner
+    z_cross = inner if right else -inner
+    radius, start = random.uniform(4.3, 4.8), random.uniform(28.0, 33.0)
+    across = abs(x - back) - 2 * radius
+    turn = np.pi / 2 * side
+    bends = [Bend(start - z_cross - radius, turn, radius), Bend(across, turn, radius)]
+    bay = None
+    if random.random() < 0.5:
+        bends.append(Bend(random.uniform(20.0, 26.0) - radius))
+        top, end = random.uniform(5.0, 6.0), 5.0
+        frames = FRAMES
+    else:
+        into = 4.4
+        up = FIRST + BAY * (random.integers(4, 7) + 0.5)
+        outwards = -side  # the row on the outer side of the second lane
+        bends += [
+            Bend(up - z_cross - radius - into, outwards * np.pi / 2, into),
+            Bend(3.0 + 2.4 + inner - into),
+        ]
+        bay = -side * ROWS[2], up
+        top, end = random.uniform(5.0, 6.0), 0.3
+        frames = FRAMES - int(random.integers(10, 30))
+    way = Way(x, start, np.pi, bends)
+    travelled = way.travelled(frames, top, end)
+    stands = np.full(FRAMES - frames, travelled[-1])
+    places = way.at(np.concatenate([travelled, stands]))
+    return Course(*places.T), bay
+
+
+def _passing(random: np.random.Generator) -> Course:
+    """A car on the near side of the road while the target is far off."""
+    frame = int(random.integers(40, 80))
+    speed = random.uniform(7.0, 9.0)
+    x = (np.arange(FRAMES) - frame) * (speed / FRAMES_PER_SECOND)
+    return Course.of(FRAMES, x, -1.65, np.pi / 2)
+
+
+def _parked(
+    random: np.random.Generator, paints: tuple[BGR, ...], bay: tuple[float, float] | None
+) -> list[CarAt]:
+    cars = []
+    for row in ROWS:
+        for z in np.arange(FIRST + BAY / 2, LAST, BAY).tolist():
+            car = any_car(random, paints)
+            x = row + random.uniform(-0.25, 0.25)
+            heading = np.pi / 2 * random.choice([-1, 1]) + random.uniform(-0.03, 0.03)
+            beside = bay is not None and -3.5 * BAY < z - bay[1] < 1.5 * BAY and x * bay[0] > 0
+            if random.random() < 0.66 and not beside:
+                cars.append(CarAt(car, x, z + random.uniform(-0.15, 0.15), heading))
+    return cars
+
+
+def _strips() -> list[Strip]:
+    edge = LANES + 8.2
+    lines = [
+        Strip(PAINT, (row - 2.5, row + 2.5), (z - 0.05, z + 0.05))
+        for row in ROWS
+        for z in np.arange(FIRST, LAST + 0.1, BAY).tolist()
+    ]
+    mouths = [Strip(ASPHALT, (lane - 3.4, lane + 3.4), (ROAD, 5.4)) for lane in (-LANES, LANES)]
+    give_way = [
+        Strip(PAINT, (lane + a, lane + a + 0.6), (ROAD + 0.05, ROAD + 0.25))
+        for lane in (-LANES, LANES)
+        for a in np.arange(-3.0, 3.0, 0.9).tolist()
+    ]
+    return [
+        *lines,
+        *give_way,
+        *dashes(-90.0, 90.0, 0.0, along_x=True),
+        *mouths,
+        Strip(ASPHALT, (-edge, edge), (5.4, LAST + 7.0)),
+        Strip(ASPHALT, (-200.0, 200.0), (-ROAD, ROAD)),
+        Strip(KERB, (-200.0, 200.0), (-ROAD - 0.2, ROAD + 0.2)),
+        Strip(KERB, (-edge - 0.2, edge + 0.2), (5.2, LAST + 7.2)),
+        Strip(PAVING, (-200.0, 200.0), (ROAD, 5.2)),
+        Strip(PAVING, (-200.0, 200.0), (-5.2, -ROAD)),
+        Strip(GRASS, (-4000.0, 4000.0), (-100.0, 4000.0)),
+    ]
+
+
+def _houses(random: np.random.Generator) -> list[House]:
+    """An office behind the parking place, houses on either side."""
+    houses = []
+    x = -46.0
+    while x < 46:
+        wide = random.uniform(16, 34)
+        depth = random.uniform(10, 14)
+        large = bool(random.random() < 0.7)
+        houses.append(any_house(random, x + wide / 2, LAST + 16 + depth / 2, wide, depth, large))
+        x += wide + random.uniform(2, 10)
+    for side in (-1, 1):
+        for z in (14.0, 34.0):
+            wide = random.uniform(10, 14)
+            houses.append(any_house(random, side * random.uniform(32, 36), z, wide, 12.0))
+    return houses
+
+
+def _plants(random: np.random.Generator) -> list[Plant]:
+    plants = []
+    for side in (-1, 1):
+        z = 8.0
+        while z < LAST + 4:
+            kind = "tree" if random.random() < 0.7 else "bush"
+            plants.append(Plant(kind, side * (LANES + 9.6), z, random.uniform(0.8, 1.15)))
+            z += random.uniform(4, 10)
+    x = -40.0
+    while x < 40:
+        kind = ("tree", "tree", "bush", "post")[random.integers(4)]
+        plants.append(Plant(kind, x, LAST + 10 + random.uniform(0, 3), random.uniform(0.8, 1.2)))
+        x += random.uniform(4, 9)
+    return plants

@@ -1,0 +1,141 @@
+"""Renderer of the scenes with cars."""
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.interface import Image, Mask
+from datasets.synthetic.nummiaro2003.driving.plan import FRAMES_PER_SECOND, SIZE, Plan
+from datasets.synthetic.nummiaro2003.driving.thing import Thing, Window, from_far, meet
+from datasets.synthetic.nummiaro2003.driving.truth import driving_truth
+from datasets.synthetic.nummiaro2003.driving.world import World
+from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.shade import Light
+from datasets.synthetic.render.views import wandering
+from datasets.synthetic.scene import Scene, Truth, part_generator
+
+__all__ = ["DrivingScene"]
+
+Array = NDArray[np.float64]
+
+NOISE = 2.0
+"""Standard deviation of the sensor's noise [grey levels]."""
+
+SHADE = 0.85
+"""Light below which the target counts as in the shade."""
+
+
+class DrivingScene(Scene):
+    """Cars, one of them the target.
+
+    Parameters
+    ----------
+    plan : Plan
+        Which cars drive where, and what the camera does.
+    kind : {'even', 'dappled'}
+        Of the light.
+    still : bool
+        Whether the camera stands: then what does not move is drawn once.
+    """
+
+    fps = FRAMES_PER_SECOND
+
+    def __init__(self, plan: Plan, kind: Light, still: bool) -> None:
+        self.plan = plan
+        self._kind: Light = kind
+        self._is_still = still
+
+    def __len__(self) -> int:
+        return len(self.plan)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """See `Scene.size`."""
+        return SIZE
+
+    def truth(self) -> Truth:
+        """See `Scene.truth`."""
+        course = self.plan.cars[0][1]
+        lighting = self._world.lighting
+        gains = [lighting.on(x, z, 0.7) for x, z in zip(course.x, course.z, strict=True)]
+        return driving_truth(self.plan, np.array(gains) < SHADE)
+
+    def render(self, frame: int) -> Image:
+        """See `Scene.render`."""
+        canvas = self._with_moving(frame) if self._is_still else self._painted(frame)
+        compositing.develop(
+            canvas,
+            light.fixed_point(light.vignette(SIZE[1], 0.08)),
+            light.fixed_point(light.vignette(SIZE[0], 0.1) * self._exposure[frame]),
+            self._noise_table,
+            noise.random_bytes(self.plan.layout.seed, frame, canvas.size),
+        )
+        return canvas
+
+    def mask(self, frame: int) -> Mask:
+        """See `Scene.mask`."""
+        mask = np.zeros(SIZE[::-1], np.bool_)
+        left, top, alpha = self.plan.seen(frame)
+        height, width = alpha.shape
+        mask[top : top + height, left : left + width] = alpha >= 128
+        return mask
+
+    def _painted(self, frame: int) -> Image:
+        """Everything, before a camera that moves."""
+        view, lighting = self.plan.views[frame], self._world.lighting
+        canvas = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
+        self._world.draw(canvas, view)
+        cars = [self.plan.car(number, frame) for number in range(len(self.plan.cars))]
+        for thing in from_far([*self._world.resting, *cars], view, SIZE[0]):
+            thing.draw(canvas, view, lighting)
+        return canvas
+
+    def _with_moving(self, frame: int) -> Image:
+        """What stands, before a camera that stands, and around what moves all anew."""
+        view, lighting = self.plan.views[frame], self._world.lighting
+        empty, full, resting = self._at_rest
+        canvas = full.copy()
+        moving = [self.plan.moving(number, frame) for number in range(len(self.plan.cars))]
+        windows = [(car.window(view), car) for car in moving]
+        for window, _ in windows:
+            if window is None:
+                continue
+            left, top = max(window[0], 0), max(window[1], 0)
+            right, bottom = min(window[2], SIZE[0]), min(window[3], SIZE[1])
+            if left >= right or top >= bottom:
+                continue
+            part = empty[top:bottom, left:right].copy()
+            near = [thing for other, thing in [*resting, *windows] if other and meet(window, other)]
+            shifted = view.shifted(-left, -top)
+            for thing in from_far(near, view, SIZE[0]):
+                thing.draw(part, shifted, lighting)
+            canvas[top:bottom, left:right] = part
+        return canvas
+
+    @cached_property
+    def _at_rest(self) -> tuple[Image, Image, list[tuple[Window | None, Thing]]]:
+        """The place without and with what stands and parks; and all that, with its windows."""
+        view, lighting = self.plan.views[0], self._world.lighting
+        empty = np.empty((SIZE[1], SIZE[0], 3), np.uint8)
+        self._world.draw(empty, view)
+        full = empty.copy()
+        for thing in from_far(self._world.resting, view, SIZE[0]):
+            thing.draw(full, view, lighting)
+        return empty, full, [(thing.window(view), thing) for thing in self._world.resting]
+
+    @cached_property
+    def _world(self) -> World:
+        yaws = [view.yaw for view in self.plan.views]
+        focal = self.plan.views[0].focal
+        return World(self.plan.layout, self._kind, focal, (min(yaws), max(yaws)))
+
+    @cached_property
+    def _exposure(self) -> Array:
+        """Gain of the camera that sets its exposure slowly, in every frame."""
+        random = part_generator(self.plan.layout.seed, "exposure")
+        return 1 + wandering(random, len(self), (6.0, 20.0), 0.03)
+
+    @cached_property
+    def _noise_table(self) -> NDArray[np.int32]:
+        return noise.noise_table(NOISE)

@@ -1,0 +1,264 @@
+"""`nummiaro2003/traffic`: the car ahead, seen from a car that follows it.
+
+The paper: "a driver assistance application, where the color-based particle filter has to handle
+rapid movements of the target and the camera ... Different viewing angles of the tracked car
+make the experiment quite difficult", with "large scale changes and out-of-plane rotations"
+(section 7, Fig. 8 and 9). All the rest is ours: the camera's car closes up while the target
+slows down, the target turns into a side road, the camera's car follows and falls back.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.synthetic.nummiaro2003.driving.car import CarAt
+from datasets.synthetic.nummiaro2003.driving.fleet import TARGETS, any_car, unlike
+from datasets.synthetic.nummiaro2003.driving.ground import (
+    ASPHALT,
+    GRASS,
+    KERB,
+    PAINT,
+    PAVING,
+    Strip,
+    dashes,
+)
+from datasets.synthetic.nummiaro2003.driving.house import House, any_house
+from datasets.synthetic.nummiaro2003.driving.knobs import DrivingKnobs
+from datasets.synthetic.nummiaro2003.driving.paintwork import BGR
+from datasets.synthetic.nummiaro2003.driving.plan import FRAMES_PER_SECOND, SIZE, Plan
+from datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
+from datasets.synthetic.nummiaro2003.driving.view import View
+from datasets.synthetic.nummiaro2003.driving.way import Bend, Course, Way
+from datasets.synthetic.nummiaro2003.driving.world import Layout, Plant
+from datasets.synthetic.render.light import smooth_step
+from datasets.synthetic.render.views import QUICK, SLOW, wandering
+from datasets.synthetic.scene import part_generator
+
+__all__ = ["FRAMES", "entries", "scene", "traffic_plan"]
+
+Array = NDArray[np.float64]
+
+FRAMES = 330
+
+LANE = 1.75
+"""From the road's middle to that of a lane [metres]."""
+
+EDGE = 4.4
+"""Half the width of a road, parking along the kerb not counted [metres]."""
+
+PAVED = 7.2
+"""Where the pavement ends, from the road's middle [metres]."""
+
+ROOM = 0.24
+"""The camera is turned so that the target stays this near to the axis [radians]."""
+
+
+def scene(knobs: DrivingKnobs) -> DrivingScene:
+    """Renderer and truth; nothing is painted yet."""
+    return DrivingScene(traffic_plan(knobs.scene), knobs.light, still=False)
+
+
+def entries(knobs: DrivingKnobs) -> NDArray[np.float64]:
+    """The borders on both sides, at the height of cars."""
+    horizon = traffic_plan(knobs.scene).views[0].horizon
+    return np.array([[x, horizon - 20.0, 80.0, 160.0] for x in (0.0, SIZE[0] - 80.0)])
+
+
+@lru_cache(maxsize=4)
+def traffic_plan(seed: int) -> Plan:
+    """Place, cars and camera of a scene."""
+
+    def generator(part: str) -> np.random.Generator:
+        return part_generator(seed, f"nummiaro2003/traffic {part}")
+
+    target = any_car(generator("target"), TARGETS)
+    others = unlike(target.paint)
+    course, follower, crossing = _ways(generator("ways"))
+    views = _views(generator("camera"), course, follower)
+    layout = Layout(
+        int(generator("place").integers(2**32)),
+        _strips(crossing),
+        _houses(generator("houses"), crossing),
+        _plants(generator("plants"), crossing),
+        _parked(generator("parked cars"), others, crossing),
+    )
+    cars = [(target, course)]
+    for i, way in enumerate(_oncoming(generator("oncoming ways"), course, crossing)):
+        cars.append((any_car(generator(f"oncoming car {i}"), others), way))
+    return Plan(layout, views, cars)
+
+
+def _ways(random: np.random.Generator) -> tuple[Course, Course, float]:
+    """Courses of the target and of the camera's car, and where the roads cross [metres].
+
+    Both take the same way; the gap between them is what makes the target small and large.
+    """
+    gap, least = random.uniform(24.0, 26.5), random.uniform(16.0, 18.0)
+    right = random.random() < 0.5
+    radius = random.uniform(7.5, 8.5) if right else random.uniform(10.5, 12.0)
+    turn = np.pi / 2 if right else -np.pi / 2
+    straight = gap + random.uniform(56.0, 64.0)
+    way = Way(LANE, 0.0, 0.0, [Bend(straight, turn, radius), Bend(140.0)])
+    top = random.uniform(10.0, 11.0)
+    crossing = straight + radius + (LANE if right else -LANE)
+    ahead = way.driven(FRAMES, gap, top)
+    # When the target is in the middle of the bend it is nearest.
+    middle = float(np.interp(straight + abs(turn) * radius / 2, ahead, np.arange(FRAMES)))
+    time = np.arange(FRAMES, dtype=np.float64)
+    closing = smooth_step(time, 10.0, middle)
+    leaving = smooth_step(time, middle + 15.0, FRAMES - 10.0)
+    last = random.uniform(24.0, 27.0)
+    # Steady in the logarithm: the target grows and shrinks by the same share in every frame.
+    distance = gap * (least / gap) ** closing * (last / least) ** leaving
+    sway = wandering(random, FRAMES, (3.0, 7.0), 0.16)
+    courses = [_swaying(way.at(s), sway * k) for s, k in ((ahead, 1.0), (ahead - distance, 0.4))]
+    return courses[0], courses[1], crossing
+
+
+def _swaying(places: Array, sway: Array) -> Course:
+    """Course that leaves the middle of its lane by some metres."""
+    x, z, heading = places.T
+    x, z = x + sway * np.cos(heading), z - sway * np.sin(heading)
+    step = np.maximum(np.sqrt(np.gradient(x) ** 2 + np.gradient(z) ** 2), 0.05)
+    return Course(x, z, heading + np.arctan2(np.gradient(sway), step))
+
+
+def _views(random: np.random.Generator, target: Course, follower: Course) -> list[View]:
+    """Camera behind the windscreen: it nods and shakes with the road, and turns to the target.
+
+    The farther off the target is, the more the turn gives way, so that it stays in view.
+    """
+    eye = 0.4  # ahead of the car's middle [metres]
+    x = follower.x + eye * np.sin(follower.heading)
+    z = follower.z + eye * np.cos(follower.heading)
+    height = random.uniform(1.3, 1.45)
+    bearing = np.unwrap(np.arctan2(target.x - x, target.z - z))
+    off = bearing - follower.heading
+    wander = wandering(random, FRAMES, SLOW, 0.05)
+    yaw = bearing - ROOM * np.tanh((off + wander) / ROOM)
+    yaw += wandering(random, FRAMES, QUICK, 0.006)
+    pitch = random.uniform(0.015, 0.045) + wandering(random, FRAMES, SLOW, 0.008)
+    pitch += wandering(random, FRAMES, QUICK, 0.006)
+    for frame in random.integers(20, FRAMES - 20, 5):  # holes in the road
+        time = np.arange(FRAMES) - frame
+        hit = np.exp(-np.maximum(time, 0) / 6.0) * np.sin(time * 1.3) * (time >= 0)
+        pitch += random.uniform(0.012, 0.022) * hit
+    return [
+        View(560.0, (SIZE[0] / 2, SIZE[1] / 2), (float(a), height, float(b)), float(c), float(d))
+        for a, b, c, d in zip(x, z, yaw, pitch, strict=True)
+    ]
+
+
+def _oncoming(random: np.random.Generator, target: Course, crossing: float) -> list[Course]:
+    """Cars in the opposite lanes; none is at the crossing when the target turns there."""
+    enters = int(np.searchsorted(target.z, crossing - 3 * EDGE))
+    courses = []
+    for earlier in (random.uniform(60, 80), random.uniform(110, 150)):
+        step = random.uniform(9.0, 12.0) / FRAMES_PER_SECOND
+        z = crossing + (enters - earlier - np.arange(FRAMES)) * step
+        courses.append(Course.of(FRAMES, -LANE, z, np.pi))
+    # One more in the side road, which the camera meets there.
+    side = float(np.sign(target.x[-1] - target.x[0]))
+    away = FRAMES + random.uniform(20, 60) - np.arange(FRAMES)
+    x = side * away * (random.uniform(9.0, 11.0) / FRAMES_PER_SECOND)
+    courses.append(Course.of(FRAMES, x, crossing + side * LANE, -side * np.pi / 2))
+    return courses
+
+
+def _strips(crossing: float) -> list[Strip]:
+    near, far = -60.0, 900.0
+    open_to = crossing - EDGE, crossing + EDGE
+    return [
+        *dashes(near, open_to[0] - 3, 0.0, along_x=False),
+        *dashes(open_to[1] + 1, crossing + 150.0, 0.0, along_x=False),
+        *(
+            strip
+            for side in (-1, 1)
+            for start in np.arange(EDGE + 1.5, 240.0, 9.0).tolist()
+            for strip in dashes(
+                min(side * start, side * (start + 3.0)),
+                min(side * start, side * (start + 3.0)) + 0.1,
+                crossing,
+                along_x=True,
+            )
+        ),
+        *(
+            Strip(PAINT, (min(side * (EDGE + 0.3), side * (EDGE + 0.6)),
+                          max(side * (EDGE + 0.3), side * (EDGE + 0.6))),
+                  (crossing + lane - 1.6, crossing + lane + 1.6))
+            for side, lane in ((1, LANE), (-1, -LANE))
+        ),
+        Strip(ASPHALT, (-EDGE, EDGE), (near, far)),
+        Strip(ASPHALT, (-260.0, 260.0), open_to),
+        Strip(KERB, (-EDGE - 0.2, EDGE + 0.2), (near, far)),
+        Strip(KERB, (-260.0, 260.0), (open_to[0] - 0.2, open_to[1] + 0.2)),
+        Strip(PAVING, (-PAVED, PAVED), (near, far)),
+        Strip(PAVING, (-260.0, 260.0), (crossing - PAVED, crossing + PAVED)),
+        Strip(GRASS, (-4000.0, 4000.0), (-4000.0, 4000.0)),
+    ]  # fmt: skip
+
+
+def _houses(random: np.random.Generator, crossing: float) -> list[House]:
+    """Along both roads, none near the crossing: nothing hides what turns there."""
+    houses = []
+    for side in (-1, 1):
+        z = -10.0 + random.uniform(0, 8)
+        while z < crossing + 90:
+            wide, depth = random.uniform(10, 18), random.uniform(9, 13)
+            if abs(z + wide / 2 - crossing) > 26 + wide / 2:
+                x = side * (random.uniform(12.5, 16.0) + depth / 2)
+                houses.append(any_house(random, x, z + wide / 2, depth, wide))
+            z += wide + random.uniform(3, 9)
+        for across in (-1, 1):
+            x = random.uniform(26, 32)
+            while x < 120:
+                wide, depth = random.uniform(10, 18), random.uniform(9, 13)
+                z = crossing + across * (random.uniform(12.5, 16.0) + depth / 2)
+                houses.append(any_house(random, side * (x + wide / 2), z, wide, depth))
+                x += wide + random.uniform(3, 9)
+    return houses
+
+
+def _plants(random: np.random.Generator, crossing: float) -> list[Plant]:
+    plants = []
+    kinds = ("tree", "tree", "tree", "post", "bush", "sign")
+    for side in (-1, 1):
+        z = random.uniform(5, 12)
+        while z < crossing + 80:
+            if abs(z - crossing) > PAVED + 2:
+                x = side * (PAVED + random.uniform(1.2, 2.8))
+                plants.append(Plant(kinds[random.integers(6)], x, z, random.uniform(0.8, 1.2)))
+            z += random.uniform(9, 17)
+        for across in (-1, 1):
+            x = PAVED + random.uniform(4, 10)
+            while x < 110:
+                z = crossing + across * (PAVED + random.uniform(1.2, 2.8))
+                plants.append(
+                    Plant(kinds[random.integers(6)], side * x, z, random.uniform(0.8, 1.2))
+                )
+                x += random.uniform(9, 17)
+    return plants
+
+
+def _parked(random: np.random.Generator, paints: tuple[BGR, ...], crossing: float) -> list[CarAt]:
+    """Cars along the kerbs of both roads, half on the pavement."""
+    cars = []
+    kerb = EDGE + 0.15
+    for side in (-1, 1):
+        z = random.uniform(8, 20)
+        while z < crossing + 60:
+            car = any_car(random, paints)
+            heading = 0.0 if side > 0 else np.pi
+            if abs(z - crossing) > 16 and random.random() < 0.45:
+                cars.append(CarAt(car, side * kerb, z, heading))
+            z += random.uniform(7, 13)
+        for across in (-1, 1):
+            x = random.uniform(20, 30)
+            while x < 90:
+                car = any_car(random, paints)
+                heading = np.pi / 2 if across < 0 else -np.pi / 2
+                if random.random() < 0.4:
+                    cars.append(CarAt(car, side * x, crossing + across * kerb, heading))
+                x += random.uniform(8, 14)
+    return cars

@@ -1,0 +1,17 @@
+"""Plain scenes: one difficulty at a time.
+
+`plain/target` is a two-coloured target that moves over a textured ground. By default
+nothing is hard about it; each knob makes one thing hard.
+"""
+
+from pathlib import Path
+
+from datasets.synthetic.plain.knobs import TargetKnobs
+from datasets.synthetic.suite import Entry, Suite
+
+__all__ = ["SUITE"]
+
+SUITE = Suite(
+    Path(__file__).parent,
+    [Entry("plain/target", TargetKnobs, "datasets.synthetic.plain.scene", 120, (320, 240))],
+)

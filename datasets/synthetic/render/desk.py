@@ -1,0 +1,257 @@
+"""What stands still: a wall with a shelf and a picture, a desk and what lies on it.
+
+x is counted from the middle of the picture, y from the desk's top, z from the plane in which
+the object moves: the wall is at `WALL`.
+"""
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.synthetic.render.colours import ACCENTS, CLOTHES, COUNTERS, NEUTRALS, nearly
+from datasets.synthetic.render.finish import Finish, Pattern, Thing, grain, tiles
+from datasets.synthetic.render.prints import printed
+from datasets.synthetic.render.solids import bowl, box, half_space, limb
+
+__all__ = ["WALL", "room"]
+
+Array = NDArray[np.float64]
+
+WALL = -140.0
+
+WALLS = (
+    (176, 186, 190), (150, 176, 190), (186, 180, 160), (150, 172, 156), (168, 164, 182),
+    (140, 168, 196), (190, 172, 150),
+)  # fmt: skip
+BACKS = (*ACCENTS, *CLOTHES)
+
+
+def room(random: np.random.Generator) -> list[Thing]:
+    """A room, drawn at random; left and right change places at random, too."""
+    side = float(random.choice([-1, 1]))
+    return [
+        *_bare(random),
+        *_shelf(random, -side * random.uniform(72, 86)),
+        *_poster(random, side * random.uniform(84, 98)),
+        *_pile(random, side * random.uniform(98, 116)),
+        *_pot(random, side * random.uniform(20, 40)),
+        *(_plant if random.random() < 0.5 else _tins)(random, -side * random.uniform(98, 120)),
+        *_mug(random, -side * random.uniform(30, 55)),
+    ]
+
+
+def _any(random: np.random.Generator, colours: tuple[tuple[int, int, int], ...]) -> Array:
+    return nearly(random, colours[int(random.integers(len(colours)))], 0.08)
+
+
+def _bare(random: np.random.Generator) -> list[Thing]:
+    paper = [_striped, _sprigged, _plastered][int(random.integers(3))](random)
+    wood = _any(random, COUNTERS)
+    return [
+        Thing(Finish(_any(random, WALLS), 0.0, paper), [half_space((0, 0, 1), WALL)]),
+        Thing(
+            Finish(wood, 0.04, grain(random, 0.10, (0.10, 1.0, 1.1), 16)),
+            [half_space((0, 1, 0), 0)],
+        ),
+        Thing(Finish(_any(random, NEUTRALS), 0.03), [box((0, 4, WALL + 2), (400, 7, 2), 0.8)]),
+    ]
+
+
+def _striped(random: np.random.Generator) -> Pattern:
+    """Wallpaper in stripes."""
+    pitch, share = random.uniform(14, 30), random.uniform(0.3, 0.6)
+    tone = 1 - random.uniform(0.08, 0.16) * random.uniform(0.4, 1, 3)
+    uneven = grain(random, 0.02)
+
+    def gain(places: Array) -> Array:
+        u = places[:, 0] / pitch - np.floor(places[:, 0] / pitch)
+        thin = (np.abs(u - share - 0.08) < 0.03)[:, None]
+        return np.asarray(np.where((u < share)[:, None] | thin, tone, 1.0) * uneven(places))
+
+    return gain
+
+
+def _sprigged(random: np.random.Generator) -> Pattern:
+    """Wallpaper with sprigs."""
+    pitch = random.uniform(20, 30)
+    tone, heart = random.uniform(0.62, 0.9, 3), random.uniform(0.5, 1.15, 3)
+    uneven = grain(random, 0.02)
+
+    def gain(places: Array) -> Array:
+        row = np.floor(places[:, 1] / pitch)
+        y = places[:, 1] / pitch - row - 0.5
+        x = places[:, 0] / pitch + 0.5 * (row % 2)
+        x = x - np.floor(x) - 0.5
+        leaf = (np.abs(np.abs(x) - 0.9 * (y + 0.12)) < 0.045) & (np.abs(y) < 0.24)
+        leaf |= (np.abs(x) < 0.02) & (np.abs(y + 0.1) < 0.24)
+        colour = np.where(leaf[:, None], tone, 1.0)
+        bud = x * x + (y - 0.22) ** 2 < 0.006
+        return np.asarray(np.where(bud[:, None], heart, colour) * uneven(places))
+
+    return gain
+
+
+def _plastered(random: np.random.Generator) -> Pattern:
+    """Paint on brick, or on plaster."""
+    if random.random() < 0.5:
+        return tiles(random, random.uniform(26, 32), random.uniform(10, 12), np.full(3, 0.82))
+    return grain(random, 0.05, coarsest=4)
+
+
+def _shelf(random: np.random.Generator, x: float) -> list[Thing]:
+    """A board with books between two ends."""
+    wide, y = random.uniform(66, 76), random.uniform(92, 104)
+    wood = Finish(_any(random, COUNTERS[:3]), 0.03, grain(random, 0.09, (0.12, 1, 1), 16))
+    z = WALL + 22
+    board = [box((x, y, z), (wide, 2.6, 22), 0.8)]
+    board += [box((x + s * (wide - 14), y - 10, WALL + 9), (1.6, 9, 9), 0.6) for s in (-1, 1)]
+    things = [Thing(wood, board)]
+    place, end = x - wide + 3, x + wide - 4
+    while place < end - 15:
+        if random.random() < 0.10:
+            place += random.uniform(6, 14)
+            continue
+        thick, high = random.uniform(3.5, 8.0), random.uniform(24, 36)
+        lean = (place + thick, y + 2.6 + high, z + random.uniform(-5, 2))
+        half = thick - 0.3, high, random.uniform(13, 17)
+        things.append(Thing(_spine(random, y, high), [box(lean, half, 0.9)]))
+        place += 2 * thick
+    return things
+
+
+def _spine(random: np.random.Generator, foot: float, high: float) -> Finish:
+    colour = _any(random, BACKS)
+    bands = [
+        (random.uniform(0.2, 0.4), 0.06),
+        (random.uniform(1.3, 1.6), random.uniform(0.08, 0.3)),
+    ]
+    ink = _any(random, (*ACCENTS, (200, 216, 222))) / np.maximum(colour, 1)
+    uneven = grain(random, 0.04)
+
+    def gain(places: Array) -> Array:
+        v = (places[:, 1] - foot) / high
+        on = np.any([np.abs(v - at) < half for at, half in bands], axis=0)
+        return np.asarray(np.where(on[:, None], ink, 1.0) * uneven(places))
+
+    return Finish(colour, 0.03, gain)
+
+
+def _poster(random: np.random.Generator, x: float) -> list[Thing]:
+    """A framed picture."""
+    wide, high, y = random.uniform(30, 38), random.uniform(34, 42), random.uniform(104, 122)
+    frame, rim = _any(random, (*COUNTERS[:3], (60, 56, 54), (190, 200, 204))), 4.0
+    picture = printed(random, "book", round(6 * wide), round(6 * high * 1.25))[-round(6 * high) :]
+    muted = 0.55 * picture + 0.45 * picture.mean(axis=2, keepdims=True)
+
+    def gain(places: Array) -> Array:
+        u = ((places[:, 0] - x) / wide + 1) / 2 * muted.shape[1]
+        v = (1 - (places[:, 1] - y) / high) / 2 * muted.shape[0]
+        column = np.clip(u.astype(np.int64), 0, muted.shape[1] - 1)
+        return np.asarray(muted[np.clip(v.astype(np.int64), 0, muted.shape[0] - 1), column] / 255)
+
+    z = WALL + 2.0
+    bars = [box((x + s * (wide + 2), y, z + 1.5), (rim / 2, high + rim, 2.5), 0.6) for s in (-1, 1)]
+    bars += [
+        box((x, y + s * (high + 2), z + 1.5), (wide + rim, rim / 2, 2.5), 0.6) for s in (-1, 1)
+    ]
+    return [
+        Thing(Finish(np.full(3, 255.0), 0.06, gain), [box((x, y, z), (wide, high, 1.2), 0.3)]),
+        Thing(Finish(frame, 0.10, grain(random, 0.05)), bars),
+    ]
+
+
+def _pile(random: np.random.Generator, x: float) -> list[Thing]:
+    """Books that lie on one another."""
+    things, y = [], 0.0
+    z = WALL + random.uniform(42, 56)
+    for _ in range(int(random.integers(2, 5))):
+        thick = random.uniform(3.2, 6.0)
+        half = random.uniform(28, 36), thick, random.uniform(20, 26)
+        middle = x + random.uniform(-4, 4), y + thick, z
+        finish = Finish(_any(random, BACKS), 0.04, grain(random, 0.04))
+        things.append(Thing(finish, [box(middle, half, 0.9, turn=random.uniform(-0.25, 0.25))]))
+        y += 2 * thick
+    return things
+
+
+def _pot(random: np.random.Generator, x: float) -> list[Thing]:
+    """Pencils in a pot."""
+    z, wide, high = WALL + random.uniform(34, 60), random.uniform(10, 13), random.uniform(27, 34)
+    things = [
+        Thing(
+            Finish(_any(random, ACCENTS), 0.25, grain(random, 0.03)),
+            [bowl((x, 0.6, z), high, (0.92 * wide, wide), 1.2)],
+        )
+    ]
+    for k in range(6):
+        foot = np.array([x + (k - 2.5) * 0.22 * wide, 3.0, z])
+        way = np.array([random.uniform(-0.22, 0.22), 1.0, random.uniform(-0.15, 0.1)])
+        tip = foot + random.uniform(42, 56) * way
+        things.append(Thing(Finish(_any(random, ACCENTS), 0.05), [limb(foot, tip, (1.5, 1.4))]))
+    return things
+
+
+def _mug(random: np.random.Generator, x: float) -> list[Thing]:
+    z, wide, high = WALL + random.uniform(60, 90), random.uniform(12, 14), random.uniform(24, 29)
+    angles = np.linspace(-1.4, 1.4, 9)
+    side = float(random.choice([-1, 1]))
+    arc = np.stack(
+        [x + side * (wide + 8 * np.cos(angles)), 0.5 * high + 0.32 * high * np.sin(angles),
+         np.full(9, z)], axis=1
+    )  # fmt: skip
+    handle = [limb(a, b, (1.7, 1.7)) for a, b in itertools.pairwise(arc)]
+    stripe, tone = random.uniform(0.3, 0.6) * high, random.uniform(0.4, 1.1, 3)
+
+    def gain(places: Array) -> Array:
+        return np.where((np.abs(places[:, 1] - stripe) < 3.2)[:, None], tone, 1.0)
+
+    return [
+        Thing(
+            Finish(_any(random, (*ACCENTS, *NEUTRALS)), 0.35, gain),
+            [bowl((x, 1, z), high, (0.94 * wide, wide), 2.0), *handle],
+        )
+    ]
+
+
+def _plant(random: np.random.Generator, x: float) -> list[Thing]:
+    """Leaves in a flower pot."""
+    z, wide, high = WALL + random.uniform(36, 48), random.uniform(17, 21), random.uniform(26, 32)
+    clay = Finish(nearly(random, (70, 106, 170), 0.08), 0.03, grain(random, 0.05))
+    things = [Thing(clay, [bowl((x, 1, z), high, (0.72 * wide, wide), 2.0, closed=True)])]
+    for _ in range(16):
+        green = Finish(_any(random, ((52, 104, 60), (60, 128, 84), (44, 82, 56))), 0.08)
+        way = np.array([random.uniform(-1, 1), random.uniform(0.7, 1.6), random.uniform(-0.4, 0.8)])
+        root = np.array([x, high, z]) + 0.3 * wide * way * [1, 0, 1]
+        bend = root + random.uniform(14, 24) * way
+        tip = bend + random.uniform(9, 15) * way * [1.3, 0.1, 1.3]
+        parts = [limb(root, bend, (1.0, 1.8), 1.5)]
+        parts += [
+            limb(bend, (bend + tip) / 2, (1.8, 5.5), 2),
+            limb((bend + tip) / 2, tip, (5.5, 0.8), 2),
+        ]
+        things.append(Thing(green, parts))
+    return things
+
+
+def _tins(random: np.random.Generator, x: float) -> list[Thing]:
+    """Tins with labels."""
+    things = []
+    for k, at in enumerate((x - 17, x + 19)):
+        z, wide, high = WALL + 30 + 22 * k, random.uniform(13, 17), random.uniform(30, 44)
+        label, tone = random.uniform(0.25, 0.4) * high, random.uniform(0.5, 1.25, 3)
+
+        def gain(
+            places: Array, low: float = label, top: float = 0.8 * high, tone: Array = tone
+        ) -> Array:
+            on = (places[:, 1] > low) & (places[:, 1] < top)
+            line = np.abs(places[:, 1] - (low + top) / 2) < 1.5
+            return np.where((on & ~line)[:, None], tone, 1.0)
+
+        things.append(
+            Thing(
+                Finish(_any(random, ACCENTS), 0.2, gain),
+                [bowl((at, 0.8, z), high, (wide, wide), 1.4, closed=True)],
+            )
+        )
+    return things

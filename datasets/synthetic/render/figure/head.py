@@ -1,0 +1,153 @@
+"""A head: skull, face, ears and hair as one surface, with what is painted on it.
+
+Lengths are in metres, about the middle between chin and crown.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.synthetic.render.figure.look import Look
+from datasets.synthetic.render.figure.solid import AROUND, Solid, loft, turns
+from datasets.synthetic.render.texture import fractal, lerp
+
+__all__ = ["ROWS", "head"]
+
+Array = NDArray[np.float64]
+
+ROWS = 161
+"""Of its texture, from the crown to below the chin."""
+
+# Height, half width, reach to the front and to the back, tilt of the section, shift forward.
+_SKULL = (
+    (0.117, 0.003, 0.003, 0.003, 0.0, -0.012),
+    (0.113, 0.031, 0.036, 0.036, 0.0, -0.010),
+    (0.101, 0.053, 0.060, 0.066, 0.0, -0.006),
+    (0.080, 0.067, 0.074, 0.087, 0.0, -0.002),
+    (0.055, 0.074, 0.083, 0.099, 0.0, 0.0),
+    (0.025, 0.076, 0.086, 0.104, 0.0, 0.0),
+    (-0.005, 0.075, 0.086, 0.100, 0.0, 0.0),
+    (-0.034, 0.072, 0.085, 0.088, 0.0, 0.0),
+    (-0.060, 0.066, 0.083, 0.074, -0.004, 0.0),
+    (-0.082, 0.057, 0.079, 0.062, -0.010, 0.0),
+    (-0.098, 0.046, 0.072, 0.054, -0.017, 0.0),
+    (-0.104, 0.032, 0.052, 0.046, -0.014, 0.0),
+    (-0.100, 0.004, 0.006, 0.006, 0.0, 0.0),
+)
+
+# Lower end of the hair by angle from the front, for each cut.
+_TURN = (0.0, 0.55, 0.85, 1.1, 1.35, 1.5, 1.85, 2.1, 3.15)
+_LINES = {
+    "short": (0.070, 0.068, 0.046, 0.012, -0.014, 0.012, -0.030, -0.062, -0.070),
+    "full": (0.056, 0.052, 0.020, -0.016, -0.040, -0.046, -0.072, -0.084, -0.088),
+    "wreath": (0.130, 0.130, 0.110, 0.020, -0.008, 0.010, -0.030, -0.060, -0.066),
+}
+_THICK = {"short": 0.009, "full": 0.017, "wreath": 0.006}
+
+
+def head(look: Look, random: np.random.Generator) -> Solid:
+    """Head with its hair."""
+    skull = loft(ROWS, _SKULL, 2.15)
+    strands = _pattern(random, 32, 128, 0.9, stretched=4)
+    hair = _hair(look, skull, strands)
+    surface = _with_features(skull)
+    outward = 1 + hair * _THICK[look.cut] * (1 + 0.25 * strands) / 0.09
+    surface = surface * outward[..., None]
+    skin = _skin(look, skull, random)
+    shine = 1 + 0.20 * strands + 0.8 * skull[..., 1]
+    texture = lerp(skin, np.asarray(look.hair, np.float64) * shine[..., None], hair)
+    return Solid(surface, texture[:, :-1], (4, 4))
+
+
+def _pattern(
+    random: np.random.Generator, coarsest: int, finest: int, fall: float, stretched: int = 1
+) -> Array:
+    """Fractal noise around the head, drawn out from the crown down; shape (ROWS, AROUND + 1)."""
+    values = fractal(random, AROUND, coarsest, finest, fall)[np.arange(ROWS) // stretched]
+    return np.concatenate([values, values[:, :1]], axis=1)
+
+
+def _bump(values: Array, middle: float, width: float) -> Array:
+    u = (values - middle) / width
+    return np.asarray(np.exp(-u * u))
+
+
+def _hair(look: Look, skull: Array, strands: Array) -> Array:
+    """How far each texel is hair, in [0, 1]."""
+    _, angle = turns(ROWS)
+    turn = np.minimum(angle, 2 * np.pi - angle)
+    line = np.interp(turn, _TURN, _LINES[look.cut])
+    height = skull[..., 1] + 0.006 * strands
+    share = np.clip((height - line) / 0.006 + 0.5, 0, 1)
+    if look.cut == "wreath":  # the crown is bare
+        share = share * np.clip((0.062 - height) / 0.012 + 0.5, 0, 1)
+    return share
+
+
+def _with_features(skull: Array) -> Array:
+    """Nose, brows, lips, chin and ears."""
+    x, y, z = skull[..., 0], skull[..., 1], skull[..., 2]
+    before = np.clip(z / 0.03, 0, 1)
+    nose = np.interp(y, (-0.046, -0.036, -0.026, 0.0, 0.034), (0.0, 0.75, 1.0, 0.55, 0.05))
+    forward = 0.025 * _bump(x, 0, 0.011) * nose
+    forward = forward - 0.008 * _bump(np.abs(x), 0.031, 0.015) * _bump(y, 0.016, 0.012)
+    forward = forward + 0.004 * _bump(y, 0.036, 0.008) * _bump(x, 0, 0.045)
+    forward = forward + 0.005 * _bump(y, -0.064, 0.008) * _bump(x, 0, 0.021)
+    forward = forward + 0.005 * _bump(y, -0.100, 0.013) * _bump(x, 0, 0.018)
+    ear = np.square((y + 0.004) / 0.031) + np.square((z + 0.014) / 0.016)
+    ears = 0.015 * np.clip(1.25 - ear, 0, 0.6) / 0.6
+    shifts = np.stack([np.sign(x) * ears, 0 * x, forward * before - 0.4 * ears], axis=2)
+    return np.asarray(skull + shifts)
+
+
+def _skin(look: Look, skull: Array, random: np.random.Generator) -> Array:
+    """Face, ears and throat, with a beard and glasses where they are worn."""
+    x, y, z = skull[..., 0], skull[..., 1], skull[..., 2]
+    before, aside = np.clip((z - 0.02) / 0.02, 0, 1), np.abs(x)
+    skin = np.asarray(look.skin, np.float64) * (1 + 0.035 * _pattern(random, 8, 64, 0.7))[..., None]
+    cheeks = _bump(aside, 0.045, 0.018) * _bump(y, -0.030, 0.02)
+    tip = _bump(aside, 0, 0.012) * _bump(y, -0.028, 0.012)
+    skin = skin * (1 + 0.10 * before * (cheeks + tip))[..., None] ** np.array([-1.0, -0.8, 0.5])
+    hollow = 0.22 * _bump(aside, 0.031, 0.016) * _bump(y, 0.015, 0.011)
+    hollow = hollow + 0.16 * _bump(aside, 0.012, 0.007) * _bump(y, -0.040, 0.006)
+    hollow = hollow + 0.14 * _bump(y, -0.082, 0.006) * _bump(x, 0, 0.02)
+    throat = 0.35 * np.clip((-y - 0.095) / 0.01, 0, 1)
+    skin = skin * ((1 - before * hollow) * (1 - throat))[..., None]
+    ear = _bump(z, -0.008, 0.009) * _bump(y, -0.004, 0.022) * (aside > 0.05)
+    skin = skin * (1 - ear[..., None] * np.array([0.25, 0.25, 0.10]))
+    if look.beard:
+        line = -0.048 + 0.05 * np.clip((0.06 - z) / 0.05, 0, 1)
+        grown = np.clip((line - y) / 0.016, 0, 1) * np.clip((z + 0.005) / 0.02, 0, 1)
+        grown = grown * (1 - 0.9 * _bump(y, -0.064, 0.007) * _bump(x, 0, 0.022))
+        skin = lerp(skin, np.asarray(look.hair, np.float64) * 0.9, 0.75 * grown)
+    skin = _face(look, skin, before, aside, y)
+    return _glasses(skin, before, skull) if look.glasses else skin
+
+
+def _face(look: Look, skin: Array, before: Array, aside: Array, y: Array) -> Array:
+    """Eyes, brows, mouth and nostrils, painted where the head's front is."""
+    lips = np.asarray(look.skin, np.float64) * np.array([0.62, 0.60, 0.84])
+    white, dark = np.array([176.0, 182.0, 185.0]), np.array([44.0, 46.0, 52.0])
+    eye = (_bump(aside, 0.031, 0.0135) ** 4 > 0.1) * (np.abs(y - 0.016) < 0.0055)
+    iris = np.square(aside - 0.031) + np.square(y - 0.016) < 0.0062**2
+    lid = _bump(y, 0.0225, 0.0025) * _bump(aside, 0.031, 0.016)
+    brow = _bump(y, 0.036, 0.0045) * np.clip(1.5 - np.abs(aside - 0.031) / 0.014, 0, 1)
+    nostril = _bump(aside, 0.008, 0.004) * _bump(y, -0.042, 0.003)
+    skin = lerp(skin, white, 0.8 * before * eye)
+    skin = lerp(skin, dark, 0.95 * before * iris)
+    skin = lerp(skin, dark, 0.7 * before * np.maximum(lid, nostril))
+    skin = lerp(skin, np.asarray(look.hair, np.float64) * 0.85, 0.8 * before * brow)
+    skin = lerp(skin, lips, 0.75 * before * _bump(y, -0.064, 0.0065) * (aside < 0.024))
+    between = np.array([36.0, 36.0, 70.0])
+    return lerp(skin, between, 0.7 * before * _bump(y, -0.064, 0.002) * (aside < 0.025))
+
+
+def _glasses(skin: Array, before: Array, skull: Array) -> Array:
+    """Rims, bridge and temples, with lenses that take a little light."""
+    aside, y, z = np.abs(skull[..., 0]), skull[..., 1], skull[..., 2]
+    u, v = (aside - 0.033) / 0.024, (y - 0.012) / 0.018
+    far = np.sqrt(np.sqrt(u * u * u * u + v * v * v * v))
+    rim = before * np.clip(1.6 - np.abs(far - 1) * 9, 0, 1)
+    bridge = before * (aside < 0.010) * (np.abs(y - 0.018) < 0.003)
+    temple = (aside > 0.045) * (np.abs(y - 0.018) < 0.0035) * (z > -0.01)
+    skin = lerp(skin, np.array([150.0, 140.0, 128.0]), 0.18 * before * (far < 1))
+    return lerp(skin, np.array([38.0, 36.0, 36.0]), np.clip(rim + bridge + temple, 0, 0.9))

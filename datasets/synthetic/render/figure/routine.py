@@ -1,0 +1,253 @@
+"""What the worker does: operations at several machines, drawn at random within bounds.
+
+All is in the paper's words: several operations on different machines, large out-of-plane
+rotations of the head, unpredictable locations.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.synthetic.render.light import smooth_step
+from datasets.synthetic.render.views import wandering
+
+__all__ = ["FOCAL", "FRAMES", "FRAMES_PER_SECOND", "SIZE", "Routine", "drawn_routine"]
+
+Array = NDArray[np.float64]
+
+SIZE = 640, 480
+"""Width and height of the images [pixels]."""
+
+FRAMES = 450
+FRAMES_PER_SECOND = 25.0
+
+FOCAL = 700.0
+"""Focal length [pixels]."""
+
+COLUMNS = 105.0, 535.0
+"""Where the head is seen, while he stands at a machine [pixels]."""
+
+DEPTHS = 1.55, 2.25
+"""How far it is then from the camera [metres]."""
+
+PACE = 0.85
+"""Mean speed between two machines [metres/second]."""
+
+FRONT, AWAY, LEFT, RIGHT = np.pi / 2, -np.pi / 2, np.pi, 0.0
+"""Headings: 0 is to the right, pi/2 towards the camera [radians]."""
+
+UNLIKE = 60.0
+"""Two machines in turn are this far apart in the picture, at least [pixels]."""
+
+
+@dataclass(frozen=True)
+class Routine:
+    """Pose in every frame; arrays have the shape (n,) unless said otherwise.
+
+    Attributes
+    ----------
+    x, z : ndarray of float64
+        Of the head, to the right of the camera and away from it [metres].
+    crouch : ndarray of float64
+        How much lower the hips are than in standing [metres].
+    heading : ndarray of float64
+        Of the body: 0 is to the right, pi/2 towards the camera [radians].
+    lean : ndarray of float64
+        Of the trunk, forward [radians].
+    turn, nod, tilt : ndarray of float64
+        Of the head: heading in the world, down from the horizon, to the left [radians].
+    hands : ndarray of float64, shape (n, 2, 3)
+        Of the left and the right wrist: to the left of the root of the neck, above it, and
+        before it, in the heading of the body [metres].
+    to_face : ndarray of float64, shape (n, 2)
+        How far each hand goes to the face instead, in [0, 1].
+    """
+
+    x: Array
+    z: Array
+    crouch: Array
+    heading: Array
+    lean: Array
+    turn: Array
+    nod: Array
+    tilt: Array
+    hands: Array
+    to_face: Array
+
+
+@dataclass(frozen=True)
+class _Operation:
+    """What is done at a machine, from when he is there [frames] until he leaves."""
+
+    start: float
+    end: float
+    head: tuple[float, float]  # x, z
+    facing: float
+    lean: float
+    crouch: float
+    nod: float
+    hands: Array
+
+
+def drawn_routine(random: np.random.Generator) -> Routine:
+    """Operations one after the other until the frames are over."""
+    operations = _operations(random)
+    headings = _unwound([operation.facing for operation in operations], random)
+    heading, turn = _headings(random, operations, headings)
+    # On the way to the next machine he straightens up.
+    moving = _moving(operations)
+    lean = _keyed(operations, [o.lean for o in operations]) * (1 - 0.7 * moving)
+    x, z = (_keyed(operations, [o.head[axis] for o in operations]) for axis in range(2))
+    steps = np.sqrt(np.square(np.gradient(x)) + np.square(np.gradient(z))) * FRAMES_PER_SECOND
+    time = np.arange(FRAMES) / FRAMES_PER_SECOND
+    bob = 0.016 * np.sin(2 * np.pi * (1.9 * time + random.uniform())) * np.minimum(steps, 1.0)
+    glance, peer = _glances(random, operations)
+    hands = _keyed(operations, [o.hands for o in operations])
+    nod = _keyed(operations, [o.nod for o in operations]) + peer
+    busy = np.stack([wandering(random, FRAMES, (0.5, 2.5), 0.018) for _ in range(6)], axis=1)
+    return Routine(
+        x=x + wandering(random, FRAMES, (1.5, 5.0), 0.014),
+        z=z + wandering(random, FRAMES, (1.5, 5.0), 0.010),
+        crouch=_keyed(operations, [o.crouch for o in operations]) + bob,
+        heading=heading,
+        lean=lean + wandering(random, FRAMES, (1.2, 4.0), 0.02),
+        turn=turn + glance + wandering(random, FRAMES, (0.8, 4.0), 0.06),
+        nod=nod + wandering(random, FRAMES, (0.8, 4.0), 0.05),
+        tilt=wandering(random, FRAMES, (1.0, 6.0), 0.07),
+        hands=hands + busy.reshape(hands.shape),
+        to_face=_gesture(random, operations),
+    )
+
+
+def _operations(random: np.random.Generator) -> list[_Operation]:
+    # He is seen from every side: the first five hold all four facings, and are always reached.
+    others = random.permutation([AWAY, LEFT, RIGHT, random.choice([AWAY, FRONT])])
+    facings = [FRONT, *others.tolist()]
+    operations: list[_Operation] = []
+    time, column = 0.0, random.uniform(*COLUMNS)
+    while time < FRAMES:
+        if len(operations) < len(facings):
+            facing = facings[len(operations)]
+        else:
+            facing = random.choice([f for f in (FRONT, AWAY, LEFT, RIGHT) if f != facing])
+        z = random.uniform(*DEPTHS)
+        head = (column - SIZE[0] / 2) * z / FOCAL, z
+        if operations:
+            before = operations[-1].head
+            way = np.hypot(head[0] - before[0], head[1] - before[1])
+            time += max(12.0, way / PACE * FRAMES_PER_SECOND)
+        end = time + random.uniform(22, 52)
+        operations.append(_operation(random, time, end, head, facing))
+        time, last = end, column
+        while abs(column - last) < UNLIKE:
+            column = random.uniform(*COLUMNS)
+    return operations
+
+
+def _operation(
+    random: np.random.Generator, start: float, end: float, head: tuple[float, float], facing: float
+) -> _Operation:
+    upright = not start or facing == AWAY
+    lean = np.radians(random.uniform(2, 20) if upright else random.uniform(2, 42))
+    squats = start > 0 and lean < np.radians(25) and random.random() < 0.3
+    deepest = 20 if facing == AWAY else 34
+    up = random.random() < 0.2
+    nod = np.radians(random.uniform(-20, -5) if up else random.uniform(4, deepest))
+    reach = random.uniform(0.30, 0.46)
+    height = random.uniform(-0.45, 0.25 if facing == AWAY else -0.22)
+    works = [
+        np.array([side * random.uniform(0.08, 0.2), height + random.uniform(-0.08, 0.08), reach])
+        for side in (1, -1)
+    ]
+    hangs = [np.array([side * 0.25, -0.62, 0.10]) for side in (1, -1)]
+    busy = random.random(2) < 0.75
+    return _Operation(
+        start,
+        end,
+        head,
+        facing + np.radians(random.uniform(-1, 1) * (10 if facing == AWAY else 20)),
+        lean,
+        random.uniform(0.1, 0.3) if squats else 0.0,
+        nod if start else abs(nod) / 2,
+        np.stack([work if b else hang for work, hang, b in zip(works, hangs, busy, strict=True)]),
+    )
+
+
+def _unwound(facings: list[float], random: np.random.Generator) -> list[float]:
+    """Headings in turn; as a rule he turns the shorter way, sometimes the other."""
+    headings = facings[:1]
+    for facing in facings[1:]:
+        by = (facing - headings[-1] + np.pi) % (2 * np.pi) - np.pi
+        if abs(by) > np.pi / 2 and random.random() < 0.3:
+            by -= np.sign(by) * 2 * np.pi
+        headings.append(headings[-1] + by)
+    return headings
+
+
+def _headings(
+    random: np.random.Generator, operations: list[_Operation], headings: list[float]
+) -> tuple[Array, Array]:
+    """Of the body and of the head, which turns first and faster."""
+    time = np.arange(FRAMES, dtype=np.float64)
+    body, head = np.full(FRAMES, headings[0]), np.full(FRAMES, headings[0])
+    for (before, after), (old, new) in zip(pairwise(operations), pairwise(headings), strict=True):
+        start, length = before.end, after.start - before.end
+        quick = max(9.0, abs(new - old) / np.radians(240) * FRAMES_PER_SECOND * 1.5)
+        ahead = start - random.uniform(2, 7)
+        body += (new - old) * smooth_step(time, start, start + max(length, 1.2 * quick))
+        head += (new - old) * smooth_step(time, ahead, ahead + max(0.7 * length, quick))
+    # A neck turns by so much and no further.
+    limit = np.radians(75)
+    return body, body + limit * np.tanh((head - body) / limit)
+
+
+def _glances(random: np.random.Generator, operations: list[_Operation]) -> tuple[Array, Array]:
+    """Looks aside and up or down while he works."""
+    time = np.arange(FRAMES, dtype=np.float64)
+    aside, down = np.zeros(FRAMES), np.zeros(FRAMES)
+    for operation in operations[1:]:
+        if random.random() < 0.6:
+            start = random.uniform(operation.start, operation.end - 10)
+            rise, hold = random.uniform(6, 11), random.uniform(4, 14)
+            there = smooth_step(time, start, start + rise)
+            there = there - smooth_step(time, start + rise + hold, start + 2 * rise + hold)
+            aside += random.choice([-1, 1]) * np.radians(random.uniform(25, 60)) * there
+            down += np.radians(random.uniform(-20, 15)) * there
+    return aside, down
+
+
+def _gesture(random: np.random.Generator, operations: list[_Operation]) -> Array:
+    """A hand goes to the face once in some scenes, when he does not look away."""
+    time = np.arange(FRAMES, dtype=np.float64)
+    hands = np.zeros((FRAMES, 2))
+    turned = [o for o in operations[1:] if np.sin(o.facing) > -0.5 and o.end < FRAMES]
+    if turned and random.random() < 0.6:
+        operation = turned[random.integers(len(turned))]
+        start = random.uniform(operation.start, operation.end - 16)
+        up = smooth_step(time, start, start + 8)
+        down = smooth_step(time, start + 14, start + 24)
+        hands[:, random.integers(2)] = up - down
+    return hands
+
+
+def _keyed(operations: list[_Operation], values: list[float] | list[Array]) -> Array:
+    """A value that is held in each operation, and changes smoothly on the way to the next."""
+    keys = np.asarray(values, np.float64)
+    time = np.arange(FRAMES, dtype=np.float64)
+    total: Array = np.zeros((FRAMES, *keys.shape[1:])) + keys[0]
+    for k, (before, after) in enumerate(pairwise(operations)):
+        share = smooth_step(time, before.end, after.start)
+        total += share.reshape(-1, *[1] * (keys.ndim - 1)) * (keys[k + 1] - keys[k])
+    return total
+
+
+def _moving(operations: list[_Operation]) -> Array:
+    """How far he is between two machines: 0 at one, 1 half-way."""
+    time = np.arange(FRAMES, dtype=np.float64)
+    total = np.zeros(FRAMES)
+    for before, after in pairwise(operations):
+        share = smooth_step(time, before.end, after.start)
+        total += 4 * share * (1 - share)
+    return total

@@ -1,0 +1,177 @@
+"""The ground from the camera to the houses, in bands; drawn as rows that shift by depth."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.synthetic.render.pinhole import Camera
+from datasets.synthetic.render.shade import Shade
+from datasets.synthetic.render.texture import fractal, grass, paving, pebbles
+
+__all__ = ["Band", "ground_rows", "street_bands"]
+
+Array = NDArray[np.float64]
+
+SIDE = 512
+"""Of a texture [pixels]."""
+
+_LINES = 4  # averaged in a row
+
+REACH = 40.0
+"""Large spots and stains repeat after this [metres]."""
+
+
+@dataclass(frozen=True)
+class Band:
+    """A strip of ground along the street.
+
+    Attributes
+    ----------
+    start : float
+        Its nearer edge [metres from the camera]; it ends where the next begins.
+    texture : ndarray of float64, shape (SIDE, SIDE, 3)
+        Periodic.
+    side : float
+        That a texture's side covers [metres].
+    """
+
+    start: float
+    texture: Array
+    side: float
+
+
+def street_bands(random: np.random.Generator, kerb: float, end: float) -> list[Band]:
+    """Pavement, kerb, road and pavement again.
+
+    Parameters
+    ----------
+    random : numpy.random.Generator
+        Draws what they are made of.
+    kerb : float
+        Where the road begins [metres].
+    end : float
+        Where the houses begin [metres].
+    """
+    stones = paving(random, SIDE)
+    worn = stones.mean(axis=(0, 1))
+    stones = (worn + 0.7 * (stones - worn)) * random.uniform(1.0, 1.2)
+    kinds = (lambda: stones, lambda: pebbles(random, SIDE) * 0.5 + 62, lambda: _slabs(random))
+    near = kinds[random.integers(3)]()
+    side = float(random.uniform(2.2, 3.2))
+    asphalt = _asphalt(random)
+    kerbstone = (
+        np.full((SIDE, SIDE, 3), 168.0) * (1 + 0.05 * fractal(random, SIDE, 8, 256))[..., None]
+    )
+    kerbstone[:, :: SIDE // 4] *= 0.75
+    bands = [Band(0.0, near, side)]
+    if random.random() < 0.5:
+        bands.append(Band(kerb - random.uniform(0.9, 1.4), grass(random, SIDE), 3.0))
+    line = asphalt.copy()
+    line[:, : SIDE // 2] = line[:, : SIDE // 2] * 0.3 + 150
+    middle = (kerb + end - 2.6) / 2
+    return [
+        *bands,
+        Band(kerb - 0.2, kerbstone, 4.0),
+        Band(kerb, asphalt, 3.0),
+        Band(middle - 0.12, line, 6.0),
+        Band(middle + 0.12, asphalt, 3.0),
+        Band(end - 2.6, kerbstone, 4.0),
+        Band(end - 2.4, stones, side),
+    ]
+
+
+def _asphalt(random: np.random.Generator) -> Array:
+    tone = 1 + 0.10 * fractal(random, SIDE, 32, 256, 0.9) + 0.06 * fractal(random, SIDE, 2, 16)
+    return np.array([92.0, 92.0, 94.0]) * random.uniform(0.85, 1.2) * tone[..., None]
+
+
+def _slabs(random: np.random.Generator) -> Array:
+    """Large concrete slabs."""
+    rows, columns = np.indices((SIDE, SIDE))
+    cell = SIDE // 6
+    joint = (rows % cell < 4) | ((columns + (rows // cell % 2) * (cell // 2)) % cell < 4)
+    tones = random.uniform(0.93, 1.07, (8, 16))[rows // cell, columns // cell]
+    slab = np.array([148.0, 156.0, 162.0]) * tones[..., None]
+    slab = slab * (1 + 0.06 * fractal(random, SIDE, 16, 256, 0.9))[..., None]
+    return np.where(joint[..., None], slab * 0.66, slab)
+
+
+def ground_rows(
+    random: np.random.Generator,
+    bands: list[Band],
+    shade: Shade,
+    camera: Camera,
+    scales: Array,
+    x_low: float,
+    widths: NDArray[np.int64],
+    margin: float,
+) -> NDArray[np.uint8]:
+    """Rows of ground, each stretched as its depth is seen.
+
+    Parameters
+    ----------
+    random : numpy.random.Generator
+        Draws large spots.
+    bands : list of Band
+        From the nearest to the farthest.
+    shade : Shade
+        Light on the ground.
+    camera : Camera
+        Its eye and focal length.
+    scales : ndarray of float64, shape (rows,)
+        Of each row, in its middle [pixels/metre].
+    x_low : float
+        Place at `margin` pixels from the left end of every row [metres].
+    widths : ndarray of int64, shape (rows,)
+        Of each row [pixels]; the rest of the array stays 0.
+    margin : float
+        [pixels].
+
+    Returns
+    -------
+    ndarray of uint8, shape (rows, max(widths), 3)
+    """
+    spots = fractal(random, 256, 8, 64, 0.7)
+    starts = np.array([band.start for band in bands])
+    pyramids = [_pyramid(band.texture) for band in bands]
+    rows = np.zeros((len(scales), int(widths.max()), 3), np.uint8)
+    for row, scale in enumerate(scales):
+        x = x_low + (np.arange(widths[row]) + 0.5 - margin) / scale
+        # A row shows a stretch of depth: lines within it are averaged.
+        offsets = (np.arange(_LINES) + 0.5) / _LINES - 0.5
+        depths = camera.focal / np.maximum(scale + offsets / camera.eye, 1.0)
+        colour = np.zeros((len(x), 3))
+        for z in depths:
+            band = max(int(np.searchsorted(starts, z, "right")) - 1, 0)
+            colour += _line(pyramids[band], bands[band].side, x, float(z), float(scale))
+        z = float(depths.mean())
+        stain = _sampled(spots[int(z * (256 / REACH)) % 256, :, None], x * (256 / REACH))[:, 0]
+        gain = (1 + 0.09 * stain) * shade.at(x, z) / _LINES
+        rows[row, : len(x)] = np.clip(np.round(colour * gain[:, None]), 0, 255)
+    return rows
+
+
+def _pyramid(texture: Array) -> list[Array]:
+    levels = [texture]
+    while levels[-1].shape[0] > 8:
+        above = levels[-1]
+        half = above[0::2] + above[1::2]
+        levels.append((half[:, 0::2] + half[:, 1::2]) / 4)
+    return levels
+
+
+def _line(pyramid: list[Array], side: float, x: Array, z: float, scale: float) -> Array:
+    """Colours of a texture along the street at a depth, shape (len(x), 3)."""
+    density = SIDE / side  # texture pixels a metre
+    level = int(np.clip(np.round(np.log2(max(density / scale, 1.0))), 0, len(pyramid) - 1))
+    texture = pyramid[level]
+    density = len(texture) / side
+    return _sampled(texture[int(np.floor(z * density)) % len(texture)], x * density)
+
+
+def _sampled(line: Array, places: Array) -> Array:
+    """Periodic linear interpolation of a line, shape (n, channels)."""
+    left = np.floor(places).astype(np.int64)
+    share = (places - left)[:, None]
+    return np.asarray(line[left % len(line)] * (1 - share) + line[(left + 1) % len(line)] * share)

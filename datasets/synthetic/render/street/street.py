@@ -1,0 +1,207 @@
+"""A street: houses and sky, ground, things that stand about, and the light on all of it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from datasets.synthetic.render.layers import draw_rows, instants
+from datasets.synthetic.render.pinhole import Camera
+from datasets.synthetic.render.prop import Prop
+from datasets.synthetic.render.shade import Light, Shade
+from datasets.synthetic.render.street.car import car
+from datasets.synthetic.render.street.facades import backdrop
+from datasets.synthetic.render.street.furniture import litter_bin, post, sign
+from datasets.synthetic.render.street.ground import ground_rows, street_bands
+from datasets.synthetic.render.street.tree import bush, tree
+from datasets.synthetic.scene import part_generator
+
+__all__ = ["Reach", "Street"]
+
+KERB = 10.6
+"""Where the road begins [metres]."""
+
+HOUSES = 18.0
+"""Where the houses stand [metres]."""
+
+
+@dataclass(frozen=True)
+class Reach:
+    """What a camera does in a whole sequence: lowest and highest of each.
+
+    Attributes
+    ----------
+    x : tuple of float
+        Lateral place [metres].
+    shift_x, shift_y : tuple of float
+        Shift of the picture [pixels].
+    """
+
+    x: tuple[float, float] = (0.0, 0.0)
+    shift_x: tuple[float, float] = (0.0, 0.0)
+    shift_y: tuple[float, float] = (0.0, 0.0)
+
+
+class Street:
+    """A street that runs from left to right, seen from the near pavement.
+
+    Nothing is painted before it is asked for.
+
+    Parameters
+    ----------
+    seed : int
+        Of all that is drawn at random.
+    size : tuple of int
+        Width and height of the images [pixels].
+    still : Camera
+        What does not change of the camera.
+    reach : Reach
+        What changes, and how far.
+    light : {'even', 'dappled'}
+        Overcast, or sun through trees.
+    """
+
+    def __init__(
+        self, seed: int, size: tuple[int, int], still: Camera, reach: Reach, light: Light = "even"
+    ) -> None:
+        self._seed = seed
+        self._size = size
+        self._still = still
+        self._reach = reach
+        self._light: Light = light
+
+    def draw(
+        self,
+        canvas: NDArray[np.uint8],
+        camera: Camera,
+        motion: tuple[float, float] = (0.0, 0.0),
+        travel: float = 0.0,
+    ) -> None:
+        """Fill a picture with houses, sky and ground.
+
+        Parameters
+        ----------
+        canvas : ndarray of uint8, shape (height, width, 3)
+            Changed in place.
+        camera : Camera
+            At mid-exposure, within the reach.
+        motion : tuple of float
+            Shift of the picture during the exposure [pixels]; what is blurred is the part
+            sideways.
+        travel : float
+            Of the camera during the exposure [metres].
+        """
+        boundary = int(np.floor(camera.row(0.0, HOUSES) + 0.5))
+        edge = min(max(boundary, 0), len(canvas))
+        picture, top = self._backdrop
+        far = np.array([camera.scale(HOUSES)])
+        lefts = np.repeat(self._lefts(camera, far, motion[0], travel), len(picture), axis=1)
+        draw_rows(canvas, picture, round((top + camera.shift_y) * 64), lefts, 0, edge)
+        rows, first = self._ground
+        lefts = self._lefts(camera, self._scales, motion[0], travel)
+        draw_rows(canvas, rows, round((first + camera.shift_y) * 64), lefts, edge, len(canvas))
+
+    @cached_property
+    def props(self) -> list[Prop]:
+        """What stands about: trees, parked cars, bins, signs, lamp posts, bushes."""
+        random = part_generator(self._seed, "street furniture")
+        low, high = self._span(KERB)
+        things: list[Prop] = []
+        x = low + random.uniform(0, 6)
+        while x < high:  # trees in a row before the kerb
+            z = KERB - 0.5
+            kind = tree if random.random() < 0.75 else post
+            things.append(kind(random, x, z, self._at(z)))
+            x += random.uniform(4.5, 9.5)
+        x = low + random.uniform(0, 8)
+        while x < high:  # cars along it
+            if random.random() < 0.6:
+                things.append(car(random, x, KERB + 0.9, self._at(KERB + 0.9)))
+            x += random.uniform(5.2, 7.5)
+        for kind, spacing in ((litter_bin, 22.0), (sign, 16.0), (bush, 14.0)):
+            x = low + random.uniform(0, spacing)
+            while x < high:
+                z = KERB - random.uniform(0.2, 0.8)
+                things.append(kind(random, x, z, self._at(z)))
+                x += random.uniform(0.5, 1.5) * spacing
+        return things
+
+    def post(self, x: float, z: float, thickness: float) -> Prop:
+        """A pillar of some metres that hides what passes behind it; all in metres."""
+        return post(part_generator(self._seed, f"post {x} {z}"), x, z, self._at(z), thickness)
+
+    def gains(self, x: float, z: float, heights: ArrayLike) -> NDArray[np.float64]:
+        """Light on a person at a place, at heights above the ground; all in metres."""
+        return self._shade.on_upright(x, z, heights)
+
+    @cached_property
+    def _shade(self) -> Shade:
+        return Shade(part_generator(self._seed, "shade"), self._light)
+
+    @cached_property
+    def _backdrop(self) -> tuple[NDArray[np.uint8], float]:
+        """Houses and sky, and the row of the picture where they begin."""
+        scale = self._at(HOUSES)
+        top = -np.ceil(self._reach.shift_y[1]) - 1
+        base = float(self._still.row(0.0, HOUSES)) - top
+        width = int(self._widths(np.array([scale]))[0])
+        height = int(np.ceil(base)) + 3
+        random = part_generator(self._seed, "houses")
+        return backdrop(random, height, width, scale, base), float(top)
+
+    @cached_property
+    def _ground(self) -> tuple[NDArray[np.uint8], float]:
+        """Rows of ground, and the row of the picture where they begin."""
+        random = part_generator(self._seed, "ground")
+        rows = ground_rows(
+            random,
+            street_bands(random, KERB, HOUSES),
+            self._shade,
+            self._still,
+            self._scales,
+            self._reach.x[0],
+            self._widths(self._scales),
+            self._margin,
+        )
+        return rows, self._first_row
+
+    @property
+    def _first_row(self) -> float:
+        return float(np.floor(self._still.row(0.0, HOUSES))) - 2
+
+    @cached_property
+    def _scales(self) -> NDArray[np.float64]:
+        """Of every row of the ground, without shift [pixels/metre]."""
+        last = self._size[1] - self._reach.shift_y[0] + 2
+        rows = np.arange(self._first_row, last) + 0.5
+        return np.asarray((rows - self._still.horizon) / self._still.eye)
+
+    @property
+    def _margin(self) -> float:
+        """Column, in any row of a panorama, of the place at the reach's lower end."""
+        return self._still.centre + self._reach.shift_x[1] + 16
+
+    def _widths(self, scales: NDArray[np.float64]) -> NDArray[np.int64]:
+        travel = (self._reach.x[1] - self._reach.x[0]) * scales
+        turn = self._reach.shift_x[1] - self._reach.shift_x[0]
+        return np.asarray(np.ceil(travel + turn + self._size[0] + 34), np.int64)
+
+    def _lefts(
+        self, camera: Camera, scales: NDArray[np.float64], motion: float, travel: float
+    ) -> NDArray[np.int64]:
+        """Column of a panorama at the picture's left border, by instant and row [1/64 pixel]."""
+        nearest = float(scales.max())
+        moments = instants(abs(motion) + abs(travel) * nearest)[:, None]
+        places = (camera.x - self._reach.x[0] + moments * travel) * scales
+        lefts = places + self._margin - camera.centre - camera.shift_x - moments * motion
+        limit = (self._widths(scales) - self._size[0] - 2) * 64
+        return np.clip(np.round(lefts * 64).astype(np.int64), 0, limit)
+
+    def _at(self, z: float) -> float:
+        return float(self._still.scale(z))
+
+    def _span(self, z: float) -> tuple[float, float]:
+        """Stretch of the street that is ever seen at a depth, with something to spare."""
+        half = (self._size[0] / 2 + max(abs(v) for v in self._reach.shift_x)) / self._at(z) + 3
+        return self._reach.x[0] - half, self._reach.x[1] + half

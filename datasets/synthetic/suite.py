@@ -1,0 +1,148 @@
+"""A suite: names of sequences, their knobs, and the modules that make scenes of these."""
+
+import hashlib
+import importlib
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, cast
+
+from datasets.interface import Sequence, Summary
+from datasets.seal import seal_of
+from datasets.source_digest import source_digest
+from datasets.synthetic.knobs import Knobs
+
+if TYPE_CHECKING:
+    from datasets.synthetic.scene import Scene
+
+__all__ = ["Entry", "SceneModule", "Suite", "suites"]
+
+FOLDER = Path(__file__).parent
+
+
+class SceneModule(Protocol):
+    """What a module offers that makes scenes."""
+
+    __file__: str
+
+    def scene(self, knobs: Any, *which: Any) -> "Scene":
+        """Renderer and truth; nothing is painted yet. `which` is the entry's."""
+        ...
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A sequence of a suite.
+
+    Attributes
+    ----------
+    name : str
+        Full name, `suite/sequence`.
+    knobs : type
+        What can be set of it.
+    module : str
+        Dotted name of the `SceneModule`. It brings Numba, so it is loaded only where a
+        sequence is opened.
+    length : int
+        Frames, with all knobs at their defaults.
+    size : tuple of int
+        Width and height of the images [pixels], likewise.
+    which : tuple
+        What tells the sequence from others of the same module.
+    """
+
+    name: str
+    knobs: type[Knobs]
+    module: str
+    length: int
+    size: tuple[int, int]
+    which: tuple[Any, ...] = ()
+
+    def opened(self, options: Mapping[str, str]) -> tuple[Knobs, SceneModule]:
+        """Checked knobs, and the module.
+
+        Raises
+        ------
+        SequenceError
+            For an unknown knob or a value out of its bounds.
+        """
+        knobs = self.knobs.checked(self.name, options)
+        return knobs, cast(SceneModule, importlib.import_module(self.module))
+
+
+class Suite:
+    """Sequences that are rendered.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the suite; its `golden.json` holds the seals (see `datasets.seal`).
+    entries : iterable of Entry
+        The sequences.
+    """
+
+    def __init__(self, folder: Path, entries: Iterable[Entry]) -> None:
+        self.entries = {entry.name: entry for entry in entries}
+        self.golden = folder / "golden.json"
+
+    def names(self) -> list[str]:
+        """Names of the sequences, without options."""
+        return list(self.entries)
+
+    def options(self, name: str) -> list[dict[str, Any]]:
+        """What can be set of a sequence: `name`, `default` and `meaning` of every knob."""
+        return self.entries[name].knobs.described()
+
+    def summary(self, name: str) -> Summary:
+        """Length and size of images of one of `names()` as it is by default."""
+        return Summary(self.entries[name].length, self.entries[name].size)
+
+    def load(self, name: str, options: Mapping[str, str]) -> Sequence:
+        """Sequence of one of `names()` with some knobs set; renders nothing.
+
+        Raises
+        ------
+        SequenceError
+            For an unknown knob or a value out of its bounds.
+        """
+        entry = self.entries[name]
+        knobs, module = entry.opened(options)
+        scene = module.scene(knobs, *entry.which)
+        truth = scene.truth()
+        return Sequence(
+            knobs.canonical_name(name),
+            scene,
+            truth.boxes,
+            fingerprint=lambda: self._fingerprint(entry, knobs),
+            regions=truth.regions,
+            visibility=truth.visibility,
+            attributes=truth.attributes,
+            fps=scene.fps,
+            masks=scene.mask,
+            image_size=scene.size,
+        )
+
+    def tree(self, name: str) -> str:
+        """Digest of the syntax trees that make a sequence's scenes: of modules in this folder.
+
+        Nothing elsewhere makes a pixel or a truth value.
+        """
+        file = FOLDER.parents[1].joinpath(*self.entries[name].module.split("."))
+        return source_digest(file.with_suffix(".py"), FOLDER)[0]
+
+    def _fingerprint(self, entry: Entry, knobs: Knobs) -> str:
+        tree = self.tree(entry.name)
+        seal = seal_of(entry.name, self.golden)
+        version = [tree] if seal is None else seal.named(tree)
+        identity = [entry.name, knobs.model_dump(), *version]
+        return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
+
+
+@cache
+def suites() -> list[Suite]:
+    """List the suites: folders here whose package has a `SUITE`."""
+    folders = sorted(file.parent.name for file in FOLDER.glob("*/__init__.py"))
+    packages = [importlib.import_module(f"datasets.synthetic.{name}") for name in folders]
+    return [package.SUITE for package in packages if hasattr(package, "SUITE")]

@@ -1,0 +1,32 @@
+"""The sequences of a paper on an improved CamShift inside a particle filter.
+
+Analogues of the three videos on which the paper shows its trackers, drawn from its words
+alone: other videos, new in every scene. The paper counts frames from 1; its frame k is ours
+k - 1.
+"""
+
+from pathlib import Path
+
+from datasets.synthetic.suite import Entry, Suite
+from datasets.synthetic.wang2010.cup.knobs import CupKnobs
+from datasets.synthetic.wang2010.hand.knobs import HandKnobs
+from datasets.synthetic.wang2010.table_tennis.knobs import TableTennisKnobs
+
+__all__ = ["SUITE"]
+
+MODULE = "datasets.synthetic.wang2010"
+
+SUITE = Suite(
+    Path(__file__).parent,
+    [
+        Entry(
+            "wang2010/table-tennis",
+            TableTennisKnobs,
+            f"{MODULE}.table_tennis.scene",
+            50,
+            (142, 115),
+        ),
+        Entry("wang2010/hand", HandKnobs, f"{MODULE}.hand.scene", 100, (160, 120)),
+        Entry("wang2010/cup", CupKnobs, f"{MODULE}.cup.scene", 80, (108, 85)),
+    ],
+)

@@ -1,0 +1,149 @@
+"""When what happens where: the cup's way, and where the things of its colour stand on it.
+
+The paper's frame 36 is `EVENT` here. Before it the cup comes down towards the thing behind it
+and the box before it; after it the cup rises and leaves both.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from datasets.synthetic.render.light import smooth_step
+from datasets.synthetic.render.path import quantised
+from datasets.synthetic.render.rays import View
+
+__all__ = ["EVENT", "FRAMES", "SIZE", "WALL", "Cup", "Plan", "drawn_plan"]
+
+Array = NDArray[np.float64]
+
+FRAMES = 80
+SIZE = 108, 85
+EVENT = 35
+
+WALL = -45.0
+"""Where the wall stands [pixels towards the camera, from the cup]."""
+
+DOWN, UP = (13.0, 34.0), (45.0, 72.0)
+"""Frames in which the cup comes down and rises again."""
+
+
+@dataclass(frozen=True)
+class Cup:
+    """Measures of the cup, upright, with its foot at the origin [pixels].
+
+    Attributes
+    ----------
+    height : float
+    foot, rim : float
+        Radii below and above.
+    handle : float
+        How far the handle reaches from the wall.
+    hand : {-1, 1}
+        On which side the hand is; the handle is on the other.
+    """
+
+    height: float
+    foot: float
+    rim: float
+    handle: float
+    hand: int
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A kitchen in numbers, and the cup's way through it, from the left to the right.
+
+    Attributes
+    ----------
+    view : View
+    horizon : float
+        Row in which the wall meets the counter [pixels].
+    cup : Cup
+    mirrored : bool
+        Whether left and right are exchanged in the pictures.
+    pace : float
+        Of the cup, sideways [pixels/frame].
+    unevenness : ndarray of float64, shape (2, 3)
+        Of its way and of its tilt: size, period [frames], phase.
+    column, low : float
+        Where the cup's middle is in frame `EVENT` [pixels].
+    fall, rise : float
+        How far it comes down before, and rises after [pixels].
+    behind : tuple of float
+        Left and right border of the thing behind [pixels].
+    before : tuple of float
+        Middle and half the width of the box before [pixels].
+    hidden : float
+        How far above the cup's middle, at its lowest, the box's upper edge is seen [pixels].
+    """
+
+    view: View
+    horizon: float
+    cup: Cup
+    mirrored: bool
+    pace: float
+    unevenness: Array
+    column: float
+    low: float
+    fall: float
+    rise: float
+    behind: tuple[float, float]
+    before: tuple[float, float]
+    hidden: float
+
+    def middle(self, times: ArrayLike) -> Array:
+        """Where the middle of the cup's axis is seen [pixels], shape `times.shape + (2,)`."""
+        t = np.asarray(times, np.float64)
+        x = self.column + self.pace * (t - EVENT) + self._uneven(0, t) - self._uneven(0, EVENT)
+        down, up = smooth_step(t, *DOWN), smooth_step(t, *UP)
+        y = self.low - self.fall * (1 - down) - self.rise * up
+        return quantised(np.stack([x, y], axis=-1))
+
+    def tilt(self, times: ArrayLike) -> Array:
+        """How far the cup leans to the right [radians]."""
+        return self._uneven(1, np.asarray(times, np.float64))
+
+    def _uneven(self, row: int, times: ArrayLike) -> Array:
+        size, period, phase = self.unevenness[row]
+        return np.asarray(size * np.sin(2 * np.pi * np.asarray(times) / period + phase))
+
+
+def drawn_plan(random: np.random.Generator) -> Plan:
+    """A kitchen, drawn at random."""
+    side = random.choice([-1.0, 1.0]) * random.uniform(0.45, 0.8)
+    light = np.array([side, random.uniform(0.55, 0.8), 1.0])
+    light /= np.sqrt((light * light).sum())
+    view = View(random.uniform(0.22, 0.32), (float(light[0]), float(light[1]), float(light[2])))
+    rim = random.uniform(6.8, 7.5)
+    cup = Cup(
+        height=random.uniform(15.2, 16.6),
+        foot=rim * random.uniform(0.76, 0.98),
+        rim=rim,
+        handle=random.uniform(4.0, 4.8),
+        hand=int(random.choice([-1, 1])),
+    )
+    pace = random.uniform(0.82, 0.94)
+    column = random.uniform(14.5 + EVENT * pace, 94.5 - (FRAMES - 1 - EVENT) * pace)
+    touch = random.uniform(14.0, 18.0)
+    left = column - (EVENT - touch) * pace + rim
+    return Plan(
+        view=view,
+        horizon=random.uniform(59, 63),
+        cup=cup,
+        mirrored=bool(random.integers(2)),
+        pace=pace,
+        unevenness=np.array(
+            [
+                [random.uniform(0.3, 0.9), random.uniform(42, 70), random.uniform(0, 6.28)],
+                [random.uniform(0.02, 0.06), random.uniform(40, 70), random.uniform(0, 6.28)],
+            ]
+        ),
+        column=column,
+        low=random.uniform(46, 49),
+        fall=random.uniform(8, 11),
+        rise=random.uniform(6, 11),
+        behind=(left, left + random.uniform(28, 33)),
+        before=(column + random.uniform(2, 5) * pace, random.uniform(10.5, 13.0)),
+        hidden=random.uniform(-1.5, 1.0),
+    )

@@ -1,0 +1,145 @@
+"""`wang2010/cup`: a hand carries a cup past things of nearly its colour.
+
+The paper says: an own recording, 80 frames of 108 x 85, a cup. At frame 36 the target is
+disturbed by surroundings of almost its colour and partly hidden by something of almost its
+colour; colour can't be relied upon there, while the motion stays good. All the rest is ours.
+"""
+
+from functools import cached_property, lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.interface import Image, Mask
+from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.scene import Scene, Truth
+from datasets.synthetic.wang2010.cup.knobs import CupKnobs
+from datasets.synthetic.wang2010.cup.plan import FRAMES, SIZE, WALL
+from datasets.synthetic.wang2010.cup.setting import Setting
+
+__all__ = ["CupScene", "scene"]
+
+Array = NDArray[np.float64]
+
+EXPOSURE = 0.5
+"""Part of the time between two frames for which the shutter is open."""
+
+NOISE = 2.2
+"""Standard deviation of the sensor's noise [grey levels]."""
+
+SHADOW, SOFTNESS = 0.3, 2.2
+"""How much light the shadow on the wall takes, and its softness [pixels]."""
+
+NOTICED = 0.1
+"""Part of the cup that must be hidden, or before something of its colour, to be worth a word."""
+
+
+def scene(knobs: CupKnobs) -> "CupScene":
+    """Renderer and truth; nothing is drawn yet."""
+    return CupScene(knobs.scene, knobs.background == "plain")
+
+
+class CupScene(Scene):
+    """A cup in a hand.
+
+    Parameters
+    ----------
+    seed : int
+        Of all that is drawn at random.
+    plain : bool
+        Whether there is nothing but a wall of another colour, a counter and the held cup.
+    """
+
+    def __init__(self, seed: int, plain: bool) -> None:
+        self._seed = seed
+        self._plain = plain
+        self.setting = _setting(seed, plain)
+        self.plan = self.setting.plan
+
+    def __len__(self) -> int:
+        return FRAMES
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """See `Scene.size`."""
+        return SIZE
+
+    def truth(self) -> Truth:
+        """See `Scene.truth`.
+
+        Boxes are those of the cup with its handle. Attributes are `occluded` (the box before
+        it hides a tenth of the cup or more) and `similar background` (a tenth or more of it is
+        before the thing of nearly its colour).
+        """
+        return _truth(self._seed, self._plain)
+
+    def render(self, frame: int) -> Image:
+        """See `Scene.render`."""
+        behind, box = self.setting.still
+        instants = frame + EXPOSURE * np.array([-0.25, 0.25])
+        carried = np.mean([self.setting.carried.at(*self._pose(t)) for t in instants], axis=0)
+        picture = behind * (1 - self._shadow(carried[..., 3]))[..., None]
+        for layer in (carried, box):
+            picture = picture * (1 - layer[..., 3:]) + layer[..., :3]
+        canvas = np.round(255 * np.clip(picture, 0, 1)).astype(np.uint8)
+        if self.plan.mirrored:
+            canvas = np.ascontiguousarray(canvas[:, ::-1])
+        compositing.develop(
+            canvas,
+            light.fixed_point(light.vignette(SIZE[1], 0.08)),
+            light.fixed_point(light.vignette(SIZE[0], 0.1)),
+            self._noise_table,
+            noise.random_bytes(self._seed, frame, canvas.size),
+        )
+        return canvas
+
+    def mask(self, frame: int) -> Mask:
+        """See `Scene.mask`."""
+        mask = self.seen(frame)[1] >= 0.5
+        return np.asarray(mask[:, ::-1] if self.plan.mirrored else mask)
+
+    def seen(self, frame: int) -> tuple[Array, Array]:
+        """Part of each pixel that the cup covers, and part that shows it; not mirrored."""
+        whole, held = (layer.at(*self._pose(frame)) for layer in self.setting.silhouettes)
+        return whole, held * (1 - self.setting.hidden)
+
+    def _pose(self, time: float) -> tuple[Array, float]:
+        return self.plan.middle(time), float(self.plan.tilt(time))
+
+    def _shadow(self, coverage: Array) -> Array:
+        """Light that what is carried takes from the wall."""
+        x, y, z = self.plan.view.light
+        shift = WALL * x / z, float(self.plan.view.row(WALL * y / z, WALL))
+        matrix = np.column_stack([np.eye(2), shift])
+        thrown = cv2.warpAffine(coverage, matrix, SIZE)
+        return np.asarray(SHADOW * cv2.GaussianBlur(thrown, (0, 0), SOFTNESS))
+
+    @cached_property
+    def _noise_table(self) -> NDArray[np.int32]:
+        return noise.noise_table(NOISE)
+
+
+@lru_cache(maxsize=4)
+def _setting(seed: int, plain: bool) -> Setting:
+    return Setting(seed, plain)
+
+
+@lru_cache(maxsize=4)
+def _truth(seed: int, plain: bool) -> Truth:
+    scene = CupScene(seed, plain)
+    setting, plan = scene.setting, scene.plan
+    times = np.arange(FRAMES)
+    boxes = setting.silhouettes[0].extents(plan.middle(times), plan.tilt(times))
+    if plan.mirrored:
+        boxes[:, 0] = SIZE[0] - boxes[:, 0] - boxes[:, 2]
+    shares = np.empty((FRAMES, 3))
+    for frame in range(FRAMES):
+        whole, seen = scene.seen(frame)
+        parts = seen, whole * setting.hidden, whole * setting.similar
+        shares[frame] = [part.sum() / whole.sum() for part in parts]
+    return Truth(
+        boxes,
+        shares[:, 0],
+        {"occluded": shares[:, 1] >= NOTICED, "similar background": shares[:, 2] >= NOTICED},
+    )

@@ -1,0 +1,188 @@
+"""What is behind: the wall of an office, or a wall and nothing else.
+
+Nothing in the room has the hue of skin: the face alone has.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.interface import Image
+from datasets.synthetic.render.painting import Colour, Painting, varied
+from datasets.synthetic.render.texture import fractal, lerp, ramp
+
+__all__ = ["FINE", "office", "plain_wall"]
+
+Array = NDArray[np.float64]
+
+FINE = 4
+"""Pixels that are painted for one, in either direction."""
+
+SCALE = 110.0
+"""[pixels/metre] on the wall."""
+
+SIDE = 512
+
+WALLS = ((196, 186, 168), (176, 184, 164), (192, 176, 170), (204, 190, 172), (168, 166, 152))
+CONTRASTING = ((150, 108, 66), (118, 124, 62), (142, 92, 92), (96, 118, 76), (164, 132, 84))
+FURNITURE = ((128, 116, 100), (150, 142, 128), (104, 86, 66), (98, 112, 82), (206, 198, 186))
+BACKS = (
+    (120, 66, 34), (86, 48, 36), (150, 116, 70), (66, 98, 46), (92, 110, 40), (110, 54, 92),
+    (60, 56, 52), (212, 206, 198), (158, 150, 140), (48, 40, 132), (70, 184, 196),
+)  # fmt: skip
+PAPERS = ((222, 214, 202), (216, 204, 184), (146, 216, 224), (200, 228, 196))
+LEAVES = ((46, 92, 40), (58, 116, 52), (44, 74, 34), (70, 130, 76))
+SEAS = np.array([[92, 62, 34], [146, 108, 58], [190, 172, 132], [222, 214, 200]], np.float64)
+
+
+def plain_wall(random: np.random.Generator, width: int, height: int) -> Image:
+    """A painted wall in one contrasting colour."""
+    return _reduced(_wall(random, width, height, CONTRASTING))
+
+
+def office(random: np.random.Generator, width: int, height: int) -> Image:
+    """Wall with a shelf, a picture, a cupboard, and a plant or a pinboard."""
+    wall = _wall(random, width, height, WALLS)
+    across, up = width / SCALE, height / SCALE
+    painting = Painting(wall, SCALE * FINE)
+    left = bool(random.random() < 0.5)
+    _rail(painting, up, across, random)
+    _cupboard(painting, random, across, up, left)
+    _shelf(painting, random, across, left)
+    _framed(painting, random, 0.10 if left else across - 0.50, random.uniform(0.07, 0.14))
+    if random.random() < 0.5:
+        _plant(painting, random, 0.16 if left else across - 0.16, up)
+    else:
+        _pinboard(painting, random, 0.06 if left else across - 0.36, 0.56)
+    return _reduced(wall)
+
+
+def _one_of(random: np.random.Generator, colours: Sequence[tuple[int, int, int]]) -> Colour:
+    """One of some colours; it keeps its hue."""
+    return varied(random, colours[int(random.integers(len(colours)))], 0.05)
+
+
+def _wall(
+    random: np.random.Generator, width: int, height: int, colours: tuple[tuple[int, int, int], ...]
+) -> Image:
+    """Paint with its grain and blotches; lighter towards a window on one side."""
+    tone = 1 + 0.025 * fractal(random, SIDE, 32, 256, 0.9) + 0.03 * fractal(random, SIDE, 2, 16)
+    tone = np.tile(tone, (1, 2))[: height * FINE, : width * FINE]
+    aside = np.linspace(-1, 1, width * FINE) * random.choice([-1, 1])
+    tone = tone * (1 + 0.10 * aside) * (1 - 0.06 * np.linspace(-1, 1, height * FINE)[:, None])
+    paint = _one_of(random, colours)
+    return np.asarray(np.clip(np.round(paint * tone[..., None]), 0, 255), np.uint8)
+
+
+def _reduced(picture: Image) -> Image:
+    """Pixels as the lens sees them, not quite sharp."""
+    rows, columns = picture.shape[0] // FINE, picture.shape[1] // FINE
+    blocks = picture.reshape(rows, FINE, columns, FINE, 3).sum(axis=(1, 3), dtype=np.int64)
+    padded = np.pad(blocks, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    across = padded[:, :-2] + 4 * padded[:, 1:-1] + padded[:, 2:]
+    both = across[:-2] + 4 * across[1:-1] + across[2:]
+    total = 36 * FINE * FINE
+    return np.asarray((both + total // 2) // total, np.uint8)
+
+
+def _rail(painting: Painting, up: float, across: float, random: np.random.Generator) -> None:
+    """A cable duct along the wall, with a socket."""
+    y = up - random.uniform(0.16, 0.24)
+    painting.plate(-0.1, y, across + 0.2, 0.07, (206, 200, 190), 0.008)
+    for x in random.uniform(0.1, across - 0.2, 2):
+        painting.plate(x, y + 0.008, 0.055, 0.054, (226, 220, 212), 0.004)
+        painting.disc(x + 0.027, y + 0.035, 0.012, (120, 114, 106))
+
+
+def _cupboard(
+    painting: Painting, random: np.random.Generator, across: float, up: float, left: bool
+) -> None:
+    """Two doors of steel, as high as the chest, with binders on top."""
+    colour = _one_of(random, FURNITURE)
+    width, top = random.uniform(0.40, 0.50), random.uniform(0.56, 0.66)
+    x = across - width + 0.04 if left else -0.04
+    _binders(painting, random, x + 0.05, top, width * 0.6)
+    painting.plate(x, top, width, up, colour, 0.016)
+    painting.darken(x + width / 2 - 0.003, top + 0.012, 0.006, up, 0.55)
+    for side in (-1, 1):
+        painting.plate(
+            x + width / 2 + side * 0.035 - 0.008, top + 0.13, 0.016, 0.09, (150, 148, 144), 0.006
+        )
+
+
+def _shelf(painting: Painting, random: np.random.Generator, across: float, left: bool) -> None:
+    """A board on the wall with books."""
+    width, y = random.uniform(0.38, 0.48), random.uniform(0.33, 0.40)
+    x = across - width - 0.02 if left else 0.02
+    books = Painting(painting.picture, painting.scale, x + 0.02, y)
+    place = 0.0
+    while place < width - 0.09:
+        thick, high = random.uniform(0.018, 0.042), random.uniform(0.15, 0.235)
+        if random.random() < 0.12:
+            place += 0.03
+            continue
+        back = _one_of(random, BACKS)
+        books.plate(place, -high, thick, high, back, 0.005)
+        books.patch(place + 0.003, -high * 0.82, thick - 0.006, 0.014, back * 0.4 + 130)
+        books.patch(place + 0.003, -high * 0.22, thick - 0.006, 0.007, back * 0.6 + 60)
+        place += thick + 0.002
+    painting.plate(x, y, width, 0.022, _one_of(random, FURNITURE), 0.012)
+    painting.darken(x + 0.01, y + 0.022, width, 0.05, 0.84)
+
+
+def _binders(
+    painting: Painting, random: np.random.Generator, x: float, bottom: float, width: float
+) -> None:
+    end = x + width
+    while x < end:
+        back = _one_of(random, BACKS[:6])
+        painting.plate(x, bottom - 0.125, 0.038, 0.125, back, 0.006)
+        painting.patch(x + 0.008, bottom - 0.10, 0.022, 0.045, (222, 216, 208))
+        x += 0.041
+
+
+def _framed(painting: Painting, random: np.random.Generator, x: float, y: float) -> None:
+    """A landscape behind glass: sky, hills, water."""
+    width, height, rim = random.uniform(0.30, 0.38), random.uniform(0.22, 0.28), 0.018
+    painting.plate(x, y, width, height, _one_of(random, ((46, 42, 40), (112, 102, 90))), 0.014)
+    painting.patch(x + rim, y + rim, width - 2 * rim, height - 2 * rim, (220, 216, 208))
+    mat = 2.2 * rim
+    top, start = (round((place + mat) * painting.scale) for place in (y, x))
+    bottom = round((y + height - mat) * painting.scale)
+    finish = round((x + width - mat) * painting.scale)
+    view = painting.picture[top:bottom, start:finish]
+    rows, columns = view.shape[:2]
+    rough = fractal(random, 256, 4, 64, 0.6)
+    line = np.linspace(1, -1, rows)[:, None] + 0.25 * rough[:rows, :columns]
+    hills = np.linspace(-1, 1, rows)[:, None] - 0.35 * rough[60, :columns] - 0.05
+    land = ramp(rough[:rows, :columns], np.array(LEAVES, np.float64))
+    view[:] = np.clip(lerp(ramp(line, SEAS), land, 30 * hills), 0, 255).astype(np.uint8)
+
+
+def _plant(painting: Painting, random: np.random.Generator, x: float, up: float) -> None:
+    """Leaves out of a pot that stands below the picture."""
+    for _ in range(38):
+        angle, length = random.uniform(-1.0, 1.0), random.uniform(0.16, 0.46)
+        bow = random.uniform(0.02, 0.10) * np.sign(angle)
+        t = np.linspace(0, 1, 12)
+        along = x + length * np.sin(angle) * t + bow * t * t
+        high = up + 0.02 - length * np.cos(angle) * t + 0.12 * abs(angle) * t * t
+        wide = 0.016 * np.sin(np.pi * np.clip(t, 0.04, 0.98)) + 0.001
+        edge = list(zip((along - wide).tolist(), high.tolist(), strict=True))
+        back = list(zip((along + wide).tolist(), high.tolist(), strict=True))[::-1]
+        painting.area(edge + back, _one_of(random, LEAVES) * random.uniform(0.75, 1.25))
+        painting.line(list(zip(along.tolist(), high.tolist(), strict=True)), 0.003, (84, 146, 96))
+
+
+def _pinboard(painting: Painting, random: np.random.Generator, x: float, y: float) -> None:
+    """Felt with sheets of paper."""
+    painting.plate(x, y, 0.30, 0.26, _one_of(random, ((120, 92, 62), (88, 104, 74))), 0.010)
+    for column in range(3):
+        for row in range(2):
+            if random.random() < 0.8:
+                painting.label(
+                    random, x + 0.02 + 0.09 * column + random.uniform(0, 0.012),
+                    y + 0.02 + 0.12 * row + random.uniform(0, 0.015),
+                    0.068, random.uniform(0.07, 0.095), paper=_one_of(random, PAPERS),
+                )  # fmt: skip

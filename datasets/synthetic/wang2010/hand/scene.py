@@ -1,0 +1,188 @@
+"""`wang2010/hand`: a hand crosses a face of its own colour.
+
+The paper says: an own recording of 100 frames, 160 x 120, a moving hand; in frame 49 it is
+disturbed by a face in the background. It shows frames 10, 38, 49, 58. All the rest is ours:
+whose face it is, the office, that the hand comes from one side, passes before the face and
+goes on to the other side, its middle on the face's middle in frame 49. The paper's frame k is
+frame k - 1 here.
+"""
+
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.interface import Image, Mask
+from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.figure.look import Look
+from datasets.synthetic.render.sprite import Sprite
+from datasets.synthetic.render.views import wandering
+from datasets.synthetic.scene import Scene, Truth, part_generator
+from datasets.synthetic.wang2010.hand import cones, person, room
+from datasets.synthetic.wang2010.hand.hand import Hand, hand_in_motion
+from datasets.synthetic.wang2010.hand.knobs import HandKnobs
+from datasets.synthetic.wang2010.hand.textures import textures
+from datasets.synthetic.wang2010.hand.way import CENTRED, FRAMES, drawn_pose, drawn_way
+
+__all__ = ["HandScene", "scene"]
+
+Array = NDArray[np.float64]
+
+SIZE = 160, 120
+
+PORTRAIT = 160, 144
+"""Size of what is drawn around the face's middle: it reaches below the picture [pixels]."""
+
+EXPOSURE = 0.5
+"""Part of the time between two frames for which the shutter is open."""
+
+NOISE = 2.2
+"""Standard deviation of the sensor's noise [grey levels]."""
+
+FACE = np.array([0.66, 0.74])
+"""Width and height of the face without hair and ears [heights of the head]."""
+
+SWAY = 0.25
+"""Standard deviation of somebody's place who sits still [pixels]."""
+
+
+def scene(knobs: HandKnobs) -> "HandScene":
+    """Renderer and truth; nothing is drawn yet."""
+    return HandScene(knobs.scene, knobs.background == "face")
+
+
+class HandScene(Scene):
+    """A hand before somebody in an office, or before a wall.
+
+    Parameters
+    ----------
+    seed : int
+        Of all that is drawn at random.
+    face : bool
+        Whether somebody is there.
+    """
+
+    def __init__(self, seed: int, face: bool) -> None:
+        self._seed = seed
+        self._face = face
+        self.hand = _hand(seed)
+
+    def __len__(self) -> int:
+        return FRAMES
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """See `Scene.size`."""
+        return SIZE
+
+    def truth(self) -> Truth:
+        """See `Scene.truth`.
+
+        Boxes are those of the hand without the sleeve; nothing hides it. The attribute is
+        `on the face`: the hand's box overlaps that of a face which is there.
+        """
+        boxes = self.hand.boxes
+        middle, head = _place(self._seed)
+        low, high = middle - head * FACE / 2, middle + head * FACE / 2
+        overlap = np.logical_and(boxes[:, :2] < high, boxes[:, :2] + boxes[:, 2:] > low)
+        before = np.logical_and(overlap.all(axis=1), self._face)
+        return Truth(boxes, np.ones(FRAMES), {"on the face": before})
+
+    def render(self, frame: int) -> Image:
+        """See `Scene.render`."""
+        canvas = self._room.copy()
+        if self._face:
+            self._portrait.draw(canvas, self._sway[frame][None], 1 / person.FINE)
+        poses, frames = self._exposed(frame)
+        cones.paint(canvas, poses, frames, self._textures, _lamp(self._seed) * [1, -1, -1, 1])
+        compositing.develop(
+            canvas,
+            light.fixed_point(light.vignette(SIZE[1], 0.08)),
+            light.fixed_point(light.vignette(SIZE[0], 0.1) * self._exposure[frame]),
+            self._noise_table,
+            noise.random_bytes(self._seed, frame, canvas.size),
+        )
+        return canvas
+
+    def mask(self, frame: int) -> Mask:
+        """See `Scene.mask`."""
+        samples = cones.cover(self.hand.cones[frame], cones.SKIN, *SIZE[::-1])
+        return np.asarray(2 * samples >= cones.FINE**2)
+
+    def _exposed(self, frame: int) -> tuple[Array, Array]:
+        """Cones and their textures' places at the moments of the exposure."""
+        around = max(frame - 1, 0), min(frame + 1, FRAMES - 1)
+        moments = ((np.arange(cones.FINE) + 0.5) / cones.FINE - 0.5) * EXPOSURE
+        both = []
+        for values in (self.hand.cones, self.hand.frames):
+            rate = (values[around[1]] - values[around[0]]) / (around[1] - around[0])
+            both.append(values[frame] + moments[:, None, None] * rate)
+        return both[0], both[1]
+
+    @cached_property
+    def _room(self) -> Image:
+        random = part_generator(self._seed, "wang2010/hand room")
+        return (room.office if self._face else room.plain_wall)(random, *SIZE)
+
+    @cached_property
+    def _portrait(self) -> Sprite:
+        random = part_generator(self._seed, "wang2010/hand portrait")
+        _, head = _place(self._seed)
+        return person.portrait(random, _look(self._seed), _lamp(self._seed), head, PORTRAIT)
+
+    @cached_property
+    def _sway(self) -> Array:
+        """Where the middle of the face is in every frame [pixels]; as truth has it in `CENTRED`."""
+        random = part_generator(self._seed, "wang2010/hand sway")
+        sway = [wandering(random, FRAMES, (2.0, 6.0), SWAY) for _ in range(2)]
+        middle, _ = _place(self._seed)
+        return np.asarray(middle + np.stack(sway, axis=1) - [s[CENTRED] for s in sway])
+
+    @cached_property
+    def _textures(self) -> Array:
+        random = part_generator(self._seed, "wang2010/hand textures")
+        return textures(random, _side(self._seed))
+
+    @cached_property
+    def _exposure(self) -> Array:
+        """Gain of the camera that sets its exposure slowly, in every frame."""
+        random = part_generator(self._seed, "wang2010/hand exposure")
+        return 1.05 * (1 + wandering(random, FRAMES, (4.0, 12.0), 0.008))
+
+    @cached_property
+    def _noise_table(self) -> NDArray[np.int32]:
+        return noise.noise_table(NOISE)
+
+
+def _side(seed: int) -> int:
+    """1 where the hand goes to the right."""
+    return int(part_generator(seed, "wang2010/hand side").choice([-1, 1]))
+
+
+def _place(seed: int) -> tuple[Array, float]:
+    """Middle of the face, and height of the head [pixels]."""
+    random = part_generator(seed, "wang2010/hand place")
+    return np.array([80.0, 54.0]) + random.uniform(-4, 4, 2) * [1, 0.75], random.uniform(35, 38)
+
+
+def _look(seed: int) -> Look:
+    return person.drawn_person(part_generator(seed, "wang2010/hand look"))
+
+
+def _lamp(seed: int) -> Array:
+    """Direction to the window, and the light where none of it falls; y up, z away."""
+    random = part_generator(seed, "wang2010/hand lamp")
+    lamp = np.array([random.choice([-1, 1]) * random.uniform(0.35, 0.65), 0.6, -0.75])
+    return np.append(lamp / np.sqrt((lamp * lamp).sum()), 0.5)
+
+
+@lru_cache(maxsize=4)
+def _hand(seed: int) -> Hand:
+    random = part_generator(seed, "wang2010/hand way")
+    look, side = _look(seed), _side(seed)
+    way = drawn_way(random, side)
+    pose = drawn_pose(random, way)
+    middle, head = _place(seed)
+    skin = np.array(look.skin) * random.uniform(0.98, 1.06)
+    scale = head * random.uniform(0.0375, 0.040)
+    return hand_in_motion(pose, way, middle, CENTRED, scale, side, skin, look.clothes)

@@ -1,0 +1,130 @@
+"""How bat and ball move: the bat as the player wants it, the ball as physics has it.
+
+Until the paper's frame 11 the ball lies on the bat, which sinks a little and lifts it slowly.
+Then comes the one stroke that the paper's words tell of ("the speed of the upward motion grows
+in frame 12"): the bat flings the ball up, about by its diameter a frame. All that follows
+is physics: the ball flies under the gravity of a ball of 40 mm filmed at 25 frames a second,
+lands on the bat, which is held in its way, and bounces lower and lower until it lies on it
+again. The paper tells of no other change of speed, so that there is no second stroke; the
+landings after frame 18, where the ball turns from falling to rising, are what a stroke entails.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from datasets.synthetic.render.path import quantised
+from datasets.synthetic.scene import part_generator
+
+__all__ = ["FRAMES", "FRAMES_PER_SECOND", "STROKE", "Play"]
+
+Array = NDArray[np.float64]
+
+FRAMES = 50
+FRAMES_PER_SECOND = 25.0
+
+STROKE = 11
+"""First frame that shows the ball struck: the paper's frame 12."""
+
+STEPS = 64
+"""Of the simulation, in a frame."""
+
+REST = 0.4
+"""Slower than this off the bat, the ball stays on it [pixels/frame]."""
+
+
+class Play:
+    """A player's play with bat and ball.
+
+    Parameters
+    ----------
+    seed : int
+        Of all that is drawn at random.
+    width, height : int
+        Size of the picture [pixels].
+
+    Attributes
+    ----------
+    diameter : float
+        Of the ball [pixels].
+    gravity : float
+        [pixels/frame²].
+    restitution : float
+        Speed with which the ball leaves the bat over that with which it came.
+    side : {-1, 1}
+        From where the arm comes: left or right.
+    """
+
+    def __init__(self, seed: int, width: int, height: int) -> None:
+        random = part_generator(seed, "table-tennis play")
+        self.diameter = float(quantised(random.uniform(10.0, 11.0, 1))[0])
+        self.gravity = 9.81 * (self.diameter / 0.040) / FRAMES_PER_SECOND**2
+        self.restitution = random.uniform(0.70, 0.78)
+        self.side = int(random.choice([-1, 1]))
+        self._times = np.arange(-STEPS, (FRAMES + 1) * STEPS) / STEPS
+        start = width / 2 - self.side * random.uniform(4, 14), height - random.uniform(21, 25)
+        pace = np.stack([self._sideways(random), -self._upwards(random)], axis=1)
+        way = np.cumsum(pace, axis=0) / STEPS
+        self._bat: Array = start + way - way[STEPS]
+        self._ball = self._follow(pace, random)
+
+    def bat(self, times: ArrayLike) -> Array:
+        """Middle of the bat's upper face (x, y) [pixels], shape `times.shape + (2,)`."""
+        return self._at(self._bat, times)
+
+    def ball(self, times: ArrayLike) -> Array:
+        """Middle of the ball (x, y) [pixels], shape `times.shape + (2,)`."""
+        return self._at(self._ball, times)
+
+    def _at(self, way: Array, times: ArrayLike) -> Array:
+        axes = [np.interp(np.asarray(times, np.float64), self._times, axis) for axis in way.T]
+        return quantised(np.stack(axes, axis=-1))
+
+    def _upwards(self, random: np.random.Generator) -> Array:
+        """Speed of the bat upwards at each step [pixels/frame]."""
+        stroke = random.uniform(1.05, 1.15) * self.diameter
+        begins = STROKE - 1
+        knots = [
+            (0.0, random.uniform(-0.8, 0.4)),
+            (3.5, random.uniform(-1.6, -0.6)),
+            (7.0, random.uniform(0.8, 1.6)),
+            (begins - 0.1, random.uniform(2.0, 3.0)),
+            (begins + 0.25, stroke),
+            (begins + 1.7, stroke),
+            (begins + 2.5, 0.0),
+            (begins + 3.5, -3.5),
+            (begins + 6.5, -3.0),
+            (begins + 9.0, random.uniform(-0.5, 0.0)),
+            (28.0, random.uniform(-0.8, 0.4)),
+            (36.0, random.uniform(-0.4, 0.8)),
+            (43.0, random.uniform(0.6, 1.8)),
+            (FRAMES, random.uniform(-1.5, 1.0)),
+        ]
+        times, speeds = np.array(knots).T
+        return np.asarray(np.interp(self._times, times, speeds))
+
+    def _sideways(self, random: np.random.Generator) -> Array:
+        """Speed of the bat to the right at each step [pixels/frame]: to and fro."""
+        knots = random.uniform(-0.9, 0.9, 8)
+        when = np.linspace(0, FRAMES, len(knots))
+        return np.asarray(np.interp(self._times, when, knots - knots.mean()))
+
+    def _follow(self, pace: Array, random: np.random.Generator) -> Array:
+        """Where the ball is at each step: on the bat, or in free flight."""
+        above = np.array([0.0, self.diameter / 2])
+        rests = self._bat - above
+        place = rests[0] + (random.uniform(-4, 4), 0.0)
+        velocity = pace[0].copy()
+        fall = np.array([0.0, self.gravity / STEPS])
+        way = np.empty_like(self._bat)
+        for step, rest in enumerate(rests):
+            place = place + (velocity + fall / 2) / STEPS
+            velocity = velocity + fall
+            if place[1] >= rest[1]:
+                place[1] = rest[1]
+                off = self.restitution * (velocity[1] - pace[step, 1])
+                velocity = pace[step].copy()
+                if off > REST:  # the bat is held so that the ball comes back to its middle
+                    aside = random.uniform(-0.3, 0.3) - 0.06 * (place[0] - rest[0])
+                    velocity += (aside, -off)
+            way[step] = place
+        return way

@@ -1,0 +1,141 @@
+"""`wang2010/table-tennis`: a ball on a bat, and the stroke that sends it up.
+
+The paper says: the CIF sequence "Table Tennis", 50 frames of 115 x 142 pixels; the target is "a
+table tennis ball that moves fast", whose upward motion gets faster in frame 12. That sequence
+begins near a hand which bounces a ball on a bat, before a textured wall; here is another such
+play. See `play` for how it moves. All the rest is ours.
+"""
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.interface import Image, Mask
+from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.sprite import Sprite
+from datasets.synthetic.scene import Scene, Truth, part_generator
+from datasets.synthetic.wang2010.table_tennis import ball
+from datasets.synthetic.wang2010.table_tennis.knobs import TableTennisKnobs
+from datasets.synthetic.wang2010.table_tennis.play import FRAMES, FRAMES_PER_SECOND, STROKE, Play
+from datasets.synthetic.wang2010.table_tennis.player import Player
+from datasets.synthetic.wang2010.table_tennis.wall import wall
+
+__all__ = ["TableTennisScene", "scene"]
+
+Array = NDArray[np.float64]
+
+SIZE = 142, 115
+
+EXPOSURE = 0.45
+"""Part of the time between two frames for which the shutter is open."""
+
+INSTANTS = 8
+"""Of an exposure: things move by at most a pixel and a half between two of them."""
+
+WALL = 16.0
+"""How far shadows fall from what they belong to [pixels]."""
+
+NOISE = 3.0
+"""Standard deviation of the sensor's noise [grey levels]."""
+
+
+def scene(knobs: TableTennisKnobs) -> "TableTennisScene":
+    """Renderer and truth; nothing is painted yet."""
+    return TableTennisScene(knobs.scene)
+
+
+class TableTennisScene(Scene):
+    """A player's bat and ball before a wall.
+
+    Parameters
+    ----------
+    seed : int
+        Of all that is drawn at random.
+    """
+
+    fps = FRAMES_PER_SECOND
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+        self.play = Play(seed, *SIZE)
+
+    def __len__(self) -> int:
+        return FRAMES
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """See `Scene.size`."""
+        return SIZE
+
+    def truth(self) -> Truth:
+        """See `Scene.truth`.
+
+        Boxes have the ball's diameter; nothing ever hides it. The attribute is `speed-up`: from
+        the stroke until the ball has risen as far as it does.
+        """
+        frames = np.arange(FRAMES)
+        centre = self.play.ball(frames)
+        sides = np.full_like(centre, self.play.diameter)
+        rising = np.diff(centre[:, 1], prepend=np.inf) < 0
+        struck = (frames >= STROKE) & (np.cumsum(~rising & (frames >= STROKE)) == 0)
+        return Truth(
+            np.concatenate([centre - sides / 2, sides], axis=1),
+            np.ones(FRAMES),
+            {"speed-up": struck},
+        )
+
+    def render(self, frame: int) -> Image:
+        """See `Scene.render`."""
+        canvas = self._wall.copy()
+        moments = frame + EXPOSURE * ((np.arange(INSTANTS) + 0.5) / INSTANTS - 0.5)
+        at_bat, at_ball = self.play.bat(moments), self.play.ball(moments)
+        rest = float(self.play.bat(0)[1])
+        away = -WALL * self._lamp[:2]
+        self._player.draw_shadow(canvas, at_bat, rest, away)
+        self._ball_shadow.draw(canvas, at_ball + away, 1 / ball.FINE)
+        self._player.draw(canvas, at_bat, rest)
+        self._ball.draw(canvas, at_ball, 1 / ball.FINE)
+        fall = np.linspace(-1, 1, SIZE[0]) * self._lamp[0]
+        compositing.develop(
+            canvas,
+            light.fixed_point(light.vignette(SIZE[1], 0.1)),
+            light.fixed_point(light.vignette(SIZE[0], 0.1) * (1 + 0.14 * fall)),
+            self._noise_table,
+            noise.random_bytes(self._seed, frame, canvas.size),
+        )
+        return canvas
+
+    def mask(self, frame: int) -> Mask:
+        """See `Scene.mask`."""
+        canvas = np.zeros((*SIZE[::-1], 3), np.uint8)
+        self._ball.silhouette(255).draw(canvas, self.play.ball([frame]), 1 / ball.FINE)
+        return np.asarray(canvas[:, :, 0] >= 128)
+
+    @cached_property
+    def _lamp(self) -> Array:
+        random = part_generator(self._seed, "table-tennis lamp")
+        lamp = np.array([random.uniform(-0.6, 0.6), random.uniform(-0.9, -0.6), 0.7])
+        return np.asarray(lamp / np.sqrt((lamp * lamp).sum()))
+
+    @cached_property
+    def _wall(self) -> Image:
+        return wall(part_generator(self._seed, "table-tennis wall"), *SIZE)
+
+    @cached_property
+    def _player(self) -> Player:
+        random = part_generator(self._seed, "table-tennis player")
+        return Player(random, self._lamp, self.play.diameter / 40, self.play.side)
+
+    @cached_property
+    def _ball(self) -> Sprite:
+        random = part_generator(self._seed, "table-tennis ball")
+        return ball.ball(random, self._lamp, self.play.diameter)
+
+    @cached_property
+    def _ball_shadow(self) -> Sprite:
+        return self._ball.shadow(0.3, 2 * ball.FINE)
+
+    @cached_property
+    def _noise_table(self) -> NDArray[np.int32]:
+        return noise.noise_table(NOISE)

@@ -1,0 +1,278 @@
+"""`moreno2005/book`: how the book bends, what shades it, what colour the light has."""
+
+import hashlib
+import subprocess
+import sys
+from functools import lru_cache
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely import area, box, intersection, polygons, union_all
+
+import datasets
+from datasets import SequenceError
+from datasets.synthetic.moreno2005.book.book import self_shadow
+from datasets.synthetic.moreno2005.book.knobs import BookKnobs
+from datasets.synthetic.moreno2005.book.light import AROUND, STRAIGHT
+from datasets.synthetic.moreno2005.book.scene import scene
+from datasets.synthetic.moreno2005.book.setting import Setting
+from datasets.synthetic.moreno2005.book.sheet import Bending, bent, unshaded
+from datasets.synthetic.render.triangles import grid
+
+NAME = "moreno2005/book"
+FRAMES = 100
+SEEDS = st.integers(0, 2**32 - 1)
+
+ELSEWHERE = """
+import hashlib, sys, datasets
+sequence = datasets.load(sys.argv[1])
+for frame in map(int, sys.argv[2:]):
+    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
+"""
+
+
+@lru_cache(maxsize=16)
+def opened(seed, illuminant="changing", shadow="self"):
+    return scene(BookKnobs(scene=seed, illuminant=illuminant, shadow=shadow))
+
+
+@lru_cache(maxsize=64)
+def image(seed, frame, illuminant="changing", shadow="self"):
+    return opened(seed, illuminant, shadow).render(frame).astype(float)
+
+
+def grown(mask, by):
+    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1))) > 0
+
+
+def flat_places(half_width=40.0, height=100.0, rows=26, columns=21):
+    u, v = np.meshgrid(np.linspace(-half_width, half_width, columns), np.linspace(-height, 0, rows))
+    return u.ravel(), v.ravel()
+
+
+def test_length_size_and_rate():
+    sequence = datasets.load(NAME)
+    assert len(sequence) == FRAMES
+    assert image(0, 0).shape == (240, 320, 3)
+    assert sequence.fps == 25
+
+
+@pytest.mark.parametrize(("seed", "frame"), [(0, 0), (0, 22), (1, 51)])
+def test_the_mask_is_what_the_outline_of_the_triangles_covers_and_the_hand_leaves(seed, frame):
+    one = opened(seed)
+    points = one.setting.surface(frame).points[:, :2]
+    outline = union_all(polygons(points[one.setting._mesh.triangles]))
+    columns, rows = np.meshgrid(np.arange(320), np.arange(240))
+    covered = area(intersection(outline, box(columns, rows, columns + 1, rows + 1)))
+    hand = one.setting.hand.at(one.setting.plan.poses[frame])[..., 3]
+    left = covered * (1 - hand)
+    clear = np.abs(left - 0.5) > 0.13  # half a column of 4 x 4 samples
+    assert 0.99 < clear.mean() < 1
+    assert (one.mask(frame) == (left >= 0.5))[clear].all()
+
+
+def test_what_changes_with_the_books_print_is_the_mask():
+    one, frame = scene(BookKnobs(scene=1)), 47
+    one.setting = Setting(1)
+    for part in ("room", "hand"):  # they stay, and take long
+        one.setting.__dict__[part] = getattr(opened(1).setting, part)
+    before = one.render(frame).astype(float)
+    mesh = one.setting._mesh
+    mesh.texture[:] = 1 - mesh.texture
+    changed = np.abs(one.render(frame) - before).max(axis=2) > 15
+    mask = one.mask(frame)
+    assert changed[mask].mean() > 0.9
+    assert not changed[~grown(mask, 2)].any()
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_box_is_as_tight_as_pixels_allow(seed):
+    one = opened(seed)
+    for frame in range(0, FRAMES, 9):
+        rows, columns = np.nonzero(one.mask(frame))
+        x, y, width, height = one.truth().boxes[frame]
+        found = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
+        assert found == pytest.approx([x, y, x + width, y + height], abs=1.5)
+
+
+@settings(max_examples=8, deadline=None)
+@given(seed=SEEDS)
+def test_the_book_is_let_go_at_first_then_bends_and_stays_in_view(seed):
+    setting = Setting(seed)
+    low, high, shadow = [], [], []
+    for frame in range(0, FRAMES, 3):
+        surface = setting.surface(frame)
+        low.append(surface.points[:, :2].min(axis=0))
+        high.append(surface.points[:, :2].max(axis=0))
+        shadow.append(self_shadow(surface, setting.lamp))
+    assert np.min(low) > 0
+    assert (np.max(high, axis=0) < (320, 240)).all()
+    assert shadow[0] < 0.25
+    assert max(shadow) > 0.4
+    ends = np.array([[bending.left, bending.right] for bending in setting.plan.bendings])
+    assert np.abs(ends[:5]).max() < 0.3
+    assert np.abs(ends).max() > 0.8
+    assert np.abs(np.diff(ends, axis=0)).max() < 0.35
+
+
+@given(left=st.floats(-1.3, 1.6), right=st.floats(-1.3, 1.6), slant=st.floats(-0.8, 0.8))
+@settings(max_examples=20, deadline=None)
+def test_a_bent_sheet_keeps_its_lengths_and_its_normals_stand_on_it(left, right, slant):
+    u, v = flat_places()
+    points, normals, _ = bent(Bending(left, right, slant), 40.0, u, v)
+    flat = np.stack([u, v, 0 * u], axis=1)
+    for corners in np.moveaxis(grid(26, 21), 1, 0)[[0, 1]], np.moveaxis(grid(26, 21), 1, 0)[[1, 2]]:
+        lengths = [np.linalg.norm(p[corners[0]] - p[corners[1]], axis=1) for p in (points, flat)]
+        assert lengths[0] == pytest.approx(lengths[1], rel=0.01)
+        middle = normals[corners].mean(axis=0)
+        across = ((points[corners[0]] - points[corners[1]]) * middle).sum(axis=1)
+        assert np.abs(across).max() < 0.2
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(1)
+    assert points[(u == 0) & (v == 0)] == pytest.approx(np.zeros((1, 3)), abs=0.05)
+
+
+def blocked_slowly(points, triangles, start, towards):
+    """Whether a ray meets one of the triangles farther than a pixel off; Möller and Trumbore."""
+    a, b, c = np.moveaxis(points[triangles], 1, 0)
+    cross = np.cross(towards, c - a)
+    area = ((b - a) * cross).sum(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first = ((start - a) * cross).sum(axis=1) / area
+        other = np.cross(start - a, b - a)
+        second = other @ towards / area
+        far = (other * (c - a)).sum(axis=1) / area
+        return bool(((first >= 0) & (second >= 0) & (first + second <= 1) & (far > 1)).any())
+
+
+@pytest.mark.parametrize(
+    "bending",
+    [Bending(-1.2, 0.3, 0.0), Bending(0.2, -1.25, -0.6), Bending(-1.0, -1.0, -0.4)],
+)
+def test_a_part_is_in_anothers_way_where_rays_meet_triangles(bending):
+    random = np.random.default_rng(1)
+    lamp = np.array(
+        [[-0.85, -0.35, 0.4], [0.85, -0.3, 0.42], [0.5, -0.82, 0.28], [-0.4, 0.86, 0.3]]
+    )
+    u, v = flat_places(rows=61, columns=61)
+    points, normals, section = bent(bending, 40.0, u, v)
+    chosen = random.choice(len(u), 150, replace=False)
+    agree, blocked = [], []
+    for towards in lamp:
+        left = unshaded(section, bending, (40.0, 100.0), u[chosen], v[chosen], towards[None])
+        for place, share in zip(chosen, left, strict=True):
+            if normals[place] @ towards > 0.05:
+                slow = blocked_slowly(points, grid(61, 61), points[place], towards)
+                agree.append(slow == (share == 0))
+                blocked.append(slow)
+    assert 0.05 < np.mean(blocked) < 0.9
+    assert np.mean(agree) > 0.97  # but for borders of the shadow
+
+
+def test_a_flat_sheet_shades_nothing_and_is_lit_by_lamberts_law():
+    setting = Setting(0)
+    u, v = flat_places()
+    flat = Bending(0.0, 0.0, 0.3)
+    _, _, section = bent(flat, 40.0, u, v)
+    assert (unshaded(section, flat, (40.0, 100.0), u, v, setting.lamp[None]) == 1).all()
+    surface = setting.surface(0)
+    facing = np.maximum(surface.normals @ setting.lamp, 0)
+    assert (surface.straight <= facing + 1e-12).all()
+    assert surface.straight[:100] == pytest.approx(facing[:100])
+
+
+def test_a_part_that_faces_the_light_is_shaded_by_another():
+    setting = Setting(1)
+    shares = []
+    for frame in range(0, FRAMES, 5):
+        surface = setting.surface(frame)
+        facing = surface.normals @ setting.lamp
+        shares.append(((facing > 0.2) & (surface.straight < 0.5 * facing)).mean())
+    assert shares[0] == 0
+    assert max(shares) > 0.08
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_self_shadow_is_told_where_the_picture_is_darker_by_it(seed):
+    one = opened(seed)
+    flagged = one.truth().attributes["self-shadow"]
+    assert 15 < flagged.sum() < 85
+    lamp = one.setting.lamp
+    flat, half = AROUND + STRAIGHT * lamp[2], 0.9 * AROUND + 0.5 * STRAIGHT * lamp[2]
+    for frame in range(4, FRAMES, 12):
+        shaded, even = image(seed, frame), image(seed, frame, shadow="none")
+        book = one.mask(frame)
+        light = (shaded[book].sum(axis=1) / even[book].sum(axis=1)) ** 2 * flat
+        share = self_shadow(one.setting.surface(frame), lamp)
+        assert (light < half).mean() == pytest.approx(share, abs=0.15)
+        assert flagged[frame] == (share >= 0.25)
+
+
+def test_without_shadow_nothing_else_changes():
+    for frame in (0, 18, 84):
+        book = grown(opened(0).mask(frame), 3)
+        shaded, even = image(0, frame), image(0, frame, shadow="none")
+        assert (shaded[~book] == even[~book]).all()
+        assert (opened(0).mask(frame) == opened(0, shadow="none").mask(frame)).all()
+    shaded, even = opened(0).truth(), opened(0, shadow="none").truth()
+    assert (shaded.boxes == even.boxes).all()
+    assert (shaded.visibility == even.visibility).all()
+    assert not even.attributes["self-shadow"].any()
+
+
+def test_the_light_turns_smoothly_from_natural_to_yellow_or_stays():
+    corner = [image(0, frame)[:60, :80].mean(axis=(0, 1)) for frame in range(0, FRAMES, 11)]
+    stays = [image(0, f, "constant")[:60, :80].mean(axis=(0, 1)) for f in (0, 99)]
+    assert (image(0, 0) == image(0, 0, "constant")).all()
+    assert stays[0] == pytest.approx(stays[1], rel=0.01)
+    blue, green, red = np.array(corner).T
+    assert (np.diff(blue / red) < 0.01).all()
+    assert blue[-1] / blue[0] < 0.65
+    assert 0.85 < green[-1] / green[0] < 1
+    assert red[-1] / red[0] > 1.02
+    gains = opened(0).setting.illuminants
+    assert np.abs(np.diff(gains, axis=0)).max() < 0.02
+    assert gains[0] == pytest.approx([1.12, 1.0, 0.90])
+
+
+def test_the_thumb_hides_a_little():
+    truth = opened(0).truth()
+    assert 0.94 < truth.visibility.min() <= truth.visibility.max() < 1
+    for frame in (3, 60):
+        whole = opened(0).setting.seen(frame, shaded=False).sheet[..., 3].sum()
+        assert opened(0).mask(frame).sum() / whole == pytest.approx(
+            truth.visibility[frame], abs=0.01
+        )
+
+
+def test_scenes_differ_in_book_room_and_way():
+    one, other = opened(0), opened(1)
+    assert np.abs(one.truth().boxes - other.truth().boxes).max() > 10
+    assert np.abs(image(0, 0) - image(1, 0)).mean() > 10
+
+
+def test_noise_is_of_about_two_grey_levels():
+    corner = [image(0, frame, "constant")[:20, :20] for frame in (0, 1)]
+    assert 1.7 < np.std(corner[1] - corner[0]) / np.sqrt(2) < 2.4
+
+
+@pytest.mark.slow
+def test_any_order_and_another_process_give_the_same_bytes():
+    name = f"{NAME}:illuminant=constant:scene=5"
+    sequence = datasets.load(name)
+    frames = [7, 70, 8, 0, 99]
+    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
+    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert answer.stdout.split() == digests[::-1]
+
+
+@pytest.mark.parametrize(
+    ("knob", "value"),
+    [("illuminant", "red"), ("shadow", "cast"), ("scene", "-1"), ("light", "even")],
+)
+def test_a_bad_knob_is_refused_by_name(knob, value):
+    with pytest.raises(SequenceError, match=rf"^{NAME}: .*{knob}[^\n]+$"):
+        datasets.load(f"{NAME}:{knob}={value}")

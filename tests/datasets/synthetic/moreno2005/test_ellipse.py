@@ -1,0 +1,319 @@
+"""`moreno2005/ellipse`: what the ellipse does, what is seen of it, what light and patches do."""
+
+import hashlib
+import subprocess
+import sys
+from functools import lru_cache
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely import affinity, contains_xy
+from shapely.geometry import Point, Polygon
+
+import datasets
+from datasets import SequenceError
+from datasets.synthetic.moreno2005.ellipse.knobs import EllipseKnobs
+from datasets.synthetic.moreno2005.ellipse.plan import HALF_AXES, drawn_plan
+from datasets.synthetic.moreno2005.ellipse.scene import scene
+from datasets.synthetic.moreno2005.ellipse.shapes import Shape
+
+NAME = "moreno2005/ellipse"
+FRAMES = 100
+SEEDS = st.integers(0, 2**32 - 1)
+LIGHTS = "even", "jump", "repeated", "shadow"
+
+ELSEWHERE = """
+import hashlib, sys, datasets
+sequence = datasets.load(sys.argv[1])
+for frame in map(int, sys.argv[2:]):
+    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
+"""
+
+
+@lru_cache(maxsize=32)
+def opened(seed, light="even", clutter="dense"):
+    return scene(EllipseKnobs(scene=seed, light=light, clutter=clutter))
+
+
+@lru_cache(maxsize=64)
+def image(seed, frame, light="even"):
+    return opened(seed, light).render(frame).astype(float)
+
+
+def region(plan, frame, samples=720):
+    """The ellipse as a polygon, made by another library."""
+    circle = Point(0, 0).buffer(1, quad_segs=samples // 4)
+    oval = affinity.scale(circle, *plan.half_axes[frame], origin=(0, 0))
+    turned = affinity.rotate(oval, plan.angle[frame], origin=(0, 0), use_radians=True)
+    return affinity.translate(turned, *plan.centre[frame])
+
+
+def test_length_size_and_rate():
+    sequence = datasets.load(NAME)
+    assert len(sequence) == FRAMES
+    assert image(0, 0).shape == (240, 320, 3)
+    assert sequence.fps == 25
+    assert (sequence.visibility == 1).all()
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=SEEDS)
+def test_place_and_shape_change_at_random_but_smoothly_and_stay_in_view(seed):
+    plan = drawn_plan(seed)
+    x, y, width, height = plan.boxes.T
+    assert min(x.min(), y.min()) >= 3
+    assert (x + width).max() <= 317
+    assert (y + height).max() <= 237
+    steps = np.hypot(*np.diff(plan.centre, axis=0).T)
+    assert steps.max() < 9.1
+    assert 2 < steps.mean() < 8
+    assert HALF_AXES[0] - 0.1 < plan.half_axes.min() < plan.half_axes.max() < HALF_AXES[1] + 0.1
+    assert np.abs(np.diff(np.log(plan.half_axes), axis=0)).max() < 0.11
+    assert (np.ptp(plan.half_axes, axis=0) > 2).all()
+    assert np.abs(np.diff(plan.angle)).max() < 0.21
+    assert np.ptp(plan.angle) > 0.1
+
+
+def test_the_colour_goes_a_twentieth_a_frame_along_a_way_that_bends():
+    lengths, straight, missed = [], [], []
+    for seed in range(40):
+        colour = drawn_plan(seed).colour
+        steps = np.diff(colour, axis=0)
+        lengths.append(np.linalg.norm(steps, axis=1))
+        straight.append(np.linalg.norm(colour[20:] - colour[:-20], axis=1).mean())
+        # As far as it goes in ten frames, beside where it would be had it gone straight on.
+        foreseen = colour[1:-10] + 10 * steps[:-10]
+        missed.append(np.linalg.norm(colour[11:] - foreseen, axis=1).mean())
+    print(f"mean step of the colour: {np.mean(lengths):.4f} in RGB of [0, 1] a frame")  # noqa: T201  # what `pytest -s` is for
+    assert np.mean(lengths) == pytest.approx(0.05, abs=0.003)
+    assert np.max(lengths) < 0.08
+    assert np.mean(straight) < 0.5 * 20 * np.mean(lengths)
+    assert np.mean(missed) > 0.5 * 10 * np.mean(lengths)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=SEEDS)
+def test_the_colour_stays_within_what_a_camera_shows(seed):
+    colour = drawn_plan(seed).colour
+    assert 0.08 <= colour.min() < colour.max() <= 0.92
+    assert np.linalg.norm(np.ptp(colour, axis=0)) > 0.25
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_masks_and_boxes_are_those_of_the_ellipse_as_another_library_has_it(seed):
+    one = opened(seed)
+    rows, columns = np.indices((240, 320)) + 0.5
+    for frame in range(0, FRAMES, 23):
+        whole = region(one.plan, frame)
+        mask = one.mask(frame)
+        assert (mask != contains_xy(whole, columns, rows)).sum() <= 1  # a chord cuts a corner
+        assert mask.sum() == pytest.approx(whole.area, rel=0.02)
+        left, top, right, bottom = whole.bounds
+        x, y, width, height = one.plan.boxes[frame]
+        assert [x, y, x + width, y + height] == pytest.approx([left, top, right, bottom], abs=1e-3)
+
+
+def test_pixels_on_the_outline_are_mixed_by_the_area_that_is_covered():
+    one = scene(EllipseKnobs(scene=1))
+    frame = 40
+    black = np.zeros((240, 320, 3), np.uint8)
+    one.plan.colour[frame] = 1.0
+    one._lay_ellipse(black, frame)
+    one.plan.colour[frame] = 0.5
+    inside = one.mask(frame)
+    whole = cv2.erode(inside.astype(np.uint8), np.ones((3, 3))) > 0
+    edge = (cv2.dilate(inside.astype(np.uint8), np.ones((3, 3))) > 0) & ~whole
+    rows, columns = np.nonzero(edge)
+    fine = (np.arange(16) + 0.5) / 16
+    errors, covered = [], []
+    for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
+        y, x = np.meshgrid(row + fine, column + fine, indexing="ij")
+        inwards = one.plan.inwards(frame, np.stack([x, y], axis=-1))
+        covered.append(((inwards**2).sum(axis=-1) <= 1).mean())
+        near = black[max(row - 2, 0) : row + 3, max(column - 2, 0) : column + 3].max()
+        errors.append(black[row, column].max() / near - covered[-1])
+    assert np.abs(errors).max() < 0.2  # beside the shading's own change
+    assert np.abs(errors).mean() < 0.05
+    assert ((np.array(covered) > 0.1) & (np.array(covered) < 0.9)).sum() > 20
+
+
+@pytest.mark.parametrize("frame", [0, 33, 99])
+def test_what_changes_with_the_ellipses_colour_is_the_mask(frame):
+    one = scene(EllipseKnobs(scene=3))
+    before = one.render(frame).astype(int)
+    one.plan.colour[frame] = (one.plan.colour[frame] + 0.5) % 1
+    changed = np.abs(one.render(frame).astype(int) - before).max(axis=2) > 40
+    mask = one.mask(frame)
+    around = cv2.dilate(mask.astype(np.uint8), np.ones((3, 3))) > 0
+    assert changed[mask].mean() > 0.93
+    assert not changed[~around].any()
+
+
+def test_the_ellipse_has_the_plans_colour_and_is_shaded_from_one_side():
+    one = opened(2)
+    for frame in (5, 50, 95):
+        mask = one.mask(frame)
+        seen = image(2, frame)[mask][:, ::-1] / 255
+        assert np.abs(seen.mean(axis=0) - one.plan.colour[frame]).max() < 0.12
+        rows, columns = np.nonzero(mask)
+        side = columns * np.cos(one._light_angle) + rows * np.sin(one._light_angle)
+        towards = side > np.median(side)
+        assert seen[towards].mean() > 1.05 * seen[~towards].mean()
+
+
+def test_the_background_is_cluttered_with_all_colours():
+    for seed in range(3):
+        seen = image(seed, 0)
+        small = cv2.GaussianBlur(seen, (0, 0), 2)
+        hues = cv2.cvtColor(small.astype(np.uint8), cv2.COLOR_BGR2HSV)[..., 0]
+        shares = np.histogram(hues, 12, (0, 180))[0] / hues.size
+        assert (shares > 0.005).sum() >= 9
+        edges = np.abs(np.diff(small, axis=1)).max(axis=2) > 8
+        assert edges.mean() > 0.12
+
+
+@given(SEEDS)
+@settings(max_examples=20, deadline=None)
+def test_in_moderate_clutter_two_patches_lie_near_the_way_every_18_frames(seed):
+    one = opened(seed, clutter="moderate")
+    frames = np.repeat(np.arange(0, FRAMES, 18), 2)
+    assert len(one.patches) == len(frames)
+    for frame, patch in zip(frames, one.patches, strict=True):
+        assert (patch.colour == one.plan.colour[frame]).all()
+        x, y = patch.shape.outline.min(axis=0), patch.shape.outline.max(axis=0)
+        off = np.linalg.norm((x + y) / 2 - one.plan.centre[frame])
+        assert 18 - 15 < off < 45 + 15  # an outline's middle is not quite what it is drawn around
+
+
+@pytest.mark.parametrize(
+    ("clutter", "least", "most"), [("moderate", 0.0, 0.4), ("dense", 0.1, 0.65)]
+)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_patch_of_the_ellipses_colour_touches_it_now_and_then(seed, clutter, least, most):
+    one = opened(seed, clutter=clutter)
+    similar = one.truth().attributes["similar patch"]
+    assert least < similar.mean() < most
+    for frame in np.flatnonzero(similar).tolist():
+        colour = one.plan.colour[frame]
+        alike = [patch for patch in one.patches if np.linalg.norm(patch.colour - colour) <= 0.15]
+        seen = one._backdrop[..., ::-1] / 255
+        mask = one.mask(frame)
+        ring = (cv2.dilate(mask.astype(np.uint8), np.ones((3, 3))) > 0) & ~mask
+        gap = np.linalg.norm(seen[ring] - colour, axis=1)
+        assert alike
+        assert (gap < 0.45).sum() >= 6  # shadows and texture make it differ more than its paint
+        rims = [region_of(patch.shape).distance(region(one.plan, frame)) for patch in alike]
+        assert min(rims) < 1.5
+
+
+def region_of(shape: Shape):
+    return Polygon(shape.outline).buffer(0)
+
+
+def test_frames_without_the_attribute_have_no_patch_of_that_colour_beside():
+    one = opened(1)
+    similar = one.truth().attributes["similar patch"]
+    for frame in np.flatnonzero(~similar).tolist():
+        whole = region(one.plan, frame)
+        for number, patch in enumerate(one.patches):
+            if np.linalg.norm(patch.colour - one.plan.colour[frame]) > 0.15:
+                continue
+            left = region_of(patch.shape)
+            for later in one.patches[number + 1 :]:
+                left = left.difference(region_of(later.shape))
+            beside = left.intersection(whole.buffer(1)).difference(whole)
+            assert beside.area < 20
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_one_jump_of_a_gain_and_a_cast_at_mid_sequence(seed):
+    one = opened(seed, "jump")
+    (jump,) = np.flatnonzero(one.truth().attributes["light change"]).tolist()
+    assert 45 <= jump <= 55
+    ratios = []
+    for frame in (jump - 1, jump):
+        plain, seen = image(seed, frame), image(seed, frame, "jump")
+        fair = (plain > 60) & (plain < 235)
+        ratios.append(
+            [np.median(seen[..., k][fair[..., k]] / plain[..., k][fair[..., k]]) for k in range(3)]
+        )
+    change = np.log(ratios[1]) - np.log(ratios[0])
+    assert np.abs(change).max() > 0.25
+    assert np.ptp(change) > 0.3
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_repeated_changes_are_kept_until_the_next(seed):
+    one = opened(seed, "repeated")
+    changes = np.flatnonzero(one.truth().attributes["light change"])
+    assert changes.min() >= 5
+    assert 15 < len(changes) < 45
+    for frame in range(1, FRAMES):
+        same = (one.lighting.at(frame) == one.lighting.at(frame - 1)).all()
+        assert same != (frame in changes)
+    gains = np.stack([one.lighting.at(frame) for frame in range(FRAMES)])
+    assert 0.3 < gains.min() < 0.6
+    assert gains.max() <= 1.2
+    plain, seen = (image(seed, int(changes[-1]), light) for light in ("even", "repeated"))
+    fair = (plain > 60) & (plain < 200)
+    expected = (plain * one.lighting.at(int(changes[-1]))[::-1])[fair]
+    assert np.median(np.abs(np.minimum(expected, 255) - seen[fair])) < 6
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_shadows_edge_changes_the_light_here_and_not_there(seed):
+    one = opened(seed, "shadow")
+    changes = np.flatnonzero(one.truth().attributes["light change"])
+    assert len(changes) > 0
+    assert changes[0] >= 5
+    for frame in (int(changes[0]), int(changes[len(changes) // 2])):
+        plain, seen = image(seed, frame), image(seed, frame, "shadow")
+        loss = (plain - seen).mean(axis=2) / plain.mean(axis=2)
+        loss = cv2.GaussianBlur(loss, (0, 0), 2)
+        assert (np.abs(loss) < 0.05).mean() > 0.03
+        assert (loss > 0.2).mean() > 0.03
+        on_target = loss[one.mask(frame)]
+        assert np.ptp(on_target) > 0.15
+    assert (image(seed, 0) == image(seed, 0, "shadow")).all()
+
+
+@pytest.mark.parametrize("light", LIGHTS[1:])
+def test_variants_of_a_scene_share_all_but_the_light(light):
+    plain, other = opened(5), opened(5, light)
+    assert (plain.truth().boxes == other.truth().boxes).all()
+    assert (plain.mask(60) == other.mask(60)).all()
+    patches = (one.truth().attributes["similar patch"] for one in (plain, other))
+    assert np.array_equal(*patches)
+    assert not plain.truth().attributes["light change"].any()
+    steady = [f for f in range(FRAMES) if (other.lighting.at(f) == 1).all()]
+    assert steady
+    assert (image(5, steady[0]) == image(5, steady[0], light)).all()
+
+
+def test_another_scene_has_another_way_shape_colour_and_clutter():
+    one, other = opened(0), opened(1)
+    for part in ("centre", "half_axes", "angle", "colour"):
+        assert np.abs(getattr(one.plan, part) - getattr(other.plan, part)).max() > 0.1
+    assert np.abs(image(0, 0) - image(1, 0)).mean() > 25
+    names = [NAME, f"{NAME}:scene=1", f"{NAME}:light=jump"]
+    assert len({datasets.load(name).fingerprint for name in names}) == 3
+
+
+@pytest.mark.parametrize("light", ["even", pytest.param("shadow", marks=pytest.mark.slow)])
+def test_any_order_and_another_process_give_the_same_bytes(light):
+    name = datasets.load(f"{NAME}:scene=5:light={light}").name
+    sequence = datasets.load(name)
+    frames = [7, 70, 8, 0, 99]
+    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
+    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert answer.stdout.split() == digests[::-1]
+
+
+@pytest.mark.parametrize(("knob", "value"), [("scene", "-1"), ("light", "dark"), ("jump", "1")])
+def test_a_bad_knob_is_refused_by_name(knob, value):
+    with pytest.raises(SequenceError, match=rf"^{NAME}: .*{knob}[^\n]+$"):
+        datasets.load(f"{NAME}:{knob}={value}")

@@ -1,0 +1,247 @@
+"""`moreno2005/leaf`: how the wind moves the leaf, what the sun does, what is like the leaf."""
+
+import hashlib
+import subprocess
+import sys
+from functools import lru_cache
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely import area, box, intersection, polygons, union_all
+
+import datasets
+from datasets import SequenceError
+from datasets.synthetic.moreno2005.leaf.blade import Shape, drawn_blade, placed
+from datasets.synthetic.moreno2005.leaf.knobs import LeafKnobs
+from datasets.synthetic.moreno2005.leaf.light import fallen
+from datasets.synthetic.moreno2005.leaf.scene import scene
+from datasets.synthetic.moreno2005.leaf.setting import Setting
+from datasets.synthetic.moreno2005.leaf.wind import drawn_shapes
+
+NAME = "moreno2005/leaf"
+FRAMES = 100
+SEEDS = st.integers(0, 2**32 - 1)
+
+ELSEWHERE = """
+import hashlib, sys, datasets
+sequence = datasets.load(sys.argv[1])
+for frame in map(int, sys.argv[2:]):
+    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
+"""
+
+
+@lru_cache(maxsize=16)
+def opened(seed, jump="start"):
+    return scene(LeafKnobs(scene=seed, jump=jump))
+
+
+@lru_cache(maxsize=64)
+def image(seed, frame, jump="start"):
+    return opened(seed, jump).render(frame).astype(float)
+
+
+def grown(mask, by):
+    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1))) > 0
+
+
+def middles(seed):
+    shapes = drawn_shapes(np.random.default_rng(seed))
+    return np.stack([shape.place for shape in shapes])
+
+
+def test_length_size_and_rate():
+    sequence = datasets.load(NAME)
+    assert len(sequence) == FRAMES
+    assert image(0, 0).shape == (240, 320, 3)
+    assert sequence.fps == 25
+    assert (sequence.visibility == 1).all()
+
+
+@pytest.mark.parametrize(("seed", "frame"), [(0, 0), (0, 44), (1, 61)])
+def test_the_mask_is_what_the_outline_of_the_triangles_covers(seed, frame):
+    one = opened(seed)
+    points = one.setting.points(frame)[0][:, :2]
+    outline = union_all(polygons(points[one.setting._blade.mesh.triangles]))
+    columns, rows = np.meshgrid(np.arange(320), np.arange(240))
+    covered = area(intersection(outline, box(columns, rows, columns + 1, rows + 1)))
+    clear = np.abs(covered - 0.5) > 0.13  # half a column of 4 x 4 samples
+    assert 0.99 < clear.mean() < 1
+    assert (one.mask(frame) == (covered >= 0.5))[clear].all()
+
+
+def test_what_changes_with_the_leafs_texture_is_the_mask():
+    one, frame = scene(LeafKnobs(scene=1)), 47
+    one.setting = Setting(1)
+    one.setting.__dict__["layers"] = opened(1).setting.layers  # they stay, and take long
+    before = one.render(frame).astype(float)
+    one.setting._blade.mesh.texture[:] = (0.9, 0.1, 0.8)
+    changed = np.abs(one.render(frame) - before).max(axis=2) > 15
+    mask = one.mask(frame)
+    assert changed[mask].mean() > 0.97
+    assert not changed[~grown(mask, 2)].any()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_box_is_as_tight_as_pixels_allow(seed):
+    one = opened(seed)
+    for frame in range(0, FRAMES, 9):
+        rows, columns = np.nonzero(one.mask(frame))
+        x, y, width, height = one.truth().boxes[frame]
+        found = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
+        assert found == pytest.approx([x, y, x + width, y + height], abs=2.6)  # a thin stalk
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=SEEDS)
+def test_the_leaf_stays_in_view_and_jerks_by_up_to_15_pixels(seed):
+    steps = np.hypot(*np.diff(middles(seed), axis=0).T)
+    assert steps.max() < 15.1
+    assert (steps > 7).sum() >= 4
+    assert steps[:5].max() < 5
+    assert 2.5 < steps.mean() < 7
+    boxes = scene(LeafKnobs(scene=seed)).truth().boxes
+    assert boxes[:, :2].min() > -8
+    assert ((boxes[:, :2] + boxes[:, 2:]).max(axis=0) < (328, 248)).all()
+    assert boxes[:, 2:].max(axis=1).min() > 30
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_nothing_announces_where_the_leaf_goes(seed):
+    """A prediction by its last speed, or its last two, is often wrong by much."""
+    way = middles(seed)
+    second, third = (np.diff(way, order, axis=0) for order in (2, 3))
+    for error in (second, third):
+        assert np.percentile(np.hypot(*error.T), 95) > 7
+    ahead = np.diff(way, axis=0)
+    turn = (ahead[1:] * ahead[:-1]).sum(axis=1)
+    assert 0.05 < (turn < 0).mean() < 0.5
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_its_outline_turns_and_shears_and_bends_a_little_besides(seed):
+    setting = opened(seed).setting
+    first = np.column_stack([setting.points(0)[0][:, :2], np.ones(len(setting.points(0)[0]))])
+    gains, left = [], []
+    for frame in range(0, FRAMES, 7):
+        points = setting.points(frame)[0][:, :2]
+        affine = np.linalg.lstsq(first, points, rcond=None)[0]
+        gains.append(np.linalg.svd(affine[:2])[1])
+        left.append(np.sqrt(((first @ affine - points) ** 2).sum(axis=1).mean()))
+    longest, shortest = np.array(gains).T
+    assert np.ptp(shortest / longest) > 0.1
+    assert 0.3 < max(left) < 6
+    angles = np.array([shape.angle for shape in setting.shapes])
+    assert np.ptp(angles) > 0.6
+    assert np.abs(np.diff(angles)).max() > 0.12
+
+
+def test_a_leaf_that_is_neither_bent_nor_folded_is_seen_as_it_grew():
+    blade = drawn_blade(np.random.default_rng(0), 80.0, (50, 120, 90))
+    shape = Shape(np.array([100.0, 90.0]), 0.0, 0.0, 0.0, 0.0, 0.0)
+    points, normals = placed(blade, shape)
+    assert points[:, 0] == pytest.approx(100 + blade.across.ravel())
+    assert points[:, 1] == pytest.approx(90 + 40 - blade.along.ravel())
+    assert normals == pytest.approx(np.broadcast_to([0.0, 0.0, 1.0], normals.shape))
+    folded, _ = placed(blade, Shape(shape.place, 0.0, 0.0, 0.0, 0.0, 0.5))
+    assert folded[:, 2] == pytest.approx(np.abs(blade.across.ravel()) * np.sin(0.5))
+    assert folded[:, 0] == pytest.approx(100 + blade.across.ravel() * np.cos(0.5))
+    turned, _ = placed(blade, Shape(shape.place, np.pi / 2, 0.0, 0.0, 0.0, 0.0))
+    assert turned[:, 0] == pytest.approx(100 + blade.along.ravel() - 40)  # its tip to the right
+
+
+def test_a_bent_and_folded_leaf_keeps_its_lengths():
+    blade = drawn_blade(np.random.default_rng(1), 80.0, (50, 120, 90))
+    shape = Shape(np.zeros(2), 0.4, 0.5, -0.3, 0.9, 0.3)
+    points = placed(blade, shape)[0].reshape(*blade.along.shape, 3)
+    vein = points[:, points.shape[1] // 2]
+    lengths = np.linalg.norm(np.diff(vein, axis=0), axis=1)
+    middle = blade.along.shape[1] // 2
+    grown_so = np.hypot(np.diff(blade.along[:, 0]), np.diff(blade.across[:, middle]))
+    assert lengths == pytest.approx(grown_so, rel=0.03)
+    across = np.linalg.norm(points[:, -1] - vein, axis=1)
+    inner = slice(8, -8)
+    assert across[inner] == pytest.approx(
+        (blade.across[:, -1] - blade.across[:, middle])[inner], rel=0.12
+    )
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_the_light_changes_once_and_at_the_moment_asked_for(seed):
+    start, middle, none = (opened(seed, jump).truth() for jump in ("start", "middle", "none"))
+    assert np.flatnonzero(start.attributes["light change"]).tolist() == [1]
+    assert np.flatnonzero(middle.attributes["light change"]).tolist() == [50]
+    assert not none.attributes["light change"].any()
+    assert (start.boxes == middle.boxes).all()
+    assert (start.boxes == none.boxes).all()
+    for frame in (0, 1, 49, 50, 99):
+        before, after = image(seed, frame, "none"), image(seed, frame, "start")
+        assert (image(seed, frame, "middle") == (before if frame < 50 else after)).all()
+        assert (before == after).all() == (frame == 0)
+        assert (opened(seed).mask(frame) == opened(seed, "none").mask(frame)).all()
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_what_the_sun_shines_on_changes_strongly_and_what_is_in_the_shade_hardly(seed):
+    lights = [image(seed, 60, jump) ** 2 for jump in ("start", "none")]
+    if not opened(seed).setting.sunny:  # at first
+        lights.reverse()
+    cloudy, sunny = lights
+    visible = (cloudy.min(axis=2) > 15**2) & (sunny.max(axis=2) < 250**2)
+    gain = sunny[visible].sum(axis=1) / cloudy[visible].sum(axis=1)
+    assert np.percentile(gain, 90) > 2
+    assert np.percentile(gain, 10) < 1.2
+    strong = gain > np.percentile(gain, 80)
+    blue, _, red = np.median(sunny[visible][strong] / cloudy[visible][strong], axis=0)
+    assert red / blue > 1.3
+    leaf = opened(seed).mask(60)
+    assert sunny[leaf].mean() / cloudy[leaf].mean() > 1.5
+
+
+def test_seeds_differ_in_whether_the_sun_comes_or_goes():
+    assert {Setting(seed).sunny for seed in range(8)} == {True, False}
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_some_of_the_foliage_has_nearly_the_leafs_colour_but_most_has_not(seed):
+    shares = image(seed, 30) / image(seed, 30).sum(axis=2, keepdims=True)
+    mask = opened(seed).mask(30)
+    low, high = np.percentile(shares[mask], [5, 95], axis=0)
+    alike = ((shares > low) & (shares < high)).all(axis=2)
+    assert 0.003 < alike[~grown(mask, 3)].mean() < 0.3
+    assert alike[mask].mean() > 0.6
+
+
+def test_light_falls_by_lamberts_law_on_the_side_that_is_seen():
+    sun = np.array([0.0, -0.6, 0.8])
+    normals = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, -0.6, 0.8], [0.0, 0.8, 0.6]])
+    around, straight = fallen(normals, sun, np.array([1.0, 1.0, 0.5, 1.0]))
+    assert straight == pytest.approx([0.8, 0.8, 0.5, 0.0])
+    assert around == pytest.approx([1.0, 1.0, 0.95, 0.9])
+    behind = fallen(np.array([[0.0, 0.95, 0.3122499]]), sun, np.ones(1))[1]
+    assert 0.05 < behind[0] < 0.15  # some comes through
+
+
+def test_scenes_differ_in_leaf_foliage_and_way():
+    one, other = opened(0), opened(1)
+    assert np.abs(one.truth().boxes - other.truth().boxes).max() > 10
+    assert np.abs(image(0, 0) - image(1, 0)).mean() > 10
+
+
+@pytest.mark.slow
+def test_any_order_and_another_process_give_the_same_bytes():
+    name = f"{NAME}:jump=middle:scene=5"
+    sequence = datasets.load(name)
+    frames = [7, 70, 8, 0, 99]
+    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
+    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert answer.stdout.split() == digests[::-1]
+
+
+@pytest.mark.parametrize(("knob", "value"), [("jump", "end"), ("scene", "-1"), ("light", "even")])
+def test_a_bad_knob_is_refused_by_name(knob, value):
+    with pytest.raises(SequenceError, match=rf"^{NAME}: .*{knob}[^\n]+$"):
+        datasets.load(f"{NAME}:{knob}={value}")

@@ -1,0 +1,84 @@
+"""Surfaces of balls, and looks on them, against slow definitions."""
+
+import numpy as np
+import pytest
+
+from datasets.synthetic.moreno2005.octopus.moulding import colour_skin, mould
+
+SIDE = 16
+
+
+def drawn_balls(seed, count=7):
+    random = np.random.default_rng(seed)
+    rest = random.uniform((0, 0, 2, 0, 0.3), (20, 14, 6, 3, 1), (count, 5))
+    rest[0, :2] = -3, 20  # partly outside
+    return rest
+
+
+@pytest.mark.parametrize("step", [1.0, 0.5])
+def test_the_highest_ball_is_found_at_every_sample(step):
+    balls = drawn_balls(1)
+    left, top, shape = 2.0, 1.0, (int(11 / step), int(15 / step))
+    height, owner = np.zeros(shape, np.float32), np.full(shape, -1, np.int32)
+    mould(balls, left, top, step, height, owner)
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            at = np.array([left + (j + 0.5) * step, top + (i + 0.5) * step])
+            best, which = 0.0, -1
+            for k, (x, y, radius, middle, flat) in enumerate(balls):
+                square = radius**2 - ((at - (x, y)) ** 2).sum()
+                if square >= 0 and middle + flat * square**0.5 > best:
+                    best, which = middle + flat * square**0.5, k
+            assert height[i, j] == pytest.approx(best, abs=1e-5)
+            assert owner[i, j] == which
+    assert len(np.unique(owner)) > 3
+
+
+def bilinear(texture, u, v):
+    column, row = int(np.floor(u)), int(np.floor(v))
+    right, down = u - column, v - row
+    return sum(
+        weight * texture[(row + y) % SIDE, (column + x) % SIDE].astype(float)
+        for x, y, weight in (
+            (0, 0, (1 - right) * (1 - down)),
+            (1, 0, right * (1 - down)),
+            (0, 1, (1 - right) * down),
+            (1, 1, right * down),
+        )
+    )
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+def test_skin_changes_place_by_place_and_is_carried_along(share):
+    random = np.random.default_rng(2)
+    before, after = random.random((2, SIDE, SIDE, 3)).astype(np.float32)
+    order = random.random((SIDE, SIDE)).astype(np.float32)
+    light = random.uniform(0.5, 1.5, (9, 12)).astype(np.float32)
+    owner = random.integers(-1, 3, (9, 12)).astype(np.int32)
+    to_rest = random.normal(size=(3, 2, 3))
+    out = np.zeros((9, 12, 4), np.float32)
+    soft = 0.3
+    colour_skin(owner, 4.0, 2.0, 0.5, to_rest, before, after, order, share, soft, light, out)
+    for i in range(9):
+        for j in range(12):
+            if owner[i, j] < 0:
+                assert not out[i, j].any()
+                continue
+            place = np.array([4 + (j + 0.5) * 0.5, 2 + (i + 0.5) * 0.5, 1.0])
+            u, v = to_rest[owner[i, j]] @ place
+            begun = order[int(np.floor(v)) % SIDE, int(np.floor(u)) % SIDE]
+            changed = np.clip((share * (1 + soft) - begun) / soft, 0, 1)
+            expected = (1 - changed) * bilinear(before, u, v) + changed * bilinear(after, u, v)
+            assert out[i, j, :3] == pytest.approx(light[i, j] * expected, abs=1e-5)
+            assert out[i, j, 3] == 1
+
+
+@pytest.mark.parametrize(("share", "which"), [(0.0, 0), (1.0, 1)])
+def test_at_the_start_all_has_one_look_and_at_the_end_the_other(share, which):
+    looks = [np.full((SIDE, SIDE, 3), level, np.float32) for level in (0.2, 0.8)]
+    order = np.linspace(0, 1, SIDE * SIDE, endpoint=False).reshape(SIDE, SIDE).astype(np.float32)
+    owner, light = np.zeros((20, 20), np.int32), np.ones((20, 20), np.float32)
+    out = np.zeros((20, 20, 4), np.float32)
+    to_rest = np.array([[[1.0, 0, 0], [0, 1.0, 0]]])
+    colour_skin(owner, 0.0, 0.0, 1.0, to_rest, *looks, order, share, 0.35, light, out)
+    assert out[..., :3] == pytest.approx(looks[which][0, 0, 0], abs=1e-6)

@@ -1,0 +1,299 @@
+"""`moreno2005/octopus`: how the octopus moves, what is seen of it, when it looks like the floor."""
+
+import hashlib
+import subprocess
+import sys
+from functools import lru_cache
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely import contains_xy, unary_union
+from shapely.geometry import Point
+
+import datasets
+from datasets import SequenceError
+from datasets.synthetic.moreno2005.octopus.knobs import OctopusKnobs
+from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, imitated, painted
+from datasets.synthetic.moreno2005.octopus.plan import OWN, drawn_plan
+from datasets.synthetic.moreno2005.octopus.relief import lit, shade
+from datasets.synthetic.moreno2005.octopus.scene import scene
+
+NAME = "moreno2005/octopus"
+FRAMES = 100
+SEEDS = st.integers(0, 2**32 - 1)
+
+ELSEWHERE = """
+import hashlib, sys, datasets
+sequence = datasets.load(sys.argv[1])
+for frame in map(int, sys.argv[2:]):
+    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
+"""
+
+
+@lru_cache(maxsize=16)
+def opened(seed):
+    return scene(OctopusKnobs(scene=seed))
+
+
+@lru_cache(maxsize=64)
+def image(seed, frame):
+    return opened(seed).render(frame).astype(float)
+
+
+def runs(flags):
+    """First frames, and those after the last, of every stretch that is true."""
+    return np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]]))).reshape(-1, 2)
+
+
+def beside(mask, near=4, far=16):
+    """Pixels around a mask, at some distance."""
+    inner, outer = (
+        cv2.dilate(
+            mask.astype(np.uint8),
+            cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1,) * 2),
+        )
+        > 0
+        for reach in (near, far)
+    )
+    return outer & ~inner
+
+
+def test_length_size_and_rate():
+    sequence = datasets.load(NAME)
+    assert len(sequence) == FRAMES
+    assert image(0, 0).shape == (240, 320, 3)
+    assert sequence.fps == 25
+    assert (sequence.visibility == 1).all()
+
+
+@settings(max_examples=12, deadline=None)
+@given(seed=SEEDS)
+def test_it_crawls_through_the_picture_and_stays_in_view(seed):
+    plan = drawn_plan(seed)
+    x, y, width, height = plan.boxes.T
+    assert min(x.min(), y.min()) > 2
+    assert (x + width).max() < 318
+    assert (y + height).max() < 238
+    assert 55 < min(width.min(), height.min()) < max(width.max(), height.max()) < 135
+    steps = np.hypot(*np.diff(plan.place, axis=0).T)
+    assert 0.3 < steps.min() < steps.max() < 4
+    assert np.hypot(*(plan.place[-1] - plan.place[0])) > 130
+    assert np.abs(np.diff(plan.boxes, axis=0)).max() < 6
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=SEEDS)
+def test_its_outline_changes_moderately_and_not_by_an_affine_map(seed):
+    plan = drawn_plan(seed)
+    left = []
+    for frame in range(0, 90, 15):
+        one, other = (plan.posture(k).balls[:, :2] for k in (frame, frame + 10))
+        known = np.hstack([one, np.ones((len(one), 1))])
+        affine, *_ = np.linalg.lstsq(known, other, rcond=None)
+        left.append(np.linalg.norm(other - known @ affine, axis=1))
+    rest = np.concatenate(left)
+    assert 0.5 < np.sqrt((rest**2).mean()) < 5
+    assert rest.max() > 2
+    moved = plan.posture(40).balls[:, :2] - plan.posture(39).balls[:, :2]
+    assert np.linalg.norm(moved, axis=1).max() < 7
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_masks_and_boxes_are_those_of_the_body_as_another_library_has_it(seed):
+    one = opened(seed)
+    rows, columns = np.indices((240, 320)) + 0.5
+    for frame in (0, 37, 99):
+        balls = one.plan.posture(frame).balls
+        whole = unary_union([Point(x, y).buffer(r, quad_segs=64) for x, y, r, *_ in balls])
+        assert whole.geom_type == "Polygon"  # all in one piece
+        mask = one.mask(frame)
+        assert (mask != contains_xy(whole, columns, rows)).sum() <= 2  # chords cut corners
+        x, y, width, height = one.plan.boxes[frame]
+        assert [x, y, x + width, y + height] == pytest.approx(whole.bounds, abs=1e-2)
+        assert mask.sum() == pytest.approx(whole.area, rel=0.02)
+        assert 2500 < mask.sum() < 8000
+
+
+@pytest.mark.parametrize("frame", [0, 45, 99])
+def test_what_changes_with_the_skins_colour_is_the_mask(frame):
+    one = scene(OctopusKnobs(scene=3))
+    one.__dict__["_textures"] = opened(3)._textures
+    before = one.render(frame).astype(int)
+    one._skin._looks = 1.5 - one._skin._looks
+    changed = np.abs(one.render(frame).astype(int) - before).max(axis=2) > 30
+    mask = one.mask(frame)
+    around = cv2.dilate(mask.astype(np.uint8), np.ones((3, 3))) > 0
+    assert changed[mask].mean() > 0.95
+    assert not changed[~around].any()
+
+
+def test_a_place_on_the_skin_keeps_its_texture_however_it_is_moved_and_turned():
+    one = opened(0)
+    rest = one.plan.body.at_rest().balls[:, :2] + 512 / 2 - 0.5
+    for frame in (0, 50):
+        posture = one.plan.posture(frame)
+        assert np.ptp(posture.turns) > 1
+        to_rest = one._skin._to_rest(posture)
+        for k in range(0, len(rest), 7):
+            angle = posture.turns[k]
+            turn = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+            for step in ([0, 0], [1.5, -0.5]):
+                place = posture.balls[k, :2] + turn @ np.array(step)
+                assert to_rest[k] @ [*place, 1] == pytest.approx(rest[k] + step)
+
+
+def test_it_throws_a_shadow_on_the_floor_away_from_the_light():
+    one = opened(0)
+    frame = 30
+    picture = one._floor.copy()
+    one._lay_octopus(picture, frame)
+    mask = one.mask(frame)
+    lost = np.where(
+        beside(mask, 1, 20), 1 - picture.sum(axis=2) / np.maximum(one._floor.sum(axis=2), 0.05), 0
+    )
+    assert lost.min() > -1e-3
+    assert (lost > 0.2).sum() > 150
+    rows, columns = np.indices(mask.shape)
+    shift = [(lost * at).sum() / lost.sum() - at[mask].mean() for at in (columns, rows)]
+    assert min(shift) > 1
+
+
+@settings(max_examples=12, deadline=None)
+@given(seed=SEEDS)
+def test_it_comes_with_a_look_of_its_own_and_changes_twice(seed):
+    plan = drawn_plan(seed)
+    looks = [plan.look(frame) for frame in range(FRAMES)]
+    assert looks[0] == (OWN, 0, 0.0)
+    assert not plan.camouflaged[:8].any()
+    worn = np.zeros((FRAMES, OWN + 1))
+    for weights, (before, after, share) in zip(worn, looks, strict=True):
+        weights[before] += 1 - share
+        weights[after] += share
+    assert np.abs(np.diff(worn, axis=0)).max() < 0.2  # nothing at once
+    assert (worn[:, 0] > 0.99).sum() >= 3
+    (first, second) = plan.changes
+    assert 8 <= first[0] < first[1] < second[0]
+    assert len({*plan.kinds}) == 4
+
+
+@settings(max_examples=12, deadline=None)
+@given(seed=SEEDS)
+def test_it_starts_on_one_floor_and_arrives_on_another(seed):
+    plan = drawn_plan(seed)
+    shares = plan.zones.shares(plan.place)
+    assert shares.sum(axis=1) == pytest.approx(1)
+    assert shares[:25, 0].mean() > 0.7
+    assert shares[-25:, 1].mean() > 0.7
+
+
+def test_scenes_are_camouflaged_about_half_of_the_time_and_mostly_on_both_floors():
+    camouflaged = [drawn_plan(seed).camouflaged for seed in range(24)]
+    assert 0.35 < np.mean(camouflaged) < 0.65
+    assert min(flags.sum() for flags in camouflaged) > 8
+    assert np.mean([flags[:58].any() and flags[75:].any() for flags in camouflaged]) > 0.7
+
+
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2, 3))]
+)
+def test_where_it_is_camouflaged_its_pixels_are_like_those_around_it(seed):
+    one = opened(seed)
+    flags = one.truth().attributes["camouflaged"]
+    colours, textures = np.empty(FRAMES), np.empty(FRAMES)
+    for frame in range(0, FRAMES, 3):
+        seen, mask = image(seed, frame) / 255, one.mask(frame)
+        ring = beside(mask)
+        colours[frame] = np.linalg.norm(seen[mask].mean(axis=0) - seen[ring].mean(axis=0))
+        shares = [
+            cv2.calcHist(
+                [seen.astype(np.float32)], [0, 1, 2], area.astype(np.uint8), [6] * 3, [0, 1] * 3
+            ).ravel()
+            / area.sum()
+            for area in (mask, ring)
+        ]
+        textures[frame] = np.sqrt(shares[0] * shares[1]).sum()
+    shown = np.arange(FRAMES) % 3 == 0
+    start = shown & (np.arange(FRAMES) < 8)
+    assert colours[shown & flags].mean() < 0.12
+    assert colours[shown & flags].mean() < 0.6 * colours[start].mean()
+    assert textures[shown & flags].mean() > 1.2 * textures[start].mean()
+    assert textures[shown & flags].mean() > 0.6
+
+
+@pytest.mark.parametrize("kind", [*FLOOR_KINDS, *SKINS])
+def test_a_look_has_its_colour_in_the_mean_and_repeats(kind):
+    look = {**FLOOR_KINDS, **SKINS}[kind]
+    texture = painted(np.random.default_rng(1), look, np.array(look.colour))
+    assert texture.mean(axis=(0, 1))[::-1] == pytest.approx(look.colour, abs=0.012)
+    seam = np.abs(texture[0] - texture[-1]).mean()
+    assert seam < 1.6 * np.abs(np.diff(texture, axis=0)).mean()
+
+
+def test_an_imitation_keeps_something_of_its_own():
+    floor, own = np.full((2, 2, 3), 0.5), np.full((2, 2, 3), 0.9)
+    assert imitated(floor, own) == pytest.approx(0.54)
+
+
+def test_light_on_level_ground_is_one_and_falls_from_the_left_top():
+    rows, columns = np.indices((60, 60)).astype(np.float32)
+    assert lit(np.full((60, 60), 3, np.float32), 1.5)[20:40, 20:40] == pytest.approx(1, abs=1e-5)
+    towards, away = (lit(sign * 0.5 * (rows + columns), 1.5)[30, 30] for sign in (1, -1))
+    # The cosine of the angle between the light and the slope's normal, beside level ground's.
+    normal = np.array([-0.5, -0.5, 1]) / np.sqrt(1.5)
+    straight = max(normal @ (-0.42, -0.5, 0.757), 0)
+    assert towards == pytest.approx(0.55 + 0.45 * straight / 0.757, abs=1e-4)
+    assert away < 0.8 < 1 < towards
+
+
+def test_a_shadow_lies_where_it_is_thrown():
+    canvas, cover = np.ones((40, 50, 3), np.float32), np.zeros((40, 50), np.float32)
+    cover[10:20, 10:20] = 1
+    shade(canvas, cover, (6, 4), 0.8, 0.5)
+    assert canvas[14 + 4, 14 + 6] == pytest.approx(0.5, abs=1e-4)
+    assert canvas[11, 11] == pytest.approx(1, abs=1e-4)
+    assert canvas[..., 0].sum() == pytest.approx(40 * 50 - 0.5 * 100, abs=0.01)
+
+
+def test_the_waters_light_moves_slowly_and_stays_as_bright():
+    water = opened(2)._water
+    grey = np.full((240, 320, 3), 0.5, np.float32)
+    seen = [water.over(grey, frame).astype(float) for frame in (0, 1, 25)]
+    assert 0.1 < np.abs(seen[1] - seen[0]).mean() < 3
+    assert np.abs(seen[2] - seen[0]).mean() > 2 * np.abs(seen[1] - seen[0]).mean()
+    means = [picture.mean() for picture in seen]
+    assert np.ptp(means) / np.mean(means) < 0.05
+    assert (seen[0].max(axis=(0, 1)) / seen[0].min(axis=(0, 1))).min() > 1.2
+    blue, green, red = seen[0].mean(axis=(0, 1))
+    assert red < blue
+    assert red < green
+
+
+def test_another_scene_has_another_animal_floor_and_way():
+    one, other = opened(0), opened(1)
+    assert np.abs(one.truth().boxes - other.truth().boxes).max() > 10
+    assert np.abs(image(0, 0) - image(1, 0)).mean() > 15
+    assert np.abs(one.plan.body.arms - other.plan.body.arms).max() > 0.1
+    names = [NAME, f"{NAME}:scene=1"]
+    assert len({datasets.load(name).fingerprint for name in names}) == 2
+    kinds = [drawn_plan(seed).kinds for seed in range(30)]
+    assert {kind for floors in kinds for kind in floors} == {*FLOOR_KINDS, *SKINS}
+
+
+@pytest.mark.slow
+def test_any_order_and_another_process_give_the_same_bytes():
+    name = f"{NAME}:scene=5"
+    sequence = datasets.load(name)
+    frames = [7, 70, 8, 0, 99]
+    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
+    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert answer.stdout.split() == digests[::-1]
+
+
+@pytest.mark.parametrize(("knob", "value"), [("scene", "-1"), ("light", "even")])
+def test_a_bad_knob_is_refused_by_name(knob, value):
+    with pytest.raises(SequenceError, match=rf"^{NAME}: .*{knob}[^\n]+$"):
+        datasets.load(f"{NAME}:{knob}={value}")

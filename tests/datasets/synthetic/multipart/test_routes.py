@@ -1,0 +1,143 @@
+"""Where people walk and what the camera does, before anything is drawn."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from datasets.synthetic.multipart import routes, wardrobe
+from datasets.synthetic.multipart.designs import DESIGNS
+from datasets.synthetic.render import views
+from datasets.synthetic.render.course import straight, walk
+from datasets.synthetic.render.pinhole import FRAMES_PER_SECOND, Camera
+
+SEEDS = st.integers(0, 2**32 - 1)
+FOLLOWED = [design for design in DESIGNS.values() if design.follows]
+FIXED = [design for design in DESIGNS.values() if not design.follows]
+
+
+def columns(seen, course):
+    """Column of a walker's axis in every frame."""
+    return np.array([seen[t].column(course.x[t], course.z[t]) for t in range(len(course.x))])
+
+
+def test_a_straight_walker_makes_steps_of_his_speed_and_faces_his_way():
+    course = straight(100, 40, (2.0, 8.0), (-1.3, 0.0), 0.25)
+    assert (course.x[40], course.z[40]) == (2.0, 8.0)
+    assert np.diff(course.x) * FRAMES_PER_SECOND == pytest.approx(-1.3)
+    assert np.abs(course.heading) == pytest.approx(np.pi, abs=0.02)
+    assert course.stride == pytest.approx(1)
+    assert course.phase[0] == pytest.approx(0.25, abs=0.01)
+    assert np.diff(course.phase).mean() * FRAMES_PER_SECOND == pytest.approx(1.3 / 1.42, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("goal", "heading"), [((9, 5), 0), ((0, -9), np.pi / 2), ((0, 19), -np.pi / 2)]
+)
+def test_heading_is_towards_the_camera_where_the_depth_falls(goal, heading):
+    course = walk(40, (0.0, 5.0), iter([goal]), 1.2, 0.0)
+    assert course.heading == pytest.approx(heading, abs=0.02)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=SEEDS, design=st.sampled_from(FOLLOWED))
+def test_a_followed_target_stays_in_the_picture_and_in_his_depths_and_turns(seed, design):
+    random = np.random.default_rng(seed)
+    course = routes.along_the_street(random, design)
+    seen = views.following(random, course)
+    assert len(course.x) == design.length
+    assert (course.z > design.depths[0] - 0.6).all()
+    assert (course.z < design.depths[1] + 0.6).all()
+    place = columns(seen, course)
+    assert (place > 110).all()
+    assert (place < 530).all()
+    assert place.std() > 25  # not always in the middle
+    assert np.abs(np.diff(seen.x)).max() < 0.16
+    assert np.abs(np.diff(seen.shift_x)).max() > 3  # quick turns
+    assert np.ptp(course.heading) > np.pi / 2
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=SEEDS, number=st.sampled_from(["1", "4"]))
+def test_the_size_of_the_followed_target_changes_by_half_or_more(seed, number):
+    z = routes.along_the_street(np.random.default_rng(seed), DESIGNS[number]).z
+    assert 1.45 < z.max() / z.min() < 2.3
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=SEEDS, design=st.sampled_from(FIXED))
+def test_a_target_before_a_fixed_camera_stays_in_view_with_his_feet(seed, design):
+    random = np.random.default_rng(seed)
+    seen = views.fixed(random, design.length)
+    course = routes.in_view(random, design, seen)
+    place = columns(seen, course)
+    assert (place > 20).all()
+    assert (place < 620).all()
+    assert np.ptp(place) > 150
+    assert seen.still.row(0.0, course.z).max() < 480
+    assert seen[0] == seen[design.length - 1] == seen.still
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=SEEDS, design=st.sampled_from(FIXED))
+def test_who_passes_before_the_target_hides_his_axis_when_it_was_asked(seed, design):
+    random = np.random.default_rng(seed)
+    seen = views.fixed(random, design.length)
+    target = routes.in_view(random, design, seen)
+    when = design.length * 0.5
+    course = routes.before_the_target(random, seen, target, [], when)
+    crossing = np.abs(columns(seen, course) - columns(seen, target))
+    first = int(when - 0.05 * design.length) - 1
+    last = int(when + 0.05 * design.length) + 2
+    near = np.arange(first, last)[crossing[first:last].argmin()]
+    assert crossing[near] < 5
+    assert course.z[near] < target.z[near] - 0.6
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=SEEDS, distance=st.floats(0, 3))
+def test_the_twin_comes_as_near_as_asked_and_not_nearer(seed, distance):
+    random = np.random.default_rng(seed)
+    seen = views.fixed(random, 150)
+    target = straight(150, 75, (0.0, 8.0), (0.55, 0.0), 0.0)
+    width = 0.24 * 1.75 * seen.still.scale(target.z)
+    twin = routes.beside_the_target(random, seen, target, width, distance)
+    apart = np.abs(columns(seen, twin) - columns(seen, target)) / width
+    assert apart.min() == pytest.approx(distance, abs=1e-6)
+    assert apart.argmin() == 75
+    assert apart[0] > distance + 4
+    assert (twin.z < target.z - 0.5).all()
+
+
+def test_a_fixed_camera_has_no_rate_and_a_followed_one_its_differences():
+    random = np.random.default_rng(0)
+    assert views.fixed(random, 9).rate(4) == (0.0, (0.0, 0.0))
+    still = Camera(700.0, 1.6, 190.0, 320.0)
+    x, right, down = np.array([[0, 1, 4.0], [5, 5, 9.0], [3, 2, 1.0]])
+    seen = views.Views(still, x, right, down)
+    assert seen.rate(1) == (2.0, (2.0, -1.0))
+    assert seen.rate(0) == (1.0, (0.0, -1.0))
+    assert seen.rate(2) == (3.0, (4.0, -1.0))
+    assert seen[2] == Camera(700.0, 1.6, 190.0, 320.0, x=4.0, shift_x=9.0, shift_y=1.0)
+
+
+def tone(colour):
+    return float(np.dot(colour, [0.114, 0.587, 0.299]))
+
+
+@given(seed=SEEDS)
+def test_two_coloured_clothes_differ_in_tone_and_plain_ones_do_not(seed):
+    random = np.random.default_rng(seed)
+    shirt, trousers = wardrobe.two_coloured_clothes(random)
+    assert abs(tone(shirt) - tone(trousers)) > 30
+    one, other = wardrobe.plain_clothes(random)
+    assert np.abs(np.subtract(one, other)).max() < 12
+
+
+@given(seed=SEEDS)
+def test_other_clothes_share_no_colour_with_the_first(seed):
+    random = np.random.default_rng(seed)
+    first = wardrobe.clothes(random)
+    other = wardrobe.other_clothes(random, first)
+    apart = [np.abs(np.subtract(a, b)).max() for a in first for b in other]
+    assert min(apart) > 25

@@ -1,0 +1,181 @@
+"""Truth of the walking scenes: closed forms, silhouettes, and what is seen of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import datasets
+from datasets.synthetic.multipart.casting import multipart_plan
+from datasets.synthetic.multipart.designs import DESIGNS
+from datasets.synthetic.multipart.plan import Plan
+from datasets.synthetic.multipart.scene import WalkingScene
+from datasets.synthetic.render.silhouette import extents, visible
+
+
+def overlap(box, other):
+    """Area that two boxes share."""
+    low = np.maximum(box[:2], other[:2])
+    return np.prod(np.clip(np.minimum(box[:2] + box[2:], other[:2] + other[2:]) - low, 0, None))
+
+
+@pytest.fixture(scope="module", params=DESIGNS)
+def sequence(request):
+    return datasets.load(f"multipart/{request.param}")
+
+
+def test_lengths_and_sizes_are_the_papers(sequence):
+    lengths = dict(zip("12345678", (788, 534, 1315, 1308, 300, 269, 377, 229), strict=True))
+    assert len(sequence) == lengths[sequence.name[-1]]
+    assert sequence.frames.mask(0).shape == (480, 640)
+    assert sequence.fps == 25
+
+
+def test_boxes_and_full_regions_are_parts_of_a_standing_person(sequence):
+    x, y, height = sequence.frames.plan.places[0].T
+    box = np.stack([x - 0.12 * height, y - height + 0.14 * height, 0.24 * height, 0.78 * height])
+    full = np.stack([x - 0.18 * height, y - height, 0.36 * height, height])
+    np.testing.assert_allclose(sequence.boxes, box.T, atol=1e-9)
+    np.testing.assert_allclose(sequence.regions["full"], full.T, atol=1e-9)
+
+
+def test_places_are_those_of_a_pinhole_camera(sequence):
+    plan = sequence.frames.plan
+    for frame in (0, len(plan) // 3, len(plan) - 1):
+        camera = plan.views[frame]
+        for person, place in zip(plan.people, plan.places[:, frame], strict=True):
+            x, z = person.course.x[frame], person.course.z[frame]
+            column = 320 + camera.shift_x + 700 * (x - camera.x) / z
+            row = camera.horizon + camera.shift_y + 700 * camera.eye / z
+            assert place == pytest.approx([column, row, 700 * person.stature / z], abs=1 / 64)
+
+
+def test_the_tight_region_is_about_the_full_one_and_as_high(sequence):
+    tight, full = sequence.regions["tight"], sequence.regions["full"]
+    assert np.abs(tight[:, 3] / full[:, 3] - 1).max() < 0.09
+    shared = [overlap(a, b) for a, b in zip(tight, full, strict=True)]
+    assert (np.array(shared) / np.prod(tight[:, 2:], axis=1)).min() > 0.65
+
+
+def test_the_target_is_there_from_the_first_frame_to_the_last(sequence):
+    assert sequence.present.all()
+    assert (sequence.visibility[:20] > 0.95).all()
+    assert (sequence.visibility[-10:] > 0.9).all()
+    assert sequence.attributes["out_of_view"].mean() < 0.12
+    following = DESIGNS[sequence.name[-1]].follows
+    assert sequence.attributes["occlusion"].any() != following
+    assert (sequence.visibility < 0.1).sum() < 30
+    assert sequence.attributes["turning"].any()
+    assert sequence.attributes["clutter"].any()
+    assert not sequence.attributes["shade"].any()
+
+
+@pytest.mark.parametrize("number", ["1", "4"])
+def test_sizes_change_by_half_or_more(number):
+    sequence = datasets.load(f"multipart/{number}")
+    assert sequence.attributes["scale_change"].any()
+    assert np.ptp(np.log(sequence.boxes[:, 3])) > np.log(1.45)
+
+
+@pytest.fixture(scope="module", params=["1", "5", pytest.param("8", marks=pytest.mark.slow)])
+def painted_and_dark(request):
+    """A scene twice, the target wholly in one colour and wholly in another."""
+    plan = multipart_plan(request.param, 0)
+    target = plan.people[0]
+
+    def all_in(colour):
+        worn = dict.fromkeys(("shirt", "trousers", "hair", "skin", "shoes"), colour)
+        jacket = None if target.look.jacket is None else colour
+        bag = None if target.look.bag is None else colour
+        look = replace(target.look, **worn, jacket=jacket, bag=bag)
+        people = [replace(target, look=look), *plan.people[1:]]
+        return WalkingScene(Plan(plan.seed, plan.views, people), "even")
+
+    return all_in((200, 40, 230)), all_in((20, 20, 20))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("when", ["first", "later", "most hidden"])
+def test_what_changes_with_the_targets_colours_is_where_truth_says(painted_and_dark, when):
+    painted = painted_and_dark[0]
+    plan, truth = painted.plan, painted.truth()
+    hidden = int(truth.visibility.argmin())
+    frame = {"first": 0, "later": len(plan) // 3, "most hidden": hidden}[when]
+    one, other = (scene.render(frame).astype(int) for scene in painted_and_dark)
+    changed = np.abs(one - other).max(axis=2) > 25
+    rows, columns = np.nonzero(changed)
+    x, y, width, height = truth.regions["tight"][frame]
+    reach = 6  # of the blur
+    assert (columns >= x - reach).all()
+    assert (columns < x + width + reach).all()
+    assert (rows >= y - 3).all()
+    assert (rows < y + height + 3).all()
+    mask = painted.mask(frame)
+    assert (changed & mask).sum() >= 0.93 * mask.sum()
+    whole = (plan.coverage(0, frame)[2] / 255).sum()
+    assert changed.sum() / whole == pytest.approx(truth.visibility[frame], abs=0.12)
+
+
+@pytest.mark.parametrize("name", ["multipart/5", "multipart/7:scene=1"])
+def test_a_pillar_hides_the_target_that_passes_behind_it(name):
+    sequence = datasets.load(name)
+    plan = sequence.frames.plan
+    (post,) = plan.posts
+    column = plan.views.still.column(post.x, post.z)
+    behind = np.abs(plan.places[0, :, 0] - column) < 3
+    assert behind.any()
+    assert (sequence.visibility[behind] < 0.25).all()
+    assert sequence.visibility[behind].size < 30
+
+
+coverages = st.builds(
+    lambda left, top, height, width, seed: (
+        left,
+        top,
+        np.random.default_rng(seed).integers(0, 256, (height, width), dtype=np.uint8),
+    ),
+    st.integers(-20, 650),
+    st.integers(-20, 490),
+    st.integers(1, 30),
+    st.integers(1, 30),
+    st.integers(0, 99),
+)
+
+
+@settings(max_examples=80, deadline=None)
+@given(target=coverages, others=st.lists(coverages, max_size=3))
+def test_what_is_visible_is_covered_by_nothing_and_in_the_picture(target, others):
+    def whole(coverage):
+        picture = np.zeros((600, 800))
+        left, top, alpha = coverage
+        picture[50 + top : 50 + top + len(alpha), 50 + left : 50 + left + alpha.shape[1]] = alpha
+        return picture[50:530, 50:690]
+
+    expected = whole(target)
+    for other in others:
+        expected = expected * (1 - whole(other) / 255)
+    left, top, seen = visible(target, others)
+    found = np.zeros((480, 640))
+    found[top : top + len(seen), left : left + seen.shape[1]] = seen
+    assert np.abs(found - expected).max() <= 0.5 * len(others) + 1e-9
+
+
+def test_extents_are_those_of_what_is_covered_to_one_half():
+    alpha = np.zeros((9, 12), np.uint8)
+    alpha[2:7, 3:11] = 127
+    alpha[3:6, 4:9] = 128
+    assert extents((-4, 100, alpha)).tolist() == [0, 103, 5, 3]
+
+
+@settings(max_examples=8, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), number=st.sampled_from("5678"))
+def test_every_fixed_scene_has_short_occlusions_and_a_clear_start(seed, number):
+    plan = multipart_plan(number, seed)
+    boxes, seen = plan.measured
+    assert boxes.shape == (len(plan), 4)
+    assert (seen[:10] > 0.85).all()
+    assert seen.min() < 0.7
+    assert (seen < 0.1).sum() < 40
+    assert (seen < 0.9).mean() < 0.4

@@ -1,0 +1,148 @@
+"""Walkers: what they cover, how large they are, what is seen from which side."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from datasets.synthetic.multipart.look import Look
+from datasets.synthetic.multipart.walker import Pose, Walker
+
+LOOK = Look(shirt=(40, 50, 170), trousers=(120, 70, 40), bag=(60, 160, 60))
+WALKER = Walker(LOOK, 1)
+ONES = np.ones(5)
+
+RIGHT, FRONT, LEFT, BACK = 0.0, np.pi / 2, np.pi, -np.pi / 2
+
+
+def drawn(walker=WALKER, ground=128, x=160.0, y=280.0, height=240.0, gains=ONES, **pose):
+    canvas = np.full((320, 320, 3), ground, np.uint8)
+    chosen = Pose(**{"phase": 0.2, "stride": 1.0, "heading": RIGHT} | pose)
+    walker.draw(canvas, x, y, height, chosen, gains)
+    return canvas
+
+
+def changed(**options):
+    """Pixels that do not let all of the ground through, whatever the person's colours."""
+    dark, light = drawn(ground=0, **options), drawn(ground=255, **options)
+    return (light.astype(int) - dark).min(axis=2) < 250
+
+
+@pytest.mark.parametrize("heading", [RIGHT, FRONT, LEFT, BACK, 0.8])
+@pytest.mark.parametrize("phase", [0.0, 0.2, 0.45, 0.7])
+def test_the_silhouette_is_what_is_drawn_while_nothing_moves(heading, phase):
+    pose = {"phase": phase, "stride": 0.0, "heading": heading}
+    dark, light = drawn(ground=0, **pose), drawn(ground=255, **pose)
+    painted = 255 - (light.astype(int) - dark).mean(axis=2)
+    left, top, coverage = WALKER.coverage(160.0, 280.0, 240.0, Pose(**pose))
+    whole = np.zeros((320, 320))
+    whole[top : top + coverage.shape[0], left : left + coverage.shape[1]] = coverage
+    body = np.arange(320)[:, None] < 262  # below it the shadow begins
+    assert np.abs(painted - whole)[np.broadcast_to(body, whole.shape)].max() <= 12
+    assert (painted >= whole - 12).all()
+
+
+@pytest.mark.parametrize("heading", [RIGHT, FRONT, 2.5])
+@pytest.mark.parametrize("phase", [0.1, 0.4, 0.8])
+def test_the_silhouette_is_that_of_mid_exposure_while_limbs_are_blurred(heading, phase):
+    pose = {"phase": phase, "heading": heading}
+    dark, light = drawn(ground=0, **pose), drawn(ground=255, **pose)
+    painted = ((255 - (light.astype(int) - dark).mean(axis=2)) > 127)[:255]
+    left, top, coverage = WALKER.coverage(160.0, 280.0, 240.0, Pose(stride=1.0, **pose))
+    whole = np.zeros((320, 320), bool)
+    whole[top : top + coverage.shape[0], left : left + coverage.shape[1]] = coverage > 127
+    assert (painted & whole[:255]).sum() / (painted | whole[:255]).sum() > 0.98
+
+
+@pytest.mark.parametrize("heading", np.linspace(-np.pi, np.pi, 7))
+@pytest.mark.parametrize("phase", np.linspace(0, 1, 6))
+def test_head_and_feet_are_where_they_are_said_to_be(heading, phase):
+    _, top, coverage = WALKER.coverage(160, 280, 240, Pose(phase, 1.0, heading))
+    rows = top + np.flatnonzero((coverage > 127).any(axis=1))
+    assert abs(rows[-1] + 1 - 280) <= 3
+    assert -1 <= rows[0] - 40 <= 0.05 * 240  # a wide step lowers the head
+    standing = WALKER.coverage(160, 280, 240, Pose(phase, 0.0, heading))
+    assert abs(standing[1] + np.flatnonzero((standing[2] > 127).any(axis=1))[0] - 40) <= 2
+
+
+@pytest.mark.parametrize("height", [60, 130, 250])
+def test_a_person_scales_with_his_height(height):
+    _, _, coverage = WALKER.coverage(160, 280, height, Pose(0.2, 1.0, RIGHT))
+    _, _, large = WALKER.coverage(160, 280, 500, Pose(0.2, 1.0, RIGHT))
+    share = coverage.sum() / height**2
+    assert share == pytest.approx(large.sum() / 500**2, rel=0.03)
+
+
+def test_light_scales_what_is_seen_and_shade_can_lie_on_the_legs_alone():
+    bright, dim = drawn(ground=0), drawn(ground=0, gains=[0.5] * 5)
+    seen = bright.max(axis=2) > 60
+    assert np.median(dim[seen].sum(axis=1) / bright[seen].sum(axis=1)) == pytest.approx(
+        0.5, abs=0.03
+    )
+    legs = drawn(ground=0, gains=[1, 1, 1, 0.5, 0.5])
+    np.testing.assert_array_equal(legs[:155], bright[:155])
+    assert legs[230:262].sum() < 0.6 * bright[230:262].sum()
+
+
+def green(picture):
+    return int(((picture[..., 1] > 90) & (picture[..., 2] < 90) & (picture[..., 0] < 90)).sum())
+
+
+def test_turning_changes_what_is_seen():
+    assert green(drawn(heading=BACK)) > 1500
+    assert green(drawn(heading=FRONT)) < 200  # the straps alone
+    assert 200 < green(drawn(heading=RIGHT)) < green(drawn(heading=BACK))
+    opened = Walker(Look((220, 220, 220), (60, 55, 50), jacket=(60, 80, 60)), 2)
+    white = [int((drawn(opened, heading=way).min(axis=2) > 150).sum()) for way in (FRONT, BACK)]
+    assert white[0] > 800 > 50 > white[1]
+    skin = [drawn(heading=way)[44:75].astype(int) for way in (FRONT, BACK)]
+    faces = [((s[..., 2] - s[..., 0] > 40) & (s[..., 2] > 120)).sum() for s in skin]
+    assert faces[0] > 10 * max(faces[1], 1)
+
+
+def test_limbs_that_move_are_blurred_and_a_standing_person_is_not():
+    def soft(**pose):
+        dark, light = drawn(ground=0, **pose), drawn(ground=255, **pose)
+        cover = 255 - (light.astype(int) - dark).mean(axis=2)[:262]
+        return ((cover > 25) & (cover < 230)).sum() / (cover > 127).sum()
+
+    assert soft(stride=1.0, phase=0.0) > 1.5 * soft(stride=0.0, phase=0.0)
+
+
+def test_another_process_draws_the_same_bytes():
+    code = (
+        "import numpy as np, zlib\n"
+        "from datasets.synthetic.multipart.look import Look\n"
+        "from datasets.synthetic.multipart.walker import Pose, Walker\n"
+        "w = Walker(Look(shirt=(40, 50, 170), trousers=(120, 70, 40), bag=(60, 160, 60)), 1)\n"
+        "c = np.full((320, 320, 3), 128, np.uint8)\n"
+        "w.draw(c, 160.0, 280.0, 240.0, Pose(0.2, 1.0, 0.7), np.ones(5), (2.0, 0.0))\n"
+        "print(zlib.crc32(c.tobytes()))"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    canvas = np.full((320, 320, 3), 128, np.uint8)
+    WALKER.draw(canvas, 160.0, 280.0, 240.0, Pose(0.2, 1.0, 0.7), ONES, (2.0, 0.0))
+    import zlib
+
+    assert int(told.stdout) == zlib.crc32(canvas.tobytes())
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    x=st.floats(-200, 300),
+    y=st.floats(-100, 500),
+    height=st.floats(12, 400),
+    phase=st.floats(0, 3),
+    stride=st.floats(0, 1),
+    heading=st.floats(-7, 7),
+    motion=st.floats(-20, 20),
+)
+def test_nothing_is_drawn_outside_the_canvas(x, y, height, phase, stride, heading, motion):
+    room = np.full((160, 140, 3), 77, np.uint8)
+    canvas = room[20:140, 20:120]
+    WALKER.draw(canvas, x, y, height, Pose(phase, stride, heading), ONES, (motion, 0.0))
+    room[20:140, 20:120] = 77
+    assert (room == 77).all()

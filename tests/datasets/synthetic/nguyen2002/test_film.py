@@ -1,0 +1,281 @@
+"""`nguyen2002/clip-01` to `clip-20`: what a set is made of, what is true, what is seen."""
+
+import hashlib
+import subprocess
+import sys
+from collections import Counter
+from functools import lru_cache
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import datasets
+from datasets import SequenceError
+from datasets.synthetic.nguyen2002.film.hiders import HIDERS
+from datasets.synthetic.nguyen2002.film.knobs import FilmKnobs
+from datasets.synthetic.nguyen2002.film.plan import SIZE, WIDTHS, plan
+from datasets.synthetic.nguyen2002.film.rigid import Rigid
+from datasets.synthetic.nguyen2002.film.scene import scene
+from datasets.synthetic.nguyen2002.film.script import CLIPS, script
+from datasets.synthetic.nguyen2002.film.settings import SETTINGS
+from datasets.synthetic.nguyen2002.film.targets import KINDS
+
+SEEDS = st.integers(0, 2**32 - 1)
+NUMBERS = st.integers(1, CLIPS)
+
+ELSEWHERE = """
+import hashlib, sys, datasets
+sequence = datasets.load(sys.argv[1])
+for frame in map(int, sys.argv[2:]):
+    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
+"""
+
+
+@lru_cache(maxsize=32)
+def opened(seed, clip):
+    return scene(FilmKnobs(scene=seed), clip)
+
+
+def stretches_of(flags):
+    """First frame, and the one after the last, of every stretch that is true."""
+    edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def first_clip(seed, wanted):
+    return next(clip for clip, shot in enumerate(script(seed), 1) if wanted(shot))
+
+
+@settings(max_examples=50, deadline=None)
+@given(seed=SEEDS)
+def test_a_set_has_the_papers_numbers(seed):
+    shots = script(seed)
+    assert len(shots) == 20
+    assert Counter(shot.occlusions for shot in shots) == {0: 5, 1: 10, 2: 4, 3: 1}
+    assert sum(shot.occlusions for shot in shots) == 21
+    assert np.mean([shot.frames for shot in shots]) == 150
+    assert {shot.frames for shot in shots} <= set(range(110, 191))
+    assert len({shot.frames for shot in shots}) > 10
+    assert sum(shot.partial for shot in shots) == 8
+
+
+@settings(max_examples=50, deadline=None)
+@given(seed=SEEDS)
+def test_a_set_has_all_settings_and_half_of_its_targets_are_ellipses(seed):
+    shots = script(seed)
+    assert {shot.setting for shot in shots} == set(SETTINGS)
+    assert 7 <= sum(KINDS[shot.target].round for shot in shots) <= 13
+    assert len({shot.target for shot in shots}) >= 7
+    assert all(shot.target in SETTINGS[shot.setting].targets for shot in shots)
+
+
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 7))]
+)
+def test_occlusions_are_complete_and_end(seed):
+    lengths, partial = [], 0
+    for clip, shot in enumerate(script(seed), 1):
+        truth = opened(seed, clip).truth()
+        seen = truth.visibility
+        stretches = stretches_of(seen < 0.9)
+        least = [seen[start:stop].min() for start, stop in stretches]
+        complete = [low <= 0.02 for low in least]
+        assert sum(complete) == shot.occlusions
+        assert all(low <= 0.02 or low >= 0.5 for low in least)
+        assert (seen[:10] == 1).all()
+        assert (seen[-10:] == 1).all()
+        hidden = stretches_of(truth.attributes["occluded"] | truth.attributes["partly occluded"])
+        passages = [seen[start:stop].min() <= 0.02 for start, stop in hidden]
+        assert (passages.count(True), passages.count(False)) == (shot.occlusions, shot.partial)
+        lengths += [
+            stop - start for (start, stop), whole in zip(stretches, complete, strict=True) if whole
+        ]
+        partial += len(complete) - sum(complete)
+    assert len(lengths) == 21
+    assert 4 <= partial <= 8
+    assert min(lengths) >= 9
+    assert max(lengths) < 75
+    assert 16 <= np.median(lengths) <= 30
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=SEEDS, clip=NUMBERS)
+def test_the_target_stays_in_the_picture_and_moves_smoothly(seed, clip):
+    clip = plan(seed, clip)
+    boxes = clip.boxes
+    assert (boxes[:, :2] > 2).all()
+    assert (boxes[:, :2] + boxes[:, 2:] < np.array(SIZE) - 2).all()
+    assert 50 <= clip.size[0] <= 70
+    assert 60 <= clip.size[1] <= 85
+    assert np.hypot(*np.diff(clip.centre, axis=0).T).max() < 5
+    assert np.ptp(boxes[:, 2] / boxes[:, 3]) < 1e-9
+    assert 0.86 <= clip.scale.min() < clip.scale.max() <= 1.16
+    assert 0.5 < np.degrees(np.abs(clip.angle).max()) <= 3.5
+    assert 0.89 < clip.gain.min() < clip.gain.max() < 1.11
+    assert np.abs(np.diff(clip.gain)).max() < 0.02
+    assert np.ptp(clip.look) == pytest.approx(1)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=SEEDS, clip=NUMBERS)
+def test_what_stands_before_the_target_is_passed_faster_than_what_is_behind(seed, clip):
+    clip = plan(seed, clip)
+    assert len(clip.passages) == clip.shot.occlusions + clip.shot.partial
+    for passage in clip.passages:
+        step = np.diff(passage.way[:, 0]).mean()
+        assert 3.5 < abs(step) < 13
+        if HIDERS[passage.kind].fixed:
+            background = -45 * np.diff(clip.travel).mean()
+            assert step * background > 0
+            assert abs(step) > 0.95 * abs(background)
+        if passage.kind in SETTINGS[clip.shot.setting].hiders:
+            middle = np.abs(passage.way[:, 0] - clip.centre[:, 0]).argmin()
+            share = passage.size[0] / clip.boxes[middle, 2]
+            assert WIDTHS[0] * 0.9 < share < WIDTHS[1] * 1.1
+
+
+@pytest.mark.parametrize(("seed", "clip"), [(0, 4), (0, 12), (1, 5), (2, 6)])
+def test_boxes_and_visibility_are_those_of_the_masks(seed, clip):
+    film = opened(seed, clip)
+    truth = film.truth()
+    for frame in range(0, len(film), 7):
+        whole, _ = film.seen(frame)
+        rows, columns = np.nonzero(whole >= 128)
+        x, y, width, height = truth.boxes[frame]
+        found = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
+        assert found == pytest.approx([x, y, x + width, y + height], abs=3.5)  # it turns
+        share = film.mask(frame).sum() / (whole >= 128).sum()
+        assert truth.visibility[frame] == pytest.approx(share, abs=0.02)
+    occluded, partly = (truth.attributes[name] for name in ("occluded", "partly occluded"))
+    assert (occluded == (truth.visibility < 0.5)).all()
+    assert not (occluded & partly).any()
+    assert (truth.visibility[~occluded & ~partly] >= 0.99).all()
+
+
+def test_a_box_does_not_grow_because_the_target_turns():
+    film = opened(0, first_clip(0, lambda shot: not KINDS[shot.target].round))
+    sides = film.truth().boxes[:, 2:] / film.plan.scale[:, None]
+    assert np.ptp(sides, axis=0) == pytest.approx([0, 0], abs=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 0.55, 0.9])
+def test_what_changes_with_the_targets_paint_is_the_mask(share):
+    clip = first_clip(3, lambda shot: shot.occlusions == 2)
+    film = scene(FilmKnobs(scene=3), clip)  # it is changed below
+    frame = round(share * (len(film) - 1))
+    mask, before = film.mask(frame), film.render(frame).astype(int)
+    coverage = film._target._looks[0][1:-1, 1:-1, 3] / 255
+    green = np.full((*coverage.shape, 3), (40.0, 250.0, 40.0))
+    film._target = Rigid([green], coverage, film._target._oversize)
+    changed = np.abs(film.render(frame).astype(int) - before).max(axis=2) > 16
+    around = cv2.dilate(mask.astype(np.uint8), np.ones((9, 9))) > 0  # blur, and coarse colour
+    assert changed[mask].mean() > 0.9
+    assert not changed[~around].any()
+
+
+def test_the_far_moves_less_than_the_near_where_the_camera_moves_along():
+    film = opened(0, first_clip(0, lambda shot: shot.setting == "street"))
+    speed = -45 * np.gradient(film.plan.travel)
+    frame = int(np.abs(speed).argmax())
+    one, other = (film.render(k).mean(axis=2)[:, :320] for k in (frame, frame + 1))
+    shifts = [
+        cv2.phaseCorrelate(one[rows], other[rows])[0][0] for rows in (slice(2, 60), slice(205, 240))
+    ]
+    assert np.sign(shifts[1]) == np.sign(speed[frame])
+    assert abs(shifts[1]) > 1.8 * abs(shifts[0])
+
+
+@pytest.mark.parametrize(
+    "clip", [2, *(pytest.param(clip, marks=pytest.mark.slow) for clip in (9, 17))]
+)
+def test_light_changes_neither_strongly_nor_abruptly(clip):
+    film = opened(5, clip)
+    plain = [k for k in range(len(film)) if film.truth().visibility[k] == 1]
+    tone = np.array([film.render(k)[film.mask(k)].mean() for k in plain[::4]])
+    steady = np.diff(plain[::4]) == 4
+    assert np.abs(np.diff(tone) / tone[1:])[steady].max() < 0.15
+    assert tone.min() / tone.max() > 0.6
+
+
+def test_the_film_has_grain_in_all_colours_alike_and_coarse_colour():
+    film = opened(2, first_clip(2, lambda shot: shot.occlusions == 0 and not shot.partial))
+    still = np.stack([film._developed(np.full((240, 320, 3), 128, np.uint8), k) for k in range(30)])
+    noise = (still - still.mean(axis=0)).reshape(-1, 3)
+    assert 2 < noise.std(axis=0).min() < noise.std(axis=0).max() < 6
+    assert np.corrcoef(noise.T)[np.triu_indices(3, 1)].min() > 0.6
+
+
+def test_laying_a_picture_is_the_average_of_bilinear_samples():
+    random = np.random.default_rng(4)
+    coverage = np.pad(random.uniform(0.2, 1, (9, 7)), 1)
+    looks = [random.uniform(0, 255, (11, 9, 3)) for _ in "ab"]
+    thing = Rigid(looks, coverage, 1.25)
+    canvas = random.integers(0, 256, (24, 30, 3)).astype(np.uint8)
+    places, scale, angle, share = np.array([[12.3, 9.8], [14.1, 10.6]]), 1.1, 0.05, 0.25
+    expected = canvas.astype(float)
+    colour, cover = np.zeros((24, 30, 3)), np.zeros((24, 30))
+    mixed = ((1 - share) * looks[0] + share * looks[1]) * coverage[..., None]
+    cosine, sine = np.cos(angle), np.sin(angle)
+    for x0, y0 in places:
+        for row in range(24):
+            for column in range(30):
+                right, down = column + 0.5 - x0, row + 0.5 - y0
+                u = (cosine * right + sine * down) * 1.25 / scale + 9 / 2 - 0.5
+                v = (-sine * right + cosine * down) * 1.25 / scale + 11 / 2 - 0.5
+                j, i = int(np.floor(u)), int(np.floor(v))
+                for y, x in ((i, j), (i, j + 1), (i + 1, j), (i + 1, j + 1)):
+                    if 0 <= y < 11 and 0 <= x < 9:
+                        weight = (1 - abs(v - y)) * (1 - abs(u - x)) / len(places)
+                        colour[row, column] += weight * mixed[y, x]
+                        cover[row, column] += weight * coverage[y, x]
+    expected = expected * (1 - cover[..., None]) + colour
+    thing.draw(canvas, places, scale, angle, share)
+    assert np.abs(canvas - expected).max() < 4
+
+
+def test_what_lies_outside_the_canvas_is_not_drawn():
+    thing = Rigid([np.full((8, 8, 3), 255.0)], np.ones((8, 8)), 1.0)
+    canvas = np.zeros((20, 20, 3), np.uint8)
+    for place in ([-30.0, 5.0], [50.0, 5.0], [5.0, -30.0], [5.0, 50.0]):
+        thing.draw(canvas, np.array([place]), 1.0, 0.1)
+    assert not canvas.any()
+    thing.draw(canvas, np.array([[0.0, 0.0]]), 1.0, 0.0)
+    assert canvas[:4, :4].all()
+    assert not canvas[5:].any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("clip", [1, 12])
+def test_any_order_and_another_process_give_the_same_bytes(clip):
+    name = f"nguyen2002/clip-{clip:02}:scene=5"
+    sequence = datasets.load(name)
+    frames = [7, 70, 8, 0, 99]
+    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
+    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert answer.stdout.split() == digests[::-1]
+
+
+def test_clips_of_a_set_and_sets_differ():
+    one, other, later = (opened(*which) for which in ((0, 1), (0, 2), (1, 1)))
+    for another in (other, later):
+        assert np.abs(one.render(9).astype(int) - another.render(9)).mean() > 10
+        assert np.abs(one.truth().boxes[:100] - another.truth().boxes[:100]).max() > 5
+
+
+def test_a_clip_of_another_set_has_another_name_and_fingerprint():
+    one, other = (datasets.load(f"nguyen2002/clip-03{knobs}") for knobs in ("", ":scene=1"))
+    assert one.name == "nguyen2002/clip-03"
+    assert other.name == "nguyen2002/clip-03:scene=1"
+    assert one.fingerprint != other.fingerprint
+    assert one.fps == 25
+    assert one[0].shape == (240, 320, 3)
+
+
+@pytest.mark.parametrize(("knob", "value"), [("scene", "-1"), ("lamps", "white")])
+def test_a_bad_knob_is_refused_by_name(knob, value):
+    with pytest.raises(SequenceError, match=rf"^nguyen2002/clip-07: .*{knob}[^\n]+$"):
+        datasets.load(f"nguyen2002/clip-07:{knob}={value}")

@@ -1,0 +1,275 @@
+"""`nguyen2002/lights`: what is true of the object, what hides it, what the lamps do."""
+
+import hashlib
+import subprocess
+import sys
+from dataclasses import replace
+from functools import lru_cache
+from types import ModuleType
+
+import cv2
+import numpy as np
+import pytest
+
+import datasets
+from datasets import SequenceError
+from datasets.synthetic.nguyen2002.lights.card import Pose
+from datasets.synthetic.nguyen2002.lights.knobs import LightsKnobs
+from datasets.synthetic.nguyen2002.lights.passers import HALF_HEIGHT, passer
+from datasets.synthetic.nguyen2002.lights.plan import KINDS
+from datasets.synthetic.nguyen2002.lights.scene import _passing, _pose, scene
+from datasets.synthetic.nguyen2002.lights.setting import Setting
+from datasets.synthetic.render.finish import Thing
+from datasets.synthetic.render.rays import NOTHING
+from datasets.synthetic.render.surface import looked_at
+
+NAME = "nguyen2002/lights"
+FRAMES = 300
+
+LONGEST = 35
+"""Frames for which the paper's tracker looks for the end of an occlusion."""
+
+ELSEWHERE = """
+import hashlib, sys, datasets
+sequence = datasets.load(sys.argv[1])
+for frame in map(int, sys.argv[2:]):
+    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
+"""
+
+
+@lru_cache(maxsize=16)
+def opened(seed, lamps="white"):
+    return scene(LightsKnobs(scene=seed, lamps=lamps))
+
+
+@lru_cache(maxsize=32)
+def image(seed, frame, lamps="white"):
+    return opened(seed, lamps).render(frame).astype(float)
+
+
+def runs(flags):
+    """First frames, and those after the last, of every stretch that is true."""
+    return np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]]))).reshape(-1, 2)
+
+
+def around_the_switch(seed, lamps="white"):
+    """The last frame with both lamps and the first with one, without what moves."""
+    one = opened(seed, lamps)
+    off = one.plan.off
+    before, after = image(seed, off - 1, lamps), image(seed, off, lamps)
+    still = np.ones(before.shape[:2], bool)
+    for frame in (off - 1, off):
+        coverage = one.setting.carried.at(_pose(one.plan, frame))[0][..., 3]
+        still &= cv2.dilate(coverage, np.ones((25, 25))) == 0
+    return before, after, still
+
+
+def test_length_size_and_rate():
+    sequence = datasets.load(NAME)
+    assert len(sequence) == FRAMES
+    assert image(0, 0).shape == (240, 320, 3)
+    assert sequence.fps == 25
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_three_complete_occlusions_away_from_what_the_lamp_does(seed):
+    truth = opened(seed).truth()
+    hidden = runs(truth.attributes["occluded"])
+    ((off, on),) = runs(truth.attributes["lamp off"])
+    assert len(hidden) == 3
+    for start, end in hidden:
+        assert (truth.visibility[start:end] <= 0.02).sum() >= 3
+        assert 8 < end - start < LONGEST
+    # The tracker's search for the end of an occlusion meets no change of light.
+    first, second, third = hidden[:, 0]
+    assert 35 < first < first + LONGEST < off
+    assert off + 25 < second < second + LONGEST < on
+    assert on + 10 < third < third + LONGEST < FRAMES
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_object_moves_and_stays_in_view(seed):
+    x, y, width, height = opened(seed).truth().boxes.T
+    assert min(x.min(), y.min()) > 10
+    assert (x + width).max() < 310
+    assert (y + height).max() < 210
+    assert 48 < width.min() < 1.1 * width.min() < width.max() < 72
+    assert 62 < height.min() < height.max() < 94
+    assert np.ptp(width / height) < 1e-9
+    steps = np.hypot(*np.diff(np.stack([x + width / 2, y + height / 2]), axis=1))
+    assert 0.8 < steps.mean() < 1.8
+    assert steps.max() < 2.2
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_box_is_as_tight_as_a_tilt_allows(seed):
+    one = opened(seed)
+    truth = one.truth()
+    clear = np.flatnonzero(truth.visibility > 0.95)
+    for frame in clear[:: len(clear) // 8]:
+        rows, columns = np.nonzero(one.mask(frame))
+        x, y, width, height = truth.boxes[frame]
+        found = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
+        assert found == pytest.approx([x, y, x + width, y + height], abs=2.2)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_visibility_is_the_masks_part_of_the_whole_object(seed):
+    one = opened(seed)
+    truth = one.truth()
+    start, end = runs(truth.attributes["occluded"])[seed]
+    for frame in range(start - 8, end + 9, 3):
+        whole = one.setting.silhouette.at(_pose(one.plan, frame))[0][..., 3].sum()
+        assert one.mask(frame).sum() / whole == pytest.approx(truth.visibility[frame], abs=0.025)
+    partly, hidden = truth.attributes["partly occluded"], truth.attributes["occluded"]
+    assert (hidden == (truth.visibility < 0.5)).all()
+    assert (partly == ((truth.visibility >= 0.5) & (truth.visibility < 0.9))).all()
+    assert partly.sum() > 6
+    assert truth.visibility.max() < 1  # a thumb
+
+
+@pytest.mark.slow
+def test_what_changes_with_the_objects_print_is_the_mask():
+    other = scene(LightsKnobs())
+    other.setting = Setting(0)
+    thing, *rest = other.setting._things
+    inverse = replace(thing.finish, pattern=lambda at: 1 - thing.finish.pattern(at))
+    other.setting.__dict__["_things"] = [Thing(inverse, thing.solids), *rest]
+    for part in ("room", "passers"):  # they stay, and take long
+        other.setting.__dict__[part] = getattr(opened(0).setting, part)
+    other._lighting.__dict__["_returned"] = opened(0)._lighting._returned
+    start, _ = runs(opened(0).truth().attributes["occluded"])[0]
+    for frame in (0, start - 2):
+        changed = np.abs(other.render(frame) - image(0, frame)).max(axis=2) > 20
+        mask = opened(0).mask(frame)
+        near = cv2.dilate(mask.astype(np.uint8), np.ones((5, 5))) > 0
+        assert changed[mask].mean() > 0.93
+        assert changed[~near].mean() < 1e-3
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_passes_has_no_holes(kind):
+    for seed in range(3):
+        things = passer(kind, np.random.default_rng(seed))
+        seen = looked_at(things, (-34, -HALF_HEIGHT), (68, 2 * HALF_HEIGHT), 1)
+        assert (seen.which != NOTHING).all()
+
+
+def test_every_kind_passes_in_some_scene():
+    found = {passing.kind for seed in range(3) for passing in opened(seed).plan.passings}
+    assert found == set(KINDS)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_brightness_about_halves_at_once_and_unevenly(seed):
+    before, after, still = around_the_switch(seed)
+    assert 0.5 < after.mean() / before.mean() < 0.68
+    on = opened(seed).plan.on
+    assert image(seed, on).mean() / image(seed, on - 1).mean() > 1.45
+    assert np.abs(image(seed, on + 1) - image(seed, on)).mean() < 5  # nothing lingers
+    ratio = np.where(still, after.sum(axis=2) / before.sum(axis=2), np.nan)
+    sides = [np.nanmedian(part) for part in (ratio[:, :60], ratio[:, -60:])]
+    assert max(sides) / min(sides) > 1.15
+
+
+@pytest.mark.parametrize(("lamps", "invariant"), [("white", True), ("coloured", False)])
+def test_ratios_of_channels_stay_unless_the_lamps_differ_in_colour(lamps, invariant):
+    before, after, still = around_the_switch(0, lamps)
+    bright = still & (after.min(axis=2) > 30) & (before.max(axis=2) < 250)
+    assert bright.sum() > 10_000
+    shifts = [
+        np.median(
+            np.abs(
+                np.log(after[bright, a] / after[bright, b] * before[bright, b] / before[bright, a])
+            )
+        )
+        for a, b in ((0, 1), (2, 1))
+    ]
+    if invariant:
+        assert max(shifts) < 0.04
+    else:
+        assert max(shifts) > 0.12
+
+
+@pytest.mark.parametrize("lamp", [0, 1])
+def test_the_held_thing_throws_a_shadow_away_from_each_lamp(lamp):
+    one = opened(0)
+    lighting = one._lighting
+    pose = _pose(one.plan, 0)
+    away = Pose((-2000.0, 0.0))
+    shaded, free = (lighting.picture([lamp], p, np.zeros(2), []) for p in (pose, away))
+    beside = one.setting.carried.at(pose)[0][..., 3] == 0
+    lost = np.where(beside, 1 - shaded.sum(axis=2) / free.sum(axis=2), 0)
+    assert lost.min() > -1e-5
+    assert (lost > 0.3).sum() > 300
+    middle = (lost * np.arange(320)).sum() / lost.sum()
+    assert np.sign(middle - pose._place[0]) == np.sign(
+        pose._place[0] - lighting._lamps[lamp].place[0]
+    )
+
+
+def test_what_passes_shades_the_object_before_it_hides_it():
+    one = opened(1)
+    lighting, plan = one._lighting, one.plan
+    start, _ = runs(one.truth().visibility < 0.9)[0]
+    losses = []
+    for frame in (start - 40, start - 2):
+        pose = _pose(plan, frame)
+        passing = [(number, at, 1) for number, at in _passing(plan, frame)]
+        shaded, free = (
+            lighting.picture([0, 1], pose, np.zeros(2), those) for those in (passing, [])
+        )
+        mask = one.mask(frame)
+        losses.append(1 - shaded[mask].sum() / free[mask].sum())
+    assert losses[0] < 0.005
+    assert losses[1] > 0.01
+
+
+def test_noise_is_of_about_two_grey_levels():
+    sequence = [image(0, frame)[:20, :60] for frame in (0, 1)]
+    assert 1.7 < np.std(sequence[1] - sequence[0]) / np.sqrt(2) < 2.4
+
+
+def test_the_lamps_colours_change_nothing_of_the_truth():
+    white, coloured = (datasets.load(f"{NAME}:lamps={lamps}") for lamps in ("white", "coloured"))
+    assert (white.boxes == coloured.boxes).all()
+    assert (white.visibility == coloured.visibility).all()
+    assert (white.mask(50) == coloured.mask(50)).all()
+    assert white.fingerprint != coloured.fingerprint
+    assert white.name == NAME
+    assert coloured.name == f"{NAME}:lamps=coloured"
+
+
+def test_scenes_differ_in_object_room_and_way():
+    one, other = (datasets.load(f"{NAME}:scene={seed}") for seed in range(2))
+    assert np.abs(one.boxes - other.boxes).max() > 20
+    assert np.abs(image(0, 0) - image(1, 0)).mean() > 10
+
+
+@pytest.mark.slow
+def test_any_order_and_another_process_give_the_same_bytes():
+    name = f"{NAME}:lamps=coloured:scene=1"
+    sequence = datasets.load(name)
+    frames = [7, 60, 8, 0, 299]
+    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
+    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert answer.stdout.split() == digests[::-1]
+
+
+@pytest.mark.parametrize(("knob", "value"), [("lamps", "green"), ("scene", "-1"), ("speed", "9")])
+def test_a_bad_knob_is_refused_by_name(knob, value):
+    with pytest.raises(SequenceError, match=rf"^{NAME}: .*{knob}[^\n]+$"):
+        datasets.load(f"{NAME}:{knob}={value}")
+
+
+def test_a_clip_is_asked_for_by_its_number(monkeypatch):
+    asked = []
+    film = ModuleType("datasets.synthetic.nguyen2002.film.scene")
+    film.__file__ = __file__
+    film.scene = lambda knobs, clip: asked.append((knobs.scene, clip)) or opened(0)
+    monkeypatch.setitem(sys.modules, film.__name__, film)
+    datasets.load("nguyen2002/clip-07:scene=3")
+    assert asked == [(3, 7)]
+    names = [name for name in datasets.names() if name.startswith("nguyen2002/")]
+    assert names == [*(f"nguyen2002/clip-{clip:02}" for clip in range(1, 21)), NAME]

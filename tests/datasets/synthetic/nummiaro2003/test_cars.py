@@ -1,0 +1,234 @@
+"""`nummiaro2003/car` and `nummiaro2003/traffic`: what their truth says, and what is seen."""
+
+import hashlib
+import subprocess
+import sys
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import datasets
+from datasets import SequenceError
+from datasets.synthetic import nummiaro2003
+from datasets.synthetic.nummiaro2003.driving.car import Car
+from datasets.synthetic.nummiaro2003.driving.facets import packed
+from datasets.synthetic.nummiaro2003.driving.parking import parking_plan
+from datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
+from datasets.synthetic.nummiaro2003.driving.thing import from_far
+from datasets.synthetic.nummiaro2003.driving.traffic import traffic_plan
+from datasets.synthetic.nummiaro2003.driving.truth import driving_truth
+
+NAMES = ("nummiaro2003/car", "nummiaro2003/traffic")
+PLANS = {"nummiaro2003/car": parking_plan, "nummiaro2003/traffic": traffic_plan}
+
+ELSEWHERE = """
+import hashlib, sys, datasets
+sequence = datasets.load(sys.argv[1])
+for frame in map(int, sys.argv[2:]):
+    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
+"""
+
+
+def truth_of(name, seed):
+    plan = PLANS[name](seed)
+    return plan, driving_truth(plan, np.zeros(len(plan), np.bool_))
+
+
+@settings(max_examples=5)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_the_car_comes_nearer_turns_and_goes_away_or_parks(seed):
+    plan, truth = truth_of("nummiaro2003/car", seed)
+    width = truth.boxes[:, 2]
+    assert len(plan) == 400
+    assert 20 < width[0] < 40
+    assert 3.5 < width.max() / width[0] < 7
+    assert width.argmax() in range(100, 320)
+    assert width[-1] < 0.75 * width.max()
+    turned = np.abs(plan.cars[0][1].heading - plan.cars[0][1].heading[0])
+    assert turned.max() == pytest.approx(np.pi, abs=0.2)
+    assert 0.2 < truth.attributes["turning"].mean() < 0.6
+    assert not truth.attributes["out_of_view"][:300].any()
+    assert truth.visibility.min() > 0.6
+    assert truth.visibility[0] == 1
+
+
+@settings(max_examples=5)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_the_car_ahead_grows_and_shrinks_by_three_or_four_and_turns(seed):
+    plan, truth = truth_of("nummiaro2003/traffic", seed)
+    half = truth.boxes[:, 2] / 2
+    peak = int(half.argmax())
+    assert len(plan) == 330
+    assert 17 < half[0] < 25
+    assert 2.7 < half[peak] / half[0] < 5.2
+    assert 2.7 < half[peak] / half[-1] < 5.2
+    assert peak in range(150, 280)
+    assert np.abs(np.diff(np.log(half))).max() < 0.06
+    course = plan.cars[0][1]
+    places = np.array([view.place for view in plan.views])
+    sight = np.arctan2(course.x - places[:, 0], course.z - places[:, 2])
+    assert np.abs(course.heading - np.unwrap(sight)).max() > np.radians(30)
+    assert not truth.attributes["out_of_view"].any()
+    assert (truth.visibility[:30] == 1).all()
+    assert (truth.visibility < 0.9).mean() < 0.1
+    assert truth.attributes["turning"].any()
+
+
+@settings(max_examples=5)
+@given(seed=st.integers(0, 2**32 - 1), name=st.sampled_from(NAMES))
+def test_no_other_car_has_the_targets_paint(seed, name):
+    plan = PLANS[name](seed)
+    target = plan.cars[0][0].paint
+    others = [car.paint for car, _ in plan.cars[1:]] + [at.car.paint for at in plan.layout.parked]
+    assert len(others) > 5
+    for paint in others:
+        assert np.abs(np.subtract(paint, target)).max() > 30
+
+
+@settings(max_examples=5)
+@given(seed=st.integers(0, 2**32 - 1), name=st.sampled_from(NAMES))
+def test_cars_do_not_drive_through_one_another(seed, name):
+    plan = PLANS[name](seed)
+    course = plan.cars[0][1]
+    for _, other in plan.cars[1:]:
+        assert np.hypot(course.x - other.x, course.z - other.z).min() > 2.6
+    for at in plan.layout.parked:
+        assert np.hypot(course.x - at.x, course.z - at.z).min() > 2.2
+
+
+class Painted(Car):
+    """A car in one grey level with all that is on it."""
+
+    level = 0.0
+
+    @property
+    def pictures(self):
+        return packed([np.full((1, 1, 3), self.level)] * 4 + [np.zeros((1, 1, 3))])
+
+
+class White(Painted):
+    level = 255.0
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def black_and_white(request):
+    plan = PLANS[request.param](1)
+    car, course = plan.cars[0]
+    still = request.param == "nummiaro2003/car"
+    return [
+        DrivingScene(
+            replace(plan, cars=[(kind(car.shape, car.paint, 0), course), *plan.cars[1:]]),
+            "even",
+            still,
+        )
+        for kind in (Painted, White)
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.0, 0.55, 0.8])
+def test_what_changes_with_the_targets_paint_is_where_truth_says(black_and_white, share):
+    plan = black_and_white[0].plan
+    frame = round(share * (len(plan) - 1))
+    one, other = (scene.render(frame).astype(int) for scene in black_and_white)
+    changed = (other - one).max(axis=2)
+    mask = black_and_white[0].mask(frame)
+    x, y, width, height = plan.boxes[frame]
+    rows, columns = np.nonzero(changed > 25)
+    reach = 3  # of the blur
+    assert columns.min() >= x - reach
+    assert columns.max() < x + width + reach
+    assert rows.min() >= y - reach
+    assert rows.max() < y + height + reach
+    assert (changed[mask] > 60).mean() > 0.97
+    full = changed[mask].max()
+    assert ((changed > 0.6 * full) & ~mask).sum() < 0.06 * mask.sum()
+    rows, columns = np.nonzero(mask)
+    if plan.visibility[frame] == 1:
+        extents = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
+        assert extents == pytest.approx([x, y, x + width, y + height], abs=2.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [NAMES[1], pytest.param(NAMES[0], marks=pytest.mark.slow)])
+def test_any_order_and_another_process_give_the_same_bytes(name):
+    sequence = datasets.load(f"{name}:light=dappled")
+    frames = [7, 200, 8, 0, 300]
+    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
+    backwards = frames[::-1]
+    command = [sys.executable, "-c", ELSEWHERE, sequence.name, *map(str, backwards)]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert answer.stdout.split() == digests[::-1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_light_changes_nothing_of_the_truth_but_the_shade(name):
+    even, dappled = (datasets.load(f"{name}:light={light}") for light in ("even", "dappled"))
+    assert (even.boxes == dappled.boxes).all()
+    assert (even.visibility == dappled.visibility).all()
+    for key, flags in even.attributes.items():
+        assert key == "shade" or (flags == dappled.attributes[key]).all()
+    assert not even.attributes["shade"].any()
+    assert dappled.attributes["shade"].any()
+    assert (even.mask(100) == dappled.mask(100)).all()
+    change = dappled[100].astype(int) - even[100]
+    assert (change < -10).mean() > 0.05
+    assert (change > 3).mean() < 0.01
+    assert even.fingerprint != dappled.fingerprint
+
+
+def test_what_stands_still_is_the_same_around_moving_cars():
+    """The picture is drawn anew only around them; nothing shows where."""
+    scene = datasets.load("nummiaro2003/car").frames
+    for frame in (60, 180, 330):
+        quick = scene._with_moving(frame)
+        view = scene.plan.views[frame]
+        canvas = np.empty_like(quick)
+        scene._world.draw(canvas, view)
+        moving = [scene.plan.moving(number, frame) for number in range(len(scene.plan.cars))]
+        for thing in from_far([*scene._world.resting, *moving], view, canvas.shape[1]):
+            thing.draw(canvas, view, scene._world.lighting)
+        difference = np.abs(quick.astype(int) - canvas)
+        assert difference.max() <= 8
+        assert (difference > 2).mean() < 1e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_memory_does_not_grow_with_the_frames(name):
+    sequence = datasets.load(name)
+    for frame in range(0, len(sequence), 15):
+        sequence[frame]
+    tracemalloc.start()
+    for frame in range(0, len(sequence), 15):
+        sequence[frame]
+    assert tracemalloc.get_traced_memory()[0] < 300_000
+    tracemalloc.stop()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_entries_lie_in_the_picture(name):
+    boxes = nummiaro2003.entries(f"{name}:scene=3")
+    assert len(boxes) >= 2
+    assert (boxes[:, :2] >= -1).all()
+    assert (boxes[:, :2] + boxes[:, 2:] <= [641, 481]).all()
+    assert (boxes[:, 2:] > 10).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(("knob", "value"), [("light", "bright"), ("scene", "-1"), ("speed", "9")])
+def test_a_bad_knob_is_refused_by_name(name, knob, value):
+    with pytest.raises(SequenceError, match=rf"^{name}: .*{knob}[^\n]+$"):
+        datasets.load(f"{name}:{knob}={value}")
+
+
+@pytest.mark.slow
+def test_scenes_differ():
+    one, other = (datasets.load(f"nummiaro2003/traffic:scene={seed}") for seed in (0, 2))
+    assert np.abs(one.boxes - other.boxes).max() > 40
+    assert np.abs(one[9].astype(int) - other[9]).mean() > 8

@@ -1,0 +1,238 @@
+"""`nummiaro2003/head`: where the head is, from where it is seen, and before what."""
+
+import hashlib
+import subprocess
+import sys
+import tracemalloc
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import datasets
+from datasets import SequenceError
+from datasets.synthetic import nummiaro2003
+from datasets.synthetic.nummiaro2003.factory import scene as factory
+from datasets.synthetic.nummiaro2003.factory.knobs import HeadKnobs
+from datasets.synthetic.render.figure.head import ROWS
+
+NAME = "nummiaro2003/head"
+
+ELSEWHERE = """
+import hashlib, sys, datasets
+sequence = datasets.load(sys.argv[1])
+for frame in map(int, sys.argv[2:]):
+    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
+"""
+
+
+def occupied_bins(image):
+    """Bins of 8 x 8 x 8 in which there is any pixel."""
+    blue, green, red = np.moveaxis(image >> 5, 2, 0).astype(int)
+    return len(np.unique(blue * 64 + green * 8 + red))
+
+
+@pytest.fixture(scope="module")
+def sequence():
+    return datasets.load(NAME)
+
+
+def test_length_size_and_rate_are_the_papers(sequence):
+    assert len(sequence) == 450
+    assert sequence[0].shape == (480, 640, 3)
+    assert sequence.fps == 25
+
+
+@pytest.mark.parametrize("seed", [0, 3, 11])
+def test_a_box_holds_the_mask_and_its_ellipse_is_the_head(seed):
+    sequence = datasets.load(f"{NAME}:scene={seed}")
+    shares = []
+    for frame in range(0, 450, 15):
+        mask = sequence.mask(frame)
+        rows, columns = np.nonzero(mask)
+        x, y, width, height = sequence.boxes[frame]
+        assert columns.min() >= x - 1
+        assert rows.min() >= y - 1
+        assert columns.max() < x + width
+        assert rows.max() < y + height
+        if sequence.visibility[frame] > 0.97:  # nothing before it: the box is no larger either
+            assert columns.min() <= x + 1.5
+            assert rows.min() <= y + 1.5
+            assert columns.max() >= x + width - 2.5
+        left, top, whole, _ = sequence.frames.worker.head_seen(frame)
+        head = whole >= 128
+        u = (np.arange(head.shape[1]) + left + 0.5 - x - width / 2) / (width / 2)
+        v = (np.arange(head.shape[0]) + top + 0.5 - y - height / 2) / (height / 2)
+        ellipse = u * u + (v * v)[:, None] <= 1
+        shares.append((ellipse & head).sum() / (ellipse | head).sum())
+    assert np.median(shares) > 0.86
+    assert min(shares) > 0.80
+
+
+def test_visibility_is_the_seen_part_of_the_silhouette(sequence):
+    for frame in (0, 150, int(sequence.visibility.argmin())):
+        _, _, whole, seen = sequence.frames.worker.head_seen(frame)
+        assert sequence.visibility[frame] == pytest.approx(seen.sum() / whole.sum())
+        assert (seen <= whole).all()
+        assert sequence.mask(frame).sum() == pytest.approx((seen / 255).sum(), rel=0.02)
+
+
+def test_what_is_drawn_in_another_skin_and_hair_is_the_head():
+    """Pixels of the mask, and few others: neck and hands have the same skin."""
+    one = factory.scene(HeadKnobs(scene=3))
+    before = one.render(30).astype(int)
+    worker = one.worker
+    atlas, head_rows = worker._atlas.copy(), ROWS
+    try:
+        worker._atlas[:head_rows] = 255 - worker._atlas[:head_rows]
+        after = one.render(30).astype(int)
+    finally:
+        worker._atlas[:] = atlas
+    changed = np.abs(after - before).max(axis=2) > 12
+    mask = one.mask(30)
+    assert changed[mask].mean() > 0.9
+    assert changed[~mask].sum() < 0.08 * mask.sum()
+
+
+@pytest.mark.slow
+@settings(max_examples=4, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_every_scene_shows_the_head_whole_and_from_all_sides(seed):
+    sequence = datasets.load(f"{NAME}:scene={seed}")
+    facing = sequence.frames.worker.facing
+    assert facing[0] > 0.7  # it begins with the face
+    assert sequence.visibility[0] > 0.85
+    assert facing.min() < -0.85
+    assert 0.04 < sequence.attributes["turned_away"].mean() < 0.8
+    assert (np.abs(facing) < 0.3).any()  # in profile
+    x, y, width, height = sequence.boxes.T
+    assert x.min() > 0
+    assert y.min() > 0
+    assert (x + width).max() < 640
+    assert (y + height).max() < 480
+    assert width.min() > 50
+    assert width.max() < 125
+    assert 60 < np.median(width) < 95
+    assert (sequence.visibility > 0.25).all()
+    assert np.ptp(x + width / 2) > 200  # he goes from machine to machine
+    assert 0.05 < sequence.attributes["fast"].mean() < 0.5
+    step = np.diff(sequence.boxes[:, :2] + sequence.boxes[:, 2:] / 2, axis=0)
+    assert np.hypot(*step.T).max() < 45
+
+
+def test_turned_away_is_where_nothing_is_seen_of_the_face(sequence):
+    """What is painted on the front of the head is out of sight there, and nowhere else."""
+    worker = sequence.frames.worker
+    face = slice(66, 92)  # rows of the atlas from the eyes down to the mouth
+    atlas = worker._atlas.copy()
+    try:
+        frames = range(5, 450, 37)
+        plain = [sequence.frames.render(frame).astype(int) for frame in frames]
+        worker._atlas[face, :20] = worker._atlas[face, -20:] = (0, 255, 0)
+        marked = [sequence.frames.render(frame).astype(int) for frame in frames]
+    finally:
+        worker._atlas[:] = atlas
+    seen = [np.abs(a - b).max(axis=2).max() > 40 for a, b in zip(plain, marked, strict=True)]
+    away = sequence.attributes["turned_away"][list(frames)]
+    assert away.any()
+    assert not np.logical_and(seen, away).any()
+    assert np.mean(np.array(seen)[~away]) > 0.9
+
+
+@pytest.mark.slow
+def test_the_background_holds_far_more_colours_than_a_street():
+    street = occupied_bins(datasets.load("multipart/5")[0])
+    halls = [occupied_bins(datasets.load(f"{NAME}:scene={seed}").frames._wall) for seed in range(3)]
+    assert min(halls) > 1.4 * street
+
+
+def test_the_background_is_textured_everywhere():
+    wall = datasets.load(NAME).frames._wall.astype(int)
+    edges = np.abs(np.diff(wall.sum(axis=2), axis=1))[:, :639] > 45
+    tiles = edges[:480, :636].reshape(8, 60, 12, 53).mean(axis=(1, 3))
+    assert np.median(tiles) > 0.08
+    assert (tiles > 0.01).mean() > 0.9
+
+
+def test_scenes_differ_in_worker_routine_and_machines():
+    one, other = (datasets.load(f"{NAME}:scene={seed}") for seed in range(2))
+    assert np.abs(one.boxes - other.boxes).max() > 50
+    assert np.abs(one.frames._wall.astype(int) - other.frames._wall).mean() > 15
+    assert len({drawn(seed) for seed in range(12)}) == 12
+
+
+def drawn(seed):
+    return factory.drawn_look(factory.part_generator(seed, "factory look"))
+
+
+def test_lamps_change_the_light_and_nothing_of_the_truth():
+    even, lamps = (datasets.load(f"{NAME}:light={light}") for light in ("even", "lamps"))
+    assert (even.boxes == lamps.boxes).all()
+    assert (even.visibility == lamps.visibility).all()
+    assert even.fingerprint != lamps.fingerprint
+    assert lamps.name == f"{NAME}:light=lamps"
+    means = lamps[0].mean(axis=(0, 2)) / even[0].mean(axis=(0, 2))
+    assert means.min() < 0.8
+    assert means.max() > 1.02
+
+
+@pytest.mark.slow
+def test_any_order_and_another_process_give_the_same_bytes():
+    name = f"{NAME}:scene=5"
+    sequence = datasets.load(name)
+    frames = [7, 300, 8, 0, 449]
+    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
+    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert answer.stdout.split() == digests[::-1]
+    factory._worker.cache_clear()  # nothing is left of the first opening
+    factory._truth.cache_clear()
+    again = datasets.load(name)
+    assert [hashlib.sha256(again[frame].tobytes()).hexdigest() for frame in frames] == digests
+
+
+def test_rendering_many_frames_keeps_none_of_them(sequence):
+    sequence[0]
+    tracemalloc.start()
+    try:
+        before = tracemalloc.get_traced_memory()[0]
+        for frame in range(40, 80):
+            sequence[frame]
+        grown = tracemalloc.get_traced_memory()[0] - before
+    finally:
+        tracemalloc.stop()
+    assert grown < 480 * 640 * 3 / 2
+
+
+def test_opening_paints_no_wall():
+    assert "_wall" not in vars(datasets.load(f"{NAME}:scene=6").frames)
+
+
+def test_fast_is_a_tenth_of_the_width_in_a_frame(sequence):
+    centre = sequence.boxes[:, :2] + sequence.boxes[:, 2:] / 2
+    speed = np.hypot(*((centre[2:] - centre[:-2]) / 2).T) / sequence.boxes[1:-1, 2]
+    fast = sequence.attributes["fast"][1:-1]
+    clear = np.abs(speed - 0.1) > 0.03  # the box breathes as the head turns in it
+    assert (fast[clear] == (speed[clear] > 0.1)).mean() > 0.97
+
+
+def test_entries_are_the_borders_at_the_height_of_heads(sequence):
+    left, right = nummiaro2003.entries(NAME)
+    assert left[0] == 0
+    assert right[0] + right[2] == 640
+    rows = sequence.boxes[:, 1] + sequence.boxes[:, 3] / 2
+    for _, top, width, height in (left, right):
+        assert 40 < width < 110
+        assert ((rows > top) & (rows < top + height)).mean() > 0.9
+
+
+def test_noise_is_new_in_every_frame(sequence):
+    one, other = (sequence[frame][:30].astype(int) for frame in (10, 11))
+    assert 2.5 < (one - other).std() < 5
+
+
+@pytest.mark.parametrize(("knob", "value"), [("light", "dappled"), ("scene", "-1")])
+def test_a_bad_knob_is_refused_by_name(knob, value):
+    with pytest.raises(SequenceError, match=rf"^{NAME}: .*{knob}[^\n]+$"):
+        datasets.load(f"{NAME}:{knob}={value}")

@@ -1,0 +1,101 @@
+"""What is seen of triangles, how sheets lie over pictures, shadows, the camera's curve."""
+
+import numpy as np
+import pytest
+
+from datasets.synthetic.render.camera import Camera
+from datasets.synthetic.render.soft_shadow import light_left
+from datasets.synthetic.render.triangles import FINE, Mesh, grid, lay, seen
+
+SIZE = 16, 12
+
+
+def triangles(random, count=12, closed=False):
+    """Large ones that cross the picture's borders and one another."""
+    corners = random.uniform((-5, -5, -9), (21, 17, 9), (3 * count, 3))
+    column, row = np.meshgrid(np.linspace(0.1, 1, 130), np.linspace(0.1, 1, 110))
+    texture = np.stack([column, row, 1.1 - column], axis=2).astype(np.float32)
+    texels = random.uniform(0, 1, (3 * count, 2)) * (130, 110)
+    mesh = Mesh(np.arange(3 * count).reshape(count, 3), texels, texture, closed)
+    return mesh, corners, random.uniform(0.2, 2, (3 * count, 3))
+
+
+def looked_at_slowly(mesh, points, lights):
+    """Sample by sample: which triangle is nearest, by barycentric coordinates from a solver."""
+    width, height = SIZE
+    owner = np.full((height * FINE, width * FINE), -1)
+    light = np.zeros((*owner.shape, 3))
+    for row in range(owner.shape[0]):
+        for column in range(owner.shape[1]):
+            place = np.array([(column + 0.5) / FINE, (row + 0.5) / FINE, 1])
+            nearest = -np.inf
+            for t, corners in enumerate(mesh.triangles):
+                a = points[corners]
+                edges = a[1:, :2] - a[0, :2]
+                if mesh.closed and edges[0, 0] * edges[1, 1] < edges[0, 1] * edges[1, 0]:
+                    continue
+                shares = np.linalg.solve(np.vstack([a[:, :2].T, np.ones(3)]), place)
+                if shares.min() >= 0 and shares @ a[:, 2] > nearest:
+                    nearest, owner[row, column] = shares @ a[:, 2], t
+                    u, v = (shares @ mesh.texels[corners]).astype(int)
+                    light[row, column] = mesh.texture[v, u] * (shares @ lights[corners])
+    return owner, light
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_the_nearest_triangle_is_seen_at_every_sample(closed):
+    mesh, points, lights = triangles(np.random.default_rng(4), closed=closed)
+    found = seen(mesh, points, lights, SIZE)
+    picture = np.zeros((*SIZE[::-1], 4))
+    picture[found.window] = found.sheet
+    owner, light = looked_at_slowly(mesh, points, lights)
+    covered = (owner >= 0).reshape(SIZE[1], FINE, SIZE[0], FINE).mean(axis=(1, 3))
+    assert 0.2 < covered.mean() < 1
+    assert picture[..., 3] == pytest.approx(covered)
+    blocks = owner.reshape(SIZE[1], FINE, SIZE[0], FINE)
+    alone = (blocks.min(axis=(1, 3)) == blocks.max(axis=(1, 3))) & (covered > 0)
+    means = light.reshape(SIZE[1], FINE, SIZE[0], FINE, 3).mean(axis=(1, 3))
+    assert alone.sum() > 40
+    assert picture[alone, :3] == pytest.approx(means[alone], abs=0.06)
+    assert picture[..., :3].mean() == pytest.approx(means.mean(), rel=0.03)
+
+
+def test_a_grid_covers_its_rectangle_once_and_clockwise():
+    places = np.stack(np.meshgrid(np.arange(5.0), np.arange(4.0)), axis=2).reshape(-1, 2)
+    a, b, c = np.moveaxis(places[grid(4, 5)], 1, 0)
+    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+    areas = (ux * vy - uy * vx) / 2
+    assert areas.min() > 0
+    assert areas.sum() == 12
+
+
+def test_a_sheet_lies_over_a_picture_by_its_coverage():
+    random = np.random.default_rng(0)
+    picture = random.random((5, 6, 3)).astype(np.float32)
+    coverage = random.choice([0, 0.25, 1], (5, 6, 1)).astype(np.float32)
+    colour = random.random((5, 6, 3)).astype(np.float32)
+    expected = picture * (1 - coverage) + colour * coverage
+    lay(picture, np.concatenate([colour * coverage, coverage], axis=2))
+    assert picture == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_shadow_is_as_dark_as_asked_and_where_asked():
+    coverage = np.zeros((120, 160), np.float32)
+    coverage[40:80, 40:80] = 1
+    left = light_left(coverage, np.array([24.0, -8.0]), 4.0, 0.6)
+    assert left[52, 84] == pytest.approx(0.4, abs=0.01)
+    assert left[100, 20] == pytest.approx(1)
+    lost = 1 - left[..., 0]
+    rows, columns = np.indices(lost.shape) + 0.5
+    assert (lost * columns).sum() / lost.sum() == pytest.approx(84, abs=0.2)
+    assert (lost * rows).sum() / lost.sum() == pytest.approx(52, abs=0.2)
+    assert lost.sum() == pytest.approx(0.6 * coverage.sum(), rel=0.01)
+
+
+def test_a_grey_level_is_the_square_root_of_the_light():
+    light = np.repeat(np.array([0.0, 0.09, 0.36, 4.0], np.float32), 40).reshape(1, 160, 1)
+    seen_light = np.broadcast_to(light, (120, 160, 3)).astype(np.float32)
+    image = Camera((160, 120), 0.0).image(seen_light, 0, 0)[60]
+    grey = np.array([0, 76.5, 153, 255])
+    vignette = 1 - 0.05 * ((np.array([20, 60, 100, 140]) + 0.5) / 80 - 1) ** 2
+    assert image[[20, 60, 100, 140], 1] == pytest.approx(grey * vignette, abs=1.1)

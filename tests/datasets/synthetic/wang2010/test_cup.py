@@ -1,0 +1,271 @@
+"""`wang2010/cup`: where the cup is, what hides it, and what has its colour."""
+
+import hashlib
+import subprocess
+import sys
+from dataclasses import replace
+from functools import lru_cache
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import datasets
+from datasets import SequenceError
+from datasets.synthetic.wang2010.cup.knobs import CupKnobs
+from datasets.synthetic.wang2010.cup.scene import scene
+from datasets.synthetic.wang2010.cup.setting import Setting
+
+NAME = "wang2010/cup"
+
+EVENT = 35
+"""Frame 36 of the paper."""
+
+PAINTED = 5, EVENT, 70
+
+MORE, SLOW = range(1, 8), pytest.mark.slow
+"""Other scenes: to paint one takes seconds."""
+
+ELSEWHERE = """
+import hashlib, sys, datasets
+sequence = datasets.load(sys.argv[1])
+for frame in map(int, sys.argv[2:]):
+    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
+"""
+
+
+@lru_cache(maxsize=32)
+def opened(seed, background="cluttered"):
+    return scene(CupKnobs(scene=seed, background=background))
+
+
+def middles(boxes):
+    return boxes[:, :2] + boxes[:, 2:] / 2
+
+
+def grown(mask, by):
+    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1))) > 0
+
+
+def shrunk(mask, by):
+    return ~grown(~mask, by)
+
+
+def sided(cup, part):
+    """Something of the setting as it lies in the pictures."""
+    return part[:, ::-1] if cup.plan.mirrored else part
+
+
+def coloured(image):
+    """Hue of clearly coloured pixels, in [0, 180), and NaN of the others."""
+    hue, saturation, value = np.moveaxis(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), 2, 0)
+    return np.where((saturation > 70) & (value > 50), hue.astype(float), np.nan)
+
+
+def hue_apart(one, other):
+    """Distance of hues, in [0, 90]; NaN where there is none."""
+    return np.abs((one - other + 90) % 180 - 90)
+
+
+def hue_of_cup(cup):
+    pixel = np.round(cup.setting.colour).astype(np.uint8)[None, None]
+    return float(cv2.cvtColor(pixel, cv2.COLOR_BGR2HSV)[0, 0, 0])
+
+
+def test_length_size_and_rate_are_the_papers():
+    sequence = datasets.load(NAME)
+    assert len(sequence) == 80
+    assert sequence.frames.size == (108, 85)
+    assert opened(0).render(0).shape == (85, 108, 3)
+    assert sequence.fps == 25
+
+
+@settings(max_examples=6, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_the_frames_that_the_paper_shows(seed):
+    """18: in the clear; 36: hidden in part, before its own colour; 44: still; 51: coming out."""
+    truth = opened(seed).truth()
+    hidden, similar = (truth.attributes[key] for key in ("occluded", "similar background"))
+    seen = truth.visibility
+    for event in (hidden, similar):
+        assert event[EVENT : EVENT + 9].all()
+        assert np.abs(np.diff(event.astype(int))).sum() == 2
+        assert not event[:11].any()
+        assert not event[-4:].any()
+    assert not hidden[:21].any()
+    assert seen[:18].min() > 0.85  # the thumb is before it
+    assert 0.38 < seen[EVENT] < 0.64
+    assert 30 <= seen.argmin() <= 48
+    assert 0.38 < seen.min() < 0.6
+    assert seen[50] > seen[43] - 0.05
+    assert seen[-15:].min() > 0.86
+
+
+@settings(max_examples=6, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_the_cup_is_carried_smoothly_from_one_side_to_the_other(seed):
+    x, y, width, height = opened(seed).truth().boxes.T
+    assert x.min() > 1
+    assert (x + width).max() < 107
+    assert y.min() > 20
+    assert (y + height).max() < 63
+    assert 16.5 < width.mean() < 20.5
+    assert 17 < height.mean() < 21
+    step = np.diff(np.stack([x + width / 2, y + height / 2], axis=1), axis=0)
+    assert len(set(np.sign(step[:, 0]))) == 1
+    pace = np.hypot(*step.T)
+    assert pace.min() > 0.6
+    assert pace.max() < 1.35
+    assert np.abs(np.diff(step, axis=0)).max() < 0.3
+    assert np.ptp(y) > 6
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_box_is_tight_around_the_whole_cup_and_holds_the_mask(seed):
+    cup = opened(seed)
+    for frame in range(0, 80, 9):
+        x, y, width, height = cup.truth().boxes[frame]
+        ends = [x, y, x + width, y + height]
+        whole, _ = cup.seen(frame)
+        rows, columns = np.nonzero(sided(cup, whole) >= 0.5)
+        found = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
+        assert found == pytest.approx(ends, abs=1)
+        rows, columns = np.nonzero(cup.mask(frame))
+        assert columns.min() >= x - 1
+        assert rows.min() >= y - 1
+        assert columns.max() < x + width
+        assert rows.max() < y + height
+
+
+@pytest.mark.parametrize("background", ["cluttered", "plain"])
+def test_what_changes_with_the_cups_glaze_is_the_mask(background):
+    one = scene(CupKnobs(scene=0, background=background))
+    before = [opened(0, background).render(frame).astype(int) for frame in PAINTED]
+    one.setting = Setting(0, background == "plain")  # of its own: it is changed below
+    one.setting.still = opened(0, background).setting.still
+    first, *others = one.setting._held
+    other = replace(first.finish, colour=(40.0, 150.0, 230.0))
+    one.setting._held = [replace(first, finish=other), *others]
+    for frame, image in zip(PAINTED, before, strict=True):
+        changed = np.abs(one.render(frame).astype(int) - image).max(axis=2) > 20
+        mask = one.mask(frame)
+        assert changed[mask].mean() > 0.85
+        assert not changed[~grown(mask, 1)].any()
+
+
+def test_visibility_is_the_seen_part_of_the_silhouette():
+    cup = opened(2)
+    truth = cup.truth()
+    area = cup.seen(0)[0].sum()
+    for frame in (0, EVENT, int(truth.visibility.argmin()), 79):
+        whole, seen = cup.seen(frame)
+        assert (seen <= whole + 1e-9).all()
+        assert whole.sum() == pytest.approx(area, rel=0.01)  # nothing of it is ever out of view
+        assert truth.visibility[frame] == pytest.approx(seen.sum() / whole.sum())
+        assert cup.mask(frame).sum() == pytest.approx(seen.sum(), rel=0.08)
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=SLOW) for k in MORE)])
+def test_the_thing_behind_and_the_box_have_the_cups_hue(seed):
+    cup = opened(seed)
+    image = cup.render(0)
+    hue = hue_of_cup(cup)
+    carried = grown(sided(cup, cup.setting.carried.at(*cup._pose(0))[..., 3]) > 0.01, 1)
+    box = sided(cup, cup.setting.hidden) > 0.99
+    behind = (sided(cup, cup.setting.similar) > 0.99) & ~grown(box, 2)
+    for part in (shrunk(cup.mask(0), 1), box & ~carried, behind & ~carried):
+        assert part.sum() > 100
+        assert np.nanmedian(hue_apart(coloured(image)[part], hue)) < 4
+    assert cup.setting.similar.sum() > 700
+    assert cup.setting.hidden.sum() > 350
+
+
+@pytest.mark.parametrize(
+    ("seed", "background"),
+    [(0, "cluttered"), (0, "plain"), *(pytest.param(k, "cluttered", marks=SLOW) for k in MORE)],
+)
+def test_nothing_else_has_the_cups_hue(seed, background):
+    cup = opened(seed, background)
+    image = cup.render(0)
+    own = cup.mask(0) | (sided(cup, cup.setting.similar + cup.setting.hidden) > 0)
+    near = hue_apart(coloured(image), hue_of_cup(cup)) < 7
+    assert near[~grown(own, 2)].mean() < 0.01
+
+
+def test_at_the_event_the_cup_is_before_its_own_colour_on_every_side():
+    for seed in range(3):
+        cup = opened(seed)
+        whole, _ = cup.seen(EVENT)
+        around = grown(whole > 0.5, 3) & ~grown(whole > 0.5, 1)
+        same = np.maximum(cup.setting.similar, cup.setting.hidden) > 0.5
+        assert same[around].mean() > 0.6
+        assert (whole * cup.setting.similar).sum() > 0.6 * whole.sum()
+
+
+def test_nothing_moves_but_the_arm_with_the_cup_and_its_shadow():
+    cup = opened(0)
+    images = [cup.render(frame).astype(int) for frame in (20, 40)]
+    moved = np.abs(images[1] - images[0]).mean(axis=2)
+    assert moved[cup.mask(20) ^ cup.mask(40)].mean() > 25
+    reach = np.zeros(moved.shape, bool)
+    for frame in (20, 40):
+        arm = cup.setting.carried.at(*cup._pose(frame))[..., 3]
+        reach |= sided(cup, grown((arm > 0) | (cup._shadow(arm) > 0.002), 1))
+    assert 0.2 < reach.mean() < 0.7
+    assert moved[~reach].mean() < 2.6  # noise alone
+    assert moved[~reach].max() < 12
+
+
+def test_noise_is_new_in_every_frame():
+    one, other = (opened(0).render(frame)[:12].astype(int) for frame in (10, 11))
+    assert 2.5 < (one - other).std() < 4
+
+
+def test_the_background_changes_nothing_of_where_the_cup_is():
+    cluttered, plain = (datasets.load(f"{NAME}:background={k}") for k in ("cluttered", "plain"))
+    assert (cluttered.boxes == plain.boxes).all()
+    assert (cluttered.mask(0) == plain.mask(0)).all()
+    assert plain.visibility.min() > 0.85
+    assert not any(flags.any() for flags in plain.attributes.values())
+    assert plain.mask(EVENT).sum() > 1.4 * cluttered.mask(EVENT).sum()
+    assert cluttered.fingerprint != plain.fingerprint
+    assert cluttered.name == NAME
+    assert plain.name == f"{NAME}:background=plain"
+
+
+def test_opening_looks_at_nothing_but_silhouettes():
+    setting = datasets.load(f"{NAME}:scene=77").frames.setting
+    assert "silhouettes" in vars(setting)
+    assert not {"still", "carried"} & set(vars(setting))
+
+
+@pytest.mark.slow
+def test_any_order_and_another_process_give_the_same_bytes():
+    name = f"{NAME}:scene=5"
+    sequence = datasets.load(name)
+    frames = [7, 60, 8, 0, 79]
+    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
+    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert answer.stdout.split() == digests[::-1]
+
+
+def test_scenes_differ_in_cup_hand_way_and_kitchen():
+    one, other = (opened(seed).render(0).astype(int) for seed in range(2))
+    assert np.abs(one - other).mean() > 10
+    plans = [opened(seed).plan for seed in range(16)]
+    assert {(plan.mirrored, plan.cup.hand) for plan in plans} == {
+        (mirrored, hand) for mirrored in (False, True) for hand in (-1, 1)
+    }
+    hues = {round(hue_of_cup(opened(seed)) / 15) for seed in range(16)}
+    assert len(hues) >= 4
+
+
+@pytest.mark.parametrize(
+    ("knob", "value"), [("background", "face"), ("scene", "-1"), ("speed", "9")]
+)
+def test_a_bad_knob_is_refused_by_name(knob, value):
+    with pytest.raises(SequenceError, match=rf"^{NAME}: .*{knob}[^\n]+$"):
+        datasets.load(f"{NAME}:{knob}={value}")

@@ -1,0 +1,235 @@
+"""`wang2010/hand`: where the hand is, when it is before the face, and what has its colour."""
+
+import hashlib
+import subprocess
+import sys
+from dataclasses import replace
+from functools import lru_cache
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import datasets
+from datasets import SequenceError
+from datasets.synthetic.wang2010.hand import cones
+from datasets.synthetic.wang2010.hand import textures as palm
+from datasets.synthetic.wang2010.hand.knobs import HandKnobs
+from datasets.synthetic.wang2010.hand.scene import scene
+from datasets.synthetic.wang2010.hand.way import drawn_way
+
+NAME = "wang2010/hand"
+
+CENTRED = 48
+"""Frame 49 of the paper."""
+
+ELSEWHERE = """
+import hashlib, sys, datasets
+sequence = datasets.load(sys.argv[1])
+for frame in map(int, sys.argv[2:]):
+    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
+"""
+
+
+@lru_cache(maxsize=16)
+def opened(seed, background="face"):
+    return scene(HandKnobs(scene=seed, background=background))
+
+
+def middles(boxes):
+    return boxes[:, :2] + boxes[:, 2:] / 2
+
+
+def in_the_hue_of_skin(image):
+    """Pixels with a clear colour between red and orange."""
+    hue, saturation, _ = np.moveaxis(cv2.cvtColor(image, cv2.COLOR_BGR2HSV).astype(int), 2, 0)
+    return (hue >= 4) & (hue <= 18) & (saturation > 50)
+
+
+def grown(mask, by):
+    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1))) > 0
+
+
+def test_length_size_and_rate_are_the_papers():
+    sequence = datasets.load(NAME)
+    assert len(sequence) == 100
+    assert sequence[0].shape == (120, 160, 3)
+    assert sequence.fps == 25
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_hand_is_centred_on_the_face_in_frame_49_of_the_paper(seed):
+    hand = opened(seed)
+    image, mask = hand.render(0), hand.mask(0)
+    bright = image.max(axis=2) > 0.6 * np.median(image[mask].max(axis=1))  # not hair
+    skin = in_the_hue_of_skin(image) & bright & ~grown(mask, 3)
+    skin[:, :50] = skin[:, 110:] = False  # what stands in the room
+    skin = cv2.morphologyEx(skin.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3)))
+    rows, columns = np.nonzero(skin)
+    assert len(rows) > 250
+    face = np.median(columns) + 0.5, np.median(rows) + 0.5
+    assert middles(hand.truth().boxes)[CENTRED] == pytest.approx(face, abs=4.5)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_the_hand_crosses_the_face_once_and_stays_in_view(seed):
+    truth = opened(seed).truth()
+    x, y, width, height = truth.boxes.T
+    assert x.min() > 0
+    assert y.min() > 20
+    assert (x + width).max() < 160
+    assert (y + height).max() < 95
+    assert 13 < width.min() <= width.max() < 26
+    assert 20 < height.min() <= height.max() < 35
+    way = middles(truth.boxes)
+    direction = np.sign(way[-1, 0] - way[0, 0])
+    assert (direction * np.diff(way[:, 0]) > 0.1).all()
+    steps = np.hypot(*np.diff(way, axis=0).T)
+    assert 0.9 < steps.mean() < 1.6
+    assert steps.max() < 2.6
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_the_frames_that_the_paper_shows(seed):
+    """10: far from the face; 38: comes near; 49: on it; 58: leaves it, on the other side."""
+    truth = opened(seed).truth()
+    before = truth.attributes["on the face"]
+    assert not before[:25].any()
+    assert not before[75:].any()
+    assert before[40:57].all()
+    assert np.abs(np.diff(before.astype(int))).sum() == 2
+    off = (middles(truth.boxes)[:, 0] - middles(truth.boxes)[CENTRED, 0]) / truth.boxes[:, 2]
+    assert off[9] * off[57] < 0
+    assert np.abs(off[9]) > 1.7
+    assert 0.45 < np.abs(off[37]) < 1.3
+    assert 0.35 < np.abs(off[57]) < 1.15
+    assert (truth.visibility == 1).all()
+
+
+@pytest.mark.parametrize("seed", [0, 3, 11])
+def test_a_box_is_as_tight_as_pixels_allow(seed):
+    hand = opened(seed)
+    for frame in range(0, 100, 9):
+        rows, columns = np.nonzero(hand.mask(frame))
+        x, y, width, height = hand.truth().boxes[frame]
+        found = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
+        assert found == pytest.approx([x, y, x + width, y + height], abs=1.25)
+
+
+@pytest.mark.parametrize("background", ["face", "plain"])
+def test_what_changes_with_the_hands_skin_is_the_mask(background):
+    one = scene(HandKnobs(scene=2, background=background))  # it is changed below
+    frame = 41
+    before = one.render(frame).astype(int)
+    painted = one.hand.cones.copy()
+    skin = painted[..., cones.MATERIAL] == cones.SKIN
+    painted[skin, cones.BLUE : cones.BLUE + 3] = (220, 60, 20)
+    one.hand = replace(one.hand, cones=painted)
+    changed = np.abs(one.render(frame).astype(int) - before).max(axis=2) > 25
+    mask = one.mask(frame)
+    assert changed[mask].mean() > 0.97
+    assert not changed[~grown(mask, 1)].any()
+    assert changed[~mask].sum() < 0.25 * mask.sum()  # its soft edge
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_face_has_the_hands_colour_and_the_plain_wall_has_not(seed):
+    mask = opened(seed).mask(5)
+    away = ~grown(mask, 2)
+    with_face = in_the_hue_of_skin(opened(seed).render(5))
+    plain = in_the_hue_of_skin(opened(seed, "plain").render(5))
+    assert with_face[mask].mean() > 0.8
+    assert with_face[away].sum() > 0.8 * mask.sum()
+    assert plain[away].mean() < 0.001
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_nothing_else_in_the_office_has_the_hue_of_skin(seed):
+    assert in_the_hue_of_skin(opened(seed)._room).mean() < 0.01
+
+
+def test_the_background_changes_nothing_of_the_truth_but_the_face():
+    face, plain = (datasets.load(f"{NAME}:background={kind}") for kind in ("face", "plain"))
+    assert (face.boxes == plain.boxes).all()
+    assert (face.mask(30) == plain.mask(30)).all()
+    assert face.attributes["on the face"].any()
+    assert not plain.attributes["on the face"].any()
+    assert face.fingerprint != plain.fingerprint
+    assert face.name == NAME
+    assert plain.name == f"{NAME}:background=plain"
+
+
+def test_only_hand_and_sitter_move():
+    hand = opened(1)
+    still = [hand.render(frame).astype(int) for frame in (0, 1)]
+    moved = np.abs(still[1] - still[0]).mean(axis=2)
+    arm = np.zeros((120, 160), bool)
+    for frame in (0, 1):
+        arm |= cones.cover(hand.hand.cones[frame], cones.CLOTH, 120, 160) > 0
+        arm |= hand.mask(frame)
+    assert moved[grown(arm, 2) & hand.mask(0)].mean() > 2 * moved[:35].mean()
+    assert 1 < moved[~grown(arm, 2)].mean() < 4  # fresh noise, and some who breathe
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_way_is_neither_straight_nor_even(seed):
+    step = np.diff(drawn_way(np.random.default_rng(seed), 1), axis=0)
+    along, down = step.T
+    assert along[43:53].mean() > 1.1 * along[[*range(10), *range(89, 99)]].mean()
+    assert (along[:CENTRED][::-1] - along[CENTRED : 2 * CENTRED]).std() > 0.04
+    assert down.min() < -0.1
+    assert down.max() > 0.1
+
+
+def test_fingers_bend_and_spread():
+    """Not a stiff picture that is pushed along."""
+    hand = opened(0).hand
+    bones = hand.cones[:, 10:22, 4:7] - hand.cones[:, 10:22, :3]  # of the four long fingers
+    bones /= np.linalg.norm(bones, axis=2, keepdims=True)
+    bones = bones.reshape(100, 4, 3, 3)
+    bent = np.degrees(np.arccos((bones[:, :, 0] * bones[:, :, 2]).sum(axis=2)))
+    spread = np.degrees(np.arccos((bones[:, 0, 0] * bones[:, 3, 0]).sum(axis=1)))
+    assert (bent < 70).all()
+    assert (np.ptp(bent, axis=0) > 8).all()
+    assert 4 < np.ptp(spread) < 30
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_the_line_around_the_thumbs_ball_is_on_the_thumbs_side(side):
+    skin, _ = palm.textures(np.random.default_rng(0), side)
+    ball = skin[
+        round(palm.WRIST_ROW - 4.5 * palm.TEXELS) : round(palm.WRIST_ROW - 1.5 * palm.TEXELS)
+    ]
+    dark = np.nonzero(ball < 0.88)[1] - palm.SIDE / 2
+    assert 0 < side * np.median(dark) < 2 * palm.TEXELS
+
+
+@pytest.mark.slow
+def test_any_order_and_another_process_give_the_same_bytes():
+    name = f"{NAME}:scene=5"
+    sequence = datasets.load(name)
+    frames = [7, 70, 8, 0, 99]
+    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
+    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert answer.stdout.split() == digests[::-1]
+
+
+def test_scenes_differ_in_person_room_and_way():
+    one, other = (datasets.load(f"{NAME}:scene={seed}") for seed in range(2))
+    assert np.abs(one.boxes - other.boxes).max() > 20
+    assert np.abs(one[0].astype(int) - other[0]).mean() > 10
+    ways = {np.sign(np.diff(opened(seed).truth().boxes[[0, 99], 0]))[0] for seed in range(8)}
+    assert ways == {-1, 1}
+
+
+@pytest.mark.parametrize(
+    ("knob", "value"), [("background", "wall"), ("scene", "-1"), ("speed", "9")]
+)
+def test_a_bad_knob_is_refused_by_name(knob, value):
+    with pytest.raises(SequenceError, match=rf"^{NAME}: .*{knob}[^\n]+$"):
+        datasets.load(f"{NAME}:{knob}={value}")
