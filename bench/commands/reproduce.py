@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from bench.experiments.experiment import Experiment
     from bench.papers import Report
     from bench.store.layout import Cell
-    from reports.tables import Table
 
 __all__ = ["command"]
 
@@ -39,7 +38,9 @@ __all__ = ["command"]
     help="CSV of figures that others published on those, to stand beside ours.",
 )
 @click.option(
-    "--criteria", is_flag=True, help="Also which of an earlier trial's findings were met."
+    "--page",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Page (Markdown) to write the main table and the verdicts into.",
 )
 @click.option("--strict", is_flag=True, help="Exit status 1 where a claim does not hold.")
 @output_option
@@ -52,7 +53,7 @@ def command(
     seeds: int | None,
     recorded: str | None,
     published: Path | None,
-    criteria: bool,
+    page: Path | None,
     strict: bool,
     output: Path,
     means: dict[str, Any],
@@ -65,6 +66,8 @@ def command(
     number: what comes out is what is printed.
     """
     from bench.papers import Effort, load_paper
+    from bench.papers.page import write_page
+    from bench.papers.screen import screen
 
     module = load_paper(paper)
     effort = Effort(
@@ -86,12 +89,13 @@ def command(
             return EXIT_INTERRUPTED
         asked[experiment.name] = cells
     report = module.report(output, folder, effort, asked)
-    written = _write(report, paper, folder)
+    _write(report, paper, folder)
     if as_json:
         click.echo(json.dumps(_document(report, paper), allow_nan=False))
     else:
-        _print(report, criteria=criteria)
-        click.echo(f"Report, tables and figures are in {folder} ({len(written)} files).")
+        click.echo(screen(report, paper, effort, folder))
+    if page is not None:
+        write_page(page, report, paper, effort)
     fails = [claim["id"] for claim in report.claims if claim["verdict"] == "does-not-hold"]
     return EXIT_ANSWER_IS_NO if strict and fails else 0
 
@@ -125,62 +129,19 @@ def _run(
     return execution.plan.asked().cells
 
 
-def _print(report: "Report", *, criteria: bool) -> None:
-    from reports.renderers import to_text
-
-    click.echo(report.title)
-    for remark in report.remarks:
-        click.echo(f"- {remark}")
-    for table in [*report.tables, *(_criteria(report) if criteria else [])]:
-        click.echo()
-        if table.name == "claims":  # its sentences are too long for columns
-            click.echo(table.caption)
-            for claim in report.claims:
-                _print_claim(claim)
-        else:
-            click.echo(to_text(table))
-
-
-def _criteria(report: "Report") -> "list[Table]":
-    return [] if report.criteria is None else [report.criteria]
-
-
-def _print_claim(claim: Mapping[str, Any]) -> None:
-    evidence = claim["evidence"]
-    fragile = ", fragile" if evidence["fragile"] else ""
-    post_hoc = f"; post hoc {evidence['post_hoc']}" if evidence["post_hoc"] else ""
-    asserted = " (asserted, not measured in the paper)" if evidence["asserted"] else ""
-    click.echo(f"\n{claim['id']}  {claim['verdict'].upper()}{fragile}  {claim['text']}{asserted}")
-    holds = f"holds in {claim['readings']} readings{post_hoc}" if claim["readings"] else "printed"
-    click.echo(
-        f"    {claim['source']}; {holds}; on all drawn scenes: {evidence['all_drawn_scenes']}"
-    )
-    click.echo(f"    {evidence['reason']}")
-
-
-def _write(report: "Report", paper: str, folder: Path) -> list[Path]:
+def _write(report: "Report", paper: str, folder: Path) -> None:
     """Write the report as pages, tables in every format, and JSON."""
     from bench.store.files import ResultsError
     from reports.files import write_file
     from reports.write import report_page, write_tables
 
-    tables = [*report.tables, *_criteria(report)]
     text = json.dumps(_document(report, paper), indent=1, allow_nan=False)
-    page = report_page(report.title, report.remarks, tables, report.pictures)
-
-    def write_page(path: Path) -> None:
-        path.write_text(page, "utf-8")
-
-    def write_json(path: Path) -> None:
-        path.write_text(text, "utf-8")
+    page = report_page(report.title, report.remarks, report.tables, report.pictures)
 
     try:
-        return [
-            *write_tables(folder, tables),
-            write_file(folder / "report.md", write_page),
-            write_file(folder / "report.json", write_json),
-            *report.pictures,
-        ]
+        write_tables(folder, report.tables)
+        write_file(folder / "report.md", lambda path: path.write_text(page, "utf-8"))
+        write_file(folder / "report.json", lambda path: path.write_text(text, "utf-8"))
     except OSError as error:
         raise ResultsError(str(error.strerror or error)) from error
 

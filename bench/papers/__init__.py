@@ -79,8 +79,8 @@ class Report:
         `readings`, `evidence`.
     pictures : list of Path
         Figures that were written.
-    criteria : Table, optional
-        Which findings of an earlier trial were met.
+    main : Table, optional
+        What stands on the screen and on the paper's page: at most 100 columns wide.
     """
 
     title: str
@@ -89,7 +89,7 @@ class Report:
     rows: list[dict[str, Any]]
     claims: list[dict[str, Any]]
     pictures: list[Path] = field(default_factory=list)
-    criteria: "Table | None" = None
+    main: "Table | None" = None
 
 
 Asked: TypeAlias = Mapping[str, Collection[Cell]]

@@ -13,7 +13,6 @@ from bench.papers import Asked, Effort, Report
 from bench.papers.judging import conclusions, failure_remarks
 from bench.papers.multipart import RECORDED, TITLE
 from bench.papers.multipart.appearance import Appearance, states_of
-from bench.papers.multipart.criteria import criteria_table
 from bench.papers.multipart.figures import write_figures
 from bench.papers.multipart.scores import (
     METRICS,
@@ -25,7 +24,6 @@ from bench.papers.multipart.scores import (
 from bench.papers.multipart.static import INITIAL, LOG, THRESHOLD, Scene, read_log
 from bench.papers.multipart.tables import readings_table, scene_table, table_1
 from bench.papers.multipart.timing import (
-    by_representation,
     frame_times,
     kernel_times,
     naive_ratios,
@@ -65,7 +63,7 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
     walking = scores[scores["sequence"].str.startswith("multipart/")]
     written = walking[walking["variant"] == ""]
     full = written[written["initial"] == "full"]
-    judged, judged_walking, judged_written = map(without_failures, (scores, walking, written))
+    judged, judged_walking = map(without_failures, (scores, walking))
 
     tables: list[Table] = []
     rows: list[dict[str, Any]] = []
@@ -105,7 +103,6 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
         tables=tables,
         rows=rows,
         claims=[conclusion.for_json() for conclusion in claims],
-        criteria=criteria_table(judged_written, scenes, _time_ratio(times)),
         pictures=write_figures(walking, folder),
     )
 
@@ -159,11 +156,6 @@ def _times(kernels: pd.DataFrame, naive: Any) -> pd.DataFrame:
     pairs = kernels.assign(kernel="one pass")
     plain = pd.DataFrame({"kernel": "two calls", "single": 1.0, "multi": naive})
     return pd.concat([pairs, plain], ignore_index=True)
-
-
-def _time_ratio(frames: pd.DataFrame) -> float | None:
-    wide = by_representation(frames, ["sequence", "frame"])
-    return float((wide["multi"] / wide["single"]).median()) if len(wide) else None
 
 
 def _losses(adaptive: pd.DataFrame) -> pd.DataFrame:

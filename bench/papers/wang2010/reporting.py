@@ -17,7 +17,6 @@ from bench.papers.timed import failed_passes
 from bench.papers.wang2010 import RECORDED, TIMED, TITLE, examined_tables
 from bench.papers.wang2010.agreement import greatest_differences
 from bench.papers.wang2010.courses import TABLE_TENNIS
-from bench.papers.wang2010.criteria import criteria_table
 from bench.papers.wang2010.crossed import crossed, crossed_table
 from bench.papers.wang2010.figures import NUMBERS, draw
 from bench.papers.wang2010.measured import camera_table, scene_table
@@ -100,7 +99,6 @@ def make_report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Re
         tables=tables,
         rows=[*time_rows(measured["method_times"]), *particle_rows(judged)],
         claims=for_scripts,
-        criteria=criteria_table(judged, measured),
         pictures=pictures,
     )
 

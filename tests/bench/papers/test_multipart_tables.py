@@ -1,14 +1,10 @@
 """The paper's table and what decides the outcome, from scores with known means."""
 
-from dataclasses import replace
-
 import numpy as np
 import pandas as pd
 import pytest
 
-from bench.papers.multipart.criteria import criteria_table
 from bench.papers.multipart.scores import METRICS, adaptive_rows, without_failures
-from bench.papers.multipart.static import Scene
 from bench.papers.multipart.tables import PLAIN, TWO_COLOURED, published, readings_table, table_1
 
 FRAMES = dict(zip(published()["sequence"], published()["frames"], strict=True))
@@ -99,21 +95,6 @@ def test_a_reading_has_its_gains_by_kind_of_target_and_its_right_picks():
     assert written["multi − single, two colours, first loss"] == "+31.5"
     assert written["multi − single, plain, first loss"] == "-9.5"
     assert float(natural["kept, adaptive"]) < float(written["kept, adaptive"])
-
-
-def test_criteria_say_what_was_met():
-    scene = Scene("", "", 50, 1.0, 1.0, 0.5, 0.5, 0.5, 1.0, 1.0, 1.0)
-    plain = replace(scene, distance_full=0.3, distance_body=0.3)
-    scenes = dict.fromkeys(TWO_COLOURED, scene) | dict.fromkeys(PLAIN, plain)
-    found = criteria_table(paper(initial="body"), scenes, 1.01).data.set_index("finding")["met"]
-    verdicts = {words.partition(" (")[0]: met for words, met in found.items()}
-    assert verdicts["the switch is right with the body rectangle"] == "yes"
-    assert verdicts["two colours: multi has no fewer frames of overlap ≥ 0.5"] == "yes"
-    assert verdicts["adaptive is the best of both, within 2 % of first loss"] == "yes"
-    assert verdicts["multi takes no longer in one pass"] == "yes"
-    assert verdicts["plain: kept longer in even than in dappled light"] == "—"
-    slower = criteria_table(paper(initial="body"), scenes, 1.3).data.set_index("finding")["met"]
-    assert slower["multi takes no longer in one pass (ratio)"] == "no"
 
 
 def with_failure(scores):

@@ -5,7 +5,6 @@ import pandas as pd
 import pytest
 
 from bench.papers.wang2010.courses import CUP, HAND, TABLE_TENNIS
-from bench.papers.wang2010.criteria import criteria_table
 from bench.papers.wang2010.crossed import crossed_table
 from bench.papers.wang2010.measured import camera_table, scene_table
 from bench.papers.wang2010.published import particle_rows, time_rows
@@ -213,106 +212,6 @@ def measured_times(**changes):
         ),
         "agreement": pd.DataFrame({"difference": [1e-12]}),
     }
-
-
-def criteria(frame, tables):
-    data = criteria_table(frame, tables).data
-    return [tuple(row) for row in data[["criterion", "here", "met"]].itertuples(index=False)]
-
-
-def earlier(text, sequence, scene):
-    """Errors as an earlier trial found them."""
-    number = {TABLE_TENNIS: 50, HAND: 100, CUP: 80}[sequence]
-    errors, k = np.ones(number), np.arange(1, number + 1)
-    if sequence == TABLE_TENNIS:
-        if text.startswith("wang2010"):
-            errors[(k >= 12) & (k <= 16)] = 4.0 if "sigma" in text else 10.0
-        elif text.startswith("particle-filter"):
-            errors[k <= 11] = 1.0 if "sigma" in text else 9.3
-            errors[(k >= 12) & (k <= 16)] = 18.0
-            if "sigma" in text:
-                errors[k == 16] = 1.0
-        elif text == "camshift":
-            errors[k >= 12] = 38.0
-    elif sequence == HAND and text.startswith("camshift") and "improved" not in text:
-        errors[k >= 49] = 71.0
-    elif sequence == CUP and "alpha=1" in text:
-        errors[k >= 30] = 20.0
-    return errors
-
-
-def with_hindsight(made_scores, errors, **details):
-    more = {TABLE_TENNIS: (f"{WRITTEN}:sigma=0.2", f"{FILTER}:sigma=0.2")}
-    parts = [made_scores(errors, **details), made_scores(errors, more, **details)]
-    return pd.concat(parts, ignore_index=True)
-
-
-def test_criteria_are_met_by_what_the_earlier_trial_found(made_scores):
-    others = {CUP: (f"{WRITTEN}:particles=15:radius=3.87", f"{WRITTEN}:particles=15:radius=10")}
-    frame = pd.concat(
-        [
-            with_hindsight(made_scores, earlier, effective_sample_size=0.997),
-            made_scores(lambda *_: 30.0, others, effective_sample_size=0.5),
-        ],
-        ignore_index=True,
-    )
-    found = criteria(frame, measured_times())
-    assert [met for _, _, met in found] == ["yes"] * len(found)
-    assert list(dict.fromkeys(name for name, _, _ in found)) == [f"C{n}" for n in range(1, 10)]
-    assert ("C1", "20 of 20", "yes") in found
-
-
-@pytest.mark.parametrize(
-    ("sequence", "tracker", "error", "missed"),
-    [
-        (TABLE_TENNIS, WRITTEN, 50.0, {"C1"}),
-        (TABLE_TENNIS, WRITTEN, 0.0, {"C2"}),
-        (TABLE_TENNIS, FILTER, 0.0, {"C1", "C2"}),
-        (TABLE_TENNIS, f"{WRITTEN}:sigma=0.2", 10.0, {"C3"}),
-        (TABLE_TENNIS, f"{FILTER}:sigma=0.2", 1.0, {"C3", "C4"}),
-        (TABLE_TENNIS, f"{FILTER}:sigma=0.2", 30.0, {"C4"}),
-        (TABLE_TENNIS, "camshift", 1.0, {"C1", "C5"}),
-        (TABLE_TENNIS, "camshift:window=adaptive", 10.0, {"C5"}),
-        (HAND, "camshift-improved:preset=as-written", 20.0, {"C6"}),
-        (HAND, "camshift", 39.0, {"C6"}),
-        (HAND, "camshift", 1.0, {"C6"}),
-        (CUP, f"{WRITTEN}:particles=15", 10.0, {"C7"}),
-        (CUP, f"{WRITTEN}:particles=15:alpha=1:beta=0", 1.0, {"C7"}),
-    ],
-)
-def test_criteria_are_missed_where_a_method_does_otherwise(
-    made_scores, sequence, tracker, error, missed
-):
-    def errors(text, where, scene):
-        return error if (where, text) == (sequence, tracker) else earlier(text, where, scene)
-
-    frame = with_hindsight(made_scores, errors, effective_sample_size=0.997)
-    found = {name for name, _, met in criteria(frame, measured_times()) if met == "no"}
-    assert found == missed
-
-
-def test_criteria_of_weights_and_time_are_missed_where_they_are_otherwise(made_scores):
-    frame = with_hindsight(made_scores, earlier, effective_sample_size=0.97)
-    tables = measured_times(proposed=0.3)
-    tables["agreement"] = pd.DataFrame({"difference": [1e-12, 1e-6]})
-    tables["frame_times"] = tables["frame_times"].assign(seconds=0.0006)
-    missed = [(name, here) for name, here, met in criteria(frame, tables) if met == "no"]
-    assert missed == [
-        ("C8", "0.970"),
-        ("C9", "0.60 ms"),
-        ("C9", "1.0e-06 px"),
-        ("C9", "63.00 / 300.00 / 214.00 ms"),
-    ]
-
-
-def test_criteria_of_what_was_not_run_are_neither_met_nor_missed(made_scores):
-    tables = measured_times()
-    tables["frame_times"] = tables["frame_times"].iloc[:0]
-    others = ("opencv-camshift",)
-    frame = made_scores(earlier, {TABLE_TENNIS: others, HAND: ("camshift",), CUP: others})
-    found = criteria(frame, tables)
-    assert {met for name, _, met in found if name not in ("C6", "C9")} == {"—"}
-    assert ("C9", "—", "—") in found
 
 
 def test_the_papers_times_stand_beside_ours_as_seconds_and_ratios():

@@ -1,0 +1,82 @@
+"""The page of a paper: its prose is somebody's, its table and verdicts are what was run."""
+
+from pathlib import Path
+
+from bench.papers import Effort, Report
+from bench.papers.screen import claim_count
+from bench.store.files import ResultsError
+from reports.files import write_file
+from reports.renderers import to_markdown
+
+__all__ = ["BEGIN", "END", "write_page"]
+
+BEGIN = "<!-- From here: written by trackmark reproduce --page. -->"
+END = "<!-- To here. -->"
+_SKELETON = """# {title}
+
+What the paper says, in a paragraph.
+
+{begin}
+{end}
+
+## What to make of it
+
+## What is open
+
+## How to run it
+
+```
+trackmark reproduce {paper}
+```
+"""
+
+
+def write_page(path: Path, report: Report, paper: str, effort: Effort) -> None:
+    """Write the main table and a line a claim between a page's marks; the rest stays as it is.
+
+    A page that is not there is begun, with a skeleton for its prose.
+
+    Raises
+    ------
+    ResultsError
+        Where the page lacks the marks, or can't be written.
+    """
+    try:
+        text = path.read_text("utf-8") if path.is_file() else None
+        if text is None:
+            text = _SKELETON.format(title=report.title, begin=BEGIN, end=END, paper=paper)
+        before, begin, rest = text.partition(BEGIN)
+        _, end, after = rest.partition(END)
+        if not (begin and end):
+            raise ResultsError(
+                f"{path}: there are no two lines {BEGIN!r} and {END!r} to write between; add them."
+            )
+        page = f"{before}{BEGIN}\n\n{_results(report, paper, effort)}\n{END}{after}"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_file(path, lambda file: file.write_text(page, "utf-8"))
+    except OSError as error:
+        raise ResultsError(f"{path}: {error.strerror or error}") from error
+
+
+def _results(report: Report, paper: str, effort: Effort) -> str:
+    options = [
+        *(["--quick"] if effort.quick else []),
+        *(["--all"] if effort.everything else []),
+        *([f"--seeds {effort.seeds}"] if effort.seeds is not None else []),
+    ]
+    made = f"What `{' '.join(['trackmark reproduce', paper, *options])}` found"
+    parts = [f"{made}{f' ({effort.words})' if effort.words else ''}:"]
+    if report.main is not None:
+        parts.append(to_markdown(report.main).rstrip("\n"))
+    rows = [
+        f"| {claim['id']} | {_plain(claim['text'])} | {claim['verdict']} "
+        f"| {claim['readings'].partition(';')[0] or '—'} |"
+        for claim in report.claims
+    ]
+    heads = ["| claim | what it says | verdict | holds in readings |", "|---|---|---|---|"]
+    return "\n\n".join([*parts, f"{claim_count(report.claims)}.", "\n".join(heads + rows)]) + "\n"
+
+
+def _plain(text: str) -> str:
+    """A sentence as it may stand in a cell of a table."""
+    return text.replace("|", "\\|").replace("*", "\\*").replace("\n", " ")

@@ -1,0 +1,64 @@
+"""What a reproduction prints: the main table, a line a claim, and where the rest is."""
+
+import textwrap
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from bench.papers import Effort, Report
+from reports.renderers import to_text
+
+__all__ = ["WIDTH", "claim_count", "screen"]
+
+WIDTH = 100
+"""Columns of a terminal that every line fits into [characters]; a main table is made to."""
+
+_SHORT = 50  # most characters of a claim's short form
+
+
+def screen(report: Report, paper: str, effort: Effort, folder: Path) -> str:
+    """The answer of `trackmark reproduce`, of about a screen and a half.
+
+    Parameters
+    ----------
+    report : Report
+        What came out.
+    paper, effort
+        As asked for.
+    folder : Path
+        Where the whole report lies.
+    """
+    parts = [report.title, *([f"MARKED: {effort.words}."] if effort.words else [])]
+    if report.main is not None:
+        caption, _, body = to_text(report.main).partition("\n")
+        parts += ["", *textwrap.wrap(caption, WIDTH), body.rstrip("\n")]
+    parts += ["", claim_count(report.claims), ""]
+    parts += [_line(claim) for claim in report.claims]
+    parts += ["", f"Why, in which readings, all tables and figures: {folder / 'report.md'}"]
+    return "\n".join([*parts, *_further(paper, effort)])
+
+
+def claim_count(claims: list[dict[str, Any]]) -> str:
+    """How many claims there are, by verdict: `30 claims: 7 holds, …`, most frequent first."""
+    counts = Counter(claim["verdict"] for claim in claims)
+    return f"{len(claims)} claims: " + ", ".join(
+        f"{count} {verdict}" for verdict, count in counts.most_common()
+    )
+
+
+def _line(claim: Mapping[str, Any]) -> str:
+    words = claim.get("short") or textwrap.shorten(claim["text"], _SHORT, placeholder=" …")
+    fragile = ", fragile" if claim["evidence"]["fragile"] else ""
+    readings = claim["readings"].partition(";")[0]
+    holds = f"holds in {readings} readings{fragile}" if readings else ""
+    return f"{claim['id']:<7} {words:<{_SHORT}} {claim['verdict']:<14} {holds}".rstrip()
+
+
+def _further(paper: str, effort: Effort) -> list[str]:
+    """What to run for more."""
+    if effort.quick:
+        return [f"Evidence, from all scenes and seeds: trackmark reproduce {paper}"]
+    if not effort.everything:
+        return [f"Sensitivities, ablations and asserted claims: trackmark reproduce {paper} --all"]
+    return []

@@ -1,0 +1,109 @@
+"""What a reproduction prints, and what it writes into a paper's page."""
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from bench.papers import Effort, Report
+from bench.papers.page import BEGIN, END, write_page
+from bench.papers.screen import screen
+from bench.store.files import ResultsError
+from reports.tables import Cell, Table
+
+
+def claim(
+    name, verdict, text="The target is tracked.", readings="7 of 9; post hoc 1 of 2", **evidence
+):
+    return {
+        "id": name,
+        "source": "Section 3",
+        "text": text,
+        "verdict": verdict,
+        "readings": readings,
+        "evidence": {"fragile": False, **evidence},
+    }
+
+
+@pytest.fixture
+def report():
+    table = Table(
+        name="table-1",
+        caption="Table 1, other videos",
+        heads=["features", "tracked", "paper"],
+        n_labels=1,
+        rows=[[Cell("RGB"), Cell("17.7"), Cell("16")]],
+        data=pd.DataFrame(),
+    )
+    claims = [
+        claim("NG-1", "holds"),
+        claim("NG-2", "does-not-hold", "word " * 30, fragile=True) | {"short": "lost | at once"},
+        claim("NG-T1", "not-testable", readings=""),
+        claim("NG-4", "holds", "word " * 30),
+    ]
+    return Report("Template tracking", ["a remark"], [table], [], claims, main=table)
+
+
+def test_the_screen_has_the_main_table_a_line_a_claim_and_where_the_rest_is(report):
+    lines = screen(report, "nguyen2002", Effort(), Path("results/nguyen2002")).splitlines()
+    assert lines[0] == "Template tracking"
+    assert ["RGB", "17.7", "16"] in [line.split() for line in lines]
+    assert "4 claims: 2 holds, 1 does-not-hold, 1 not-testable" in lines
+    (first, second, third, fourth) = (line for line in lines if line.startswith("NG-"))
+    assert first.split() == [
+        "NG-1",
+        "The",
+        "target",
+        "is",
+        "tracked.",
+        "holds",
+        "holds",
+        "in",
+        "7",
+        "of",
+        "9",
+        "readings",
+    ]
+    assert second.split("  ")[-1].strip() == "holds in 7 of 9 readings, fragile"
+    assert "lost | at once" in second
+    assert third.endswith("not-testable")
+    assert "word …" in fourth
+    assert max(map(len, lines)) <= 100
+    assert any("results/nguyen2002/report.md" in line for line in lines)
+    assert lines[-1].endswith("trackmark reproduce nguyen2002 --all")
+    assert "a remark" not in lines
+
+
+def test_a_quick_look_is_marked_and_says_what_gives_evidence(report):
+    lines = screen(report, "nguyen2002", Effort(quick=True), Path("r")).splitlines()
+    assert lines[1].startswith("MARKED: quick look")
+    assert lines[-1].endswith("trackmark reproduce nguyen2002")
+
+
+def test_a_page_is_begun_and_its_prose_survives_what_is_written_again(report, tmp_path):
+    page = tmp_path / "docs" / "nguyen2002.md"
+    write_page(page, report, "nguyen2002", Effort(seeds=2))
+    begun = page.read_text()
+    assert begun.startswith("# Template tracking\n")
+    assert "| RGB | 17.7 | 16 |" in begun
+    assert "`trackmark reproduce nguyen2002 --seeds 2` found (at most 2 repetitions)" in begun
+    assert "| NG-1 | The target is tracked. | holds | 7 of 9 |" in begun
+    page.write_text(
+        begun.replace("What the paper says, in a paragraph.", "Prose.") + "More prose.\n"
+    )
+    report.claims[0]["verdict"] = "undecided"
+    write_page(page, report, "nguyen2002", Effort())
+    again = page.read_text()
+    assert "| undecided | 7 of 9 |" in again
+    assert again.count("NG-1 ") == 1
+    assert "Prose." in again
+    assert again.endswith("More prose.\n")
+    assert again.index(BEGIN) < again.index("NG-1 ") < again.index(END)
+
+
+def test_a_page_without_marks_is_left_as_it_is(report, tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("# Mine\n")
+    with pytest.raises(ResultsError, match=r"page\.md: there are no two lines"):
+        write_page(page, report, "nguyen2002", Effort())
+    assert page.read_text() == "# Mine\n"
