@@ -51,8 +51,8 @@ def _line(claim: Mapping[str, Any]) -> str:
     words = claim.get("short") or textwrap.shorten(claim["text"], _SHORT, placeholder=" …")
     fragile = ", fragile" if claim["evidence"]["fragile"] else ""
     readings = claim["readings"].partition(";")[0]
-    holds = f"holds in {readings} readings{fragile}" if readings else ""
-    return f"{claim['id']:<7} {words:<{_SHORT}} {claim['verdict']:<14} {holds}".rstrip()
+    holds = f"{readings} readings{fragile}" if readings else ""
+    return f"{claim['id']:<7} {words:<{_SHORT}} {claim['verdict']:<13} {holds}".rstrip()
 
 
 def _further(paper: str, effort: Effort) -> list[str]:
