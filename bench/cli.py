@@ -10,6 +10,8 @@ from typing import Any
 import click
 
 from bench.commands import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
+from bench.compilation import announce, on_compilation
+from bench.packages import check_ownership
 
 __all__ = ["main"]
 
@@ -25,6 +27,8 @@ class _Commands(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in self.list_commands(ctx):
             return None
+        if cmd_name != "doctor":  # which tells what is wrong with an installation, this too
+            check_ownership()
         module = importlib.import_module(f"bench.commands.{cmd_name.replace('-', '_')}")
         command: click.Command = module.command
         return command
@@ -54,12 +58,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     What is wrong with the input is said in one line; a traceback is a defect of ours.
     """
+    on_compilation(announce)
     try:
-        from bench.packages import check_ownership
-
-        # `doctor` tells what is wrong with an installation, this too.
-        if list(arguments or sys.argv[1:])[:1] != ["doctor"]:
-            check_ownership()
         status = _invoke(arguments)
     except ImportError as error:
         click.echo(f"trackmark: {error}", err=True)

@@ -5,9 +5,12 @@ import would fail far from the cause, or quietly mix two projects.
 """
 
 import sys
-from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution
 
 __all__ = ["NameClashError", "check_ownership", "check_place"]
 
@@ -50,17 +53,19 @@ def check_ownership() -> None:
     NameClashError
         Naming the distributions.
     """
-    for distribution in metadata.distributions():
-        name = distribution.metadata["Name"]
-        if name == DISTRIBUTION:
-            continue
+    from importlib.metadata import distributions  # takes as long as all else that help needs
+
+    for distribution in distributions():
         for claimed in NAMES:
-            path = distribution.locate_file(f"{claimed}/__init__.py")
-            if Path(str(path)).is_file() and _claims(distribution, claimed):
+            if _claims(distribution, claimed) and distribution.metadata["Name"] != DISTRIBUTION:
                 raise NameClashError(
-                    f"the distribution {name!r} also installs a package {claimed!r} here. {ADVICE}"
+                    f"the distribution {distribution.metadata['Name']!r} also installs a package "
+                    f"{claimed!r} here. {ADVICE}"
                 )
 
 
-def _claims(distribution: metadata.Distribution, package: str) -> bool:
-    return any(str(file) == f"{package}/__init__.py" for file in distribution.files or ())
+def _claims(distribution: "Distribution", package: str) -> bool:
+    file = f"{package}/__init__.py"
+    if not Path(str(distribution.locate_file(file))).is_file():
+        return False
+    return any(str(own) == file for own in distribution.files or ())

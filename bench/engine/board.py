@@ -29,6 +29,7 @@ class Slot(IntEnum):
     SHOWN = 3
     COPIED = 4
     LOST = 5
+    COMPILED = 6
 
 
 class Sight(NamedTuple):
@@ -47,6 +48,8 @@ class Sight(NamedTuple):
         Frames that all trackers have seen.
     lost : bool
         Whether the child found its connection to the supervisor closed.
+    compiled : int
+        Kernels that were not on disk, and that it has begun to compile.
     """
 
     calls: int
@@ -54,6 +57,12 @@ class Sight(NamedTuple):
     entry: int
     shown: int
     lost: bool
+    compiled: int
+
+    @property
+    def sign_of_life(self) -> tuple[int, ...]:
+        """Changes as long as the child goes on."""
+        return self.calls, self.entry, self.compiled
 
 
 class Board:
@@ -78,5 +87,5 @@ class Board:
 
     def look(self) -> Sight:
         """What it shows now."""
-        calls, frame, entry, shown, _, lost = self.slots.tolist()
-        return Sight(calls, frame, entry, shown, bool(lost))
+        calls, frame, entry, shown, _, lost, compiled = self.slots.tolist()
+        return Sight(calls, frame, entry, shown, bool(lost), compiled)

@@ -11,7 +11,7 @@ __all__ = ["BoardWatch"]
 
 _COPY_SECONDS = 1.0
 # As plain numbers: they are looked up several times a frame and tracker.
-_CALLS, _FRAME, _ENTRY, _SHOWN, _COPIED, _LOST = map(int, Slot)
+_CALLS, _FRAME, _ENTRY, _SHOWN, _COPIED, _LOST, _COMPILED = map(int, Slot)
 
 
 class BoardWatch:
@@ -85,6 +85,10 @@ class BoardWatch:
     def printed(self) -> Mapping[int, str]:
         """See `Watch`."""
         return self._output.take()
+
+    def compiling(self) -> None:
+        """Tell that a kernel is compiled, which may take longer than any frame."""
+        self._slots[_COMPILED] += 1
 
     def _count_fork(self) -> None:
         self._forks += 1

@@ -17,6 +17,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from bench.compilation import announce
 from bench.engine.board import ELSEWHERE, READING, Board, Sight
 from bench.engine.child import Answer
 from bench.engine.limits import Limits, machine_memory
@@ -184,7 +185,9 @@ class ChildProcess:
             # What this process itself slept through (stopped, suspended) does not count.
             waited += min(now - last, 2 * _POLL_SECONDS)
             last = now
-            if sight.calls != seen.calls or sight.entry != seen.entry:
+            if sight.compiled > seen.compiled:
+                announce()
+            if sight.sign_of_life != seen.sign_of_life:
                 waited = 0.0
             seen = sight
             look(sight)

@@ -45,12 +45,14 @@ def test_the_board_shows_who_is_called_and_for_the_second_look_that_it_went_on(b
     watch.calling(2, 4)
     second = board.look()
     assert (second.frame, second.entry) == (4, 2)
-    assert second.calls > first.calls
+    assert second.sign_of_life != first.sign_of_life
+    watch.compiling()
+    assert board.look().sign_of_life != second.sign_of_life
     watch.called(2)
     watch.shown(5)
     assert (board.look().entry, board.look().shown) == (NOBODY, 5)
     board.clear()
-    assert board.look() == (0, 0, ELSEWHERE, 0, False)
+    assert board.look() == (0, 0, ELSEWHERE, 0, False, 0)
 
 
 def test_a_copy_that_comes_back_from_a_call_ends_there_and_is_told_on(board):

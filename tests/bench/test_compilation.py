@@ -1,0 +1,36 @@
+"""The user is told that kernels are compiled, while it happens and then never again."""
+
+import json
+
+from bench.compilation import SENTENCE
+
+KERNEL = """
+
+@numba.njit(cache=True)
+def doubled(number):
+    return number + number
+
+
+class Compiles(Knob):
+    def update(self, image):
+        doubled(1)
+        return super().update(image)
+"""
+
+
+def test_compiling_is_said_once_a_command_and_not_again(trackmark, here, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(here / "kernels"))
+    (here / "compiles.py").write_text("import numba\n" + (here / "knob.py").read_text() + KERNEL)
+    chosen = ("run", "--trackers", "compiles.py:Compiles", "--sequences", "data/Small", "--json")
+    first = trackmark(*chosen, "--seeds", 3)
+    assert first.stderr.splitlines().count(SENTENCE) == 1
+    assert [json.loads(line)["status"] for line in first.stdout.splitlines()] == ["finished"] * 3
+    assert SENTENCE not in trackmark(*chosen, "--seeds", 4).stderr
+
+
+def test_what_the_command_itself_compiles_is_said_too(trackmark, here, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(here / "kernels"))
+    code = "import numba\nnumba.njit(lambda number: number + 1)(1)\n"
+    (here / "scene.py").write_text(code)
+    done = trackmark("describe", "scene.py:Scene", status=2)
+    assert done.stderr.splitlines()[0] == SENTENCE
