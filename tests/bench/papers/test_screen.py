@@ -1,5 +1,6 @@
 """What a reproduction prints, and what it writes into a paper's page."""
 
+import re
 from pathlib import Path
 
 import pandas as pd
@@ -50,20 +51,7 @@ def test_the_screen_has_the_main_table_a_line_a_claim_and_where_the_rest_is(repo
     assert ["RGB", "17.7", "16"] in [line.split() for line in lines]
     assert "4 claims: 2 holds, 1 does-not-hold, 1 not-testable" in lines
     (first, second, third, fourth) = (line for line in lines if line.startswith("NG-"))
-    assert first.split() == [
-        "NG-1",
-        "The",
-        "target",
-        "is",
-        "tracked.",
-        "holds",
-        "holds",
-        "in",
-        "7",
-        "of",
-        "9",
-        "readings",
-    ]
+    assert re.fullmatch(r"NG-1 +The target is tracked\. +holds +7 of 9 readings", first)
     assert second.split("does-not-hold ")[-1] == "7 of 9 readings, fragile"
     assert "lost | at once" in second
     assert third.endswith("not-testable")
