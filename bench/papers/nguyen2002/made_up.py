@@ -1,15 +1,21 @@
 """Frames of a scene with something that we do to the target: what it looks like is then known."""
 
+from collections.abc import Callable, Iterable
+from itertools import product
 from math import floor
 
 import cv2
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
+from bench.papers.nguyen2002.follower import FEATURES
 from datasets import Sequence, SequenceError
 from trackers.base.interface import Box, Image, Mask
+from trackers.templates.features import Features
 
-__all__ = ["Patch", "clear_frames", "dimmed", "mask_in", "pale", "turned", "wholly_seen"]
+__all__ = ["Patch", "clear_frames", "dimmed", "few", "mask_in", "pale"]
+__all__ += ["tried", "turned", "wholly_seen"]
 
 LESS = 0.01
 """Visible share by which a target that is wholly seen differs from when it is seen best.
@@ -27,11 +33,7 @@ FAINT, PALE = 0.4, 100.0
 class Patch:
     """Something of a scene's ground, as large as the target, from where this is farthest away.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (rows, columns, 3)
-    box : ndarray of float64, shape (4,)
-        The target's in it.
+    It is taken from an image with the target's box in it.
     """
 
     def __init__(self, image: Image, box: Box) -> None:
@@ -44,11 +46,7 @@ class Patch:
     def slid_over(self, image: Image, box: Box, share: float) -> tuple[Image, Mask]:
         """An image with the patch over a share of the target's width from the left.
 
-        Returns
-        -------
-        image : ndarray of uint8, shape (rows, columns, 3)
-        mask : ndarray of bool, shape (rows, columns)
-            Pixels that show the patch.
+        And a mask of the pixels that show the patch, shape (rows, columns).
         """
         x, y, width, height = box.tolist()
         above = (TALLER - 1) / 2 * height
@@ -102,6 +100,35 @@ def wholly_seen(sequence: Sequence, least: int, most: int) -> Sequence | None:
     if not clear_frames(sequence)[longest.start] or len(longest) < least:
         return None
     return sequence[longest.start : longest.start + min(len(longest), most)]
+
+
+def few(quick: bool) -> tuple[Features, ...]:
+    """Features that something is tried with."""
+    return ("invariants",) if quick else FEATURES
+
+
+def tried(
+    table: str,
+    sequence: Sequence,
+    frames: int,
+    course: Callable[..., dict[str, float]],
+    chosen: tuple[Features, ...],
+    **ways: Iterable[object],
+) -> dict[str, pd.DataFrame]:
+    """A table of what comes of a target in so many frames in which it is wholly seen.
+
+    None where it has too few; else a row for each way (columns and their values, each with each):
+    `course(part, features, *way)` gives its further columns.
+    """
+    part = wholly_seen(sequence, frames, frames)
+    if part is None:
+        return {}
+    rows = [
+        {"features": features, **dict(zip(ways, way, strict=True))} | course(part, features, *way)
+        for features in chosen
+        for way in product(*ways.values())
+    ]
+    return {table: pd.DataFrame(rows)}
 
 
 def mask_in(sequence: Sequence, frame: int) -> Mask:

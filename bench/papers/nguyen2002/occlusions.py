@@ -1,7 +1,7 @@
 """Occlusions on scenes: how they are told by outliers, where they end (NG-15 to 17)."""
 
 from time import thread_time
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -9,7 +9,7 @@ import pandas as pd
 from bench.metrics.overlap import overlap
 from bench.papers.nguyen2002.events import CLEAR, Declared, hidden_in
 from bench.papers.nguyen2002.follower import FEATURES, Follower, View, true_pose
-from bench.papers.nguyen2002.made_up import Patch, pale, wholly_seen
+from bench.papers.nguyen2002.made_up import Patch, few, pale, tried
 from datasets import Sequence
 from trackers.base.interface import Box, Image
 from trackers.templates.features import Features
@@ -26,7 +26,6 @@ IN_VIEW, MATCHED = 0.75, 0.5
 COLOURS: tuple[Features, ...] = ("rgb", "invariants")  # in a quick look
 QUICK_BEFORE, QUICK_FRAMES = 10, 60
 
-FEW: tuple[Features, ...] = ("invariants",)  # likewise
 BEFORE, SLIDING = 10, 20  # frames before something is slid over the target, and from there on
 RULES = ("exceeds", "reaches")
 SPEEDS = (0.05, 0.06, 0.08)  # template widths a frame
@@ -79,7 +78,7 @@ def by_speed(sequence: Sequence, quick: bool) -> Tables:
     rows = [
         {"features": features, "speed": speed}
         | slid_over(images, boxes, patch, features, "exceeds", speed, matched=False)
-        for features in (FEW if quick else FEATURES)
+        for features in few(quick)
         for speed in SPEEDS
     ]
     return {"ng-16": pd.DataFrame(rows)}
@@ -90,19 +89,14 @@ def by_speed_on_targets(sequence: Sequence, quick: bool) -> Tables:
 
     `ng-16-targets`: as `ng-16`, and `rule` (`outlier_rule`: `exceeds`, `reaches`).
     """
-    part = wholly_seen(sequence, BEFORE + SLIDING, BEFORE + SLIDING)
-    if part is None:
-        return {}
+    frames, ways = BEFORE + SLIDING, {"rule": RULES, "speed": SPEEDS}
+    return tried("ng-16-targets", sequence, frames, _covered, few(quick), **ways)
+
+
+def _covered(part: Sequence, features: Features, rule: str, speed: float) -> dict[str, float]:
     images, boxes = list(part), list(part.boxes)
     patch = Patch(images[0], boxes[0])
-    rows = [
-        {"features": features, "rule": rule, "speed": speed}
-        | slid_over(images, boxes, patch, features, rule, speed, matched=True)
-        for features in (FEW if quick else FEATURES)
-        for rule in RULES
-        for speed in SPEEDS
-    ]
-    return {"ng-16-targets": pd.DataFrame(rows)}
+    return slid_over(images, boxes, patch, features, rule, speed, matched=True)
 
 
 def slid_over(
@@ -157,11 +151,8 @@ def slid_over(
     }
 
 
-class _Timed(NamedTuple):
-    """A view, and the CPU seconds that it took."""
-
-    view: View
-    seconds: float
+_Timed: TypeAlias = tuple[View, float]
+"""A view, and the CPU seconds that it took."""
 
 
 class _Watch:
@@ -212,19 +203,19 @@ class _Watch:
             self._compare(beginning, looks, skipped)
         end = _best(looks, skipped)
         for n in range(1, end + 1):
-            look = looks[n] if n in looks else self._look(beginning, n)
-            self._say(beginning + n, look.view)
-        return self._go_on(beginning, end, looks[end].view)
+            view, _ = looks[n] if n in looks else self._look(beginning, n)
+            self._say(beginning + n, view)
+        return self._go_on(beginning, end, looks[end][0])
 
     def _compare(self, beginning: int, looks: dict[int, _Timed], skipped: list[int]) -> None:
         """Which frame of those visited, and of all, ends an occlusion, and how long that takes."""
         for label, offsets in {"skipped": skipped, "all from 5 to L": list(looks)}.items():
             end = _best(looks, offsets)
             row: Row = {"candidates": label, "beginning": beginning, "offset": end}
-            self.ends.append(self._labels | row | self._found(beginning + end, looks[end].view))
+            self.ends.append(self._labels | row | self._found(beginning + end, looks[end][0]))
         seconds: Row = {
-            "skipped_seconds": sum(looks[n].seconds for n in skipped),
-            "all_seconds": sum(look.seconds for look in looks.values()),
+            "skipped_seconds": sum(looks[n][1] for n in skipped),
+            "all_seconds": sum(seconds for _, seconds in looks.values()),
         }
         self.times.append(self._labels | {"beginning": beginning} | seconds)
 
@@ -243,7 +234,7 @@ class _Watch:
         image = self._sequence[beginning + n]
         began = thread_time()
         view = self._follower.look(image, n)
-        return _Timed(view, thread_time() - began)
+        return view, thread_time() - began
 
     def _give(self, frame: int) -> None:
         self._follower.restart(self._sequence[frame], self._sequence.boxes[frame])
@@ -277,4 +268,4 @@ class _Watch:
 
 def _best(looks: dict[int, _Timed], offsets: list[int]) -> int:
     """The frame in which the template fits best."""
-    return min(offsets, key=lambda n: looks[n].view.cost)
+    return min(offsets, key=lambda n: looks[n][0].cost)

@@ -21,7 +21,9 @@ from bench.papers.nguyen2002.made_up import (
     Patch,
     clear_frames,
     dimmed,
+    few,
     mask_in,
+    tried,
     turned,
     wholly_seen,
 )
@@ -37,16 +39,13 @@ Array = NDArray[np.float64]
 Shown = Callable[[int, Image, Box], tuple[Image, Mask]]
 """A frame with something on the target, and a mask of what."""
 
-FEW: tuple[Features, ...] = ("invariants",)  # in a quick look
-COLOURS: tuple[Features, ...] = ("rgb", "invariants")  # likewise
-ON_OFF = {"on": True, "off": False}
+COLOURS: tuple[Features, ...] = ("rgb", "invariants")  # in a quick look
 
 BEFORE = 10  # frames before something is slid over the target
 
-DURATIONS = {"ng-11": 5, "ng-11-longer": 15}
-"""Frames of a partial occlusion: as long as pixels may be outliers, and longer."""
-
+HIDDEN_FRAMES = 5  # of a partial occlusion: as long as pixels may be outliers
 AFTER = 5  # frames after it
+LEAST_SEEN = 31  # frames in a row in which the target must be wholly seen for it
 COVERED = 0.2  # share of the target that it hides, below γ
 
 NORMS = ("huber", "quadratic")
@@ -77,30 +76,17 @@ CHANGES: dict[str, Change] = {
 def gates(sequence: Sequence, quick: bool) -> Tables:
     """What a short partial occlusion leaves in the template, with the gate and without (NG-11).
 
-    Of a fifth of the target for five frames (`ng-11`), and for fifteen (`ng-11-longer`):
-    `features`, `gate` (`on`, `off`), `template_error` (of what is seen; mean over the frames of the
-    occlusion and five after it), `covered_error` (of what is covered; mean over the occlusion),
-    `overlap`, `centre_error` [pixels] (both as `template_error`).
+    `ng-11`, of a fifth of the target for five frames: `features`, `gate` (`on`, `off`),
+    `template_error` (of what is seen; mean over the frames of the occlusion and five after it),
+    `covered_error` (of what is covered; mean over the occlusion), `overlap`, `centre_error`
+    [pixels] (both as `template_error`).
     """
-    least = BEFORE + max(DURATIONS.values()) + AFTER + 1
-    part = wholly_seen(sequence, least, least)
-    if part is None:
-        return {}
-    return {
-        table: pd.DataFrame(
-            {"features": features, "gate": label, **_contamination(part, features, gate, duration)}
-            for features in (FEW if quick else FEATURES)
-            for label, gate in ON_OFF.items()
-        )
-        for table, duration in DURATIONS.items()
-    }
+    return tried("ng-11", sequence, LEAST_SEEN, _contamination, few(quick), gate=("on", "off"))
 
 
-def _contamination(
-    part: Sequence, features: Features, gate: bool, duration: int
-) -> dict[str, float]:
-    follower = Follower(part[0], part.boxes[0], features, gate=gate)
-    end = BEFORE + duration
+def _contamination(part: Sequence, features: Features, gate: str) -> dict[str, float]:
+    follower = Follower(part[0], part.boxes[0], features, gate=gate == "on")
+    end = BEFORE + HIDDEN_FRAMES
     boxes, visible, covered = [], [], []
     seen = part[: end + AFTER]
     for frame, view, mask in _taken(follower, seen, _covering(part, COVERED, end)):
@@ -115,7 +101,7 @@ def _contamination(
     return {
         "template_error": float(np.mean(visible)),
         "covered_error": float(np.mean(covered)),
-        **_told(seen.boxes[BEFORE:], boxes),
+        **_apart(seen.boxes[BEFORE:], boxes),
     }
 
 
@@ -125,19 +111,15 @@ def by_norm(sequence: Sequence, quick: bool) -> Tables:
     `ng-19`, a share of the target that is hidden for ten frames a row: `features`, `norm` (`huber`,
     `quadratic`), `coverage`, `centre_error` [pixels], `overlap`.
     """
-    part = wholly_seen(sequence, BEFORE + COVERED_FRAMES, BEFORE + COVERED_FRAMES)
-    if part is None:
-        return {}
-    rows = []
-    for features in FEW if quick else FEATURES:
-        for norm in NORMS:
-            for coverage in COVERAGES:
-                follower = Follower(part[0], part.boxes[0], features, norm=norm)
-                views = list(_taken(follower, part, _covering(part, coverage, len(part))))
-                boxes = [follower.box(view.pose) for frame, view, _ in views if frame >= BEFORE]
-                labels = {"features": features, "norm": norm, "coverage": coverage}
-                rows.append(labels | _told(part.boxes[BEFORE:], boxes))
-    return {"ng-19": pd.DataFrame(rows)}
+    ways = {"norm": NORMS, "coverage": COVERAGES}
+    return tried("ng-19", sequence, BEFORE + COVERED_FRAMES, _found, few(quick), **ways)
+
+
+def _found(part: Sequence, features: Features, norm: str, coverage: float) -> dict[str, float]:
+    follower = Follower(part[0], part.boxes[0], features, norm=norm)
+    views = _taken(follower, part, _covering(part, coverage, len(part)))
+    boxes = [follower.box(view.pose) for frame, view, _ in views if frame >= BEFORE]
+    return _apart(part.boxes[BEFORE:], boxes)
 
 
 def corners(sequence: Sequence, quick: bool) -> Tables:
@@ -152,7 +134,7 @@ def corners(sequence: Sequence, quick: bool) -> Tables:
     if part is None:
         return {}
     rows = []
-    for features in FEW if quick else FEATURES:
+    for features in few(quick):
         follower = Follower(part[0], part.boxes[0], features)
         background = 1 - float(follower.on_template(mask_in(part, 0), part.boxes[0]).mean())
         if background < LEAST_BACKGROUND:
@@ -182,28 +164,24 @@ def changed(sequence: Sequence, quick: bool) -> Tables:
     `ng-13`: `features`, `rebootstrap` (`on`, `off`), `flagged` (share of the changed pixels that
     are outliers 20 frames later), `flagged_others`, `outliers` (share of all).
     """
-    frames = BEFORE + LATER + 1
-    part = wholly_seen(sequence, frames, frames)
-    if part is None:
-        return {}
+    ways = {"rebootstrap": ("on", "off")}
+    return tried("ng-13", sequence, BEFORE + LATER + 1, _changed, few(quick), **ways)
+
+
+def _changed(part: Sequence, features: Features, rebootstrap: str) -> dict[str, float]:
+    follower = Follower(part[0], part.boxes[0], features, rebootstrap=rebootstrap == "on")
     patch = Patch(part[0], part.boxes[0])
 
     def shown(frame: int, image: Image, box: Box) -> tuple[Image, Mask]:
         return patch.stuck_on(image, box, CHANGED_PART) if frame >= BEFORE else _as_it_is(image)
 
-    rows = []
-    for features in FEW if quick else FEATURES:
-        for label, rebootstrap in ON_OFF.items():
-            follower = Follower(part[0], part.boxes[0], features, rebootstrap=rebootstrap)
-            *_, (_, view, mask) = _taken(follower, part, shown)
-            there = follower.on_template(mask, part.boxes[-1])
-            flagged = {
-                "flagged": float(view.seen.outliers[there].mean()),
-                "flagged_others": float(view.seen.outliers[~there].mean()),
-                "outliers": view.seen.share,
-            }
-            rows.append({"features": features, "rebootstrap": label} | flagged)
-    return {"ng-13": pd.DataFrame(rows)}
+    *_, (_, view, mask) = _taken(follower, part, shown)
+    there = follower.on_template(mask, part.boxes[-1])
+    return {
+        "flagged": float(view.seen.outliers[there].mean()),
+        "flagged_others": float(view.seen.outliers[~there].mean()),
+        "outliers": view.seen.share,
+    }
 
 
 def adaptation(sequence: Sequence, quick: bool) -> Tables:
@@ -224,8 +202,8 @@ def adaptation(sequence: Sequence, quick: bool) -> Tables:
         {"change": label, "features": features, "adaptive": noise, **row}
         for label, there, change in cases
         for features in (COLOURS if quick else FEATURES)
-        for noise, adaptive in ON_OFF.items()
-        for row in _phases(there, features, adaptive, change)
+        for noise in ("on", "off")
+        for row in _phases(there, features, noise == "on", change)
     ]
     return {"ng-14": pd.DataFrame(rows)}
 
@@ -312,7 +290,7 @@ def _covering(part: Sequence, share: float, end: int) -> Shown:
     )
 
 
-def _told(truth: Array, boxes: list[Box]) -> dict[str, float]:
+def _apart(truth: Array, boxes: list[Box]) -> dict[str, float]:
     found = np.array(boxes)
     return {
         "overlap": float(overlap(truth, found).mean()),

@@ -11,12 +11,9 @@ from tests.bench.papers.nguyen2002.painted import DISC, HEIGHT, WIDTH, sequence
 
 
 def test_a_gate_keeps_what_hides_the_target_out_of_the_template():
-    tables = templates.gates(sequence(31), quick=True)
-    short, longer = (tables[name].set_index("gate") for name in ("ng-11", "ng-11-longer"))
-    assert short.loc["on", "template_error"] < short.loc["off", "template_error"]
-    assert short.loc["on", "covered_error"] < 0.1 * short.loc["off", "covered_error"]
-    # After n_omax frames what hides the target is taken for the target.
-    assert longer.loc["on", "covered_error"] > 0.5 * longer.loc["off", "covered_error"]
+    rows = templates.gates(sequence(31), quick=True)["ng-11"].set_index("gate")
+    assert rows.loc["on", "template_error"] < rows.loc["off", "template_error"]
+    assert rows.loc["on", "covered_error"] < 0.1 * rows.loc["off", "covered_error"]
 
 
 def test_corners_of_a_round_target_are_outliers():
