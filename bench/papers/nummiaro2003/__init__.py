@@ -80,15 +80,14 @@ def examined_tables(folder: Path, effort: Effort) -> "dict[str, DataFrame]":
 
 
 def examined_scenes(effort: Effort) -> list[str]:
-    """Names of the sequences of the figures, and of `person` with an empty start."""
-    figures = [
+    """Names of the sequences of the figures."""
+    every = [
         source.text
         for experiment in affordable(FIGURES, effort)
         if not experiment.timing
         for source in experiment.sequences
     ]
-    empty = [f"{name}:start=empty" for name in figures if name.startswith("nummiaro2003/person")]
-    return list(dict.fromkeys([*figures, *empty]))
+    return list(dict.fromkeys(every))
 
 
 def report(results: Path, folder: Path, effort: Effort, asked: Asked) -> Report:

@@ -17,6 +17,7 @@ from bench.evaluation.record import Run
 from bench.papers import Asked
 from bench.papers.drawing import write_pictures
 from bench.papers.nummiaro2003.courses import GONE, HIDDEN
+from bench.papers.nummiaro2003.particles import begun_empty
 from bench.papers.stored import StoredRuns, over_frames
 from datasets import Sequence
 from datasets.text_form import format_text
@@ -222,7 +223,7 @@ def _entrance(tables: Tables) -> Figure | None:
     )
     if particles is None or regions is None:
         return None
-    sequence = datasets.load(particles["name"].iloc[0])
+    sequence = begun_empty(particles["name"].iloc[0])
     tracks = particles["tracking"] == 1
     frames = [(particles[~tracks]["frame"].min(), "samples wait")]
     found = (particles[tracks]["frame"].min(), "tracking")

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+import datasets
 import trackers
 from bench.evaluation.record import Run
 from bench.experiments.contestant import run_seed
@@ -35,7 +36,7 @@ from trackers.histograms.bins import JointBins
 from trackers.histograms.counting import ellipse_histograms
 from trackers.nummiaro2003 import Nummiaro2003
 
-__all__ = ["entered", "entrance", "kick_offs", "maximum", "nearer", "own_models"]
+__all__ = ["begun_empty", "entered", "entrance", "kick_offs", "maximum", "nearer", "own_models"]
 
 Tables: TypeAlias = Mapping[str, pd.DataFrame]
 
@@ -94,23 +95,26 @@ def maximum(sequence: Sequence, quick: bool) -> Tables:
 def entrance(sequence: Sequence, quick: bool) -> Tables:
     """Whether a target that is known by its histogram is found when it comes in (NU-28, Fig. 3).
 
-    `entrance`: see `entered`; a row a run, with b = .1 and the model of the first frame that shows
-    all of the target, not in the shade. `entrance_particles` and `entrance_regions`, of the first
-    repetition: ellipses, `tracking` (1) or waiting, `weight`; boxes of where samples wait.
+    On the same scene as it begins without the target. `entrance`: see `entered`; a row a run, with
+    b = .1 and the model of the first frame that shows all of the target, not in the shade.
+    `entrance_particles` and `entrance_regions`, of the first repetition: ellipses, `tracking` (1)
+    or waiting, `weight`; boxes of where samples wait.
     """
-    regions = entries(sequence.name)
-    waited = _waited(sequence, regions, (AS_WRITTEN,), 2 if quick else 20)
+    empty = begun_empty(sequence.name)
+    regions = entries(empty.name)
+    waited = _waited(empty, regions, (AS_WRITTEN,), 2 if quick else 20)
     return {
-        "entrance": _entered(sequence, waited),
-        "entrance_particles": pd.concat(_pictured(sequence, waited), ignore_index=True),
+        "entrance": _entered(empty, waited),
+        "entrance_particles": pd.concat(_pictured(empty, waited), ignore_index=True),
         "entrance_regions": pd.DataFrame(regions, columns=["x", "y", "width", "height"]),
     }
 
 
 def kick_offs(sequence: Sequence, quick: bool) -> Tables:
     """`kick_off`: as `entrance`, with several values of b (NU-12)."""
-    waited = _waited(sequence, entries(sequence.name), KICK_OFFS, 1 if quick else 5)
-    return {"kick_off": _entered(sequence, waited)}
+    empty = begun_empty(sequence.name)
+    waited = _waited(empty, entries(empty.name), KICK_OFFS, 1 if quick else 5)
+    return {"kick_off": _entered(empty, waited)}
 
 
 def own_models(sequence: Sequence, quick: bool) -> Tables:
@@ -145,6 +149,11 @@ def own_models(sequence: Sequence, quick: bool) -> Tables:
             share = nearer(models, original, image, around)
             rows.append({**labels, "frame": frame, "nearer_clutter": share})
     return {"wrong_models": pd.DataFrame(rows)}
+
+
+def begun_empty(name: str) -> Sequence:
+    """The same scene of `person` as it begins without the target."""
+    return datasets.load(f"{name}:start=empty")
 
 
 def entered(

@@ -19,13 +19,10 @@ from bench.papers.scene_checks import SceneCheck, measured_on_scenes
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-__all__ = ["EMPTY", "examine"]
+__all__ = ["examine"]
 
 PERSON, STUDENTS = "nummiaro2003/person", "nummiaro2003/students"
 EVERY = (PERSON, "nummiaro2003/car", STUDENTS, "nummiaro2003/traffic", "nummiaro2003/head")
-
-EMPTY = "start=empty"
-"""Option of sequences of `person` that begin without the target."""
 
 CHECKS = (
     SceneCheck(background, EVERY),
@@ -33,27 +30,19 @@ CHECKS = (
     SceneCheck(turned_and_scaled, EVERY),
     SceneCheck(kernels, EVERY),
     SceneCheck(maximum, (PERSON,)),
+    SceneCheck(entrance, (PERSON,)),
+    SceneCheck(kick_offs, (PERSON,), everything=True),
     SceneCheck(gains, EVERY, everything=True),
     SceneCheck(own_models, (STUDENTS,), everything=True),
     SceneCheck(bins_and_noise, (PERSON,), everything=True),
     SceneCheck(one_of_two_colours, EVERY, everything=True),
 )
 
-AT_THE_DOORS = (
-    SceneCheck(entrance, (PERSON,)),
-    SceneCheck(kick_offs, (PERSON,), everything=True),
-)
-"""Of scenes that begin empty."""
-
 
 def examine(
     scenes: Sequence[str], folder: Path, jobs: int, quick: bool = False, everything: bool = False
 ) -> "dict[str, DataFrame]":
     """Tables by name; parameters as `bench.papers.scene_checks.measured_on_scenes`."""
-    tables: dict[str, DataFrame] = {}
-    for checks, empty in ((CHECKS, False), (AT_THE_DOORS, True)):
-        chosen = [scene for scene in scenes if (EMPTY in scene.split(":")) == empty]
-        tables |= measured_on_scenes(
-            checks, Path(__file__), chosen, folder, jobs, quick=quick, everything=everything
-        )
-    return tables
+    return measured_on_scenes(
+        CHECKS, Path(__file__), scenes, folder, jobs, quick=quick, everything=everything
+    )

@@ -74,6 +74,7 @@ def short_scenes(monkeypatch):
         monkeypatch.setattr(figures, key, NAME)
     monkeypatch.setattr(figures, "TRAFFIC", SCENES)
     monkeypatch.setattr(figures, "PAPERS_FRAME", 41)
+    monkeypatch.setattr(figures, "begun_empty", datasets.load)
 
 
 def ellipses(n, x):

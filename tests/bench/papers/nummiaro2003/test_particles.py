@@ -1,10 +1,10 @@
-"""What short runs of the tracker show on painted targets, and which scene is asked what."""
+"""What short runs of the tracker show on painted targets."""
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from bench.papers.nummiaro2003 import particles, scenes
+from bench.papers.nummiaro2003 import particles
 from datasets import Sequence, SequenceError
 
 RED, BLUE, GREY, GREEN = (40, 40, 200), (200, 60, 40), (128, 128, 128), (60, 160, 60)
@@ -34,13 +34,15 @@ COMING = [np.nan] * 12 + [3.0 * frame - 6 for frame in range(60)]
 
 
 @pytest.fixture
-def doors(monkeypatch):
-    """Sets where samples wait."""
+def waited(monkeypatch):
+    """Measures on a sequence where samples wait in a region."""
 
-    def put(*region):
+    def measured(measure, sequence, *region):
         monkeypatch.setattr(particles, "entries", lambda name: np.array([region], float))
+        monkeypatch.setattr(particles, "begun_empty", lambda name: sequence)
+        return measure(sequence, quick=True)
 
-    return put
+    return measured
 
 
 @pytest.mark.slow
@@ -104,9 +106,8 @@ def test_what_becomes_of_a_run_that_waits(tracking, inside, visible, said):
 
 
 @pytest.mark.slow
-def test_a_target_that_comes_in_where_particles_wait_is_found_in_all_runs(doors):
-    doors(0, 50, 24, 20)
-    tables = particles.entrance(walking(COMING), quick=True)
+def test_a_target_that_comes_in_where_particles_wait_is_found_in_all_runs(waited):
+    tables = waited(particles.entrance, walking(COMING), 0, 50, 24, 20)
     found = tables["entrance"]
     assert len(found) == 4
     assert found[["started", "kept", "no_false_start"]].all(axis=None)
@@ -115,31 +116,36 @@ def test_a_target_that_comes_in_where_particles_wait_is_found_in_all_runs(doors)
     assert waiting["x"].between(0, 24).all()
     assert waiting["y"].between(50, 70).all()
     assert tables["entrance_regions"].to_numpy().tolist() == [[0, 50, 24, 20]]
-    again = particles.entrance(walking(COMING), quick=True)["entrance"]
+    again = waited(particles.entrance, walking(COMING), 0, 50, 24, 20)["entrance"]
     pd.testing.assert_frame_equal(again, found)
 
 
 @pytest.mark.slow
-def test_the_known_histogram_is_of_a_whole_target_in_the_light(doors):
-    doors(0, 0, 200, 120)
+def test_the_known_histogram_is_of_a_whole_target_in_the_light(waited):
     dark = np.arange(len(COMING)) < 30
     colours = {True: ((10, 10, 40), (40, 10, 10)), False: (RED, BLUE)}
     images = [painted(x, *colours[in_shade]) for x, in_shade in zip(COMING, dark, strict=True)]
-    plain = particles.entrance(walking(COMING, images), quick=True)["entrance"]
-    shaded = walking(COMING, images, attributes={"shade": dark})
+    everywhere = 0, 0, 200, 120
+    plain = waited(particles.entrance, walking(COMING, images), *everywhere)["entrance"]
     assert plain["started"].all()  # knows the dark one, which comes first
-    assert not particles.entrance(shaded, quick=True)["entrance"]["started"].any()
+    shaded = walking(COMING, images, attributes={"shade": dark})
+    assert not waited(particles.entrance, shaded, *everywhere)["entrance"]["started"].any()
     with pytest.raises(SequenceError, match="never wholly visible in the light"):
-        particles.entrance(walking([np.nan, *[3.0] * 60]), quick=True)
+        waited(particles.entrance, walking([np.nan, *[3.0] * 60]), *everywhere)
 
 
 @pytest.mark.slow
-def test_a_target_that_comes_in_elsewhere_is_not_found(doors):
-    doors(0, 0, 24, 20)
+def test_a_target_that_comes_in_elsewhere_is_not_found(waited):
     sequence = walking([np.nan] * 12 + [206.0 - 2 * frame for frame in range(60)])
-    found = particles.kick_offs(sequence, quick=True)["kick_off"]
+    found = waited(particles.kick_offs, sequence, 0, 0, 24, 20)["kick_off"]
     assert not found["started"].any()
     assert found["kick_off"].tolist() == [0.05, 0.1, 0.2, 0.4] * 2
+
+
+def test_doors_are_those_of_the_scene_as_it_begins_without_the_target():
+    assert particles.begun_empty("nummiaro2003/person").first_frame > 0
+    scene = particles.begun_empty("nummiaro2003/person:scene=3").name
+    assert scene == "nummiaro2003/person:scene=3:start=empty"
 
 
 def test_a_model_counts_as_wrong_where_clutter_looks_more_like_it_than_the_first_one():
@@ -161,19 +167,3 @@ def test_models_of_their_own_stay_with_a_target_that_nothing_looks_like():
     wrong = particles.own_models(sequence, quick=True)["wrong_models"]
     assert wrong["frame"].unique().tolist() == list(range(5, 61, 5))
     assert (wrong["nearer_clutter"] < 0.5).all()
-
-
-def test_doors_are_looked_at_where_the_scene_begins_empty_and_nowhere_else(monkeypatch, tmp_path):
-    asked = []
-
-    def measured(checks, source, names, folder, jobs, *, quick, everything):
-        asked.append(({check.measure for check in checks}, names))
-        return {"waiting" if particles.entrance in asked[-1][0] else "others": None}
-
-    monkeypatch.setattr(scenes, "measured_on_scenes", measured)
-    names = ["nummiaro2003/person:scene=1", "nummiaro2003/person:scene=1:start=empty"]
-    assert set(scenes.examine(names, tmp_path, 1)) == {"waiting", "others"}
-    (all_others, begun), (doors, empty) = asked
-    assert (begun, empty) == (names[:1], names[1:])
-    assert doors == {particles.entrance, particles.kick_offs}
-    assert not doors & all_others

@@ -340,9 +340,7 @@ def test_what_is_examined_are_the_scenes_of_the_figures(quick):
         if not experiment.timing
         for source in experiment.sequences
     }
-    empty = [name for name in names if name.endswith(":start=empty")]
-    assert set(names) - set(empty) == tracked
-    assert len(empty) == (1 if quick else 8)
+    assert set(names) == tracked
 
 
 def test_what_shared_runs_stand_for_is_not_run_and_all_else_is():
