@@ -8,6 +8,8 @@ FULL   := $(VENV)/.ready-full
 # Twice quiet: errors are shown, warnings (about the index's folders, say) are not.
 INSTALL = PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --quiet \
           --disable-pip-version-check --editable
+# A process a core; the tests of a file in one of them, which compiles and loads what they share.
+SIDE_BY_SIDE = -n auto --dist loadfile
 
 .PHONY: setup demo test test-full lint seal bench clean
 
@@ -30,10 +32,10 @@ demo: $(READY)
 	@$(BIN)/trackmark demo
 
 test: $(READY)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE)
 
 test-full: $(FULL)
-	$(BIN)/python -m pytest -m "slow or not slow"
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "slow or not slow"
 
 lint: $(READY)
 	$(BIN)/ruff format --check .

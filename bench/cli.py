@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from bench.commands import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
-from bench.compilation import announce, on_compilation
+from bench.compilation import announce, attend
 from bench.packages import check_ownership
 
 __all__ = ["main"]
@@ -58,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     What is wrong with the input is said in one line; a traceback is a defect of ours.
     """
-    on_compilation(announce)
+    attend(announce)
     try:
         status = _invoke(arguments)
     except ImportError as error:

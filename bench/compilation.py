@@ -1,14 +1,21 @@
-"""Telling the user while Numba compiles a kernel for the first time, which takes seconds.
+"""What several processes and their user need when Numba compiles kernels.
 
-Numba keeps what it has compiled on disk, so that later commands start at once.
+That takes seconds, the first time, and is announced; what is compiled is kept on disk, where
+processes must not get into one another's way.
 """
 
+import fcntl
 import sys
 from collections.abc import Callable
-from functools import cache
+from contextlib import ExitStack, suppress
+from functools import cache, wraps
+from importlib.machinery import ModuleSpec
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
 from typing import Any
 
-__all__ = ["SENTENCE", "announce", "on_compilation"]
+__all__ = ["SENTENCE", "announce", "attend"]
 
 SENTENCE = "Compiling kernels that are used here for the first time; later runs find them compiled."
 
@@ -21,8 +28,8 @@ def announce() -> None:
     logging.getLogger("trackmark").warning(SENTENCE)
 
 
-def on_compilation(tell: Callable[[], None]) -> None:
-    """Have something called whenever Numba begins to compile what is not on disk.
+def attend(tell: Callable[[], None] = lambda: None) -> None:
+    """Have something called whenever Numba begins to compile, and guard what it keeps on disk.
 
     Numba is not imported for it: a process that has no kernels to run does not wait for it.
     """
@@ -30,16 +37,27 @@ def on_compilation(tell: Callable[[], None]) -> None:
 
 
 class _Attendant:
-    """A finder of modules that finds none, but notices when Numba's compiler is about to come."""
+    """A finder of modules that finds Numba alone, to do something as soon as it is imported."""
 
     def __init__(self, tell: Callable[[], None]) -> None:
         self._tell = tell
 
-    def find_spec(self, fullname: str, path: object, target: object = None) -> None:
+    def find_spec(self, fullname: str, path: object, target: object = None) -> ModuleSpec | None:
         """See `importlib.abc.MetaPathFinder`."""
-        if fullname == "numba.core.dispatcher":
-            sys.meta_path.remove(self)
-            _listen(self._tell)
+        if fullname != "numba":
+            return None
+        sys.meta_path.remove(self)
+        spec = find_spec(fullname)
+        if spec is not None and spec.loader is not None:
+            execute = spec.loader.exec_module
+
+            def attended(module: ModuleType) -> None:
+                execute(module)
+                _listen(self._tell)
+                _guard()
+
+            spec.loader.exec_module = attended  # type: ignore[method-assign]
+        return spec
 
 
 def _listen(tell: Callable[[], None]) -> None:
@@ -53,3 +71,27 @@ def _listen(tell: Callable[[], None]) -> None:
             pass
 
     event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]  # Numba's
+
+
+def _guard() -> None:
+    """Let one process at a time read or write what is kept of a function.
+
+    Numba notes which file holds which compiled kernel before it writes that file: meanwhile
+    another process would run an older kernel, or one for other types.
+    """
+    from numba.core.caching import IndexDataCacheFile
+
+    for name in ("load", "save"):
+        setattr(IndexDataCacheFile, name, _locked(getattr(IndexDataCacheFile, name)))
+
+
+def _locked(call: Callable[..., Any]) -> Callable[..., Any]:
+    @wraps(call)
+    def alone(cache: Any, *arguments: Any) -> Any:
+        with ExitStack() as lock:
+            with suppress(OSError):  # a folder that can only be read has no writers
+                file = lock.enter_context(Path(f"{cache._index_path}.lock").open("ab"))
+                fcntl.flock(file, fcntl.LOCK_EX)
+            return call(cache, *arguments)
+
+    return alone

@@ -17,7 +17,7 @@ from typing import Any, cast
 
 import cv2
 
-from bench.compilation import on_compilation
+from bench.compilation import attend
 from bench.engine.board import Board
 from bench.engine.board_watch import BoardWatch
 from bench.engine.limits import Limits
@@ -126,7 +126,7 @@ def main() -> None:
         return (now.st_dev, now.st_ino) == (socket.st_dev, socket.st_ino)
 
     watch = BoardWatch(board, connected, output)
-    on_compilation(watch.compiling)
+    attend(watch.compiling)
     limit_memory(memory)
     connection.send(Answer(None))
     while connection.poll(_IDLE_SECONDS):

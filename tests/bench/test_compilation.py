@@ -1,6 +1,10 @@
 """The user is told that kernels are compiled, while it happens and then never again."""
 
+import fcntl
 import json
+from threading import Thread
+
+from numba.core.caching import IndexDataCacheFile
 
 from bench.compilation import SENTENCE
 
@@ -34,3 +38,16 @@ def test_what_the_command_itself_compiles_is_said_too(trackmark, here, monkeypat
     (here / "scene.py").write_text(code)
     done = trackmark("describe", "scene.py:Scene", status=2)
     assert done.stderr.splitlines()[0] == SENTENCE
+
+
+def test_one_process_at_a_time_touches_what_is_kept_of_a_function(tmp_path):
+    file = IndexDataCacheFile(str(tmp_path), "function", source_stamp=(1, 2))
+    other = Thread(target=file.save, args=("types", "kernel"))
+    with (tmp_path / "function.nbi.lock").open("ab") as lock:
+        lock_name = next(tmp_path.iterdir()).name
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        other.start()
+        other.join(0.2)
+        assert [path.name for path in tmp_path.iterdir()] == [lock_name]
+    other.join()
+    assert file.load("types") == "kernel"
