@@ -60,7 +60,10 @@ def _sequence(name: str, truth: Path | None) -> dict[str, Any]:
     import datasets
 
     sequence = datasets.load(name, truth=truth)
-    height, width = sequence[0].shape[:2]
+    if name in datasets.names():  # then its size is known without an image
+        width, height = datasets.summary(name).size
+    else:
+        height, width = sequence[0].shape[:2]
     present = sequence.present
     return {
         "name": sequence.name,

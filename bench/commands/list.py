@@ -42,7 +42,11 @@ def _items(kind: str) -> dict[str, str]:
     if kind == "sequences":
         import datasets
 
-        return {name: f"{len(datasets.load(name))} frames" for name in datasets.names()}
+        known = {name: datasets.summary(name) for name in datasets.names()}
+        return {
+            name: f"{about.length} frames of {about.size[0]}x{about.size[1]}"
+            for name, about in known.items()
+        }
     from bench.experiments.experiment import experiment_names, read_experiment
 
     return {name: read_experiment(name).title for name in experiment_names()}

@@ -88,6 +88,19 @@ def test_list_names_everything(trackmark):
     assert "static" in found["trackers"]
 
 
+def test_listing_opens_no_sequence_and_imports_neither_kernels_nor_tables():
+    code = (
+        "import sys, bench.cli, datasets\n"
+        "datasets.load = None\n"
+        "try: bench.cli.main(['list'])\n"
+        "except SystemExit as ended: assert not ended.code\n"
+        "print(sorted({'numba', 'pandas', 'pyarrow', 'matplotlib'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "multipart/1" in done.stdout
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
 def test_describe_a_tracker_gives_paper_presets_and_parameters(trackmark):
     said = trackmark("describe", "camshift").stdout
     for word in ("Bradski", "as-written", "recommended", "window=fixed", "hue_bins=32", "[pixels]"):
