@@ -19,8 +19,7 @@ from bench.engine.unit import Unit
 from bench.experiments.experiment import ExperimentError
 
 if TYPE_CHECKING:
-    from bench.engine.probing import Probed
-    from bench.engine.worker import Outcome
+    from bench.engine.worker import Outcome, Probed
 
 __all__ = ["ENGINES", "Engine", "Job", "engine", "probe"]
 

@@ -18,15 +18,12 @@ from typing import Any, cast
 import cv2
 
 from bench.compilation import attend
-from bench.engine.board import Board
-from bench.engine.board_watch import BoardWatch
+from bench.engine.board import Board, BoardWatch
 from bench.engine.limits import Limits
-from bench.engine.memory import limit_memory
 from bench.engine.output import Printed
-from bench.engine.probing import Probed, probe
-from bench.engine.surroundings import can_use_files
+from bench.engine.process import can_use_files, limit_memory
 from bench.engine.unit import Unit
-from bench.engine.worker import Failure, Outcome, perform, record_failure
+from bench.engine.worker import Failure, Outcome, Probed, perform, probe, record_failure
 from bench.evaluation.watch import NotAttributableError, Watch
 from bench.store.files import ResultsError
 from datasets import SequenceError
@@ -112,7 +109,7 @@ def main() -> None:
     cv2.setNumThreads(1)
     board = Board(board_descriptor)
     os.close(board_descriptor)
-    output = Printed(board, sys.stdout)
+    output = Printed(lambda: board.look().entry, sys.stdout)
     # Two streams of one kind: what a tracker prints is kept in the order of printing.
     sys.stdout = sys.stderr = cast("Any", output)
     connection = Connection(descriptor)

@@ -20,8 +20,9 @@ from typing import Any
 from bench.compilation import announce
 from bench.engine.board import ELSEWHERE, READING, Board, Sight
 from bench.engine.child import Answer
-from bench.engine.limits import Limits, machine_memory
+from bench.engine.limits import Limits
 from bench.engine.output import Tail, drain
+from bench.engine.process import machine_memory
 from bench.store.files import ResultsError
 
 __all__ = ["ChildProcess", "Death", "StartError"]

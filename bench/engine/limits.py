@@ -1,17 +1,13 @@
 """How much time and memory a tracker may take before it counts as failed."""
 
-import os
 from dataclasses import dataclass
-from pathlib import Path
 
 from bench.experiments.experiment import ExperimentError
 
-__all__ = ["LEAST_MEMORY", "Limits", "machine_memory"]
+__all__ = ["LEAST_MEMORY", "Limits"]
 
 LEAST_MEMORY = 512 << 20
 """Bytes without which no unit can be performed."""
-
-_CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
 
 
 @dataclass(frozen=True)
@@ -43,13 +39,3 @@ class Limits:
                 f"the limit memory_bytes is {self.memory_bytes}; a process with its libraries "
                 f"takes {LEAST_MEMORY >> 20} MB."
             )
-
-
-def machine_memory() -> int:
-    """Memory of this machine, or of the container that this process is in, in bytes."""
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    if _CONTROL_GROUP.is_file():
-        allowed = _CONTROL_GROUP.read_text("utf-8").strip()
-        if allowed != "max":
-            memory = min(memory, int(allowed))
-    return memory

@@ -3,9 +3,8 @@
 import io
 import threading
 from collections import deque
+from collections.abc import Callable
 from typing import Any, TextIO
-
-from bench.engine.board import Board
 
 __all__ = ["LONGEST", "Printed", "Tail", "drain"]
 
@@ -48,14 +47,14 @@ class Printed(io.TextIOBase):
 
     Parameters
     ----------
-    board : Board
-        Shows whose turn it is.
+    whose : callable
+        Tells which of the unit's entries is called.
     through : text stream
         The real one.
     """
 
-    def __init__(self, board: Board, through: TextIO) -> None:
-        self._board = board
+    def __init__(self, whose: Callable[[], int], through: TextIO) -> None:
+        self._whose = whose
         self._through = through
         self._tails: dict[int, Tail] = {}
 
@@ -66,7 +65,7 @@ class Printed(io.TextIOBase):
     def write(self, text: str, /) -> int:
         """Keep and pass on."""
         text = text.encode("utf-8", "backslashreplace").decode()
-        self._tails.setdefault(self._board.look().entry, Tail()).add(text)
+        self._tails.setdefault(self._whose(), Tail()).add(text)
         self._through.write(text)
         return len(text)
 

@@ -10,9 +10,8 @@ from bench.engine.board import NOBODY, READING, Sight
 from bench.engine.child import EscapedError, Perform, Probe, Record
 from bench.engine.child_process import ChildProcess, Death, StartError
 from bench.engine.limits import Limits
-from bench.engine.probing import Probed
 from bench.engine.unit import Entry, Unit
-from bench.engine.worker import Failure, Outcome
+from bench.engine.worker import Failure, Outcome, Probed
 from bench.evaluation.watch import NotAttributableError, Watch
 from datasets import SequenceError
 

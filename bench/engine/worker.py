@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 import datasets
 from bench.engine.limits import Limits
-from bench.engine.memory import peak_memory, reset_peak
-from bench.engine.surroundings import Surroundings
+from bench.engine.process import Surroundings, peak_memory, reset_peak
 from bench.engine.unit import Entry, Unit
 from bench.evaluation.loop import run_in_lock_step
 from bench.evaluation.record import Run
@@ -33,7 +32,9 @@ from bench.store.unfinished import map_rows, read_rows
 from datasets import Sequence, SequenceError
 from trackers import Randomness, TrackerError
 
-__all__ = ["Failure", "Outcome", "perform", "record_failure"]
+__all__ = ["Failure", "Outcome", "Probed", "perform", "probe", "record_failure"]
+
+_SHORTEST = 2  # frames of a pass
 _GLOBAL_NUMBERS = (
     "it drew from the process's global random numbers (numpy.random or random), so that its boxes "
     "can't be repeated. Use the seed that it is given, or declare Randomness.PROCESS."
@@ -92,6 +93,22 @@ class Failure:
     frame: int | None
     reason: str
     output: str
+
+
+@dataclass(frozen=True)
+class Probed:
+    """How long frames took.
+
+    Attributes
+    ----------
+    seconds : tuple of float
+        A tracker's own time for a frame, by entry of the unit; NaN where it failed.
+    frame_seconds : float
+        Time to decode or render a frame.
+    """
+
+    seconds: tuple[float, ...]
+    frame_seconds: float
 
 
 def perform(
@@ -169,6 +186,35 @@ def record_failure(unit: Unit, folder: Path, failure: Failure) -> Outcome:
         output=failure.output,
     )
     return began.outcome(_store([(run, unit.entries[0])], opened), unit, nan)
+
+
+def probe(unit: Unit, frames: int, watch: Watch = UNWATCHED) -> Probed:
+    """Show a unit's trackers the first frames of its sequence.
+
+    Parameters
+    ----------
+    unit : Unit
+        Whose trackers.
+    frames : int
+        How many, at least 3.
+    watch : Watch
+        Told what is done.
+    """
+    sequence = datasets.load(unit.source.text, truth=unit.source.truth)
+    chosen = contestants(entry.tracker for entry in unit.entries)
+    entries = [(chosen[entry.tracker], entry.repetition) for entry in unit.entries]
+    first = sequence.first_frame
+    # The first pass compiles kernels and fills caches; the second is what a beginning costs.
+    _, beginning, whole = (
+        run_in_lock_step(entries, sequence[first : first + n], watch=watch)
+        for n in (_SHORTEST, _SHORTEST, frames)
+    )
+    counted = max(1, min(frames, len(sequence) - first) - _SHORTEST)
+    took = [
+        nan if b.failure else float(b.circumstances["seconds"] - a.circumstances["seconds"])
+        for a, b in zip(beginning.runs, whole.runs, strict=True)
+    ]
+    return Probed(tuple(max(0.0, seconds) / counted for seconds in took), whole.frame_seconds)
 
 
 class _Began:

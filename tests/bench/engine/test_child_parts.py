@@ -13,13 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.engine import engine, probe
-from bench.engine.board import ELSEWHERE, NOBODY, READING, Board
-from bench.engine.board_watch import BoardWatch
-from bench.engine.limits import Limits, machine_memory
-from bench.engine.memory import peak_memory, reset_peak
+from bench.engine.board import ELSEWHERE, NOBODY, READING, Board, BoardWatch
+from bench.engine.limits import Limits
 from bench.engine.output import LONGEST, Printed, Tail
+from bench.engine.process import Surroundings, machine_memory, peak_memory, reset_peak
 from bench.engine.supervisor import _suspects
-from bench.engine.surroundings import Surroundings
 from bench.engine.unit import Entry, Unit
 from bench.experiments.experiment import ExperimentError, SequenceSource
 from bench.store.unfinished import map_rows, read_rows
@@ -33,7 +31,7 @@ def board():
 
 
 def watch_on(board):
-    return BoardWatch(board, lambda: True, Printed(board, io.StringIO()))
+    return BoardWatch(board, lambda: True, Printed(lambda: board.look().entry, io.StringIO()))
 
 
 def test_the_board_shows_who_is_called_and_for_the_second_look_that_it_went_on(board):
@@ -52,7 +50,7 @@ def test_the_board_shows_who_is_called_and_for_the_second_look_that_it_went_on(b
     watch.shown(5)
     assert (board.look().entry, board.look().shown) == (NOBODY, 5)
     board.clear()
-    assert board.look() == (0, 0, ELSEWHERE, 0, False, 0)
+    assert board.look() == (0, 0, ELSEWHERE, 0, 0, 0, 0)
 
 
 def test_a_copy_that_comes_back_from_a_call_ends_there_and_is_told_on(board):
@@ -68,7 +66,7 @@ def test_a_copy_that_comes_back_from_a_call_ends_there_and_is_told_on(board):
 
 
 def test_a_fork_whose_copy_does_not_come_back_is_no_misdeed(board, monkeypatch):
-    monkeypatch.setattr("bench.engine.board_watch._COPY_SECONDS", 0.1)
+    monkeypatch.setattr("bench.engine.board._COPY_SECONDS", 0.1)
     board.clear()
     watch = watch_on(board)
     copy = os.fork()
@@ -96,7 +94,7 @@ def test_a_tail_holds_little_however_much_is_said():
 def test_what_is_printed_is_sorted_by_whose_turn_it_is_and_passed_on(board):
     board.clear()
     through = io.StringIO()
-    printed = Printed(board, through)
+    printed = Printed(lambda: board.look().entry, through)
     watch = BoardWatch(board, lambda: True, printed)
     for entry in (0, 1, 0):
         watch.calling(entry, 1)
@@ -116,7 +114,7 @@ def test_a_limit_that_nothing_can_keep_is_refused(name, value):
 
 def test_the_memory_of_a_container_counts_rather_than_its_machine(tmp_path, monkeypatch):
     group = tmp_path / "memory.max"
-    monkeypatch.setattr("bench.engine.limits._CONTROL_GROUP", group)
+    monkeypatch.setattr("bench.engine.process._CONTROL_GROUP", group)
     whole = machine_memory()
     group.write_text("max\n")
     assert machine_memory() == whole
@@ -136,7 +134,7 @@ def test_the_peak_of_memory_is_that_since_it_was_forgotten():
 
 def test_more_memory_than_allowed_is_an_error_and_no_death():
     code = (
-        "from bench.engine.memory import limit_memory; limit_memory(1 << 30)\n"
+        "from bench.engine.process import limit_memory; limit_memory(1 << 30)\n"
         "try: bytearray(2 << 30)\n"
         "except MemoryError: print('refused')"
     )

@@ -1,13 +1,28 @@
-"""What trackers in one process have in common, and must leave as it is."""
+"""What a process has: memory, files, and the state that all trackers in it have in common."""
 
 import os
 import random
+import resource
+import sys
 from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-__all__ = ["Surroundings", "can_use_files"]
+__all__ = [
+    "Surroundings",
+    "can_use_files",
+    "limit_memory",
+    "machine_memory",
+    "peak_memory",
+    "reset_peak",
+]
+
+_CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
+_STATUS = Path("/proc/self/status")
+_FORGET = Path("/proc/self/clear_refs")
 
 
 class Surroundings(NamedTuple):
@@ -67,3 +82,39 @@ def can_use_files() -> bool:
         return False
     finally:
         os.close(descriptor)
+
+
+def machine_memory() -> int:
+    """Memory of this machine, or of the container that this process is in, in bytes."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if _CONTROL_GROUP.is_file():
+        allowed = _CONTROL_GROUP.read_text("utf-8").strip()
+        if allowed != "max":
+            memory = min(memory, int(allowed))
+    return memory
+
+
+def limit_memory(number: int) -> None:
+    """Let this process and its children have so many bytes of data each, and no more.
+
+    What asks for more gets a `MemoryError`, or what its library makes of it.
+    """
+    _, most = resource.getrlimit(resource.RLIMIT_DATA)
+    allowed = number if most == resource.RLIM_INFINITY else min(number, most)
+    resource.setrlimit(resource.RLIMIT_DATA, (allowed, most))
+
+
+def reset_peak() -> None:
+    """Forget earlier peaks, where the system can."""
+    with suppress(OSError):  # elsewhere the peak is that of the process's whole life
+        _FORGET.write_text("5", "ascii")
+
+
+def peak_memory() -> int:
+    """Most memory that this process has had since `reset_peak`, in bytes."""
+    if _STATUS.is_file():
+        for line in _STATUS.read_text("ascii", "replace").splitlines():
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) * 1024
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return most if sys.platform == "darwin" else most * 1024
