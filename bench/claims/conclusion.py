@@ -9,7 +9,7 @@ is decided only where these agree. A claim that holds in one reading and does no
 fragile.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
@@ -17,6 +17,7 @@ from typing import Any
 from bench.claims.findings import Finding
 from bench.claims.kinds import NumberTest
 from bench.claims.ledger import Claim
+from bench.claims.readings import NO_MATTER
 from bench.statistics.verdicts import Outcome, Verdict
 
 __all__ = ["Conclusion", "conclude"]
@@ -61,27 +62,25 @@ class Conclusion:
         Parameters
         ----------
         choice : mapping of str to str
-            Values of columns of readings; columns that are not named are read as the headline.
+            Options by axis of readings; axes that are not named are read as the headline.
 
         Returns
         -------
         tuple of str, or None
-            None where the claim was not tested under it. A column on which the claim does not
-            depend may have any value.
+            None where the claim was not tested under it.
         """
         readings = self.claim.readings
-        usual = {column: values[0] for column, values in readings.columns.items()}
-        wanted = {key: value for key, value in usual.items() if key not in readings.rivals}
-        found = _whole(self.findings)
-        for column, value in {**wanted, **choice}.items():
-            told = {value, ""} if usual[column] else {value}
-            found = [one for one in found if one.reading.get(column, value) in told]
+        wanted = {
+            axis: {choice[axis]} if axis in choice else set(names if rival else names[:1])
+            for axis, names in readings.columns.items()
+            for rival in [axis in readings.rivals]
+        }
+        found = [one for one in _whole(self.findings) if _is_among(one, list(wanted.values()))]
         return _settled(found, readings.rivals) if found else None
 
     def for_json(self) -> dict[str, Any]:
         """What a script reads."""
         claim = self.claim
-        nothing = dict.fromkeys(claim.readings.columns, "")
         return {
             "id": claim.id,
             "source": claim.source,
@@ -99,9 +98,7 @@ class Conclusion:
                 "all_drawn_scenes": self.drawn,
                 "post_hoc": self.post_hoc,
                 "fragile": self.fragile,
-                "findings": [
-                    {**nothing, **_finding_for_json(finding)} for finding in self.findings
-                ],
+                "findings": [_finding_for_json(finding) for finding in self.findings],
             },
         }
 
@@ -171,6 +168,16 @@ def _whole(findings: Iterable[Finding]) -> list[Finding]:
     return [f for f in findings if not f.group and f.light == "both" and f.scenes == "kept"]
 
 
+def _is_among(finding: Finding, wanted: Sequence[Collection[str]]) -> bool:
+    """Whether a finding is that of a reading with one of these options of every axis."""
+    if not finding.same:
+        return True
+    return any(
+        all(name == NO_MATTER or name in names for name, names in zip(one, wanted, strict=True))
+        for one in finding.same
+    )
+
+
 def _by_reading(findings: Iterable[Finding], *, post_hoc: bool) -> list[Outcome]:
     """The outcome of each reading of the text, over all lights, as that of the headline."""
     readings: dict[tuple[tuple[str, str], ...], list[Finding]] = {}
@@ -227,7 +234,7 @@ def _count(outcomes: Sequence[Outcome]) -> str:
 def _finding_for_json(finding: Finding) -> dict[str, Any]:
     labels = {name: getattr(finding, name) for name in ("metric", "light", "scenes", "group")}
     return {
-        **finding.reading,
+        "reading": finding.told,
         **labels,
         "post_hoc": finding.post_hoc,
         **_verdict_for_json(finding.verdict),

@@ -1,6 +1,7 @@
-"""From scores to findings: the generic tests of the ledger, and the way to the checks.
+"""From scores to findings: the generic tests of the ledger, and the way to a paper's own checks.
 
-judge(claim, scores, tables={}) -> list[Finding]
+judge(claim, scores, tables={}, checks={}) -> list[Finding]
+judge_all(claims, scores, tables={}, checks={}) -> list[Conclusion]
 """
 
 from collections.abc import Iterator, Mapping
@@ -9,8 +10,8 @@ from math import nan
 
 import pandas as pd
 
-from bench.claims.checks import CHECKS
-from bench.claims.findings import Evidence, Finding
+from bench.claims.conclusion import Conclusion, conclude
+from bench.claims.findings import Check, Evidence, Finding
 from bench.claims.kinds import (
     SCORES,
     BoundTest,
@@ -23,10 +24,13 @@ from bench.claims.kinds import (
     PartsTest,
     PartTest,
     RatioTest,
+    SummaryTest,
+    sides_of,
 )
 from bench.claims.ledger import Claim
-from bench.claims.measuring import limited, matching, named_columns, selections, verdict_of
-from bench.claims.readings import readings_among, rows_under
+from bench.claims.measuring import CELL, named_columns, verdict_of
+from bench.claims.readings import NO_MATTER, Option, Reading, Readings
+from bench.claims.sides import Compared, Table, limited, rows_by_reading
 from bench.statistics.verdicts import (
     LEAST_CELLS,
     NOWHERE,
@@ -36,7 +40,7 @@ from bench.statistics.verdicts import (
     undecided,
 )
 
-__all__ = ["COLUMNS", "NOT_RUN", "judge"]
+__all__ = ["COLUMNS", "NOT_RUN", "judge", "judge_all"]
 
 COLUMNS = ("sequence", "scene", "light", "repetition", "frames", "kept_scene")
 """Columns of every table of scores, whatever the paper."""
@@ -47,11 +51,35 @@ _DEFAULTS: Mapping[str, int | bool] = {"repetition": 0, "frames": 1, "kept_scene
 NOT_RUN = "nothing was run that tests it; give --all"
 """Why a claim is undecided that waits for more to be run."""
 
+Tables = Mapping[str, pd.DataFrame]
+Checks = Mapping[str, Check]
+
+
+def judge_all(
+    claims: Mapping[str, Claim],
+    scores: pd.DataFrame,
+    tables: Tables | None = None,
+    checks: Checks | None = None,
+) -> list[Conclusion]:
+    """Judge all claims of a ledger, and conclude; summaries of others come after these.
+
+    Parameters are those of `judge`; a claim that sums up another one names it by its id.
+    """
+    known: dict[str, Conclusion] = {}
+    for name, claim in claims.items():
+        if not isinstance(claim.test, SummaryTest):
+            known[name] = conclude(claim, judge(claim, scores, tables, checks))
+    for name, claim in claims.items():
+        if isinstance(claim.test, SummaryTest):
+            parts = {part: known[part] for part in claim.test.claims}
+            known[name] = conclude(claim, _summary(claim, parts))
+    return [known[name] for name in claims]
+
 
 def judge(
-    claim: Claim, scores: pd.DataFrame, tables: Mapping[str, pd.DataFrame] | None = None
+    claim: Claim, scores: pd.DataFrame, tables: Tables | None = None, checks: Checks | None = None
 ) -> list[Finding]:
-    """Judge a claim under every reading that was run.
+    """Judge a claim, that is no summary of others, under every reading that was run.
 
     Parameters
     ----------
@@ -60,12 +88,14 @@ def judge(
     scores : DataFrame
         One row a run: `sequence` (without variant), `scene`, `light`, `repetition`, `frames`
         (length with the given first frame), `kept_scene` (bool), and counts that include the
-        given frame: `success_frames`, `frames_inside`, `first_loss` (`frames` for never). Of
-        the ledger's readings, and of the claim's test, the columns that they name. Rows of
-        readings that the ledger does not list are ignored.
+        given frame: `success_frames`, `frames_inside`, `first_loss` (`frames` for never).
+        `settled`, what `bench.claims.sides.run_key` gives of its tracker; `failure`, empty for a
+        run that has scores. Of the claim's test, the columns that it names.
     tables : mapping of str to DataFrame, optional
         What tests and checks read besides, by name; `sequence` and `scene` in those that are
         judged by cells, and columns like those of the scores.
+    checks : mapping of str to callable, optional
+        The paper's own, by the name that the ledger gives.
 
     Returns
     -------
@@ -76,28 +106,31 @@ def judge(
     Raises
     ------
     ValueError
-        For a column that is missing, naming it and the claim.
+        For a column or a check that is missing, naming it and the claim.
     """
     test = claim.test
-    evidence = Evidence(claim, scores, tables or {})
     if isinstance(test, NoTest):
         return [Finding(claim.id, Verdict("not-testable", nan, NOWHERE, 0, test.reason))]
+    if isinstance(test, SummaryTest):
+        words = "a summary can't be judged without what it sums up."
+        raise ValueError(f"claim {claim.id}: {words}")  # noqa: TRY004 - of the ledger, no type
     if isinstance(test, CheckTest):
-        found = CHECKS[test.check](evidence)
+        if test.check not in (checks or {}):
+            raise ValueError(f"claim {claim.id}: there is no check {test.check!r}.")
+        found = (checks or {})[test.check](Evidence(claim, scores, tables or {}))
     else:
         parts = test.parts if isinstance(test, PartsTest) else {"": test}
-        frames = {name: _frame(evidence, part) for name, part in parts.items()}
-        found = list(_judged(claim, parts, frames)) if all(map(_is_there, frames.values())) else []
+        frames = {name: _frame(claim, part, scores, tables or {}) for name, part in parts.items()}
+        there = {name: frame for name, frame in frames.items() if frame is not None}
+        found = list(_judged(claim, parts, there)) if len(there) == len(parts) else []
     return found or [Finding(claim.id, undecided(NOT_RUN + "."))]
 
 
-def _is_there(frame: pd.DataFrame | None) -> bool:
-    return frame is not None
-
-
-def _frame(evidence: Evidence, test: PartTest) -> pd.DataFrame | None:
-    """The rows that a test is about, of whatever reading; None where its table was not made."""
-    table = evidence.scores if test.table == SCORES else evidence.tables.get(test.table)
+def _frame(
+    claim: Claim, test: PartTest, scores: pd.DataFrame, tables: Tables
+) -> pd.DataFrame | None:
+    """The table that a test is about; None where it was not made."""
+    table = scores if test.table == SCORES else tables.get(test.table)
     if table is None:
         return None
     if test.table != SCORES:
@@ -105,77 +138,99 @@ def _frame(evidence: Evidence, test: PartTest) -> pd.DataFrame | None:
         for column, value in _DEFAULTS.items():
             if column not in table:
                 table[column] = value
-    general, named = [*COLUMNS, *evidence.claim.readings.columns], named_columns(test)
-    for column in (*(general if test.table == SCORES else ()), *named):
+    general = COLUMNS if test.table == SCORES else ()
+    for column in (*general, *named_columns(test)):
         if column not in table:
             words = f"the {'scores have' if test.table == SCORES else f'table {test.table} has'}"
-            raise ValueError(f"claim {evidence.claim.id}: {words} no column {column!r}.")
-    table = table[[column for column in table if column in {*general, *named}]]
-    if isinstance(test, BoundTest | RatioTest):
-        return limited(table, test.where)
-    sequences: list[object] = [*test.sequences]
-    if isinstance(test, InteractionTest):
-        sequences += test.against.get("sequence", [])
-    table = table[table["sequence"].isin(sequences)]
-    # Rows that it does not compare have readings, too, but these are not the claim's.
-    compared = set[object]()
-    for rows in selections(test):
-        for limits in _limits(test):
-            compared.update(matching(limited(table, limits), rows).index)
-    return table[table.index.isin(compared)]
-
-
-def _limits(test: CellTest) -> list[Limits]:
-    """Where rows lie that a test looks at; its own groups are judged beside `where`."""
-    if isinstance(test, InteractionTest):
-        return [test.where, test.against]
-    return [{}] if test.groups else [test.where]
+            raise ValueError(f"claim {claim.id}: {words} no column {column!r}.")
+    return table
 
 
 @dataclass(frozen=True)
 class _Part:
-    """A test with the rows of one reading."""
+    """A test with the rows of its sides under one reading."""
 
     name: str
     test: PartTest
-    rows: pd.DataFrame
+    sides: tuple[pd.DataFrame, ...]
 
     @property
     def is_run(self) -> bool:
         """Whether there are rows of all that the test compares."""
-        if isinstance(self.test, BoundTest | RatioTest):
-            return len(self.rows) > 0
-        return not any(matching(self.rows, rows).empty for rows in selections(self.test))
+        return not any(side.empty for side in self.sides)
 
     @property
     def n_metrics(self) -> int:
         """In how many ways it is judged."""
-        return 1 if isinstance(self.test, BoundTest | RatioTest) else len(self.test.metrics)
+        return 1 if isinstance(self.test, BoundTest | RatioTest) else len(self.test.by)
+
+    @property
+    def n_rows(self) -> int:
+        """Rows of all sides."""
+        return sum(map(len, self.sides))
 
     @property
     def lights(self) -> set[str]:
         """Lights of the scenes; none of what has no scenes."""
-        return set(self.rows["light"].unique()) if "light" in self.rows else set()
+        return {light for side in self.sides if "light" in side for light in side["light"].unique()}
 
     def limited(self, limits: Limits) -> "_Part":
         """The same on fewer rows, where it has such a column at all."""
-        known = {column: values for column, values in limits.items() if column in self.rows}
-        return replace(self, rows=limited(self.rows, known))
+        known = {column: values for column, values in limits.items() if column in self.sides[0]}
+        return replace(self, sides=tuple(limited(side, known) for side in self.sides))
+
+    def without(self, cells: "pd.MultiIndex") -> "_Part":
+        """The same without some cells, where it has cells at all."""
+        if not set(CELL) <= set(self.sides[0]):
+            return self
+        kept = (side[~pd.MultiIndex.from_frame(side[CELL]).isin(cells)] for side in self.sides)
+        return replace(self, sides=tuple(kept))
 
 
-def _judged(
-    claim: Claim, tests: Mapping[str, PartTest], frames: Mapping[str, pd.DataFrame | None]
-) -> Iterator[Finding]:
-    """Findings by reading, light, and scenes."""
-    tables = {name: frame for name, frame in frames.items() if frame is not None}
+def _parts_by_reading(
+    readings: Readings, tests: Mapping[str, PartTest], frames: Tables
+) -> Iterator[tuple[Reading, frozenset[tuple[str, ...]], list[_Part]]]:
+    """Readings that ask for different rows, what others ask for the same, and these rows."""
     named = {column for test in tests.values() for column in named_columns(test)}
-    for reading in readings_among(claim.readings, list(tables.values()), named):
+    tables = {id(frame): Table(frame, readings) for frame in frames.values()}
+    sides = {
+        name: [
+            Compared(tables[id(frames[name])], side, _sequences(test), _limits(test), named)
+            for side in sides_of(test)
+        ]
+        for name, test in tests.items()
+    }
+    every = [side for found in sides.values() for side in found]
+    for reading, same, rows in rows_by_reading(every, readings):
+        left = iter(rows)
         parts = [
-            _Part(
-                name, test, rows_under(claim.readings, tables[name], reading, named_columns(test))
-            )
+            _Part(name, test, tuple(next(left) for _ in sides[name]))
             for name, test in tests.items()
         ]
+        yield reading, same, parts
+
+
+def _sequences(test: PartTest) -> list[str] | None:
+    """Sequences that a test looks at; None for whatever there is."""
+    if isinstance(test, BoundTest | RatioTest):
+        return None
+    against = test.against.get("sequence", []) if isinstance(test, InteractionTest) else []
+    return [*test.on, *map(str, against)]
+
+
+def _limits(test: PartTest) -> list[Limits]:
+    """Where rows lie that a test looks at; its own groups are judged beside `where`."""
+    if isinstance(test, InteractionTest):
+        return [test.where, test.against]
+    if isinstance(test, BoundTest | RatioTest):
+        return [test.where]
+    return [{}] if test.groups else [test.where]
+
+
+def _judged(claim: Claim, tests: Mapping[str, PartTest], frames: Tables) -> Iterator[Finding]:
+    """Findings by reading, light, and scenes."""
+    for reading, same, whole in _parts_by_reading(claim.readings, tests, frames):
+        parts = _without_failures(whole)
         lights = sorted(set[str]().union(*(part.lights for part in parts)))
         for light in ("both", *(lights if len(lights) > 1 else ())):
             here = parts if light == "both" else [p.limited({"light": [light]}) for p in parts]
@@ -183,7 +238,7 @@ def _judged(
                 continue
             kept = [part.limited({"kept_scene": [True]}) for part in here]
             found = {"kept": list(_verdicts(claim, kept))}
-            are_all = all(len(k.rows) == len(h.rows) for k, h in zip(kept, here, strict=True))
+            are_all = all(k.n_rows == h.n_rows for k, h in zip(kept, here, strict=True))
             found["drawn"] = found["kept"] if are_all else list(_verdicts(claim, here))
             for scenes, verdicts in found.items():
                 for metric, group, verdict in verdicts:
@@ -191,12 +246,27 @@ def _judged(
                         claim.id,
                         verdict,
                         metric,
-                        reading=reading,
+                        reading=reading.names,
+                        same=same,
                         light=light,
                         scenes=scenes,
                         group=group,
                         post_hoc=claim.readings.is_post_hoc(reading),
                     )
+
+
+def _without_failures(parts: list[_Part]) -> list[_Part]:
+    """Without the cells in which a run failed: its companions would stand for it."""
+    failed = [
+        side.loc[side["failure"] != "", CELL]
+        for part in parts
+        for side in part.sides
+        if "failure" in side
+    ]
+    cells = pd.concat(failed) if failed else pd.DataFrame(columns=CELL)
+    if cells.empty:
+        return parts
+    return [part.without(pd.MultiIndex.from_frame(cells)) for part in parts]
 
 
 def _verdicts(claim: Claim, parts: list[_Part]) -> Iterator[tuple[str, str, Verdict]]:
@@ -220,28 +290,31 @@ def _verdicts(claim: Claim, parts: list[_Part]) -> Iterator[tuple[str, str, Verd
 def _whole_and_groups(claim: Claim, part: _Part) -> Iterator[tuple[str, str, Verdict]]:
     test = part.test
     if isinstance(test, BoundTest | RatioTest):
-        yield "", "", verdict_of(claim.id, test, part.rows, "")
+        yield "", "", verdict_of(claim.id, test, part.sides, "")
         return
     groups = test.groups
-    if not groups and len(test.sequences) > 1:
-        groups = {name: {**test.where, "sequence": [name]} for name in test.sequences}
-    for metric in test.metrics:
+    if not groups and len(test.on) > 1:
+        groups = {name: {**test.where, "sequence": [name]} for name in test.on}
+    for metric in test.by:
         by_group = {
-            name: verdict_of(claim.id, test, limited(part.rows, limits), metric)
+            name: verdict_of(claim.id, test, part.limited(limits).sides, metric)
             for name, limits in groups.items()
             if not isinstance(test, InteractionTest)
         }
-        if isinstance(test, LostTest):
-            whole = _lost_verdict(test, by_group)
-        elif test.every:
-            whole = conjunction(list(by_group.values()), list(by_group))
-        else:
-            is_one_side = isinstance(test, InteractionTest)
-            rows = part.rows if is_one_side else limited(part.rows, test.where)
-            whole = verdict_of(claim.id, test, rows, metric)
-        yield metric, "", whole
+        yield metric, "", _whole(claim, part, test, metric, by_group)
         for name, verdict in by_group.items():
             yield metric, name, verdict
+
+
+def _whole(
+    claim: Claim, part: _Part, test: CellTest, metric: str, by_group: Mapping[str, Verdict]
+) -> Verdict:
+    if isinstance(test, LostTest):
+        return _lost_verdict(test, by_group)
+    if test.every:
+        return conjunction(list(by_group.values()), list(by_group))
+    rows = part if isinstance(test, InteractionTest) else part.limited(test.where)
+    return verdict_of(claim.id, test, rows.sides, metric)
 
 
 def _lost_verdict(test: LostTest, parts: Mapping[str, Verdict]) -> Verdict:
@@ -252,3 +325,33 @@ def _lost_verdict(test: LostTest, parts: Mapping[str, Verdict]) -> Verdict:
     if fewest < LEAST_CELLS:
         return undecided(f"{words}; {LEAST_CELLS} cells of each sequence are needed.")
     return check(len(lost) >= test.least, float(len(lost)), f"{words}.", fewest)
+
+
+def _summary(claim: Claim, parts: Mapping[str, Conclusion]) -> list[Finding]:
+    """Whether all parts hold, under every reading that all were tested in."""
+    readings, found = claim.readings, list[Finding]()
+    places = {place for part in parts.values() for one in part.findings for place in one.same}
+    seen = {
+        id(axis.options[name])
+        for place in places
+        for axis, name in zip(readings.axes.values(), place, strict=True)
+        if name != NO_MATTER
+    }
+
+    def has(option: Option) -> bool:
+        return id(option) in seen
+
+    for reading in readings.all(lambda axis: any(map(has, axis.options.values())), has):
+        told = [part.under(reading.names) for part in parts.values()]
+        said = [Verdict(one[0], nan, NOWHERE, 1, one[1]) for one in told if one is not None]
+        if len(said) == len(parts):
+            found.append(
+                Finding(
+                    claim.id,
+                    conjunction(said, list(parts)),
+                    reading=reading.names,
+                    same=frozenset([readings.places(reading)]),
+                    post_hoc=readings.is_post_hoc(reading),
+                )
+            )
+    return found or [Finding(claim.id, undecided(NOT_RUN + "."))]

@@ -1,41 +1,52 @@
 """Kinds of tests that the ledger knows; `bench.claims.ledger` shows how they are written.
 
-Most compare rows of the scores, or of a table of what was measured besides (`table`), by cells of
-a sequence in one scene:
+Most compare sides (`better`, `worse`, `of`, `others`) by cells of a sequence in one scene. A side
+is a tracker's text form, by which runs are found; or columns and their values, by which rows are,
+of the scores or of a table of what was measured besides (`table`):
 
-- `order`, `equal`: rows `better` less rows `worse` (columns and their values);
+- `order`, `equal`: `better` less `worse`;
 - `no-worse`: likewise `equal` or better, on the repetitions that both have;
-- `interaction`: `order` on `sequences`, by `where`, against `order` on the rows `against`;
-- `all`: runs of `rows` whose first loss is the length;
-- `lost`: of the sequences, how many lose at least `share` of the runs of `rows`;
-- `best`: cells in which `rows` are no worse, by `margin`, than the best of `others`;
-- `share`: of `rows`, or of the column `trials` of them, how many a metric counts (in [0, 1]);
-- `number`: prints what `rows` reach.
+- `interaction`: `order` on the sequences `on`, by `where`, against `order` on the rows `against`;
+- `all`: runs of `of` whose first loss is the length;
+- `lost`: of the sequences, how many lose at least `share` of the runs of `of`;
+- `best`: cells in which `of` is no worse, by `margin`, than the best of `others`;
+- `share`: of `of`, or of its column `trials`, how many a metric counts (in [0, 1]);
+- `number`: prints what `of` reaches.
 
 Two need no cells: `bound`, whether all rows lie within limits, and `ratio`, whether one time is
-longer than another. `parts` is a claim with several tests, all of which must hold; `check` a
-function of `bench.claims.checks`, with `settings` of its own; `none` is not testable, and says why.
+longer than another. `parts` is a claim with several tests, all of which must hold; `summary` says
+that several other claims do; `check` is a function of the paper's, with settings of its own; `none`
+is not testable, and says why.
 
-`where` limits the cells that a verdict rests on; `groups` are judged beside it, with limits of
-their own (each sequence by `where`, where there are none); with `every` the verdict is that all
-hold.
+`by` names the metrics. `where` limits the cells that a verdict rests on; `groups` are judged beside
+it, with limits of their own (each sequence by `where`, where there are none); with `every` the
+verdict is that all hold.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import (
+    AliasChoices,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    model_validator,
+)
 
 from bench.statistics.verdicts import KEPT_LIMIT, KEPT_SHARE, MARGIN
 
 __all__ = [
     "COUNTS",
     "ERRORS",
+    "KINDS",
     "SCORES",
     "AllTest",
     "BestTest",
     "BoundTest",
     "CellTest",
     "CheckTest",
+    "Comparison",
     "Entry",
     "EqualTest",
     "InteractionTest",
@@ -48,11 +59,14 @@ __all__ = [
     "PartTest",
     "PartsTest",
     "RatioTest",
-    "Rows",
     "ShareTest",
+    "Side",
+    "SummaryTest",
     "Test",
     "Text",
     "Texts",
+    "Value",
+    "sides_of",
 ]
 
 COUNTS = ("success_frames", "frames_inside", "first_loss")
@@ -60,25 +74,41 @@ COUNTS = ("success_frames", "frames_inside", "first_loss")
 
 Other metrics are judged as they are."""
 
-ERRORS = ("centre_error", "size_error")
+ERRORS = ("centre_error", "size_error", "error")
 """Metrics of which less is better begin so; a margin is a share of the worse side's mean."""
 
 SCORES = "scores"
 """Name of the table that a reproduction's runs make."""
 
-Rows = dict[str, str | int | float]
-"""Columns and their values: which rows of a table are meant."""
-Limits = dict[str, list[str | int | float]]
-"""Columns and the values that are let through."""
+Value = bool | int | float | str
+Side = str | dict[str, Value]
+"""A tracker's text form; or columns and their values (`tracker` may be a text form, too)."""
 
 Text = Annotated[str, Field(min_length=1)]
 Texts = Annotated[tuple[Text, ...], Field(min_length=1)]
 
 
+def _listed(value: Any) -> Any:
+    """A single text as a list of one."""
+    return [value] if isinstance(value, str) else value
+
+
+def _all_listed(limits: Any) -> Any:
+    """Limits whose values are all lists."""
+    if not isinstance(limits, dict):
+        return limits
+    return {key: value if isinstance(value, list) else [value] for key, value in limits.items()}
+
+
+Names = Annotated[Texts, BeforeValidator(_listed)]
+Limits = Annotated[dict[str, list[Value]], BeforeValidator(_all_listed)]
+"""Columns and the values that are let through."""
+
+
 class Entry(BaseModel):
     """Something that a ledger says; unknown keys are errors."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
 
 
 class _TableTest(Entry):
@@ -91,13 +121,21 @@ class _TableTest(Entry):
 class _CellTest(_TableTest):
     """What tests by cells share; see the module."""
 
-    sequences: Texts
-    metrics: Texts = COUNTS
+    on: Names = Field(validation_alias=AliasChoices("on", "sequences"))
+    by: Names = Field(COUNTS, validation_alias=AliasChoices("by", "metrics"))
     groups: dict[str, Limits] = {}
     every: bool = False
 
 
-class OrderTest(_CellTest):
+class _Comparison(_CellTest):
+    """Two sides that are compared cell by cell."""
+
+    better: Side
+    worse: Side
+    margin: float = Field(MARGIN, ge=0.0)
+
+
+class OrderTest(_Comparison):
     """A is better than B.
 
     `needs` are columns of A and the least means (shares) of them: below these the two are one and
@@ -105,85 +143,74 @@ class OrderTest(_CellTest):
     """
 
     kind: Literal["order"]
-    better: Rows
-    worse: Rows
-    margin: float = Field(MARGIN, ge=0.0)
     needs: dict[Text, float] = {}
 
 
-class EqualTest(_CellTest):
+class EqualTest(_Comparison):
     """A is comparable to B: the same rows as of an order, within the margin."""
 
     kind: Literal["equal"]
-    better: Rows
-    worse: Rows
-    margin: float = Field(MARGIN, ge=0.0)
 
 
-class NoWorseTest(_CellTest):
+class NoWorseTest(_Comparison):
     """A is as good as B, or better: the same rows as of an order."""
 
     kind: Literal["no-worse"]
-    better: Rows
-    worse: Rows
-    margin: float = Field(MARGIN, ge=0.0)
 
 
-class InteractionTest(_CellTest):
+class InteractionTest(_Comparison):
     """A is better than B on some cells by more than on others."""
 
     kind: Literal["interaction"]
-    better: Rows
-    worse: Rows
     against: Limits
-    margin: float = Field(MARGIN, ge=0.0)
 
 
-class AllTest(_CellTest):
+class _OneSided(_CellTest):
+    """What tests on one side share."""
+
+    of: Side = Field(validation_alias=AliasChoices("of", "rows"))
+
+
+class AllTest(_OneSided):
     """The whole sequence is tracked."""
 
     kind: Literal["all"]
-    rows: Rows
-    metrics: tuple[Literal["first_loss"]] = ("first_loss",)
+    by: tuple[Literal["first_loss"]] = ("first_loss",)
 
 
-class LostTest(_CellTest):
+class LostTest(_OneSided):
     """The target is lost in at least `share` of the runs on at least `least` sequences."""
 
     kind: Literal["lost"]
-    rows: Rows
-    metrics: tuple[Literal["first_loss"]] = ("first_loss",)
+    by: tuple[Literal["first_loss"]] = ("first_loss",)
     share: float = Field(ge=0.0, le=1.0)
     least: int = Field(ge=1)
 
 
-class BestTest(_CellTest):
+class BestTest(_OneSided):
     """As good as the best of others in at least a share `least` of cells, surely above `lower`."""
 
     kind: Literal["best"]
-    rows: Rows
-    others: Annotated[tuple[Rows, ...], Field(min_length=2)]
+    others: Annotated[tuple[Side, ...], Field(min_length=2)]
     margin: float = Field(MARGIN, ge=0.0)
     least: float = Field(ge=0.0, le=1.0)
     lower: float = Field(ge=0.0, le=1.0)
 
 
-class ShareTest(_CellTest):
+class ShareTest(_OneSided):
     """Something is so in at least a share `least` of all rows, surely above `lower`."""
 
     kind: Literal["share"]
-    rows: Rows
-    metrics: Texts
+    by: Names = Field(validation_alias=AliasChoices("by", "metrics"))
     trials: Text | None = None
     least: float = Field(KEPT_SHARE, ge=0.0, le=1.0)
     lower: float = Field(KEPT_LIMIT, ge=0.0, le=1.0)
 
 
-class NumberTest(_CellTest):
+class NumberTest(_OneSided):
     """Numbers to print beside the paper's."""
 
     kind: Literal["number"]
-    rows: Rows
 
 
 class BoundTest(_TableTest):
@@ -210,12 +237,19 @@ class RatioTest(_TableTest):
     least: float = Field(1.0, gt=0.0)
 
 
+class SummaryTest(Entry):
+    """Several other claims of the ledger all hold."""
+
+    kind: Literal["summary"]
+    claims: Annotated[tuple[Text, ...], Field(min_length=2)]
+
+
 class CheckTest(Entry):
-    """A function of `bench.claims.checks`."""
+    """A function of the paper's `measures.py`."""
 
     kind: Literal["check"]
     check: Text
-    settings: dict[str, float | str | list[str]] = {}
+    settings: dict[str, float | str | list[str | float]] = {}
 
 
 class NoTest(Entry):
@@ -225,17 +259,10 @@ class NoTest(Entry):
     reason: Text
 
 
-CellTest = (
-    OrderTest
-    | EqualTest
-    | NoWorseTest
-    | InteractionTest
-    | AllTest
-    | LostTest
-    | BestTest
-    | ShareTest
-    | NumberTest
-)
+Comparison = OrderTest | EqualTest | NoWorseTest | InteractionTest
+"""Tests of two sides."""
+
+CellTest = Comparison | AllTest | LostTest | BestTest | ShareTest | NumberTest
 """Tests by cells."""
 
 PartTest = CellTest | BoundTest | RatioTest
@@ -249,5 +276,20 @@ class PartsTest(Entry):
     parts: dict[Text, Annotated[PartTest, Field(discriminator="kind")]] = Field(min_length=2)
 
 
-Test = PartTest | PartsTest | CheckTest | NoTest
+Test = PartTest | PartsTest | SummaryTest | CheckTest | NoTest
 """Any test."""
+
+KINDS = (
+    *("order", "equal", "no-worse", "interaction", "all", "lost", "best", "share", "number"),
+    *("bound", "ratio", "summary", "check", "none"),
+)
+"""By which a claim's or a part's test is keyed."""
+
+
+def sides_of(test: PartTest) -> list[Side]:
+    """What a test compares; one side of no name for a test that needs no cells."""
+    if isinstance(test, Comparison):
+        return [test.better, test.worse]
+    if isinstance(test, BoundTest | RatioTest):
+        return [{}]
+    return [test.of, *test.others] if isinstance(test, BestTest) else [test.of]

@@ -31,63 +31,27 @@ What kinds of tests there are, `bench.claims.kinds` says.
 """
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from itertools import product
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
-from bench.claims.kinds import Entry, Test, Text
+from bench.claims.kinds import KINDS, Entry, SummaryTest, Test, Text
+from bench.claims.readings import ANY, Readings
 
-__all__ = ["ANY", "Claim", "LedgerError", "Published", "Readings", "read_claims"]
+__all__ = ["ANY", "Claim", "LedgerError", "Published", "Readings", "claims_file", "read_claims"]
 
 FOLDER = Path(__file__).parent
+PAPERS = FOLDER.parent / "papers"
 
-ANY = "any"
-"""In a column of readings: a row that depends on none and belongs to all, like a baseline's."""
+MOST_LETTERS = 50
+"""Of a claim in a few words: it has a line of a terminal with its verdict."""
 
 
 class LedgerError(ValueError):
     """A ledger that can't be read; the message names file, claim and key."""
-
-
-class Readings(Entry):
-    """Readings of the text: columns of the scores with their values, the headline's first."""
-
-    model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, Annotated[tuple[str, ...], Field(min_length=1)]]
-
-    post_hoc: tuple[dict[str, str], ...] = ()
-    rivals: tuple[Text, ...] = ()
-
-    @property
-    def columns(self) -> Mapping[str, tuple[str, ...]]:
-        """Values by column."""
-        return self.__pydantic_extra__
-
-    @model_validator(mode="after")
-    def _choices_are_of_columns(self) -> "Readings":
-        if not self.columns:
-            raise ValueError("there must be a column of readings")
-        named = {"post_hoc": {column for choice in self.post_hoc for column in choice}}
-        for key, columns in (named | {"rivals": {*self.rivals}}).items():
-            for column in sorted(columns.difference(self.columns)):
-                raise ValueError(f"{key} names {column!r}, which is no column of readings")
-        return self
-
-    def is_post_hoc(self, reading: Mapping[str, str]) -> bool:
-        """Whether a reading was chosen after seeing results."""
-        return any(
-            all(reading.get(column) == value for column, value in choice.items())
-            for choice in self.post_hoc
-        )
-
-    def is_headline(self, reading: Mapping[str, str]) -> bool:
-        """Whether it is the first of all readings, or depends on none; rivals are equal."""
-        return all(
-            reading.get(column, values[0]) in ("", values[0]) or column in self.rivals
-            for column, values in self.columns.items()
-        )
 
 
 class Published(Entry):
@@ -103,6 +67,7 @@ class Claim(Entry):
 
     id: Text
     readings: Readings
+    short: Annotated[str, Field(max_length=MOST_LETTERS)] = ""
     source: Text
     quote: Text
     says: Text
@@ -126,20 +91,77 @@ class _Ledger(Entry):
     def _entries_know_their_surroundings(cls, table: object) -> object:
         if not isinstance(table, dict) or not isinstance(table.get("claim"), dict):
             return table
+        table = dict(table)
+        readings = {**table.get("readings", {}), "usual": table.pop("usual", {})}
+        known = Readings.model_validate(readings)
         entries = {
-            name: {"id": name, "readings": table.get("readings"), **entry}
+            name: {"id": name, "readings": known, **_with_its_test(entry)}
             if isinstance(entry, dict)
             else entry
             for name, entry in table["claim"].items()
         }
-        return {**table, "claim": entries}
+        return {**table, "readings": known, "claim": entries}
 
     @model_validator(mode="after")
-    def _ids_are_never_reused(self) -> "_Ledger":
+    def _names_are_right(self) -> "_Ledger":
         for name in self.retired:
             if name in self.claim:
                 raise ValueError(f"claim {name} has a retired id; give it one never used before")
+        for name, claim in self.claim.items():
+            for part in claim.test.claims if isinstance(claim.test, SummaryTest) else ():
+                if part not in self.claim or isinstance(self.claim[part].test, SummaryTest):
+                    raise ValueError(
+                        f"claim {name} sums up {part!r}, which is no claim with a test"
+                    )
         return self
+
+
+def _with_its_test(entry: Mapping[str, Any]) -> dict[str, Any]:
+    """An entry whose test, keyed by its kind, stands in `test` with all of its parts."""
+    if "test" in entry:
+        return dict(entry)
+    general = {key: entry[key] for key in _GENERAL if key in entry}
+    named = entry.get("parts", {"": {key: entry[key] for key in KINDS if key in entry}})
+    rest = {k: v for k, v in entry.items() if k not in (*KINDS, *_GENERAL, "parts")}
+    parts: dict[str, Any] = {}
+    for name, tests in named.items():
+        for kind, test in tests.items():
+            if isinstance(test, dict):
+                parts |= dict(_one_by_one(name, {"kind": kind, **_shared(kind, general), **test}))
+            else:
+                parts[name] = {"kind": kind, **general}
+    if not parts:
+        return rest  # the lack is told as that of `test`
+    test = next(iter(parts.values())) if len(parts) == 1 else {"kind": "parts", "parts": parts}
+    return {**rest, "test": test}
+
+
+def _shared(kind: str, general: Mapping[str, Any]) -> Mapping[str, Any]:
+    """What a claim says for all of its tests, as far as this kind has it."""
+    return {} if kind in ("bound", "ratio", "summary", "check", "none") else general
+
+
+def _one_by_one(name: str, test: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """A test for each of the sides that are listed."""
+    listed = [key for key in ("better", "worse", "of") if isinstance(test.get(key), list)]
+    for sides in product(*(test[key] for key in listed)):
+        told = [
+            side if isinstance(side, str) else ", ".join(map(str, side.values())) for side in sides
+        ]
+        words = [name, *(f"{_WORDS[key]}{one}" for key, one in zip(listed, told, strict=True))]
+        yield ", ".join(filter(None, words)), {**test, **dict(zip(listed, sides, strict=True))}
+
+
+_GENERAL = ("on",)
+"""What a claim may say for all of its tests."""
+
+_WORDS = {"better": "", "worse": "than ", "of": ""}
+
+
+def claims_file(paper: str) -> Path:
+    """Where the claims of a paper that comes with trackmark stand, whether or not it is there."""
+    file = PAPERS / paper / "claims.toml"
+    return file if file.is_file() else FOLDER / f"{paper}.toml"
 
 
 def read_claims(paper: str | Path) -> dict[str, Claim]:
@@ -157,10 +179,13 @@ def read_claims(paper: str | Path) -> dict[str, Claim]:
     """
     path = Path(paper)
     if path.suffix != ".toml":
-        path = FOLDER / f"{paper}.toml"
+        path = claims_file(str(paper))
         if not path.is_file():
-            known = ", ".join(sorted(file.stem for file in FOLDER.glob("*.toml")))
-            raise LedgerError(f"there are no claims of {str(paper)!r}. Known: {known}.")
+            known = {file.parent.name for file in PAPERS.glob("*/claims.toml")}
+            known |= {file.stem for file in FOLDER.glob("*.toml")}
+            raise LedgerError(
+                f"there are no claims of {str(paper)!r}. Known: {', '.join(sorted(known))}."
+            )
     try:
         table = tomllib.loads(path.read_text("utf-8"))
     except OSError as error:

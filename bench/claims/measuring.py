@@ -1,7 +1,7 @@
-"""A test's verdict on the rows of one reading."""
+"""A test's verdict on the rows of its sides."""
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TypeAlias
 from zlib import crc32
 
 import numpy as np
@@ -14,18 +14,19 @@ from bench.claims.kinds import (
     BestTest,
     BoundTest,
     CellTest,
+    Comparison,
     EqualTest,
     InteractionTest,
-    Limits,
     LostTest,
     NoWorseTest,
     NumberTest,
     OrderTest,
     PartTest,
     RatioTest,
-    Rows,
     ShareTest,
+    sides_of,
 )
+from bench.claims.sides import limited, tracker_of
 from bench.statistics.verdicts import (
     Verdict,
     all_kept,
@@ -40,20 +41,12 @@ from bench.statistics.verdicts import (
     undecided,
 )
 
-__all__ = ["CELL", "limited", "matching", "named_columns", "selections", "verdict_of"]
+__all__ = ["CELL", "named_columns", "verdict_of"]
 
 CELL = ["sequence", "scene"]
 
-_Comparison: TypeAlias = OrderTest | EqualTest | NoWorseTest | InteractionTest
-
-
-def selections(test: CellTest) -> list[Rows]:
-    """The rows that a test compares."""
-    if isinstance(test, _Comparison):
-        return [test.better, test.worse]
-    if isinstance(test, BestTest):
-        return [test.rows, *test.others]
-    return [test.rows]
+Sides = Sequence[pd.DataFrame]
+"""Rows of each side of a test, in the order of `bench.claims.kinds.sides_of`."""
 
 
 def named_columns(test: PartTest) -> list[str]:
@@ -64,8 +57,9 @@ def named_columns(test: PartTest) -> list[str]:
     if isinstance(test, RatioTest):
         return sorted(named | {test.longer, test.shorter})
     named |= {column for limits in test.groups.values() for column in limits}
-    named |= {column for rows in selections(test) for column in rows}
-    named |= set(test.metrics)
+    for side in sides_of(test):
+        named |= set(tracker_of(side)[2])
+    named |= set(test.by)
     if isinstance(test, InteractionTest):
         named |= set(test.against)
     if isinstance(test, OrderTest):
@@ -75,7 +69,7 @@ def named_columns(test: PartTest) -> list[str]:
     return sorted(named)
 
 
-def verdict_of(claim: str, test: PartTest, rows: pd.DataFrame, metric: str) -> Verdict:
+def verdict_of(claim: str, test: PartTest, sides: Sides, metric: str) -> Verdict:
     """Verdict on the cells of these rows.
 
     Parameters
@@ -84,48 +78,49 @@ def verdict_of(claim: str, test: PartTest, rows: pd.DataFrame, metric: str) -> V
         Its id, from which random numbers come: the same scores give the same verdict.
     test : PartTest
         What is tested.
-    rows : DataFrame
-        Of one reading, in whatever cells are meant.
+    sides : sequence of DataFrame
+        Rows of each side under one reading, in whatever cells are meant.
     metric : str
         Which of the test's.
     """
     if isinstance(test, BoundTest):
-        return _bound(test, rows)
+        return _bound(test, sides[0])
     if isinstance(test, RatioTest):
-        return ratio_above(rows[test.longer], rows[test.shorter], test.least)
-    if isinstance(test, OrderTest):
-        return _order(test, rows, metric)
-    if isinstance(test, EqualTest):
-        return equal(_differences(rows, test, metric), _margin(rows, test, metric))
+        return ratio_above(sides[0][test.longer], sides[0][test.shorter], test.least)
     if isinstance(test, NoWorseTest):
-        both = [set(matching(rows, side)["repetition"]) for side in selections(test)]
-        rows = rows[rows["repetition"].isin(set.intersection(*both))]
-        return no_worse(_differences(rows, test, metric), _margin(rows, test, metric))
+        both = set.intersection(*(set(side["repetition"]) for side in sides))
+        sides = [side[side["repetition"].isin(both)] for side in sides]
     if isinstance(test, InteractionTest):
         generator = np.random.default_rng(crc32(claim.encode()))
-        ours = limited(rows[rows["sequence"].isin(test.sequences)], test.where)
-        theirs = limited(rows, test.against)
+        ours = [limited(side[side["sequence"].isin(test.on)], test.where) for side in sides]
+        theirs = [limited(side, test.against) for side in sides]
         groups = [_differences(part, test, metric) for part in (ours, theirs)]
-        return order_of_groups(groups[0], groups[1], generator, _margin(rows, test, metric))
+        return order_of_groups(groups[0], groups[1], generator, _margin(sides, test, metric))
+    if isinstance(test, Comparison):
+        return _compared(test, sides, metric)
     if isinstance(test, BestTest):
-        others = [_values(rows, test, selection, metric) for selection in test.others]
+        ours, *others = (_values(side, test, metric) for side in sides)
         best = pd.concat(others, axis=1, join="inner").max(axis=1)
-        near = (_values(rows, test, test.rows, metric) - best).dropna() >= -test.margin
+        near = (ours - best).dropna() >= -test.margin
         near = near.groupby(CELL).mean() == 1.0
         return share_at_least(near, np.ones(len(near)), test.least, test.lower)
-    runs = matching(rows, test.rows)
     if isinstance(test, NumberTest):
-        shares = _scaled(runs, metric).dropna().to_numpy(np.float64)
+        shares = _scaled(sides[0], metric).dropna().to_numpy(np.float64)
         return number(shares) if len(shares) > 1 else undecided("fewer than two runs.")
     if isinstance(test, ShareTest):
-        return _share(test, runs, metric)
-    return _kept(test, runs)
+        return _share(test, sides[0], metric)
+    return _kept(test, sides[0])
 
 
-def _order(test: OrderTest, rows: pd.DataFrame, metric: str) -> Verdict:
-    verdict = order(_differences(rows, test, metric), _margin(rows, test, metric))
+def _compared(test: OrderTest | EqualTest | NoWorseTest, sides: Sides, metric: str) -> Verdict:
+    differences, margin = _differences(sides, test, metric), _margin(sides, test, metric)
+    if isinstance(test, EqualTest):
+        return equal(differences, margin)
+    if isinstance(test, NoWorseTest):
+        return no_worse(differences, margin)
+    verdict = order(differences, margin)
     for column, least in test.needs.items():
-        share = float(matching(rows, test.better)[column].mean())
+        share = float(sides[0][column].mean())
         words = f"{column.replace('_', ' ')} {100 * share:.1f} %"
         if not share >= least:
             return undecided(f"there is nothing to compare: {words}.")
@@ -161,24 +156,23 @@ def _bound(test: BoundTest, rows: pd.DataFrame) -> Verdict:
     return check(test.most is not None and most <= test.most, most, reason, len(values))
 
 
-def _margin(rows: pd.DataFrame, test: _Comparison, metric: str) -> float:
+def _margin(sides: Sides, test: Comparison, metric: str) -> float:
     """The margin in the metric's unit: of errors it is a share of the worse side's mean."""
     if not metric.startswith(ERRORS):
         return test.margin
-    mean = _values(rows, test, test.worse, metric).mean()
+    mean = _values(sides[1], test, metric).mean()
     return test.margin * float(mean) if np.isfinite(mean) else test.margin
 
 
-def _differences(rows: pd.DataFrame, test: _Comparison, metric: str) -> "pd.Series[float]":
+def _differences(sides: Sides, test: Comparison, metric: str) -> "pd.Series[float]":
     """Better less worse by cell; lights and the like of a cell are compared one by one."""
-    better = _values(rows, test, test.better, metric)
-    pairs = (better - _values(rows, test, test.worse, metric)).dropna().groupby(CELL).mean()
+    better, worse = (_values(side, test, metric) for side in sides)
+    pairs = (better - worse).dropna().groupby(CELL).mean()
     return -pairs if metric.startswith(ERRORS) else pairs
 
 
-def _values(rows: pd.DataFrame, test: CellTest, selection: Rows, metric: str) -> "pd.Series[float]":
+def _values(runs: pd.DataFrame, test: CellTest, metric: str) -> "pd.Series[float]":
     """Means over repetitions, by cell and what else tells runs apart."""
-    runs = matching(rows, selection)
     named = {column for limits in (test.where, *test.groups.values()) for column in limits}
     if isinstance(test, InteractionTest):
         named |= set(test.against)
@@ -190,15 +184,3 @@ def _values(rows: pd.DataFrame, test: CellTest, selection: Rows, metric: str) ->
 def _scaled(runs: pd.DataFrame, metric: str) -> "pd.Series[float]":
     """A metric as it is judged: counts as shares of the length."""
     return runs[metric] / runs["frames"] if metric in COUNTS else runs[metric].astype(np.float64)
-
-
-def matching(rows: pd.DataFrame, selection: Rows) -> pd.DataFrame:
-    """Rows with these values."""
-    return limited(rows, {column: [value] for column, value in selection.items()})
-
-
-def limited(rows: pd.DataFrame, limits: Limits) -> pd.DataFrame:
-    """Rows with one of the values that are let through, in every column."""
-    for column, values in limits.items():
-        rows = rows[rows[column].isin(values)]
-    return rows

@@ -1,51 +1,180 @@
-"""Which rows of a table belong to a reading of the text."""
+"""Readings of a text: what it leaves open, choice by choice.
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+A ledger's `[readings]` has an axis for each thing that is open, and an axis an option for each way
+to read it. A reading is one option of every axis; with the first option of all it is the headline.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
+from typing import Annotated, Any
 
-import pandas as pd
+from pydantic import ConfigDict, Field, model_validator
 
-from bench.claims.ledger import ANY, Readings
+from bench.claims.kinds import Entry, Limits, Text, Value
 
-__all__ = ["readings_among", "rows_under"]
+__all__ = ["ANY", "NO_MATTER", "Axis", "Option", "Reading", "Readings"]
 
-Named = Collection[str]
-"""Columns that a test names itself: their values are what it compares, no reading."""
+NO_MATTER = "*"
+"""Stands for every option of an axis."""
+
+ANY = "any"
+"""In a column of readings: a row that depends on none and belongs to all."""
 
 
-def readings_among(
-    readings: Readings, tables: Sequence[pd.DataFrame], named: Named = ()
-) -> Iterator[dict[str, str]]:
-    """All readings that the tables can tell apart, the headline first.
+class Option(Entry):
+    """One way to read something.
 
-    Parameters
+    Its other keys are parameters: of the trackers that the axis is over, or, in a table of a
+    tracker's name, of that tracker alone.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+    __pydantic_extra__: dict[str, Value | dict[str, Value]]
+
+    post_hoc: bool = False
+    where: Limits = Field({})
+
+    @property
+    def shared(self) -> dict[str, Value]:
+        """Parameters of all trackers that the axis is over."""
+        return {k: v for k, v in self.__pydantic_extra__.items() if not isinstance(v, dict)}
+
+    def of(self, tracker: str) -> dict[str, Value]:
+        """Parameters of one tracker alone; empty for none."""
+        own = self.__pydantic_extra__.get(tracker, {})
+        return own if isinstance(own, dict) else {}
+
+
+class Axis(Entry):
+    """Ways to read one thing, by name, the headline's first."""
+
+    over: tuple[Text, ...] = ()
+    rivals: bool = False
+    options: Annotated[dict[str, Option], Field(min_length=1)]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _options_stand_among_the_keys(cls, table: Any) -> Any:
+        if not isinstance(table, dict):
+            return table
+        settings = {key: table[key] for key in ("over", "rivals") if key in table}
+        return {**settings, "options": {k: v for k, v in table.items() if k not in settings}}
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One option of every axis.
+
+    Attributes
     ----------
-    readings : Readings
-        Of a ledger.
-    tables : sequence of DataFrame
-        What a claim is judged by. A column that none of them has, or on which none of their rows
-        depends, makes no reading, nor does a value that no row has.
-    named : collection of str
-        Columns that are no reading here.
+    names : mapping of str to str
+        Option by axis.
+    options : tuple of (Axis, Option)
+        The same.
     """
-    columns = {}
-    for column, values in readings.columns.items():
-        found = (set(table[column].unique()) for table in tables if column in table)
-        there = set[object]().union(*found) - {ANY}
-        if there and column not in named:
-            columns[column] = [value for value in values if value in there]
-    for chosen in product(*columns.values()):
-        yield dict(zip(columns, chosen, strict=True))
+
+    names: Mapping[str, str]
+    options: tuple[tuple[Axis, Option], ...]
+
+    @property
+    def post_hoc(self) -> bool:
+        """Whether it was chosen after seeing results."""
+        return any(option.post_hoc for _, option in self.options)
+
+    def parameters(self, tracker: str) -> dict[str, Value]:
+        """What it sets of a tracker."""
+        told: dict[str, Value] = {}
+        for axis, option in self.options:
+            told |= option.shared if tracker in axis.over or not axis.over else {}
+            told |= option.of(tracker)
+        return told
+
+    @cached_property
+    def limits(self) -> Limits:
+        """Rows of the scores that it is about."""
+        return {key: value for _, option in self.options for key, value in option.where.items()}
+
+    @cached_property
+    def columns(self) -> Limits:
+        """Rows of another table that it is about, as far as that has such columns."""
+        shared = {k: [v] for _, option in self.options for k, v in option.shared.items()}
+        return {**shared, **self.limits}
 
 
-def rows_under(
-    readings: Readings, table: pd.DataFrame, reading: Mapping[str, str], named: Named = ()
-) -> pd.DataFrame:
-    """Rows of a table under a reading, those of the headline where it says nothing.
+class Readings(Entry):
+    """All axes of a ledger.
 
-    Rows that depend on no reading (`ANY`) belong to every one.
+    Attributes
+    ----------
+    axes : mapping of str to Axis
+    usual : mapping of str to mapping
+        Parameters by sequence and tracker, under whatever else is said of a tracker there.
     """
-    for column, values in readings.columns.items():
-        if column in table and column not in named:
-            table = table[table[column].isin([reading.get(column, values[0]), ANY])]
-    return table
+
+    axes: dict[Text, Axis] = Field({})
+    usual: dict[Text, dict[Text, dict[Text, Value]]] = Field({})
+    choices: tuple[dict[str, str], ...] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _axes_stand_among_the_keys(cls, table: Any) -> Any:
+        if not isinstance(table, dict) or "axes" in table:
+            return table
+        rivals, choices = table.get("rivals", ()), table.get("post_hoc", ())
+        axes, usual = {}, {}
+        for name, axis in table.items():
+            if name == "usual":
+                usual = axis
+            elif isinstance(axis, list) and name not in ("rivals", "post_hoc"):
+                # A column and its values, the form before there were named readings.
+                axes[name] = {
+                    "rivals": name in rivals,
+                    **{value: {"where": {name: value}} for value in axis},
+                }
+            elif name not in ("rivals", "post_hoc"):
+                axes[name] = axis
+        return {"axes": axes, "usual": usual, "choices": choices}
+
+    @property
+    def columns(self) -> Mapping[str, tuple[str, ...]]:
+        """Names of options by axis, the headline's first."""
+        return {name: tuple(axis.options) for name, axis in self.axes.items()}
+
+    @property
+    def rivals(self) -> list[str]:
+        """Axes none of whose options is the headline."""
+        return [name for name, axis in self.axes.items() if axis.rivals]
+
+    def all(
+        self, matters: Callable[[Axis], bool], has: Callable[[Option], bool]
+    ) -> Iterator[Reading]:
+        """Every reading by the axes that matter and the options that there are, headline first."""
+        axes = {name: axis for name, axis in self.axes.items() if matters(axis)}
+        there = (
+            [name for name, option in axis.options.items() if has(option)] for axis in axes.values()
+        )
+        for names in product(*there):
+            options = [
+                (axis, axis.options[name]) for axis, name in zip(axes.values(), names, strict=True)
+            ]
+            yield Reading(dict(zip(axes, names, strict=True)), tuple(options))
+
+    def places(self, reading: Reading) -> tuple[str, ...]:
+        """Options in the order of all axes; `NO_MATTER` for an axis that has none."""
+        return tuple(reading.names.get(axis, NO_MATTER) for axis in self.axes)
+
+    def is_post_hoc(self, reading: Reading) -> bool:
+        """Whether a reading was chosen after seeing results."""
+        told = any(
+            all(reading.names.get(k) == v for k, v in choice.items()) for choice in self.choices
+        )
+        return told or reading.post_hoc
+
+    def is_headline(self, names: Mapping[str, str]) -> bool:
+        """Whether it is the first of all readings; rivals are equal."""
+        return all(
+            names.get(axis, options[0]) == options[0] or axis in self.rivals
+            for axis, options in self.columns.items()
+        )

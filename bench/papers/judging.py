@@ -4,8 +4,9 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
-from bench.claims.conclusion import Conclusion, conclude
-from bench.claims.evaluation import judge
+from bench.claims.checks import CHECKS
+from bench.claims.conclusion import Conclusion
+from bench.claims.evaluation import judge_all
 from bench.claims.ledger import read_claims
 
 __all__ = ["conclusions", "failure_remarks"]
@@ -15,8 +16,7 @@ def conclusions(
     paper: str, scores: pd.DataFrame, tables: Mapping[str, pd.DataFrame]
 ) -> list[Conclusion]:
     """A paper's claims after their verdicts; parameters as `bench.claims.evaluation.judge`."""
-    claims = read_claims(paper)
-    return [conclude(claim, judge(claim, scores, tables)) for claim in claims.values()]
+    return judge_all(read_claims(paper), scores, tables, CHECKS)
 
 
 def failure_remarks(

@@ -1,23 +1,20 @@
-"""Checks of the paper on CamShift inside a particle filter: particles needed, and a summary.
+"""Checks of the paper on CamShift inside a particle filter: particles needed.
 
 Those on particles read a table `particles` of the filters' runs: `sequence`, `scene`, `tracker`,
 `particles`, `success`, `kept_scene`, and columns of readings.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from itertools import product
-from math import inf, nan
+from math import inf
 
 import pandas as pd
 
-from bench.claims.checks.runs import labelled, runs_by_reading
+from bench.claims.checks.runs import runs_by_reading
 from bench.claims.findings import Check, Evidence, Finding
 from bench.statistics.verdicts import (
     LEAST_CELLS,
-    NOWHERE,
     Verdict,
     check,
-    conjunction,
     undecided,
 )
 
@@ -64,35 +61,6 @@ def fewer_particles(evidence: Evidence) -> list[Finding]:
     return found
 
 
-def summary(evidence: Evidence) -> list[Finding]:
-    """Several other claims of the ledger all hold, under every reading that all were tested in."""
-    # Those judge with these checks: they can't be imported before them.
-    from bench.claims.conclusion import conclude
-    from bench.claims.evaluation import judge
-    from bench.claims.ledger import read_claims
-
-    ledger, names = read_claims("wang2010"), evidence.names("claims")
-    claims = [
-        conclude(ledger[name], judge(ledger[name], evidence.scores, evidence.tables))
-        for name in names
-    ]
-    seen = [finding.reading for claim in claims for finding in claim.findings]
-    columns = {}
-    for column, values in evidence.claim.readings.columns.items():
-        there = {reading[column] for reading in seen if column in reading}
-        if there:
-            columns[column] = [value for value in values if value in there]
-    found = []
-    for values in product(*columns.values()):
-        reading = dict(zip(columns, values, strict=True))
-        told = [claim.under(reading) for claim in claims]
-        said = [Verdict(one[0], nan, NOWHERE, 1, one[1]) for one in told if one is not None]
-        if len(said) == len(claims):
-            verdict = conjunction(said, names)
-            found.append(labelled(evidence, reading, "kept")(verdict=verdict))
-    return found
-
-
 def success_by_number(runs: pd.DataFrame, tracker: str) -> "pd.Series[float]":
     """Share of successful runs by number of particles, the mean over scenes."""
     chosen = runs[runs["tracker"] == tracker]
@@ -109,7 +77,6 @@ def particles_needed(curve: "pd.Series[float]", share: float) -> float:
 CHECKS: Mapping[str, Check] = {
     "least-particles": least_particles,
     "fewer-particles": fewer_particles,
-    "summary": summary,
 }
 """By the name that the ledger gives."""
 

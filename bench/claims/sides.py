@@ -1,0 +1,286 @@
+"""Which rows of a table a side of a test means, under a reading of the text.
+
+In a table of runs (one with a column `settled`) a side names a tracker. Its parameters are those
+that are usual on the sequence, over them the reading's, over them the side's own; the runs whose
+settled parameters are equal to these are meant, so that nothing depends on how they were written.
+In other tables a side names columns, and a reading's parameters limit columns of their names.
+"""
+
+import json
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from typing import TypeAlias
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from bench.claims.kinds import Limits, Side, Value
+from bench.claims.readings import ANY, Axis, Option, Reading, Readings
+from bench.experiments.contestant import contestant
+from datasets.text_form import format_text, parse_text
+from trackers import TrackerError
+
+__all__ = [
+    "SETTLED",
+    "Compared",
+    "Table",
+    "limited",
+    "rows_by_reading",
+    "run_key",
+    "tracker_of",
+]
+
+Rows: TypeAlias = pd.DataFrame
+
+SETTLED = "settled"
+"""Column of what `run_key` gives, in tables of runs."""
+
+
+@cache
+def run_key(text: str) -> str:
+    """What runs are matched by: a tracker's name, settled parameters and what it starts from.
+
+    Parameters
+    ----------
+    text : str
+        Text form.
+
+    Raises
+    ------
+    TrackerError
+        For a tracker, a preset or a parameter that is not known.
+    """
+    settled = contestant(text)
+    return json.dumps([settled.name, settled.parameters, settled.init], sort_keys=True)
+
+
+def tracker_of(side: Side) -> tuple[str, dict[str, Value], dict[str, Value]]:
+    """A side's tracker (empty for none), its parameters there, and what it says of columns."""
+    if isinstance(side, str):
+        name, options = parse_text(side)
+        return name, {**options}, {}
+    columns = dict(side)
+    name, options = parse_text(str(columns.pop("tracker", "")))
+    return name, {**options}, columns
+
+
+def limited(rows: pd.DataFrame, limits: Limits) -> pd.DataFrame:
+    """Rows with one of the values that are let through, in every column."""
+    for column, values in limits.items():
+        rows = rows[rows[column].isin(values)]
+    return rows
+
+
+class Table:
+    """A table in which sides are looked up many times.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        Scores, or another table.
+    readings : Readings
+        Of the ledger.
+    """
+
+    def __init__(self, rows: pd.DataFrame, readings: Readings) -> None:
+        self.rows, self.readings = rows, readings
+        self.is_of_runs = SETTLED in rows
+        self._places: dict[object, list[int]] = {}
+        if self.is_of_runs:
+            for place, key in enumerate(zip(rows[SETTLED], rows["sequence"], strict=True)):
+                self._places.setdefault(key, []).append(place)
+
+    def runs(self, tracker: str, parameters: Mapping[str, Value], sequences: Iterable[str]) -> Rows:
+        """Runs of a tracker with these parameters, over what is usual on each sequence."""
+        places: list[int] = []
+        for sequence in sequences:
+            usual = self.readings.usual.get(sequence, {}).get(tracker, {})
+            key = _known_key(format_text(tracker, {**usual, **parameters}))
+            places += self._places.get((key, sequence), [])
+        return self.rows.iloc[sorted(places)]
+
+
+class _Rows:
+    """Rows before readings limit their columns."""
+
+    def __init__(self, rows: Rows) -> None:
+        self.rows = rows
+        self.told = cache(self._told)
+        self._right = cache(self._limited)
+
+    def _told(self, column: str) -> NDArray[np.bool_] | None:
+        """Which rows belong to one reading, as those of none belong to all; None for none."""
+        if column not in self.rows:
+            return None
+        values = self.rows[column]
+        told = ~(values.isna() | (values == ANY)).to_numpy(bool)
+        return told if told.any() else None
+
+    def _limited(self, column: str, values: tuple[Value, ...]) -> NDArray[np.bool_]:
+        return self.rows[column].isin(values).to_numpy(bool)
+
+    def has(self, limits: Limits) -> bool | None:
+        """Whether there are rows of these; None where no row belongs to one reading."""
+        found = [
+            bool(self._right(column, tuple(values)).any())
+            for column, values in limits.items()
+            if self.told(column) is not None
+        ]
+        return all(found) if found else None
+
+    def choose(self, limits: Limits) -> "Chosen":
+        """Those of these, and those of no reading."""
+        chosen, asked = np.ones(len(self.rows), bool), []
+        for column, values in limits.items():
+            if (told := self.told(column)) is not None:
+                asked.append((column, *values))
+                chosen &= self._right(column, tuple(values)) | ~told
+        return Chosen(self.rows, chosen, tuple(asked))
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """Rows of a side under a reading, and what it asks: readings that ask the same are one."""
+
+    among: Rows
+    chosen: NDArray[np.bool_]
+    asked: tuple[object, ...]
+
+    @property
+    def rows(self) -> Rows:
+        """Themselves."""
+        return self.among[self.chosen]
+
+
+class Compared:
+    """A side of a test, whose rows are asked for under many readings.
+
+    Parameters
+    ----------
+    table : Table
+        Where the rows are.
+    side : Side
+        Of the test.
+    sequences : sequence of str or None
+        Those that are asked for; None for whatever there is.
+    where : sequence of Limits
+        Rows beyond all of these are not asked for.
+    named : collection of str
+        Columns that the test itself limits: they are no readings here.
+    """
+
+    def __init__(
+        self,
+        table: Table,
+        side: Side,
+        sequences: Sequence[str] | None = None,
+        where: Sequence[Limits] = ({},),
+        named: Collection[str] = (),
+    ) -> None:
+        self._table, self._sequences, self._where = table, sequences, where
+        self.tracker, self._own, self._columns = tracker_of(side)
+        self._is_of_runs = table.is_of_runs and bool(self.tracker)
+        if not self._is_of_runs:
+            self.tracker, self._columns = "", {} if isinstance(side, str) else dict(side)
+        self._named = {*named, *self._columns}
+        self._base: dict[tuple[object, ...], _Rows] = {}
+
+    def matters(self, axis: Axis) -> bool:
+        """Whether an axis of readings could tell its rows apart."""
+        if self._is_of_runs:
+            over = self.tracker in axis.over or not axis.over
+            if any(one.of(self.tracker) or (over and one.shared) for one in axis.options.values()):
+                return True
+        limits = [self._limits(option) for option in axis.options.values()]
+        return any(column in self._table.rows for each in limits for column in each)
+
+    def has(self, option: Option) -> bool | None:
+        """Whether it has rows that an option limits it to; None where the option limits none."""
+        if not self._is_of_runs:
+            return self._among(()).has(self._limits(option))
+        if option.shared or option.of(self.tracker):
+            return None  # which the parameters of other axes decide, too
+        return self._every.has(self._limits(option))
+
+    def choose(self, reading: Reading) -> Chosen:
+        """Rows under a reading; see the module."""
+        parameters: dict[str, Value] = {}
+        if self._is_of_runs:
+            parameters = {**reading.parameters(self.tracker), **self._own}
+        key = (self.tracker, *sorted(map(str, parameters.items())))
+        limits: Limits = {}
+        for _, option in reading.options:
+            limits |= self._limits(option)
+        found = self._among(key, parameters).choose(limits)
+        return replace(found, asked=(*key, *found.asked))
+
+    def _limits(self, option: Option) -> Limits:
+        limits = dict(option.where)
+        if not self._is_of_runs:
+            limits |= {key: [value] for key, value in option.shared.items()}
+        return {key: values for key, values in limits.items() if key not in self._named}
+
+    @cached_property
+    def _every(self) -> _Rows:
+        return _Rows(self._table.rows)
+
+    def _among(
+        self, key: tuple[object, ...], parameters: Mapping[str, Value] | None = None
+    ) -> _Rows:
+        """Rows whatever columns of readings say."""
+        if not self._is_of_runs:
+            key = ()
+        if key not in self._base:
+            if self._is_of_runs:
+                rows = self._table.runs(self.tracker, parameters or {}, self._sequences or ())
+            else:
+                rows = self._table.rows
+                if self._sequences is not None:
+                    rows = rows[rows["sequence"].isin(list(self._sequences))]
+            rows = limited(rows, {column: [value] for column, value in self._columns.items()})
+            kept = [limited(rows, part).index for part in self._where]
+            self._base[key] = _Rows(rows[np.any([rows.index.isin(i) for i in kept], axis=0)])
+        return self._base[key]
+
+
+Found = tuple[Reading, frozenset[tuple[str, ...]], list[Rows]]
+
+
+def rows_by_reading(sides: Sequence[Compared], readings: Readings) -> Iterator[Found]:
+    """Readings that ask for different rows; only those with rows for all sides.
+
+    Yields
+    ------
+    reading : Reading
+        The first of those that ask the same.
+    same : frozenset of tuple of str
+        All of these, see `Readings.places`.
+    rows : list of DataFrame
+        Of each side.
+    """
+
+    def has(option: Option) -> bool:
+        known = [answer for side in sides if (answer := side.has(option)) is not None]
+        return any(known) or not known
+
+    found: dict[tuple[object, ...], tuple[Reading, list[tuple[str, ...]], list[Rows]]] = {}
+    for reading in readings.all(lambda axis: any(side.matters(axis) for side in sides), has):
+        chosen = [side.choose(reading) for side in sides]
+        if all(one.chosen.any() for one in chosen):
+            asked = tuple(one.asked for one in chosen)
+            if asked not in found:
+                found[asked] = reading, [], [one.rows for one in chosen]
+            found[asked][1].append(readings.places(reading))
+    for reading, same, rows in found.values():
+        yield reading, frozenset(same), rows
+
+
+@cache
+def _known_key(text: str) -> str | None:
+    """As `run_key`; None for what no tracker is: nothing was run that is so."""
+    try:
+        return run_key(text)
+    except TrackerError:
+        return None

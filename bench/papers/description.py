@@ -1,0 +1,247 @@
+"""What a paper's `paper.toml` says, read and checked.
+
+    read_description("wang2010") -> Description
+
+CONTRIBUTING.md shows how a table and a claim are added; `bench/papers/wang2010/paper.toml` has an
+example of nearly everything. What TOML can't say plainly is a function of one of the paper's own
+modules, named as `module.function`.
+"""
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, ValidationError, model_validator
+
+from bench.claims.kinds import Entry, Limits, Text, Texts
+from bench.experiments.experiment import ExperimentError
+
+__all__ = [
+    "Column",
+    "Description",
+    "Experiments",
+    "FigureEntry",
+    "Line",
+    "Measure",
+    "Settings",
+    "TableEntry",
+    "Tolerance",
+    "read_description",
+]
+
+FOLDER = Path(__file__).parent
+
+How = Literal["mean", "median", "min", "max", "all", "any", "count"]
+Statistic = Literal["share", "quartiles", "mean", "median", "range", "count", "runs", "scenes"]
+
+
+def _by_place(*keys: str) -> BeforeValidator:
+    """A list in place of a table whose first keys these are."""
+
+    def named(value: Any) -> Any:
+        return dict(zip(keys, value, strict=False)) if isinstance(value, list) else value
+
+    return BeforeValidator(named)
+
+
+class Tolerance(Entry):
+    """How near the truth's centre an estimate is `within`.
+
+    A share of the mean side, or of the mean width, of the sequence's boxes; or pixels.
+    """
+
+    of: Literal["side", "width", "pixels"]
+    share: float = Field(gt=0)
+
+
+class Experiments(Entry):
+    """Which experiments there are, by effort."""
+
+    always: Texts
+    all: tuple[Text, ...] = ()
+    not_quick: tuple[Text, ...] = ()
+    timed: tuple[Text, ...] = ()
+    thorough: dict[Text, int] = {}
+
+
+class Recording(Entry):
+    """What is run on recorded sequences, and whose published figures stand beside."""
+
+    title: Text
+    trackers: Texts
+    others: tuple[Text, ...] = ()
+
+
+class Settings(Entry):
+    """How a tracker's setting is told."""
+
+    told: dict[Text, Texts] = {}
+    post_hoc: tuple[Text, ...] = ()
+
+
+class Measure(Entry):
+    """A number of a run: of a series over frames, from the first to the last, both included."""
+
+    of: Text
+    first: int | None = None
+    last: int | None = None
+    how: How = "mean"
+    on: tuple[Text, ...] = ()
+
+
+class Column(Entry):
+    """A column of a table: a statistic of a measure over the runs of a row."""
+
+    head: Text
+    of: str = ""
+    how: Statistic = Field("mean", alias="as")
+    digits: int | None = None
+    scale: float = 1.0
+    where: Limits = {}
+
+
+class Line(Entry):
+    """A row, or a row for `each` value of a column, of a table that is no runs'."""
+
+    words: tuple[Text, ...]
+    table: Text
+    of: Text
+    where: Limits = {}
+    each: tuple[Text, ...] = ()
+    digits: int = 2
+    scale: float = 1.0
+
+
+class Varied(Entry):
+    """Runs that differ from a tracker's text form in one parameter, or in none."""
+
+    base: Texts
+    parameters: tuple[Text, ...] = ()
+    others: bool = False
+
+
+Columns = tuple[Annotated[Column, _by_place("head", "of", "as", "digits")], ...]
+
+
+class TableEntry(Entry):
+    """A table of the report."""
+
+    caption: str = ""
+    table: Text = "scores"
+    experiments: tuple[Text, ...] = ()
+    trackers: tuple[Text, ...] = ()
+    where: Limits = {}
+    rows: tuple[Text, ...] = ()
+    columns: Columns = ()
+    across: Annotated[Column | None, _by_place("head", "of", "as", "digits")] = None
+    vary: Varied | None = None
+    lines: tuple[Line, ...] = ()
+    heads: dict[Text, Text] = {}
+    notes: tuple[Text, ...] = ()
+    effort: Literal["default", "all"] = "default"
+    hook: str = ""
+
+    @model_validator(mode="after")
+    def _says_what_stands_in_it(self) -> "TableEntry":
+        if not self.hook and not self.columns and self.across is None:
+            raise ValueError("give `columns`, `across`, or a `hook`")
+        return self
+
+
+class FigureEntry(Entry):
+    """A figure of the report."""
+
+    kind: Literal["strip", "frames", "curve", "hook"]
+    title: str = ""
+    hook: str = ""
+    experiment: str = ""
+    sequence: str | list[str] = ""
+    trackers: tuple[Text, ...] = ()
+    labels: tuple[Text, ...] = ()
+    presets: tuple[Text, ...] = ()
+    frames: tuple[int, ...] = ()
+    of: Text = "error"
+    quantity: str = ""
+    enlarged: float = 3.0
+    panels: dict[Text, dict[Text, Text]] = {}
+    across: str = ""
+    marks: tuple[float, ...] = ()
+
+
+class Description(Entry):
+    """A paper; see the module."""
+
+    name: Text
+    version: Literal[1]
+    title: Text
+    remarks: tuple[Text, ...] = ()
+    main: tuple[Text, ...] = ()
+    frames_from: int = 0
+    tolerance: Tolerance = Tolerance(of="side", share=0.5)
+    traces: tuple[Literal["online", "revised"], ...] = ()
+    apart: tuple[Text, ...] = ()
+    experiments: Experiments
+    recorded: Recording | None = None
+    names: dict[Text, Text] = {}
+    settings: Settings = Settings()
+    measures: dict[Text, Annotated[Measure, _by_place("of", "first", "last", "how")]] = {}
+    table: dict[Text, TableEntry] = {}
+    figure: dict[Text, FigureEntry] = {}
+    hooks: tuple[Text, ...] = ()
+
+    @model_validator(mode="after")
+    def _names_what_there_is(self) -> "Description":
+        for table in self.main:
+            if table not in self.table:
+                raise ValueError(f"main: there is no table {table!r}")
+        every = {*self.experiments.always, *self.experiments.all}
+        told: dict[str, set[str]] = {
+            "not_quick": set(self.experiments.not_quick),
+            "timed": set(self.experiments.timed),
+            "thorough": set(self.experiments.thorough),
+        }
+        for key, names in told.items():
+            for name in sorted(names - every):
+                raise ValueError(f"experiments.{key}: {name!r} is not among `always` and `all`")
+        return self
+
+    def experiment(self, name: str) -> str:
+        """Public name of an experiment, which its results' folder has."""
+        return f"{self.name}-{name}"
+
+
+def read_description(name: str, path: Path | None = None) -> Description:
+    """Read what a paper's TOML says.
+
+    Parameters
+    ----------
+    name : str
+        Of the paper.
+    path : Path, optional
+        Another file than its own.
+
+    Raises
+    ------
+    ExperimentError
+        Naming the file and the entry that is missing, unknown or of the wrong kind.
+    """
+    path = path or FOLDER / name / "paper.toml"
+    try:
+        table = tomllib.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise ExperimentError(f"{path}: {error.strerror}.") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ExperimentError(f"{path}: {error}.") from None
+    try:
+        return Description.model_validate({"name": name, **table})
+    except ValidationError as error:
+        raise ExperimentError(_first_error(path, error)) from None
+
+
+def _first_error(path: Path, error: ValidationError) -> str:
+    """The first thing that is wrong, in words."""
+    first: Mapping[str, Any] = error.errors(include_url=False)[0]
+    place = ".".join(str(part) for part in first["loc"])
+    words = first["msg"].removeprefix("Value error, ")
+    return f"{path}:{f' {place}:' if place else ''} {words[:1].lower()}{words[1:]}."

@@ -1,0 +1,154 @@
+"""What is measured of a run: numbers of series over frames, as a paper's `[measures]` say."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from math import nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.evaluation.record import Run, Trace
+from bench.metrics.centre_error import centre_error
+from bench.metrics.overlap import overlap
+from bench.papers.description import Description, Measure, Tolerance
+from bench.store.truth import StoredTruth
+
+__all__ = ["Course", "Series", "measured", "summarised"]
+
+Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Course:
+    """A finished run beside the truth of its sequence, frame by frame.
+
+    Attributes
+    ----------
+    run : Run
+        With boxes in every frame.
+    truth : StoredTruth
+        Of its sequence.
+    sequence : str
+        The sequence's name without variant.
+    allowed : Tolerance
+        What `within` means.
+    trace : str
+        Which of the boxes are meant.
+    """
+
+    run: Run
+    truth: StoredTruth
+    sequence: str
+    allowed: Tolerance
+    trace: Trace = "online"
+
+    @cached_property
+    def boxes(self) -> Values:
+        """Boxes of the trace, shape (n, 4), in pixels."""
+        return self.run.boxes_in(self.trace)
+
+    @cached_property
+    def error(self) -> Values:
+        """Centre error in pixels, shape (n,); NaN where the target is absent."""
+        return centre_error(self.truth.boxes, self.boxes)
+
+    @cached_property
+    def overlap(self) -> Values:
+        """Overlap in [0, 1], shape (n,); NaN where the target is absent."""
+        there = np.isfinite(self.truth.boxes).all(axis=1)
+        found = np.full(len(there), nan)
+        found[there] = overlap(self.truth.boxes[there], self.boxes[there])
+        return found
+
+    @cached_property
+    def tolerance(self) -> float:
+        """Greatest centre error that is within, in pixels."""
+        sides = self.truth.boxes[:, 2:]
+        if self.allowed.of == "pixels":
+            return self.allowed.share
+        means = np.nanmean(sides[:, 0] if self.allowed.of == "width" else sides)
+        return float(means * self.allowed.share)
+
+    @cached_property
+    def within(self) -> Values:
+        """1 where the centre is within the tolerance, else 0; NaN where the target is absent."""
+        return np.where(np.isnan(self.error), nan, self.error <= self.tolerance)
+
+    def detail(self, name: str) -> Values:
+        """A detail of the tracker by frame; NaN where it has none of this name."""
+        known = self.run.details.get(name)
+        return np.full(len(self.truth.boxes), nan) if known is None else np.asarray(known, float)
+
+
+Series = Callable[[Course], Values]
+"""A number by frame of a run, shape (n,); NaN where there is none."""
+
+_KNOWN: Mapping[str, Series] = {
+    "error": lambda course: course.error,
+    "within": lambda course: course.within,
+    "overlap": lambda course: course.overlap,
+    "visible": lambda course: np.asarray(course.truth.visibility, float),
+}
+
+
+def measured(
+    course: Course, description: Description, further: Mapping[str, Series]
+) -> dict[str, float]:
+    """All `[measures]` of a run.
+
+    Parameters
+    ----------
+    course : Course
+        Of the run.
+    description : Description
+        Of the paper.
+    further : mapping of str to callable
+        Series of the paper's own; whatever else is named is a detail of the tracker.
+    """
+    known: dict[str, Values] = {}
+    found = {}
+    for name, measure in description.measures.items():
+        if measure.on and course.sequence not in measure.on:
+            continue
+        if measure.of not in known:
+            series = further.get(measure.of) or _KNOWN.get(measure.of)
+            known[measure.of] = series(course) if series else course.detail(measure.of)
+        found[name] = summarised(known[measure.of], measure, description.frames_from)
+    return found
+
+
+def summarised(series: Values, measure: Measure, frames_from: int = 0) -> float:
+    """One number of a series; NaN where nothing is known in the frames that are meant.
+
+    Parameters
+    ----------
+    series : ndarray of float64, shape (n,)
+        By frame.
+    measure : Measure
+        Which frames, and how: from the first to the last, both included; the first alone where
+        there is no last. Negative ones count from the end, -1 being the last of all.
+    frames_from : int
+        What the measure calls the first frame.
+    """
+    n = len(series)
+    first = 0 if measure.first is None else measure.first
+    last = measure.last
+    if last is None:
+        last = -1 if measure.first is None else first
+    start = first - frames_from if measure.first is not None and first >= 0 else first % n
+    stop = (last % n if last < 0 else last - frames_from) + 1
+    values = series[start:stop]
+    values = values[~np.isnan(values)]
+    return float(_HOW[measure.how](values)) if len(values) else nan
+
+
+_HOW: Mapping[str, Callable[[Values], float]] = {
+    "mean": np.mean,
+    "median": np.median,
+    "min": np.min,
+    "max": np.max,
+    "all": np.all,
+    "any": np.any,
+    "count": np.sum,
+}
