@@ -21,6 +21,7 @@ from bench.claims.kinds import (
     Limits,
     LostTest,
     NoTest,
+    NumberTest,
     PartsTest,
     PartTest,
     RatioTest,
@@ -30,7 +31,7 @@ from bench.claims.kinds import (
 from bench.claims.ledger import Claim
 from bench.claims.measuring import CELL, named_columns, verdict_of
 from bench.claims.readings import NO_MATTER, Option, Reading, Readings
-from bench.claims.sides import Compared, Table, limited, rows_by_reading
+from bench.claims.sides import SETTLED, Compared, Table, limited, rows_by_reading
 from bench.statistics.verdicts import (
     LEAST_CELLS,
     NOWHERE,
@@ -143,7 +144,8 @@ def _frame(
         if column not in table:
             words = f"the {'scores have' if test.table == SCORES else f'table {test.table} has'}"
             raise ValueError(f"claim {claim.id}: {words} no column {column!r}.")
-    return table
+    needed = {*COLUMNS, *named_columns(test), *claim.readings.limits, SETTLED, "failure", "tracker"}
+    return table[[column for column in table if column in needed]]
 
 
 @dataclass(frozen=True)
@@ -195,7 +197,14 @@ def _parts_by_reading(
     tables = {id(frame): Table(frame, readings) for frame in frames.values()}
     sides = {
         name: [
-            Compared(tables[id(frames[name])], side, _sequences(test), _limits(test), named)
+            Compared(
+                tables[id(frames[name])],
+                side,
+                _sequences(test),
+                _limits(test),
+                named,
+                any_will_do=isinstance(test, NumberTest),
+            )
             for side in sides_of(test)
         ]
         for name, test in tests.items()

@@ -66,6 +66,7 @@ __all__ = [
     "Text",
     "Texts",
     "Value",
+    "listed",
     "sides_of",
 ]
 
@@ -81,14 +82,15 @@ SCORES = "scores"
 """Name of the table that a reproduction's runs make."""
 
 Value = bool | int | float | str
-Side = str | dict[str, Value]
-"""A tracker's text form; or columns and their values (`tracker` may be a text form, too)."""
+Side = str | dict[str, Value | list[Value]]
+"""A tracker's text form; or columns and their values. There `tracker` may be a text form, too, or a
+list of these, whose runs are taken together where there are some of each."""
 
 Text = Annotated[str, Field(min_length=1)]
 Texts = Annotated[tuple[Text, ...], Field(min_length=1)]
 
 
-def _listed(value: Any) -> Any:
+def listed(value: Any) -> Any:
     """A single text as a list of one."""
     return [value] if isinstance(value, str) else value
 
@@ -100,7 +102,7 @@ def _all_listed(limits: Any) -> Any:
     return {key: value if isinstance(value, list) else [value] for key, value in limits.items()}
 
 
-Names = Annotated[Texts, BeforeValidator(_listed)]
+Names = Annotated[Texts, BeforeValidator(listed)]
 Limits = Annotated[dict[str, list[Value]], BeforeValidator(_all_listed)]
 """Columns and the values that are let through."""
 

@@ -26,7 +26,7 @@ from bench.claims.kinds import (
     ShareTest,
     sides_of,
 )
-from bench.claims.sides import limited, tracker_of
+from bench.claims.sides import limited, trackers_of
 from bench.statistics.verdicts import (
     Verdict,
     all_kept,
@@ -58,7 +58,7 @@ def named_columns(test: PartTest) -> list[str]:
         return sorted(named | {test.longer, test.shorter})
     named |= {column for limits in test.groups.values() for column in limits}
     for side in sides_of(test):
-        named |= set(tracker_of(side)[2])
+        named |= set(trackers_of(side)[1])
     named |= set(test.by)
     if isinstance(test, InteractionTest):
         named |= set(test.against)

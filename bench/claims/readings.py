@@ -147,6 +147,12 @@ class Readings(Entry):
         """Axes none of whose options is the headline."""
         return [name for name, axis in self.axes.items() if axis.rivals]
 
+    @cached_property
+    def limits(self) -> frozenset[str]:
+        """Columns of tables that readings limit."""
+        options = [option for axis in self.axes.values() for option in axis.options.values()]
+        return frozenset(key for one in options for key in (*one.where, *one.shared))
+
     def all(
         self, matters: Callable[[Axis], bool], has: Callable[[Option], bool]
     ) -> Iterator[Reading]:

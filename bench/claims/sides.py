@@ -29,7 +29,7 @@ __all__ = [
     "limited",
     "rows_by_reading",
     "run_key",
-    "tracker_of",
+    "trackers_of",
 ]
 
 Rows: TypeAlias = pd.DataFrame
@@ -56,14 +56,24 @@ def run_key(text: str) -> str:
     return json.dumps([settled.name, settled.parameters, settled.init], sort_keys=True)
 
 
-def tracker_of(side: Side) -> tuple[str, dict[str, Value], dict[str, Value]]:
-    """A side's tracker (empty for none), its parameters there, and what it says of columns."""
-    if isinstance(side, str):
-        name, options = parse_text(side)
-        return name, {**options}, {}
-    columns = dict(side)
-    name, options = parse_text(str(columns.pop("tracker", "")))
-    return name, {**options}, columns
+Options = dict[str, Value]
+
+
+def trackers_of(side: Side) -> tuple[list[tuple[str, Options]], Limits]:
+    """A side's trackers, each with its own parameters, and what it says of columns."""
+    columns: Limits = {}
+    texts: list[Value] = [side] if isinstance(side, str) else []
+    for key, value in side.items() if isinstance(side, dict) else ():
+        values = value if isinstance(value, list) else [value]
+        if key == "tracker":
+            texts = values
+        else:
+            columns[key] = values
+    trackers = []
+    for text in texts:
+        name, options = parse_text(str(text))
+        trackers.append((name, {**options}))
+    return trackers, columns
 
 
 def limited(rows: pd.DataFrame, limits: Limits) -> pd.DataFrame:
@@ -92,14 +102,22 @@ class Table:
             for place, key in enumerate(zip(rows[SETTLED], rows["sequence"], strict=True)):
                 self._places.setdefault(key, []).append(place)
 
+    def key(self, tracker: str, parameters: Mapping[str, Value], sequence: str) -> str | None:
+        """What a tracker's runs on a sequence are matched by; None where it has no such parameter.
+
+        The parameters are laid over what is usual on the sequence.
+        """
+        usual = self.readings.usual.get(sequence, {}).get(tracker, {})
+        return _known_key(format_text(tracker, {**usual, **parameters}))
+
+    def of(self, keys: Iterable[tuple[object, str]]) -> Rows:
+        """Runs by key and sequence."""
+        places = [place for key in keys for place in self._places.get(key, [])]
+        return self.rows.iloc[sorted(places)]
+
     def runs(self, tracker: str, parameters: Mapping[str, Value], sequences: Iterable[str]) -> Rows:
         """Runs of a tracker with these parameters, over what is usual on each sequence."""
-        places: list[int] = []
-        for sequence in sequences:
-            usual = self.readings.usual.get(sequence, {}).get(tracker, {})
-            key = _known_key(format_text(tracker, {**usual, **parameters}))
-            places += self._places.get((key, sequence), [])
-        return self.rows.iloc[sorted(places)]
+        return self.of((self.key(tracker, parameters, one), one) for one in sequences)
 
 
 class _Rows:
@@ -169,6 +187,8 @@ class Compared:
         Rows beyond all of these are not asked for.
     named : collection of str
         Columns that the test itself limits: they are no readings here.
+    any_will_do : bool
+        Whether runs of one of several trackers are enough.
     """
 
     def __init__(
@@ -178,21 +198,26 @@ class Compared:
         sequences: Sequence[str] | None = None,
         where: Sequence[Limits] = ({},),
         named: Collection[str] = (),
+        *,
+        any_will_do: bool = False,
     ) -> None:
         self._table, self._sequences, self._where = table, sequences, where
-        self.tracker, self._own, self._columns = tracker_of(side)
-        self._is_of_runs = table.is_of_runs and bool(self.tracker)
-        if not self._is_of_runs:
-            self.tracker, self._columns = "", {} if isinstance(side, str) else dict(side)
+        self._any_will_do = any_will_do
+        self._trackers, self._columns = trackers_of(side)
+        self._is_of_runs = table.is_of_runs and bool(self._trackers)
+        if self._trackers and not self._is_of_runs:
+            self._columns = {**self._columns, "tracker": [name for name, _ in self._trackers]}
         self._named = {*named, *self._columns}
-        self._base: dict[tuple[object, ...], _Rows] = {}
+        self._base: dict[tuple[tuple[Value | None, ...], ...], _Rows] = {}
 
     def matters(self, axis: Axis) -> bool:
         """Whether an axis of readings could tell its rows apart."""
-        if self._is_of_runs:
-            over = self.tracker in axis.over or not axis.over
-            if any(one.of(self.tracker) or (over and one.shared) for one in axis.options.values()):
-                return True
+        if self._is_of_runs and any(
+            one.of(name) or (one.shared and (name in axis.over or not axis.over))
+            for name, _ in self._trackers
+            for one in axis.options.values()
+        ):
+            return True
         limits = [self._limits(option) for option in axis.options.values()]
         return any(column in self._table.rows for each in limits for column in each)
 
@@ -200,21 +225,26 @@ class Compared:
         """Whether it has rows that an option limits it to; None where the option limits none."""
         if not self._is_of_runs:
             return self._among(()).has(self._limits(option))
-        if option.shared or option.of(self.tracker):
+        if option.shared or any(option.of(name) for name, _ in self._trackers):
             return None  # which the parameters of other axes decide, too
         return self._every.has(self._limits(option))
 
     def choose(self, reading: Reading) -> Chosen:
         """Rows under a reading; see the module."""
-        parameters: dict[str, Value] = {}
-        if self._is_of_runs:
-            parameters = {**reading.parameters(self.tracker), **self._own}
-        key = (self.tracker, *sorted(map(str, parameters.items())))
         limits: Limits = {}
         for _, option in reading.options:
             limits |= self._limits(option)
-        found = self._among(key, parameters).choose(limits)
-        return replace(found, asked=(*key, *found.asked))
+        if not self._is_of_runs:
+            return self._among(()).choose(limits)
+        sequences = self._sequences or ()
+        asked = [
+            # Two presets that settle to the same are two readings of the text all the same.
+            (told.get("preset"), *(self._table.key(name, told, one) for one in sequences))
+            for name, own in self._trackers
+            for told in [{**reading.parameters(name), **own}]
+        ]
+        found = self._among(tuple(asked)).choose(limits)
+        return replace(found, asked=(*asked, *found.asked))
 
     def _limits(self, option: Option) -> Limits:
         limits = dict(option.where)
@@ -226,23 +256,29 @@ class Compared:
     def _every(self) -> _Rows:
         return _Rows(self._table.rows)
 
-    def _among(
-        self, key: tuple[object, ...], parameters: Mapping[str, Value] | None = None
-    ) -> _Rows:
+    def _among(self, asked: tuple[tuple[Value | None, ...], ...]) -> _Rows:
         """Rows whatever columns of readings say."""
-        if not self._is_of_runs:
-            key = ()
-        if key not in self._base:
+        if asked not in self._base:
             if self._is_of_runs:
-                rows = self._table.runs(self.tracker, parameters or {}, self._sequences or ())
+                sequences = self._sequences or ()
+                pieces = [
+                    self._limited(self._table.of(zip(keys, sequences, strict=True)))
+                    for _, *keys in asked
+                ]
+                complete = self._any_will_do or all(map(len, pieces))
+                rows = pd.concat(pieces) if complete else pieces[0].iloc[:0]
             else:
                 rows = self._table.rows
                 if self._sequences is not None:
                     rows = rows[rows["sequence"].isin(list(self._sequences))]
-            rows = limited(rows, {column: [value] for column, value in self._columns.items()})
-            kept = [limited(rows, part).index for part in self._where]
-            self._base[key] = _Rows(rows[np.any([rows.index.isin(i) for i in kept], axis=0)])
-        return self._base[key]
+                rows = self._limited(rows)
+            self._base[asked] = _Rows(rows)
+        return self._base[asked]
+
+    def _limited(self, rows: Rows) -> Rows:
+        rows = limited(rows, self._columns)
+        kept = [limited(rows, part).index for part in self._where]
+        return rows[np.any([rows.index.isin(index) for index in kept], axis=0)]
 
 
 Found = tuple[Reading, frozenset[tuple[str, ...]], list[Rows]]

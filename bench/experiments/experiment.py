@@ -29,6 +29,9 @@ from datasets.text_form import format_text
 __all__ = ["Experiment", "ExperimentError", "SequenceSource", "experiment_names", "read_experiment"]
 
 FOLDER = Path(__file__).parent
+PAPERS = FOLDER.parent / "papers"
+"""A paper's experiments lie in its folder, and are named after both: `<paper>-<file>`."""
+
 VERSION = 1
 
 
@@ -106,7 +109,20 @@ class Experiment:
 
 def experiment_names() -> list[str]:
     """Names of the experiments that come with trackmark."""
-    return sorted(file.stem for file in FOLDER.glob("*.toml"))
+    return sorted(_files())
+
+
+def _files() -> dict[str, Path]:
+    """Files of the experiments that come with trackmark, by name."""
+    files = [*FOLDER.glob("*.toml"), *PAPERS.glob("*/experiments/*.toml")]
+    return {_name_of(file): file for file in files}
+
+
+def _name_of(path: Path) -> str:
+    """What a file's experiment is called."""
+    folder = path.absolute().parent
+    of_paper = folder.name == "experiments" and folder.parent.parent == PAPERS.absolute()
+    return f"{folder.parent.name}-{path.stem}" if of_paper else path.stem
 
 
 def read_experiment(name_or_path: str | Path) -> Experiment:
@@ -119,9 +135,10 @@ def read_experiment(name_or_path: str | Path) -> Experiment:
     """
     path = Path(name_or_path)
     if path.suffix != ".toml":
-        path = FOLDER / f"{name_or_path}.toml"
-        if not path.is_file():
-            known = experiment_names()
+        files = _files()
+        path = files.get(str(name_or_path), path)
+        if path.suffix != ".toml":
+            known = sorted(files)
             close = get_close_matches(str(name_or_path), known, n=1)
             hint = f" Did you mean {close[0]!r}?" if close else ""
             raise ExperimentError(
@@ -162,8 +179,8 @@ def _experiment(path: Path, table: Mapping[str, Any]) -> Experiment:
         )
     entrants = list(_entrants(path, table["trackers"]))
     return Experiment(
-        name=path.stem,
-        title=table.get("title", path.stem),
+        name=_name_of(path),
+        title=table.get("title", _name_of(path)),
         trackers=tuple(text for text, _ in entrants),
         sequences=tuple(_sources(path, table["sequences"])),
         repeated={text: number for text, number in entrants if number is not None},

@@ -138,4 +138,9 @@ def load_paper(name: str) -> Paper:
         close = get_close_matches(name, known, n=1)
         hint = f" Did you mean {close[0]!r}?" if close else ""
         raise ExperimentError(f"unknown paper {name!r}.{hint} Known: {', '.join(known)}.")
+    if (FOLDER / name / "paper.toml").is_file():
+        from bench.papers.description import read_description
+        from bench.papers.report import DescribedPaper
+
+        return DescribedPaper(read_description(name))
     return cast(Paper, importlib.import_module(f"bench.papers.{name}"))

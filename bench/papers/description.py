@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
-from bench.claims.kinds import Entry, Limits, Text, Texts
+from bench.claims.kinds import Entry, Limits, Text, Texts, Value, listed
 from bench.experiments.experiment import ExperimentError
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "FigureEntry",
     "Line",
     "Measure",
+    "Scenes",
     "Settings",
     "TableEntry",
     "Tolerance",
@@ -33,6 +34,9 @@ __all__ = [
 FOLDER = Path(__file__).parent
 
 How = Literal["mean", "median", "min", "max", "all", "any", "count"]
+Names = Annotated[tuple[Text, ...], BeforeValidator(listed)]
+"""A list, or a single text in place of it."""
+
 Statistic = Literal["share", "quartiles", "mean", "median", "range", "count", "runs", "scenes"]
 
 
@@ -62,7 +66,7 @@ class Experiments(Entry):
     all: tuple[Text, ...] = ()
     not_quick: tuple[Text, ...] = ()
     timed: tuple[Text, ...] = ()
-    thorough: dict[Text, int] = {}
+    thorough: dict[Text, int] = Field({})
 
 
 class Recording(Entry):
@@ -76,7 +80,7 @@ class Recording(Entry):
 class Settings(Entry):
     """How a tracker's setting is told."""
 
-    told: dict[Text, Texts] = {}
+    told: dict[Text, Texts] = Field({})
     post_hoc: tuple[Text, ...] = ()
 
 
@@ -98,7 +102,7 @@ class Column(Entry):
     how: Statistic = Field("mean", alias="as")
     digits: int | None = None
     scale: float = 1.0
-    where: Limits = {}
+    where: Limits = Field({})
 
 
 class Line(Entry):
@@ -107,7 +111,7 @@ class Line(Entry):
     words: tuple[Text, ...]
     table: Text
     of: Text
-    where: Limits = {}
+    where: Limits = Field({})
     each: tuple[Text, ...] = ()
     digits: int = 2
     scale: float = 1.0
@@ -131,14 +135,15 @@ class TableEntry(Entry):
     table: Text = "scores"
     experiments: tuple[Text, ...] = ()
     trackers: tuple[Text, ...] = ()
-    where: Limits = {}
+    where: Limits = Field({})
     rows: tuple[Text, ...] = ()
     columns: Columns = ()
     across: Annotated[Column | None, _by_place("head", "of", "as", "digits")] = None
     vary: Varied | None = None
     lines: tuple[Line, ...] = ()
-    heads: dict[Text, Text] = {}
+    heads: dict[Text, Text] = Field({})
     notes: tuple[Text, ...] = ()
+    copies: bool = False
     effort: Literal["default", "all"] = "default"
     hook: str = ""
 
@@ -150,23 +155,46 @@ class TableEntry(Entry):
 
 
 class FigureEntry(Entry):
-    """A figure of the report."""
+    """A figure of the report.
 
-    kind: Literal["strip", "frames", "curve", "hook"]
+    A `strip` has a row of frames for each tracker; `frames` a series over frames, a row a panel and
+    a column a sequence; a `curve` the share of runs in which a measure is so, across a parameter.
+    """
+
+    kind: Literal["strip", "frames", "curve", "hook"] = "hook"
     title: str = ""
     hook: str = ""
-    experiment: str = ""
-    sequence: str | list[str] = ""
+    experiments: Names = ()
+    sequences: Names = ()
     trackers: tuple[Text, ...] = ()
     labels: tuple[Text, ...] = ()
-    presets: tuple[Text, ...] = ()
+    panels: dict[Text, dict[Text, Value]] = Field({})
     frames: tuple[int, ...] = ()
     of: Text = "error"
     quantity: str = ""
     enlarged: float = 3.0
-    panels: dict[Text, dict[Text, Text]] = {}
+    height: float = 2.8
     across: str = ""
     marks: tuple[float, ...] = ()
+
+    @model_validator(mode="after")
+    def _has_what_its_kind_needs(self) -> "FigureEntry":
+        if (self.kind == "hook") == (not self.hook):
+            raise ValueError("give a `kind`, or a `hook`")
+        if self.labels and len(self.labels) != len(self.trackers):
+            raise ValueError("there must be as many `labels` as `trackers`")
+        if self.kind in ("strip", "frames") and len(self.experiments) != len(self.sequences):
+            raise ValueError("there must be as many `experiments` as `sequences`")
+        if self.kind == "curve" and not self.across:
+            raise ValueError("a curve needs `across`")
+        return self
+
+
+class Scenes(Entry):
+    """On which sequences the checks of `scenes.py` measure: those of experiments, and others."""
+
+    of: Texts
+    further: tuple[Text, ...] = ()
 
 
 class Description(Entry):
@@ -183,12 +211,12 @@ class Description(Entry):
     apart: tuple[Text, ...] = ()
     experiments: Experiments
     recorded: Recording | None = None
-    names: dict[Text, Text] = {}
+    names: dict[Text, Text] = Field({})
     settings: Settings = Settings()
-    measures: dict[Text, Annotated[Measure, _by_place("of", "first", "last", "how")]] = {}
-    table: dict[Text, TableEntry] = {}
-    figure: dict[Text, FigureEntry] = {}
-    hooks: tuple[Text, ...] = ()
+    measures: dict[Text, Annotated[Measure, _by_place("of", "first", "last", "how")]] = Field({})
+    table: dict[Text, TableEntry] = Field({})
+    figure: dict[Text, FigureEntry] = Field({})
+    scenes: Scenes | None = None
 
     @model_validator(mode="after")
     def _names_what_there_is(self) -> "Description":

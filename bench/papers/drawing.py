@@ -17,7 +17,9 @@ _NUMBERED = re.compile(r"figure-(\d+)")
 
 
 def write_pictures(
-    folder: Path, plots: Mapping[str, Figure | None], strips: Mapping[str, NDArray[np.uint8]]
+    folder: Path,
+    plots: Mapping[str, Figure | NDArray[np.uint8] | None],
+    strips: Mapping[str, NDArray[np.uint8]] | None = None,
 ) -> list[Path]:
     """Write pictures as PNG.
 
@@ -25,10 +27,11 @@ def write_pictures(
     ----------
     folder : Path
         Where to; made where it is not there.
-    plots : mapping of str to Figure or None
-        By name, `figure-<number>` and what comes after it, or another; None is not written.
-    strips : mapping of str to ndarray of uint8
-        Film strips by name.
+    plots : mapping of str to Figure, ndarray of uint8 or None
+        Plots and film strips by name, `figure-<number>` and what comes after it, or another; None
+        is not written.
+    strips : mapping of str to ndarray of uint8, optional
+        Further film strips.
 
     Returns
     -------
@@ -36,12 +39,13 @@ def write_pictures(
         By the paper's numbers; pictures of our own come last.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    paths = [
-        write_figure(folder / f"{name}.png", plot)
-        for name, plot in plots.items()
-        if plot is not None
-    ]
-    paths += [write_film_strip(folder / f"{name}.png", strip) for name, strip in strips.items()]
+    paths = []
+    for name, plot in {**plots, **(strips or {})}.items():
+        file = folder / f"{name}.png"
+        if isinstance(plot, Figure):
+            paths.append(write_figure(file, plot))
+        elif plot is not None:
+            paths.append(write_film_strip(file, plot))
     return sorted(paths, key=_place)
 
 

@@ -14,7 +14,7 @@ from bench.metrics.overlap import overlap
 from bench.papers.description import Description, Measure, Tolerance
 from bench.store.truth import StoredTruth
 
-__all__ = ["Course", "Series", "measured", "summarised"]
+__all__ = ["Course", "Series", "known_series", "measured", "summarised"]
 
 Values = NDArray[np.float64]
 
@@ -112,10 +112,14 @@ def measured(
         if measure.on and course.sequence not in measure.on:
             continue
         if measure.of not in known:
-            series = further.get(measure.of) or _KNOWN.get(measure.of)
-            known[measure.of] = series(course) if series else course.detail(measure.of)
+            known[measure.of] = known_series(measure.of, further)(course)
         found[name] = summarised(known[measure.of], measure, description.frames_from)
     return found
+
+
+def known_series(name: str, further: Mapping[str, Series]) -> Series:
+    """A series by its name: the paper's own, one that all have, or a detail of the tracker."""
+    return further.get(name) or _KNOWN.get(name) or (lambda course: course.detail(name))
 
 
 def summarised(series: Values, measure: Measure, frames_from: int = 0) -> float:

@@ -107,12 +107,16 @@ def as_run(rows: pd.DataFrame, **parameters: Any) -> pd.DataFrame:
             contestant(format_text(name, {**options, **parameters})).label
         )
     told = pd.DataFrame([texts[text] for text in rows["text"]], index=rows.index)
-    told = told.rename(columns={name: f"tracker.{name}" for name in told if f"tracker.{name}" in rows})
-    return rows.assign(**told)
+    told = told.rename(
+        columns={name: f"tracker.{name}" for name in told if f"tracker.{name}" in rows}
+    )
+    return rows.assign(**told, copied=True)
 
 
 def _together(labels: Mapping[str, Any], knobs: Mapping[str, Any]) -> dict[str, Any]:
-    return {key if key not in knobs else f"tracker.{key}": labels[key] for key in labels} | {**knobs}
+    return {key if key not in knobs else f"tracker.{key}": labels[key] for key in labels} | {
+        **knobs
+    }
 
 
 def _tracker_labels(text: str) -> dict[str, Any]:

@@ -1,13 +1,29 @@
-"""What the tables of every paper have in common: figures of runs in words, and what failed."""
+"""Tables of a paper: of runs, of what was measured besides, as its `[table]` entries say."""
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from bench.claims.sides import Table as Lookup
+from bench.claims.sides import limited, run_key
+from bench.papers.description import Column, Description, Line, TableEntry
+from bench.papers.wording import POST_HOC, Wording
+from datasets.text_form import format_text, parse_text
 from reports.tables import MISSING, Cell, Table
 
-__all__ = ["failed_words", "median_quartiles", "number_words", "share_words", "text_table"]
+__all__ = [
+    "failed_words",
+    "make_table",
+    "median_quartiles",
+    "number_words",
+    "share_words",
+    "text_table",
+]
+
+SCORES = "scores"
 
 
 def text_table(name: str, caption: str, data: Sequence[Mapping[str, str]], n_labels: int) -> Table:
@@ -24,13 +40,9 @@ def text_table(name: str, caption: str, data: Sequence[Mapping[str, str]], n_lab
 
 
 def failed_words(runs: pd.DataFrame) -> str:
-    """What stands in the place of a figure that a failed run is part of; empty for none.
-
-    Parameters
-    ----------
-    runs : DataFrame
-        A row a run, with `failure`, as all here.
-    """
+    """What stands in the place of a figure that a failed run is part of; empty for none."""
+    if "failure" not in runs:
+        return ""
     failed = int((runs["failure"] != "").sum())
     return f"{MISSING} ({failed} of {len(runs)} failed)" if failed else ""
 
@@ -46,13 +58,261 @@ def median_quartiles(runs: pd.DataFrame, metric: str, scale: float = 1.0, digits
     return f"{middle:.{digits}f} [{low:.{digits}f}–{high:.{digits}f}]"
 
 
-def share_words(runs: pd.DataFrame, metric: str) -> str:
+def share_words(runs: pd.DataFrame, metric: str, digits: int = 0) -> str:
     """In %, mean over scenes, of what is known."""
     if lacking := failed_words(runs):
         return lacking
-    return number_words(100 * runs.groupby(["scene", "light"])[metric].mean().mean(), 0)
+    scenes = [key for key in ("sequence", "scene", "light") if key in runs]
+    return number_words(100 * runs.groupby(scenes)[metric].mean().mean(), digits)
 
 
 def number_words(value: float, digits: int) -> str:
     """A number, or a dash for what is not known."""
     return f"{value:.{digits}f}" if np.isfinite(value) else MISSING
+
+
+def _mean(runs: pd.DataFrame, column: Column, digits: int) -> str:
+    return failed_words(runs) or number_words(column.scale * runs[column.of].mean(), digits)
+
+
+def _median(runs: pd.DataFrame, column: Column, digits: int) -> str:
+    return failed_words(runs) or number_words(column.scale * runs[column.of].median(), digits)
+
+
+def _range(runs: pd.DataFrame, column: Column, digits: int) -> str:
+    """Mean (least–greatest)."""
+    values = column.scale * runs[column.of].dropna()
+    if not len(values):
+        return MISSING
+    low, high = number_words(values.min(), 0), number_words(values.max(), 0)
+    return f"{number_words(values.mean(), digits)} ({low}–{high})"
+
+
+def _count(runs: pd.DataFrame, column: Column, digits: int) -> str:
+    known = runs[column.of].dropna()
+    return f"{known.sum():.0f} of {len(known)}" if len(known) else MISSING
+
+
+_STATISTICS: Mapping[str, tuple[Callable[[pd.DataFrame, Column, int], str], int]] = {
+    "share": (lambda runs, column, digits: share_words(runs, column.of, digits), 0),
+    "quartiles": (lambda r, c, digits: median_quartiles(r, c.of, c.scale, digits), 1),
+    "mean": (_mean, 2),
+    "median": (_median, 1),
+    "range": (_range, 1),
+    "count": (_count, 0),
+    "runs": (lambda runs, *_: str(len(runs)), 0),
+    "scenes": (lambda runs, *_: str(runs["scene"].nunique()), 0),
+}
+"""By name: what is said of the rows of a cell, and its usual number of digits."""
+
+
+def _cell(rows: pd.DataFrame, column: Column) -> str:
+    """What a cell says of these rows."""
+    rows = limited(rows, column.where)
+    statistic, digits = _STATISTICS[column.how]
+    return (
+        statistic(rows, column, digits if column.digits is None else column.digits)
+        if len(rows)
+        else MISSING
+    )
+
+
+def make_table(
+    name: str,
+    entry: TableEntry,
+    frames: Mapping[str, pd.DataFrame],
+    description: Description,
+    lookup: Lookup,
+) -> Table | None:
+    """A table as its entry says; None where there is nothing to put into it.
+
+    Parameters
+    ----------
+    name : str
+        Of the entry.
+    entry : TableEntry
+        Without a hook.
+    frames : mapping of str to DataFrame
+        `scores` and all other tables.
+    description : Description
+        Of the paper.
+    lookup : Table
+        The scores, to look trackers up in.
+    """
+    wording = Wording(description)
+    if entry.lines:
+        data = list(_lines(entry, frames))
+    else:
+        rows = frames.get(entry.table)
+        if rows is None:
+            return None
+        if entry.experiments:
+            names = "|".join(f",{description.experiment(one)}," for one in entry.experiments)
+            rows = rows[rows["experiments"].str.contains(names)]
+        if "copied" in rows and not entry.copies:
+            rows = rows[~rows["copied"]]
+        if entry.trackers:
+            rows = rows.loc[[place for place in _of(entry.trackers, lookup) if place in rows.index]]
+        data = list(_rows(limited(rows, entry.where), entry, wording, lookup))
+    if not data:
+        return None
+    labels = [*entry.rows] if not entry.vary else ["tracker", "parameter", "value"]
+    n_labels = max(len(line.words) for line in entry.lines) if entry.lines else len(labels)
+    table = text_table(name, entry.caption, data, n_labels)
+    heads = [entry.heads.get(head, head) for head in table.heads]
+    return Table(**{**vars(table), "heads": heads, "notes": list(entry.notes)})
+
+
+def _of(trackers: Sequence[str], lookup: Lookup) -> pd.Index:
+    """Rows of runs of these trackers, with what is usual on each sequence."""
+    found = pd.Index([])
+    for text in trackers:
+        tracker, parameters = parse_text(text)
+        sequences = lookup.rows["sequence"].unique()
+        for told in _swept(tracker, parameters, lookup.rows):
+            found = found.append(lookup.runs(tracker, told, sequences).index)
+    return found.unique()
+
+
+def _swept(
+    tracker: str, parameters: Mapping[str, str], rows: pd.DataFrame
+) -> Iterator[dict[str, Any]]:
+    """Parameters, and in place of `*` every value that there are runs with."""
+    free = [key for key, value in parameters.items() if value == "*"]
+    if not free:
+        yield {**parameters}
+        return
+    for values in rows.loc[rows["tracker"] == tracker, free].drop_duplicates().to_numpy():
+        yield {**parameters, **dict(zip(free, map(_plain, values), strict=True))}
+
+
+def _rows(
+    rows: pd.DataFrame, entry: TableEntry, wording: Wording, lookup: Lookup
+) -> Iterator[dict[str, str]]:
+    """Rows of a table of runs, or of another table's rows, told apart by labels."""
+    if entry.vary is not None:
+        groups = _varied(rows, entry, wording, lookup)
+    else:
+        groups = _told_apart(rows, entry, wording)
+    columns = list(entry.columns)
+    across = entry.across
+    if across is not None:
+        values = sorted(rows[across.head].dropna().unique())
+        columns += [
+            across.model_copy(update={"head": f"{value:g}", "where": {across.head: [value]}})
+            for value in values
+        ]
+    for labels, group in groups:
+        cells = {column.head: _cell(group, column) for column in columns}
+        if set(cells.values()) != {MISSING}:
+            yield labels | cells
+
+
+def _told_apart(
+    rows: pd.DataFrame, entry: TableEntry, wording: Wording
+) -> Iterator[tuple[dict[str, str], pd.DataFrame]]:
+    """Groups of rows with equal labels, in the order in which these appear."""
+    elsewhere = [*entry.rows, *([entry.across.head] if entry.across else [])]
+    settings = {
+        text: wording.setting(text, elsewhere)
+        for text in (rows["text"].unique() if "setting" in entry.rows else ())
+    }
+    labels = pd.DataFrame(
+        {
+            label: [settings[text] for text in rows["text"]]
+            if label == "setting"
+            else [wording.of(_plain(value)) for value in rows[label]]
+            for label in entry.rows
+        },
+        index=rows.index,
+    )
+    for _, here in labels.groupby(list(entry.rows), sort=False):
+        yield dict(zip(entry.rows, here.iloc[0], strict=True)), rows.loc[here.index]
+
+
+def _plain(value: Any) -> Any:
+    """A number as short as it can be: 60 for 60.0."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def _varied(
+    rows: pd.DataFrame, entry: TableEntry, wording: Wording, lookup: Lookup
+) -> Iterator[tuple[dict[str, str], pd.DataFrame]]:
+    """Runs as a tracker's text form says, and those with one parameter otherwise."""
+    vary = entry.vary
+    assert vary is not None
+    for base in vary.base:
+        changed = _changes(rows, base, lookup)
+        others = sorted({key for key, _ in changed.values()} - {"", *vary.parameters})
+        for parameter in ("", *vary.parameters, *(others if vary.others else ())):
+            values = {value for key, value in changed.values() if key == parameter}
+            for value in sorted(values, key=_by_size):
+                here = [k for k, one in changed.items() if one == (parameter, value)]
+                keys = pd.MultiIndex.from_frame(rows[["settled", "sequence"]])
+                name, _ = parse_text(base)
+                told = wording.setting(base, ["preset"])
+                labels = {
+                    "tracker": wording.of(name) + (f", {told}" if told != MISSING else ""),
+                    "parameter": wording.of(parameter) if parameter else "as written",
+                    "value": value + _marked(wording, name, parameter, value),
+                }
+                yield labels, rows[keys.isin(here)]
+
+
+def _marked(wording: Wording, name: str, parameter: str, value: str) -> str:
+    told = (
+        wording.setting(f"{name}:{parameter}={value}", ["preset"])
+        if parameter.isidentifier()
+        else ""
+    )
+    return POST_HOC if told.endswith(POST_HOC) else ""
+
+
+def _changes(
+    rows: pd.DataFrame, base: str, lookup: Lookup
+) -> dict[tuple[str, str], tuple[str, str]]:
+    """The one parameter that is otherwise, and its value, by key and sequence of runs."""
+    tracker, parameters = parse_text(base)
+    found = {}
+    here = rows[rows["tracker"] == tracker]
+    for key, sequence in set(zip(here["settled"], here["sequence"], strict=True)):
+        usual = lookup.readings.usual.get(sequence, {}).get(tracker, {})
+        _, settled, _ = json.loads(run_key(format_text(tracker, {**usual, **parameters})))
+        _, other, _ = json.loads(key)
+        changed = {k: v for k, v in other.items() if settled[k] != v}
+        if len({str(value) for value in changed.values()}) < 2:
+            value = next(iter(changed.values()), "")
+            found[key, sequence] = (
+                " = ".join(changed),
+                format_text("", {"": value}).rpartition("=")[2] if changed else "",
+            )
+    return found
+
+
+def _by_size(value: str) -> tuple[float, str]:
+    """Numbers by size, before words."""
+    try:
+        return float(value), ""
+    except ValueError:
+        return float("inf"), value
+
+
+def _lines(entry: TableEntry, frames: Mapping[str, pd.DataFrame]) -> Iterator[dict[str, str]]:
+    """Rows that are each of a table of its own."""
+    for line in entry.lines:
+        table = frames.get(line.table)
+        if table is None:
+            continue
+        chosen = limited(table, line.where)
+        groups: Any = [((), chosen)]
+        if line.each:
+            groups = chosen.groupby(list(line.each), sort=False)
+        for values, rows in groups:
+            told = [word.format(*map(_plain, values)) for word in line.words]
+            labels = {f"label {place}": word for place, word in enumerate(told)}
+            yield labels | {column.head: _line_cell(rows, line, column) for column in entry.columns}
+
+
+def _line_cell(rows: pd.DataFrame, line: Line, column: Column) -> str:
+    here = limited(rows, column.where)
+    return number_words(line.scale * here[line.of].mean(), line.digits) if len(here) else MISSING

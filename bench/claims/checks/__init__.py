@@ -5,7 +5,7 @@ A table that a check reads and that is not there was not measured: the claim sta
 
 from collections.abc import Mapping
 
-from bench.claims.checks import multipart, nummiaro2003, wang2010
+from bench.claims.checks import multipart, nummiaro2003
 from bench.claims.findings import Check
 
 __all__ = ["CHECKS"]
@@ -13,5 +13,4 @@ __all__ = ["CHECKS"]
 CHECKS: Mapping[str, Check] = {
     **multipart.CHECKS,
     **nummiaro2003.CHECKS,
-    **wang2010.CHECKS,
 }

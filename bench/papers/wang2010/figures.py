@@ -1,64 +1,26 @@
-"""The paper's Fig. 1 and 3 to 6 (Fig. 2 is a flow chart), and pictures of our own."""
+"""Fig. 1, the maps of two frames, and time by the number of particles."""
 
-from collections.abc import Mapping
-from pathlib import Path
-
-import pandas as pd
 from matplotlib.figure import Figure
 
 import datasets
-from bench.papers import Asked
-from bench.papers.drawing import write_pictures
-from bench.papers.stored import StoredRuns
-from bench.papers.wang2010.courses import TABLE_TENNIS
-from bench.papers.wang2010.curves import error_plots, particle_plot, sample_size_plot, time_plot
+from bench.papers.report import Context
 from bench.papers.wang2010.plain import PlainImprovedCamShift
-from bench.papers.wang2010.strips import film_strips
+from reports.curves import curve_plot
 from reports.maps import Panel, map_plot
 
-__all__ = ["NUMBERS", "draw"]
+__all__ = ["maps", "time"]
 
-NUMBERS = (1, 3, 4, 5, 6)
+TABLE_TENNIS = "wang2010/table-tennis"
 
 FRAME = 12
 """Of Fig. 1, which shows it and the one before, counted from 1."""
 
-
-def draw(
-    results: Path,
-    folder: Path,
-    asked: Asked,
-    tables: Mapping[str, pd.DataFrame],
-    scores: pd.DataFrame,
-) -> list[Path]:
-    """Draw all pictures whose runs were asked for and are there.
-
-    Parameters
-    ----------
-    results : Path
-        Folder of all experiments.
-    folder : Path
-        Where to.
-    asked : mapping of str to collection of Cell
-        Runs that are meant, by experiment.
-    tables : mapping of str to DataFrame
-        Of `timing.measured_times` `particle_times`.
-    scores : DataFrame
-        See `scores.tidy_scores`; those of `wang2010-figure-3` and `wang2010-particles` are drawn.
-    """
-    stored = StoredRuns(results, asked)
-    plots = {
-        "figure-1": _maps(TABLE_TENNIS),
-        **error_plots(stored),
-        "particles": particle_plot(scores),
-        "particles-time": time_plot(tables["particle_times"]),
-        "sample-size": sample_size_plot(stored),
-    }
-    return write_pictures(folder, plots, film_strips(stored))
+PAPERS_NUMBERS = (60.0, 400.0)
 
 
-def _maps(name: str) -> Figure:
+def maps(context: Context) -> Figure:
     """Fig. 1: two frames, and the maps of the second."""
+    name = TABLE_TENNIS
     sequence = datasets.load(name)
     tracker = PlainImprovedCamShift()
     tracker.init(sequence[0], sequence.boxes[0])
@@ -77,3 +39,24 @@ def _maps(name: str) -> Figure:
         f"Fig. 1, {name}: frames, and maps of frame {FRAME} (black: 0, white: 1), with the true box"
     )
     return map_plot(panels, title, 3)
+
+
+def time(context: Context) -> Figure | None:
+    """Time a frame against the number of particles; None without times."""
+    times = context.tables["particle_times"]
+    if times.empty:
+        return None
+    milliseconds = times.assign(value=1e3 * times["seconds"])
+    found = milliseconds.groupby(["implementation", "method", "particles"], sort=False)["value"]
+    points = found.agg(value="median", low="min", high="max").reset_index()
+    columns = {"implementation": "panel", "method": "label", "particles": "setting"}
+    return curve_plot(
+        points.rename(columns=columns).replace({"label": {"particle_filter": "particle filter"}}),
+        f"CPU time a frame by the number of particles, on {TABLE_TENNIS}",
+        "particles",
+        "time [ms]",
+        ["proposed", "particle filter"],
+        heading="medians and ranges over passes",
+        marks=PAPERS_NUMBERS,
+        logarithmic=True,
+    )

@@ -1,15 +1,17 @@
 """Times of the paper's Table 1 and section 3.2 beside ours, and what a particle costs."""
 
 from collections.abc import Collection, Mapping, Sequence
+from math import exp
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from bench.experiments.contestant import contestant
 from bench.papers.tables import number_words
-from bench.papers.timed import timed_runs
+from bench.papers.timed import failed_passes, timed_runs
 from bench.papers.wang2010.costs import (
     IMPLEMENTATIONS,
     METHODS,
@@ -18,10 +20,22 @@ from bench.papers.wang2010.costs import (
     particle_slopes,
 )
 from bench.papers.wang2010.kept_times import kept_times
+from bench.statistics.intervals import mean_interval
 from bench.store.layout import Cell as StoredCell
 from reports.tables import MISSING, Cell, Table
 
-__all__ = ["PUBLISHED", "frame_times", "measured_times", "time_tables"]
+if TYPE_CHECKING:
+    from bench.papers.report import Context
+
+__all__ = [
+    "PUBLISHED",
+    "frame_times",
+    "measured_times",
+    "method_table",
+    "particle_table",
+    "tables",
+    "time_rows",
+]
 
 TABLE_1, SECTION_3_2 = "wang2010/table-tennis", "wang2010/hand"
 PUBLISHED: Mapping[str, Mapping[str, float]] = {
@@ -29,6 +43,9 @@ PUBLISHED: Mapping[str, Mapping[str, float]] = {
     SECTION_3_2: {"camshift": 0.071, "camshift_improved": 0.098},
 }
 """Seconds a frame of Table 1 and of section 3.2, by sequence and method."""
+
+TABLES = {TABLE_1: "table-1", SECTION_3_2: "section-3.2"}
+"""What the report calls them, for scripts."""
 
 WORDS = {
     "camshift": "CamShift",
@@ -132,17 +149,27 @@ def _motion_share(times: pd.DataFrame) -> pd.DataFrame:
     return (medians["motion"] / longer).rename("share").reset_index()
 
 
-def time_tables(tables: Mapping[str, pd.DataFrame], failed: Sequence[str] = ()) -> list[Table]:
-    """Times as ratios beside the paper's, and what a particle costs.
+def tables(context: "Context") -> dict[str, pd.DataFrame]:
+    """All of `measured_times`."""
+    name = context.description.experiment("table-1")
+    return measured_times(
+        context.results / name,
+        context.folder,
+        context.asked.get(name, {}),
+        quick=context.effort.quick,
+    )
 
-    Parameters
-    ----------
-    tables : mapping of str to DataFrame
-        See `measured_times`.
-    failed : sequence of str
-        Timing runs that failed, a line each.
-    """
-    return [_method_table(tables, failed), _particle_table(tables["time_slopes"])]
+
+def method_table(context: "Context") -> Table:
+    """Times as ratios beside the paper's."""
+    name = context.description.experiment("table-1")
+    failed = failed_passes(context.results / name, context.asked.get(name))
+    return _method_table(context.tables, failed)
+
+
+def particle_table(context: "Context") -> Table:
+    """What a particle costs."""
+    return _particle_table(context.tables["time_slopes"])
 
 
 def _method_table(tables: Mapping[str, pd.DataFrame], failed: Sequence[str]) -> Table:
@@ -247,3 +274,51 @@ def _particle_table(slopes: pd.DataFrame) -> Table:
         notes=["the radius of the transition is that of N = 60 and of N = 400, whatever N is here"],
         data=slopes,
     )
+
+
+def time_rows(times: pd.DataFrame) -> list[dict[str, Any]]:
+    """Table 1 and the times of section 3.2: seconds a frame, and ratios to CamShift's.
+
+    Parameters
+    ----------
+    times : DataFrame
+        `method_times` of `timing`; ours are those in plain NumPy, CamShift's window fixed.
+
+    Returns
+    -------
+    list of dict
+        See `bench.papers.Report.rows`. Seconds have quartiles over passes, ratios a 95 %
+        interval, which one pass alone has not; there is no row of what was never measured
+        undisturbed.
+    """
+    plain = times[(times["implementation"] == "plain") & (times["window"] == "fixed")]
+    rows = []
+    for sequence, seconds in PUBLISHED.items():
+        here = plain[plain["sequence"] == sequence]
+        for method, published in seconds.items():
+            label = {"table": TABLES[sequence], "label": method}
+            if here.empty:
+                continue
+            low, middle, high = (float(here[method].quantile(q)) for q in (0.25, 0.5, 0.75))
+            rows.append(
+                label
+                | {"column": "seconds a frame", "published": published}
+                | {"measured": middle, "interval": [low, high]}
+            )
+            if method != "camshift":
+                logs = np.log(here[method] / here["camshift"])
+                rows.append(
+                    label
+                    | {
+                        "column": "ratio to CamShift",
+                        "published": published / seconds["camshift"],
+                        "measured": exp(logs.mean()),
+                        "interval": _ratios_between(logs),
+                    }
+                )
+    return rows
+
+
+def _ratios_between(logs: ArrayLike) -> list[float] | None:
+    """95 % interval of a ratio from its logarithms a pass; None where a single one is left."""
+    return [exp(limit) for limit in mean_interval(logs)] if np.size(logs) > 1 else None

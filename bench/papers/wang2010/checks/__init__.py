@@ -1,7 +1,5 @@
 """What no run of a tracker shows, measured on the scenes and in short runs, for single claims.
 
-    examine(scenes, folder, jobs, quick=False, everything=False) -> dict[str, DataFrame]
-
 A table is named by its claim. Every one has `name` (the sequence, canonical), `sequence` (without
 variant), `scene`, then columns of its own. Frames count from 0: the paper's frame k is k - 1. A
 share or a yes or no is a float in [0, 1]; NaN where what is asked did not arise. Parameters are
@@ -56,8 +54,3 @@ With `everything` also:
   `recovered_from` (frame after the start from which it stays so), `reached` (it is within that in
   any of the twenty).
 """
-
-from bench.papers.wang2010.checks.camera import MOVING_CAMERA
-from bench.papers.wang2010.checks.examining import examine
-
-__all__ = ["MOVING_CAMERA", "examine"]

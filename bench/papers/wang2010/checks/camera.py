@@ -6,7 +6,7 @@ rises.
 
 import pandas as pd
 
-from bench.papers.wang2010.checks.running import runs
+from bench.papers.short_runs import runs
 from datasets import Sequence
 from datasets.text_form import parse_text
 

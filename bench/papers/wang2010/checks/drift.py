@@ -7,10 +7,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.metrics.centre_error import centre_inside, centres
-from bench.papers.wang2010.checks.running import PRESETS, runs
+from bench.papers.short_runs import runs
 from datasets import Sequence
 
 __all__ = ["drifted", "measure"]
+
+PRESETS = ("as-written", "recommended")
 
 Array = NDArray[np.float64]
 

@@ -12,15 +12,16 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.claims.ledger import ANY
+from bench.claims.readings import ANY
 from bench.experiments.contestant import contestant, run_seed
 from bench.metrics.centre_error import centre_error
-from bench.papers.wang2010.checks.running import PRESETS
 from bench.papers.wang2010.plain.windows import whole_size, window_slices
 from datasets import Sequence
 from trackers.base.interface import Box, Image, Tracker
 
 __all__ = ["displaced", "measure", "outcome", "ways"]
+
+PRESETS = ("as-written", "recommended")
 
 FILTERS = ("wang2010", "particle-filter")
 REPETITIONS = 5

@@ -4,10 +4,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.papers.wang2010.checks.running import PRESETS, runs
+from bench.papers.short_runs import runs
 from datasets import Sequence
 
 __all__ = ["measure", "on_against_off"]
+
+PRESETS = ("as-written", "recommended")
 
 Array = NDArray[np.float64]
 

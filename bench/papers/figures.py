@@ -1,0 +1,160 @@
+"""Figures of a paper as its `[figure]` entries say: film strips, numbers over frames, curves."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+import datasets
+from bench.evaluation.record import Run
+from bench.metrics.centre_error import centre_error
+from bench.papers.description import FigureEntry
+from bench.papers.report import Context
+from bench.statistics.intervals import wilson_interval
+from reports.curves import curve_plot
+from reports.film_strip import film_strip
+from reports.overlay import TRUTH
+from reports.palette import colours
+from reports.series import series_grid
+
+__all__ = ["Drawn", "draw_figure"]
+
+Strip = NDArray[np.uint8]
+Drawn = Figure | Strip | None
+
+
+def draw_figure(entry: FigureEntry, context: Context) -> Drawn:
+    """A figure; None where its runs are not there.
+
+    Parameters
+    ----------
+    entry : FigureEntry
+        Of the description, no hook.
+    context : Context
+        What is known of the reproduction.
+    """
+    if entry.kind == "strip":
+        return _strip(entry, context)
+    return _frames(entry, context) if entry.kind == "frames" else _curve(entry, context)
+
+
+def _labelled(entry: FigureEntry, trackers: Sequence[str]) -> dict[str, str]:
+    """Text forms by what the figure calls them."""
+    return dict(zip(entry.labels or trackers, trackers, strict=True))
+
+
+def _strip(entry: FigureEntry, context: Context) -> Strip | None:
+    """A row of frames for each tracker, its boxes beside the truth's: first scene and run."""
+    experiment, name = context.description.experiment(entry.experiments[0]), entry.sequences[0]
+    runs: dict[str, Run] = {}
+    for label, tracker in _labelled(entry, entry.trackers).items():
+        found = context.stored.of(experiment, name, tracker)
+        if found:
+            runs[label] = found[0]
+    if not runs:
+        return None
+    start = context.description.frames_from
+    sequence, frames = datasets.load(name), [frame - start for frame in entry.frames]
+    shades = colours(list(runs))
+    rows: list[Strip] = []
+    for label, run in runs.items():
+        truth = context.stored.truth(experiment, run).boxes
+        errors = centre_error(truth, run.boxes)
+        rows.append(
+            film_strip(
+                sequence.__getitem__,
+                frames,
+                {TRUTH: truth, label: run.boxes},
+                "" if rows else f"{entry.title}, first repetition: frame (centre error)",
+                len(frames),
+                round(entry.enlarged * sequence[0].shape[1] * len(frames)),
+                shades=shades,
+                words={frame: f"({errors[frame]:.1f} px)" for frame in frames},
+                count_from=start,
+            )
+        )
+    return np.vstack(rows)
+
+
+def _frames(entry: FigureEntry, context: Context) -> Figure | None:
+    """A series over frames: a row a panel, a column a sequence; means over repetitions."""
+    panels = entry.panels or {"": {}}
+    pieces = [
+        _over_scenes(
+            context, experiment, sequence, _labelled(entry, entry.trackers), entry, panel
+        ).assign(reading=panel, scene=sequence.partition("/")[2])
+        for experiment, sequence in zip(entry.experiments, entry.sequences, strict=True)
+        for panel in panels
+    ]
+    found = [piece for piece in pieces if len(piece)]
+    if not found:
+        return None
+    series = pd.concat(found, ignore_index=True)
+    labels = list(entry.labels or entry.trackers)
+    return series_grid(series, entry.title, entry.quantity, labels, {}, "scenes", entry.height)
+
+
+def _over_scenes(
+    context: Context,
+    experiment: str,
+    sequence: str,
+    trackers: Mapping[str, str],
+    entry: FigureEntry,
+    panel: str,
+) -> pd.DataFrame:
+    """A series of the runs on all scenes of a sequence.
+
+    `repetition` is the scene's place, so that bands are over scenes.
+    """
+    name = context.description.experiment(experiment)
+    start = context.description.frames_from
+    pieces = [pd.DataFrame(columns=["label", "repetition", "frame", "value"])]
+    scenes = [text for text in context.stored.sequences(name) if _is_of(text, sequence)]
+    for label, tracker in trackers.items():
+        for place, text in enumerate(scenes):
+            told = context.text_of(tracker, sequence, entry.panels.get(panel, {}))
+            runs = context.stored.of(name, text, told) if told else []
+            if runs:
+                truth = context.stored.truth(name, runs[0])
+                values = [context.series(entry.of, run, truth, sequence) for run in runs]
+                rows = {"label": label, "repetition": place, "value": np.mean(values, axis=0)}
+                frame = pd.DataFrame(rows)
+                pieces.append(frame.assign(frame=np.arange(start, start + len(frame))))
+    return pd.concat(pieces[1:] or pieces, ignore_index=True)
+
+
+def _is_of(text: str, sequence: str) -> bool:
+    return text == sequence or text.startswith(f"{sequence}:")
+
+
+def _curve(entry: FigureEntry, context: Context) -> Figure | None:
+    """The share of the runs in which a measure is so, across a parameter; a line a tracker."""
+    points = []
+    for panel, further in (entry.panels or {"": {}}).items():
+        for label, tracker in _labelled(entry, entry.trackers).items():
+            for sequence in entry.sequences:
+                rows = context.across(tracker, sequence, further, entry.across)
+                points += [
+                    {"panel": panel, "label": label, "setting": number, **_share(runs, entry.of)}
+                    for number, runs in rows.groupby(entry.across)
+                ]
+    if not points:
+        return None
+    return curve_plot(
+        pd.DataFrame(points),
+        entry.title,
+        entry.across,
+        entry.quantity,
+        list(entry.labels or entry.trackers),
+        heading="95 % intervals, as if a scene were one trial",
+        marks=entry.marks,
+    )
+
+
+def _share(runs: pd.DataFrame, measure: str) -> dict[str, float]:
+    shares = runs.groupby("scene")[measure].mean()
+    value = float(shares.mean())
+    interval = wilson_interval(value, len(shares))
+    return {"value": value, "low": interval.low, "high": interval.high}
