@@ -85,6 +85,7 @@ class Conclusion:
             "id": claim.id,
             "source": claim.source,
             "text": claim.says,
+            "short": claim.short,
             "verdict": self.verdict,
             "readings": self.readings,
             "evidence": {

@@ -203,6 +203,8 @@ def _first_error(path: Path, table: Mapping[str, object], error: ValidationError
     first = error.errors(include_url=False)[0]
     place = [str(part) for part in first["loc"]]
     claim = ""
+    if place[:1] == ["axes"]:
+        place = ["readings", *(part for part in place[1:] if part != "options")]
     if place[:1] == ["claim"] and len(place) > 1:
         claim, place = f" claim {place[1]}:", place[2:]
         if place[:1] == ["test"] and len(place) > 1:

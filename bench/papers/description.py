@@ -220,9 +220,6 @@ class Description(Entry):
 
     @model_validator(mode="after")
     def _names_what_there_is(self) -> "Description":
-        for table in self.main:
-            if table not in self.table:
-                raise ValueError(f"main: there is no table {table!r}")
         every = {*self.experiments.always, *self.experiments.all}
         told: dict[str, set[str]] = {
             "not_quick": set(self.experiments.not_quick),

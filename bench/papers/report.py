@@ -32,7 +32,7 @@ from bench.papers.runs import tidy_runs
 from bench.papers.scene_checks import SceneCheck, measured_on_scenes
 from bench.papers.selection import affordable, with_recorded
 from bench.papers.stored import StoredRuns
-from bench.papers.tables import make_table, text_table
+from bench.papers.tables import beside_ours, make_table, text_table
 from bench.papers.timed import failed_passes
 from bench.store.truth import StoredTruth
 from datasets.text_form import format_text, parse_text
@@ -222,16 +222,23 @@ class DescribedPaper:
             for line in failed_passes(results / one, asked[one])
         ]
         pictures = write_pictures(folder, plots)
+        tables, rows = self._tables(context, conclusions), published(context) if published else []
         return Report(
             title=self.description.title,
             remarks=self._remarks(scores, effort, plots, failed),
-            tables=self._tables(context, conclusions),
-            rows=published(context) if published else [],
+            tables=tables,
+            rows=rows,
             claims=[one.for_json() for one in conclusions],
-            main=list(self.description.main),
-            short={name: claim.short for name, claim in self.claims.items()},
             pictures=pictures,
+            main=self._main(tables, rows),
         )
+
+    def _main(self, tables: Sequence[Table], rows: Sequence[Mapping[str, Any]]) -> Table | None:
+        """What a reader of the paper looks for first: its numbers beside ours, or a table."""
+        found = [row for row in rows if row["table"] in self.description.main]
+        if found:
+            return beside_ours("main", found)
+        return next((table for table in tables if table.name in self.description.main), None)
 
     def _scores(self, results: Path, asked: Asked) -> pd.DataFrame:
         """All runs once, and what they are copies of; `experiments` says where they stand."""

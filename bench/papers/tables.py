@@ -15,6 +15,7 @@ from datasets.text_form import format_text, parse_text
 from reports.tables import MISSING, Cell, Table
 
 __all__ = [
+    "beside_ours",
     "failed_words",
     "make_table",
     "median_quartiles",
@@ -316,3 +317,38 @@ def _lines(entry: TableEntry, frames: Mapping[str, pd.DataFrame]) -> Iterator[di
 def _line_cell(rows: pd.DataFrame, line: Line, column: Column) -> str:
     here = limited(rows, column.where)
     return number_words(line.scale * here[line.of].mean(), line.digits) if len(here) else MISSING
+
+
+def beside_ours(name: str, rows: list[dict[str, Any]]) -> Table:
+    """Published numbers with ours beside them, a row a label.
+
+    Parameters
+    ----------
+    name : str
+        Of the table.
+    rows : list of dict
+        See `bench.papers.Report.rows`.
+    """
+    labels = dict.fromkeys(row["label"] for row in rows)
+    cells = {(row["label"], row["column"]): row for row in rows}
+    data = []
+    for label in labels:
+        told = {"": label}
+        for column in dict.fromkeys(row["column"] for row in rows):
+            row = cells.get((label, column), {})
+            told[f"{column}: paper"] = _number(row.get("published"))
+            told["ours" + " " * len(told)] = _with_interval(row)
+        data.append(told)
+    return text_table(
+        name, f"{name}: the paper's numbers, and ours [interval or quartiles]", data, 1
+    )
+
+
+def _with_interval(row: dict[str, Any]) -> str:
+    interval = row.get("interval")
+    told = f" [{_number(interval[0])}–{_number(interval[1])}]" if interval else ""
+    return _number(row.get("measured")) + told
+
+
+def _number(value: float | None) -> str:
+    return MISSING if value is None or not isfinite(value) else f"{value:.4g}"

@@ -4,11 +4,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from bench.claims import evaluation
+from bench.claims.checks import CHECKS
 from bench.claims.conclusion import conclude
-from bench.claims.evaluation import judge
 from bench.claims.ledger import read_claims
 from bench.statistics.separation import auc, error_share, zero_error_thresholds
 from bench.statistics.verdicts import no_worse
+
+
+def judge(claim, scores, tables=None):
+    return evaluation.judge(claim, scores, tables, CHECKS)
+
 
 CLAIMS = read_claims("multipart")
 NOTHING = pd.DataFrame()

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from bench.claims.checks import CHECKS
 from bench.claims.conclusion import conclude
 from bench.claims.evaluation import judge
 from bench.claims.ledger import read_claims
@@ -57,7 +58,7 @@ def as_claimed(representation, number, scene, initial, variant, light):
 
 
 def concluded(name, frame, **tables):
-    return conclude(CLAIMS[name], judge(CLAIMS[name], frame, tables))
+    return conclude(CLAIMS[name], judge(CLAIMS[name], frame, tables, CHECKS))
 
 
 @pytest.mark.parametrize(

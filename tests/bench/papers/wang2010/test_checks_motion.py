@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 
 import datasets
+from bench.papers.scene_checks import Remembered
+from bench.papers.views import with_contrast
 from bench.papers.wang2010.checks import averaging, threshold, window
 from bench.papers.wang2010.checks.motion import (
     MovingThings,
@@ -13,9 +15,7 @@ from bench.papers.wang2010.checks.motion import (
     latest,
     target_mask,
 )
-from bench.papers.wang2010.checks.remembered import Remembered
 from bench.papers.wang2010.checks.silhouettes import silhouettes
-from bench.papers.wang2010.checks.views import with_contrast
 from bench.papers.wang2010.plain import moving
 from datasets import Sequence, SequenceError
 

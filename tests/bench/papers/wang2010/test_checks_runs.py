@@ -7,11 +7,9 @@ import pandas as pd
 import pytest
 
 import datasets
-from bench.papers import examination
-from bench.papers.wang2010.checks import camera, drift, examining, recovery, weights
-from bench.papers.wang2010.checks.running import runs
+from bench.papers.short_runs import runs
+from bench.papers.wang2010.checks import camera, drift, recovery, weights
 from datasets import Sequence, SequenceError
-from datasets.synthetic import plain
 
 GREEN, GREY, SIDE = (0, 160, 0), (128, 128, 128), 20
 
@@ -163,75 +161,3 @@ def test_a_tracker_that_fails_is_named():
     outside = walking([-19.6, 40, 40], [painted(40)] * 3, "broken")
     with pytest.raises(SequenceError, match=r"broken: camshift failed: .*no pixel"):
         runs(outside, ["camshift"])
-
-
-def test_sequences_that_are_measured_exist():
-    known = datasets.names()
-    assert {name for check in examining.CHECKS for name in check.sequences} <= set(known)
-    assert {check.measure.__module__ for check in examining.CHECKS if check.everything} == {
-        f"bench.papers.wang2010.checks.{name}"
-        for name in ("illumination", "window", "averaging", "threshold", "recovery")
-    }
-
-
-@pytest.fixture
-def measured(monkeypatch):
-    """Sequences that were measured, in turn, by checks of one table each."""
-    asked = []
-
-    def table(name):
-        def measure(sequence, quick):
-            assert sequence[3] is sequence[3]  # rendered once
-            asked.append((sequence.name, name, quick))
-            return {name: pd.DataFrame({"value": [1.5, np.nan]}), "none": pd.DataFrame()}
-
-        return measure
-
-    checks = (
-        examining.Check(table("always"), tuple(plain.SUITE.names())),
-        examining.Check(table("further"), tuple(plain.SUITE.names()), everything=True),
-        examining.Check(table("others")),
-    )
-    monkeypatch.setattr(examining, "CHECKS", checks)
-    monkeypatch.setattr(
-        examination,
-        "examined",
-        lambda function, scenes, jobs, title: ((scene, function(scene)) for scene in scenes),
-    )
-    return asked
-
-
-def test_tables_have_the_scene_in_front_and_none_is_empty(measured, tmp_path):
-    tables = examining.examine(["plain/target:scene=3", "plain/target"], tmp_path, 1)
-    assert list(tables) == ["always"]
-    found = tables["always"]
-    assert list(found) == ["name", "sequence", "scene", "value"]
-    assert found["scene"].tolist() == [3, 3, 0, 0]
-    assert found["name"].tolist() == ["plain/target:scene=3"] * 2 + ["plain/target"] * 2
-    assert set(found["sequence"]) == {"plain/target"}
-    assert found["value"].isna().tolist() == [False, True] * 2
-
-
-def test_what_was_measured_is_not_measured_again_and_everything_adds_to_it(measured, tmp_path):
-    first = examining.examine(["plain/target"], tmp_path, 1)
-    again = examining.examine(["plain/target"], tmp_path, 1)
-    assert measured == [("plain/target", "always", False)]
-    pd.testing.assert_frame_equal(first["always"], again["always"])
-    both = examining.examine(["plain/target"], tmp_path, 1, everything=True)
-    assert measured[1:] == [("plain/target", "further", False)]
-    assert set(both) == {"always", "further"}
-
-
-def test_a_quick_look_is_kept_apart_and_another_source_measures_anew(
-    measured, tmp_path, monkeypatch
-):
-    examining.examine(["plain/target"], tmp_path, 1, quick=True)
-    examining.examine(["plain/target"], tmp_path, 1)
-    monkeypatch.setattr(examining, "source_digest", lambda file, package: ("other", {}))
-    examining.examine(["plain/target"], tmp_path, 1)
-    assert [quick for _, _, quick in measured] == [True, False, False]
-
-
-def test_nothing_is_measured_where_no_check_belongs(measured, tmp_path):
-    assert examining.examine(["multipart/2"], tmp_path, 1) == {}
-    assert measured == []
