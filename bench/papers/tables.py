@@ -319,29 +319,27 @@ def _line_cell(rows: pd.DataFrame, line: Line, column: Column) -> str:
     return number_words(line.scale * here[line.of].mean(), line.digits) if len(here) else MISSING
 
 
-def beside_ours(name: str, rows: list[dict[str, Any]]) -> Table:
-    """Published numbers with ours beside them, a row a label.
+def beside_ours(name: str, rows: Sequence[Mapping[str, Any]]) -> Table:
+    """Published numbers with ours beside them, a row a number.
 
     Parameters
     ----------
     name : str
         Of the table.
-    rows : list of dict
+    rows : sequence of mapping
         See `bench.papers.Report.rows`.
     """
-    labels = dict.fromkeys(row["label"] for row in rows)
-    cells = {(row["label"], row["column"]): row for row in rows}
-    data = []
-    for label in labels:
-        told = {"": label}
-        for column in dict.fromkeys(row["column"] for row in rows):
-            row = cells.get((label, column), {})
-            told[f"{column}: paper"] = _number(row.get("published"))
-            told["ours" + " " * len(told)] = _with_interval(row)
-        data.append(told)
-    return text_table(
-        name, f"{name}: the paper's numbers, and ours [interval or quartiles]", data, 1
-    )
+    data = [
+        {
+            "table": row["table"],
+            "": row["label"],
+            "number": row["column"],
+            "paper": _number(row["published"]),
+            "ours": _with_interval(row),
+        }
+        for row in rows
+    ]
+    return text_table(name, "The paper's numbers, and ours [interval or quartiles]", data, 3)
 
 
 def _with_interval(row: dict[str, Any]) -> str:
@@ -351,4 +349,4 @@ def _with_interval(row: dict[str, Any]) -> str:
 
 
 def _number(value: float | None) -> str:
-    return MISSING if value is None or not isfinite(value) else f"{value:.4g}"
+    return MISSING if value is None or not np.isfinite(value) else f"{value:.4g}"

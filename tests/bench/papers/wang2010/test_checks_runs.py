@@ -3,10 +3,8 @@
 from math import isnan
 
 import numpy as np
-import pandas as pd
 import pytest
 
-import datasets
 from bench.papers.short_runs import runs
 from bench.papers.wang2010.checks import camera, drift, recovery, weights
 from datasets import Sequence, SequenceError
