@@ -13,8 +13,6 @@ from typing import Any
 from datasets import truth_file
 from datasets.file_digest import file_digests
 from datasets.interface import Sequence, SequenceError, Summary
-from datasets.recorded import recorded
-from datasets.video_frames import VideoFrames
 
 __all__ = ["load", "names", "options", "summary"]
 
@@ -47,6 +45,9 @@ def load(name: str, options: Mapping[str, str]) -> Sequence:
     """See `datasets.catalogue.Suite`; there are no options."""
     if options:
         raise SequenceError(f"{name} takes no options, but was given {', '.join(options)}.")
+    from datasets.recorded import recorded  # a decoder is loaded only where a clip is opened
+    from datasets.video_frames import VideoFrames
+
     clip = _clip()
     truth = FOLDER / f"{name.removeprefix(PREFIX)}.csv"
     frames = VideoFrames(clip)

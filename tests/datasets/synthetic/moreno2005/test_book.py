@@ -1,8 +1,5 @@
 """`moreno2005/book`: how the book bends, what shades it, what colour the light has."""
 
-import hashlib
-import subprocess
-import sys
 from functools import lru_cache
 
 import cv2
@@ -12,8 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import area, box, intersection, polygons, union_all
 
-import datasets
-from datasets import SequenceError
 from datasets.synthetic.moreno2005.book.book import self_shadow
 from datasets.synthetic.moreno2005.book.knobs import BookKnobs
 from datasets.synthetic.moreno2005.book.light import AROUND, STRAIGHT
@@ -25,13 +20,6 @@ from datasets.synthetic.render.triangles import grid
 NAME = "moreno2005/book"
 FRAMES = 100
 SEEDS = st.integers(0, 2**32 - 1)
-
-ELSEWHERE = """
-import hashlib, sys, datasets
-sequence = datasets.load(sys.argv[1])
-for frame in map(int, sys.argv[2:]):
-    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
-"""
 
 
 @lru_cache(maxsize=16)
@@ -51,13 +39,6 @@ def grown(mask, by):
 def flat_places(half_width=40.0, height=100.0, rows=26, columns=21):
     u, v = np.meshgrid(np.linspace(-half_width, half_width, columns), np.linspace(-height, 0, rows))
     return u.ravel(), v.ravel()
-
-
-def test_length_size_and_rate():
-    sequence = datasets.load(NAME)
-    assert len(sequence) == FRAMES
-    assert image(0, 0).shape == (240, 320, 3)
-    assert sequence.fps == 25
 
 
 @pytest.mark.parametrize(("seed", "frame"), [(0, 0), (0, 22), (1, 51)])
@@ -256,23 +237,3 @@ def test_scenes_differ_in_book_room_and_way():
 def test_noise_is_of_about_two_grey_levels():
     corner = [image(0, frame, "constant")[:20, :20] for frame in (0, 1)]
     assert 1.7 < np.std(corner[1] - corner[0]) / np.sqrt(2) < 2.4
-
-
-@pytest.mark.slow
-def test_any_order_and_another_process_give_the_same_bytes():
-    name = f"{NAME}:illuminant=constant:scene=5"
-    sequence = datasets.load(name)
-    frames = [7, 70, 8, 0, 99]
-    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
-    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
-    answer = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert answer.stdout.split() == digests[::-1]
-
-
-@pytest.mark.parametrize(
-    ("knob", "value"),
-    [("illuminant", "red"), ("shadow", "cast"), ("scene", "-1"), ("light", "even")],
-)
-def test_a_bad_knob_is_refused_by_name(knob, value):
-    with pytest.raises(SequenceError, match=rf"^{NAME}: .*{knob}[^\n]+$"):
-        datasets.load(f"{NAME}:{knob}={value}")

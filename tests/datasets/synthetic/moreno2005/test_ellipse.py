@@ -1,8 +1,5 @@
 """`moreno2005/ellipse`: what the ellipse does, what is seen of it, what light and patches do."""
 
-import hashlib
-import subprocess
-import sys
 from functools import lru_cache
 
 import cv2
@@ -14,7 +11,6 @@ from shapely import affinity, contains_xy
 from shapely.geometry import Point, Polygon
 
 import datasets
-from datasets import SequenceError
 from datasets.synthetic.moreno2005.ellipse.knobs import EllipseKnobs
 from datasets.synthetic.moreno2005.ellipse.plan import HALF_AXES, drawn_plan
 from datasets.synthetic.moreno2005.ellipse.scene import scene
@@ -24,13 +20,6 @@ NAME = "moreno2005/ellipse"
 FRAMES = 100
 SEEDS = st.integers(0, 2**32 - 1)
 LIGHTS = "even", "jump", "repeated", "shadow"
-
-ELSEWHERE = """
-import hashlib, sys, datasets
-sequence = datasets.load(sys.argv[1])
-for frame in map(int, sys.argv[2:]):
-    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
-"""
 
 
 @lru_cache(maxsize=32)
@@ -49,14 +38,6 @@ def region(plan, frame, samples=720):
     oval = affinity.scale(circle, *plan.half_axes[frame], origin=(0, 0))
     turned = affinity.rotate(oval, plan.angle[frame], origin=(0, 0), use_radians=True)
     return affinity.translate(turned, *plan.centre[frame])
-
-
-def test_length_size_and_rate():
-    sequence = datasets.load(NAME)
-    assert len(sequence) == FRAMES
-    assert image(0, 0).shape == (240, 320, 3)
-    assert sequence.fps == 25
-    assert (sequence.visibility == 1).all()
 
 
 @settings(max_examples=30, deadline=None)
@@ -300,20 +281,3 @@ def test_another_scene_has_another_way_shape_colour_and_clutter():
     assert np.abs(image(0, 0) - image(1, 0)).mean() > 25
     names = [NAME, f"{NAME}:scene=1", f"{NAME}:light=jump"]
     assert len({datasets.load(name).fingerprint for name in names}) == 3
-
-
-@pytest.mark.parametrize("light", ["even", pytest.param("shadow", marks=pytest.mark.slow)])
-def test_any_order_and_another_process_give_the_same_bytes(light):
-    name = datasets.load(f"{NAME}:scene=5:light={light}").name
-    sequence = datasets.load(name)
-    frames = [7, 70, 8, 0, 99]
-    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
-    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
-    answer = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert answer.stdout.split() == digests[::-1]
-
-
-@pytest.mark.parametrize(("knob", "value"), [("scene", "-1"), ("light", "dark"), ("jump", "1")])
-def test_a_bad_knob_is_refused_by_name(knob, value):
-    with pytest.raises(SequenceError, match=rf"^{NAME}: .*{knob}[^\n]+$"):
-        datasets.load(f"{NAME}:{knob}={value}")

@@ -1,8 +1,5 @@
 """`moreno2005/leaf`: how the wind moves the leaf, what the sun does, what is like the leaf."""
 
-import hashlib
-import subprocess
-import sys
 from functools import lru_cache
 
 import cv2
@@ -12,8 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import area, box, intersection, polygons, union_all
 
-import datasets
-from datasets import SequenceError
 from datasets.synthetic.moreno2005.leaf.blade import Shape, drawn_blade, placed
 from datasets.synthetic.moreno2005.leaf.knobs import LeafKnobs
 from datasets.synthetic.moreno2005.leaf.light import fallen
@@ -24,13 +19,6 @@ from datasets.synthetic.moreno2005.leaf.wind import drawn_shapes
 NAME = "moreno2005/leaf"
 FRAMES = 100
 SEEDS = st.integers(0, 2**32 - 1)
-
-ELSEWHERE = """
-import hashlib, sys, datasets
-sequence = datasets.load(sys.argv[1])
-for frame in map(int, sys.argv[2:]):
-    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
-"""
 
 
 @lru_cache(maxsize=16)
@@ -50,14 +38,6 @@ def grown(mask, by):
 def middles(seed):
     shapes = drawn_shapes(np.random.default_rng(seed))
     return np.stack([shape.place for shape in shapes])
-
-
-def test_length_size_and_rate():
-    sequence = datasets.load(NAME)
-    assert len(sequence) == FRAMES
-    assert image(0, 0).shape == (240, 320, 3)
-    assert sequence.fps == 25
-    assert (sequence.visibility == 1).all()
 
 
 @pytest.mark.parametrize(("seed", "frame"), [(0, 0), (0, 44), (1, 61)])
@@ -228,20 +208,3 @@ def test_scenes_differ_in_leaf_foliage_and_way():
     one, other = opened(0), opened(1)
     assert np.abs(one.truth().boxes - other.truth().boxes).max() > 10
     assert np.abs(image(0, 0) - image(1, 0)).mean() > 10
-
-
-@pytest.mark.slow
-def test_any_order_and_another_process_give_the_same_bytes():
-    name = f"{NAME}:jump=middle:scene=5"
-    sequence = datasets.load(name)
-    frames = [7, 70, 8, 0, 99]
-    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
-    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
-    answer = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert answer.stdout.split() == digests[::-1]
-
-
-@pytest.mark.parametrize(("knob", "value"), [("jump", "end"), ("scene", "-1"), ("light", "even")])
-def test_a_bad_knob_is_refused_by_name(knob, value):
-    with pytest.raises(SequenceError, match=rf"^{NAME}: .*{knob}[^\n]+$"):
-        datasets.load(f"{NAME}:{knob}={value}")

@@ -1,8 +1,5 @@
 """`moreno2005/octopus`: how the octopus moves, what is seen of it, when it looks like the floor."""
 
-import hashlib
-import subprocess
-import sys
 from functools import lru_cache
 
 import cv2
@@ -14,7 +11,6 @@ from shapely import contains_xy, unary_union
 from shapely.geometry import Point
 
 import datasets
-from datasets import SequenceError
 from datasets.synthetic.moreno2005.octopus.knobs import OctopusKnobs
 from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, imitated, painted
 from datasets.synthetic.moreno2005.octopus.plan import OWN, drawn_plan
@@ -24,13 +20,6 @@ from datasets.synthetic.moreno2005.octopus.scene import scene
 NAME = "moreno2005/octopus"
 FRAMES = 100
 SEEDS = st.integers(0, 2**32 - 1)
-
-ELSEWHERE = """
-import hashlib, sys, datasets
-sequence = datasets.load(sys.argv[1])
-for frame in map(int, sys.argv[2:]):
-    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
-"""
 
 
 @lru_cache(maxsize=16)
@@ -59,14 +48,6 @@ def beside(mask, near=4, far=16):
         for reach in (near, far)
     )
     return outer & ~inner
-
-
-def test_length_size_and_rate():
-    sequence = datasets.load(NAME)
-    assert len(sequence) == FRAMES
-    assert image(0, 0).shape == (240, 320, 3)
-    assert sequence.fps == 25
-    assert (sequence.visibility == 1).all()
 
 
 @settings(max_examples=12, deadline=None)
@@ -280,20 +261,3 @@ def test_another_scene_has_another_animal_floor_and_way():
     assert len({datasets.load(name).fingerprint for name in names}) == 2
     kinds = [drawn_plan(seed).kinds for seed in range(30)]
     assert {kind for floors in kinds for kind in floors} == {*FLOOR_KINDS, *SKINS}
-
-
-@pytest.mark.slow
-def test_any_order_and_another_process_give_the_same_bytes():
-    name = f"{NAME}:scene=5"
-    sequence = datasets.load(name)
-    frames = [7, 70, 8, 0, 99]
-    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
-    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
-    answer = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert answer.stdout.split() == digests[::-1]
-
-
-@pytest.mark.parametrize(("knob", "value"), [("scene", "-1"), ("light", "even")])
-def test_a_bad_knob_is_refused_by_name(knob, value):
-    with pytest.raises(SequenceError, match=rf"^{NAME}: .*{knob}[^\n]+$"):
-        datasets.load(f"{NAME}:{knob}={value}")

@@ -1,8 +1,5 @@
 """Frames of the walking scenes: stateless, reproducible, and what scene and light change."""
 
-import hashlib
-import subprocess
-import sys
 from itertools import pairwise
 
 import numpy as np
@@ -12,35 +9,8 @@ from hypothesis import strategies as st
 
 import datasets
 from datasets import SequenceError
-from datasets.synthetic.multipart.casting import multipart_plan
 
 KINDS = ("even", "dappled")
-
-ELSEWHERE = """
-import hashlib, sys, datasets
-sequence = datasets.load(sys.argv[1])
-for frame in map(int, sys.argv[2:]):
-    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
-"""
-
-
-@pytest.mark.parametrize(
-    "name",
-    ["multipart/8:light=dappled", pytest.param("multipart/2:scene=1", marks=pytest.mark.slow)],
-)
-def test_any_order_and_another_process_give_the_same_bytes(name):
-    sequence = datasets.load(name)
-    frames = [7, 100, 8, 0, 200]
-    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
-    backwards = frames[::-1]
-    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, backwards)]
-    answer = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert answer.stdout.split() == digests[::-1]
-    multipart_plan.cache_clear()  # nothing is left of the first opening
-    again = datasets.load(name)
-    assert [hashlib.sha256(again[frame].tobytes()).hexdigest() for frame in backwards] == digests[
-        ::-1
-    ]
 
 
 @settings(max_examples=4, deadline=None)
@@ -103,19 +73,6 @@ def test_the_background_of_a_followed_target_changes_rapidly():
     assert np.abs(one - other).mean() > 12
 
 
-@pytest.mark.parametrize(
-    ("knob", "value"), [("light", "bright"), ("scene", "-1"), ("scene", "0.5"), ("length", "9")]
-)
-def test_a_bad_knob_is_refused_by_name(knob, value):
-    with pytest.raises(SequenceError, match=rf"^multipart/3: .*{knob}[^\n]+$"):
-        datasets.load(f"multipart/3:{knob}={value}")
-
-
 def test_a_light_that_there_is_not_says_which_there_are():
     with pytest.raises(SequenceError, match="'even' or 'dappled'"):
         datasets.load("multipart/3:light=bright")
-
-
-def test_defaults_are_not_part_of_the_name():
-    assert datasets.load("multipart/8:light=even:scene=0").name == "multipart/8"
-    assert datasets.load("multipart/8:light=dappled").name == "multipart/8:light=dappled"

@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import datasets
-from datasets import SequenceError
 
 
 def twin(**knobs):
@@ -71,9 +70,3 @@ def test_the_street_and_the_target_are_the_same_at_every_distance():
     assert (near.boxes == far.boxes).all()
     assert near.frames.plan.people[0].look == far.frames.plan.people[0].look
     assert (near[75][:150] == far[75][:150]).all()  # above their heads
-
-
-@pytest.mark.parametrize(("knob", "value"), [("distance", "4"), ("distance", "-1"), ("twin", "no")])
-def test_a_bad_knob_is_refused_by_name(knob, value):
-    with pytest.raises(SequenceError, match=rf"^stress/twin: knob {knob}={value}: [^\n]+$"):
-        twin(**{knob: value})

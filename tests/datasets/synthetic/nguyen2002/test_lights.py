@@ -1,7 +1,5 @@
 """`nguyen2002/lights`: what is true of the object, what hides it, what the lamps do."""
 
-import hashlib
-import subprocess
 import sys
 from dataclasses import replace
 from functools import lru_cache
@@ -12,7 +10,6 @@ import numpy as np
 import pytest
 
 import datasets
-from datasets import SequenceError
 from datasets.synthetic.nguyen2002.lights.card import Pose
 from datasets.synthetic.nguyen2002.lights.knobs import LightsKnobs
 from datasets.synthetic.nguyen2002.lights.passers import HALF_HEIGHT, passer
@@ -28,13 +25,6 @@ FRAMES = 300
 
 LONGEST = 35
 """Frames for which the paper's tracker looks for the end of an occlusion."""
-
-ELSEWHERE = """
-import hashlib, sys, datasets
-sequence = datasets.load(sys.argv[1])
-for frame in map(int, sys.argv[2:]):
-    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
-"""
 
 
 @lru_cache(maxsize=16)
@@ -62,13 +52,6 @@ def around_the_switch(seed, lamps="white"):
         coverage = one.setting.carried.at(_pose(one.plan, frame))[0][..., 3]
         still &= cv2.dilate(coverage, np.ones((25, 25))) == 0
     return before, after, still
-
-
-def test_length_size_and_rate():
-    sequence = datasets.load(NAME)
-    assert len(sequence) == FRAMES
-    assert image(0, 0).shape == (240, 320, 3)
-    assert sequence.fps == 25
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -244,23 +227,6 @@ def test_scenes_differ_in_object_room_and_way():
     one, other = (datasets.load(f"{NAME}:scene={seed}") for seed in range(2))
     assert np.abs(one.boxes - other.boxes).max() > 20
     assert np.abs(image(0, 0) - image(1, 0)).mean() > 10
-
-
-@pytest.mark.slow
-def test_any_order_and_another_process_give_the_same_bytes():
-    name = f"{NAME}:lamps=coloured:scene=1"
-    sequence = datasets.load(name)
-    frames = [7, 60, 8, 0, 299]
-    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
-    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
-    answer = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert answer.stdout.split() == digests[::-1]
-
-
-@pytest.mark.parametrize(("knob", "value"), [("lamps", "green"), ("scene", "-1"), ("speed", "9")])
-def test_a_bad_knob_is_refused_by_name(knob, value):
-    with pytest.raises(SequenceError, match=rf"^{NAME}: .*{knob}[^\n]+$"):
-        datasets.load(f"{NAME}:{knob}={value}")
 
 
 def test_a_clip_is_asked_for_by_its_number(monkeypatch):

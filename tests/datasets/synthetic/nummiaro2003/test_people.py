@@ -228,12 +228,6 @@ def test_attributes_are_those_of_the_target_that_is_there(visit):
     assert (visit.attributes["scale_change"] == ((size < 0.8) | (size > 1.25))).all()
 
 
-def test_any_order_gives_the_same_bytes(visit):
-    frames = (5, 61, 121, 203, 231)
-    forwards = [visit[frame].tobytes() for frame in frames]
-    assert [visit[frame].tobytes() for frame in frames[::-1]] == forwards[::-1]
-
-
 def test_memory_stays_flat_from_frame_to_frame(visit):
     visit[0]
     tracemalloc.start()
@@ -253,18 +247,6 @@ def test_light_changes_nothing_of_the_truth_but_the_shade(visit):
     assert np.array_equal(dappled.boxes, visit.boxes, equal_nan=True)
     assert (dappled[100] != visit[100]).any()
     assert dappled.fingerprint != visit.fingerprint
-
-
-@pytest.mark.parametrize(
-    ("name", "knob", "value"),
-    [(STUDENTS, "tree", "4"), (STUDENTS, "tree", "1.5"), (PERSON, "start", "late")],
-)
-def test_a_bad_knob_is_refused_by_name(name, knob, value):
-    message = rf"^{name}: knob {knob}={value}: [^\n]+$"
-    with pytest.raises(SequenceError, match=message):
-        opened(name, **{knob: value})
-    with pytest.raises(SequenceError, match=message):
-        nummiaro2003.entries(f"{name}:{knob}={value}")
 
 
 def test_entries_of_a_sequence_of_another_suite_are_refused():

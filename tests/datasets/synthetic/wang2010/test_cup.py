@@ -1,8 +1,5 @@
 """`wang2010/cup`: where the cup is, what hides it, and what has its colour."""
 
-import hashlib
-import subprocess
-import sys
 from dataclasses import replace
 from functools import lru_cache
 
@@ -13,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import datasets
-from datasets import SequenceError
 from datasets.synthetic.wang2010.cup.knobs import CupKnobs
 from datasets.synthetic.wang2010.cup.scene import scene
 from datasets.synthetic.wang2010.cup.setting import Setting
@@ -27,13 +23,6 @@ PAINTED = 5, EVENT, 70
 
 MORE, SLOW = range(1, 8), pytest.mark.slow
 """Other scenes: to paint one takes seconds."""
-
-ELSEWHERE = """
-import hashlib, sys, datasets
-sequence = datasets.load(sys.argv[1])
-for frame in map(int, sys.argv[2:]):
-    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
-"""
 
 
 @lru_cache(maxsize=32)
@@ -72,14 +61,6 @@ def hue_apart(one, other):
 def hue_of_cup(cup):
     pixel = np.round(cup.setting.colour).astype(np.uint8)[None, None]
     return float(cv2.cvtColor(pixel, cv2.COLOR_BGR2HSV)[0, 0, 0])
-
-
-def test_length_size_and_rate_are_the_papers():
-    sequence = datasets.load(NAME)
-    assert len(sequence) == 80
-    assert sequence.frames.size == (108, 85)
-    assert opened(0).render(0).shape == (85, 108, 3)
-    assert sequence.fps == 25
 
 
 @settings(max_examples=6, deadline=None)
@@ -241,17 +222,6 @@ def test_opening_looks_at_nothing_but_silhouettes():
     assert not {"still", "carried"} & set(vars(setting))
 
 
-@pytest.mark.slow
-def test_any_order_and_another_process_give_the_same_bytes():
-    name = f"{NAME}:scene=5"
-    sequence = datasets.load(name)
-    frames = [7, 60, 8, 0, 79]
-    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
-    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
-    answer = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert answer.stdout.split() == digests[::-1]
-
-
 def test_scenes_differ_in_cup_hand_way_and_kitchen():
     one, other = (opened(seed).render(0).astype(int) for seed in range(2))
     assert np.abs(one - other).mean() > 10
@@ -261,11 +231,3 @@ def test_scenes_differ_in_cup_hand_way_and_kitchen():
     }
     hues = {round(hue_of_cup(opened(seed)) / 15) for seed in range(16)}
     assert len(hues) >= 4
-
-
-@pytest.mark.parametrize(
-    ("knob", "value"), [("background", "face"), ("scene", "-1"), ("speed", "9")]
-)
-def test_a_bad_knob_is_refused_by_name(knob, value):
-    with pytest.raises(SequenceError, match=rf"^{NAME}: .*{knob}[^\n]+$"):
-        datasets.load(f"{NAME}:{knob}={value}")

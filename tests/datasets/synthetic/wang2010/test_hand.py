@@ -1,8 +1,5 @@
 """`wang2010/hand`: where the hand is, when it is before the face, and what has its colour."""
 
-import hashlib
-import subprocess
-import sys
 from dataclasses import replace
 from functools import lru_cache
 
@@ -13,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import datasets
-from datasets import SequenceError
 from datasets.synthetic.wang2010.hand import cones
 from datasets.synthetic.wang2010.hand import textures as palm
 from datasets.synthetic.wang2010.hand.knobs import HandKnobs
@@ -24,13 +20,6 @@ NAME = "wang2010/hand"
 
 CENTRED = 48
 """Frame 49 of the paper."""
-
-ELSEWHERE = """
-import hashlib, sys, datasets
-sequence = datasets.load(sys.argv[1])
-for frame in map(int, sys.argv[2:]):
-    print(hashlib.sha256(sequence[frame].tobytes()).hexdigest())
-"""
 
 
 @lru_cache(maxsize=16)
@@ -50,13 +39,6 @@ def in_the_hue_of_skin(image):
 
 def grown(mask, by):
     return cv2.dilate(mask.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1))) > 0
-
-
-def test_length_size_and_rate_are_the_papers():
-    sequence = datasets.load(NAME)
-    assert len(sequence) == 100
-    assert sequence[0].shape == (120, 160, 3)
-    assert sequence.fps == 25
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -208,28 +190,9 @@ def test_the_line_around_the_thumbs_ball_is_on_the_thumbs_side(side):
     assert 0 < side * np.median(dark) < 2 * palm.TEXELS
 
 
-@pytest.mark.slow
-def test_any_order_and_another_process_give_the_same_bytes():
-    name = f"{NAME}:scene=5"
-    sequence = datasets.load(name)
-    frames = [7, 70, 8, 0, 99]
-    digests = [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in frames]
-    command = [sys.executable, "-c", ELSEWHERE, name, *map(str, frames[::-1])]
-    answer = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert answer.stdout.split() == digests[::-1]
-
-
 def test_scenes_differ_in_person_room_and_way():
     one, other = (datasets.load(f"{NAME}:scene={seed}") for seed in range(2))
     assert np.abs(one.boxes - other.boxes).max() > 20
     assert np.abs(one[0].astype(int) - other[0]).mean() > 10
     ways = {np.sign(np.diff(opened(seed).truth().boxes[[0, 99], 0]))[0] for seed in range(8)}
     assert ways == {-1, 1}
-
-
-@pytest.mark.parametrize(
-    ("knob", "value"), [("background", "wall"), ("scene", "-1"), ("speed", "9")]
-)
-def test_a_bad_knob_is_refused_by_name(knob, value):
-    with pytest.raises(SequenceError, match=rf"^{NAME}: .*{knob}[^\n]+$"):
-        datasets.load(f"{NAME}:{knob}={value}")

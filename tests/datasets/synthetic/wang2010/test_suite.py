@@ -1,24 +1,15 @@
 """The suite `wang2010`: three sequences of the paper's sizes, and the events in its frames."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
 import datasets
-from datasets.synthetic import wang2010
 
 SIZES = {
     "wang2010/table-tennis": (50, 115, 142),
     "wang2010/hand": (100, 120, 160),
     "wang2010/cup": (80, 85, 108),
 }
-
-
-def test_the_suite_has_the_papers_three_sequences():
-    assert wang2010.SUITE.names() == list(SIZES)
-    assert set(SIZES) <= set(datasets.names())
 
 
 @pytest.mark.parametrize("name", SIZES)
@@ -45,20 +36,3 @@ def test_what_the_paper_tells_of_a_frame_happens_there_in_every_scene(name, even
         flags = datasets.load(f"{name}:scene={seed}").attributes[event]
         assert flags[frame - 1]  # the paper counts from 1
         assert not flags[:8].any()
-
-
-def test_knobs_are_described():
-    for name in SIZES:
-        assert "scene" in {knob["name"] for knob in wang2010.SUITE.options(name)}
-
-
-def test_names_and_options_bring_no_renderer():
-    code = (
-        "import sys\nfrom datasets.synthetic import wang2010\n"
-        "for name in wang2010.SUITE.names(): wang2010.SUITE.options(name)\n"
-        "print('numba' in sys.modules, 'cv2' in sys.modules)"
-    )
-    answer = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    )
-    assert answer.stdout.split() == ["False", "False"]
