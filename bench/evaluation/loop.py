@@ -5,7 +5,8 @@ wrong ends its own run and nobody else's.
 """
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
+from collections.abc import Sequence as Sized
+from dataclasses import dataclass, field
 from math import inf, nan
 from statistics import median
 from time import perf_counter
@@ -21,7 +22,7 @@ from bench.experiments.contestant import Contestant, TrackerMaker, contestant
 from datasets import Sequence
 from trackers.base.sharing import SharedFrame
 
-__all__ = ["Pass", "evaluate", "run_in_lock_step"]
+__all__ = ["Clocks", "Pass", "evaluate", "run_in_lock_step", "walk"]
 
 
 def evaluate(
@@ -125,7 +126,7 @@ def run_in_lock_step(
     sequence.check_runnable()
     entries = list(entries)
     kept: Iterable[NDArray[np.float64] | None] = rows or [None] * len(entries)
-    first, n = sequence.first_frame, len(sequence)
+    n = len(sequence)
     recorders = [
         Recorder(
             chosen,
@@ -139,6 +140,57 @@ def run_in_lock_step(
         )
         for (chosen, repetition), own in zip(entries, kept, strict=True)
     ]
+    clocks = walk(recorders, sequence, n, watch)
+    for number, recorder in enumerate(recorders):
+        if not recorder.failure:
+            watch.calling(number, n - 1)
+            recorder.finish(n - 1)
+            watch.called(number)
+    overhead = median(clocks.own) if clocks.own else nan
+    runs = [recorder.result() for recorder in recorders]
+    return Pass(runs, overhead, clocks.fetching / (n - sequence.first_frame))
+
+
+@dataclass
+class Clocks:
+    """What a walk took, in seconds.
+
+    Attributes
+    ----------
+    fetching : float
+        To decode or render frames and masks, from the frame of initialisation on.
+    own : list of float
+        Of the harness itself, by frame, for one tracker.
+    """
+
+    fetching: float = 0.0
+    own: list[float] = field(default_factory=list)
+
+
+def walk(
+    recorders: Sized[Recorder],
+    sequence: Sequence,
+    stop: int,
+    watch: Watch,
+    *,
+    to_the_end: bool = True,
+) -> Clocks:
+    """Show frames to trackers: those before the target is there to trackers that watch.
+
+    Parameters
+    ----------
+    recorders : sequence of Recorder
+        The trackers.
+    sequence : Sequence
+        With truth.
+    stop : int
+        Frame before which it ends.
+    watch : Watch
+        Told what is done.
+    to_the_end : bool
+        Go on when all have failed: a run is kept only where all frames can be read.
+    """
+    first = sequence.first_frame
     watchers = []
     for number, recorder in enumerate(recorders if first else ()):
         watch.calling(number, first)
@@ -152,47 +204,47 @@ def run_in_lock_step(
             watch.calling(number, frame)
             recorder.show(shown, frame)
             watch.called(number)
+    clocks = Clocks()
     began = perf_counter()
     watch.reading(first)
     shown = SharedFrame(sequence[first])
     mask = sequence.mask(first)
-    fetching = perf_counter() - began
+    clocks.fetching = perf_counter() - began
     for number, recorder in enumerate(recorders):
         watch.calling(number, first)
         recorder.start(shown, first, mask)
         watch.called(number)
     watch.shown(1)
-    own_seconds = []
-    for frame in range(first + 1, n):
-        began = perf_counter()
-        watch.reading(frame)
-        image = sequence[frame]
-        fetched = perf_counter()
-        shown = SharedFrame(image, len(recorders))
-        in_trackers, running = 0.0, 0
-        for number, recorder in enumerate(recorders):
-            if not recorder.failure:
-                watch.calling(number, frame)
-                in_trackers += recorder.follow(shown, frame)
-                watch.called(number)
-                running += 1
-        reading_masks = _compare(recorders, sequence, frame, watch)
-        watch.shown(frame - first + 1)
-        fetching += fetched - began + reading_masks
-        if running:
-            elsewhere = in_trackers + reading_masks
-            own_seconds.append((perf_counter() - fetched - elsewhere) / running)
+    for frame in range(first + 1, stop):
+        if not to_the_end and all(recorder.failure for recorder in recorders):
+            break
+        _follow(recorders, sequence, frame, watch, clocks)
+    return clocks
+
+
+def _follow(
+    recorders: Sized[Recorder], sequence: Sequence, frame: int, watch: Watch, clocks: Clocks
+) -> None:
+    began = perf_counter()
+    watch.reading(frame)
+    image = sequence[frame]
+    fetched = perf_counter()
+    shown = SharedFrame(image, len(recorders))
+    in_trackers, running = 0.0, 0
     for number, recorder in enumerate(recorders):
         if not recorder.failure:
-            watch.calling(number, n - 1)
-            recorder.finish(n - 1)
+            watch.calling(number, frame)
+            in_trackers += recorder.follow(shown, frame)
             watch.called(number)
-    overhead = median(own_seconds) if own_seconds else nan
-    runs = [recorder.result() for recorder in recorders]
-    return Pass(runs, overhead, fetching / (n - first))
+            running += 1
+    reading_masks = _compare(recorders, sequence, frame, watch)
+    watch.shown(frame - sequence.first_frame + 1)
+    clocks.fetching += fetched - began + reading_masks
+    if running:
+        clocks.own.append((perf_counter() - fetched - in_trackers - reading_masks) / running)
 
 
-def _compare(recorders: list[Recorder], sequence: Sequence, frame: int, watch: Watch) -> float:
+def _compare(recorders: Sized[Recorder], sequence: Sequence, frame: int, watch: Watch) -> float:
     """Compare the masks of trackers that give any with the true one, which is read once for all.
 
     Gives the seconds that reading took: none where no tracker segments.

@@ -84,7 +84,7 @@ class Recorder:
     seconds : float
         What it has taken so far.
     segments : bool
-        Whether it has given a mask so far.
+        Whether it has given a mask so far that counts; none does in timing runs.
     """
 
     def __init__(
@@ -233,7 +233,7 @@ class Recorder:
         """Check an estimate and keep it."""
         box, confidence = _checked(estimate)
         self._mask = _checked_mask(estimate.mask, shown.image.shape[:2])
-        self.segments |= self._mask is not None
+        self.segments |= self._mask is not None and self.identity.protocol == "accuracy"
         self._rows[frame] = (*box, bool(estimate.visible), confidence)
         for key, value in estimate.details.items():
             if key not in self._details:

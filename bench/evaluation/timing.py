@@ -3,11 +3,13 @@
 import gc
 from math import inf, nan
 from time import perf_counter, thread_time
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.evaluation.loop import walk
 from bench.evaluation.record import Run
 from bench.evaluation.recorder import Recorder
 from bench.evaluation.watch import UNWATCHED, Watch
@@ -54,54 +56,22 @@ def time_run(
     cv2.setNumThreads(1)
     try:
         warming = _Timer(chosen, repetition, sequence)
-        _pass(warming, sequence, min(n, first + WARM_UP_FRAMES), watch)
+        walk([warming], sequence, min(n, first + WARM_UP_FRAMES), watch, to_the_end=False)
         gc.collect()
         gc.disable()
-        timer = _Timer(chosen, repetition, sequence, run_seconds, rows)
-        _pass(timer, sequence, n, watch)
+        timer = _Timer(chosen, repetition, sequence, run_seconds=run_seconds, rows=rows)
+        walk([timer], sequence, n, watch, to_the_end=False)
     finally:
         gc.enable()
         cv2.setNumThreads(threads)
     return timer.result(timer.times())
 
 
-def _pass(timer: "_Timer", sequence: Sequence, stop: int, watch: Watch) -> None:
-    first = sequence.first_frame
-    watch.calling(0, first)
-    watches = first > 0 and timer.watches(first)
-    watch.called(0)
-    for frame in range(first if watches else 0):
-        watch.reading(frame)
-        shown = SharedFrame(sequence[frame])
-        watch.calling(0, frame)
-        timer.show(shown, frame)
-        watch.called(0)
-    watch.reading(first)
-    shown, mask = SharedFrame(sequence[first]), sequence.mask(first)
-    watch.calling(0, first)
-    timer.start(shown, first, mask)
-    watch.called(0)
-    for frame in range(first + 1, stop):
-        if timer.failure:
-            break
-        watch.reading(frame)
-        shown = SharedFrame(sequence[frame])
-        watch.calling(0, frame)
-        timer.follow(shown, frame)
-        watch.called(0)
-        watch.shown(frame - first + 1)
-
-
 class _Timer(Recorder):
     """A recorder that clocks the tracker's calls."""
 
     def __init__(
-        self,
-        chosen: Contestant,
-        repetition: int,
-        sequence: Sequence,
-        run_seconds: float = inf,
-        rows: NDArray[np.float64] | None = None,
+        self, chosen: Contestant, repetition: int, sequence: Sequence, **limits: Any
     ) -> None:
         super().__init__(
             chosen,
@@ -110,8 +80,7 @@ class _Timer(Recorder):
             protocol="timing",
             share=False,
             keep_arrays=False,
-            run_seconds=run_seconds,
-            rows=rows,
+            **limits,
         )
         self._wall = np.full(len(sequence), nan)
         self._cpu = np.full(len(sequence), nan)

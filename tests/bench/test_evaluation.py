@@ -239,7 +239,7 @@ def test_what_determines_a_run_is_settled_before_it_begins(make_sequence, tmp_pa
         "    def init(self, image, box, mask=None):\n"
         "        self.box = box\n"
         "    def update(self, image):\n"
-        "        Path(__file__).write_text(Path(__file__).read_text() + '#')\n"
+        "        Path(__file__).write_text(Path(__file__).read_text() + '0\\n')\n"
         "        return Estimate(self.box)\n"
     )
     before = contestant(f"{file}:Editing").version
