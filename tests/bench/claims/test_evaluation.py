@@ -220,4 +220,7 @@ def test_the_same_scores_give_the_same_findings():
 def test_a_conclusion_is_json():
     document = concluded("MP-4a", scores(as_claimed)).for_json()
     assert json.loads(json.dumps(document, allow_nan=False)) == document
-    assert set(document) == {"id", "source", "text", "verdict", "readings", "evidence"}
+    assert set(document) == {
+        *("id", "source", "text", "short"),
+        *("verdict", "readings", "evidence"),
+    }
