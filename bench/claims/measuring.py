@@ -92,9 +92,9 @@ def verdict_of(claim: str, test: PartTest, sides: Sides, metric: str) -> Verdict
         sides = [side[side["repetition"].isin(both)] for side in sides]
     if isinstance(test, InteractionTest):
         generator = np.random.default_rng(crc32(claim.encode()))
-        ours = [limited(side[side["sequence"].isin(test.on)], test.where) for side in sides]
-        theirs = [limited(side, test.against) for side in sides]
-        groups = [_differences(part, test, metric) for part in (ours, theirs)]
+        first = [limited(side[side["sequence"].isin(test.on)], test.where) for side in sides]
+        second = [limited(side, test.against) for side in sides]
+        groups = [_differences(part, test, metric) for part in (first, second)]
         return order_of_groups(groups[0], groups[1], generator, _margin(sides, test, metric))
     if isinstance(test, Comparison):
         return _compared(test, sides, metric)

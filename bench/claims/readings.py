@@ -34,7 +34,7 @@ class Option(Entry):
     __pydantic_extra__: dict[str, Value | dict[str, Value]]
 
     post_hoc: bool = False
-    where: Limits = Field({})
+    where: Limits = Field(default={})
 
     @property
     def shared(self) -> dict[str, Value]:
@@ -113,8 +113,8 @@ class Readings(Entry):
         Parameters by sequence and tracker, under whatever else is said of a tracker there.
     """
 
-    axes: dict[Text, Axis] = Field({})
-    usual: dict[Text, dict[Text, dict[Text, Value]]] = Field({})
+    axes: dict[Text, Axis] = Field(default={})
+    usual: dict[Text, dict[Text, dict[Text, Value]]] = Field(default={})
     choices: tuple[dict[str, str], ...] = ()
 
     @model_validator(mode="before")

@@ -69,7 +69,7 @@ def trackers_of(side: Side) -> tuple[list[tuple[str, Options]], Limits]:
             texts = values
         else:
             columns[key] = values
-    trackers = []
+    trackers: list[tuple[str, Options]] = []
     for text in texts:
         name, options = parse_text(str(text))
         trackers.append((name, {**options}))

@@ -97,9 +97,7 @@ Asked: TypeAlias = Mapping[str, Collection[Cell]]
 
 
 class Paper(Protocol):
-    """What a paper's module offers."""
-
-    TITLE: str
+    """What a reproduction offers."""
 
     def experiments(self, effort: Effort) -> Sequence[Experiment]:
         """Experiments to run, in order.

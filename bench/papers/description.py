@@ -66,7 +66,7 @@ class Experiments(Entry):
     all: tuple[Text, ...] = ()
     not_quick: tuple[Text, ...] = ()
     timed: tuple[Text, ...] = ()
-    thorough: dict[Text, int] = Field({})
+    thorough: dict[Text, int] = Field(default={})
 
 
 class Recording(Entry):
@@ -80,7 +80,7 @@ class Recording(Entry):
 class Settings(Entry):
     """How a tracker's setting is told."""
 
-    told: dict[Text, Texts] = Field({})
+    told: dict[Text, Texts] = Field(default={})
     post_hoc: tuple[Text, ...] = ()
 
 
@@ -102,7 +102,7 @@ class Column(Entry):
     how: Statistic = Field("mean", alias="as")
     digits: int | None = None
     scale: float = 1.0
-    where: Limits = Field({})
+    where: Limits = Field(default={})
 
 
 class Line(Entry):
@@ -111,7 +111,7 @@ class Line(Entry):
     words: tuple[Text, ...]
     table: Text
     of: Text
-    where: Limits = Field({})
+    where: Limits = Field(default={})
     each: tuple[Text, ...] = ()
     digits: int = 2
     scale: float = 1.0
@@ -135,13 +135,13 @@ class TableEntry(Entry):
     table: Text = "scores"
     experiments: tuple[Text, ...] = ()
     trackers: tuple[Text, ...] = ()
-    where: Limits = Field({})
+    where: Limits = Field(default={})
     rows: tuple[Text, ...] = ()
     columns: Columns = ()
     across: Annotated[Column | None, _by_place("head", "of", "as", "digits")] = None
     vary: Varied | None = None
     lines: tuple[Line, ...] = ()
-    heads: dict[Text, Text] = Field({})
+    heads: dict[Text, Text] = Field(default={})
     notes: tuple[Text, ...] = ()
     copies: bool = False
     effort: Literal["default", "all"] = "default"
@@ -168,7 +168,7 @@ class FigureEntry(Entry):
     sequences: Names = ()
     trackers: tuple[Text, ...] = ()
     labels: tuple[Text, ...] = ()
-    panels: dict[Text, dict[Text, Value]] = Field({})
+    panels: dict[Text, dict[Text, Value]] = Field(default={})
     frames: tuple[int, ...] = ()
     of: Text = "error"
     quantity: str = ""
@@ -211,11 +211,13 @@ class Description(Entry):
     apart: tuple[Text, ...] = ()
     experiments: Experiments
     recorded: Recording | None = None
-    names: dict[Text, Text] = Field({})
+    names: dict[Text, Text] = Field(default={})
     settings: Settings = Settings()
-    measures: dict[Text, Annotated[Measure, _by_place("of", "first", "last", "how")]] = Field({})
-    table: dict[Text, TableEntry] = Field({})
-    figure: dict[Text, FigureEntry] = Field({})
+    measures: dict[Text, Annotated[Measure, _by_place("of", "first", "last", "how")]] = Field(
+        default={}
+    )
+    table: dict[Text, TableEntry] = Field(default={})
+    figure: dict[Text, FigureEntry] = Field(default={})
     scenes: Scenes | None = None
 
     @model_validator(mode="after")

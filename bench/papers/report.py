@@ -63,6 +63,8 @@ class Context:
         See `bench.papers.runs.tidy_runs`; `experiments` (names between commas), `copied`.
     tables : dict of str to DataFrame
         What was measured beside the runs, by name.
+    conclusions : list of Conclusion
+        Of all claims, once they are judged.
     """
 
     description: Description
@@ -73,6 +75,7 @@ class Context:
     asked: Asked
     scores: pd.DataFrame
     tables: dict[str, pd.DataFrame] = field(default_factory=dict)
+    conclusions: list[Conclusion] = field(default_factory=list)
 
     @property
     def readings(self) -> Readings:
@@ -165,11 +168,6 @@ class DescribedPaper:
         self.claims = read_claims(description.name)
 
     @property
-    def TITLE(self) -> str:  # noqa: N802 - the name that a module has
-        """Of the paper."""
-        return self.description.title
-
-    @property
     def recorded(self) -> Recorded | None:
         """What is run on recorded sequences."""
         entry = self.description.recorded
@@ -205,7 +203,7 @@ class DescribedPaper:
         for module in ("timing", "measures"):
             tables = _further(name, "tables", module)
             context.tables.update(tables(context) if tables else {})
-        conclusions = judge_all(
+        context.conclusions += judge_all(
             self.claims, scores, context.tables, _further(name, "CHECKS") or dict[str, Check]()
         )
         published = _further(name, "published")
@@ -222,13 +220,13 @@ class DescribedPaper:
             for line in failed_passes(results / one, asked[one])
         ]
         pictures = write_pictures(folder, plots)
-        tables, rows = self._tables(context, conclusions), published(context) if published else []
+        tables, rows = self._tables(context), published(context) if published else []
         return Report(
             title=self.description.title,
             remarks=self._remarks(scores, effort, plots, failed),
             tables=tables,
             rows=rows,
-            claims=[one.for_json() for one in conclusions],
+            claims=[one.for_json() for one in context.conclusions],
             pictures=pictures,
             main=self._main(tables, rows),
         )
@@ -280,8 +278,8 @@ class DescribedPaper:
             everything=effort.everything,
         )
 
-    def _tables(self, context: Context, conclusions: Sequence[Conclusion]) -> list[Table]:
-        name = self.description.name
+    def _tables(self, context: Context) -> list[Table]:
+        name, conclusions = self.description.name, context.conclusions
         kept = bool(context.scores["kept_scene"].all())
         tables = [
             ledger_table([one.for_json() for one in conclusions], gated=not kept),

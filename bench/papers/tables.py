@@ -342,7 +342,7 @@ def beside_ours(name: str, rows: Sequence[Mapping[str, Any]]) -> Table:
     return text_table(name, "The paper's numbers, and ours [interval or quartiles]", data, 3)
 
 
-def _with_interval(row: dict[str, Any]) -> str:
+def _with_interval(row: Mapping[str, Any]) -> str:
     interval = row.get("interval")
     told = f" [{_number(interval[0])}–{_number(interval[1])}]" if interval else ""
     return _number(row.get("measured")) + told
