@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -76,6 +77,6 @@ def density_plot(
 
 def _mark(axes: Axes, marks: Mapping[str, tuple[float, float]], marker: str) -> None:
     for grey, (label, (x, y)) in zip(_MARKER_GREYS, marks.items(), strict=False):
-        face = {} if marker == "x" else {"markerfacecolor": grey}
-        size = {"markersize": 8, "markeredgewidth": 2.0}
-        axes.plot(x, y, marker, label=label, color=grey, clip_on=False, zorder=3, **size, **face)
+        look: dict[str, Any] = {"markersize": 8, "markeredgewidth": 2.0}
+        look |= {} if marker == "x" else {"markerfacecolor": grey}
+        axes.plot(x, y, marker, label=label, color=grey, clip_on=False, zorder=3, **look)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -39,6 +40,6 @@ def map_plot(panels: Sequence[Panel], title: str, columns: int) -> Figure:
             x, y, *size = panel.box.tolist()
             axes.add_patch(Rectangle((x, y), *size, fill=False, edgecolor=colour(1)))
         if panel.contour is not None:
-            line = {"fill": False, "edgecolor": colour(1), "linewidth": 1.8}
+            line: dict[str, Any] = {"fill": False, "edgecolor": colour(1), "linewidth": 1.8}
             axes.add_patch(Polygon(panel.contour, path_effects=rim(3.2), **line))
     return figure

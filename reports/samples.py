@@ -171,7 +171,8 @@ def _draw_ellipses(axes: Axes, ellipses: Array, shade: str, line_width: float) -
     rims = [("black", line_width + 1.2)] if shade == _MEAN else []
     for edge, thickness in [*rims, (shade, line_width)]:
         collection = EllipseCollection(
-            *(2 * ellipses[:, 2:].T),
+            2 * ellipses[:, 2],
+            2 * ellipses[:, 3],
             np.zeros(len(ellipses)),
             units="xy",
             offsets=ellipses[:, :2],

@@ -1,13 +1,11 @@
 """CamShift: mean shift on a hue back-projection, with a fixed or an adaptive window."""
 
-from math import floor
 from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Mask
-from trackers.base.parameters import Parameters, TrackerError
+from trackers.base.parameters import Parameters, TrackerError, choice, fraction, nonnegative, whole
 from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.maps.back_projection import (
     MOST_BINS,
@@ -17,6 +15,7 @@ from trackers.maps.back_projection import (
     first_pixel,
     mean_shift,
     unvisited_hues,
+    whole_window,
 )
 
 __all__ = ["CamShift"]
@@ -25,25 +24,19 @@ __all__ = ["CamShift"]
 class CamShiftParameters(Parameters):
     """Parameters of `CamShift`."""
 
-    window: Literal["fixed", "adaptive"] = Field(
+    window: Literal["fixed", "adaptive"] = choice(
         "fixed",
-        description="fixed: the window keeps the first box's size; adaptive: it follows "
+        "fixed: the window keeps the first box's size; adaptive: it follows "
         "Bradski's rule, once a frame",
     )
-    hue_bins: int = Field(32, ge=1, le=MOST_BINS, description="bins of the hue histogram [count]")
-    stop_distance: float = Field(
-        2.0, ge=0.0, description="a mean shift step shorter than this is the last one [pixels]"
+    hue_bins: int = whole(32, "bins of the hue histogram [count]", most=MOST_BINS)
+    stop_distance: float = nonnegative(
+        2.0, "a mean shift step shorter than this is the last one [pixels]"
     )
-    max_iterations: int = Field(10, ge=1, description="most mean shift steps in a frame [count]")
-    minimum_saturation: float = Field(
-        0.0, ge=0.0, le=1.0, description="pixels of less saturation weigh nothing [fraction]"
-    )
-    minimum_value: float = Field(
-        0.0, ge=0.0, le=1.0, description="pixels darker than this weigh nothing [fraction]"
-    )
-    maximum_value: float = Field(
-        1.0, ge=0.0, le=1.0, description="pixels brighter than this weigh nothing [fraction]"
-    )
+    max_iterations: int = whole(10, "most mean shift steps in a frame [count]")
+    minimum_saturation: float = fraction(0.0, "pixels of less saturation weigh nothing [fraction]")
+    minimum_value: float = fraction(0.0, "pixels darker than this weigh nothing [fraction]")
+    maximum_value: float = fraction(1.0, "pixels brighter than this weigh nothing [fraction]")
 
 
 class CamShift(SharingTracker):
@@ -74,18 +67,12 @@ class CamShift(SharingTracker):
     Parameters = CamShiftParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`.
-
-        Raises
-        ------
-        TrackerError
-            Where the box holds no pixel of the image, or none that passes the mask.
-        """
+        """See `Tracker.init`; raises TrackerError where the box holds no pixel that counts."""
         x, y, width, height = (float(value) for value in box)
         self._x, self._y = x + width / 2, y + height / 2
         self._box_size = width, height
         self._ratio = width / height
-        self._window = max(1, floor(width + 0.5)), max(1, floor(height + 0.5))
+        self._window = whole_window(box)
         left = first_pixel(self._x, self._window[0])
         top = first_pixel(self._y, self._window[1])
         self._weights = bin_counts(self._hues(frame), left, top, *self._window)

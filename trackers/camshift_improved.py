@@ -1,14 +1,13 @@
 """CamShift on colour and motion: the improved CamShift of Wang & Tang 2010, without particles."""
 
-from math import floor
 from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Mask
+from trackers.base.parameters import choice, nonnegative, whole
 from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.maps.back_projection import adapted_window
+from trackers.maps.back_projection import adapted_window, whole_window
 from trackers.maps.joint_map import ColourMotionModel, ModelParameters
 
 __all__ = ["CamShiftImproved"]
@@ -17,17 +16,15 @@ __all__ = ["CamShiftImproved"]
 class CamShiftImprovedParameters(ModelParameters):
     """Parameters of `CamShiftImproved`."""
 
-    window: Literal["fixed", "adaptive"] = Field(
+    window: Literal["fixed", "adaptive"] = choice(
         "fixed",
-        description="fixed: the window keeps the first box's size; adaptive: it follows "
+        "fixed: the window keeps the first box's size; adaptive: it follows "
         "Bradski's rule, once a frame",
     )
-    stop_distance: float = Field(
-        2.0, ge=0.0, description="ε: a mean shift step shorter than this is the last one [pixels]"
+    stop_distance: float = nonnegative(
+        2.0, "ε: a mean shift step shorter than this is the last one [pixels]"
     )
-    max_iterations: int = Field(
-        10, ge=1, description="n₀: most mean shift steps in a frame [count]"
-    )
+    max_iterations: int = whole(10, "n₀: most mean shift steps in a frame [count]")
 
 
 class CamShiftImproved(SharingTracker):
@@ -59,30 +56,16 @@ class CamShiftImproved(SharingTracker):
     Parameters = CamShiftImprovedParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`.
-
-        Raises
-        ------
-        TrackerError
-            Where no pixel of the box is in the image and passes the minimum saturation and value.
-        """
-        x, y, width, height = (float(value) for value in box)
-        self._centre = np.array([x + width / 2, y + height / 2])
-        self._box_size = np.array([width, height])
-        self._ratio = width / height
-        self._window = max(1, floor(width + 0.5)), max(1, floor(height + 0.5))
+        """See `Tracker.init`, and `ColourMotionModel` for what is refused."""
+        self._centre, self._box_size = box[:2] + box[2:] / 2, box[2:].copy()
+        self._ratio = float(box[2] / box[3])
+        self._window = whole_window(box)
         self._model = ColourMotionModel(
             "camshift-improved", self.parameters, frame, self._centre, self._window
         )
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
-        """See `Tracker.update`.
-
-        Raises
-        ------
-        TrackerError
-            For a frame of another size than the first.
-        """
+        """See `Tracker.update`; raises TrackerError for a frame of another size than the first."""
         settings, window = self.parameters, self._window
         joint = self._model.observe(frame)
         moved = joint.drift(

@@ -7,6 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from trackers.base.interface import Image, Mask
+from trackers.base.parameters import choice
 from trackers.contours.chain import Chain, Hypotheses
 from trackers.contours.colour_cue import Palettes
 from trackers.contours.discriminant import (
@@ -34,9 +35,9 @@ class ContourSmoothColorParameters(SegmenterParameters):
     mixing: float = Field(
         1.0, gt=0, le=1, description="a of G(t) = (1 - a) G(t-2) + a G(t-1) [fraction]"
     )
-    plane: Literal["first", "refitted"] = Field(
+    plane: Literal["first", "refitted"] = choice(
         "first",
-        description="colours are seen on the first frame's Fisher plane, or on that of the last "
+        "colours are seen on the first frame's Fisher plane, or on that of the last "
         "frame as it was segmented",
     )
 

@@ -40,13 +40,7 @@ class MeanShift(SharingTracker):
     Parameters = MeanShiftParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`.
-
-        Raises
-        ------
-        TrackerError
-            Where the box is smaller than 3 pixels either way, or its ellipse outside the image.
-        """
+        """See `Tracker.init`, and `Target` for what is refused."""
         self._target = Target("mean-shift", self.parameters, frame, box)
         self._x, self._y = float(box[0] + box[2] / 2), float(box[1] + box[3] / 2)
 
@@ -60,10 +54,5 @@ class MeanShift(SharingTracker):
             target.box(found.x, found.y),
             visible=found.coefficient > 0,
             confidence=found.coefficient,
-            details={
-                "coefficient": found.coefficient,
-                "iterations": float(found.iterations),
-                "half_width": target.half_width,
-                "half_height": target.half_height,
-            },
+            details=target.details(found),
         )

@@ -4,10 +4,10 @@ from math import inf, log, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Mask
 from trackers.base.kalman import ConstantVelocity
+from trackers.base.parameters import fraction, positive
 from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.histograms.mean_shift import Location, MeanShiftParameters, Target
 
@@ -17,15 +17,11 @@ __all__ = ["MeanShiftKalman"]
 class MeanShiftKalmanParameters(MeanShiftParameters):
     """Parameters of `MeanShiftKalman`."""
 
-    acceleration_noise: float = Field(
-        5.0, gt=0.0, description="standard deviation of the target's acceleration [pixels/frame²]"
+    acceleration_noise: float = positive(
+        5.0, "standard deviation of the target's acceleration [pixels/frame²]"
     )
-    least_coefficient: float = Field(
-        0.5,
-        ge=0.0,
-        le=1.0,
-        description="where the best place is less similar than this, the prediction stands "
-        "[coefficient]",
+    least_coefficient: float = fraction(
+        0.5, "where the best place is less similar than this, the prediction stands [coefficient]"
     )
 
 
@@ -64,13 +60,7 @@ class MeanShiftKalman(SharingTracker):
     Parameters = MeanShiftKalmanParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`.
-
-        Raises
-        ------
-        TrackerError
-            Where the box is smaller than 3 pixels either way, or its ellipse outside the image.
-        """
+        """See `Tracker.init`, and `Target` for what is refused."""
         self._target = Target("mean-shift-kalman", self.parameters, frame, box)
         half_axes = box[2:] / 2
         self._motion = ConstantVelocity(
@@ -92,11 +82,8 @@ class MeanShiftKalman(SharingTracker):
             target.box(*motion.position.tolist()),
             visible=visible,
             confidence=found.coefficient,
-            details={
-                "coefficient": found.coefficient,
-                "iterations": float(found.iterations),
-                "half_width": target.half_width,
-                "half_height": target.half_height,
+            details=target.details(found)
+            | {
                 "measured_x": found.x,
                 "measured_y": found.y,
                 "gain_x": float(gains[0]),

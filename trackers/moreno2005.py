@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
 from trackers.base.interface import Image, Mask
+from trackers.base.parameters import choice, fraction, nonnegative, positive, whole
 from trackers.contours.chain import Association, Chain, Feedback, Hypotheses
 from trackers.contours.colour_cue import ColourCue, ColourDynamics, MixtureScale, Palettes
 from trackers.contours.contour_cue import ContourCue, KalmanContourCue
@@ -27,53 +27,45 @@ __all__ = ["Moreno2005"]
 class Moreno2005Parameters(SegmenterParameters):
     """Parameters of `Moreno2005`."""
 
-    plane_samples: int = Field(20, ge=1, description="N₁: particles of the plane [count]")
-    colour_samples: int = Field(300, ge=1, description="N₂: particles of the colours [count]")
-    window_components: int = Field(
-        4, ge=1, le=20, description="M_W: Gaussians of the colours in the window [count]"
+    plane_samples: int = whole(20, "N₁: particles of the plane [count]")
+    colour_samples: int = whole(300, "N₂: particles of the colours [count]")
+    window_components: int = whole(
+        4, "M_W: Gaussians of the colours in the window [count]", most=20
     )
-    window_points: int = Field(
-        200, ge=20, description="pixels drawn in the window for the planes [count]"
+    window_points: int = whole(200, "pixels drawn in the window for the planes [count]", 20)
+    outside_points: int = whole(400, "pixels drawn outside for them [count]", 20)
+    plane_spread: float = nonnegative(0.04, "σ of H₁ and p₁, of a normal of length 1 [length]")
+    colour_dynamics: MixtureScale = choice(
+        "shared", "whether centroids share a random map, or all numbers go on apart"
     )
-    outside_points: int = Field(400, ge=20, description="pixels drawn outside for them [count]")
-    plane_spread: float = Field(
-        0.04, ge=0, description="σ of H₁ and p₁, of a normal of length 1 [length]"
+    mean_spread: float = nonnegative(0.02, "σ of a centroid [colour in 0..1]")
+    class_spread: float = nonnegative(
+        0.02, "σ of all centroids of target or background, shared [colour]"
     )
-    colour_dynamics: MixtureScale = Field(
-        "shared",
-        description="whether centroids share a random map, or all numbers go on apart",
+    gain_spread: float = nonnegative(0.04, "σ of the shared gain [logarithm]")
+    jump_probability: float = fraction(0.2, "how often the shared gain may jump [probability]")
+    jump_spread: float = nonnegative(0.3, "σ of such a jump [logarithm]")
+    prior_spread: float = nonnegative(0.1, "σ of a weight [logarithm]")
+    eigenvalue_spread: float = nonnegative(0.1, "σ of an eigenvalue [logarithm]")
+    angle_spread: float = nonnegative(0.08, "σ of a principal direction [radians]")
+    plane_temperature: float = positive(
+        0.05, "τ₁: by which planes' differences are divided [difference]"
     )
-    mean_spread: float = Field(0.02, ge=0, description="σ of a centroid [colour in 0..1]")
-    class_spread: float = Field(
-        0.02, ge=0, description="σ of all centroids of target or background, shared [colour]"
+    colour_temperature: float = positive(
+        0.05, "τ₂: by which colours' differences are divided [difference]"
     )
-    gain_spread: float = Field(0.04, ge=0, description="σ of the shared gain [logarithm]")
-    jump_probability: float = Field(
-        0.2, ge=0, le=1, description="how often the shared gain may jump [probability]"
-    )
-    jump_spread: float = Field(0.3, ge=0, description="σ of such a jump [logarithm]")
-    prior_spread: float = Field(0.1, ge=0, description="σ of a weight [logarithm]")
-    eigenvalue_spread: float = Field(0.1, ge=0, description="σ of an eigenvalue [logarithm]")
-    angle_spread: float = Field(0.08, ge=0, description="σ of a principal direction [radians]")
-    plane_temperature: float = Field(
-        0.05, gt=0, description="τ₁: by which planes' differences are divided [difference]"
-    )
-    colour_temperature: float = Field(
-        0.05, gt=0, description="τ₂: by which colours' differences are divided [difference]"
-    )
-    feedback: Feedback = Field(
+    feedback: Feedback = choice(
         "joint",
-        description="weights that go on to the next frame: each cue's own, or those in the "
-        "complete density",
+        "weights that go on to the next frame: each cue's own, or those in the complete density",
     )
-    association: Association = Field(
-        "by-weight", description="which of the cue before are attached: by their weights, or evenly"
+    association: Association = choice(
+        "by-weight", "which of the cue before are attached: by their weights, or evenly"
     )
-    position: Literal["particles", "kalman"] = Field(
-        "particles", description="what yields the contours' places"
+    position: Literal["particles", "kalman"] = choice(
+        "particles", "what yields the contours' places"
     )
-    colour_model: Literal["particles", "refitted"] = Field(
-        "particles", description="what yields mixtures: particles, or fits to the last frame"
+    colour_model: Literal["particles", "refitted"] = choice(
+        "particles", "what yields mixtures: particles, or fits to the last frame"
     )
 
     def colour_steps(self) -> ColourDynamics:

@@ -5,19 +5,10 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Mask, Randomness
-from trackers.base.parameters import Parameters, TrackerError
-from trackers.base.particles import (
-    SCHEMES,
-    effective_number,
-    first_order,
-    mean_state,
-    normalised,
-    random_walk,
-    uniform_noise,
-)
+from trackers.base.parameters import Parameters, TrackerError, choice, fraction, positive, whole
+from trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
 from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.histograms.bins import N_BINS, Binning, LuvBins, UvRange
 from trackers.histograms.counting import region_counts
@@ -32,57 +23,46 @@ LARGEST_CHANGE = 25.0  # of the area, either way, since the first frame
 class MultipartParameters(Parameters):
     """Parameters of `Multipart`."""
 
-    representation: Literal["adaptive", "single", "multi"] = Field(
+    representation: Literal["adaptive", "single", "multi"] = choice(
         "adaptive",
-        description="single: one histogram of the rectangle; multi: one of each half; adaptive: "
+        "single: one histogram of the rectangle; multi: one of each half; adaptive: "
         "whichever the first frame's halves call for",
     )
-    particles: int = Field(200, ge=1, description="number of particles N [count]")
-    position_divisor: float = Field(
-        3.0, gt=0.0, description="a: noise of the centre is the width over this [ratio]"
+    particles: int = whole(200, "number of particles N [count]")
+    position_divisor: float = positive(3.0, "a: noise of the centre is the width over this [ratio]")
+    size_divisor: float = positive(10.0, "b: noise of the area is the area over this [ratio]")
+    sigma: float = positive(0.1, "σ of the likelihood of a distance [histogram distance]")
+    threshold: float = fraction(
+        0.4, "T: halves further apart than this are told apart [histogram distance]"
     )
-    size_divisor: float = Field(
-        10.0, gt=0.0, description="b: noise of the area is the area over this [ratio]"
-    )
-    sigma: float = Field(
-        0.1, gt=0.0, description="σ of the likelihood of a distance [histogram distance]"
-    )
-    threshold: float = Field(
-        0.4,
-        ge=0.0,
-        le=1.0,
-        description="T: halves further apart than this are told apart [histogram distance]",
-    )
-    binning: Binning = Field(
+    binning: Binning = choice(
         "both",
-        description="both: a pixel votes for its L and its uv bin; perez: for uv alone, or for L "
+        "both: a pixel votes for its L and its uv bin; perez: for uv alone, or for L "
         "alone where it has hardly any colour",
     )
-    uv_range: UvRange = Field(
+    uv_range: UvRange = choice(
         "full",
-        description="what the uv bins divide: full, what a byte can hold; natural, u -60 to 120 "
+        "what the uv bins divide: full, what a byte can hold; natural, u -60 to 120 "
         "and v -80 to 80; srgb-gamut, u -83 to 175 and v -134 to 107",
     )
-    sigma_meaning: Literal["deviation", "variance"] = Field(
-        "deviation", description="what sigma is of the Gaussian: its deviation or its variance"
+    sigma_meaning: Literal["deviation", "variance"] = choice(
+        "deviation", "what sigma is of the Gaussian: its deviation or its variance"
     )
-    noise_range: Literal["half", "total"] = Field(
-        "half", description="half: noise reaches its range either way; total: half of it"
+    noise_range: Literal["half", "total"] = choice(
+        "half", "half: noise reaches its range either way; total: half of it"
     )
-    noise_size: Literal["mean", "sample"] = Field(
-        "mean",
-        description="whose size proportional noise follows: the last estimate's or each particle's",
+    noise_size: Literal["mean", "sample"] = choice(
+        "mean", "whose size proportional noise follows: the last estimate's or each particle's"
     )
-    dynamics: Literal["random-walk", "first-order"] = Field(
-        "random-walk",
-        description="first-order: particles keep their velocity, and the noise changes it",
+    dynamics: Literal["random-walk", "first-order"] = choice(
+        "random-walk", "first-order: particles keep their velocity, and the noise changes it"
     )
-    noise: Literal["proportional", "fixed"] = Field(
+    noise: Literal["proportional", "fixed"] = choice(
         "proportional",
-        description="proportional: noise follows the size; fixed: it stays as in the first frame",
+        "proportional: noise follows the size; fixed: it stays as in the first frame",
     )
-    resampling: Literal["multinomial", "systematic", "stratified", "residual"] = Field(
-        "multinomial", description="scheme by which particles go on to the next frame"
+    resampling: Literal["multinomial", "systematic", "stratified", "residual"] = choice(
+        "multinomial", "scheme by which particles go on to the next frame"
     )
 
 
@@ -141,11 +121,8 @@ class Multipart(SharingTracker):
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`.
 
-        Raises
-        ------
-        TrackerError
-            Where the box has no area, or less than a quarter of it, fewer than 16 pixels or
-            fewer than two rows lie in the image.
+        Raises TrackerError where the box has no area, or less than a quarter of it, fewer than 16
+        pixels or fewer than two rows lie in the image.
         """
         settings = self.parameters
         x, y, width, height = (float(value) for value in box)
@@ -207,7 +184,11 @@ class Multipart(SharingTracker):
         return estimate
 
     def _propagate(self) -> None:
-        """Move the particles (equations 5 and 6)."""
+        """Move the particles (equations 5 and 6).
+
+        Noise enters once a frame, into the places or, by vₜ = vₜ₋₁ + wₜ and sₜ = sₜ₋₁ + vₜ, into
+        the velocities: around what is expected, the spread is the same.
+        """
         settings = self.parameters
         if settings.noise == "fixed":
             area: Any = self._first_area
@@ -219,12 +200,11 @@ class Multipart(SharingTracker):
         half_range = np.array([position, position, area / settings.size_divisor]).T
         if settings.noise_range == "total":
             half_range = half_range / 2
-        noise = uniform_noise(self._generator.random(self._states.shape), half_range)
+        steps = (2.0 * self._generator.random(self._states.shape) - 1.0) * half_range
         if settings.dynamics == "first-order":
-            self._states, self._velocities = first_order(self._states, self._velocities, noise)
-            self._velocities[:, 2] = 0.0  # the area is a random walk
-        else:
-            self._states = random_walk(self._states, noise)
+            steps = self._velocities + steps
+            self._velocities = steps * [1.0, 1.0, 0.0]  # the area is a random walk
+        self._states = self._states + steps
         least, most = self._first_area / LARGEST_CHANGE, self._first_area * LARGEST_CHANGE
         np.clip(self._states[:, 2], least, most, out=self._states[:, 2])
 

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Image, Mask
 from trackers.base.kalman import Smoother
-from trackers.base.parameters import Parameters, TrackerError
+from trackers.base.parameters import Parameters, TrackerError, choice, fraction, positive, whole
 from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.templates.appearance import Appearance, Noise, Seen
 from trackers.templates.features import FLOORS, Features, dimension, features_of
@@ -30,9 +30,9 @@ PLACE_NOISE, SCALE_NOISE = (0.5, 0.5, 2.0), (0.002, 0.01, 0.01)
 class Nguyen2002Parameters(Parameters):
     """Parameters of `Nguyen2002`."""
 
-    features: Features = Field(
+    features: Features = choice(
         "invariants",
-        description="what a template holds of a pixel: ratios of colours (c1, c2, c3), their arc "
+        "what a template holds of a pixel: ratios of colours (c1, c2, c3), their arc "
         "tangents (both blind to what is grey), R, G and B, or R + G + B",
     )
     delta: float = Field(
@@ -47,63 +47,55 @@ class Nguyen2002Parameters(Parameters):
         le=1.0,
         description="κ of the slowest occlusion; n_omax is γ / κ [template widths/frame]",
     )
-    outlier_rule: Literal["exceeds", "reaches"] = Field(
-        "exceeds", description="when a pixel's outliers in succession are too many: beyond n_omax"
+    outlier_rule: Literal["exceeds", "reaches"] = choice(
+        "exceeds", "when a pixel's outliers in succession are too many: beyond n_omax"
     )
-    longest_occlusion: int = Field(
-        35, ge=FIRST_CANDIDATE, le=1000, description="L: longest occlusion looked through [frames]"
+    longest_occlusion: int = whole(
+        35, "L: longest occlusion looked through [frames]", FIRST_CANDIDATE, 1000
     )
-    candidates: Literal["skipped", "all"] = Field(
+    candidates: Literal["skipped", "all"] = choice(
         "skipped",
-        description="frames that may end an occlusion: 5, 7, 11, 19, 35 and so on after its "
+        "frames that may end an occlusion: 5, 7, 11, 19, 35 and so on after its "
         "beginning, or all from 5",
     )
-    average: int = Field(
-        10, ge=1, description="K: residuals' covariances that are averaged [frames]"
-    )
+    average: int = whole(10, "K: residuals' covariances that are averaged [frames]")
     search_range: int = Field(
         16, ge=4, le=256, multiple_of=4, description="the search goes so far either way [pixels]"
     )
-    subpixel: bool = Field(True, description="whether it goes on in fractions of a pixel")
-    ties: Ties = Field(
-        "unchanged",
-        description="of scales that fit equally well the smallest is taken, or the unchanged one",
+    subpixel: bool = choice(True, "whether it goes on in fractions of a pixel")
+    ties: Ties = choice(
+        "unchanged", "of scales that fit equally well the smallest is taken, or the unchanged one"
     )
-    misregistration: bool = Field(
-        True, description="whether the first covariance makes up for the search's finest step"
+    misregistration: bool = choice(
+        True, "whether the first covariance makes up for the search's finest step"
     )
-    consistency: bool = Field(
-        True, description="whether covariances of inliers make up for what the gate cut off"
+    consistency: bool = choice(
+        True, "whether covariances of inliers make up for what the gate cut off"
     )
-    norm: Literal["huber", "quadratic"] = Field("huber", description="ρ of the matching error")
-    covariance: Literal["full", "diagonal"] = Field(
-        "full", description="whether a pixel's components are taken to be correlated"
+    norm: Literal["huber", "quadratic"] = choice("huber", "ρ of the matching error")
+    covariance: Literal["full", "diagonal"] = choice(
+        "full", "whether a pixel's components are taken to be correlated"
     )
-    adaptive_noise: bool = Field(True, description="whether C_w follows the residuals, or stays 0")
-    gate: bool = Field(True, description="whether outliers are kept out of the template")
-    rebootstrap: bool = Field(
-        True, description="whether a pixel that was an outlier for too long is taken as it is"
+    adaptive_noise: bool = choice(True, "whether C_w follows the residuals, or stays 0")
+    gate: bool = choice(True, "whether outliers are kept out of the template")
+    rebootstrap: bool = choice(
+        True, "whether a pixel that was an outlier for too long is taken as it is"
     )
-    reinitialise: Literal["bootstrap", "keep"] = Field(
-        "bootstrap",
-        description="after an occlusion the noise is learnt anew, or kept from the beginning",
+    reinitialise: Literal["bootstrap", "keep"] = choice(
+        "bootstrap", "after an occlusion the noise is learnt anew, or kept from the beginning"
     )
-    report: Literal["smoothed", "raw"] = Field(
-        "smoothed", description="whether boxes are the smoothed or the matched places"
+    report: Literal["smoothed", "raw"] = choice(
+        "smoothed", "whether boxes are the smoothed or the matched places"
     )
-    first_spread: float = Field(
-        0.25,
-        gt=0.0,
-        description="deviation of the first residuals, in the template's own deviations [ratio]",
+    first_spread: float = positive(
+        0.25, "deviation of the first residuals, in the template's own deviations [ratio]"
     )
-    end: Literal["minimum", "first"] = Field(
+    end: Literal["minimum", "first"] = choice(
         "minimum",
-        description="where an occlusion ends: at the candidate of least cost, or at the first one "
+        "where an occlusion ends: at the candidate of least cost, or at the first one "
         "with few outliers",
     )
-    accept: float = Field(
-        0.5, ge=0.0, le=1.0, description="most outliers of such a first one [fraction]"
-    )
+    accept: float = fraction(0.5, "most outliers of such a first one [fraction]")
 
 
 class Nguyen2002(SharingTracker):
@@ -180,10 +172,8 @@ class Nguyen2002(SharingTracker):
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`.
 
-        Raises
-        ------
-        TrackerError
-            Where the box is smaller than 4 pixels either way, or outside the image.
+        Raises TrackerError where the box is smaller than 4 pixels either way, or its centre outside
+        the image.
         """
         settings = self.parameters
         self._width, self._height = (max(1, floor(side + 0.5)) for side in box[2:])
@@ -207,13 +197,7 @@ class Nguyen2002(SharingTracker):
         self._share, self._cost = 0.0, 0.0
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
-        """See `Tracker.update`.
-
-        Raises
-        ------
-        TrackerError
-            For a frame of another size than the first.
-        """
+        """See `Tracker.update`; raises TrackerError for a frame of another size than the first."""
         if frame.image.shape[:2] != self._shape:
             rows, columns = self._shape
             raise TrackerError(

@@ -8,7 +8,15 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Image, Mask, Randomness
-from trackers.base.parameters import Parameters, TrackerError
+from trackers.base.parameters import (
+    Parameters,
+    TrackerError,
+    choice,
+    fraction,
+    nonnegative,
+    positive,
+    whole,
+)
 from trackers.base.particles import mean_state, multinomial, normalised
 from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.histograms.background import Background, spacing_of
@@ -33,61 +41,51 @@ Array: TypeAlias = NDArray[np.float64]
 class Nummiaro2003Parameters(Parameters):
     """Parameters of `Nummiaro2003`."""
 
-    particles: int = Field(100, ge=1, le=100_000, description="number of particles N [count]")
-    colour: ColourSpace = Field("rgb", description="colour space of the histograms")
-    bins: int = Field(
-        8, ge=2, le=32, description="bins a channel; V of hsv has half as many [count]"
-    )
-    kernel: Kernel = Field(
+    particles: int = whole(100, "number of particles N [count]", most=100_000)
+    colour: ColourSpace = choice("rgb", "colour space of the histograms")
+    bins: int = whole(8, "bins a channel; V of hsv has half as many [count]", 2, 32)
+    kernel: Kernel = choice(
         "isotropic",
-        description="what a pixel's weight falls with: its distance over the root of Hx² + Hy², "
+        "what a pixel's weight falls with: its distance over the root of Hx² + Hy², "
         "its distances over Hx and Hy, or nothing",
     )
-    sigma: float = Field(
-        0.05, gt=0.0, description="σ of the likelihood of a distance [histogram distance]"
-    )
-    dynamics: Dynamics = Field(
+    sigma: float = positive(0.05, "σ of the likelihood of a distance [histogram distance]")
+    dynamics: Dynamics = choice(
         "first-order",
-        description="what is constant but for noise: velocity and change of scale, their rates "
+        "what is constant but for noise: velocity and change of scale, their rates "
         "of change (second-order), or place and size (random-walk)",
     )
-    axes: Axes = Field(
-        "together", description="one noise of scale for both half axes, or one for each (apart)"
+    axes: Axes = choice(
+        "together", "one noise of scale for both half axes, or one for each (apart)"
     )
-    scale_change: ScaleChange = Field(
-        "linear", description="half axes grow by sums, as A s + w does, or by factors"
+    scale_change: ScaleChange = choice(
+        "linear", "half axes grow by sums, as A s + w does, or by factors"
     )
-    scale_persistence: float = Field(
-        1.0, ge=0.0, le=1.0, description="what is left of the change of scale a frame on [ratio]"
+    scale_persistence: float = fraction(
+        1.0, "what is left of the change of scale a frame on [ratio]"
     )
-    position_noise: float = Field(
-        0.12, ge=0.0, description="deviation of the centre's noise [half widths]"
+    position_noise: float = nonnegative(0.12, "deviation of the centre's noise [half widths]")
+    velocity_noise: float = nonnegative(
+        0.05, "deviation of the velocity's noise [half widths/frame]"
     )
-    velocity_noise: float = Field(
-        0.05, ge=0.0, description="deviation of the velocity's noise [half widths/frame]"
+    size_noise: float = nonnegative(0.01, "deviation of the half axes' noise [half widths]")
+    scale_noise: float = nonnegative(
+        0.003, "deviation of the scale change's noise [half widths/frame]"
     )
-    size_noise: float = Field(
-        0.01, ge=0.0, description="deviation of the half axes' noise [half widths]"
-    )
-    scale_noise: float = Field(
-        0.003, ge=0.0, description="deviation of the scale change's noise [half widths/frame]"
-    )
-    model_update: bool = Field(True, description="whether the target model follows the estimate")
-    update_reading: Reading = Field(
+    model_update: bool = choice(True, "whether the target model follows the estimate")
+    update_reading: Reading = choice(
         "coefficient",
-        description="what of the mean state must be above the update threshold: its likelihood "
+        "what of the mean state must be above the update threshold: its likelihood "
         "as a Gaussian density, as printed, with its peak at 1, with σ for a variance in the "
         "weights too, its coefficient, or nothing",
     )
-    update_threshold: float = Field(0.9, gt=0.0, description="π_T [in units of the reading]")
-    alpha: float = Field(
-        0.1, ge=0.0, le=1.0, description="weight of the mean state's histogram in an update [ratio]"
+    update_threshold: float = positive(0.9, "π_T [in units of the reading]")
+    alpha: float = fraction(0.1, "weight of the mean state's histogram in an update [ratio]")
+    models: Literal["one", "per-particle"] = choice(
+        "one", "one target model for all particles, or one for each"
     )
-    models: Literal["one", "per-particle"] = Field(
-        "one", description="one target model for all particles, or one for each"
-    )
-    reinitialise: bool = Field(
-        True, description="whether the target is looked for anew when too few particles see it"
+    reinitialise: bool = choice(
+        True, "whether the target is looked for anew when too few particles see it"
     )
     kick_off: float = Field(
         0.1,
@@ -95,19 +93,17 @@ class Nummiaro2003Parameters(Parameters):
         lt=1.0,
         description="b: more than this share of the particles must look like the target [ratio]",
     )
-    loss_frames: int = Field(
-        3, ge=1, description="so long with fewer, and the target is lost [frames]"
-    )
-    placement: Placement = Field(
+    loss_frames: int = whole(3, "so long with fewer, and the target is lost [frames]")
+    placement: Placement = choice(
         "predicted",
-        description="where a lost target is looked for: half at the borders and half where it "
+        "where a lost target is looked for: half at the borders and half where it "
         "was, mostly where it would be by now, at the borders, or in the whole image",
     )
-    appearance: Literal["current", "first"] = Field(
-        "current", description="model that says which particles look like the target"
+    appearance: Literal["current", "first"] = choice(
+        "current", "model that says which particles look like the target"
     )
-    background_positions: int = Field(
-        1000, ge=1, description="about so many places of the background are examined [count]"
+    background_positions: int = whole(
+        1000, "about so many places of the background are examined [count]"
     )
 
 

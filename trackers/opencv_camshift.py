@@ -2,11 +2,10 @@
 
 import cv2
 import numpy as np
-from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin
 from trackers.base.opencv import pixel_rectangle
-from trackers.base.parameters import Parameters, TrackerError
+from trackers.base.parameters import Parameters, TrackerError, fraction, nonnegative, whole
 
 __all__ = ["OpenCVCamShift"]
 
@@ -16,20 +15,14 @@ N_HUES = 180  # of OpenCV's bytes
 class OpenCVCamShiftParameters(Parameters):
     """Parameters of `OpenCVCamShift`."""
 
-    hue_bins: int = Field(32, ge=1, le=N_HUES, description="bins of the hue histogram [count]")
-    stop_distance: float = Field(
-        2.0, ge=0.0, description="a mean shift step shorter than this is the last one [pixels]"
+    hue_bins: int = whole(32, "bins of the hue histogram [count]", most=N_HUES)
+    stop_distance: float = nonnegative(
+        2.0, "a mean shift step shorter than this is the last one [pixels]"
     )
-    max_iterations: int = Field(10, ge=1, description="most mean shift steps in a frame [count]")
-    minimum_saturation: float = Field(
-        0.0, ge=0.0, le=1.0, description="pixels of less saturation weigh nothing [fraction]"
-    )
-    minimum_value: float = Field(
-        0.0, ge=0.0, le=1.0, description="pixels darker than this weigh nothing [fraction]"
-    )
-    maximum_value: float = Field(
-        1.0, ge=0.0, le=1.0, description="pixels brighter than this weigh nothing [fraction]"
-    )
+    max_iterations: int = whole(10, "most mean shift steps in a frame [count]")
+    minimum_saturation: float = fraction(0.0, "pixels of less saturation weigh nothing [fraction]")
+    minimum_value: float = fraction(0.0, "pixels darker than this weigh nothing [fraction]")
+    maximum_value: float = fraction(1.0, "pixels brighter than this weigh nothing [fraction]")
 
 
 class OpenCVCamShift(TrackerPlugin):
@@ -50,13 +43,7 @@ class OpenCVCamShift(TrackerPlugin):
     Parameters = OpenCVCamShiftParameters
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`.
-
-        Raises
-        ------
-        TrackerError
-            Where no pixel of the box is in the image and passes the minimum saturation and value.
-        """
+        """See `Tracker.init`; raises TrackerError where the box holds no pixel that counts."""
         settings = self.parameters
         x, y, width, height = self._window = pixel_rectangle(box, image)
         patch = image[y : y + height, x : x + width]

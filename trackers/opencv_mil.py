@@ -3,11 +3,10 @@
 from typing import Any
 
 import cv2
-from pydantic import Field
 
 from trackers.base.interface import Randomness
 from trackers.base.opencv import OpenCVTracker, factory
-from trackers.base.parameters import Parameters
+from trackers.base.parameters import Parameters, positive, whole
 
 __all__ = ["MIL"]
 
@@ -15,23 +14,13 @@ __all__ = ["MIL"]
 class MILParameters(Parameters):
     """Parameters of `MIL`, with OpenCV's defaults."""
 
-    initial_radius: float = Field(
-        3.0, gt=0, description="radius of the positive bag in the first frame [pixels]"
-    )
-    initial_negatives: int = Field(
-        65, ge=1, description="negative samples in the first frame [count]"
-    )
-    search_window: float = Field(
-        25.0, gt=0, description="radius around the last place that is searched [pixels]"
-    )
-    track_radius: float = Field(
-        4.0, gt=0, description="radius of the positive bag while tracking [pixels]"
-    )
-    track_positives: int = Field(
-        100_000, ge=1, description="most positive samples while tracking [count]"
-    )
-    track_negatives: int = Field(65, ge=1, description="negative samples while tracking [count]")
-    features: int = Field(250, ge=1, description="Haar features to choose from [count]")
+    initial_radius: float = positive(3.0, "radius of the positive bag in the first frame [pixels]")
+    initial_negatives: int = whole(65, "negative samples in the first frame [count]")
+    search_window: float = positive(25.0, "radius around the last place that is searched [pixels]")
+    track_radius: float = positive(4.0, "radius of the positive bag while tracking [pixels]")
+    track_positives: int = whole(100_000, "most positive samples while tracking [count]")
+    track_negatives: int = whole(65, "negative samples while tracking [count]")
+    features: int = whole(250, "Haar features to choose from [count]")
 
 
 class MIL(OpenCVTracker):

@@ -1,7 +1,6 @@
 """The traditional particle filter that Wang & Tang 2010 compare theirs with."""
 
-from pydantic import Field
-
+from trackers.base.parameters import whole
 from trackers.maps.place_filter import ROBUST, CloudParameters, PlaceFilter
 
 __all__ = ["ParticleFilter"]
@@ -10,7 +9,7 @@ __all__ = ["ParticleFilter"]
 class ParticleFilterParameters(CloudParameters):
     """Parameters of `ParticleFilter`."""
 
-    particles: int = Field(400, ge=1, le=100_000, description="number of particles N [count]")
+    particles: int = whole(400, "number of particles N [count]", most=100_000)
 
 
 class ParticleFilter(PlaceFilter):

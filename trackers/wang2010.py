@@ -1,7 +1,6 @@
 """Improved CamShift inside a particle filter, on colour and motion (Wang & Tang 2010)."""
 
-from pydantic import Field
-
+from trackers.base.parameters import nonnegative, whole
 from trackers.maps.place_filter import ROBUST, CloudParameters, PlaceFilter
 
 __all__ = ["Wang2010"]
@@ -10,12 +9,10 @@ __all__ = ["Wang2010"]
 class Wang2010Parameters(CloudParameters):
     """Parameters of `Wang2010`."""
 
-    stop_distance: float = Field(
-        2.0, ge=0.0, description="ε: a mean shift step shorter than this is the last one [pixels]"
+    stop_distance: float = nonnegative(
+        2.0, "ε: a mean shift step shorter than this is the last one [pixels]"
     )
-    max_iterations: int = Field(
-        10, ge=1, description="n₀: most mean shift steps of a particle in a frame [count]"
-    )
+    max_iterations: int = whole(10, "n₀: most mean shift steps of a particle in a frame [count]")
 
 
 class Wang2010(PlaceFilter):

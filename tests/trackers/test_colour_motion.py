@@ -18,6 +18,7 @@ from trackers.base.sharing import SharedFrame
 from trackers.maps.back_projection import hue_bin
 from trackers.maps.differences import first_frame, frame_after, moving_share
 from trackers.maps.drift import (
+    Binning,
     Region,
     colour_bins,
     drift,
@@ -43,16 +44,7 @@ def bins_of(image, hue_bins=32, saturation_bins=32, limits=(0.0, 0.0, 1.0)):
     rows, columns = image.shape[:2]
     found = np.empty((rows, columns), np.int32)
     for row in range(rows):
-        colour_bins(
-            image,
-            row,
-            0,
-            columns,
-            hue_bins,
-            saturation_bins,
-            *limits,
-            found[row],
-        )
+        colour_bins(image, row, 0, columns, Binning(hue_bins, saturation_bins, *limits), found[row])
     return found
 
 
@@ -177,7 +169,7 @@ def random_map(seed, rows=24, columns=31):
 
 def sums_of(arguments, region):
     image, *rest = arguments
-    return summed(image, region, *rest, 4, 4, 0.0, 0.0, 1.0)
+    return summed(image, region, *rest, Binning(4, 4, 0.0, 0.0, 1.0))
 
 
 @pytest.mark.parametrize("region", [(0, 0, 31, 24), (4, 7, 20, 12), (30, 23, 31, 24)])

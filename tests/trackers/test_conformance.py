@@ -208,11 +208,13 @@ def test_parameters_are_frozen_and_travel_between_processes(specification):
             setattr(parameters, name, getattr(parameters, name))
 
 
-def test_a_shared_frame_gives_the_same_boxes_as_a_plain_one(specification, clip, run):
+@pytest.mark.parametrize("sharers", [1, 60])
+def test_a_shared_frame_gives_the_same_boxes_as_a_plain_one(specification, clip, run, sharers):
     if not issubclass(specification.plugin, SharingTracker):
         pytest.skip("shares nothing")
-    shared = [SharedFrame(image) for image in clip.images]
-    for other in map(resolved, USABLE):  # everyone, elsewhere in the image, was there before
+    shared = [SharedFrame(image, sharers) for image in clip.images]
+    # Everyone, elsewhere in the image, was there before; or nobody, though many are to come.
+    for other in map(resolved, USABLE if sharers == 1 else []):
         if issubclass(other.plugin, SharingTracker):
             company = other.create(SEED + 1)
             company.init_shared(shared[0], clip.boxes[0] + [15, -10, 3, -5])

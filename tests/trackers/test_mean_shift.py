@@ -367,17 +367,6 @@ def test_what_leads_beyond_the_pixels_first_looked_up_is_followed(turns):
     assert together.box.tolist() == alone.box.tolist()
 
 
-@pytest.mark.parametrize("colour", ["rgb", "hsv"])
-def test_many_in_lock_step_find_the_boxes_of_one_alone(clip, colour):
-    images, box = clip
-    alone = track(images, box, colour=colour)
-    tracker = trackers.create("mean-shift", colour=colour)
-    tracker.init_shared(SharedFrame(images[0], 60), box)
-    together = [tracker.update_shared(SharedFrame(image, 60)) for image in images[1:]]
-    np.testing.assert_array_equal(boxes(together), boxes(alone))
-    assert [e.details for e in together] == [e.details for e in alone]
-
-
 def test_many_look_the_bins_of_a_frame_up_once(clip):
     images, box = clip
     company = [trackers.create("mean-shift", scale=scale) for scale in ("adaptive", "fixed")]
@@ -409,12 +398,3 @@ def test_as_written_stops_within_a_pixel():
     parameters = trackers.resolve("mean-shift", preset="as-written").parameters
     assert (parameters.stop_distance, parameters.max_iterations, parameters.bins) == (1.0, 20, 8)
     assert (parameters.scale_step, parameters.scale_smoothing) == (0.1, 0.1)
-
-
-@pytest.mark.parametrize(
-    ("parameter", "value"),
-    [("bins", 1), ("bins", 33), ("scale_step", 1.0), ("stop_distance", 0), ("colour", "luv")],
-)
-def test_a_parameter_out_of_bounds_is_named(parameter, value):
-    with pytest.raises(TrackerError, match=f"mean-shift: parameter {parameter}="):
-        trackers.create("mean-shift", **{parameter: value})

@@ -2,103 +2,16 @@
 
 from math import exp, inf, log
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import trackers
-from trackers.base.kalman import ConstantVelocity
 from trackers.base.parameters import TrackerError
-from trackers.base.sharing import SharedFrame
 from trackers.mean_shift_kalman import _deviation
 
 GREEN, RED, BLUE = (60, 180, 40), (30, 50, 210), (210, 80, 30)
-
-
-def textbook(position, velocity_deviation, noise, measurements, deviations):
-    """States (x, y, vx, vy) of one filter of both axes, in the full matrices, Joseph's form."""
-    transition = np.eye(4) + np.eye(4, k=2)
-    by_acceleration = np.array([[0.5, 0], [0, 0.5], [1, 0], [0, 1]])
-    process = noise**2 * by_acceleration @ by_acceleration.T
-    observed = np.eye(2, 4)
-    state = np.array([*position, 0, 0])
-    covariance = np.diag([0, 0, *np.square(velocity_deviation)])
-    for measured, deviation in zip(measurements, deviations, strict=True):
-        state = transition @ state
-        covariance = transition @ covariance @ transition.T + process
-        uncertainty = np.diag(np.square(deviation))
-        innovation = observed @ covariance @ observed.T + uncertainty
-        gain = covariance @ observed.T @ np.linalg.inv(innovation)
-        state = state + gain @ (measured - observed @ state)
-        rest = np.eye(4) - gain @ observed
-        covariance = rest @ covariance @ rest.T + gain @ uncertainty @ gain.T
-        yield state, covariance, gain
-
-
-def opencv(position, velocity_deviation, noise, measurements, deviations):
-    """The same filter as OpenCV has it."""
-    kalman = cv2.KalmanFilter(4, 2, 0, cv2.CV_64F)
-    kalman.transitionMatrix = np.eye(4) + np.eye(4, k=2)
-    kalman.measurementMatrix = np.eye(2, 4)
-    by_acceleration = np.array([[0.5, 0], [0, 0.5], [1, 0], [0, 1]])
-    kalman.processNoiseCov = noise**2 * by_acceleration @ by_acceleration.T
-    kalman.statePost = np.array([[*position, 0, 0]]).T
-    kalman.errorCovPost = np.diag([0, 0, *np.square(velocity_deviation)])
-    for measured, deviation in zip(measurements, deviations, strict=True):
-        kalman.predict()
-        kalman.measurementNoiseCov = np.diag(np.square(deviation))
-        yield kalman.correct(measured[:, np.newaxis]).ravel(), kalman.errorCovPost, kalman.gain
-
-
-sizes = st.floats(0.1, 100)
-
-
-@given(
-    st.tuples(st.floats(-500, 500), st.floats(-500, 500)),
-    st.tuples(sizes, sizes),
-    st.floats(0.01, 50),
-    st.lists(st.tuples(*[st.floats(-500, 500)] * 2, sizes, sizes), min_size=1, max_size=12),
-)
-def test_the_filter_is_the_textbooks_and_opencvs(position, velocity_deviation, noise, given):
-    measurements, deviations = np.array(given)[:, :2], np.array(given)[:, 2:]
-    ours = ConstantVelocity(np.array(position), np.array(velocity_deviation), noise)
-    question = position, velocity_deviation, noise, measurements, deviations
-    for k, (theirs, open_cvs) in enumerate(
-        zip(textbook(*question), opencv(*question), strict=True)
-    ):
-        ours.predict()
-        gains = ours.correct(measurements[k], deviations[k])
-        for state, covariance, gain in (theirs, open_cvs):
-            np.testing.assert_allclose(ours.means.T.ravel(), state, rtol=1e-6, atol=1e-6)
-            for axis in (0, 1):
-                expected = covariance[axis::2, axis::2]
-                np.testing.assert_allclose(ours.covariances[axis], expected, rtol=1e-6, atol=1e-6)
-                assert gains[axis] == pytest.approx(gain[axis, axis], rel=1e-6)
-        assert ours.position.tolist() == ours.means[:, 0].tolist()
-
-
-def test_a_measurement_that_says_nothing_changes_nothing():
-    ours = ConstantVelocity(np.array([3.0, 4.0]), np.array([2.0, 5.0]), 1.0)
-    ours.predict()
-    means, covariances = ours.means.copy(), ours.covariances.copy()
-    gains = ours.correct(np.array([99.0, -99.0]), np.array([inf, inf]))
-    assert gains.tolist() == [0, 0]
-    np.testing.assert_array_equal(ours.means, means)
-    np.testing.assert_array_equal(ours.covariances, covariances)
-
-
-def test_an_exact_measurement_is_taken_as_it_is():
-    ours = ConstantVelocity(np.array([3.0, 4.0]), np.array([2.0, 5.0]), 1.0)
-    for k in range(1, 5):
-        ours.predict()
-        gains = ours.correct(np.array([3.0 + k, 4.0 - 2 * k]), np.zeros(2))
-        assert gains.tolist() == [1, 1]
-        np.testing.assert_allclose(ours.position, [3 + k, 4 - 2 * k], atol=1e-12)
-    ours.predict()
-    # With an exact position before, the velocity is (gain of 2) the two last places' but noise.
-    np.testing.assert_allclose(ours.position, [8, -6], atol=0.1)
 
 
 @given(st.floats(0.01, 1), st.floats(0.5, 50), st.floats(0.1, 8), st.floats(-1, 1))
@@ -260,17 +173,6 @@ def test_a_target_that_left_is_looked_for_at_the_border_where_the_prediction_lef
     assert back.box[0] > gone.box[0] + 30
 
 
-def test_many_in_lock_step_find_the_boxes_of_one_alone():
-    images = [picture(20 + 4 * t, 40 + t) for t in range(5)]
-    box = np.array([20.0, 40, 24, 30])
-    alone = track(images, box)
-    tracker = trackers.create("mean-shift-kalman")
-    tracker.init_shared(SharedFrame(images[0], 60), box)
-    together = [tracker.update_shared(SharedFrame(image, 60)) for image in images[1:]]
-    np.testing.assert_array_equal(boxes(together), boxes(alone))
-    assert [e.details for e in together] == [e.details for e in alone]
-
-
 def test_as_written_believes_every_place():
     parameters = trackers.resolve("mean-shift-kalman", preset="as-written").parameters
     assert (parameters.least_coefficient, parameters.stop_distance) == (0.0, 1.0)
@@ -283,8 +185,3 @@ def test_a_box_too_small_or_outside_is_refused_by_its_name():
     for box in ([20, 40, 2, 30], [900, 40, 24, 30]):
         with pytest.raises(TrackerError, match=r"^mean-shift-kalman: .* box"):
             track([picture(20, 40)], box)
-
-
-def test_the_noise_must_be_above_zero():
-    with pytest.raises(TrackerError, match="mean-shift-kalman: parameter acceleration_noise="):
-        trackers.create("mean-shift-kalman", acceleration_noise=0)

@@ -12,7 +12,6 @@ import trackers
 from bench.evaluation.loop import run_in_lock_step
 from bench.experiments.contestant import contestant
 from trackers.base.parameters import TrackerError
-from trackers.base.sharing import SharedFrame
 
 RED, BLUE, GREEN = (20, 72, 200), (200, 56, 30), (60, 180, 40)
 
@@ -286,21 +285,6 @@ def test_a_plain_target_is_tracked_as_one_part(clip):
     np.testing.assert_array_equal(boxes(same), boxes(found))
 
 
-def test_the_harness_gives_adaptive_the_boxes_of_its_pick():
-    runs = {
-        representation: bench.evaluate(
-            f"multipart:representation={representation}:particles=50",
-            "plain/target:length=12",
-            repetition=3,
-        )
-        for representation in ("adaptive", "single", "multi")
-    }
-    multi = runs["adaptive"].details["part_distance"][1] > 0.4
-    assert not np.array_equal(runs["single"].boxes, runs["multi"].boxes)
-    pick = runs["multi" if multi else "single"]
-    np.testing.assert_array_equal(runs["adaptive"].boxes, pick.boxes)
-
-
 def test_the_harness_gives_many_in_lock_step_the_boxes_of_each_alone():
     names = [f"multipart:particles=60:representation={r}" for r in ("single", "multi")]
     cells = [(name, repetition) for name in names for repetition in range(12)]
@@ -309,17 +293,6 @@ def test_the_harness_gives_many_in_lock_step_the_boxes_of_each_alone():
     together = run_in_lock_step(entries, sequence).runs
     for run, cell in list(zip(together, cells, strict=True))[::5]:
         np.testing.assert_array_equal(run.boxes, bench.evaluate(cell[0], sequence, cell[1]).boxes)
-
-
-@pytest.mark.parametrize("representation", ["single", "multi"])
-def test_many_in_lock_step_find_the_boxes_of_one_alone(clip, representation):
-    images, box = clip
-    alone = track(images, box, representation=representation)
-    tracker = trackers.create("multipart", representation=representation)
-    tracker.init_shared(SharedFrame(images[0], 60), box)
-    together = [tracker.update_shared(SharedFrame(image, 60)) for image in images[1:]]
-    np.testing.assert_array_equal(boxes(together), boxes(alone))
-    assert [e.details for e in together] == [e.details for e in alone]
 
 
 def test_moving_the_scene_by_whole_pixels_moves_the_track(clip):
@@ -378,12 +351,3 @@ def test_a_box_without_area_is_refused_in_one_line(clip, box):
 def test_a_box_without_enough_of_the_image_is_refused_in_one_line(clip, case):
     with pytest.raises(TrackerError, match=r"^multipart: of the box \[.*give another box\.$"):
         track(clip[0], BAD[case])
-
-
-@pytest.mark.parametrize(
-    ("parameter", "value"),
-    [("particles", 0), ("sigma", 0), ("size_divisor", -1), ("threshold", 1.5), ("binning", "hsv")],
-)
-def test_a_parameter_out_of_bounds_is_named(parameter, value):
-    with pytest.raises(TrackerError, match=f"multipart: parameter {parameter}="):
-        trackers.create("multipart", **{parameter: value})

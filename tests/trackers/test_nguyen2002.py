@@ -107,18 +107,6 @@ def test_details_say_what_the_estimate_says():
         assert np.isnan(details["candidate"]) or details["occluded"]
 
 
-def test_an_instance_that_is_initialised_again_says_the_same_again():
-    images, truth = clip(20)
-    tracker = made(images, truth[0])
-    first = [tracker.update(image) for image in images[1:]]
-    assert not first[-1].visible  # left within an occlusion
-    tracker.init(images[0], truth[0])
-    again = [tracker.update(image) for image in images[1:]]
-    for one, other in zip(first, again, strict=True):
-        np.testing.assert_array_equal(one.box, other.box)
-        assert one.details == other.details
-
-
 def test_frames_are_counted_from_the_sequences_first_also_where_the_target_is_not_there_yet():
     images, truth = clip(36)
     said = {}

@@ -369,14 +369,6 @@ def test_a_target_that_leaves_the_image_is_no_longer_seen():
     assert all(np.isfinite(e.box).all() for e in estimates)
 
 
-def test_an_instance_runs_again_as_a_new_one_would():
-    shown = [with_target(40 + k) for k in range(6)] + [ground(k) for k in range(6)]
-    tracker = started(seed=7)
-    first = [e.box for e in follow(tracker, shown)]
-    tracker.init(with_target(40), box_at(40))
-    np.testing.assert_array_equal([e.box for e in follow(tracker, shown)], first)
-
-
 def test_boxes_are_to_the_bit_the_same_alone_and_in_lock_step():
     sequence = load("multipart/5")[:25]
     texts = ["nummiaro2003", "nummiaro2003:preset=as-written", "nummiaro2003:colour=hsv"]

@@ -1,4 +1,4 @@
-"""Weights, propagation and resampling against closed forms and their contracts."""
+"""Weights and resampling against closed forms and their contracts."""
 
 from math import ceil, comb, floor
 
@@ -7,15 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackers.base.particles import (
-    SCHEMES,
-    effective_number,
-    first_order,
-    mean_state,
-    normalised,
-    random_walk,
-    uniform_noise,
-)
+from trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
 
 logs = st.lists(st.floats(-50, 50), min_size=1, max_size=30).map(np.array)
 
@@ -27,43 +19,19 @@ def test_weights_are_the_exponentials_ratios_however_small(log_weights, shift):
     np.testing.assert_allclose(weights, expected / expected.sum(), rtol=1e-9)
 
 
-def test_likelihoods_that_underflow_still_tell_the_better_particle():
+def test_likelihoods_that_underflow_tell_the_better_particle_and_nothing_says_nothing():
     assert np.exp(-5000.0) == 0.0
     weights = normalised(np.array([-5000.0, -5001.0, -np.inf]))
     np.testing.assert_allclose(weights, [1 / (1 + np.exp(-1)), 1 / (1 + np.e), 0], rtol=1e-12)
-
-
-def test_where_nothing_weighs_all_weigh_the_same():
     assert normalised(np.full(4, -np.inf)).tolist() == [0.25] * 4
 
 
-def test_the_mean_state_is_the_weighted_sum():
-    found = mean_state(np.array([0.25, 0.75]), np.array([[0.0, 8.0, 2.0], [4.0, 0.0, 2.0]]))
-    assert found.tolist() == [3.0, 2.0, 2.0]
-
-
 @given(st.integers(1, 50), st.integers(0, 50))
-def test_the_effective_number_of_k_equal_weights_is_k(k, others):
+def test_k_of_n_equal_weights_count_as_k_and_have_their_mean(k, others):
     weights = np.concatenate([np.full(k, 1 / k), np.zeros(others)])
     assert effective_number(weights) == pytest.approx(k)
-
-
-def test_noise_reaches_its_range_either_way_and_no_further():
-    uniforms = np.array([[0.0, 0.5], [0.75, 1.0]])
-    found = uniform_noise(uniforms, np.array([3.0, 10.0]))
-    assert found.tolist() == [[-3.0, 0.0], [1.5, 10.0]]
-    each = uniform_noise(uniforms, np.array([[3.0, 10.0], [4.0, 1.0]]))
-    assert each.tolist() == [[-3.0, 0.0], [2.0, 1.0]]
-
-
-def test_a_random_walk_forgets_its_last_step_and_a_first_order_model_repeats_it():
-    states, noise, none = np.zeros((1, 2)), np.array([[2.0, -1.0]]), np.zeros((1, 2))
-    assert random_walk(random_walk(states, noise), none).tolist() == [[2.0, -1.0]]
-    moved, velocities = first_order(states, none, noise)
-    assert moved.tolist() == random_walk(states, noise).tolist()
-    moved, velocities = first_order(moved, velocities, none)
-    assert moved.tolist() == [[4.0, -2.0]]
-    assert velocities.tolist() == noise.tolist()
+    states = np.random.default_rng(k).normal(size=(k + others, 3))
+    np.testing.assert_allclose(mean_state(weights, states), states[:k].mean(axis=0), atol=1e-12)
 
 
 def copies(name, weights, uniforms):

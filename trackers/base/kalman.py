@@ -5,10 +5,14 @@ Their sums run in different orders: with one in place of the other boxes would c
 last digits.
 """
 
+from typing import TypeAlias
+
 import numpy as np
 from numpy.typing import NDArray
 
 __all__ = ["ConstantVelocity", "Smoother"]
+
+Array: TypeAlias = NDArray[np.float64]
 
 _TRANSITION = np.array([[1.0, 1.0], [0.0, 1.0]])  # of (position, velocity), from frame to frame
 _OF_ACCELERATION = np.array([0.5, 1.0])  # what a frame of it does to them
@@ -20,26 +24,21 @@ class ConstantVelocity:
     Parameters
     ----------
     position : ndarray of float64, shape (axes,)
-        Where it is, exactly, in pixels; its velocity is 0.
+        Where it is, exactly [pixels]; its velocity is 0.
     velocity_deviation : ndarray of float64, shape (axes,)
-        Standard deviation of that velocity, in pixels a frame.
+        Standard deviation of that velocity [pixels/frame].
     acceleration_noise : float
-        Standard deviation of the acceleration, which is white and constant between frames, in
-        pixels a frame²; above 0.
+        Standard deviation of the acceleration, which is white and constant between frames; above
+        0 [pixels/frame²].
 
     Attributes
     ----------
-    means : ndarray of float64, shape (axes, 2)
-        Position and velocity.
-    covariances : ndarray of float64, shape (axes, 2, 2)
-        Theirs.
+    means, covariances : ndarray of float64, shape (axes, 2) and (axes, 2, 2)
+        Those of position and velocity.
     """
 
     def __init__(
-        self,
-        position: NDArray[np.float64],
-        velocity_deviation: NDArray[np.float64],
-        acceleration_noise: float,
+        self, position: Array, velocity_deviation: Array, acceleration_noise: float
     ) -> None:
         self.means = np.stack([position, np.zeros(len(position))], axis=1)
         self.covariances = np.zeros((len(position), 2, 2))
@@ -47,8 +46,8 @@ class ConstantVelocity:
         self._noise = acceleration_noise**2 * np.outer(_OF_ACCELERATION, _OF_ACCELERATION)
 
     @property
-    def position(self) -> NDArray[np.float64]:
-        """Where the point is, shape (axes,), in pixels."""
+    def position(self) -> Array:
+        """Where the point is, shape (axes,) [pixels]."""
         return self.means[:, 0].copy()
 
     def predict(self) -> None:
@@ -56,22 +55,12 @@ class ConstantVelocity:
         self.means = self.means @ _TRANSITION.T
         self.covariances = _TRANSITION @ self.covariances @ _TRANSITION.T + self._noise
 
-    def correct(
-        self, measured: NDArray[np.float64], deviations: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def correct(self, measured: Array, deviations: Array) -> Array:
         """Take in a measured position, once after a prediction.
 
-        Parameters
-        ----------
-        measured : ndarray of float64, shape (axes,)
-            In pixels.
-        deviations : ndarray of float64, shape (axes,)
-            Standard deviations of the measurement, in pixels; infinite where it says nothing.
-
-        Returns
-        -------
-        ndarray of float64, shape (axes,)
-            The gains: by which share of the way to the measurement each position went.
+        Measurement and its standard deviations, infinite where it says nothing, are of shape
+        (axes,) [pixels]; so are the gains that it gives: by which share of the way to the
+        measurement each position went.
         """
         shared = self.covariances[:, :, 0]  # of position and velocity with the position
         gains = shared / (shared[:, :1] + deviations[:, np.newaxis] ** 2)
@@ -81,18 +70,15 @@ class ConstantVelocity:
 
 
 class Smoother:
-    """State (value, velocity) of one coordinate, one step a frame.
+    """Kalman filter of one coordinate's value and velocity, one step a frame.
 
     Parameters
     ----------
     value, velocity : float
-        To start with; the value is one measurement, the velocity is unknown within `speed`.
-    acceleration : float
-        Standard deviation of the acceleration, constant within a frame.
-    measurement : float
-        Standard deviation of a measured value.
-    speed : float
-        Standard deviation of the velocity at the start.
+        To start with; the value is one measurement.
+    acceleration, measurement, speed : float
+        Standard deviations: of the acceleration, constant within a frame; of a measured value; of
+        the velocity at the start.
     """
 
     def __init__(

@@ -4,9 +4,18 @@ from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-__all__ = ["Parameters", "TrackerError", "unknown"]
+__all__ = [
+    "Parameters",
+    "TrackerError",
+    "choice",
+    "fraction",
+    "nonnegative",
+    "positive",
+    "unknown",
+    "whole",
+]
 
 
 class TrackerError(ValueError):
@@ -32,14 +41,7 @@ class Parameters(BaseModel):
 
     @classmethod
     def checked(cls, owner: str, values: Mapping[str, Any]) -> Self:
-        """Parameters from values or their text.
-
-        Parameters
-        ----------
-        owner : str
-            Name of the tracker, for messages.
-        values : mapping of str to value
-            Values by name; the rest take their defaults.
+        """Parameters of the tracker `owner` from values or their text; the rest take defaults.
 
         Raises
         ------
@@ -56,3 +58,31 @@ class Parameters(BaseModel):
             name = str(first["loc"][0]) if first["loc"] else "values"
             message = f"{owner}: parameter {name}={first['input']}: {first['msg']}."
             raise TrackerError(message) from None
+
+
+# Fields as most parameters are declared: default, and meaning with its unit in brackets.
+
+
+def choice(default: Any, meaning: str) -> Any:
+    """Field of a parameter whose type says all that it may be."""
+    return Field(default, description=meaning)
+
+
+def fraction(default: float, meaning: str) -> Any:
+    """Field of a number in [0, 1]."""
+    return Field(default, ge=0.0, le=1.0, description=meaning)
+
+
+def nonnegative(default: float, meaning: str) -> Any:
+    """Field of a number of 0 or more."""
+    return Field(default, ge=0.0, description=meaning)
+
+
+def positive(default: float, meaning: str) -> Any:
+    """Field of a number above 0."""
+    return Field(default, gt=0.0, description=meaning)
+
+
+def whole(default: int, meaning: str, least: int = 1, most: int | None = None) -> Any:
+    """Field of a whole number between two, which are included."""
+    return Field(default, ge=least, le=most, description=meaning)

@@ -1,8 +1,8 @@
-"""Particle filtering: weighted samples of a state, moved, weighed, averaged and resampled.
+"""Particle filtering: weights of samples of a state, their mean, and which of them go on.
 
 Weights come as logarithms: a likelihood that underflows would leave no particle standing. A scheme
-of resampling takes normalised weights and as many numbers uniform on [0, 1), of which it uses
-what it needs, and gives the indices of the particles that go on. A particle of weight π is
+of resampling takes normalised weights, shape (n,), and as many numbers uniform on [0, 1), of which
+it uses what it needs, and gives the indices of the particles that go on. A particle of weight π is
 expected to go on in n π copies under every scheme; they differ in how far from that they stray.
 """
 
@@ -16,30 +16,24 @@ from numpy.typing import NDArray
 __all__ = [
     "SCHEMES",
     "effective_number",
-    "first_order",
     "mean_state",
     "multinomial",
     "normalised",
-    "random_walk",
     "residual",
     "stratified",
     "systematic",
-    "uniform_noise",
 ]
 
+Array: TypeAlias = NDArray[np.float64]
+Indices: TypeAlias = NDArray[np.intp]
 
-def normalised(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Weights that sum to one.
+_BELOW_ONE = float(np.nextafter(1.0, 0.0))
 
-    Parameters
-    ----------
-    log_weights : ndarray of float64, shape (n,)
-        Logarithms of weights up to a common factor; -inf is a weight of zero.
 
-    Returns
-    -------
-    ndarray of float64, shape (n,)
-        In proportion to the exponentials; all equal where every weight is zero.
+def normalised(log_weights: Array) -> Array:
+    """Weights (n,) of sum one from their logarithms up to a common factor; -inf is a weight of 0.
+
+    All are equal where every weight is zero.
 
     Examples
     --------
@@ -49,25 +43,17 @@ def normalised(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
     largest = log_weights.max()
     if largest == -inf:
         return np.full(len(log_weights), 1 / len(log_weights))
-    weights: NDArray[np.float64] = np.exp(log_weights - largest)
+    weights: Array = np.exp(log_weights - largest)
     weights /= weights.sum()
     return weights
 
 
-def mean_state(weights: NDArray[np.float64], states: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Weighted mean of the particles' states, E[s] = Σ πᵢ sᵢ (Isard & Blake 1998).
-
-    Parameters
-    ----------
-    weights : ndarray of float64, shape (n,)
-        Normalised.
-    states : ndarray of float64, shape (n, dimensions)
-        One row a particle.
-    """
+def mean_state(weights: Array, states: Array) -> Array:
+    """Weighted mean of states, one a row, E[s] = Σ πᵢ sᵢ (Isard & Blake 1998)."""
     return weights @ states
 
 
-def effective_number(weights: NDArray[np.float64]) -> float:
+def effective_number(weights: Array) -> float:
     """Effective number of particles, 1 / Σ πᵢ² (Kong, Liu & Wong 1994), in [1, n].
 
     Examples
@@ -78,57 +64,8 @@ def effective_number(weights: NDArray[np.float64]) -> float:
     return 1.0 / float(weights @ weights)
 
 
-Array = NDArray[np.float64]
-
-
-def uniform_noise(uniforms: Array, half_range: Array) -> Array:
-    """Noise that is uniform on ± `half_range`.
-
-    Parameters
-    ----------
-    uniforms : ndarray of float64, shape (n, dimensions)
-        Uniform on [0, 1).
-    half_range : ndarray of float64, shape (dimensions,) or (n, dimensions)
-        In the units of the state.
-    """
-    return (2.0 * uniforms - 1.0) * half_range
-
-
-def random_walk(states: Array, noise: Array) -> Array:
-    """A step without memory, sₜ = sₜ₋₁ + wₜ."""
-    return states + noise
-
-
-def first_order(states: Array, velocities: Array, noise: Array) -> tuple[Array, Array]:
-    """A step at the velocity of the one before, which the noise changes.
-
-    vₜ = vₜ₋₁ + wₜ and sₜ = sₜ₋₁ + vₜ: noise enters once a frame, so that for the same `noise`
-    the spread around the prediction is that of `random_walk`.
-
-    Parameters
-    ----------
-    states, velocities, noise : ndarray of float64, shape (n, dimensions)
-        Velocities and noise in units of the state a frame.
-
-    Returns
-    -------
-    states, velocities : ndarray of float64, shape (n, dimensions)
-        The new ones.
-    """
-    velocities = velocities + noise
-    return states + velocities, velocities
-
-
-Indices: TypeAlias = NDArray[np.intp]
-
-_BELOW_ONE = float(np.nextafter(1.0, 0.0))
-
-
 def multinomial(weights: Array, uniforms: Array) -> Indices:
-    """Independent draws with replacement, by binary search in the cumulative weights.
-
-    The scheme of Condensation (Isard & Blake 1998).
-    """
+    """Independent draws with replacement, the scheme of Condensation (Isard & Blake 1998)."""
     return _found(weights, uniforms)
 
 

@@ -12,39 +12,16 @@ __all__ = ["ColourCells", "cells_inside", "colour_cells"]
 
 
 class ColourCells(NamedTuple):
-    """The cells of a colour grid that an image occupies, in the grid's order.
+    """The K cells of a colour grid that an image occupies, in the grid's order."""
 
-    Attributes
-    ----------
-    colours : ndarray of float64, shape (K, 3)
-        Mean RGB / 255 of each cell's pixels, in [0, 1].
-    image : ndarray of int32, shape (rows, columns)
-        Cell of every pixel, in [0, K).
-    sizes : ndarray of int64, shape (K,)
-        Pixels of each, at least 1.
-    """
-
-    colours: NDArray[np.float64]
-    image: NDArray[np.int32]
-    sizes: NDArray[np.int64]
+    colours: NDArray[np.float64]  # (K, 3): mean RGB of each cell's pixels, in [0, 1]
+    image: NDArray[np.int32]  # (rows, columns): cell of every pixel, in [0, K)
+    sizes: NDArray[np.int64]  # (K,): pixels of each, at least 1
 
 
 @njit(cache=True)
 def colour_cells(image: Image, levels: int = 20) -> ColourCells:
-    """Cells of equal size, `levels` along each of red, green and blue.
-
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (rows, columns, 3)
-        BGR.
-    levels : int
-        1 to 64.
-
-    Returns
-    -------
-    ColourCells
-        At most levels³ of them, and no more than pixels.
-    """
+    """Cells of equal size in a BGR image, `levels`, 1 to 64, along each of red, green and blue."""
     rows, columns, _ = image.shape
     totals = np.zeros((levels**3, 4), np.int64)  # of red, green and blue, and pixels
     cells = np.empty((rows, columns), np.int32)
@@ -76,16 +53,9 @@ def colour_cells(image: Image, levels: int = 20) -> ColourCells:
 
 
 def cells_inside(cells: ColourCells, x0: int, y0: int, x1: int, y1: int) -> NDArray[np.int64]:
-    """Pixels of each cell in the part of a rectangle that is in the image.
+    """Pixels of each cell, (K,), in the part of a rectangle that is in the image.
 
-    Parameters
-    ----------
-    x0, y0, x1, y1 : int
-        First column and row, and those after the last ones.
-
-    Returns
-    -------
-    ndarray of int64, shape (K,)
+    Columns x0 to x1 and rows y0 to y1, the latter of each not included.
     """
     inside = cells.image[max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)]
     return _counts(inside, len(cells.sizes))

@@ -17,8 +17,10 @@ from trackers.base.particles import multinomial, systematic
 
 __all__ = [
     "Association",
+    "Attached",
     "Chain",
     "Cue",
+    "Earlier",
     "Feedback",
     "Hypotheses",
     "ParticleCue",
@@ -29,6 +31,7 @@ __all__ = [
 
 Array: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.intp]
+Attached: TypeAlias = Indices | None
 Association: TypeAlias = Literal["by-weight", "uniform"]
 Feedback: TypeAlias = Literal["marginal", "joint"]
 
@@ -39,40 +42,23 @@ Seen = TypeVar("Seen")
 
 
 class Weighed(NamedTuple):
-    """What a cue says of its hypotheses in a frame.
+    """What a cue says of its hypotheses in a frame."""
 
-    Attributes
-    ----------
-    weights : ndarray of float64, shape (n,)
-        Not negative, up to a common factor.
-    evidence : object
-        What it found out about each of them, for the cues that depend on it; None if nothing.
-    """
-
-    weights: Array
-    evidence: Any = None
+    weights: Array  # (n,): not negative, up to a common factor
+    evidence: Any = None  # what it found out about each of them, for the cues that depend on it
 
 
 @dataclass(frozen=True, slots=True)
 class Hypotheses:
-    """Weighted hypotheses of a cue in a frame.
+    """Weighted hypotheses of a cue in a frame."""
 
-    Attributes
-    ----------
-    states : ndarray, shape (n, ...)
-        One hypothesis a row.
-    weights : ndarray of float64, shape (n,)
-        Sum to 1.
-    attached : ndarray of intp, shape (n,), or None
-        For each, which hypothesis of the cue before it was weighed with; None of the first cue.
-    evidence : object
-        See `Weighed`.
-    """
+    states: NDArray[Any]  # (n, ...): one hypothesis a row
+    weights: Array  # (n,), of sum 1
+    attached: Attached = None  # (n,): hypotheses of the cue before that they went with
+    evidence: Any = None  # see `Weighed`
 
-    states: NDArray[Any]
-    weights: Array
-    attached: Indices | None = None
-    evidence: Any = None
+
+Earlier: TypeAlias = Sequence[Hypotheses]
 
 
 class Cue(Protocol[Observation]):
@@ -89,8 +75,8 @@ class Cue(Protocol[Observation]):
         self,
         observation: Observation,
         states: NDArray[Any],
-        attached: Indices | None,
-        earlier: Sequence[Hypotheses],
+        attached: Attached,
+        earlier: Earlier,
     ) -> Weighed:
         """Judge them by the frame, and by those of the earlier cues.
 
@@ -177,11 +163,8 @@ class Chain(Generic[Seen]):
 def complete(hypotheses: Sequence[Hypotheses]) -> tuple[Indices, ...]:
     """Which hypotheses of each cue make up the complete density of equation 7.
 
-    Returns
-    -------
-    tuple of ndarray of intp, shape (n,)
-        One array a cue: its hypothesis for each of the n of the last cue, whose weights are
-        those of the combinations.
+    One array (n,) a cue: its hypothesis for each of the n of the last cue, whose weights are those
+    of the combinations.
     """
     last = hypotheses[-1]
     chosen = [np.arange(len(last.weights), dtype=np.intp)]
@@ -224,21 +207,8 @@ def _joint_weights(found: Sequence[Hypotheses]) -> list[Array]:
 class ParticleCue(ABC):
     """Particles that are resampled and propagated (Moreno-Noguer et al. 2005, section 2).
 
-    To be a `Cue` it lacks how it weighs its particles.
-
-    Parameters
-    ----------
-    start : ndarray, shape (...)
-        The state in the first frame: all particles begin there.
-    count : int
-        How many there are.
-
-    Attributes
-    ----------
-    states : ndarray, shape (count, ...)
-        The particles after the last frame.
-    weights : ndarray of float64, shape (count,)
-        Theirs; they sum to 1.
+    `count` of them begin in the state `start`. To be a `Cue` it lacks how it weighs its particles:
+    `states` (count, ...), whose `weights` (count,) sum to 1.
     """
 
     def __init__(self, start: NDArray[Any], count: int) -> None:

@@ -1,13 +1,12 @@
 """Mixtures of the target's and the background's colours, as a cue (section 4.2)."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.contours.chain import Hypotheses, ParticleCue, Weighed
+from trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
 from trackers.contours.observation import Observation, Weights, graded
 from trackers.contours.posterior import posterior_tables
 
@@ -16,8 +15,7 @@ __all__ = ["ColourCue", "ColourDynamics", "MixtureScale", "Palettes"]
 Array: TypeAlias = NDArray[np.float64]
 MixtureScale: TypeAlias = Literal["shared", "diagonal"]
 
-WEIGHT, MEAN, EIGENVALUES, ANGLE = 0, slice(1, 3), slice(3, 5), 5
-"""A component's six numbers."""
+WEIGHT, MEAN, EIGENVALUES, ANGLE = 0, slice(1, 3), slice(3, 5), 5  # a component's six numbers
 
 SMALLEST_EIGENVALUE, LARGEST_EIGENVALUE = 2e-4, 0.15  # of colours in [0, 1]
 
@@ -55,16 +53,9 @@ class ColourDynamics:
     angle: float
 
     def propagated(self, states: Array, of_target: int, generator: np.random.Generator) -> Array:
-        """Draw mixtures of the next frame.
+        """Draw mixtures of the next frame; the first `of_target` components are the target's.
 
-        Parameters
-        ----------
-        states : ndarray of float64, shape (n, components, 6)
-            Weight, mean x, mean y, two eigenvalues, angle of each component.
-        of_target : int
-            How many components, the first ones, are the target's.
-        generator : numpy.random.Generator
-            Draws the noise.
+        A state is of shape (components, 6); see `trackers.contours.mixture.components_of`.
         """
         count, components, _ = states.shape
         moved = states.copy()
@@ -103,14 +94,8 @@ class Palettes:
     plane, tells the window from what is outside. The evidence are the posteriors of the frame's
     colours, one row a pair.
 
-    Parameters
-    ----------
-    of_target : int
-        How many components, the first ones, are the target's.
-    weights, temperature
-        See `graded`.
-    floor : float
-        Density of the background that no mixture explains, see `posterior`.
+    The first `of_target` components are the target's; `weights` and `temperature` are those of
+    `graded`, `floor` that of `posterior`.
     """
 
     def __init__(self, of_target: int, weights: Weights, temperature: float, floor: float) -> None:
@@ -119,11 +104,7 @@ class Palettes:
         self.floor = floor
 
     def weigh(
-        self,
-        observation: Observation,
-        states: Array,
-        attached: NDArray[np.intp] | None,
-        earlier: Sequence[Hypotheses],
+        self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
         """See `Cue.weigh`; the cue before yields planes, with the frame's colours on them."""
         if attached is None:
@@ -141,19 +122,7 @@ class Palettes:
 
 
 class ColourCue(ParticleCue):
-    """Pairs of mixtures as particles.
-
-    Parameters
-    ----------
-    start : ndarray of float64, shape (components, 6)
-        Of the first frame, the target's before the background's.
-    count : int
-        Particles.
-    dynamics : ColourDynamics
-        How they go on.
-    palettes : Palettes
-        How they are judged.
-    """
+    """Pairs of mixtures as particles: components (components, 6), the target's first."""
 
     def __init__(
         self, start: Array, count: int, dynamics: ColourDynamics, palettes: Palettes

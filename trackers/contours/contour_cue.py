@@ -1,15 +1,14 @@
 """The target's contour, as a cue (section 4.3)."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, floor, inf, sqrt
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trackers.base.kalman import ConstantVelocity
-from trackers.contours.chain import Hypotheses, ParticleCue, Weighed
+from trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
 from trackers.contours.observation import Observation, Rectangle, Weights, graded
 from trackers.contours.sums import Outside, contour_scores
 
@@ -57,19 +56,15 @@ class ContourDynamics:
 
 
 class ContourCue(ParticleCue):
-    """Contours as particles.
+    """Contours (points, 2) as particles [pixels].
 
     A contour's weight says how much higher the posterior of the target is inside than outside
     (section 5.4), on the map of the attached mixtures.
 
     Parameters
     ----------
-    start : ndarray of float64, shape (points, 2)
-        In the first frame, in pixels.
-    count : int
-        Particles.
-    dynamics : ContourDynamics
-        How they go on.
+    start, count, dynamics
+        The contour in the first frame, how many there are, and how they go on.
     outside : {'window', 'image'}
         Whether "outside" is the rest of the image, or of the bounding box of the window and all
         contours. Beyond a small target, the mean over the image hardly feels what a contour adds.
@@ -104,11 +99,7 @@ class ContourCue(ParticleCue):
         return moved + self.dynamics.shifts(len(states), generator)
 
     def weigh(
-        self,
-        observation: Observation,
-        states: Array,
-        attached: NDArray[np.intp] | None,
-        earlier: Sequence[Hypotheses],
+        self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
         """See `Cue.weigh`; the cue before yields posteriors of the frame's colours.
 
@@ -137,16 +128,8 @@ class KalmanContourCue(ContourCue):
     measurement that would take its prediction to the mean and variance of the weighted contours.
     """
 
-    def __init__(
-        self,
-        start: Array,
-        count: int,
-        dynamics: ContourDynamics,
-        outside: Outside,
-        weights: Weights,
-        temperature: float,
-    ) -> None:
-        super().__init__(start, count, dynamics, outside, weights, temperature)
+    def __init__(self, start: Array, count: int, dynamics: ContourDynamics, *judging: Any) -> None:
+        super().__init__(start, count, dynamics, *judging)
         # An acceleration a moves a target by a / 2 in its first frame.
         noise = 2 * sqrt(float(np.mean(dynamics.shift**2)))
         self.place = ConstantVelocity(start.mean(axis=0), dynamics.shift, noise)

@@ -11,11 +11,8 @@ __all__ = ["basis_of", "discriminant_basis", "oriented", "plane_normal"]
 
 Array = NDArray[np.float64]
 
-REGULARISATION = 1e-4
-"""Variance added to every channel of the scatter within classes, which may be singular."""
-
-LEAST_DISTANCE = 1e-6
-"""Between colours in whitened space: equal ones, of which images are full, would weigh 0 / 0."""
+REGULARISATION = 1e-4  # added to each channel's scatter within classes, which may be singular
+LEAST_DISTANCE = 1e-6  # of colours in whitened space: equal ones, many of them, would weigh 0 / 0
 
 
 def discriminant_basis(
@@ -30,22 +27,18 @@ def discriminant_basis(
     Parameters
     ----------
     target, background : ndarray of float64, shape (n, 3) and (m, 3)
-        Colours of the two classes, which are equally probable a priori.
+        Colours of the two classes, which are equally probable a priori. Raises ValueError where
+        one doesn't have more than `neighbours`.
     neighbours : int
         k, at least 1.
     exponent : float
-        Of the distances in the weights; 0 or more.
+        That of the distances in the weights; 0 or more.
 
     Returns
     -------
     ndarray of float64, shape (3, 2)
         Orthonormal columns, the first along the first eigenvector; the mean of the target isn't
         below that of the background on either.
-
-    Raises
-    ------
-    ValueError
-        Where a class doesn't have more than `neighbours` colours.
 
     Examples
     --------
@@ -95,21 +88,10 @@ def oriented(normals: Array, reference: Array) -> Array:
 
 
 def basis_of(normals: Array, reference_basis: Array) -> Array:
-    """Bases of planes given by their normals: a reference basis, turned by the least rotation.
+    """Bases (n, 3, 2) of planes: a reference basis (3, 2), turned by the least rotation.
 
-    So coordinates on a plane are reproducible, and vary continuously with its normal.
-
-    Parameters
-    ----------
-    normals : ndarray of float64, shape (n, 3)
-        Of length one, on the reference normal's side (see `oriented`).
-    reference_basis : ndarray of float64, shape (3, 2)
-        Orthonormal columns.
-
-    Returns
-    -------
-    ndarray of float64, shape (n, 3, 2)
-        Orthonormal columns.
+    So coordinates on a plane are reproducible, and vary continuously with its normal. Normals
+    (n, 3) are of length one, on the reference normal's side (see `oriented`).
 
     Examples
     --------

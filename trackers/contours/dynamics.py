@@ -88,16 +88,7 @@ def dynamics_text(
     origin: Mapping[str, str],
     sequences: Sequence[Mapping[str, object]],
 ) -> str:
-    """What a file of dynamics holds.
-
-    Parameters
-    ----------
-    values : mapping of str to float
-        By name of the parameter; four significant digits are written.
-    origin : mapping of str to str
-        How they were learnt.
-    sequences : sequence of mapping of str to str or int
-        What they were learnt from.
+    """What a file of dynamics holds: values, how (`origin`) and from what they were learnt.
 
     Examples
     --------
@@ -125,17 +116,10 @@ def _lines(table: Mapping[str, object]) -> list[str]:
 
 
 class LearntDynamics(BaseModel):
-    """Values of parameters by name, from a file that `trackmark learn` wrote.
+    """A parameter: values of others by name, from a file that `trackmark learn` wrote.
 
-    In text it is the file's name. A run's identity holds the values too, so that a file that was
-    written anew makes other runs.
-
-    Attributes
-    ----------
-    file : str
-        The file; empty for none.
-    values : mapping of str to float
-        What it says.
+    In text it is the file's name, empty for none. A run's identity holds the values too, so that a
+    file that was written anew makes other runs.
     """
 
     model_config = ConfigDict(frozen=True)

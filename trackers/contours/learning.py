@@ -43,23 +43,14 @@ LEAST_JUMP = 0.15  # of the logarithm of the light, which iterations don't follo
 class Steps(NamedTuple):
     """What went on from one frame to the next, n times.
 
-    Attributes
-    ----------
-    normals : ndarray of float64, shape (n, 2, 3)
-        The plane's, before and after.
-    maps : ndarray of float64, shape (n, 2, 2)
-        H of the contour, see `affine_map`.
-    shifts : ndarray of float64, shape (n, 2)
-        And p, in pixels of an image 320 wide.
-    components : ndarray of float64, shape (n, 2, components, 6)
-        Of both mixtures on the first frame's plane, the target's first, before and after; see
-        `trackers.contours.mixture.components_of`.
+    Components are those of both mixtures on the first frame's plane, the target's first; see
+    `trackers.contours.mixture.components_of`.
     """
 
-    normals: Array
-    maps: Array
-    shifts: Array
-    components: Array
+    normals: Array  # (n, 2, 3): the plane's, before and after
+    maps: Array  # (n, 2, 2): H of the contour, see `affine_map`
+    shifts: Array  # (n, 2): and p, in pixels of an image 320 wide
+    components: Array  # (n, 2, components, 6): before and after
 
 
 class _Seen(NamedTuple):
@@ -71,20 +62,10 @@ class _Seen(NamedTuple):
 
 
 def steps_of(frames: Iterable[Segmented], generator: np.random.Generator) -> Steps:
-    """Measure the steps of a segmented sequence.
+    """Measure the steps of a segmented sequence: frames in order, BGR images of one size.
 
-    Parameters
-    ----------
-    frames : iterable of (image, mask)
-        In order; images BGR uint8 of one size. Steps from and to frames without a mask, or with
-        hardly a pixel in or outside it, are left out.
-    generator : numpy.random.Generator
-        Draws where the first mixtures begin.
-
-    Raises
-    ------
-    TrackerError
-        Where no two frames on end have masks.
+    Steps from and to frames without a mask, or with hardly a pixel in or outside it, are left out.
+    Raises TrackerError where no two frames on end have masks.
     """
     seen: list[_Seen | None] = []
     basis: Array | None = None
@@ -166,23 +147,11 @@ def _in_order(before: Mixture, after: Mixture) -> Mixture:
 
 
 def affine_map(before: Array, after: Array) -> tuple[Array, Array]:
-    """H and p of r = m + H (r' - m) + p by least squares, m being the mean of the points of r'.
+    """H (2, 2) and p (2,) [pixels] of r = m + H (r' - m) + p by least squares.
 
-    Which point has become which is not known: of all at which r may begin, the point is taken that
-    leaves the least error, with 50 |H - I|² added.
-
-    Parameters
-    ----------
-    before : ndarray of float64, shape (points, 2)
-        r', in pixels.
-    after : ndarray of float64, shape (k · points, 2)
-        r, with as many points or a multiple, of which every k-th is taken.
-
-    Returns
-    -------
-    H : ndarray of float64, shape (2, 2)
-    p : ndarray of float64, shape (2,)
-        In pixels.
+    m is the mean of the points of r', `before` (points, 2). Of r, `after` (k · points, 2), every
+    k-th point is taken. Which point has become which is not known: of all at which r may begin, the
+    point is taken that leaves the least error, with 50 |H - I|² added.
     """
     points, finer = len(before), len(after) // len(before)
     centre = before.mean(axis=0)
@@ -209,21 +178,10 @@ TAIL = 3.0  # deviations of the gain beyond which it has jumped
 def learnt(steps: Sequence[Steps], colour_dynamics: MixtureScale) -> dict[str, float]:
     """Values of the trackers' parameters that fit the steps of one or more sequences.
 
-    Of colours, medians of absolute values are taken, as a component that is lost or found again
-    says nothing of how colours go on.
-
-    Parameters
-    ----------
-    steps : sequence of Steps
-    colour_dynamics : {'shared', 'diagonal'}
-        What the colours' values are for. `shared`: what centroids do besides is told apart from a
-        gain that all of them share, and from what those of a class share. `diagonal`: they go on
-        by themselves, and there is no gain.
-
-    Returns
-    -------
-    dict of str to float
-        By name, in the order of `trackers.contours.dynamics.LEARNT`.
+    They are in the order of `trackers.contours.dynamics.LEARNT`. Of colours, medians of absolute
+    values are taken, as a component that is lost or found again says nothing of how colours go on.
+    With `shared`, what centroids do besides is told apart from a gain that all of them share, and
+    from what those of a class share; with `diagonal` they go on by themselves, without a gain.
     """
     normals, maps, shifts, components = (
         np.concatenate(parts) for parts in zip(*steps, strict=True)

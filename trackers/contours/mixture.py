@@ -24,28 +24,16 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-REGULARISATION = 3e-4
-"""Variance added to every axis of a fitted component."""
-
-LEAST_MASS = 1e-9
-"""Points that a component has at least; with fewer there is nothing to place it by."""
+REGULARISATION = 3e-4  # variance added to every axis of a fitted component
+LEAST_MASS = 1e-9  # points that a component has at least; fewer are nothing to place it by
 
 
 class Mixture(NamedTuple):
-    """A mixture of m Gaussians in d dimensions, or an array of such.
+    """A mixture of m Gaussians in d dimensions, or an array of such."""
 
-    Attributes
-    ----------
-    weights : ndarray of float64, shape (..., m)
-        0 or more, of sum one.
-    means : ndarray of float64, shape (..., m, d)
-    covariances : ndarray of float64, shape (..., m, d, d)
-        Positive definite.
-    """
-
-    weights: Array
-    means: Array
-    covariances: Array
+    weights: Array  # (..., m): 0 or more, of sum one
+    means: Array  # (..., m, d)
+    covariances: Array  # (..., m, d, d): positive definite
 
 
 def fitted(
@@ -97,15 +85,9 @@ def fitted(
 def refined(
     points: Array, mixture: Mixture, iterations: int, regularisation: float = REGULARISATION
 ) -> Mixture:
-    """The mixture that some steps of expectation maximisation make of a given one.
+    """The mixture that some steps of expectation maximisation make of a given one; see `fitted`.
 
-    Parameters
-    ----------
-    points : ndarray of float64, shape (n, d)
-    mixture : Mixture
-        To start from, in d dimensions. A component of which no point is stays where it is.
-    iterations, regularisation : int, float
-        See `fitted`.
+    A component of which no point is stays where it is.
     """
     after = Mixture(*(array.copy() for array in mixture))
     axes = tuple(range(points.shape[1]))
@@ -122,19 +104,8 @@ def refined_on_planes(
 ) -> Mixture:
     """A mixture of colours projected on planes, and refined on each with the points' projections.
 
-    Parameters
-    ----------
-    points : ndarray of float64, shape (n, 3)
-    mixture : Mixture
-        In three dimensions.
-    bases : ndarray of float64, shape (P, 3, 2)
-    iterations, regularisation : int, float
-        See `fitted`.
-
-    Returns
-    -------
-    Mixture
-        P mixtures in two dimensions.
+    Points are of shape (n, 3), bases of shape (P, 3, 2); P mixtures in two dimensions come out. See
+    `fitted`.
     """
     after = projected(mixture, bases)
     _iterate_on_planes(points, bases, *after, iterations, regularisation)
@@ -142,19 +113,7 @@ def refined_on_planes(
 
 
 def projected(mixture: Mixture, basis: Array) -> Mixture:
-    """A mixture of colours as seen on a plane.
-
-    Parameters
-    ----------
-    mixture : Mixture
-        In three dimensions.
-    basis : ndarray of float64, shape (3, 2) or (P, 3, 2)
-
-    Returns
-    -------
-    Mixture
-        In two dimensions; P of them for as many bases.
-    """
+    """A mixture of colours as seen on a plane of basis (3, 2), or on as many as bases (P, 3, 2)."""
     across = np.swapaxes(basis, -1, -2)[..., np.newaxis, :, :]
     shape = (*basis.shape[:-2], len(mixture.weights))
     return Mixture(
@@ -184,13 +143,10 @@ def density(mixture: Mixture, points: Array) -> Array:
 
 
 def components_of(mixture: Mixture) -> Array:
-    """Components of a mixture in two dimensions, each as six numbers.
+    """Components of a mixture in two dimensions, each as six numbers, shape (..., m, 6).
 
-    Returns
-    -------
-    ndarray of float64, shape (..., m, 6)
-        Weight, mean x and y, the larger and the smaller eigenvalue of the covariance, and the
-        angle of the first one's direction [radians, in (-π/2, π/2]].
+    Weight, mean x and y, the larger and the smaller eigenvalue of the covariance, and the angle of
+    the first one's direction [radians, in (-π/2, π/2]].
 
     Examples
     --------

@@ -33,17 +33,10 @@ NOISE = 1e-6  # of differences of posteriors in single precision
 def graded(scores: Array, weights: Weights, temperature: float) -> Array:
     """Weights of hypotheses, up to a common factor.
 
-    Parameters
-    ----------
-    scores : ndarray of float64, shape (n,)
-        Mean posterior in a region minus the mean outside, in [-1, 1].
-    weights : {'literal', 'exponential'}
-        The difference itself, not below 0 (Moreno-Noguer et al. 2005, section 5), nor what
-        rounding makes of 0, or
-        exp(difference / temperature). Good and mediocre hypotheses differ by some hundredths, so
-        that the former hardly tells them apart.
-    temperature : float
-        Above 0, in units of the difference.
+    A score, (n,), is the mean posterior in a region minus the mean outside, in [-1, 1]. 'literal'
+    is that difference itself, not below 0 (Moreno-Noguer et al. 2005, section 5), nor what rounding
+    makes of 0; 'exponential' is exp(difference / temperature). Good and mediocre hypotheses differ
+    by some hundredths, so that the former hardly tells them apart.
 
     Examples
     --------
@@ -66,64 +59,35 @@ FIRST_STEPS = 6  # of EM in three dimensions; more follow on the planes
 
 
 class ColourSet(NamedTuple):
-    """Colours that were drawn from a region, and a mixture of Gaussians fitted to them.
+    """Colours that were drawn from a region, and a mixture of Gaussians fitted to them."""
 
-    Attributes
-    ----------
-    points : ndarray of float64, shape (n, 3)
-        R, G, B in [0, 1].
-    mixture : Mixture
-        Of them, in three dimensions.
-    """
-
-    points: Array
-    mixture: Mixture
+    points: Array  # (n, 3): R, G, B in [0, 1]
+    mixture: Mixture  # in three dimensions
 
 
 class Observation(NamedTuple):
     """A frame, the window W in which the target is expected, and what is outside.
 
-    Attributes
-    ----------
-    cells : ColourCells
-        The colours of the frame.
-    window : tuple of int
-        W.
-    around : tuple of int
-        The rectangle of which the rest is what is outside.
-    contrast : ndarray of float64, shape (cells,)
-        Share of W's pixels that have a colour, minus the share of those outside: its product
-        with a posterior of the colours is the mean in W minus the mean outside.
-    prior : float
-        P(O): probability of the target before a pixel's colour is seen.
-    inside, outside : ColourSet or None
-        Colours in W and outside; None where no cue wants them.
+    The contrast (cells,) is the share of W's pixels that have a colour, minus the share of those
+    outside: its product with a posterior of the colours is the mean in W minus the mean outside.
     """
 
-    cells: ColourCells
-    window: Rectangle
-    around: Rectangle
+    cells: ColourCells  # the colours of the frame
+    window: Rectangle  # W
+    around: Rectangle  # of which the rest is what is outside
     contrast: Array
-    prior: float
-    inside: ColourSet | None = None
+    prior: float  # P(O): probability of the target before a pixel's colour is seen
+    inside: ColourSet | None = None  # colours in W; None where no cue wants them
     outside: ColourSet | None = None
 
 
 def window_around(
     contour: Array, margin: float, growth: float, width: int, height: int
 ) -> Rectangle:
-    """Window W: the bounding box of a contour with a tolerance, inside the image.
+    """Window W: the bounding box of a contour (points, 2) with a tolerance, inside the image.
 
-    Parameters
-    ----------
-    contour : ndarray of float64, shape (points, 2)
-        In pixels.
-    margin : float
-        By so many pixels it goes beyond the box on each side,
-    growth : float
-        and by this share of half the side besides.
-    width, height : int
-        Of the image, in pixels.
+    It goes beyond the box by `margin` on each side, and by the share `growth` of half the side
+    besides [pixels].
     """
     x, y, wide, high = bounding_box(contour)
     columns = _spread(x, wide, margin + growth * wide / 2, width)
@@ -136,17 +100,8 @@ def observe(
 ) -> Observation:
     """Contrast of each colour of a frame between a window and what is outside.
 
-    Parameters
-    ----------
-    cells : ColourCells
-        Of the frame.
-    window : tuple of int
-        W.
-    prior : float
-        P(O), in (0, 1).
-    ring : float
-        Outside is the rest of a rectangle so many times as wide and high around the same centre, as
-        far as the image goes; above 1.
+    Outside is the rest of a rectangle `ring` times, above 1, as wide and high around the same
+    centre, as far as the image goes.
     """
     height, width = cells.image.shape
     around = 0, 0, width, height
@@ -172,17 +127,8 @@ def with_colour_sets(
 ) -> Observation:
     """Add the sets of colours drawn in the window and outside (section 5.2).
 
-    Parameters
-    ----------
-    observation : Observation
-        Of the frame.
-    image : ndarray of uint8, shape (height, width, 3)
-        The frame.
-    points, components : tuple of int
-        How many pixels are drawn, and how many Gaussians are fitted to their colours: in the
-        window, and outside.
-    generator : numpy.random.Generator
-        Draws the pixels, and the fits' beginnings.
+    `points` and `components` say how many pixels are drawn, and how many Gaussians are fitted to
+    their colours: in the window, and outside.
     """
     within, around = (
         _filled(rectangle, image.shape[:2])
@@ -202,13 +148,7 @@ def with_colour_sets(
 def drawn(
     image: Image, region: NDArray[np.bool_], count: int, generator: np.random.Generator
 ) -> Array:
-    """Colours of pixels drawn evenly, with replacement, from a region that is not empty.
-
-    Returns
-    -------
-    ndarray of float64, shape (count, 3)
-        R, G, B in [0, 1].
-    """
+    """R, G, B in [0, 1], (count, 3), of pixels drawn evenly, with replacement, from a region."""
     places = np.flatnonzero(region)
     chosen = places[generator.integers(0, len(places), count)]
     return colours_of(image.reshape(-1, 3)[chosen])

@@ -29,20 +29,15 @@ def outline(mask: Mask, points: int = 32) -> Contour:
     Parameters
     ----------
     mask : ndarray of bool, shape (height, width)
-        Pixels that touch at a corner are connected.
+        Pixels that touch at a corner are connected; raises ValueError where there are none.
     points : int
-        Of the contour.
+        How many the contour has.
 
     Returns
     -------
     ndarray of float64, shape (points, 2)
         Equally spaced in arc length, clockwise on the screen, from the topmost point (the leftmost
         of several) on.
-
-    Raises
-    ------
-    ValueError
-        If the mask is empty.
     """
     if not mask.any():
         raise ValueError("the mask has no pixels, so it has no outline; give one with some.")
@@ -59,14 +54,7 @@ def outline(mask: Mask, points: int = 32) -> Contour:
 
 
 def filled(contour: Contour, height: int, width: int) -> Mask:
-    """Pixels whose centres are inside a contour, by the rule of `trackers.contours.sums`.
-
-    Parameters
-    ----------
-    contour : ndarray of float64, shape (points, 2)
-    height, width : int
-        Of the image.
-    """
+    """Pixels of an image whose centres are inside a contour (points, 2), by the rule of `sums`."""
     inside: Mask = windings(contour, height, width) != 0
     return inside
 
@@ -121,18 +109,7 @@ def _parted(starts: Contour, ends: Contour, a: NDArray[np.intp], b: NDArray[np.i
 
 
 def equally_spaced(contour: Contour, points: int) -> Contour:
-    """Points at equal distances along a closed contour, the first one its own first.
-
-    Parameters
-    ----------
-    contour : ndarray of float64, shape (n, 2)
-    points : int
-        How many.
-
-    Returns
-    -------
-    ndarray of float64, shape (points, 2)
-    """
+    """So many points at equal distances along a closed contour (n, 2), the first its own first."""
     closed = np.concatenate([contour, contour[:1]])
     lengths = np.hypot(*np.diff(closed, axis=0).T)
     passed = np.concatenate([[0.0], lengths.cumsum()])

@@ -1,12 +1,11 @@
 """The plane of colour space in which target and background differ, as a cue (section 4.1)."""
 
-from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.contours.chain import Hypotheses, ParticleCue, Weighed
+from trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
 from trackers.contours.discriminant import basis_of, oriented, plane_normal
 from trackers.contours.mixture import refined_on_planes
 from trackers.contours.observation import Observation, Weights, graded
@@ -29,15 +28,11 @@ class PlaneCue(ParticleCue):
     Parameters
     ----------
     basis : ndarray of float64, shape (3, 2)
-        Of the first frame's plane.
-    count : int
-        Planes.
-    spread : float
-        Deviation of the elements of H and p; a normal has length 1.
-    weights, temperature
-        See `graded`.
-    floor : float
-        Density of the outside that no mixture explains, see `posterior`.
+        That of the first frame's plane.
+    count, spread : int, float
+        How many planes, and the deviation of the elements of H and p; a normal has length 1.
+    weights, temperature, floor
+        See `graded` and, for the density of the outside that no mixture explains, `posterior`.
     """
 
     def __init__(
@@ -64,11 +59,7 @@ class PlaneCue(ParticleCue):
         return oriented(moved, plane_normal(self.basis))
 
     def weigh(
-        self,
-        observation: Observation,
-        states: Array,
-        attached: NDArray[np.intp] | None,
-        earlier: Sequence[Hypotheses],
+        self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
         """See `Cue.weigh`."""
         if observation.inside is None or observation.outside is None:
@@ -84,13 +75,7 @@ class PlaneCue(ParticleCue):
 
 
 class GivenPlane:
-    """One plane that is given, not estimated.
-
-    Attributes
-    ----------
-    normal : ndarray of float64, shape (3,)
-        Its normal; may be set before each frame.
-    """
+    """One plane that is given, not estimated; its `normal` (3,) may be set before each frame."""
 
     def __init__(self, basis: Array) -> None:
         self.basis = basis
@@ -101,11 +86,7 @@ class GivenPlane:
         return self.normal[np.newaxis]
 
     def weigh(
-        self,
-        observation: Observation,
-        states: Array,
-        attached: NDArray[np.intp] | None,
-        earlier: Sequence[Hypotheses],
+        self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
         """See `Cue.weigh`."""
         return Weighed(np.ones(1), projected_colours(observation, basis_of(states, self.basis)))
@@ -115,18 +96,6 @@ class GivenPlane:
 
 
 def projected_colours(observation: Observation, bases: Array) -> Array:
-    """A frame's colours on planes.
-
-    Parameters
-    ----------
-    observation : Observation
-        Of the frame.
-    bases : ndarray of float64, shape (planes, 3, 2)
-        Orthonormal.
-
-    Returns
-    -------
-    ndarray of float64, shape (planes, cells, 2)
-    """
+    """A frame's colours on planes, (planes, cells, 2), of orthonormal bases (planes, 3, 2)."""
     projected: Array = observation.cells.colours @ bases
     return projected

@@ -19,11 +19,8 @@ __all__ = ["posterior", "posterior_tables", "region_scores"]
 Array = NDArray[np.float64]
 Array32 = NDArray[np.float32]
 
-BLOCK = 1024
-"""Colours taken together, so that what is known of them stays in the fastest memory."""
-
-LOWEST = np.float32(-125.0)
-"""Power of two below which a term counts as no more than it."""
+BLOCK = 1024  # colours taken together: what is known of them stays in the fastest memory
+LOWEST = np.float32(-125.0)  # power of two below which a term counts as no more than it
 
 FACTOR_0, FACTOR_1, FACTOR_2, FACTOR_3, FACTOR_4, FACTOR_5 = (
     np.float32(log(2) ** k / factorial(k)) for k in range(6)
@@ -34,21 +31,9 @@ FACTOR_0, FACTOR_1, FACTOR_2, FACTOR_3, FACTOR_4, FACTOR_5 = (
 def posterior(
     points: Array, target: Mixture, background: Mixture, floor: float = 0.05, prior: float = 0.5
 ) -> Array:
-    """Posterior of the target at points of a plane.
+    """Posterior of the target at points (n, 2) of a plane: (n,), in [0, 1].
 
-    Parameters
-    ----------
-    points : ndarray of float64, shape (n, 2)
-    target, background : Mixture
-    floor : float
-        ε, in the density's units, 0 or more.
-    prior : float
-        P(O), in (0, 1).
-
-    Returns
-    -------
-    ndarray of float64, shape (n,)
-        In [0, 1].
+    The floor ε is in the density's units, 0 or more; the prior P(O) in (0, 1).
     """
     with np.errstate(divide="ignore"):
         floored = np.logaddexp(log_density(background, points), np.log(floor))
@@ -94,19 +79,9 @@ def posterior_tables(
 def region_scores(
     projected: Array, inside: Mixture, outside: Mixture, contrast: Array, floor: float, prior: float
 ) -> Array:
-    """How well two regions are set apart on each plane, each by mixtures of its own there.
+    """How well two regions are set apart on each of P planes, each by mixtures of its own there.
 
-    Parameters
-    ----------
-    projected : ndarray of float64, shape (P, K, 2)
-    inside, outside : Mixture
-        P mixtures each, in the places of target and background.
-    contrast, floor, prior : ndarray of float64, float
-        See `posterior_tables`.
-
-    Returns
-    -------
-    ndarray of float64, shape (P,)
+    The P mixtures of each stand in the places of target and background in `posterior_tables`.
     """
     forms = _forms(inside, outside, floor, prior)
     planes = np.arange(len(projected))

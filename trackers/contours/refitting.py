@@ -4,14 +4,13 @@ The smooth colour model that Moreno-Noguer et al. (2005, section 6) compare with
 the place of colour particles where these are to be done without.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from trackers.contours.chain import Hypotheses, Weighed
+from trackers.contours.chain import Attached, Earlier, Weighed
 from trackers.contours.colour_cue import Palettes
 from trackers.contours.mixture import Mixture, components_of, refined
 from trackers.contours.observation import Observation
@@ -24,17 +23,9 @@ STEPS = 6  # of EM, from the fit of the frame before
 
 
 class Fit(NamedTuple):
-    """Colours of target and background in a frame, and mixtures of them on a plane.
+    """Colours of target and background in a frame, and mixtures of them on a plane."""
 
-    Attributes
-    ----------
-    target_colours, background_colours : ndarray of float64, shape (n, 3)
-        R, G, B in [0, 1].
-    target, background : Mixture
-        Of them, on a plane.
-    """
-
-    target_colours: Array
+    target_colours: Array  # (n, 3): R, G, B in [0, 1]
     background_colours: Array
     target: Mixture
     background: Mixture
@@ -59,16 +50,8 @@ class RefittedColours:
     Each G is fitted to the colours of a frame as it was segmented; a recursion over predictions
     alone would never see an image.
 
-    Parameters
-    ----------
-    fit : Fit
-        Of the first frame.
-    count : int
-        The pair is yielded so many times, so that it can be attached to so many planes.
-    mixing : float
-        a, in (0, 1]; 1 takes the last frame's as they are.
-    palettes : Palettes
-        How they are judged.
+    The pair is yielded `count` times, so that it can be attached to so many planes. `mixing` is a,
+    in (0, 1]; 1 takes the last frame's as they are. `palettes` judge.
     """
 
     def __init__(self, fit: Fit, count: int, mixing: float, palettes: Palettes) -> None:
@@ -80,16 +63,10 @@ class RefittedColours:
     def learn(
         self, target_colours: Array, background_colours: Array, basis: Array, moved: bool
     ) -> None:
-        """Take in how the last frame was segmented.
+        """Take in colours (n, 3) drawn from both, as the last frame was segmented.
 
-        Parameters
-        ----------
-        target_colours, background_colours : ndarray of float64, shape (n, 3)
-            R, G, B in [0, 1], drawn from both.
-        basis : ndarray of float64, shape (3, 2)
-            Of the plane on which the next prediction lies.
-        moved : bool
-            Whether this plane is another one than that of the fits so far.
+        The next prediction lies on the plane of `basis` (3, 2), which may have `moved` since the
+        fits so far.
         """
         last = self.fits[1].on(basis) if moved else self.fits[1]
         self.fits = last, last.of(target_colours, background_colours, basis)
@@ -106,11 +83,7 @@ class RefittedColours:
         return np.repeat(predicted[np.newaxis], self.count, axis=0)
 
     def weigh(
-        self,
-        observation: Observation,
-        states: Array,
-        attached: NDArray[np.intp] | None,
-        earlier: Sequence[Hypotheses],
+        self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
         """See `Cue.weigh`."""
         return self.palettes.weigh(observation, states, attached, earlier)

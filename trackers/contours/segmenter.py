@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Image, Mask, Randomness
-from trackers.base.parameters import Parameters, TrackerError
+from trackers.base.parameters import (
+    Parameters,
+    TrackerError,
+    choice,
+    fraction,
+    nonnegative,
+    positive,
+    whole,
+)
 from trackers.base.particles import effective_number
 from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.contours.cells import ColourCells, colour_cells
@@ -61,112 +69,81 @@ LEAST_PRIOR = 0.05  # of target and background, where they follow from areas
 class SegmenterParameters(Parameters):
     """Parameters of a `Segmenter`."""
 
-    contour_samples: int = Field(500, ge=1, description="N₃: particles of the contour [count]")
-    contour_points: int = Field(32, ge=8, description="N_r: points of a contour [count]")
-    object_components: int = Field(
-        2, ge=1, le=20, description="M_O: Gaussians of the target's colours [count]"
+    contour_samples: int = whole(500, "N₃: particles of the contour [count]")
+    contour_points: int = whole(32, "N_r: points of a contour [count]", 8)
+    object_components: int = whole(2, "M_O: Gaussians of the target's colours [count]", most=20)
+    background_components: int = whole(
+        5, "M_B: Gaussians of the background's colours [count]", most=20
     )
-    background_components: int = Field(
-        5, ge=1, le=20, description="M_B: Gaussians of the background's colours [count]"
+    stretch_x_spread: float = nonnegative(0.04, "σ of H₃'s element that stretches x by x [ratio]")
+    shear_x_spread: float = nonnegative(0.04, "of that which adds y to x [ratio]")
+    shear_y_spread: float = nonnegative(0.04, "of that which adds x to y [ratio]")
+    stretch_y_spread: float = nonnegative(0.04, "of that which stretches y by y [ratio]")
+    shift_x_spread: float = nonnegative(4.0, "σ of p₃'s x in an image 320 wide [pixels]")
+    shift_y_spread: float = nonnegative(4.0, "σ of p₃'s y in an image 320 wide [pixels]")
+    weights: Weights = choice(
+        "exponential", "weights are the differences of mean posteriors themselves, or exponentials"
     )
-    stretch_x_spread: float = Field(
-        0.04, ge=0, description="σ of H₃'s element that stretches x by x [ratio]"
+    contour_temperature: float = positive(
+        0.02, "τ₃: by which contours' differences are divided [difference]"
     )
-    shear_x_spread: float = Field(0.04, ge=0, description="of that which adds y to x [ratio]")
-    shear_y_spread: float = Field(0.04, ge=0, description="of that which adds x to y [ratio]")
-    stretch_y_spread: float = Field(
-        0.04, ge=0, description="of that which stretches y by y [ratio]"
+    colour_floor: float = nonnegative(
+        0.05, "density of a background that no mixture explains [per area of the plane]"
     )
-    shift_x_spread: float = Field(
-        4.0, ge=0, description="σ of p₃'s x in an image 320 wide [pixels]"
-    )
-    shift_y_spread: float = Field(
-        4.0, ge=0, description="σ of p₃'s y in an image 320 wide [pixels]"
-    )
-    weights: Weights = Field(
-        "exponential",
-        description="weights are the differences of mean posteriors themselves, or exponentials",
-    )
-    contour_temperature: float = Field(
-        0.02, gt=0, description="τ₃: by which contours' differences are divided [difference]"
-    )
-    colour_floor: float = Field(
-        0.05,
-        ge=0,
-        description="density of a background that no mixture explains [per area of the plane]",
-    )
-    object_prior: Annotated[float, Field(gt=0, lt=1)] | Literal["area"] = Field(
+    object_prior: Annotated[float, Field(gt=0, lt=1)] | Literal["area"] = choice(
         0.5,
-        description="P(O): probability of the target before a colour is seen, or the share of "
+        "P(O): probability of the target before a colour is seen, or the share of "
         "the window that the contour encloses [fraction]",
     )
-    window_margin: float = Field(
-        4.0, ge=0, description="W goes so far beyond the contour, in an image 320 wide [pixels]"
+    window_margin: float = nonnegative(
+        4.0, "W goes so far beyond the contour, in an image 320 wide [pixels]"
     )
-    window_growth: float = Field(
-        0.15, ge=0, description="and by this share of half its side besides [ratio]"
-    )
-    ring: Annotated[float, Field(gt=1)] | Literal["image"] = Field(
+    window_growth: float = nonnegative(0.15, "and by this share of half its side besides [ratio]")
+    ring: Annotated[float, Field(gt=1)] | Literal["image"] = choice(
         "image",
-        description="what W is compared with: the rest of the image, or of a rectangle so many "
+        "what W is compared with: the rest of the image, or of a rectangle so many "
         "times as wide and high [ratio]",
     )
-    outside: Outside = Field(
+    outside: Outside = choice(
         "window",
-        description="what a contour's inside is compared with: the rest of the image, or of the "
+        "what a contour's inside is compared with: the rest of the image, or of the "
         "bounding box of W and all contours",
     )
-    snake: bool = Field(True, description="whether a snake refines the mean contour")
-    snake_edges: Literal["supported", "all"] = Field(
-        "supported", description="edges that draw it: those that the posterior shows too, or all"
+    snake: bool = choice(True, "whether a snake refines the mean contour")
+    snake_edges: Literal["supported", "all"] = choice(
+        "supported", "edges that draw it: those that the posterior shows too, or all"
     )
-    snake_stiffness: Stiffness = Field(
+    snake_stiffness: Stiffness = choice(
         "constant",
-        description="the snake's weights are of differences between its points, whatever their "
+        "the snake's weights are of differences between its points, whatever their "
         "distance, or of derivatives along it",
     )
-    snake_feedback: float = Field(
-        0.0, ge=0, le=1, description="share of the contours that start from the snake [fraction]"
+    snake_feedback: float = fraction(
+        0.0, "share of the contours that start from the snake [fraction]"
     )
-    colour_levels: int = Field(
-        20, ge=2, le=64, description="L: colours are told apart in L³ cells [count]"
+    colour_levels: int = whole(20, "L: colours are told apart in L³ cells [count]", 2, 64)
+    start: Literal["mask", "box"] = choice(
+        "mask", "the target is the given mask (where there is one), or an ellipse in the given box"
     )
-    start: Literal["mask", "box"] = Field(
-        "mask",
-        description="the target is the given mask (where there is one), or an ellipse in "
-        "the given box",
-    )
-    dynamics: LearntDynamics = Field(
+    dynamics: LearntDynamics = choice(
         LearntDynamics(),
-        description="file that `trackmark learn` wrote; its values stand in place of the "
+        "file that `trackmark learn` wrote; its values stand in place of the "
         "parameters of the same names",
     )
-    output: Literal["snake", "mean", "posterior"] = Field(
+    output: Literal["snake", "mean", "posterior"] = choice(
         "snake",
-        description="what mask and box are of: the contour that the snake refined, the "
+        "what mask and box are of: the contour that the snake refined, the "
         "mean contour, or the pixels whose posterior exceeds one half",
     )
 
 
 class Start(NamedTuple):
-    """What the first frame tells.
+    """What the first frame tells."""
 
-    Attributes
-    ----------
-    basis : ndarray of float64, shape (3, 2)
-        Of the Fisher plane.
-    fit : Fit
-        Colours of target and background, and mixtures of them on that plane.
-    contour : ndarray of float64, shape (points, 2)
-        In pixels.
-    width : int
-        Of the image, in pixels.
-    """
-
-    basis: Array
-    fit: Fit
-    contour: Array
-    width: int
+    basis: Array  # (3, 2): that of the Fisher plane
+    fit: Fit  # colours of target and background, and mixtures of them on that plane
+    contour: Array  # (points, 2) [pixels]
+    width: int  # of the image [pixels]
 
     @property
     def components(self) -> Array:
@@ -218,12 +195,7 @@ class Segmenter(SharingTracker):
         """Take in a segmented frame."""
 
     def colour_sets(self, image: Image, inside: Mask) -> tuple[Array, Array] | None:
-        """Colours of target and background as a frame was segmented; None where one has no pixel.
-
-        Returns
-        -------
-        ndarray of float64, shape (n, 3), twice, or None
-        """
+        """Colours (n, 3) of target and background as segmented; None where one has no pixel."""
         target, background = surely(inside)
         if not target.any() or not background.any():
             return None
@@ -236,11 +208,8 @@ class Segmenter(SharingTracker):
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
         """See `SharingTracker.init_shared`.
 
-        Raises
-        ------
-        TrackerError
-            For a mask of another type or shape than the image's, or where no pixel is the
-            target's, or none is left to tell it from.
+        Raises TrackerError for a mask of another type or shape than the image's, or where no pixel
+        is the target's, or none is left to tell it from.
         """
         settings = self.parameters
         self.generator = np.random.default_rng(self.seed)
@@ -343,16 +312,9 @@ def surely(mask: Mask) -> tuple[Mask, Mask]:
 
 
 def best_posterior(found: Sequence[Hypotheses]) -> Posterior:
-    """Posterior of the frame's colours under the mixtures that the contours support most.
+    """Posterior of the frame's colours, (cells,), under the mixtures that contours support most.
 
-    Parameters
-    ----------
-    found : sequence of Hypotheses
-        Of a frame; the last are contours, those before them colours.
-
-    Returns
-    -------
-    ndarray of float32, shape (cells,)
+    The last hypotheses of the frame are contours, those before them colours.
     """
     colours, contours = found[-2:]
     supported = complete(found)[-2]

@@ -72,16 +72,8 @@ def refined(
 def edge_map(image: Image, posterior: NDArray[np.float32] | None) -> Array:
     """How strong the edges at each pixel are, in [0, 1]; the strongest is 1 where there is one.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-    posterior : ndarray of float, shape (height, width), or None
-        A map whose edges must support those of the image: the gradients' magnitudes are
-        multiplied.
-
-    Returns
-    -------
-    ndarray of float64, shape (height, width)
+    Edges of the map `posterior`, of the image's height and width, must support those of the image:
+    the gradients' magnitudes are multiplied.
     """
     slopes = _gradient(image.astype(np.float32), 1.2)
     if posterior is not None:
@@ -116,7 +108,7 @@ def fitted_snake(
     contour : ndarray of float64, shape (points, 2)
         Where it starts, in pixels of the image.
     edges : ndarray of float64, shape (height, width)
-        Of a window of the image, at least two pixels either way.
+        Those of a window of the image, at least two pixels either way.
     origin : tuple of int
         The window's first column and row.
     elasticity, rigidity : float
@@ -126,11 +118,7 @@ def fitted_snake(
     attraction : float
         κ: f is κ times the gradient of the edges, interpolated linearly, and one pixel at most.
     iterations : int
-        Steps.
-
-    Returns
-    -------
-    ndarray of float64, shape (points, 2)
+        How many steps.
     """
     down, across = np.gradient(edges)
     force = attraction * np.stack([across, down])

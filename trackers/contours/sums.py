@@ -36,10 +36,8 @@ def contour_scores(
         The maps: the value of each of k cells (colours, say).
     cells : ndarray of int32, shape (height, width)
         The image: each pixel's cell, in [0, k).
-    which : ndarray of intp, shape (n,)
-        The map of each contour.
-    contours : ndarray of float64, shape (n, points, 2)
-        In pixels of the image; none crosses itself.
+    which, contours : ndarray of intp, shape (n,), of float64, shape (n, points, 2)
+        The map of each contour, and the contours [pixels]; none crosses itself.
     window : tuple of int
         First column and row, and those after the last, within the image. All contours had better
         lie in it: what is beyond counts as outside.
@@ -67,17 +65,9 @@ def contour_scores(
 
 @njit(cache=True)
 def windings(contour: Array, height: int, width: int) -> NDArray[np.int32]:
-    """How many times a contour goes round the centre of each pixel; its sign is the direction.
+    """How many times a contour (points, 2) goes round the centre of each pixel of an image.
 
-    Parameters
-    ----------
-    contour : ndarray of float64, shape (points, 2)
-    height, width : int
-        Of the image.
-
-    Returns
-    -------
-    ndarray of int32, shape (height, width)
+    The sign is the direction.
     """
     turns = np.zeros((height + 1, width), np.int32)
     for i in range(len(contour)):

@@ -17,25 +17,16 @@ _AT_ONCE = 128  # positions
 
 
 def spacing_of(positions: int, half_axes: Array, image_size: tuple[int, int]) -> float:
-    """Spacing of a grid of about so many ellipses that are whole inside an image [pixels].
+    """Spacing [pixels] of a grid of about so many ellipses that are whole inside an image.
 
-    Parameters
-    ----------
-    positions : int
-        How many.
-    half_axes : ndarray of float64, shape (2,)
-        Hx and Hy [pixels].
-    image_size : tuple of int
-        Width and height [pixels].
+    Half axes Hx, Hy are of shape (2,) [pixels]; the image's size is width and height.
     """
     free = np.maximum(np.array(image_size) - 2 * half_axes, 1.0)
     return float(np.sqrt(free.prod() / positions))
 
 
 class Background:
-    """Histograms of ellipses of the target's size all over an image.
-
-    Positions lie on a grid, each ellipse whole inside the image.
+    """Histograms of ellipses of the target's size all over an image, each whole inside it.
 
     Parameters
     ----------
@@ -45,10 +36,8 @@ class Background:
         Hx and Hy [pixels].
     spacing : float
         Of the grid, at least 1 [pixels]; see `spacing_of`.
-    colours : JointBins
-        How pixels are binned.
-    kernel : {'isotropic', 'epanechnikov', 'uniform'}
-        See `trackers.histograms.ellipses.ellipse_counts`.
+    colours, kernel : JointBins, str
+        How pixels are binned and weighed; see `trackers.histograms.ellipses.ellipse_counts`.
     without : ndarray of float64, shape (2,), optional
         Centre of the target, where it is in the image [pixels]: positions nearer than
         2 Hx sideways and 2 Hy upright are not background.
@@ -91,13 +80,7 @@ class Background:
         self._ends = np.concatenate(ends)
 
     def coefficients(self, model: Array) -> Array:
-        """Bhattacharyya coefficient of every position and a model, shape (n,).
-
-        Parameters
-        ----------
-        model : ndarray of float64, shape (bins,)
-            A normalised histogram.
-        """
+        """Bhattacharyya coefficient of every position, (n,), and a normalised histogram (bins,)."""
         return _sums(self._ends, self._bins, self._roots, np.sqrt(model))
 
     def threshold(self, model: Array) -> float:

@@ -34,23 +34,9 @@ _BINS_OF_A_FRAME = 40  # those that occur in it, roughly; they aren't known befo
 def region_counts(
     frame: SharedFrame, regions: Regions, colours: LuvBins, bins: NDArray[np.int64]
 ) -> NDArray[np.int32]:
-    """Count votes for bins in regions.
+    """Count votes for each of m bins in regions, shape (parts, n, m).
 
-    Parameters
-    ----------
-    frame : SharedFrame
-        With many sharers one integral histogram of the whole frame is made for all.
-    regions : Regions
-        Where to count.
-    colours : LuvBins
-        How pixels vote.
-    bins : ndarray of int64, shape (m,)
-        The bins asked for.
-
-    Returns
-    -------
-    ndarray of int32, shape (parts, n, m)
-        Votes in each.
+    With many sharers one integral histogram of the whole frame is made for all.
     """
     window = (regions.right - regions.left) * (regions.bottom - regions.top)
     direct = _DIRECT * float(regions.pixels.sum()) + _DIRECT_REGION * regions.pixels.size
@@ -80,20 +66,9 @@ def ellipse_histograms(
     colours: JointBins,
     bins: NDArray[np.int64],
 ) -> EllipseCounts:
-    """Kernel-weighted histograms of ellipses.
+    """Kernel-weighted histograms of ellipses of a frame; see `ellipse_counts`.
 
-    Parameters
-    ----------
-    frame : SharedFrame
-        With many sharers the bins of the whole frame are looked up once for all.
-    ellipses : ndarray of float64, shape (n, 4)
-        Centre x and y and half axes Hx and Hy, in pixels.
-    kernel : {'isotropic', 'epanechnikov', 'uniform'}
-        See `ellipse_counts`.
-    colours : JointBins
-        How pixels are binned.
-    bins : ndarray of int64, shape (m,)
-        The bins asked for.
+    With many sharers the bins of the whole frame are looked up once for all.
     """
     height, width = frame.image.shape[:2]
     limits = np.array([width, height])

@@ -8,12 +8,11 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from trackers.base.interface import Box
-from trackers.base.parameters import Parameters, TrackerError
+from trackers.base.parameters import Parameters, TrackerError, choice, fraction, positive, whole
 from trackers.base.sharing import SharedFrame
 from trackers.histograms.bins import ColourSpace, JointBins
 from trackers.histograms.counting import codes_of_frame, ellipse_histograms
-from trackers.histograms.ellipses import EllipseCounts, coefficients
-from trackers.histograms.shifting import Found, Window, mean_shift
+from trackers.histograms.ellipses import EllipseCounts, Found, Window, coefficients, mean_shift
 
 __all__ = ["Location", "MeanShiftParameters", "Target"]
 
@@ -24,51 +23,35 @@ REACH = 1.7  # half axes around the start within which a target is mostly found
 class MeanShiftParameters(Parameters):
     """Parameters of trackers by kernel-weighted mean shift."""
 
-    colour: ColourSpace = Field("rgb", description="colour space of the histograms")
-    bins: int = Field(
-        8, ge=2, le=32, description="bins a channel; V of hsv has half as many [count]"
-    )
-    scale: Literal["adaptive", "fixed"] = Field(
+    colour: ColourSpace = choice("rgb", "colour space of the histograms")
+    bins: int = whole(8, "bins a channel; V of hsv has half as many [count]", 2, 32)
+    scale: Literal["adaptive", "fixed"] = choice(
         "adaptive",
-        description="adaptive: the size follows whichever of a smaller, the same and a larger "
+        "adaptive: the size follows whichever of a smaller, the same and a larger "
         "ellipse is the most similar; fixed: it stays the first box's",
     )
     scale_step: float = Field(
         0.1, gt=0.0, lt=1.0, description="by how much these ellipses differ [fraction]"
     )
-    scale_smoothing: float = Field(
-        0.1, ge=0.0, le=1.0, description="γ: share of the size found in the next one [fraction]"
+    scale_smoothing: float = fraction(0.1, "γ: share of the size found in the next one [fraction]")
+    stop_distance: float = positive(
+        0.1, "ε: a mean shift step shorter than this is the last one [pixels]"
     )
-    stop_distance: float = Field(
-        0.1, gt=0.0, description="ε: a mean shift step shorter than this is the last one [pixels]"
-    )
-    max_iterations: int = Field(20, ge=1, description="most mean shift steps of an ellipse [count]")
-    step_halving: bool = Field(
-        True, description="whether a step that lowers the coefficient is halved until it does not"
+    max_iterations: int = whole(20, "most mean shift steps of an ellipse [count]")
+    step_halving: bool = choice(
+        True, "whether a step that lowers the coefficient is halved until it does not"
     )
 
 
 class Location(NamedTuple):
-    """Where a target was found.
+    """Where a target was found: the ellipse that was the most similar."""
 
-    Attributes
-    ----------
-    x, y : float
-        Centre, in pixels.
-    half_width, half_height : float
-        Of the ellipse that was the most similar, in pixels.
-    coefficient : float
-        Its Bhattacharyya coefficient, in [0, 1]; 0 where no pixel has a colour of the target.
-    iterations : int
-        Steps that it took.
-    """
-
-    x: float
+    x: float  # centre [pixels]
     y: float
-    half_width: float
+    half_width: float  # [pixels]
     half_height: float
-    coefficient: float
-    iterations: int
+    coefficient: float  # Bhattacharyya's, in [0, 1]; 0 where no pixel has a colour of the target
+    iterations: int  # steps that it took
 
 
 class Target:
@@ -80,15 +63,13 @@ class Target:
         The tracker's, for messages.
     settings : MeanShiftParameters
         How to look for it.
-    frame : SharedFrame
-        The first frame.
-    box : ndarray of float64, shape (4,)
-        Its box there.
+    frame, box : SharedFrame, ndarray of float64, shape (4,)
+        The first frame, and its box there.
 
     Attributes
     ----------
     half_width, half_height : float
-        Half axes of the ellipse, in pixels.
+        Half axes of the ellipse [pixels].
 
     Raises
     ------
@@ -141,6 +122,15 @@ class Target:
         ellipses[:, :2] += aside
         histograms = self._histograms(frame, ellipses)
         return coefficients(histograms.counts, histograms.totals, self._model[np.newaxis])
+
+    def details(self, found: Location) -> dict[str, float]:
+        """What a report says of what was found, and of the size as it is then."""
+        return {
+            "coefficient": found.coefficient,
+            "iterations": float(found.iterations),
+            "half_width": self.half_width,
+            "half_height": self.half_height,
+        }
 
     def box(self, x: float, y: float) -> Box:
         """Its box around (x, y), in pixels."""

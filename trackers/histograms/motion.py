@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    "LEAST_HALF_AXIS",
     "Axes",
     "Dynamics",
     "Motion",
@@ -27,23 +26,14 @@ Dynamics: TypeAlias = Literal["first-order", "second-order", "random-walk"]
 Axes: TypeAlias = Literal["together", "apart"]
 ScaleChange: TypeAlias = Literal["linear", "multiplicative"]
 
-LEAST_HALF_AXIS = 3.0
-"""[pixels]."""
+LEAST_HALF_AXIS = 3.0  # pixels
 
 X, V, H, A = slice(0, 2), slice(2, 4), slice(4, 6), 6
 """Where a state holds its centre, velocity, half axes and change of scale."""
 
 
 def at_rest(centres: Array, half_axes: Array) -> Array:
-    """States at rest, shape (n, 7).
-
-    Parameters
-    ----------
-    centres : ndarray of float64, shape (n, 2)
-        [pixels].
-    half_axes : ndarray of float64, shape (2,) or (n, 2)
-        Hx and Hy [pixels].
-    """
+    """States at rest, shape (n, 7), of centres (n, 2) and half axes (2,) or (n, 2) [pixels]."""
     states = np.zeros((len(centres), 7))
     states[:, X], states[:, H] = centres, half_axes
     return states
@@ -99,26 +89,19 @@ class Motion:
         image_size: tuple[int, int],
         random: np.random.Generator,
     ) -> tuple[Array, Array]:
-        """Move particles by a frame.
+        """Move particles by a frame: new states and rates.
 
         Parameters
         ----------
         states : ndarray of float64, shape (n, 7)
         rates : ndarray of float64, shape (n, 3)
             How vx, vy and a' change a frame; used by second-order dynamics alone.
-        half_width : float
-            Hx of the last estimate [pixels].
-        aspect : float
-            Hy / Hx of the target, by which Hy follows what is said of Hx.
+        half_width, aspect : float
+            Hx of the last estimate [pixels], and Hy / Hx of the target.
         image_size : tuple of int
             Width and height of the image: half axes stay within 3 pixels and these.
         random : numpy.random.Generator
             Ten numbers are drawn a particle, whatever the model.
-
-        Returns
-        -------
-        states, rates : ndarray of float64
-            New arrays.
         """
         linear = self.scale_change == "linear"
         unit = half_width if linear else states[:, H][:, :1]  # of lengths

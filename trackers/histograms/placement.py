@@ -24,24 +24,13 @@ SIZE_SPREAD = 0.08  # of the logarithm of the size, with `predicted`
 class Whereabouts:
     """What is known of where a target was, and where it may come in.
 
-    Attributes
-    ----------
-    half_axes : ndarray of float64, shape (2,)
-        Hx and Hy when last seen [pixels].
-    image_size : tuple of int
-        Width and height [pixels].
-    entries : ndarray of float64, shape (k, 4), or None
-        Boxes in which a target that enters has its centre: doors, borders. None: the left
-        and the right border, at the height at which the target was last.
-
-    Raises
-    ------
-    TrackerError
-        For entries that are no boxes.
+    Entries (k, 4) are boxes in which a target that enters has its centre: doors, borders. Without
+    any it is the left and the right border, at the height at which the target was last. Raises
+    TrackerError for entries that are no boxes.
     """
 
-    half_axes: Array
-    image_size: tuple[int, int]
+    half_axes: Array  # (2,): Hx and Hy when last seen [pixels]
+    image_size: tuple[int, int]  # width and height [pixels]
     entries: Array | None = None
     _seen: Array | None = None
     _reliable: deque[tuple[int, Array]] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
@@ -67,21 +56,13 @@ class Whereabouts:
     def particles(
         self, placement: Placement, n: int, frame: int, random: np.random.Generator
     ) -> Array:
-        """Particles at rest, shape (n, 7).
+        """So many particles at rest, shape (n, 7), as it is `frame` now.
 
-        Parameters
-        ----------
-        placement : {'last', 'predicted', 'borders', 'image'}
-            'borders': where it may enter. 'image': anywhere. 'last': half of them where it may
-            enter, half around where it was last seen, by 3 Hx sideways and Hx upright.
-            'predicted': three tenths where it may enter, the others around where it would be
-            now, had it gone on as before. Where it has never been seen, all where it may enter;
-            'image' does so where `entries` are given.
-        n : int
-            How many.
-        frame : int
-            Now.
-        random : numpy.random.Generator
+        'borders': where it may enter. 'image': anywhere. 'last': half of them where it may
+        enter, half around where it was last seen, by 3 Hx sideways and Hx upright. 'predicted':
+        three tenths where it may enter, the others around where it would be now, had it gone on
+        as before. Where it has never been seen, all where it may enter; 'image' does so where
+        `entries` are given.
         """
         sizes: Array = self.half_axes
         share, centre, deviation = 0.0, np.zeros(2), np.zeros(2)

@@ -25,21 +25,14 @@ __all__ = [
 
 
 class Regions(NamedTuple):
-    """Rectangles cut into parts one below the other, and what holds them all.
+    """Rectangles cut into parts one below the other, and the window that holds them all.
 
-    Attributes
-    ----------
-    parts : ndarray of int64, shape (parts, n, 4)
-        `[left, top, right, bottom]` in whole pixels, right and bottom exclusive, inside the
-        image; all 0 for a rectangle of which too little is inside.
-    pixels : ndarray of int64, shape (parts, n)
-        Pixels in each.
-    left, top, right, bottom : int
-        The window that holds all, right and bottom exclusive; empty where they all are.
+    Bounds are `[left, top, right, bottom]` in whole pixels inside the image, right and bottom
+    exclusive; all 0 for a rectangle of which too little is inside.
     """
 
-    parts: NDArray[np.int64]
-    pixels: NDArray[np.int64]
+    parts: NDArray[np.int64]  # (parts, n, 4): bounds
+    pixels: NDArray[np.int64]  # (parts, n): how many each has
     left: int
     top: int
     right: int
@@ -58,18 +51,9 @@ def pixel_regions(
 ) -> Regions:
     """Rectangles of states, clipped to the image and cut into parts of equal height.
 
-    Parameters
-    ----------
-    states : ndarray of float64, shape (n, 3)
-        Centre x and y in pixels, area in square pixels.
-    aspect : float
-        Width over height.
-    n_parts : int
-        How many; with two the boundary is the row ⌊(top + bottom) / 2⌋.
-    image_width, image_height : int
-        In pixels.
-    least_share, least_pixels : float, int
-        A rectangle of which less is inside the image is empty.
+    A state (n, 3) is centre x and y [pixels] and area [square pixels], `aspect` width over height.
+    Of two parts the boundary is the row ⌊(top + bottom) / 2⌋. A rectangle of which less is inside
+    the image than `least_share` or `least_pixels` is empty.
     """
     n = len(states)
     parts = np.zeros((n_parts, n, 4), np.int64)
@@ -116,17 +100,10 @@ class IntegralHistogram(NamedTuple):
     Four counts share a word of 64 bits, each modulo 65536 with its carry in the next. Sums and
     differences of words are exact modulo 2⁶⁴ all the same, and in the word of a region whose
     counts are below 65536 nothing has carried: they can be read off.
-
-    Attributes
-    ----------
-    sums : ndarray of uint64, shape (height + 1, words, width + 1)
-        Words of counts above and to the left of a pixel corner.
-    places : ndarray of int64, shape (bins,)
-        Where a bin is counted, 4 · word + quarter; -1 where it is not.
     """
 
-    sums: NDArray[np.uint64]
-    places: NDArray[np.int64]
+    sums: NDArray[np.uint64]  # (height + 1, words, width + 1): above and left of a pixel corner
+    places: NDArray[np.int64]  # (bins,): where each is counted, 4 · word + quarter; -1 if nowhere
 
 
 def integral_histogram(
@@ -134,16 +111,7 @@ def integral_histogram(
 ) -> IntegralHistogram:
     """Integral histogram of an image or of a window of one (Porikli 2005).
 
-    Parameters
-    ----------
-    codes : ndarray of uint16, shape (height, width)
-        Code of every pixel.
-    votes : ndarray of uint8, shape (codes, votes a pixel)
-        Bins that each code votes in.
-    bins : ndarray of int64, shape (m,)
-        The bins to count; time and memory grow with their number.
-    n_bins : int
-        Number of bins that there are.
+    Parameters as those of `direct_counts`; time and memory grow with the number of bins asked for.
     """
     height, width = codes.shape
     places = np.full(n_bins, -1)
@@ -227,9 +195,7 @@ def direct_counts(
     regions : ndarray of int64, shape (n, 4)
         `[left, top, right, bottom]` in whole pixels, right and bottom exclusive, inside.
     bins : ndarray of int64, shape (m,)
-        The bins asked for.
-    n_bins : int
-        Number of bins that there are.
+        The bins asked for, of `n_bins` that there are.
 
     Returns
     -------
@@ -273,20 +239,11 @@ def bhattacharyya_distances(
     reference: NDArray[np.int32],
     reference_total: int,
 ) -> NDArray[np.float64]:
-    """Distances d = √(1 - Σ √(p q)) of normalised histograms, in [0, 1].
+    """Distances d = √(1 - Σ √(p q)) of normalised histograms, shape (n,), in [0, 1].
 
-    Counts go in unnormalised: equal proportions have a distance of exactly 0 that way.
-
-    Parameters
-    ----------
-    counts : ndarray of int32, shape (n, m)
-        One histogram a row, of the bins in which the reference has counts.
-    totals : ndarray of int64, shape (n,)
-        Sums of the whole histograms; where it is 0, d is 1.
-    reference : ndarray of int32, shape (m,)
-        Counts of q.
-    reference_total : int
-        Their sum.
+    Counts go in unnormalised: equal proportions have a distance of exactly 0 that way. `counts`
+    (n, m) are of the bins in which the reference q has some, `totals` (n,) the sums of the whole
+    histograms p; where one is 0, d is 1.
     """
     distances = np.ones(len(counts), np.float64)
     for i in range(len(counts)):

@@ -1,4 +1,4 @@
-"""Likelihood of a Bhattacharyya coefficient, and what a threshold on it means."""
+"""Colour histograms of ellipses, the model that follows them, and what a coefficient means."""
 
 from dataclasses import dataclass
 from math import inf, log, pi, sqrt
@@ -22,18 +22,10 @@ class Likelihood:
     """π = f exp(-(1 - ρ) / 2σ²), of which the prefix f matters to the threshold alone.
 
     Nummiaro et al. 2003, equation 10, print f = 1 / √(2πσ), call σ a variance and divide by
-    2σ²; equation 11 compares π with a threshold.
-
-    Attributes
-    ----------
-    sigma : float
-        σ.
-    reading : {'density', 'printed', 'peak', 'variance', 'coefficient', 'always'}
-        How equation 11 is read. 'density': f = 1 / (√(2π) σ), the Gaussian of deviation σ.
-        'printed': as printed. 'peak': f = 1. 'variance': f as printed and 2σ in the place of
-        2σ², in the weights too. 'coefficient': ρ itself is compared. 'always': nothing is.
-    threshold : float
-        π_T.
+    2σ²; equation 11 compares π with a threshold π_T. How that is read: 'density': f is
+    1 / (√(2π) σ), the Gaussian of deviation σ. 'printed': as printed. 'peak': f = 1. 'variance': f
+    as printed and 2σ in the place of 2σ², in the weights too. 'coefficient': ρ itself is compared.
+    'always': nothing is.
     """
 
     sigma: float
@@ -72,8 +64,7 @@ class Likelihood:
 
 Array = NDArray[np.float64]
 
-LEAST_SHARE = 0.25
-"""Of an ellipse inside the image, for it to look like anything."""
+LEAST_SHARE = 0.25  # of an ellipse inside the image, for it to look like anything
 
 
 @dataclass(frozen=True)
@@ -108,10 +99,8 @@ class TargetModel:
     ----------
     first : ndarray of float64, shape (bins,)
         Normalised.
-    particles : int
-        Their number.
-    apart : bool
-        Whether each has a model of its own.
+    particles, apart : int, bool
+        Their number, and whether each has a model of its own.
     alpha : float
         Weight of a new histogram in an update.
 
@@ -163,13 +152,11 @@ class TargetModel:
         Parameters
         ----------
         histogram : ndarray of float64, shape (bins,), or None
-            Of the estimate; None where too little of it is in the image.
+            That of the estimate; None where too little of it is in the image.
         coefficient : float
-            Of that with the current model.
-        found : EllipseCounts
-            Of the particles.
-        weights : ndarray of float64, shape (n,)
-            Of the particles.
+            That of this histogram and the current model.
+        found, weights : EllipseCounts, ndarray of float64, shape (n,)
+            Those of the particles.
         least : float
             Coefficient above which a histogram is mixed in.
 

@@ -15,11 +15,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.base.interface import Image
+from trackers.base.interface import Box, Image
 
 __all__ = [
     "MOST_BINS",
-    "SMALLEST_WINDOW",
     "HueBins",
     "adapted_window",
     "bin_counts",
@@ -28,9 +27,11 @@ __all__ = [
     "mean_shift",
     "moments",
     "unvisited_hues",
+    "whole_window",
 ]
 
 _UNVISITED = 255
+SMALLEST_WINDOW = 3  # pixels a side that Bradski's rule never goes below
 MOST_BINS = 254  # of the 256 values of a byte one is `_UNVISITED`, one the bin of masked pixels
 
 
@@ -39,40 +40,19 @@ class HueBins(NamedTuple):
 
     The kernels bin a pixel when they first come to it: a tracker alone pays for its window,
     trackers in lock step take what others binned before. The bins are the same either way.
-
-    Attributes
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-        The frame, BGR, read-only.
-    bins : ndarray of uint8, shape (height, width)
-        Bin in `range(n_bins)`; `n_bins` for a pixel that the mask excludes; 255 where no
-        kernel has been.
-    n_bins : int
-        Number of hue bins, at most `MOST_BINS`.
-    minimum_saturation, minimum_value : float
-        Pixels below either are masked, fractions in [0, 1].
-    maximum_value : float
-        Pixels above it are masked, too.
     """
 
-    image: Image
-    bins: NDArray[np.uint8]
-    n_bins: int
-    minimum_saturation: float
-    minimum_value: float
-    maximum_value: float
+    image: Image  # BGR, read-only
+    bins: NDArray[np.uint8]  # (height, width): n_bins where masked, 255 where no kernel has been
+    n_bins: int  # at most `MOST_BINS`
+    minimum_saturation: float  # pixels below it are masked [fraction]
+    minimum_value: float  # those below it, too [fraction]
+    maximum_value: float  # and those above it [fraction]
 
 
-def unvisited_hues(
-    image: Image,
-    n_bins: int,
-    minimum_saturation: float,
-    minimum_value: float,
-    maximum_value: float,
-) -> HueBins:
-    """Hue bins of a frame of which no pixel has been visited; see `HueBins`."""
-    bins = np.full(image.shape[:2], _UNVISITED, np.uint8)
-    return HueBins(image, bins, n_bins, minimum_saturation, minimum_value, maximum_value)
+def unvisited_hues(image: Image, n_bins: int, *limits: float) -> HueBins:
+    """Hue bins of a frame of which no pixel has been visited; limits as in `HueBins`."""
+    return HueBins(image, np.full(image.shape[:2], _UNVISITED, np.uint8), n_bins, *limits)
 
 
 @njit(cache=True)
@@ -142,10 +122,7 @@ def moments(
 ) -> tuple[int, int, int]:
     """Sums of w, w · column and w · row over a window's pixels inside the image.
 
-    Parameters
-    ----------
-    weights : ndarray of int64, shape (n_bins + 1,)
-        Weight w of each bin: `bin_counts` of the template.
+    The weights w of bins, shape (n_bins + 1,), are `bin_counts` of the template.
     """
     bins = hues.bins
     rows, columns = bins.shape
@@ -187,22 +164,18 @@ def mean_shift(
     Parameters
     ----------
     x, y : float
-        Centre to start from, in pixels (continuous coordinates from 0).
+        Centre to start from [pixels, continuous coordinates from 0].
     width, height : int
-        Size of the window, in pixels.
-    stop_distance : float
-        A step shorter than this is the last one taken, in pixels.
-    max_iterations : int
-        Most steps taken.
+        Size of the window [pixels].
+    stop_distance, max_iterations : float, int
+        A step shorter than this is the last one taken [pixels], and most steps taken.
 
     Returns
     -------
     x, y : float
-        Centre, in pixels; where a window holds no weight it stays.
-    n_iterations : int
-        Windows whose centroid was asked for.
-    total : int
-        Sum of the weights in the window around the returned centre.
+        Centre [pixels]; where a window holds no weight it stays.
+    n_iterations, total : int
+        Windows whose centroid was asked for, and the sum of the weights in the last one.
     """
     for iteration in range(1, max_iterations + 1):
         total, total_x, total_y = moments(
@@ -221,28 +194,17 @@ def mean_shift(
     return x, y, iteration, total
 
 
-SMALLEST_WINDOW = 3
-"""Pixels a side that Bradski's rule never goes below."""
+def whole_window(box: Box) -> tuple[int, int]:
+    """Width and height of a box in whole pixels, at least one."""
+    return max(1, floor(float(box[2]) + 0.5)), max(1, floor(float(box[3]) + 0.5))
 
 
 def adapted_window(weight: float, ratio: float, image_shape: tuple[int, ...]) -> tuple[int, int]:
-    """Size of the next frame's window by Bradski's rule (Intel Technology Journal Q2, 1998).
+    """Width and height [pixels] of the next window by Bradski's rule (Intel Techn. J. Q2, 1998).
 
-    Its sides are 2 √(M₀₀ · ratio) and 2 √(M₀₀ / ratio), at least 3 pixels and at most the image's.
-
-    Parameters
-    ----------
-    weight : float
-        M₀₀, the sum of the back-projection, in [0, 1] a pixel, over the window [pixels].
-    ratio : float
-        Width of the target over its height.
-    image_shape : tuple of int
-        Rows and columns of the image.
-
-    Returns
-    -------
-    width, height : int
-        In pixels.
+    They are 2 √(M₀₀ · ratio) and 2 √(M₀₀ / ratio), at least 3 pixels and at most the image's. The
+    weight M₀₀ is the sum of the back-projection, in [0, 1] a pixel, over the window, `ratio` the
+    target's width over its height.
     """
     width = floor(2 * sqrt(weight * ratio) + 0.5)
     height = floor(2 * sqrt(weight / ratio) + 0.5)

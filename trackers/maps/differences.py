@@ -14,42 +14,28 @@ from trackers.base.interface import Image
 
 __all__ = ["LARGEST_WINDOW", "FrameMotion", "first_frame", "frame_after", "moving_share"]
 
-LARGEST_WINDOW = 9
-"""Pixels a side whose sum of differences, 3 · 255 each, fits 16 bits."""
-
-NOTICEABLE = 8
-"""Grey levels a pixel, on the mean of a window: what sensors' noise does not reach."""
+LARGEST_WINDOW = 9  # pixels a side whose sum of differences, 3 · 255 each, fits 16 bits
+NOTICEABLE = 8  # grey levels a pixel, on the mean of a window: what sensors' noise does not reach
 
 Sums = NDArray[np.uint16]
 
 
 @dataclass(frozen=True, eq=False)
 class FrameMotion:
-    """How much a frame differs from those before it.
+    """How much a frame differs from those before it; maps are of shape (height, width).
 
-    Trackers that share a frame's work share these, one after the other; so it is equal to itself
-    alone, and its arrays are not written to.
-
-    Attributes
-    ----------
-    grey : ndarray of uint16, shape (height, width)
-        R + G + B of the frame.
-    latest, earlier : ndarray of uint16, shape (height, width)
-        D¹ and D²: absolute differences of grey, summed over the window around each pixel, from
-        the frame before to this one, and from that before it. Their sum S is 2 D of step 3. Empty
-        in the first frame.
-    mean, deviation : float
-        Mean of S over the image, and its standard deviation (of the population).
-    changing : float
-        Share of the pixels whose window differs by at least 8 of 255 grey levels a pixel.
+    D¹ and D² are absolute differences of grey, summed over the window around each pixel, from the
+    frame before to this one, and from that before it. Their sum S is 2 D of step 3. Trackers that
+    share a frame's work share these, one after the other; so it is equal to itself alone, and its
+    arrays are not written to.
     """
 
-    grey: Sums
-    latest: Sums
-    earlier: Sums
-    mean: float
-    deviation: float
-    changing: float
+    grey: Sums  # R + G + B of the frame
+    latest: Sums  # D¹; empty in the first frame
+    earlier: Sums  # D²
+    mean: float  # of S over the image
+    deviation: float  # standard deviation of S (of the population)
+    changing: float  # share of the pixels whose window differs by `NOTICEABLE` or more
 
 
 def first_frame(image: Image) -> FrameMotion:
@@ -61,19 +47,11 @@ def first_frame(image: Image) -> FrameMotion:
 
 
 def frame_after(image: Image, previous: FrameMotion, window: int, averaged: bool) -> FrameMotion:
-    """Local differences of a frame.
+    """Local differences of a frame, which is as large as the one before.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-        As large as the frame before.
-    previous : FrameMotion
-        Of the frame before, with the same `window`.
-    window : int
-        Side of the square that differences are summed over, odd, at most `LARGEST_WINDOW`
-        [pixels]. What is outside the image counts as unchanged.
-    averaged : bool
-        Whether D is the mean of D¹ and D², or D¹ alone. The second frame has no D².
+    They are summed over squares of `window` pixels a side, odd, at most `LARGEST_WINDOW`, the same
+    as before. What is outside the image counts as unchanged. D is the mean of D¹ and D² where it
+    is averaged, otherwise D¹ alone; the second frame has no D².
     """
     # One piece of memory: two would be given back to the system and faulted in at every frame.
     grey, latest = np.empty((2, *image.shape[:2]), np.uint16)

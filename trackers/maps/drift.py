@@ -15,6 +15,7 @@ from trackers.base.interface import Image
 from trackers.maps.differences import Sums
 
 __all__ = [
+    "Binning",
     "Drifted",
     "Region",
     "colour_bins",
@@ -28,7 +29,6 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-
 
 ROUNDING = 1e-9
 """Pixels that a centroid may be off, weights being rounded: what should be on an edge is on it.
@@ -47,22 +47,22 @@ class Region(NamedTuple):
 
 
 class Drifted(NamedTuple):
-    """Windows after they have moved.
+    """Windows after they have moved."""
 
-    Attributes
-    ----------
-    points : ndarray of float64, shape (n, 2)
-        Their centres x, y [pixels, continuous coordinates from 0].
-    iterations : ndarray of int64, shape (n,)
-        Steps that each took.
-    before, after : ndarray of int64, shape (n,)
-        M₀₀ of the windows at the start and at the end, in units of 2^-bits.
-    """
+    points: Array  # (n, 2): their centres x, y [pixels, continuous coordinates from 0]
+    iterations: NDArray[np.int64]  # (n,): steps that each took
+    before: NDArray[np.int64]  # (n,): M₀₀ of the windows at the start, in units of 2^-bits
+    after: NDArray[np.int64]  # (n,): M₀₀ at the end
 
-    points: Array
-    iterations: NDArray[np.int64]
-    before: NDArray[np.int64]
-    after: NDArray[np.int64]
+
+class Binning(NamedTuple):
+    """How colours are binned, and which pixels weigh nothing [fractions]."""
+
+    hues: int
+    saturations: int
+    minimum_saturation: float
+    minimum_value: float
+    maximum_value: float
 
 
 def weight_bits(rows: int, columns: int) -> int:
@@ -79,17 +79,7 @@ def weight_bits(rows: int, columns: int) -> int:
 
 @njit(cache=True)
 def window_at(x: float, y: float, width: int, height: int, rows: int, columns: int) -> Region:
-    """Pixels of a window that are in the image; none of them for a window outside it.
-
-    Parameters
-    ----------
-    x, y : float
-        Centre [pixels, continuous coordinates from 0].
-    width, height : int
-        Size [pixels].
-    rows, columns : int
-        Of the image.
-    """
+    """Pixels of a window around (x, y) that are in the image; none for a window outside it."""
     left = int(np.floor(x - width / 2 + 0.5 + ROUNDING))
     top = int(np.floor(y - height / 2 + 0.5 + ROUNDING))
     first_column, first_row = min(max(left, 0), columns), min(max(top, 0), rows)
@@ -114,33 +104,24 @@ def region_of(points: Array, width: int, height: int, rows: int, columns: int) -
 
 @njit(cache=True, error_model="numpy")
 def colour_bins(
-    image: Image,
-    row: int,
-    left: int,
-    right: int,
-    hue_bins: int,
-    saturation_bins: int,
-    minimum_saturation: float,
-    minimum_value: float,
-    maximum_value: float,
-    out: NDArray[np.int32],
+    image: Image, row: int, left: int, right: int, binning: Binning, out: NDArray[np.int32]
 ) -> None:
     """Joint hue and saturation bins of a stretch of a row into `out`, shape (right - left,).
 
-    Hue and saturation as MATLAB's `rgb2hsv` has them; the bin is hue · `saturation_bins` +
-    saturation, and `hue_bins` · `saturation_bins` for a pixel below either minimum or above the
-    maximum (fractions).
+    Hue and saturation as MATLAB's `rgb2hsv` has them; the bin is hue · `saturations` + saturation,
+    and `hues` · `saturations` for a pixel below either minimum or above the maximum.
 
     The quotients of whole numbers are exact although computed as float32: half a unit more in
     the numerator keeps them further from the next whole number than float32 can err, and the
     loop takes several pixels at once.
     """
-    n_hues, n_saturations = np.float32(hue_bins), np.float32(saturation_bins)
+    n_hues, n_saturations = np.float32(binning.hues), np.float32(binning.saturations)
     half, one, six = np.float32(0.5), np.float32(1), np.float32(6)
-    highest = np.float32(saturation_bins - 1)
-    masked = np.int32(hue_bins * saturation_bins)
-    least_saturation = np.float32(minimum_saturation)
-    least_value, most_value = np.float32(minimum_value * 255), np.float32(maximum_value * 255)
+    highest = np.float32(binning.saturations - 1)
+    masked = np.int32(binning.hues * binning.saturations)
+    least_saturation = np.float32(binning.minimum_saturation)
+    least_value = np.float32(binning.minimum_value * 255)
+    most_value = np.float32(binning.maximum_value * 255)
     length = right - left
     channels = np.empty((3, length), np.float32)
     pixels = image[row, left:right]
@@ -163,7 +144,7 @@ def colour_bins(
             and largest >= least_value
             and largest <= most_value
         )
-        out[column] = hue * np.int32(saturation_bins) + saturation if passes else masked
+        out[column] = hue * np.int32(binning.saturations) + saturation if passes else masked
 
 
 @njit(cache=True)
@@ -174,11 +155,7 @@ def summed(
     earlier: Sums,
     threshold: float,
     weights: NDArray[np.int64],
-    hue_bins: int,
-    saturation_bins: int,
-    minimum_saturation: float,
-    minimum_value: float,
-    maximum_value: float,
+    binning: Binning,
 ) -> NDArray[np.int64]:
     """Integral image of the joint map P (eq. 5) and of its first moments over a region.
 
@@ -186,7 +163,7 @@ def summed(
     ----------
     latest, earlier : ndarray of uint16, shape (height, width)
         Local differences D¹ and D²; a pixel moves where their sum exceeds `threshold`.
-    weights : ndarray of int64, shape (2, hue_bins * saturation_bins + 1)
+    weights : ndarray of int64, shape (2, hues * saturations + 1)
         P of each colour where nothing moves, and where it does, in units of 2^-bits.
 
     Returns
@@ -201,18 +178,7 @@ def summed(
     sums[0] = 0
     bins = np.empty(columns, np.int32)
     for row in range(top, bottom):
-        colour_bins(
-            image,
-            row,
-            left,
-            right,
-            hue_bins,
-            saturation_bins,
-            minimum_saturation,
-            minimum_value,
-            maximum_value,
-            bins,
-        )
+        colour_bins(image, row, left, right, binning, bins)
         total, total_x = np.int64(0), np.int64(0)
         above, here = sums[row - top], sums[row - top + 1]
         here[0] = 0

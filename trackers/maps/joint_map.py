@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field
 
-from trackers.base.parameters import Parameters, TrackerError
+from trackers.base.parameters import Parameters, TrackerError, choice, fraction, nonnegative, whole
 from trackers.base.sharing import SharedFrame
 from trackers.maps.differences import (
     LARGEST_WINDOW,
@@ -16,6 +16,7 @@ from trackers.maps.differences import (
     moving_share,
 )
 from trackers.maps.drift import (
+    Binning,
     Drifted,
     Region,
     colour_bins,
@@ -43,45 +44,30 @@ def _odd(value: int) -> int:
 class ModelParameters(Parameters):
     """Parameters of `ColourMotionModel`."""
 
-    alpha: float = Field(
-        0.7,
-        ge=0.0,
-        le=1.0,
-        description="α: weight of the hue map beside the saturation map [ratio]",
-    )
-    beta: float = Field(
-        0.8, ge=0.0, le=1.0, description="β: weight of the motion map beside the colour map [ratio]"
-    )
-    hue_bins: int = Field(32, ge=1, le=256, description="bins of the hue histogram [count]")
-    saturation_bins: int = Field(
-        32, ge=1, le=256, description="bins of the saturation histogram [count]"
-    )
+    alpha: float = fraction(0.7, "α: weight of the hue map beside the saturation map [ratio]")
+    beta: float = fraction(0.8, "β: weight of the motion map beside the colour map [ratio]")
+    hue_bins: int = whole(32, "bins of the hue histogram [count]", most=256)
+    saturation_bins: int = whole(32, "bins of the saturation histogram [count]", most=256)
     difference_window: Annotated[int, AfterValidator(_odd)] = Field(
         5,
         ge=1,
         le=LARGEST_WINDOW,
         description="n: side of the square that differences are summed over, odd [pixels]",
     )
-    differences: Literal["two", "one"] = Field(
-        "two", description="how many differences of frames in succession are averaged"
+    differences: Literal["two", "one"] = choice(
+        "two", "how many differences of frames in succession are averaged"
     )
-    motion_threshold: Annotated[float, Field(ge=0.0)] | Literal["adaptive"] = Field(
+    motion_threshold: Annotated[float, Field(ge=0.0)] | Literal["adaptive"] = choice(
         "adaptive",
-        description="a pixel moves where the window around it differs by more than this a pixel; "
+        "a pixel moves where the window around it differs by more than this a pixel; "
         "adaptive: by more than the image's mean and λ deviations [grey levels]",
     )
-    threshold_factor: float = Field(
-        2.0, ge=0.0, description="λ: deviations above the mean, of the adaptive threshold [ratio]"
+    threshold_factor: float = nonnegative(
+        2.0, "λ: deviations above the mean, of the adaptive threshold [ratio]"
     )
-    minimum_saturation: float = Field(
-        0.0, ge=0.0, le=1.0, description="pixels of less saturation weigh nothing [fraction]"
-    )
-    minimum_value: float = Field(
-        0.0, ge=0.0, le=1.0, description="pixels darker than this weigh nothing [fraction]"
-    )
-    maximum_value: float = Field(
-        1.0, ge=0.0, le=1.0, description="pixels brighter than this weigh nothing [fraction]"
-    )
+    minimum_saturation: float = fraction(0.0, "pixels of less saturation weigh nothing [fraction]")
+    minimum_value: float = fraction(0.0, "pixels darker than this weigh nothing [fraction]")
+    maximum_value: float = fraction(1.0, "pixels brighter than this weigh nothing [fraction]")
 
 
 class ColourMotionModel:
@@ -94,10 +80,9 @@ class ColourMotionModel:
     settings : ModelParameters
     frame : SharedFrame
         The first one, with the target.
-    centre : ndarray of float64, shape (2,)
-        x, y of the target's window [pixels, continuous coordinates from 0].
-    window : tuple of int
-        Its width and height [pixels]; all of its pixels are the template.
+    centre, window : ndarray of float64, shape (2,), tuple of int
+        x, y [pixels, continuous coordinates from 0], and width and height [pixels] of the window
+        all of whose pixels are the template.
 
     Raises
     ------
@@ -115,6 +100,13 @@ class ColourMotionModel:
     ) -> None:
         self._owner = owner
         self._settings = settings
+        self._binning = Binning(
+            settings.hue_bins,
+            settings.saturation_bins,
+            settings.minimum_saturation,
+            settings.minimum_value,
+            settings.maximum_value,
+        )
         self._motion = frame.compute(first_frame)
         rows, columns = frame.image.shape[:2]
         self._bits = weight_bits(rows, columns)
@@ -122,7 +114,7 @@ class ColourMotionModel:
         counts = np.zeros(settings.hue_bins * settings.saturation_bins + 1, np.int64)
         bins = np.empty(right - left, np.int32)
         for row in range(top, bottom):
-            colour_bins(frame.image, row, left, right, *self._binning, bins)
+            colour_bins(frame.image, row, left, right, self._binning, bins)
             counts += np.bincount(bins, minlength=len(counts))
         joint = counts[:-1].reshape(settings.hue_bins, settings.saturation_bins)
         if not joint.any():
@@ -157,25 +149,8 @@ class ColourMotionModel:
         self._motion = frame.compute(
             frame_after, self._motion, settings.difference_window, settings.differences == "two"
         )
-        return JointMap(
-            frame,
-            self._motion,
-            self._threshold(self._motion),
-            self._weights,
-            self._bits,
-            self._binning,
-        )
-
-    @property
-    def _binning(self) -> tuple[int, int, float, float, float]:
-        settings = self._settings
-        return (
-            settings.hue_bins,
-            settings.saturation_bins,
-            settings.minimum_saturation,
-            settings.minimum_value,
-            settings.maximum_value,
-        )
+        threshold = self._threshold(self._motion)
+        return JointMap(frame, self._motion, threshold, self._weights, self._bits, self._binning)
 
     def _threshold(self, motion: FrameMotion) -> float:
         """What D¹ + D² must exceed where something moves: twice the T of step 4."""
@@ -188,12 +163,8 @@ class ColourMotionModel:
 class JointMap:
     """The joint map P of one frame, I_c where something moves and (1 - β) I_c elsewhere (eq. 5).
 
-    It is summed up only where windows come to.
-
-    Attributes
-    ----------
-    unit : float
-        Weight of 1 in the sums that `drift` gives.
+    It is summed up only where windows come to; `unit` is a weight of 1 in the sums that `drift`
+    gives.
     """
 
     def __init__(
@@ -203,7 +174,7 @@ class JointMap:
         threshold: float,
         weights: NDArray[np.int64],
         bits: int,
-        binning: tuple[int, int, float, float, float],
+        binning: Binning,
     ) -> None:
         self._frame = frame
         self._motion = motion
@@ -240,11 +211,8 @@ class JointMap:
     def details(self, centre: Array, window: Size) -> dict[str, float]:
         """What a report says of the frame's motion, and of the window around the estimate.
 
-        Returns
-        -------
-        dict of str to float
-            `similarity` (M / M₀ of the window), `moving` and `moving_inside` (share of the pixels
-            that move, of the image and of the window), `changing` (see `FrameMotion`).
+        `similarity` (M / M₀ of the window), `moving` and `moving_inside` (share of the pixels that
+        move, of the image and of the window), `changing` (see `FrameMotion`).
         """
         rows, columns = self._frame.image.shape[:2]
         motion = self._motion
@@ -285,5 +253,5 @@ class JointMap:
             self._motion.earlier,
             self._threshold,
             self._weights,
-            *self._binning,
+            self._binning,
         )

@@ -1,6 +1,6 @@
 """A particle filter over places on the joint map (Wang & Tang 2010, section 2.3)."""
 
-from math import floor, sqrt
+from math import sqrt
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from trackers.base.interface import Box, Estimate, Mask, Randomness
+from trackers.base.parameters import choice, positive, whole
 from trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
 from trackers.base.sharing import SharedFrame, SharingTracker
+from trackers.maps.back_projection import whole_window
 from trackers.maps.joint_map import ColourMotionModel, ModelParameters
 
 __all__ = ["ROBUST", "CloudParameters", "PlaceFilter"]
@@ -23,24 +25,20 @@ ROBUST = {"sigma": 0.1, "radius": 10.0, "difference_window": 7}
 class CloudParameters(ModelParameters):
     """Parameters of `PlaceFilter`."""
 
-    particles: int = Field(60, ge=1, le=100_000, description="number of particles N [count]")
-    radius: Annotated[float, Field(ge=0.0)] | Literal["rule"] = Field(
-        "rule",
-        description="r: a particle is thrown at most so far either way; rule: √N / 2 [pixels]",
+    particles: int = whole(60, "number of particles N [count]", most=100_000)
+    radius: Annotated[float, Field(ge=0.0)] | Literal["rule"] = choice(
+        "rule", "r: a particle is thrown at most so far either way; rule: √N / 2 [pixels]"
     )
-    sigma: float = Field(
-        0.158, gt=0.0, description="scale of D in the observation function, 1 as printed [ratio]"
+    sigma: float = positive(0.158, "scale of D in the observation function, 1 as printed [ratio]")
+    resampling: Literal["systematic", "multinomial"] = choice(
+        "systematic", "how particles are chosen by their weights"
     )
-    resampling: Literal["systematic", "multinomial"] = Field(
-        "systematic", description="how particles are chosen by their weights"
+    velocity: Literal["particle", "mean"] = choice(
+        "particle", "what carries a particle on: its own last step, or the mean of all"
     )
-    velocity: Literal["particle", "mean"] = Field(
-        "particle",
-        description="what carries a particle on: its own last step, or the mean of all",
-    )
-    estimate: Literal["mean", "resampled", "best"] = Field(
+    estimate: Literal["mean", "resampled", "best"] = choice(
         "mean",
-        description="mean: of the weighted particles; resampled: of those that go on; best: the "
+        "mean: of the weighted particles; resampled: of those that go on; best: the "
         "particle of the largest weight",
     )
 
@@ -61,18 +59,10 @@ class PlaceFilter(SharingTracker):
         return 0.0, 0
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`.
-
-        Raises
-        ------
-        TrackerError
-            Where no pixel of the box is in the image and passes the minimum saturation and value.
-        """
+        """See `Tracker.init`, and `ColourMotionModel` for what is refused."""
         settings = self.parameters
-        x, y, width, height = (float(value) for value in box)
-        self._box_size = np.array([width, height])
-        self._window = max(1, floor(width + 0.5)), max(1, floor(height + 0.5))
-        centre = np.array([x + width / 2, y + height / 2])
+        centre, self._box_size = box[:2] + box[2:] / 2, box[2:].copy()
+        self._window = whole_window(box)
         self._model = ColourMotionModel(self.name, settings, frame, centre, self._window)
         n = settings.particles
         self._radius = sqrt(n) / 2 if settings.radius == "rule" else settings.radius
@@ -81,13 +71,7 @@ class PlaceFilter(SharingTracker):
         self._steps = np.zeros((n, 2))
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
-        """See `Tracker.update`.
-
-        Raises
-        ------
-        TrackerError
-            For a frame of another size than the first.
-        """
+        """See `Tracker.update`; raises TrackerError for a frame of another size than the first."""
         settings, window = self.parameters, self._window
         joint = self._model.observe(frame)
         predicted = self._predicted(frame.image.shape)

@@ -14,67 +14,31 @@ __all__ = ["Appearance", "Noise", "Seen", "raised"]
 
 Array = NDArray[np.float64]
 
-PASSES = 6
-"""How often the first covariance is made of the pixels that it calls inliers."""
+PASSES = 6  # how often the first covariance is made of the pixels that it calls inliers
 
 
 class Noise(NamedTuple):
-    """How residuals are taken to be distributed, and what follows from them.
+    """How residuals are taken to be distributed, and what follows from them."""
 
-    Attributes
-    ----------
-    limit : float
-        Squared Mahalanobis distance from which on a pixel is an outlier.
-    floor : float
-        Least eigenvalue of any covariance of residuals.
-    factor : float
-        What a covariance of inliers is multiplied by.
-    first_spread : float
-        Deviation of the very first residuals, in deviations of the template itself.
-    grid_step : float
-        Step of the search that the first covariance makes up for [pixels]; 0 for none.
-    average : int
-        K, frames that the covariance is averaged over.
-    full : bool
-        Whether components are correlated.
-    adaptive : bool
-        Whether the state's noise follows the residuals (equation 14), or stays 0.
-    gate : bool
-        Whether outliers are kept out.
-    patience : int
-        Frames in succession after which an outlier is taken as it is.
-    """
-
-    limit: float
-    floor: float
-    factor: float
-    first_spread: float
-    grid_step: float
-    average: int
-    full: bool
-    adaptive: bool
-    gate: bool
-    patience: int
+    limit: float  # squared Mahalanobis distance from which on a pixel is an outlier
+    floor: float  # least eigenvalue of any covariance of residuals
+    factor: float  # what a covariance of inliers is multiplied by
+    first_spread: float  # deviation of the very first residuals, in those of the template itself
+    grid_step: float  # of the search, for which the first covariance makes up; 0: none [pixels]
+    average: int  # K, frames that the covariance is averaged over
+    full: bool  # whether components are correlated
+    adaptive: bool  # whether the state's noise follows the residuals (equation 14), or stays 0
+    gate: bool  # whether outliers are kept out
+    patience: int  # frames in succession after which an outlier is taken as it is
 
 
 class Seen(NamedTuple):
-    """A template's pixels in a frame, compared with the template.
+    """A template's pixels in a frame, compared with the template."""
 
-    Attributes
-    ----------
-    features : ndarray of float64, shape (height, width, d)
-        f.
-    outliers : ndarray of bool, shape (height, width)
-    share : float
-        Of outliers, in [0, 1].
-    covariance : ndarray of float64, shape (d, d)
-        R of the inliers (equation 13), raised to the floor.
-    """
-
-    features: Array
-    outliers: NDArray[np.bool_]
-    share: float
-    covariance: Array
+    features: Array  # (height, width, d): f
+    outliers: NDArray[np.bool_]  # (height, width)
+    share: float  # of outliers, in [0, 1]
+    covariance: Array  # (d, d): R of the inliers (equation 13), raised to the floor
 
 
 @njit(cache=True)
@@ -157,12 +121,7 @@ class Appearance:
     def update(self, seen: Seen, *, first: bool) -> None:
         """Take a view into the template (equations 8 to 14).
 
-        Parameters
-        ----------
-        seen : Seen
-            Of this view.
-        first : bool
-            Whether it is the one of `start`, whose covariance is known already.
+        The covariance of the `first` one, that of `start`, is known already.
         """
         noise = self._noise
         if not first:

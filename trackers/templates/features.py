@@ -17,6 +17,9 @@ Features: TypeAlias = Literal["invariants", "arctan", "rgb", "intensity"]
 FLOORS: dict[Features, float] = {"intensity": 3.0, "rgb": 1.0, "invariants": 1e-4, "arctan": 1e-4}
 """Least variance of any component of a residual: that of rounding to whole grey levels."""
 
+_RATIOS = np.arange(256.0)[:, np.newaxis] / np.maximum(np.arange(256.0), 1.0)
+_ANGLES = np.vectorize(atan)(_RATIOS)
+
 
 def dimension(kind: Features) -> int:
     """Number d of components."""
@@ -24,31 +27,17 @@ def dimension(kind: Features) -> int:
 
 
 def features_of(image: Image, kind: Features) -> Array:
-    """Features of every pixel.
+    """Features of every pixel of a BGR image, float64 of shape (rows, columns, d).
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (rows, columns, 3)
-        BGR.
-    kind : str
-        `intensity` is R + G + B; `rgb` is (R, G, B); `invariants` are the ratios
-        c1 = R / max(G, B), c2 = G / max(B, R) and c3 = B / max(R, G) (equation 18), a largest of 0
-        counting as one grey level; `arctan` are their arc tangents, as Gevers & Smeulders define
-        them.
-
-    Returns
-    -------
-    ndarray of float64, shape (rows, columns, d)
+    `intensity` is R + G + B; `rgb` is (R, G, B); `invariants` are the ratios c1 = R / max(G, B),
+    c2 = G / max(B, R) and c3 = B / max(R, G) (equation 18), a largest of 0 counting as one grey
+    level; `arctan` are their arc tangents, as Gevers & Smeulders define them.
     """
     if kind == "intensity":
         return _intensities(image)
     if kind == "rgb":
         return _colours(image)
     return _ratios(image, _RATIOS if kind == "invariants" else _ANGLES)
-
-
-_RATIOS = np.arange(256.0)[:, np.newaxis] / np.maximum(np.arange(256.0), 1.0)
-_ANGLES = np.vectorize(atan)(_RATIOS)
 
 
 @njit(cache=True)

@@ -29,19 +29,11 @@ WIDEST = 1.05  # and what their scales come to
 
 
 class Pose(NamedTuple):
-    """The transformation a of equation 1.
+    """The transformation a of equation 1."""
 
-    Attributes
-    ----------
-    x, y : float
-        Centre of the template in the image; pixel centres are whole numbers [pixels].
-    scale : float
-        Of the template, between 0.5 and 2.
-    """
-
-    x: float
+    x: float  # centre of the template in the image; pixel centres are whole numbers [pixels]
     y: float
-    scale: float
+    scale: float  # of the template, between 0.5 and 2
 
 
 class Match(NamedTuple):
@@ -52,21 +44,12 @@ class Match(NamedTuple):
 
 
 class Window(NamedTuple):
-    """Features of a part of the image, whose rest is taken to continue its rim.
+    """Features of a part of the image, whose rest is taken to continue its rim."""
 
-    Attributes
-    ----------
-    features : ndarray of float64, shape (rows, columns, d)
-    left, top : int
-        The image's pixel that the first one is.
-    rows, columns : int
-        Of the image.
-    """
-
-    features: Array
-    left: int
+    features: Array  # (rows, columns, d) of the part
+    left: int  # the image's pixel that the first one is
     top: int
-    rows: int
+    rows: int  # of the image
     columns: int
 
 
@@ -111,9 +94,8 @@ def search(
     ----------
     window : Window
         All that `reach` says.
-    template : ndarray of float64, shape (height, width, d)
-    covariance : ndarray of float64, shape (d, d)
-        Of residuals.
+    template, covariance : ndarray of float64, shape (height, width, d) and (d, d)
+        The template, and the covariance of residuals.
     around : Pose
         Where to look; x and y are rounded to whole pixels.
     search_range : int
@@ -127,7 +109,7 @@ def search(
     """
     start = floor(around.x + 0.5), floor(around.y + 0.5), around.scale
     pose, cost = _search(
-        *window,
+        window,
         template,
         tuple(range(len(covariance))),
         whitening(covariance),
@@ -164,11 +146,7 @@ FINE: dict[Ties, tuple[Array, Array, Array, Array]] = {
 
 @njit(cache=True)
 def _search(
-    features: Array,
-    left: int,
-    top: int,
-    rows: int,
-    columns: int,
+    whole: Window,
     template: Array,
     components: tuple[int, ...],
     white: Array,
@@ -178,7 +156,8 @@ def _search(
     subpixel: bool,
     fine: tuple[Array, Array, Array, Array],
 ) -> tuple[Array, float]:
-    window = Window(_whitened(features, components, white), left, top, rows, columns)
+    features = _whitened(whole.features, components, white)
+    window = Window(features, whole.left, whole.top, whole.rows, whole.columns)
     sought = _whitened(template, components, white)
     n = 2 * search_range // 4 + 1
     coarse = np.ones((n * n, 3))
@@ -219,37 +198,31 @@ def sampled(window: Window, pose: Pose, height: int, width: int, bilinear: bool)
     the one to the right, or below.
     """
     components = tuple(range(window.features.shape[2]))
-    return _sampled(*window, components, *pose, height, width, bilinear)
+    return _sampled(window, components, pose, height, width, bilinear)
 
 
 @njit(cache=True)
 def _sampled(
-    features: Array,
-    left: int,
-    top: int,
-    rows: int,
-    columns: int,
+    window: Window,
     components: tuple[int, ...],
-    x: float,
-    y: float,
-    scale: float,
+    pose: Pose,
     height: int,
     width: int,
     bilinear: bool,
 ) -> Array:
-    window = Window(features, left, top, rows, columns)
     d = len(components)
     found = np.empty((height, width, d))
-    across, along = _positions(x, scale, width, columns), _positions(y, scale, height, rows)
+    across = _positions(pose.x, pose.scale, width, window.columns)
+    along = _positions(pose.y, pose.scale, height, window.rows)
     for i in range(height):
-        nearest_row = int(along[i] + 0.5) - top
+        nearest_row = int(along[i] + 0.5) - window.top
         for j in range(width):
-            nearest_column = int(across[j] + 0.5) - left
+            nearest_column = int(across[j] + 0.5) - window.left
             for k in range(d):
                 if bilinear:
                     found[i, j, k] = _between(window, across[j], along[i], k)
                 else:
-                    found[i, j, k] = features[nearest_row, nearest_column, k]
+                    found[i, j, k] = window.features[nearest_row, nearest_column, k]
     return found
 
 

@@ -9,19 +9,13 @@ from trackers.templates.matching import Match, Pose
 
 __all__ = ["FIRST_CANDIDATE", "Candidate", "Diary", "Occlusion", "visited"]
 
-FIRST_CANDIDATE = 5
-"""Frames from an occlusion's beginning to the first that may be its end."""
+FIRST_CANDIDATE = 5  # frames from an occlusion's beginning to the first that may be its end
 
 
 def visited(longest: int, candidates: str) -> list[int]:
-    """Frames after an occlusion's beginning that may be its end (section 2.4).
+    """Frames after an occlusion's beginning that may be its end (section 2.4), none later than L.
 
-    Parameters
-    ----------
-    longest : int
-        L: none is later.
-    candidates : str
-        `all`, or `skipped`: 5, 7, 11, 19, 35 and so on, in steps that double.
+    `all`, or `skipped`: 5, 7, 11, 19, 35 and so on, in steps that double.
 
     Examples
     --------
