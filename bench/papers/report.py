@@ -198,14 +198,17 @@ class DescribedPaper:
         timed = [self.description.experiment(one) for one in self.description.experiments.timed]
         left = {*timed, self.recorded.name if self.recorded else ""}
         scores = self._scores(results, {k: v for k, v in asked.items() if k not in left})
-        context = Context(self.description, self.claims, results, folder, effort, asked, scores)
-        context.tables.update(self._on_scenes(folder, effort))
+        measured = self._on_scenes(folder, effort)
+        if gate := _further(name, "kept", "scenes"):
+            scores["kept_scene"] = scores["name"].map(gate(measured)).fillna(True).astype(bool)
+        context = Context(
+            self.description, self.claims, results, folder, effort, asked, scores, measured
+        )
         for module in ("timing", "measures"):
             tables = _further(name, "tables", module)
             context.tables.update(tables(context) if tables else {})
-        context.conclusions += judge_all(
-            self.claims, scores, context.tables, _further(name, "CHECKS") or dict[str, Check]()
-        )
+        checks = _further(name, "CHECKS") or dict[str, Check]()
+        context.conclusions.extend(judge_all(self.claims, context.scores, context.tables, checks))
         published = _further(name, "published")
         from bench.papers.figures import draw_figure  # which needs `Context`
 
@@ -258,22 +261,24 @@ class DescribedPaper:
 
     def _on_scenes(self, folder: Path, effort: Effort) -> dict[str, pd.DataFrame]:
         name = self.description.name
-        checks: Sequence[SceneCheck] = _further(name, "CHECKS", "scenes") or ()
-        module = _module(name, "scenes")
-        if module is None or not checks:
-            return {}
-        entry = self.description.scenes
-        if entry is None:
+        module, entry = _module(name, "scenes"), self.description.scenes
+        if module is None or entry is None:
             return {}
         chosen = affordable([self.description.experiment(one) for one in entry.of], effort)
         texts = [source.text for one in chosen for source in one.sequences]
+        names = list(dict.fromkeys([*texts, *entry.further]))
         folder.mkdir(parents=True, exist_ok=True)
+        jobs = effort.jobs or os.cpu_count() or 1
+        if hasattr(module, "measured"):  # in its own way
+            return dict(module.measured(names, folder, jobs))
+        checks: Sequence[SceneCheck] = module.CHECKS
+        source = Path(str(module.__file__))
         return measured_on_scenes(
             checks,
-            Path(str(module.__file__)),
-            list(dict.fromkeys([*texts, *entry.further])),
+            source,
+            names,
             folder,
-            effort.jobs or os.cpu_count() or 1,
+            jobs,
             quick=effort.quick,
             everything=effort.everything,
         )
@@ -300,7 +305,15 @@ class DescribedPaper:
     def _remarks(
         self, scores: pd.DataFrame, effort: Effort, plots: Mapping[str, Any], timed: Sequence[str]
     ) -> list[str]:
-        known = {"scenes": scores["scene"].nunique(), "repetitions": scores["repetition"].max() + 1}
+        gated = scores[["name", "sequence", "kept_scene"]].drop_duplicates()
+        kept = gated[gated["kept_scene"]]
+        known = {
+            "scenes": scores["scene"].nunique(),
+            "repetitions": scores["repetition"].max() + 1,
+            "drawn": len(gated),
+            "kept": len(kept),
+            "fewest": kept.groupby("sequence").size().min(),
+        }
         remarks = [f"MARKED: {effort.words}."] if effort.words else []
         remarks += [remark.format(**known) for remark in self.description.remarks]
         lacking = [one for one in plots if plots[one] is None]
