@@ -28,7 +28,7 @@ def command(results: Path, form: str | None, folder: Path | None, no_pictures: b
     """
     from bench.reporting.pictures import write_report
     from bench.reporting.tables import tables
-    from bench.store.index import experiment_folders
+    from bench.store.layout import experiment_folders
     from reports.renderers import FORMATS as RENDERERS
 
     tell = functools.partial(click.echo, err=True)

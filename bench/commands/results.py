@@ -35,8 +35,10 @@ def list_results(folder: Path, as_json: bool) -> None:
     Unfinished runs, whose frames are kept to see how far they got, are listed after them.
     With --json a line a run, with its scores.
     """
-    from bench.store.index import experiment_folders, for_json, index_rows, read_table
+    from bench.store.index import read_table
+    from bench.store.layout import experiment_folders
     from bench.store.results import Results
+    from bench.store.rows import for_json, index_rows
     from bench.store.unfinished import unfinished_runs
 
     for experiment in experiment_folders(folder):
@@ -73,7 +75,8 @@ def failures(folder: Path, as_json: bool) -> None:
     """
     import numpy as np
 
-    from bench.store.index import experiment_folders, read_index
+    from bench.store.index import read_index
+    from bench.store.layout import experiment_folders
     from bench.store.results import Results
 
     for experiment in experiment_folders(folder):
@@ -106,7 +109,7 @@ def log(folder: Path, as_json: bool) -> None:
 
     With --json a line an event.
     """
-    from bench.store.index import experiment_folders
+    from bench.store.layout import experiment_folders
     from bench.store.log import log_files, read_log
 
     for experiment in experiment_folders(folder):
@@ -158,8 +161,8 @@ def _event_lines(event: Mapping[str, Any]) -> list[str]:
 @click.option("--yes", is_flag=True, help="Do not ask.")
 def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -> None:
     """Remove runs from FOLDER, and the frames of unfinished ones."""
-    from bench.store.index import experiment_folders, read_index
-    from bench.store.layout import run_of
+    from bench.store.index import read_index
+    from bench.store.layout import experiment_folders, run_of
     from bench.store.results import Results
     from bench.store.unfinished import unfinished_runs
 
@@ -196,8 +199,8 @@ def check_results(folder: Path, as_json: bool) -> int:
 
     Exit status 1 where there is one. With --json a line an experiment.
     """
-    from bench.store.checking import checks, damage
-    from bench.store.index import experiment_folders
+    from bench.store.layout import experiment_folders
+    from bench.store.upkeep import checks, damage
 
     found = 0
     for experiment in experiment_folders(folder):
@@ -228,7 +231,7 @@ def merge(sources: tuple[Path, ...], target: Path) -> int:
     with another identity (another version of its tracker, say) is a conflict: nothing is
     copied then, and the conflicts are listed.
     """
-    from bench.store.merging import merge_results
+    from bench.store.upkeep import merge_results
 
     copied, conflicts = merge_results(list(sources), target)
     for conflict in conflicts:

@@ -98,8 +98,9 @@ def execute(
 
     from bench.execution.plan import State
     from bench.execution.run import Execution
-    from bench.store.index import for_json, index_rows, index_table, read_table
+    from bench.store.index import read_table
     from bench.store.results import Results
+    from bench.store.rows import for_json, index_rows, index_table
 
     refresh_index(output / experiment.name)
     execution = Execution(experiment, output, jobs, retry_failed=retry_failed, **means)

@@ -24,9 +24,9 @@ from bench.evaluation.reference import reference
 from bench.evaluation.timing import time_run
 from bench.evaluation.watch import UNWATCHED, NotAttributableError, Watch
 from bench.experiments.contestant import Contestant, Identity, contestants, identify
-from bench.store.index import index_row, row_of_file
 from bench.store.layout import UNFINISHED, beside
 from bench.store.results import Results
+from bench.store.rows import index_row, row_of_file
 from bench.store.truth import write_truth
 from bench.store.unfinished import map_rows, read_rows
 from datasets import Sequence, SequenceError

@@ -16,7 +16,7 @@ from bench.engine.worker import Outcome
 from bench.execution.plan import KnownSequences, Plan, State, make_plan
 from bench.execution.units import Units, left_of
 from bench.experiments.experiment import Experiment, read_experiment
-from bench.store.growing import GrowingIndex
+from bench.store.index import GrowingIndex
 from bench.store.log import RunLog
 from bench.store.results import Results
 from datasets import SequenceError

@@ -15,7 +15,8 @@ from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
 from bench.reporting.tables import tables, timing_runs, title_of
 from bench.store.files import ResultsError
-from bench.store.index import experiment_folders, read_index
+from bench.store.index import read_index
+from bench.store.layout import experiment_folders
 from bench.store.loading import load_results, ordered_rows
 from bench.store.results import Results
 from bench.store.truth import read_truth

@@ -6,11 +6,13 @@ be damaged, or be written by two at once: it is never wrong, only made anew.
 """
 
 import hashlib
-import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import os
+import re
+import time
+from array import array
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from functools import cache
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -18,59 +20,19 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from bench.evaluation.record import Run
-from bench.evaluation.scoring import score_both
-from bench.store.arrow_file import arrow_bytes, read_arrow
-from bench.store.columns import CELL, PLACE, TEXT, numbered, places, tidy, with_place
+from bench.store.columns import CELL, PLACE, coded, numbered, places, tidy, with_place
 from bench.store.files import ResultsError, write_atomically
-from bench.store.layout import run_path
-from bench.store.listing import list_runs
 from bench.store.results import Results
-from bench.store.truth import read_truth
+from bench.store.rows import BATCH, FIELDS, index_rows, index_table, row_of_file
+from bench.store.seal import arrow_bytes, read_arrow
 
-__all__ = [
-    "BATCH",
-    "experiment_folders",
-    "for_json",
-    "index_row",
-    "index_rows",
-    "index_table",
-    "read_index",
-    "read_table",
-    "row_of_file",
-    "with_rows",
-    "write_index",
-]
+__all__ = ["GrowingIndex", "list_runs", "read_index", "read_table"]
 
 _FILE = "index.arrow"
 _SCORER_KEY = b"trackmark.scorer"
-_TEXTS = (
-    "tracker",
-    "tracker_name",
-    "preset",
-    "parameters",
-    "version",
-    "sequence",
-    "fingerprint",
-    "protocol",
-    "status",
-    "failure",
-    "source",
-    "truth",
-)
-_FIELDS = pa.schema(
-    [
-        *((name, TEXT) for name in _TEXTS),
-        ("repetition", pa.int32()),
-        ("frames", pa.int32()),
-        ("size", pa.int64()),
-        ("mtime", pa.int64()),
-        ("seconds", pa.float64()),
-        ("frame_seconds", pa.float64()),
-    ]
-)
-BATCH = 4096
-"""Rows that are held as Python objects at a time."""
+_RUN = re.compile(r"(0|[1-9]\d*)\.parquet")
+_LEAST_SECONDS = 5.0  # between two times that a growing index is written
+_PATIENCE = 50.0  # and so many times what writing takes
 
 
 def read_table(
@@ -113,7 +75,7 @@ def read_table(
     table = tidy(table.take(pa.array(np.argsort(np.concatenate([kept, new])))))
     # A folder that can only be read is read all the same, only not as quickly.
     with suppress(ResultsError):
-        write_index(results, table)
+        _write_index(results, table)
     return table
 
 
@@ -128,80 +90,129 @@ def read_index(results: Results) -> list[dict[str, Any]]:
     return list(index_rows(read_table(results)))
 
 
-def experiment_folders(folder: Path) -> list[Path]:
-    """Experiments in a folder: itself, or those right below it.
+class GrowingIndex:
+    """An index that is written now and then; that takes about a fiftieth of the time at most.
+
+    What is not written yet when a command is killed is found by the next reader, on disk.
+
+    Parameters
+    ----------
+    results : Results
+        Of the experiment.
+    """
+
+    def __init__(self, results: Results) -> None:
+        self._results = results
+        self._table = read_table(results)
+        self._tables: list[pa.Table] = []
+        self._rows: list[dict[str, Any]] = []
+        self._due = time.monotonic() + _LEAST_SECONDS
+
+    def add(self, rows: list[dict[str, Any]]) -> None:
+        """Add rows as `index_row` makes them; their runs lie on disk."""
+        self._rows += rows
+        if len(self._rows) >= BATCH:
+            self._pack()
+        if time.monotonic() > self._due:
+            self.write()
+
+    def write(self) -> None:
+        """Write it, if it has grown.
+
+        Raises
+        ------
+        ResultsError
+            Where it can't be written.
+        """
+        self._pack()
+        if not self._tables:
+            return
+        began = time.monotonic()
+        self._table = _with_rows(self._table, self._tables)
+        self._tables = []
+        _write_index(self._results, self._table)
+        now = time.monotonic()
+        self._due = now + max(_LEAST_SECONDS, _PATIENCE * (now - began))
+
+    def _pack(self) -> None:
+        """As objects rows are large."""
+        if self._rows:
+            self._tables.append(index_table(self._rows))
+            self._rows = []
+
+
+def list_runs(folder: Path) -> pa.Table:
+    """Runs in an experiment's folder, in order.
+
+    Returns
+    -------
+    Table
+        `tracker_folder`, `sequence_folder`, `repetition`, `size` [bytes] and `mtime`
+        [nanoseconds], a row a run.
 
     Raises
     ------
     ResultsError
-        Where there are none.
+        For a Parquet file that is called like no run.
     """
-    candidates = [folder, *sorted(folder.glob("*/"))] if folder.is_dir() else []
-    found = [path for path in candidates if (path / "plan.json").is_file()]
-    if not found:
-        raise ResultsError(f"{folder}: there are no results here. `trackmark run` makes some.")
-    return found
+    sequences: dict[str, int] = {}
+    trackers = sorted(_folders(folder))
+    columns = {name: array("q") for name in ("t", "s", "repetition", "size", "mtime")}
+    for number, tracker in enumerate(trackers):
+        for sequence in sorted(_folders(folder / tracker)):
+            here = sequences.setdefault(sequence, len(sequences))
+            for row in sorted(_runs(folder / tracker / sequence)):
+                for column, value in zip(columns.values(), (number, here, *row), strict=True):
+                    column.append(value)
+    found = {name: np.frombuffer(values, np.int64) for name, values in columns.items()}
+    return pa.table(
+        {
+            "tracker_folder": coded(trackers, found["t"]),
+            "sequence_folder": coded(list(sequences), found["s"]),
+            "repetition": found["repetition"].astype(np.int32),
+            "size": found["size"],
+            "mtime": found["mtime"],
+        }
+    )
 
 
-def index_rows(table: pa.Table) -> Iterator[dict[str, Any]]:
-    """Rows of an index one by one: its columns, `path` (relative), and `scores` by name."""
-    names = set(_FIELDS.names)
-    for batch in table.to_batches(max_chunksize=BATCH):
-        for row in batch.to_pylist():
-            fields = {name: row[name] for name in _FIELDS.names}
-            path = run_path(row["tracker"], row["sequence"], row["repetition"], row["protocol"])
-            scores = {k: v for k, v in row.items() if k not in names and v is not None}
-            yield {"path": str(path), **fields, "scores": scores}
+def _folders(folder: Path) -> Iterator[str]:
+    for entry in _entries(folder):
+        if entry.name[0] not in "_." and entry.is_dir():
+            yield entry.name
 
 
-def index_table(rows: Iterable[Mapping[str, Any]]) -> pa.Table:
-    """Rows as `index_row` makes them as a table."""
-    rows = list(rows)
-    columns = {
-        field.name: pa.array([row[field.name] for row in rows], field.type) for field in _FIELDS
-    }
-    names = dict.fromkeys(name for row in rows for name in row["scores"])
-    columns |= {
-        name: pa.array([row["scores"].get(name) for row in rows], pa.float64()) for name in names
-    }
-    return pa.table(columns)
+def _runs(folder: Path) -> Iterator[tuple[int, int, int]]:
+    """Repetition, size and time of change; what is removed meanwhile is left out."""
+    for entry in _entries(folder):
+        if not entry.name.endswith(".parquet"):
+            continue
+        name = _RUN.fullmatch(entry.name)
+        if name is None:
+            raise ResultsError(
+                f"{folder / entry.name} is called like no run (a number and .parquet). "
+                "Move it elsewhere."
+            )
+        with suppress(FileNotFoundError):
+            status = entry.stat()
+            yield int(name[1]), status.st_size, status.st_mtime_ns
 
 
-def index_row(results: Results, path: Path, run: Run, truth: Any) -> dict[str, Any]:
-    """The index's row of a run that lies in `path`."""
-    key = run.identity
-    status = path.stat()
-    return {
-        "path": str(path.relative_to(results.folder)),
-        "tracker": key.tracker,
-        "tracker_name": key.tracker_name,
-        "preset": key.preset,
-        "parameters": json.dumps(key.parameters, sort_keys=True),
-        "version": key.version,
-        "sequence": key.sequence,
-        "fingerprint": key.fingerprint,
-        "protocol": key.protocol,
-        "status": run.status,
-        "failure": run.failure,
-        "source": run.circumstances.get("source", ""),
-        "truth": run.circumstances.get("truth", ""),
-        "repetition": key.repetition,
-        "frames": len(run.boxes),
-        "size": status.st_size,
-        "mtime": status.st_mtime_ns,
-        "seconds": run.circumstances.get("seconds"),
-        "frame_seconds": run.circumstances.get("frame_seconds"),
-        "scores": {} if run.failure else score_both(run, truth),
-    }
+def _entries(folder: Path) -> "Iterator[os.DirEntry[str]]":
+    """What lies in a folder; nothing in one that is not there."""
+    try:
+        with os.scandir(folder) as entries:
+            yield from entries
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    except OSError as error:
+        raise ResultsError(
+            f"{folder} can't be read: {error.strerror}. Mend the permissions or the disk, and run "
+            "the same command again."
+        ) from error
 
 
-def for_json(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A row for a script: null for a score that is no finite number, which JSON has not."""
-    scores = {key: value if isfinite(value) else None for key, value in row["scores"].items()}
-    return {k: v for k, v in row.items() if k not in ("size", "mtime")} | {"scores": scores}
-
-
-def with_rows(table: pa.Table, further: list[pa.Table]) -> pa.Table:
+def _with_rows(table: pa.Table, further: list[pa.Table]) -> pa.Table:
     """The index with further rows; of a run that has several the last one stays."""
     both = _together([table, *further])
     cells = numbered([both], CELL)[0]
@@ -209,7 +220,7 @@ def with_rows(table: pa.Table, further: list[pa.Table]) -> pa.Table:
     return both if len(last) == len(both) else both.take(pa.array(np.sort(len(both) - 1 - last)))
 
 
-def write_index(results: Results, table: pa.Table) -> None:
+def _write_index(results: Results, table: pa.Table) -> None:
     """Store the rows, in one piece.
 
     Raises
@@ -227,10 +238,10 @@ def _stored(results: Results) -> pa.Table:
         table = read_arrow(results.folder / _FILE)
         metadata = table.schema.metadata
         fields = {field.name: field.type for field in table.schema}
-        known = all(fields.get(field.name) == field.type for field in _FIELDS)
+        known = all(fields.get(field.name) == field.type for field in FIELDS)
         if known and metadata.get(_SCORER_KEY) == _scorer_version():
             return _together([table.replace_schema_metadata(None)])
-    return _FIELDS.empty_table()
+    return FIELDS.empty_table()
 
 
 def _together(tables: list[pa.Table]) -> pa.Table:
@@ -264,19 +275,6 @@ def _batches(
         if len(rows) == BATCH or number == total:
             yield rows
             rows = []
-
-
-def row_of_file(results: Results, file: Path) -> dict[str, Any]:
-    """The index's row of a run as it lies on disk, scored by the truth that it was made with.
-
-    Raises
-    ------
-    ResultsError
-        Naming a file that can't be read.
-    """
-    run = results.read(file)
-    truth = read_truth(results.folder, run.identity.sequence, run.identity.fingerprint)
-    return index_row(results, file, run, truth)
 
 
 @cache

@@ -29,6 +29,7 @@ __all__ = [
     "Cell",
     "beside",
     "check_schema",
+    "experiment_folders",
     "folder_name",
     "run_of",
     "run_path",
@@ -90,3 +91,18 @@ def check_schema(file: Path, schema: object) -> None:
             f"{file} has the layout version {schema}; this trackmark reads version {SCHEMA}. "
             "Read it with the trackmark that wrote it, or run again into another folder."
         )
+
+
+def experiment_folders(folder: Path) -> list[Path]:
+    """Experiments in a folder: itself, or those right below it.
+
+    Raises
+    ------
+    ResultsError
+        Where there are none.
+    """
+    candidates = [folder, *sorted(folder.glob("*/"))] if folder.is_dir() else []
+    found = [path for path in candidates if (path / "plan.json").is_file()]
+    if not found:
+        raise ResultsError(f"{folder}: there are no results here. `trackmark run` makes some.")
+    return found

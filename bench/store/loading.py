@@ -11,9 +11,10 @@ from pyarrow import compute
 from bench.evaluation.scoring import REVISED
 from bench.store.asked import Asked, Cells
 from bench.store.columns import CELL, coded, codes, numbered, places
-from bench.store.index import experiment_folders, index_rows, read_table
-from bench.store.layout import Cell
+from bench.store.index import read_table
+from bench.store.layout import Cell, experiment_folders
 from bench.store.results import Results
+from bench.store.rows import index_rows
 
 if TYPE_CHECKING:
     import pandas as pd

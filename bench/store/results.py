@@ -3,9 +3,12 @@
 Whoever reads results reads nothing but their folder; `bench.store.layout` says what lies in it.
 """
 
+import hashlib
+import io
 import json
 import platform
 import socket
+import zipfile
 from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import asdict
@@ -24,7 +27,6 @@ from bench.experiments.contestant import Identity
 from bench.metrics.regions import Segmentation
 from bench.metrics.times import Times
 from bench.store.asked import Asked, add_asked, read_asked, withdraw
-from bench.store.companions import companion_name, companions, read_arrays, read_boxes
 from bench.store.files import (
     ResultsError,
     locked,
@@ -42,11 +44,20 @@ from bench.store.layout import (
     check_schema,
     run_path,
 )
-from bench.store.leftovers import remove_leftovers
-from bench.store.seal import PLACEHOLDER, SEAL_KEY, read_sealed, sealed
+from bench.store.seal import (
+    PLACEHOLDER,
+    SEAL_KEY,
+    arrow_bytes,
+    read_arrow,
+    read_sealed,
+    sealed,
+)
+from bench.store.unfinished import remove_leftovers
 from datasets.source_digest import library_versions
 
 __all__ = ["Results"]
+
+_DIGITS = 16  # of a companion's digest, in its name
 
 
 class Results:
@@ -167,8 +178,8 @@ class Results:
 
     def _write(self, run: Run, replaces: str) -> bool:
         path = self.path(run.identity)
-        belonging = companions(run)
-        names = {kind: companion_name(path, kind, content) for kind, content in belonging.items()}
+        belonging = _companions(run)
+        names = {kind: _companion_name(path, kind, content) for kind, content in belonging.items()}
         content = _run_file(run, names)
         if belonging or not write_once(path, content, locked(self.folder)):
             with locked(self.folder):
@@ -262,8 +273,8 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
         confidence=columns["confidence"],
         details={name: columns[name] for name in metadata["details"]},
         failure=metadata["failure"],
-        revised=read_boxes(belonging["revised.arrow"]) if "revised.arrow" in belonging else None,
-        arrays=read_arrays(belonging["arrays.npz"]) if "arrays.npz" in belonging else {},
+        revised=_read_boxes(belonging["revised.arrow"]) if "revised.arrow" in belonging else None,
+        arrays=_read_arrays(belonging["arrays.npz"]) if "arrays.npz" in belonging else {},
         segmentation=segmentation,
         times=times,
         circumstances=metadata["circumstances"],
@@ -273,3 +284,50 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
 
 def _boxes(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
     return np.column_stack([columns[name] for name in BOX_COLUMNS])
+
+
+def _companions(run: Run) -> dict[str, bytes]:
+    """Sealed content of what belongs to a run, by kind: `revised.arrow`, `arrays.npz`."""
+    found = {}
+    if run.revised is not None:
+        found["revised.arrow"] = _boxes_file(run.revised)
+    if run.arrays:
+        found["arrays.npz"] = _arrays_file(run.arrays)
+    return found
+
+
+def _companion_name(run: Path, kind: str, content: bytes) -> str:
+    """File name of a run's companion."""
+    return f"{run.stem}.{hashlib.sha256(content).hexdigest()[:_DIGITS]}.{kind}"
+
+
+def _read_boxes(file: Path) -> NDArray[np.float64]:
+    """Revised boxes, (n, 4)."""
+    table = read_arrow(file)
+    return np.column_stack([table.column(name).to_numpy() for name in BOX_COLUMNS])
+
+
+def _read_arrays(file: Path) -> dict[int, dict[str, NDArray[Any]]]:
+    """Arrays and masks by frame and name."""
+    arrays: dict[int, dict[str, NDArray[Any]]] = {}
+    with np.load(io.BytesIO(read_sealed(file)), allow_pickle=False) as archive:
+        for key in archive.files:
+            frame, _, name = key.partition("/")
+            arrays.setdefault(int(frame), {})[name] = archive[key]
+    return arrays
+
+
+def _boxes_file(boxes: NDArray[Any]) -> bytes:
+    table = pa.table(dict(zip(BOX_COLUMNS, np.ascontiguousarray(boxes.T), strict=True)))
+    return arrow_bytes(table)
+
+
+def _arrays_file(arrays: Mapping[int, Mapping[str, NDArray[Any]]]) -> bytes:
+    flat = {
+        f"{frame}/{name}": array for frame, named in arrays.items() for name, array in named.items()
+    }
+    stream = io.BytesIO()
+    np.savez_compressed(stream, **flat)  # type: ignore[arg-type]  # the stub mistakes ** for its flag
+    with zipfile.ZipFile(stream, "a") as archive:
+        archive.comment = PLACEHOLDER.encode()
+    return sealed(stream.getvalue())

@@ -7,11 +7,24 @@ of the whole content in its place, and `check` finds out whether that still is s
 
 import hashlib
 import re
+from collections.abc import Mapping
 from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.feather as feather
 
 from bench.store.files import ResultsError
 
-__all__ = ["PLACEHOLDER", "SEAL_KEY", "DamagedError", "check", "read_sealed", "sealed"]
+__all__ = [
+    "PLACEHOLDER",
+    "SEAL_KEY",
+    "DamagedError",
+    "arrow_bytes",
+    "check",
+    "read_arrow",
+    "read_sealed",
+    "sealed",
+]
 
 _MARK = b"trackmark-sha256:"
 _BLANK = _MARK + b"0" * 64
@@ -87,6 +100,29 @@ def read_sealed(path: Path) -> bytes:
         ) from error
     check(path, content)
     return content
+
+
+def arrow_bytes(table: pa.Table, metadata: Mapping[bytes, bytes] | None = None) -> bytes:
+    """A table as the sealed content of an Arrow file, with metadata of its own."""
+    named = table.replace_schema_metadata({**(metadata or {}), SEAL_KEY: PLACEHOLDER.encode()})
+    sink = pa.BufferOutputStream()
+    feather.write_feather(named, sink, compression="zstd")
+    return sealed(sink.getvalue().to_pybytes())
+
+
+def read_arrow(path: Path) -> pa.Table:
+    """Table of a sealed Arrow file.
+
+    Raises
+    ------
+    ResultsError
+        Naming the file, where it is not what was written.
+    FileNotFoundError
+        Where it is not there.
+    ResultsError
+        Where it can't be read now.
+    """
+    return feather.read_table(pa.BufferReader(read_sealed(path)), use_threads=False)
 
 
 def _digest(content: bytes) -> bytes:

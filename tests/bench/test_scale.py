@@ -21,7 +21,7 @@ from bench.experiments.contestant import identify
 from bench.experiments.experiment import Experiment, SequenceSource
 from bench.store import index
 from bench.store.columns import PLACE, coded, numbered, with_place
-from bench.store.listing import list_runs
+from bench.store.index import list_runs
 from bench.store.results import Results
 from bench.store.truth import write_truth
 from datasets import load

@@ -26,10 +26,10 @@ from bench.execution.run import Execution
 from bench.experiments.contestant import contestant, identify
 from bench.experiments.experiment import Experiment, SequenceSource
 from bench.reporting.tables import tables
-from bench.store.checking import checks, damage
 from bench.store.index import read_index
 from bench.store.layout import run_path
 from bench.store.results import Results
+from bench.store.upkeep import checks, damage
 from datasets import load
 from reports.tables import MISSING
 from trackers.base import catalogue

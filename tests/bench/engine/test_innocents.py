@@ -16,9 +16,9 @@ from bench.execution.plan import make_plan
 from bench.execution.units import left_of
 from bench.experiments.experiment import Experiment, SequenceSource
 from bench.store.index import read_index
-from bench.store.merging import merge_results
 from bench.store.results import Results
 from bench.store.truth import write_truth
+from bench.store.upkeep import merge_results
 
 ACTS = {
     "Alarms": "signal.alarm(1)",

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import bench
-from bench.store.checking import checks, damage
 from bench.store.layout import UNFINISHED
 from bench.store.results import Results
+from bench.store.upkeep import checks, damage
 
 SLOW = "__import__('time').sleep(0.05)\n        return Estimate"
 

@@ -23,10 +23,10 @@ from bench.store.asked import Asked
 from bench.store.files import ResultsError, _host, write_atomically
 from bench.store.index import read_index
 from bench.store.layout import folder_name, run_path
-from bench.store.leftovers import remove_leftovers
 from bench.store.results import Results
 from bench.store.seal import PLACEHOLDER, check, sealed
 from bench.store.truth import read_truth, truth_path, write_truth
+from bench.store.unfinished import remove_leftovers
 
 
 @pytest.fixture
