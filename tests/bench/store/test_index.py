@@ -12,7 +12,7 @@ from bench.store.files import ResultsError
 from bench.store.index import GrowingIndex, list_runs, read_index, read_table
 from bench.store.layout import run_path
 from bench.store.results import Results
-from bench.store.rows import index_table
+from bench.store.rows import index_row, index_table
 from bench.store.truth import write_truth
 
 
@@ -188,7 +188,7 @@ def test_a_growing_index_is_on_disk_when_it_is_written(results, sequence, monkey
     growing = GrowingIndex(results)
     for repetition in (0, 1):
         run, path = store(results, sequence, "static", repetition)
-        growing.add([index.index_row(results, path, run, sequence)])
+        growing.add([index_row(results, path, run, sequence)])
     growing.write()
     monkeypatch.setattr(Results, "read", lambda *a: pytest.fail("a run was opened"))
     assert names(results) == [("static", 0), ("static", 1)]
@@ -196,8 +196,8 @@ def test_a_growing_index_is_on_disk_when_it_is_written(results, sequence, monkey
 
 def test_a_run_that_was_made_again_has_one_row(results, sequence):
     run, path = store(results, sequence)
-    row = index.index_row(results, path, run, sequence)
-    table = index.with_rows(index_table([row]), [index_table([{**row, "failure": "later"}])])
+    row = index_row(results, path, run, sequence)
+    table = index._with_rows(index_table([row]), [index_table([{**row, "failure": "later"}])])
     assert table["failure"].to_pylist() == ["later"]
 
 
