@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
 
-__all__ = ["Scene", "Truth", "part_generator"]
+__all__ = ["Scene", "Truth", "part_generator", "pasted"]
 
 
 @dataclass(frozen=True)
@@ -42,18 +42,23 @@ class Scene(ABC):
 
     `render` and `mask` depend on the frame's number alone: any order, any process and any
     number of threads give the same bytes. Making a scene costs neither textures nor images.
+
+    Attributes
+    ----------
+    fps : float
+        Frames a second.
+    length : int
+        Number of frames.
+    size : tuple of int
+        Width and height of the images [pixels].
     """
 
     fps: float = 25.0
+    length: int
+    size: tuple[int, int]
 
-    @abstractmethod
     def __len__(self) -> int:
-        """Number of frames."""
-
-    @property
-    @abstractmethod
-    def size(self) -> tuple[int, int]:
-        """Width and height of the images [pixels]."""
+        return self.length
 
     @abstractmethod
     def truth(self) -> Truth:
@@ -74,3 +79,11 @@ class Scene(ABC):
 def part_generator(seed: int, part: str) -> np.random.Generator:
     """Random numbers of one part of a scene: a new part changes no other's."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(crc32(part.encode()),)))
+
+
+def pasted(size: tuple[int, int], left: int, top: int, part: Image) -> Image:
+    """An image of a width and height that is 0 but for a part of it, shape (h, w)."""
+    whole = np.zeros(size[::-1], part.dtype)
+    height, width = part.shape
+    whole[top : top + height, left : left + width] = part
+    return whole

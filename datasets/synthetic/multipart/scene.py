@@ -8,13 +8,12 @@ from numpy.typing import NDArray
 from datasets.interface import Image, Mask
 from datasets.synthetic.multipart.plan import Plan
 from datasets.synthetic.multipart.truth import walking_truth
-from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.camera import Camera, slow_exposure
 from datasets.synthetic.render.pinhole import FRAMES_PER_SECOND, SIZE
 from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.shade import Light
 from datasets.synthetic.render.street.street import Street
-from datasets.synthetic.render.views import wandering
-from datasets.synthetic.scene import Scene, Truth, part_generator
+from datasets.synthetic.scene import Scene, Truth, part_generator, pasted
 
 __all__ = ["WalkingScene"]
 
@@ -23,8 +22,7 @@ Array = NDArray[np.float64]
 EXPOSURE = 0.4
 """Part of the time between two frames for which the shutter is open."""
 
-NOISE = 2.0
-"""Standard deviation of the sensor's noise [grey levels]."""
+CAMERA = Camera(SIZE, noise=2.0)
 
 LIT = np.linspace(1.0, 0.0, 16)
 """Heights over stature at which the light on a person is asked for."""
@@ -44,19 +42,12 @@ class WalkingScene(Scene):
         Of the light.
     """
 
+    size = SIZE
     fps = FRAMES_PER_SECOND
 
     def __init__(self, plan: Plan, kind: Light) -> None:
-        self.plan = plan
+        self.plan, self.length = plan, len(plan)
         self._kind = kind
-
-    def __len__(self) -> int:
-        return len(self.plan)
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """See `Scene.size`."""
-        return SIZE
 
     def truth(self) -> Truth:
         """See `Scene.truth`."""
@@ -78,22 +69,11 @@ class WalkingScene(Scene):
                 self._draw_person(canvas, thing, frame)
             else:
                 thing.draw(canvas, camera, motion[0], travel * EXPOSURE)
-        compositing.develop(
-            canvas,
-            light.fixed_point(light.vignette(SIZE[1], 0.08)),
-            light.fixed_point(light.vignette(SIZE[0], 0.1) * self._exposure[frame]),
-            self._noise_table,
-            noise.random_bytes(plan.seed, frame, canvas.size),
-        )
-        return canvas
+        return CAMERA.exposed(canvas, plan.seed, frame, self._exposure[frame])
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
-        mask = np.zeros(SIZE[::-1], np.bool_)
-        left, top, alpha = self.plan.seen(frame)
-        height, width = alpha.shape
-        mask[top : top + height, left : left + width] = alpha >= 128
-        return mask
+        return pasted(SIZE, *self.plan.seen(frame)) >= 128
 
     def _draw_person(self, canvas: Image, person: int, frame: int) -> None:
         plan = self.plan
@@ -121,10 +101,5 @@ class WalkingScene(Scene):
 
     @cached_property
     def _exposure(self) -> Array:
-        """Gain of the camera that sets its exposure slowly, in every frame."""
         random = part_generator(self.plan.seed, "exposure")
-        return 1 + wandering(random, len(self), (6.0, 20.0), 0.03)
-
-    @cached_property
-    def _noise_table(self) -> NDArray[np.int32]:
-        return noise.noise_table(NOISE)
+        return slow_exposure(random, len(self))

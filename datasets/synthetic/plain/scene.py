@@ -11,7 +11,8 @@ from datasets.synthetic.plain.appearance import Thing
 from datasets.synthetic.plain.knobs import TargetKnobs
 from datasets.synthetic.plain.motion import TargetMotion
 from datasets.synthetic.plain.truth import target_truth
-from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render import compositing
+from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.render.sprite import Sprite
 from datasets.synthetic.scene import Scene, Truth
 
@@ -36,14 +37,7 @@ class TargetScene(Scene):
     def __init__(self, knobs: TargetKnobs) -> None:
         self.knobs = knobs
         self.motion = TargetMotion(knobs)
-
-    def __len__(self) -> int:
-        return self.knobs.length
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """See `Scene.size`."""
-        return self.knobs.width, self.knobs.height
+        self.length, self.size = knobs.length, (knobs.width, knobs.height)
 
     def truth(self) -> Truth:
         """See `Scene.truth`."""
@@ -63,14 +57,7 @@ class TargetScene(Scene):
             self._place(canvas, self._board, self._board_centres(frame), 1.0)
         across = (np.arange(knobs.width) + 0.5) / knobs.width * 2 - 1
         sun = motion.light(frame, across)
-        compositing.develop(
-            canvas,
-            light.fixed_point(light.vignette(knobs.height, 0.1)),
-            light.fixed_point(light.vignette(knobs.width, 0.14) * sun),
-            self._noise_table,
-            noise.random_bytes(knobs.scene, frame, canvas.size),
-        )
-        return canvas
+        return self._camera.exposed(canvas, knobs.scene, frame, sun)
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
@@ -131,5 +118,5 @@ class TargetScene(Scene):
         return self._board.sprite.silhouette(0)
 
     @cached_property
-    def _noise_table(self) -> NDArray[np.int32]:
-        return noise.noise_table(self.knobs.noise)
+    def _camera(self) -> Camera:
+        return Camera(self.size, self.knobs.noise, fall=(0.1, 0.14))

@@ -1,48 +1,87 @@
-"""From light to grey levels: the lens, the camera's curve, the sensor's noise."""
+"""From a picture to a camera's image: fall of light to the corners, exposure, sensor noise."""
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image
-from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.compositing import develop
+from datasets.synthetic.render.light import fixed_point, vignette
+from datasets.synthetic.render.noise import noise_table, random_bytes
+from datasets.synthetic.render.views import wandering
 
-__all__ = ["Camera"]
+__all__ = ["Camera", "developed", "slow_exposure"]
 
 LENS = 0.5
 """Standard deviation of the lens's blur [pixels]."""
 
 
 class Camera:
-    """One whose exposure stays as it is.
+    """A camera, as far as its images don't depend on what it sees.
 
     Parameters
     ----------
     size : tuple of int
         Width and height of its images [pixels].
-    deviation : float
+    noise : float
         Standard deviation of the sensor's noise [grey levels].
+    fall : tuple of float
+        Light that is lost at the middles of the upper and lower border, and of the left and right.
     """
 
-    def __init__(self, size: tuple[int, int], deviation: float) -> None:
-        self._gains = [light.fixed_point(light.vignette(side, 0.05)) for side in size]
-        self._noise = noise.noise_table(deviation)
+    def __init__(
+        self, size: tuple[int, int], noise: float, fall: tuple[float, float] = (0.08, 0.10)
+    ) -> None:
+        self._rows, self._columns = vignette(size[1], fall[0]), vignette(size[0], fall[1])
+        self._noise = noise_table(noise)
 
-    def image(self, seen: NDArray[np.float32], seed: int, frame: int) -> Image:
-        """Image of light.
+    def exposed(
+        self, canvas: Image, seed: int, frame: int, gain: float | NDArray[np.float64] = 1.0
+    ) -> Image:
+        """Give a picture its exposure, vignette and noise.
 
         Parameters
         ----------
-        seen : ndarray of float32, shape (height, width, 3)
-            Linear light, BGR; 1 is white. A grey level is its square root.
+        canvas : ndarray of uint8, shape (height, width, 3)
+            Changed in place, and given back.
         seed, frame : int
-            Of the noise.
+            The noise is a function of them alone.
+        gain : float or ndarray of float64, shape (width,)
+            Of all columns, or of each.
         """
-        blurred = np.asarray(cv2.GaussianBlur(seen, (0, 0), LENS))
-        levels = 255 * np.sqrt(np.clip(blurred, 0, 1)) + np.float32(0.5)
-        canvas: Image = levels.astype(np.uint8)
-        columns, rows = self._gains
-        compositing.develop(
-            canvas, rows, columns, self._noise, noise.random_bytes(seed, frame, canvas.size)
+        develop(
+            canvas,
+            fixed_point(self._rows),
+            fixed_point(self._columns * gain),
+            self._noise,
+            random_bytes(seed, frame, canvas.size),
         )
         return canvas
+
+
+def developed(seen: NDArray[np.float32]) -> Image:
+    """Grey levels of linear light behind a lens: its square root.
+
+    Parameters
+    ----------
+    seen : ndarray of float32, shape (height, width, 3)
+        BGR; 1 is white.
+    """
+    blurred = np.asarray(cv2.GaussianBlur(seen, (0, 0), LENS))
+    levels = 255 * np.sqrt(np.clip(blurred, 0, 1)) + np.float32(0.5)
+    image: Image = levels.astype(np.uint8)
+    return image
+
+
+def slow_exposure(
+    random: np.random.Generator,
+    frames: int,
+    periods: tuple[float, float] = (6.0, 20.0),
+    depth: float = 0.03,
+) -> NDArray[np.float64]:
+    """Gain, frame by frame, of a camera that sets its exposure slowly.
+
+    Its standard deviation is `depth`; `periods` are the shortest and the longest in which it goes
+    to and fro [seconds].
+    """
+    return np.asarray(1 + wandering(random, frames, periods, depth))

@@ -5,7 +5,7 @@ to yellow; the movement of the book brings self-shadowing about. All the rest is
 that a hand holds it, where the light comes from, how the book bends, the room.
 """
 
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -14,7 +14,7 @@ from datasets.interface import Image, Mask
 from datasets.synthetic.moreno2005.book.knobs import BookKnobs
 from datasets.synthetic.moreno2005.book.plan import FRAMES, SIZE
 from datasets.synthetic.moreno2005.book.setting import Setting
-from datasets.synthetic.render.camera import Camera
+from datasets.synthetic.render.camera import Camera, developed
 from datasets.synthetic.render.soft_shadow import light_left
 from datasets.synthetic.render.triangles import lay
 from datasets.synthetic.scene import Scene, Truth
@@ -30,8 +30,7 @@ BEHIND = 70.0
 SOFTNESS, DARKNESS = 9.0, 0.7
 """Of the shadow: see `light_left`."""
 
-NOISE = 2.0
-"""Standard deviation of the sensor's noise [grey levels]."""
+CAMERA = Camera(SIZE, noise=2.0, fall=(0.05, 0.05))
 
 
 def scene(knobs: BookKnobs) -> "BookScene":
@@ -52,19 +51,13 @@ class BookScene(Scene):
         Whether the light on the book depends on how it is bent and turned.
     """
 
+    length, size = FRAMES, SIZE
+
     def __init__(self, seed: int, changing: bool, shaded: bool) -> None:
         self._seed = seed
         self._changing = changing
         self._shaded = shaded
         self.setting = _setting(seed)
-
-    def __len__(self) -> int:
-        return FRAMES
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """See `Scene.size`."""
-        return SIZE
 
     def truth(self) -> Truth:
         """See `Scene.truth`.
@@ -90,7 +83,7 @@ class BookScene(Scene):
         lay(picture[book.window], book.sheet)
         lay(picture, hand)
         picture *= setting.illuminants[frame if self._changing else 0].astype(np.float32)
-        return self._camera.image(picture, self._seed, frame)
+        return CAMERA.exposed(developed(picture), self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
@@ -99,10 +92,6 @@ class BookScene(Scene):
         mask: Mask = np.zeros(SIZE[::-1], np.bool_)
         mask[book.window] = book.sheet[..., 3] * (1 - hand[..., 3][book.window]) >= 0.5
         return mask
-
-    @cached_property
-    def _camera(self) -> Camera:
-        return Camera(SIZE, NOISE)
 
 
 @lru_cache(maxsize=4)

@@ -22,15 +22,14 @@ from datasets.synthetic.moreno2005.ellipse.knobs import Clutter, EllipseKnobs
 from datasets.synthetic.moreno2005.ellipse.lighting import drawn_lighting
 from datasets.synthetic.moreno2005.ellipse.patches import drawn_patches, touched
 from datasets.synthetic.moreno2005.ellipse.plan import FRAMES, SIZE, drawn_plan
-from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.scene import Scene, Truth, part_generator
 
 __all__ = ["EllipseScene", "scene"]
 
 Array = NDArray[np.float64]
 
-NOISE = 5.0
-"""Standard deviation of the sensor's noise [grey levels]."""
+CAMERA = Camera(SIZE, noise=5.0, fall=(0, 0))
 
 SHADING = 0.78, 0.34
 """Brightness of the ellipse where no light falls on it straight, and what straight light adds."""
@@ -53,20 +52,14 @@ class EllipseScene(Scene):
         Scenes that differ in their light alone share all the rest.
     """
 
+    length, size = FRAMES, SIZE
+
     def __init__(self, knobs: EllipseKnobs) -> None:
         self._seed = knobs.scene
         self.plan = drawn_plan(knobs.scene)
         self.clutter = knobs.clutter
         self.patches = drawn_patches(knobs.scene, self.plan, knobs.clutter)
         self.lighting = drawn_lighting(knobs.scene, knobs.light)
-
-    def __len__(self) -> int:
-        return FRAMES
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """See `Scene.size`."""
-        return SIZE
 
     def truth(self) -> Truth:
         """See `Scene.truth`.
@@ -91,14 +84,7 @@ class EllipseScene(Scene):
         gains = self.lighting.at(frame)[..., ::-1].astype(np.float32)
         lit = np.minimum(canvas * gains + np.float32(0.5), np.float32(255))
         canvas = np.asarray(lit, np.uint8)
-        compositing.develop(
-            canvas,
-            light.fixed_point(np.ones(SIZE[1])),
-            light.fixed_point(np.ones(SIZE[0])),
-            self._noise_table,
-            noise.random_bytes(self._seed, frame, canvas.size),
-        )
-        return canvas
+        return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
@@ -128,10 +114,6 @@ class EllipseScene(Scene):
     def _light_angle(self) -> float:
         random = part_generator(self._seed, "moreno2005/ellipse shading")
         return float(random.uniform(0, 2 * np.pi))
-
-    @cached_property
-    def _noise_table(self) -> NDArray[np.int32]:
-        return noise.noise_table(NOISE)
 
 
 @lru_cache(maxsize=4)

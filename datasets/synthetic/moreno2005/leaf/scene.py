@@ -18,7 +18,7 @@ from datasets.synthetic.moreno2005.leaf.light import BEHIND_CLOUD
 from datasets.synthetic.moreno2005.leaf.setting import Setting
 from datasets.synthetic.moreno2005.leaf.thicket import MARGIN
 from datasets.synthetic.moreno2005.leaf.wind import FRAMES, SIZE
-from datasets.synthetic.render.camera import Camera
+from datasets.synthetic.render.camera import Camera, developed
 from datasets.synthetic.render.soft_shadow import light_left
 from datasets.synthetic.render.triangles import lay
 from datasets.synthetic.scene import Scene, Truth
@@ -33,8 +33,7 @@ JUMPS = {"start": 1, "middle": FRAMES // 2, "none": FRAMES}
 OFF, SOFTNESS, DARKNESS = 26.0, 5.0, 0.6
 """Of the leaf's shadow in the sun: how far it lies from it [pixels]; see `light_left`."""
 
-NOISE = 2.2
-"""Standard deviation of the sensor's noise [grey levels]."""
+CAMERA = Camera(SIZE, noise=2.2, fall=(0.05, 0.05))
 
 
 def scene(knobs: LeafKnobs) -> "LeafScene":
@@ -53,18 +52,12 @@ class LeafScene(Scene):
         First frame in other light; beyond the last: none.
     """
 
+    length, size = FRAMES, SIZE
+
     def __init__(self, seed: int, jump: int) -> None:
         self._seed = seed
         self._jump = jump
         self.setting = _setting(seed)
-
-    def __len__(self) -> int:
-        return FRAMES
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """See `Scene.size`."""
-        return SIZE
 
     def truth(self) -> Truth:
         """See `Scene.truth`.
@@ -92,7 +85,7 @@ class LeafScene(Scene):
         left = light_left(coverage, off, SOFTNESS, DARKNESS * sun)
         picture = np.asarray(cv2.multiply(picture, left), np.float32)
         lay(picture[leaf.window], leaf.sheet)
-        return self._camera.image(picture, self._seed, frame)
+        return CAMERA.exposed(developed(picture), self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
@@ -114,10 +107,6 @@ class LeafScene(Scene):
             sun: (np.ascontiguousarray(still.lit(sun)[inner][..., :3]), swaying.lit(sun))
             for sun in (1.0, BEHIND_CLOUD)
         }
-
-    @cached_property
-    def _camera(self) -> Camera:
-        return Camera(SIZE, NOISE)
 
 
 @lru_cache(maxsize=4)

@@ -21,7 +21,7 @@ from datasets.synthetic.moreno2005.octopus.plan import FRAMES, OWN, SIZE, Plan, 
 from datasets.synthetic.moreno2005.octopus.relief import shade
 from datasets.synthetic.moreno2005.octopus.skin import Skin
 from datasets.synthetic.moreno2005.octopus.water import Water
-from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.scene import Scene, Truth, part_generator
 
 __all__ = ["OctopusScene", "scene"]
@@ -29,8 +29,7 @@ __all__ = ["OctopusScene", "scene"]
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
-NOISE = 3.0
-"""Standard deviation of the sensor's noise [grey levels]."""
+CAMERA = Camera(SIZE, noise=3.0, fall=(0.06, 0.09))
 
 MARGIN = 14
 """Around the octopus, for its shadow [pixels]."""
@@ -53,17 +52,11 @@ class OctopusScene(Scene):
         Of all that is drawn at random.
     """
 
+    length, size = FRAMES, SIZE
+
     def __init__(self, seed: int) -> None:
         self._seed = seed
         self.plan = _plan(seed)
-
-    def __len__(self) -> int:
-        return FRAMES
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """See `Scene.size`."""
-        return SIZE
 
     def truth(self) -> Truth:
         """See `Scene.truth`.
@@ -80,14 +73,7 @@ class OctopusScene(Scene):
         picture = self._floor.copy()
         self._lay_octopus(picture, frame)
         canvas = self._water.over(picture, frame)
-        compositing.develop(
-            canvas,
-            light.fixed_point(light.vignette(SIZE[1], 0.06)),
-            light.fixed_point(light.vignette(SIZE[0], 0.09)),
-            self._noise_table,
-            noise.random_bytes(self._seed, frame, canvas.size),
-        )
-        return canvas
+        return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
@@ -136,10 +122,6 @@ class OctopusScene(Scene):
     @cached_property
     def _water(self) -> Water:
         return Water(self._random("water"))
-
-    @cached_property
-    def _noise_table(self) -> NDArray[np.int32]:
-        return noise.noise_table(NOISE)
 
     def _random(self, part: str) -> np.random.Generator:
         return part_generator(self._seed, f"moreno2005/octopus {part}")

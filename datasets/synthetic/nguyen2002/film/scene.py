@@ -23,8 +23,9 @@ from datasets.synthetic.nguyen2002.film.rigid import Rigid
 from datasets.synthetic.nguyen2002.film.settings import SETTINGS
 from datasets.synthetic.nguyen2002.film.sheet import UNIT
 from datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_looks
-from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.render.layers import instants
+from datasets.synthetic.render.noise import random_bytes
 from datasets.synthetic.render.sprite import Sprite
 from datasets.synthetic.render.texture import fractal
 from datasets.synthetic.scene import Scene, Truth, part_generator
@@ -36,8 +37,7 @@ Array = NDArray[np.float64]
 GRAIN = 2.6
 """Standard deviation of the film's grain, the same in all colours [grey levels]."""
 
-NOISE = 1.6
-"""Standard deviation of what differs between colours before these are made coarse [grey levels]."""
+CAMERA = Camera(SIZE, noise=1.6, fall=(0.10, 0.12))
 
 COARSE = SIZE[0] // 2, SIZE[1] // 2
 """Resolution of colour."""
@@ -65,18 +65,13 @@ class FilmScene(Scene):
         Its number in the set, from 1.
     """
 
+    size = SIZE
+
     def __init__(self, seed: int, clip: int) -> None:
         self._seed = seed
         self._clip = clip
         self.plan = plan(seed, clip)
-
-    def __len__(self) -> int:
-        return self.plan.shot.frames
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """See `Scene.size`."""
-        return SIZE
+        self.length = self.plan.shot.frames
 
     def truth(self) -> Truth:
         """See `Scene.truth`.
@@ -120,15 +115,9 @@ class FilmScene(Scene):
     def _developed(self, canvas: Image, frame: int) -> Image:
         """What the film and its copy make of a picture."""
         canvas = np.asarray(cv2.LUT(canvas, self._grading), np.uint8)
-        dice = noise.random_bytes(self._seed, 1000 * self._clip + frame, canvas.size + 2)
-        compositing.develop(
-            canvas,
-            light.fixed_point(light.vignette(SIZE[1], 0.10)),
-            light.fixed_point(light.vignette(SIZE[0], 0.12) * self.plan.gain[frame]),
-            self._noise_table,
-            dice[:-2],
-        )
-        row, column = dice[-2:].astype(int).tolist()
+        number = 1000 * self._clip + frame
+        CAMERA.exposed(canvas, self._seed, number, self.plan.gain[frame])
+        row, column = random_bytes(self._seed, number, canvas.size + 2)[-2:].astype(int).tolist()
         grain = self._grain[row : row + SIZE[1], column : column + SIZE[0]]
         luma, *chroma = cv2.split(cv2.cvtColor(canvas, cv2.COLOR_BGR2YCrCb))
         grained = cv2.add(luma, grain, dtype=cv2.CV_8U)
@@ -196,10 +185,6 @@ class FilmScene(Scene):
         tint = 1 + random.uniform(-0.07, 0.07, 3)
         graded = 255 * random.uniform(*PRINTS) * tint * curve
         return np.asarray(np.clip(np.round(graded), 0, 255), np.uint8)[None]
-
-    @cached_property
-    def _noise_table(self) -> NDArray[np.int32]:
-        return noise.noise_table(NOISE)
 
     @property
     def _largest(self) -> tuple[float, float]:

@@ -9,7 +9,6 @@ from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
 from datasets.synthetic.nguyen2002.lights.card import Pose
@@ -17,7 +16,7 @@ from datasets.synthetic.nguyen2002.lights.knobs import LightsKnobs
 from datasets.synthetic.nguyen2002.lights.lighting import Lighting
 from datasets.synthetic.nguyen2002.lights.plan import FRAMES, SIZE, Plan
 from datasets.synthetic.nguyen2002.lights.setting import Setting
-from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.render.finish import GAMMA
 from datasets.synthetic.render.lamp import drawn_lamps
 from datasets.synthetic.scene import Scene, Truth, part_generator
@@ -36,8 +35,7 @@ LENS = 0.5
 REACH = 400.0
 """How far out of the picture something is that casts no shadow into it any more [pixels]."""
 
-NOISE = 2.0
-"""Standard deviation of the sensor's noise [grey levels]."""
+CAMERA = Camera(SIZE, noise=2.0, fall=(0.04, 0.06))
 
 
 def scene(knobs: LightsKnobs) -> "LightsScene":
@@ -56,19 +54,13 @@ class LightsScene(Scene):
         Whether the lamps' colours clearly differ.
     """
 
+    length, size = FRAMES, SIZE
+
     def __init__(self, seed: int, coloured: bool) -> None:
         self._seed = seed
         self._coloured = coloured
         self.setting = _setting(seed)
         self.plan = self.setting.plan
-
-    def __len__(self) -> int:
-        return FRAMES
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """See `Scene.size`."""
-        return SIZE
 
     def truth(self) -> Truth:
         """See `Scene.truth`.
@@ -90,14 +82,7 @@ class LightsScene(Scene):
         picture = self._lighting.picture(on, _pose(self.plan, frame), facing, passing)
         seen = SENSITIVITY * np.asarray(cv2.GaussianBlur(picture, (0, 0), LENS))
         canvas: Image = np.round(255 * np.clip(seen, 0, 1) ** (1 / GAMMA)).astype(np.uint8)
-        compositing.develop(
-            canvas,
-            light.fixed_point(light.vignette(SIZE[1], 0.04)),
-            light.fixed_point(light.vignette(SIZE[0], 0.06)),
-            self._noise_table,
-            noise.random_bytes(self._seed, frame, canvas.size),
-        )
-        return canvas
+        return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
@@ -110,10 +95,6 @@ class LightsScene(Scene):
     def _lighting(self) -> Lighting:
         random = part_generator(self._seed, "nguyen2002/lights lamps")
         return Lighting(self.setting, drawn_lamps(random, self._coloured))
-
-    @cached_property
-    def _noise_table(self) -> NDArray[np.int32]:
-        return noise.noise_table(NOISE)
 
 
 def _pose(plan: Plan, frame: int) -> Pose:

@@ -10,17 +10,15 @@ from datasets.synthetic.nummiaro2003.driving.plan import FRAMES_PER_SECOND, SIZE
 from datasets.synthetic.nummiaro2003.driving.thing import Thing, Window, from_far, meet
 from datasets.synthetic.nummiaro2003.driving.truth import driving_truth
 from datasets.synthetic.nummiaro2003.driving.world import World
-from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.camera import Camera, slow_exposure
 from datasets.synthetic.render.shade import Light
-from datasets.synthetic.render.views import wandering
-from datasets.synthetic.scene import Scene, Truth, part_generator
+from datasets.synthetic.scene import Scene, Truth, part_generator, pasted
 
 __all__ = ["DrivingScene"]
 
 Array = NDArray[np.float64]
 
-NOISE = 2.0
-"""Standard deviation of the sensor's noise [grey levels]."""
+CAMERA = Camera(SIZE, noise=2.0)
 
 SHADE = 0.85
 """Light below which the target counts as in the shade."""
@@ -39,20 +37,13 @@ class DrivingScene(Scene):
         Whether the camera stands: then what does not move is drawn once.
     """
 
+    size = SIZE
     fps = FRAMES_PER_SECOND
 
     def __init__(self, plan: Plan, kind: Light, still: bool) -> None:
-        self.plan = plan
+        self.plan, self.length = plan, len(plan)
         self._kind: Light = kind
         self._is_still = still
-
-    def __len__(self) -> int:
-        return len(self.plan)
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """See `Scene.size`."""
-        return SIZE
 
     def truth(self) -> Truth:
         """See `Scene.truth`."""
@@ -64,22 +55,11 @@ class DrivingScene(Scene):
     def render(self, frame: int) -> Image:
         """See `Scene.render`."""
         canvas = self._with_moving(frame) if self._is_still else self._painted(frame)
-        compositing.develop(
-            canvas,
-            light.fixed_point(light.vignette(SIZE[1], 0.08)),
-            light.fixed_point(light.vignette(SIZE[0], 0.1) * self._exposure[frame]),
-            self._noise_table,
-            noise.random_bytes(self.plan.layout.seed, frame, canvas.size),
-        )
-        return canvas
+        return CAMERA.exposed(canvas, self.plan.layout.seed, frame, self._exposure[frame])
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
-        mask = np.zeros(SIZE[::-1], np.bool_)
-        left, top, alpha = self.plan.seen(frame)
-        height, width = alpha.shape
-        mask[top : top + height, left : left + width] = alpha >= 128
-        return mask
+        return pasted(SIZE, *self.plan.seen(frame)) >= 128
 
     def _painted(self, frame: int) -> Image:
         """Everything, before a camera that moves."""
@@ -132,10 +112,5 @@ class DrivingScene(Scene):
 
     @cached_property
     def _exposure(self) -> Array:
-        """Gain of the camera that sets its exposure slowly, in every frame."""
         random = part_generator(self.plan.layout.seed, "exposure")
-        return 1 + wandering(random, len(self), (6.0, 20.0), 0.03)
-
-    @cached_property
-    def _noise_table(self) -> NDArray[np.int32]:
-        return noise.noise_table(NOISE)
+        return slow_exposure(random, len(self))

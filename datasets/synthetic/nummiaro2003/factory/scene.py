@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from datasets.interface import Image, Mask
 from datasets.synthetic.nummiaro2003.factory.hall import hall
 from datasets.synthetic.nummiaro2003.factory.knobs import HeadKnobs
-from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.camera import Camera, slow_exposure
 from datasets.synthetic.render.figure.look import drawn_look
 from datasets.synthetic.render.figure.routine import (
     DEPTHS,
@@ -25,8 +25,7 @@ from datasets.synthetic.render.figure.routine import (
     drawn_routine,
 )
 from datasets.synthetic.render.figure.worker import Worker
-from datasets.synthetic.render.views import wandering
-from datasets.synthetic.scene import Scene, Truth, part_generator
+from datasets.synthetic.scene import Scene, Truth, part_generator, pasted
 
 __all__ = ["HeadScene", "entries", "scene"]
 
@@ -41,8 +40,7 @@ AXIS = 235.0
 EXPOSURE = 0.4
 """Part of the time between two frames for which the shutter is open."""
 
-NOISE = 2.5
-"""Standard deviation of the sensor's noise [grey levels]; more than under the sky."""
+CAMERA = Camera(SIZE, noise=2.5)
 
 OCCLUDED = 0.9
 """Visible fraction below which the head counts as occluded."""
@@ -81,20 +79,13 @@ class HeadScene(Scene):
         Whether there is light and dark; else it is bright everywhere.
     """
 
+    length, size = FRAMES, SIZE
     fps = FRAMES_PER_SECOND
 
     def __init__(self, seed: int, lamps: bool) -> None:
         self._seed = seed
         self._lamps = lamps
         self.worker = _worker(seed)
-
-    def __len__(self) -> int:
-        return FRAMES
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """See `Scene.size`."""
-        return SIZE
 
     def truth(self) -> Truth:
         """See `Scene.truth`.
@@ -110,22 +101,12 @@ class HeadScene(Scene):
         canvas = self._wall.copy()
         column = round(float(self.worker.head_place(frame)[0]))
         self.worker.draw(canvas, frame, float(self._pools[column]), EXPOSURE)
-        compositing.develop(
-            canvas,
-            light.fixed_point(light.vignette(SIZE[1], 0.08)),
-            light.fixed_point(light.vignette(SIZE[0], 0.1) * self._exposure[frame]),
-            self._noise_table,
-            noise.random_bytes(self._seed, frame, canvas.size),
-        )
-        return canvas
+        return CAMERA.exposed(canvas, self._seed, frame, self._exposure[frame])
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
-        mask = np.zeros(SIZE[::-1], np.bool_)
         left, top, _, seen = self.worker.head_seen(frame)
-        height, width = seen.shape
-        mask[top : top + height, left : left + width] = seen >= 128
-        return mask
+        return pasted(SIZE, left, top, seen) >= 128
 
     @cached_property
     def _wall(self) -> Image:
@@ -144,13 +125,8 @@ class HeadScene(Scene):
 
     @cached_property
     def _exposure(self) -> Array:
-        """Gain of the camera that sets its exposure slowly, in every frame."""
         random = part_generator(self._seed, "factory exposure")
-        return 1.04 * (1 + wandering(random, FRAMES, (6.0, 20.0), 0.03))
-
-    @cached_property
-    def _noise_table(self) -> NDArray[np.int32]:
-        return noise.noise_table(NOISE)
+        return 1.04 * slow_exposure(random, FRAMES)
 
 
 def _camera(seed: int) -> Array:

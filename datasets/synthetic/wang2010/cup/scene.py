@@ -5,14 +5,14 @@ disturbed by surroundings of almost its colour and partly hidden by something of
 colour; colour can't be relied upon there, while the motion stays good. All the rest is ours.
 """
 
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
-from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.scene import Scene, Truth
 from datasets.synthetic.wang2010.cup.knobs import CupKnobs
 from datasets.synthetic.wang2010.cup.plan import FRAMES, SIZE, WALL
@@ -25,8 +25,7 @@ Array = NDArray[np.float64]
 EXPOSURE = 0.5
 """Part of the time between two frames for which the shutter is open."""
 
-NOISE = 2.2
-"""Standard deviation of the sensor's noise [grey levels]."""
+CAMERA = Camera(SIZE, noise=2.2)
 
 SHADOW, SOFTNESS = 0.3, 2.2
 """How much light the shadow on the wall takes, and its softness [pixels]."""
@@ -51,19 +50,13 @@ class CupScene(Scene):
         Whether there is nothing but a wall of another colour, a counter and the held cup.
     """
 
+    length, size = FRAMES, SIZE
+
     def __init__(self, seed: int, plain: bool) -> None:
         self._seed = seed
         self._plain = plain
         self.setting = _setting(seed, plain)
         self.plan = self.setting.plan
-
-    def __len__(self) -> int:
-        return FRAMES
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """See `Scene.size`."""
-        return SIZE
 
     def truth(self) -> Truth:
         """See `Scene.truth`.
@@ -85,14 +78,7 @@ class CupScene(Scene):
         canvas = np.round(255 * np.clip(picture, 0, 1)).astype(np.uint8)
         if self.plan.mirrored:
             canvas = np.ascontiguousarray(canvas[:, ::-1])
-        compositing.develop(
-            canvas,
-            light.fixed_point(light.vignette(SIZE[1], 0.08)),
-            light.fixed_point(light.vignette(SIZE[0], 0.1)),
-            self._noise_table,
-            noise.random_bytes(self._seed, frame, canvas.size),
-        )
-        return canvas
+        return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
@@ -114,10 +100,6 @@ class CupScene(Scene):
         matrix = np.column_stack([np.eye(2), shift])
         thrown = cv2.warpAffine(coverage, matrix, SIZE)
         return np.asarray(SHADOW * cv2.GaussianBlur(thrown, (0, 0), SOFTNESS))
-
-    @cached_property
-    def _noise_table(self) -> NDArray[np.int32]:
-        return noise.noise_table(NOISE)
 
 
 @lru_cache(maxsize=4)

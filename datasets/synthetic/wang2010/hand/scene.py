@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
-from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.camera import Camera, slow_exposure
 from datasets.synthetic.render.figure.look import Look
 from datasets.synthetic.render.sprite import Sprite
 from datasets.synthetic.render.views import wandering
@@ -36,8 +36,7 @@ PORTRAIT = 160, 144
 EXPOSURE = 0.5
 """Part of the time between two frames for which the shutter is open."""
 
-NOISE = 2.2
-"""Standard deviation of the sensor's noise [grey levels]."""
+CAMERA = Camera(SIZE, noise=2.2)
 
 FACE = np.array([0.66, 0.74])
 """Width and height of the face without hair and ears [heights of the head]."""
@@ -62,18 +61,12 @@ class HandScene(Scene):
         Whether somebody is there.
     """
 
+    length, size = FRAMES, SIZE
+
     def __init__(self, seed: int, face: bool) -> None:
         self._seed = seed
         self._face = face
         self.hand = _hand(seed)
-
-    def __len__(self) -> int:
-        return FRAMES
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """See `Scene.size`."""
-        return SIZE
 
     def truth(self) -> Truth:
         """See `Scene.truth`.
@@ -95,14 +88,7 @@ class HandScene(Scene):
             self._portrait.draw(canvas, self._sway[frame][None], 1 / person.FINE)
         poses, frames = self._exposed(frame)
         cones.paint(canvas, poses, frames, self._textures, _lamp(self._seed) * [1, -1, -1, 1])
-        compositing.develop(
-            canvas,
-            light.fixed_point(light.vignette(SIZE[1], 0.08)),
-            light.fixed_point(light.vignette(SIZE[0], 0.1) * self._exposure[frame]),
-            self._noise_table,
-            noise.random_bytes(self._seed, frame, canvas.size),
-        )
-        return canvas
+        return CAMERA.exposed(canvas, self._seed, frame, self._exposure[frame])
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
@@ -145,13 +131,8 @@ class HandScene(Scene):
 
     @cached_property
     def _exposure(self) -> Array:
-        """Gain of the camera that sets its exposure slowly, in every frame."""
         random = part_generator(self._seed, "wang2010/hand exposure")
-        return 1.05 * (1 + wandering(random, FRAMES, (4.0, 12.0), 0.008))
-
-    @cached_property
-    def _noise_table(self) -> NDArray[np.int32]:
-        return noise.noise_table(NOISE)
+        return 1.05 * slow_exposure(random, FRAMES, (4.0, 12.0), 0.008)
 
 
 def _side(seed: int) -> int:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
-from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.render.sprite import Sprite
 from datasets.synthetic.scene import Scene, Truth, part_generator
 from datasets.synthetic.wang2010.table_tennis import ball
@@ -36,8 +36,7 @@ INSTANTS = 8
 WALL = 16.0
 """How far shadows fall from what they belong to [pixels]."""
 
-NOISE = 3.0
-"""Standard deviation of the sensor's noise [grey levels]."""
+CAMERA = Camera(SIZE, noise=3.0, fall=(0.1, 0.1))
 
 
 def scene(knobs: TableTennisKnobs) -> "TableTennisScene":
@@ -54,19 +53,12 @@ class TableTennisScene(Scene):
         Of all that is drawn at random.
     """
 
+    length, size = FRAMES, SIZE
     fps = FRAMES_PER_SECOND
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
         self.play = Play(seed, *SIZE)
-
-    def __len__(self) -> int:
-        return FRAMES
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """See `Scene.size`."""
-        return SIZE
 
     def truth(self) -> Truth:
         """See `Scene.truth`.
@@ -97,14 +89,7 @@ class TableTennisScene(Scene):
         self._player.draw(canvas, at_bat, rest)
         self._ball.draw(canvas, at_ball, 1 / ball.FINE)
         fall = np.linspace(-1, 1, SIZE[0]) * self._lamp[0]
-        compositing.develop(
-            canvas,
-            light.fixed_point(light.vignette(SIZE[1], 0.1)),
-            light.fixed_point(light.vignette(SIZE[0], 0.1) * (1 + 0.14 * fall)),
-            self._noise_table,
-            noise.random_bytes(self._seed, frame, canvas.size),
-        )
-        return canvas
+        return CAMERA.exposed(canvas, self._seed, frame, 1 + 0.14 * fall)
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
@@ -135,7 +120,3 @@ class TableTennisScene(Scene):
     @cached_property
     def _ball_shadow(self) -> Sprite:
         return self._ball.shadow(0.3, 2 * ball.FINE)
-
-    @cached_property
-    def _noise_table(self) -> NDArray[np.int32]:
-        return noise.noise_table(NOISE)

@@ -1,0 +1,53 @@
+"""The camera: its vignette, exposure and noise."""
+
+import numpy as np
+import pytest
+
+from datasets.synthetic.render.camera import Camera, developed, slow_exposure
+
+SIZE = 160, 120
+
+
+def grey(level=128):
+    return np.full((*SIZE[::-1], 3), level, np.uint8)
+
+
+def test_without_noise_and_fall_nothing_changes():
+    assert (Camera(SIZE, noise=0.0, fall=(0.0, 0.0)).exposed(grey(), 1, 2) == 128).all()
+
+
+def test_light_falls_to_the_borders_as_asked():
+    image = Camera(SIZE, noise=0.0, fall=(0.2, 0.4)).exposed(grey(), 1, 2)[..., 0] / 128
+    middle = image[60, 80], image[0, 80], image[-1, 80], image[60, 0], image[60, -1]
+    assert middle == pytest.approx([1, 0.8, 0.8, 0.6, 0.6], abs=0.015)
+
+
+@pytest.mark.parametrize("noise", [1.0, 4.0])
+def test_noise_has_its_deviation_and_is_new_in_every_frame_and_seed(noise):
+    camera = Camera(SIZE, noise, fall=(0.0, 0.0))
+    images = [camera.exposed(grey(), *key).astype(float) for key in ((1, 2), (1, 3), (2, 2))]
+    for image in images:
+        assert image.std() == pytest.approx(np.hypot(noise, 1 / np.sqrt(12)), rel=0.05)
+    correlations = np.corrcoef([image.ravel() for image in images])
+    assert np.abs(correlations - np.eye(3)).max() < 0.02
+
+
+def test_a_gain_is_of_all_columns_or_of_each():
+    camera = Camera(SIZE, noise=0.0, fall=(0.0, 0.0))
+    assert (camera.exposed(grey(), 1, 2, 0.5) == 64).all()
+    each = camera.exposed(grey(), 1, 2, np.repeat([0.5, 1.5], 80))
+    assert (each[:, :80] == 64).all()
+    assert (each[:, 80:] == 192).all()
+
+
+def test_a_grey_level_is_the_square_root_of_light_and_white_is_the_most():
+    light = np.full((20, 20, 3), 0.25, np.float32)
+    assert (developed(light) == 128).all()
+    assert (developed(8 * light) == 255).all()
+
+
+def test_exposure_wanders_slowly_around_one():
+    gains = slow_exposure(np.random.default_rng(0), 5000)
+    assert gains.mean() == pytest.approx(1, abs=0.01)
+    assert gains.std() == pytest.approx(0.03, rel=0.2)
+    assert np.abs(np.diff(gains)).max() < 0.005
