@@ -89,7 +89,7 @@ class Evidence:
         return test.settings if isinstance(test, CheckTest) else {}
 
     def by_reading(
-        self, table: pd.DataFrame, sides: Sequence[Side], sequences: Sequence[str]
+        self, table: pd.DataFrame, sides: Sequence[Side], sequences: Sequence[str] | None = None
     ) -> Iterator[tuple[Callable[..., Finding], list[pd.DataFrame]]]:
         """Rows of sides under every reading that tells them apart, and what makes findings of it.
 
@@ -101,8 +101,8 @@ class Evidence:
             Scores, or columns like theirs.
         sides : sequence of Side
             See `bench.claims.kinds`; `{}` for all rows.
-        sequences : sequence of str
-            Those that are looked at.
+        sequences : sequence of str, optional
+            Those that are looked at; all by default.
         """
         readings, lookup = self.claim.readings, Table(table, self.claim.readings)
         compared = [Compared(lookup, side, sequences) for side in sides]

@@ -110,6 +110,11 @@ class Table:
         usual = self.readings.usual.get(sequence, {}).get(tracker, {})
         return _known_key(format_text(tracker, {**usual, **parameters}))
 
+    def parameters(self, tracker: str) -> list[str]:
+        """Names of a tracker's parameters; of none that has no runs."""
+        found = self.rows.loc[self.rows["tracker"] == tracker, SETTLED].head(1)
+        return [key for one in found for key in json.loads(one)[1]]
+
     def of(self, keys: Iterable[tuple[object, str]]) -> Rows:
         """Runs by key and sequence."""
         places = [place for key in keys for place in self._places.get(key, [])]

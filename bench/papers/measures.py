@@ -1,7 +1,7 @@
 """What is measured of a run: numbers of series over frames, as a paper's `[measures]` say."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import nan
 
@@ -35,6 +35,8 @@ class Course:
         What `within` means.
     trace : str
         Which of the boxes are meant.
+    scores : mapping of str to float
+        What is known of them already: see `bench.papers.scores.counts_of`.
     """
 
     run: Run
@@ -42,6 +44,7 @@ class Course:
     sequence: str
     allowed: Tolerance
     trace: Trace = "online"
+    scores: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def boxes(self) -> Values:

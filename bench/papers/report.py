@@ -34,6 +34,7 @@ from bench.papers.selection import affordable, with_recorded
 from bench.papers.stored import StoredRuns
 from bench.papers.tables import beside_ours, make_table, text_table
 from bench.papers.timed import failed_passes
+from bench.papers.wording import Wording
 from bench.store.truth import StoredTruth
 from datasets.text_form import format_text, parse_text
 from reports.ledger import ledger_table
@@ -91,6 +92,11 @@ class Context:
     def lookup(self) -> Lookup:
         """The scores, to look trackers up in."""
         return Lookup(self.scores, self.readings)
+
+    @property
+    def wording(self) -> Wording:
+        """Words of trackers and settings."""
+        return Wording(self.description)
 
     def text_of(
         self, tracker: str, sequence: str, further: Mapping[str, Value] | None = None
@@ -264,7 +270,10 @@ class DescribedPaper:
         module, entry = _module(name, "scenes"), self.description.scenes
         if module is None or entry is None:
             return {}
-        chosen = affordable([self.description.experiment(one) for one in entry.of], effort)
+        asked = {*self.description.experiments.always}
+        asked |= {*self.description.experiments.all} if effort.everything else set()
+        names = [self.description.experiment(one) for one in entry.of if one in asked]
+        chosen = affordable(names, effort)
         texts = [source.text for one in chosen for source in one.sequences]
         names = list(dict.fromkeys([*texts, *entry.further]))
         folder.mkdir(parents=True, exist_ok=True)

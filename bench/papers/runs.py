@@ -160,8 +160,9 @@ def _measures(
     results = Results(folder)
     truths: dict[tuple[str, str], StoredTruth] = {}
     rows: list[dict[str, float]] = []
-    places = zip(counts["path"], counts["failure"], known["sequence"], strict=True)
-    for path, failure, sequence in places:
+    told = counts.drop(columns=["path", "failure"]).to_dict("records")
+    places = zip(counts["path"], counts["failure"], known["sequence"], told, strict=True)
+    for path, failure, sequence, scores in places:
         if failure:
             rows.append({})
             continue
@@ -169,7 +170,7 @@ def _measures(
         key = run.identity.sequence, run.identity.fingerprint
         if key not in truths:
             truths[key] = read_truth(folder, *key)
-        course = Course(run, truths[key], sequence, description.tolerance, trace)
+        course = Course(run, truths[key], sequence, description.tolerance, trace, scores)
         found = measured(course, description, series)
         rows.append(found | dict(of_run(course) if of_run else {}))
     frame = pd.DataFrame(rows, index=counts.index)

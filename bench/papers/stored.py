@@ -57,6 +57,11 @@ class StoredRuns:
             for place in places.itertuples(index=False, name=None)
         ]
 
+    def read(self, path: str) -> Run:
+        """A run by its file, as `path` among the scores says."""
+        file = Path(path)
+        return Results(file.parent.parent.parent).read(file)
+
     def sequences(self, experiment: str) -> list[str]:
         """Canonical names of the sequences that there are runs on, in the order of the runs."""
         return [str(name) for name in self._listed(experiment)["sequence"].unique()]

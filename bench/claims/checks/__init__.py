@@ -5,12 +5,11 @@ A table that a check reads and that is not there was not measured: the claim sta
 
 from collections.abc import Mapping
 
-from bench.claims.checks import multipart, nummiaro2003
+from bench.claims.checks import nummiaro2003
 from bench.claims.findings import Check
 
 __all__ = ["CHECKS"]
 
 CHECKS: Mapping[str, Check] = {
-    **multipart.CHECKS,
     **nummiaro2003.CHECKS,
 }

@@ -1,19 +1,19 @@
 """Time per frame of both representations (the paper's "10 milliseconds more")."""
 
-from collections.abc import Collection, Sequence
-from pathlib import Path
+from dataclasses import replace
+from functools import cache
 from time import thread_time
-from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 import datasets
-from bench.papers.timed import timed_runs
-from bench.store.layout import Cell as StoredCell
+from bench.papers.report import Context
+from bench.papers.tables import text_table
+from bench.papers.timed import failed_passes, frame_times
 from datasets.text_form import parse_text
-from reports.tables import MISSING, Cell, Table
+from reports.tables import MISSING, Table
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
 from trackers.histograms.bins import N_BINS, LuvBins
@@ -21,77 +21,44 @@ from trackers.histograms.counting import region_counts
 from trackers.histograms.rectangles import bhattacharyya_distances, pixel_regions
 from trackers.multipart import LEAST_PIXELS, LEAST_SHARE
 
-__all__ = [
-    "by_representation",
-    "frame_times",
-    "kernel_times",
-    "naive_ratios",
-    "time_table",
-]
+__all__ = ["kernel_pairs", "time_table"]
 
-_HEADS = ("sequence", "single [ms]", "multi [ms]", "multi − single [ms]", "ratio")
 _ROUNDS = 15
 _PARTICLES = 200
 _BINS = np.arange(0, N_BINS, 5)  # about as many as a person's histogram has
 
 
-def frame_times(folder: Path, cells: Collection[StoredCell] | None = None) -> pd.DataFrame:
-    """CPU seconds of every frame of the timing runs that no load disturbed.
+@cache
+def kernel_pairs(*, quick: bool) -> pd.DataFrame:
+    """Weighing the same rectangles whole and by halves, in turns: a pair of times a row.
 
     Returns
     -------
     DataFrame
-        `representation`, `sequence`, `frame`, `seconds`: medians over the repetitions.
+        `kernel`; `single` and `multi` [seconds], or, of `two calls`, 1 and the ratio.
     """
-    pieces = []
-    for run in timed_runs(folder, cells):
-        assert run.times is not None
-        _, options = parse_text(run.identity.tracker)
-        timed = np.isfinite(run.times.cpu)
-        pieces.append(
-            pd.DataFrame(
-                {
-                    "representation": options["representation"],
-                    "sequence": run.identity.sequence,
-                    "frame": np.flatnonzero(timed),
-                    "seconds": run.times.cpu[timed],
-                }
-            )
-        )
-    if not pieces:
-        return pd.DataFrame(columns=["representation", "sequence", "frame", "seconds"])
-    frames = pd.concat(pieces, ignore_index=True)
-    keys = ["representation", "sequence", "frame"]
-    return frames.groupby(keys, as_index=False).agg({"seconds": "median"})
+    timed = (8,) if quick else range(1, 9)  # opening a sequence takes longer than timing
+    pairs = pd.concat([_kernel_times(f"multipart/{number}") for number in timed])
+    plain = pd.DataFrame(
+        {"kernel": "two calls", "single": 1.0, "multi": naive_ratios("multipart/8")}
+    )
+    return pd.concat([pairs.assign(kernel="one pass"), plain], ignore_index=True)
 
 
-def by_representation(frames: pd.DataFrame, keys: list[str]) -> pd.DataFrame:
-    """Seconds by representation, of the frames that both were timed on."""
-    wide = frames.pivot_table("seconds", keys, "representation")
-    return wide.reindex(columns=["single", "multi"]).dropna()
-
-
-def kernel_times(sequences: Sequence[str]) -> pd.DataFrame:
-    """Times of weighing the same rectangles whole and by halves, in turns.
-
-    Returns
-    -------
-    DataFrame
-        A row a sequence and frame: `single`, `multi`, medians over rounds [seconds].
-    """
+def _kernel_times(name: str) -> pd.DataFrame:
+    """A row a frame of a sequence: `single`, `multi`, medians over rounds [seconds]."""
     rows = []
-    for name in sequences:
-        sequence = datasets.load(name)
-        for frame in (0, len(sequence) // 2):
-            image, box = sequence[frame], sequence.regions["full"][frame]
-            states = _around(box, np.random.default_rng(frame))
-            seconds: dict[str, list[float]] = {"single": [], "multi": []}
-            for _ in range(_ROUNDS):
-                for parts, key in ((1, "single"), (2, "multi")):
-                    began = thread_time()
-                    _weigh(image, states, float(box[2] / box[3]), parts)
-                    seconds[key].append(thread_time() - began)
-            rows.append({key: float(np.median(values)) for key, values in seconds.items()})
+    sequence = datasets.load(name)
+    for frame in (0, len(sequence) // 2):
+        image, box = sequence[frame], sequence.regions["full"][frame]
+        states = _around(box, np.random.default_rng(frame))
+        seconds: dict[str, list[float]] = {"single": [], "multi": []}
+        for _ in range(_ROUNDS):
+            for parts, key in ((1, "single"), (2, "multi")):
+                began = thread_time()
+                _weigh(image, states, float(box[2] / box[3]), parts)
+                seconds[key].append(thread_time() - began)
+        rows.append({key: float(np.median(values)) for key, values in seconds.items()})
     return pd.DataFrame(rows)
 
 
@@ -151,45 +118,44 @@ def naive_ratios(sequence: str, seed: int = 0) -> NDArray[np.float64]:
     return np.array(ratios)
 
 
-def time_table(
-    frames: pd.DataFrame,
-    kernels: pd.DataFrame,
-    naive: NDArray[np.float64],
-    failed: Sequence[str] = (),
-) -> Table:
+def time_table(context: Context) -> Table:
     """Milliseconds a frame, and the ratio of the two representations; what failed beneath."""
-    data: list[dict[str, Any]] = []
-    for sequence, times in frames.groupby("sequence"):
-        wide = by_representation(times, ["frame"]) * 1e3
-        if wide.empty:
-            data.append(dict.fromkeys(_HEADS, MISSING) | {"sequence": sequence})
-            continue
-        ratio = wide["multi"] / wide["single"]
-        data.append(
-            {
-                "sequence": sequence,
-                "single [ms]": f"{wide['single'].median():.2f}",
-                "multi [ms]": f"{wide['multi'].median():.2f}",
-                "multi − single [ms]": f"{(wide['multi'] - wide['single']).median():+.3f}",
-                "ratio": f"{ratio.median():.3f}",
-            }
-        )
-    return Table(
-        name="time",
-        caption=(
-            "Time a frame, CPU, median over frames, 200 particles, one thread (paper: multi takes "
-            "10 ms more on a Pentium 4, 3.0 GHz; seconds of two machines are not compared)"
-        ),
-        heads=list(_HEADS),
+    name = context.description.experiment("time")
+    folder, cells = context.results / name, context.asked.get(name)
+    frames = frame_times(folder, cells)
+    data = [_row(str(sequence), times) for sequence, times in frames.groupby("sequence")]
+    pairs = context.tables["times"]
+    ratios = {kernel: rows["multi"] / rows["single"] for kernel, rows in pairs.groupby("kernel")}
+    naive = ratios["two calls"]
+    table = text_table(
+        "time",
+        "Time a frame, CPU, median over frames, 200 particles, one thread (paper: multi takes 10 "
+        "ms more on a Pentium 4, 3.0 GHz; seconds of two machines are not compared)",
+        data,
         n_labels=1,
-        rows=[[Cell(row[head]) for head in _HEADS] for row in data],
-        notes=[
-            "passes that other load disturbed are left out; where none is left there is a dash",
-            "whole updates on tracks that differ; weighing the same rectangles takes multi "
-            f"{(kernels['multi'] / kernels['single']).median():.2f} times as long",
-            "with one library call a region and particle (NumPy bincount) the ratio is "
-            f"{np.median(naive):.2f} [{naive.min():.2f}–{naive.max():.2f}]",
-            *failed,
-        ],
-        data=pd.DataFrame(data),
     )
+    notes = [
+        "passes that other load disturbed are left out; where none is left there is a dash",
+        "whole updates on tracks that differ; weighing the same rectangles takes multi "
+        f"{ratios['one pass'].median():.2f} times as long",
+        "with one library call a region and particle (NumPy bincount) the ratio is "
+        f"{np.median(naive):.2f} [{naive.min():.2f}–{naive.max():.2f}]",
+        *failed_passes(folder, cells),
+    ]
+    return replace(table, notes=notes)
+
+
+def _row(sequence: str, times: pd.DataFrame) -> dict[str, str]:
+    """Medians over the frames that both were timed on, each the median of its repetitions."""
+    names = [parse_text(text)[1]["representation"] for text in times["tracker"]]
+    wide = times.assign(name=names).pivot_table("seconds", ["frame"], "name", aggfunc="median")
+    wide = wide.reindex(columns=["single", "multi"]).dropna() * 1e3
+    row = {"sequence": sequence}
+    for head, values, form in (
+        ("single [ms]", wide["single"], ".2f"),
+        ("multi [ms]", wide["multi"], ".2f"),
+        ("multi − single [ms]", wide["multi"] - wide["single"], "+.3f"),
+        ("ratio", wide["multi"] / wide["single"], ".3f"),
+    ):
+        row[head] = f"{values.median():{form}}" if len(values) else MISSING
+    return row

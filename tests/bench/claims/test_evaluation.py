@@ -6,14 +6,24 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench.claims.checks import CHECKS
 from bench.claims.conclusion import conclude
 from bench.claims.evaluation import judge
 from bench.claims.ledger import read_claims
+from bench.claims.sides import run_key
+from bench.papers.multipart.measures import CHECKS
 
 CLAIMS = read_claims("multipart")
 LENGTH = 200
 METRICS = ("success_frames", "frames_inside", "first_loss")
+
+
+def run(representation, initial="full", variant=""):
+    """Columns of a run that say how the tracker was run."""
+    init = "boxes" if initial == "body" else initial
+    own = f":{variant}" if variant else ""
+    text = f"multipart:init={init}:representation={representation}{own}"
+    told = {"tracker": "multipart", "representation": representation, "init": init}
+    return {**told, "settled": run_key(text), "failure": ""}
 
 
 def scores(shares, *, initials=("full",), variants=("",), kept=lambda scene: True, **columns):
@@ -33,12 +43,10 @@ def scores(shares, *, initials=("full",), variants=("",), kept=lambda scene: Tru
                         share = share if isinstance(share, dict) else dict.fromkeys(METRICS, share)
                         rows += [
                             {
-                                "representation": representation,
+                                **run(representation, initial, variant),
                                 "sequence": f"multipart/{number}",
                                 "scene": scene,
                                 "light": light,
-                                "initial": initial,
-                                "variant": variant,
                                 "repetition": repetition,
                                 "frames": LENGTH,
                                 "kept_scene": kept(scene),
@@ -157,7 +165,7 @@ def test_a_variant_that_is_no_reading_is_ignored_but_by_the_claim_that_names_it(
         return 0.5 if variant == "dynamics=first-order" and number < 5 else 1.0
 
     frame = scores(worse_if_first_order, variants=("", "dynamics=first-order"))
-    assert {f.reading["variant"] for f in judge(CLAIMS["MP-14"], frame)} == {""}
+    assert {f.reading["text"] for f in judge(CLAIMS["MP-14"], frame)} == {"as written"}
     found = judge(CLAIMS["MP-10"], frame)
     headline = [f for f in found if f.light == "both" and f.metric == "first_loss"]
     by_group = {f.group: f.verdict.verdict for f in headline if f.scenes == "kept"}
@@ -196,6 +204,17 @@ def test_numbers_are_printed_and_not_judged():
         if finding.group and finding.scenes == "kept" and finding.light == "both":
             told = f"{finding.group} {finding.verdict.statistic:.3f} ("
             assert not found.claim.readings.is_headline(finding.reading) or told in found.reason
+
+
+def test_a_scene_in_which_a_compared_run_failed_is_left_out_of_the_claim():
+    frame = scores(as_claimed)
+    failed = (frame["scene"] == 3) & (frame["sequence"] == "multipart/5")
+    failed &= (frame["representation"] == "multi") & (frame["repetition"] == 1)
+    frame.loc[failed, ["failure", "frames_inside"]] = "multipart on multipart/5: why", np.nan
+    found = {f.group: f for f in judge(CLAIMS["MP-1"], frame) if f.light == "both"}
+    assert (found[""].verdict.cells, found["multipart/5"].verdict.cells) == (31, 7)
+    alone = judge(CLAIMS["MP-3"], frame)[0]  # of the single histogram: nothing of it failed
+    assert alone.verdict.cells == 8
 
 
 def test_what_was_not_run_is_undecided_and_says_so():

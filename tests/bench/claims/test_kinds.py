@@ -11,10 +11,13 @@ from bench.claims.ledger import LedgerError, read_claims
 HEAD = """
 version = 1
 
-[readings]
-preset = ["as-written", "recommended"]
-light = ["even", "dappled"]
-post_hoc = [{ preset = "recommended" }]
+[readings.text]
+as-written = { preset = "as-written" }
+recommended = { preset = "recommended", post_hoc = true }
+
+[readings.light]
+even = { where = { light = "even" } }
+dappled = { where = { light = "dappled" } }
 
 [claim.X-1]
 source = "Table 1"
@@ -69,11 +72,10 @@ def scores(share=lambda **_: 1.0, preset=("as-written",), light=("even",), **col
 
 
 ORDER = """
-[claim.X-1.test]
-kind = "order"
+[claim.X-1.order]
 better = { tracker = "ours" }
 worse = { tracker = "theirs" }
-sequences = ["s"]
+on = "s"
 """
 
 
@@ -82,7 +84,7 @@ def outcome(claim, frame, **tables):
 
 
 def test_of_errors_less_is_better_and_the_margin_is_a_share_of_the_worse(claim):
-    test = claim(ORDER + 'metrics = ["size_error"]\nmargin = 0.05')
+    test = claim(ORDER + 'by = "size_error"\nmargin = 0.05')
 
     def errors(gain):
         return scores(lambda tracker, scene, **_: 0.4 + 0.001 * scene - gain * (tracker == "ours"))
@@ -112,7 +114,7 @@ def test_where_both_sides_are_the_same_there_is_nothing_to_compare(claim):
 
 
 def test_no_worse_is_equal_or_better_on_the_repetitions_of_both(claim):
-    test = claim(ORDER.replace('"order"', '"no-worse"') + "margin = 0.05")
+    test = claim(ORDER.replace(".order]", ".no-worse]") + "margin = 0.05")
 
     def gain(value):
         return lambda tracker, scene, **_: 0.5 + scene / 1000 + value * (tracker == "ours")
@@ -158,7 +160,7 @@ def test_columns_of_readings_are_the_ledgers(claim):
     ("share", "verdict"), [(0.97, "holds"), (0.5, "does-not-hold"), (0.85, "undecided")]
 )
 def test_a_share_is_of_the_rows_that_were_trials(claim, share, verdict):
-    test = claim('test = { kind = "share", rows = {}, metrics = ["found"], sequences = ["s"] }')
+    test = claim('share = { of = {}, by = "found", on = "s" }')
     generator = np.random.default_rng(0)
     frame = scores()
     frame["found"] = generator.random(len(frame)) < share
@@ -172,15 +174,14 @@ def test_a_share_is_of_the_rows_that_were_trials(claim, share, verdict):
 
 
 TABLE = """
-[claim.X-1.test]
-kind = "share"
+[claim.X-1.share]
 table = "background"
-rows = {}
-metrics = ["below"]
+of = {}
+by = "below"
 trials = "positions"
 least = 0.95
 lower = 0.95
-sequences = ["s"]
+on = "s"
 """
 
 
@@ -198,22 +199,20 @@ def test_rows_of_a_table_may_stand_for_many_trials(claim):
 
 
 def test_no_row_lies_beyond_a_bound(claim):
-    test = claim('test = { kind = "bound", table = "t", metric = "x", least = 0.5 }')
+    test = claim('bound = { table = "t", metric = "x", least = 0.5 }')
     assert outcome(test, scores(), t=pd.DataFrame({"x": [0.5, 0.9]})).verdict == "holds"
     found = outcome(test, scores(), t=pd.DataFrame({"x": [0.4, 0.9]}))
     assert (found.verdict, found.readings) == ("does-not-hold", "0 of 1")
     assert "the least x is 0.4" in found.reason
-    part = claim(
-        'test = { kind = "bound", table = "t", metric = "x", most = 1, where = { y = ["a"] } }'
-    )
+    part = claim('bound = { table = "t", metric = "x", most = 1, where = { y = ["a"] } }')
     table = pd.DataFrame({"x": [0.5, 9.0], "y": ["a", "b"]})
     assert outcome(part, scores(), t=table).verdict == "holds"
     with pytest.raises(LedgerError, match=r"test: give either `least` or `most`"):
-        claim('test = { kind = "bound", table = "t", metric = "x" }')
+        claim('bound = { table = "t", metric = "x" }')
 
 
 def test_a_ratio_is_of_pairs(claim):
-    test = claim('test = { kind = "ratio", table = "t", longer = "a", shorter = "b" }')
+    test = claim('ratio = { table = "t", longer = "a", shorter = "b" }')
     b = np.linspace(1, 2, 10)
     for factor, verdict in ((1.2, "holds"), (0.8, "does-not-hold")):
         table = pd.DataFrame({"a": factor * b, "b": b})
@@ -221,11 +220,10 @@ def test_a_ratio_is_of_pairs(claim):
 
 
 INTERACTION = """
-[claim.X-1.test]
-kind = "interaction"
+[claim.X-1.interaction]
 better = { tracker = "ours" }
 worse = { tracker = "theirs" }
-sequences = ["s"]
+on = "s"
 where = { noise = [16] }
 against = { noise = [0] }
 """
@@ -246,16 +244,11 @@ def test_an_interaction_sets_rows_against_rows_of_the_same_scenes(claim, gain, v
 
 
 PARTS = """
-[claim.X-1.test]
-kind = "parts"
+[claim.X-1.parts.kept.all]
+of = { tracker = "ours" }
+on = "s"
 
-[claim.X-1.test.parts.kept]
-kind = "all"
-rows = { tracker = "ours" }
-sequences = ["s"]
-
-[claim.X-1.test.parts.quick]
-kind = "bound"
+[claim.X-1.parts.quick.bound]
 table = "t"
 metric = "x"
 most = 1.0
@@ -279,6 +272,6 @@ def test_a_claim_with_parts_holds_where_all_do_and_says_which_does_not(claim):
 
 
 def test_what_nothing_can_show_is_not_testable_and_says_why(claim):
-    found = outcome(claim('test = { kind = "none", reason = "no method is given." }'), scores())
+    found = outcome(claim('none = { reason = "no method is given." }'), scores())
     assert (found.verdict, found.reason) == ("not-testable", "no method is given.")
     assert found.readings == ""

@@ -1,28 +1,28 @@
 """What is said of a scene before any tracker runs: closed forms on painted targets."""
 
-from dataclasses import replace
-
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.papers.multipart.appearance import Appearance, part_distance, states_of
-from bench.papers.multipart.static import (
+import datasets
+from bench.papers.multipart import scenes
+from bench.papers.multipart.scenes import (
     FRAMES,
+    INITIAL,
     JITTERS,
-    Scene,
+    Appearance,
     clutter_states,
     jittered,
-    read_log,
+    part_distance,
     separability,
-    write_log,
+    states_of,
 )
 from datasets import Sequence
 
 BOX = np.array([150.0, 60.0, 24.0, 78.0])
 WHOLE = np.array([144.0, 50.0, 36.0, 100.0])
-SCENE = Scene("multipart/1", "f00", 50, 0.5, 0.9, 0.41, 0.5, 0.39, 0.6, 1.0, 0.0)
 
 
 def painted(upper, lower, ground, twin_at=None):
@@ -118,15 +118,22 @@ def test_jittered_rectangles_stay_within_five_per_cent():
     assert boxes.std(axis=0).min() > 0
 
 
-def test_a_scene_is_kept_by_the_better_of_the_two_and_needs_fifty_frames():
-    assert SCENE.kept
-    assert not replace(SCENE, multi=0.79).kept
-    assert replace(SCENE, multi=0.1, single=0.8).kept
-    assert not replace(SCENE, frames=FRAMES - 1).kept
-
-
-def test_a_log_reads_as_it_was_written(tmp_path):
-    other = replace(SCENE, sequence="multipart/2:scene=1", fingerprint="f01", single=1 / 3)
-    write_log(tmp_path / "scenes.csv", [SCENE, other])
-    assert read_log(tmp_path / "scenes.csv") == {"f00": SCENE, "f01": other}
-    assert read_log(tmp_path / "none.csv") == {}
+@pytest.mark.parametrize(
+    ("single", "multi", "frames", "kept"),
+    [(0.5, 0.9, FRAMES, True), (0.5, 0.79, FRAMES, False), (0.8, 0.1, FRAMES, True)]
+    + [(0.5, 0.9, FRAMES - 1, False)],
+)
+def test_a_scene_is_kept_by_the_better_of_the_two_and_needs_fifty_frames(
+    single, multi, frames, kept, tmp_path, monkeypatch
+):
+    log = {"name": "plain/target", "fingerprint": datasets.load("plain/target").fingerprint}
+    log |= {"frames": frames, "single": single, "multi": multi}
+    log |= {f"{key}_{name}": 0.4 for key in ("distance", "multi") for name in INITIAL.values()}
+    monkeypatch.setattr(scenes, "LOG", tmp_path / "log" / "scenes.csv")
+    (tmp_path / "log").mkdir()
+    pd.DataFrame([log]).to_csv(scenes.LOG, index=False)
+    tables = scenes.measured(["plain/target"], tmp_path, 1)  # which examines nothing
+    assert scenes.kept(tables) == {"plain/target": kept}
+    assert list(tables["switch"]["init"]) == ["full", "boxes", "tight"]
+    again = scenes.measured(["plain/target"], tmp_path, 1)
+    pd.testing.assert_frame_equal(again["static"], tables["static"])

@@ -1,0 +1,152 @@
+"""What is asked of the multi-part tracker's runs: checks on tables whose outcome is known."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bench.claims.conclusion import conclude
+from bench.claims.evaluation import judge
+from bench.claims.ledger import read_claims
+from bench.claims.sides import run_key
+from bench.papers.multipart.measures import CHECKS
+
+CLAIMS = read_claims("multipart")
+NOTHING = pd.DataFrame()
+
+
+def concluded(name, scores=NOTHING, **tables):
+    frames = {key: pd.DataFrame(table) for key, table in tables.items()}
+    found = judge(CLAIMS[name], scores, frames, CHECKS)
+    return conclude(CLAIMS[name], found)
+
+
+def rectangles(two, plain, initial="full"):
+    """First rectangles of eight sequences in two scenes; `two`, `plain` are what the rule says."""
+    return [
+        {
+            "sequence": f"multipart/{number}",
+            "init": "boxes" if initial == "body" else initial,
+            "kept_scene": True,
+            "distance": 0.4 + (two if number in (1, 2, 5, 6) else plain) + 0.01 * scene,
+            "multi_share": float((two if number in (1, 2, 5, 6) else plain) > 0),
+        }
+        for number in range(1, 9)
+        for scene in range(2)
+    ]
+
+
+def runs(share, near=False, sequences=range(1, 9), representations=("adaptive",)):
+    return pd.DataFrame(
+        [
+            {
+                "tracker": "multipart",
+                "settled": run_key(f"multipart:init=full:representation={representation}"),
+                "failure": "",
+                "sequence": f"multipart/{number}",
+                "scene": scene,
+                "light": "even",
+                "repetition": repetition,
+                "frames": 100,
+                "kept_scene": True,
+                "frames_inside": 100 * share(representation, number),
+                "first_loss": 100 * share(representation, number),
+                "near_occlusion": float(near),
+            }
+            for representation in representations
+            for number in sequences
+            for scene in range(8)
+            for repetition in range(3)
+        ]
+    )
+
+
+def times(ratio, kernel="one pass"):
+    single = np.linspace(1.0, 2.0, 10)
+    return [{"kernel": kernel, "single": t, "multi": ratio * t} for t in single]
+
+
+def test_one_box_that_differs_breaks_the_identity():
+    assert concluded("MP-6a", identity={"identical": [True] * 9}).verdict == "holds"
+    found = concluded("MP-6a", identity={"identical": [True] * 8 + [False]})
+    assert found.verdict == "does-not-hold"
+    assert "8 of 9" in found.reason
+
+
+@pytest.mark.parametrize(
+    ("single", "multi", "verdict"),
+    [(0.0, 0.5, "holds"), (0.03, 0.5, "does-not-hold"), (0.0, 0.39, "does-not-hold")],
+)
+def test_swapped_halves_are_seen_by_two_histograms_alone(single, multi, verdict):
+    assert concluded("MP-17", layout={"single": [0.0, single], "multi": [0.9, multi]}).verdict == (
+        verdict
+    )
+
+
+def test_the_switch_must_be_right_on_every_sequence():
+    good = rectangles(0.1, -0.1)
+    assert concluded("MP-7", switch=good).verdict == "holds"
+    good[0]["multi_share"] = 0.7
+    found = concluded("MP-7", switch=good)
+    assert found.verdict == "does-not-hold"
+    assert "(multipart/1) 85 %" in found.reason
+
+
+def test_the_headline_of_the_switch_is_the_full_rectangle():
+    table = rectangles(-0.1, 0.1) + rectangles(0.1, -0.1, "body")
+    found = concluded("MP-7", switch=table)
+    assert (found.verdict, found.readings, found.post_hoc) == ("does-not-hold", "0 of 1", "1 of 1")
+    assert found.fragile
+
+
+def test_classes_are_told_apart_or_not():
+    found = concluded("MP-7a", switch=rectangles(0.1, -0.1))
+    assert found.verdict == "holds"
+    assert "thresholds from 0.310 to 0.500 make no error" in found.reason
+    found = concluded("MP-7a", switch=rectangles(0.1, 0.1))
+    assert found.verdict == "does-not-hold"
+    assert "no threshold is without error" in found.reason
+    assert "at 0.4 50 % are wrong" in found.reason
+
+
+def test_slower_is_judged_by_kernel_with_one_pass_as_the_headline():
+    found = concluded("MP-8", times=times(1.0) + times(1.3, "two calls"))
+    assert (found.verdict, found.readings) == ("does-not-hold", "1 of 2")
+    assert found.fragile
+    assert concluded("MP-8", times=times(1.1)).verdict == "holds"
+
+
+@pytest.mark.parametrize(
+    ("multi", "ratio", "verdict"),
+    [
+        (0.8, 1.1, "holds"),
+        (1.0, 1.0, "holds"),
+        (1.0, 0.9, "does-not-hold"),
+        (0.8, 0.9, "does-not-hold"),
+    ],
+)
+def test_single_is_preferable_if_no_worse_and_no_slower(multi, ratio, verdict):
+    frame = runs(
+        lambda name, _: multi if name == "multi" else 1.0, representations=("single", "multi")
+    )
+    assert concluded("MP-9", frame, times=times(ratio)).verdict == verdict
+
+
+def test_single_is_not_preferable_if_worse():
+    frame = runs(
+        lambda name, _: 0.5 if name == "single" else 1.0, representations=("single", "multi")
+    )
+    assert concluded("MP-9", frame, times=times(1.1)).verdict == "does-not-hold"
+
+
+@pytest.mark.parametrize(
+    ("share", "near", "verdict"),
+    [(1.0, False, "holds"), (0.5, False, "does-not-hold"), (1.0, True, "does-not-hold")],
+)
+def test_an_occlusion_is_survived(share, near, verdict):
+    assert concluded("MP-13", runs(lambda *_: share, near)).verdict == verdict
+
+
+def test_when_a_target_is_lost_is_printed():
+    found = concluded("MP-15", runs(lambda *_: 0.8))
+    assert found.verdict == "not-testable"
+    assert "lost in 24 of 24 runs, 0 of them near an occlusion." in found.reason
