@@ -198,10 +198,16 @@ def _rows(
     columns = list(entry.columns)
     across = entry.across
     if across is not None:
-        values = sorted(rows[across.head].dropna().unique())
+        values = rows[across.head].dropna().unique()
+        numbers = pd.api.types.is_numeric_dtype(values)
         columns += [
-            across.model_copy(update={"head": f"{value:g}", "where": {across.head: [value]}})
-            for value in values
+            across.model_copy(
+                update={
+                    "head": f"{value:g}" if numbers else wording.of(value),
+                    "where": {across.head: [value]},
+                }
+            )
+            for value in (sorted(values) if numbers else values)
         ]
     for labels, group in groups:
         cells = {column.head: _cell(group, column) for column in columns}
