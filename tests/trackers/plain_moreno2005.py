@@ -2,10 +2,10 @@
 
 Written down from the paper's text: dynamics, weights, what is attached to what and what goes on,
 windows and regions pixel by pixel. What has a slow reference of its own stands only there, and
-is taken from the trackers here: Fisher planes (`test_fisher_discriminant`), mixtures and
-posteriors (`test_fisher_mixture`, `test_fisher_posterior`), cells of colour space
-(`test_fisher_cells`), outlines, fillings and snakes (`test_contour_outline`, `test_contour_sums`,
-`test_contour_snake`). By agreement, as the text is
+is taken from the trackers here: Fisher planes (`test_discriminant`), mixtures and
+posteriors (`test_mixture`, `test_posterior`), cells of colour space
+(`test_cells`), outlines, fillings and snakes (`test_outline`, `test_sums`,
+`test_snake`). By agreement, as the text is
 silent, the order of the random numbers and the constants that have no parameter are the same.
 Contours whose place is a Kalman filter's are not here, nor are other answers than the snake's.
 """

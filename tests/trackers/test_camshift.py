@@ -51,13 +51,6 @@ def test_a_fixed_window_follows_a_clean_target_with_the_boxs_own_size():
     np.testing.assert_array_equal(found[:, 2:], boxes[1:, 2:])
 
 
-def test_a_box_between_pixels_keeps_its_own_size():
-    image, _ = scene((60, 60))
-    (estimate,) = track([image, image], [48.3, 41.8, 23.6, 36.4])
-    assert estimate.box[2:].tolist() == [23.6, 36.4]
-    assert estimate.box[:2] + estimate.box[2:] / 2 == pytest.approx([60, 60], abs=0.5)
-
-
 def test_the_window_has_the_rounded_size_of_the_box():
     image, _ = scene((60, 60))  # columns 48 to 72
     (estimate,) = track([image, image], [48, 42, 24.6, 35.5])
@@ -112,12 +105,8 @@ def test_an_adaptive_window_stays_between_three_pixels_and_the_image():
 
 
 def test_an_adaptive_window_has_the_centre_of_opencvs():
-    """Same template, same 32 hues, same stopping rule; what differs is not the place.
-
-    OpenCV's hue has steps of 2 degrees of its own, its size comes from second moments
-    over an enlarged window where Bradski's comes from the mass, and it enlarges the
-    window for those by its own tolerance: sizes are not compared.
-    """
+    # Same template, same 32 hues, same stopping rule. Sizes are not compared: OpenCV's come from
+    # second moments over an enlarged window, Bradski's from the mass.
     images, boxes = clean_sequence()
     left, top, width, height = boxes[0].astype(int)
     hsv = cv2.cvtColor(images[0], cv2.COLOR_BGR2HSV)
@@ -141,31 +130,7 @@ def test_an_adaptive_window_has_the_centre_of_opencvs():
     assert np.abs(np.array(ours) - theirs).max() < 1
 
 
-@settings(deadline=None, max_examples=40)
-@given(
-    st.integers(-20, 20),
-    st.integers(-15, 15),
-    st.sampled_from(["fixed", "adaptive"]),
-    st.integers(0, 99),
-)
-def test_moving_the_scene_by_whole_pixels_moves_the_track(dx, dy, window, seed):
-    rng = np.random.default_rng(seed)
-    pictures = []
-    for frame in range(4):  # no pixel of the target has the ground's hue
-        image = np.full((120, 160, 3), GREEN, np.uint8)
-        image[45 + frame : 65 + frame, 60 + frame : 84 + frame] = rng.integers(
-            (120, 0, 0), (256, 110, 110), (20, 24, 3), dtype=np.uint8
-        )
-        pictures.append(image)
-    moved = [np.roll(image, (dy, dx), (0, 1)) for image in pictures]
-    here = track(pictures, [60, 45, 24, 20], window=window)
-    there = track(moved, [60 + dx, 45 + dy, 24, 20], window=window)
-    for one, other in zip(here, there, strict=True):
-        np.testing.assert_allclose(other.box - one.box, [dx, dy, 0, 0], atol=1e-9)
-        assert other.details == one.details
-
-
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=30)
 @given(
     st.integers(0, 999),
     st.tuples(st.floats(-10, 60), st.floats(-10, 40), st.floats(0.3, 40), st.floats(0.3, 40)),
@@ -195,15 +160,6 @@ def test_a_template_half_outside_is_learnt_from_what_is_visible():
     (estimate,) = track([image, moved], [-10, 20, 20, 20], stop_distance=0.1)
     assert estimate.box[0] + 10 == pytest.approx(6 + 5, abs=1e-9)
     assert estimate.visible
-
-
-def test_a_grey_target_is_the_first_hue_bin():
-    image = np.full((60, 60, 3), GREEN, np.uint8)
-    image[20:30, 20:30] = 128
-    moved = np.full((60, 60, 3), GREEN, np.uint8)
-    moved[22:32, 23:33] = (0, 0, 200)  # pure red's hue is 0 as well
-    (estimate,) = track([image, moved], [20, 20, 10, 10], stop_distance=0.1)
-    assert estimate.box.tolist() == [23, 22, 10, 10]
 
 
 def test_without_weight_the_window_stays_and_finds_a_target_that_comes_back():
@@ -240,15 +196,3 @@ def test_a_target_without_a_usable_pixel_is_refused():
         track([image], box, minimum_saturation=0.95)
     with pytest.raises(TrackerError, match=r"\[200.0, 10.0, 20.0, 20.0\] lies in the image"):
         track([image], [200, 10, 20, 20])
-
-
-def test_trackers_in_lock_step_see_one_frame_and_get_their_own_boxes():
-    images, boxes = clean_sequence(8)
-    variants = [{}, {"window": "adaptive"}, {"hue_bins": 16}, {"minimum_value": 0.3}]
-    alone = [[e.box for e in track(images, boxes[0], **variant)] for variant in variants]
-    together = [trackers.create("camshift", **variant) for variant in variants]
-    shared = [trackers.base.sharing.SharedFrame(image) for image in images]
-    for tracker in together:
-        tracker.init_shared(shared[0], boxes[0])
-    found = [[tracker.update_shared(frame).box for tracker in together] for frame in shared[1:]]
-    np.testing.assert_array_equal(np.swapaxes(found, 0, 1), alone)

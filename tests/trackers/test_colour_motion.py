@@ -1,8 +1,6 @@
 """The joint map of colour and motion, and windows that drift on it, against plain NumPy."""
 
-from fractions import Fraction
 from itertools import pairwise
-from math import floor
 
 import numpy as np
 import pytest
@@ -15,7 +13,6 @@ from bench.papers.wang2010.plain.observation import JointMaps
 from bench.papers.wang2010.plain.windows import window_slices
 from trackers.base.parameters import TrackerError
 from trackers.base.sharing import SharedFrame
-from trackers.maps.back_projection import hue_bin
 from trackers.maps.differences import first_frame, frame_after, moving_share
 from trackers.maps.drift import (
     Binning,
@@ -48,6 +45,7 @@ def bins_of(image, hue_bins=32, saturation_bins=32, limits=(0.0, 0.0, 1.0)):
     return found
 
 
+@settings(max_examples=40)
 @given(pictures, st.integers(1, 256), st.integers(1, 256))
 @example(np.array([[[0, 0, 0], [9, 9, 9], [0, 0, 255], [255, 0, 1]]], np.uint8), 256, 256)
 def test_a_pixels_bins_are_those_of_whole_numbers(image, hue_bins, saturation_bins):
@@ -69,29 +67,13 @@ def test_every_quotient_that_bytes_can_give_is_binned_exactly(bins):
         np.testing.assert_array_equal(bins_of(picture, bins, bins), hue * bins + saturation)
 
 
-@given(st.tuples(*[st.integers(0, 255)] * 3), st.integers(1, 256))
-@example((0, 0, 0), 32)
-@example((0, 0, 1), 32)
-@example((5, 10, 10), 32)
-def test_the_saturation_bin_is_the_exact_fractions(bgr, n_bins):
-    largest = max(bgr)
-    saturation = Fraction(largest - min(bgr), largest) if largest else 0
-    expected = min(floor(n_bins * saturation), n_bins - 1)
-    assert bins_of(np.array([[bgr]], np.uint8), 1, n_bins) == expected
-
-
-def test_camshift_and_the_joint_map_have_the_same_hues():
-    image = random_image(5)
-    expected = [[hue_bin(*pixel, 30) for pixel in row] for row in image.tolist()]
-    np.testing.assert_array_equal(bins_of(image, 30, 1), expected)
-
-
 def test_pale_dark_and_bright_pixels_have_a_bin_of_their_own():
     pixels = [[100, 100, 140], [100, 100, 141], [0, 0, 51], [0, 0, 50], [0, 0, 204], [0, 0, 205]]
     found = bins_of(np.array([pixels], np.uint8), 4, 4, limits=(0.29, 0.2, 0.8))
     assert (found == 16).tolist() == [[True, False, False, True, False, True]]
 
 
+@settings(max_examples=40)
 @given(pictures, st.sampled_from([1, 3, 5, 7, 9]), st.integers(0, 99), st.booleans())
 def test_local_differences_are_the_sums_over_windows(image, window, seed, averaged):
     rng = np.random.default_rng(seed)
@@ -185,7 +167,7 @@ def test_sums_are_those_of_a_region_and_its_first_moments(region):
         assert not sums[:, 0, channel].any()
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(
     st.integers(0, 50),
     st.floats(0.5, 30.5),
@@ -208,16 +190,6 @@ def test_windows_drift_as_plain_mean_shift_does(seed, x, y, width, height, stop,
         assert moved.after[i] == expected[3]
         rows, columns = window_slices(values.shape, *point, width, height)
         assert moved.before[i] == values[rows, columns].sum()
-
-
-def test_without_iterations_windows_stay_and_are_weighed():
-    arguments, region, values = random_map(8)
-    points = np.array([[3.2, 4.9], [30.4, 23.4]])
-    moved, _ = drift(sums_of(arguments, region), region, 24, 31, points, 5, 7, 0.0, 0)
-    np.testing.assert_array_equal(moved.points, points)
-    np.testing.assert_array_equal(moved.before, moved.after)
-    assert moved.after[1] == values[20:, 28:].sum()
-    assert not moved.iterations.any()
 
 
 def test_a_window_that_leaves_the_region_is_named():
@@ -259,7 +231,7 @@ READINGS = [
 
 
 @pytest.mark.parametrize("parameters", READINGS, ids=str)
-@pytest.mark.parametrize("n_frames", [1, 2, 3])
+@pytest.mark.parametrize("n_frames", [1, 3])
 def test_the_joint_map_is_equation_5(parameters, n_frames):
     images = [random_image(seed) for seed in range(n_frames + 1)]
     _, joint = learned(images[0], frames=images[1:], **parameters)
@@ -294,9 +266,7 @@ def test_how_much_is_summed_up_first_changes_nothing(seed, order, width, height)
 
 def test_a_frame_of_another_size_is_refused():
     model, _ = learned(random_image(0))
-    with pytest.raises(
-        TrackerError, match=r"some-tracker: a frame of 30x24 pixels after one of 31x24"
-    ):
+    with pytest.raises(TrackerError, match="some-tracker: a frame of 30x24 pixels after one of 31"):
         model.observe(SharedFrame(random_image(1, columns=30)))
 
 

@@ -1,142 +1,179 @@
-"""The chain of dependent cues against exact sums over small, discrete models."""
+"""What cues are shown, and what of them no plain reference has (see `plain_moreno2005.py`)."""
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from trackers.contours.chain import Chain, Hypotheses, ParticleCue, Weighed, complete, proportional
+from trackers.contours.cells import colour_cells
+from trackers.contours.colour_cue import ColourDynamics, Palettes
+from trackers.contours.contour_cue import ContourCue, ContourDynamics, KalmanContourCue
+from trackers.contours.mixture import (
+    Mixture,
+    components_of,
+    fitted,
+)
+from trackers.contours.observation import (
+    graded,
+    observe,
+    window_around,
+)
+from trackers.contours.plane_cue import PlaneCue
+from trackers.contours.refitting import Fit, RefittedColours, blended
+
+BASIS = np.linalg.qr(np.array([[1.0, 0.2], [0.1, 1.0], [-0.5, 0.3]]))[0]
+SQUARE = np.array([[20.0, 10.0], [50.0, 10.0], [50.0, 40.0], [20.0, 40.0]])
+STILL = ContourDynamics(np.zeros((2, 2)), np.zeros(2))
 
 
-class Listed:
-    """A cue with fixed states whose weights are looked up, for the attached state's row."""
-
-    def __init__(self, states, table):
-        self.states, self.table, self.received = np.asarray(states), np.asarray(table), None
-
-    def sample(self, generator):
-        return self.states
-
-    def weigh(self, observation, states, attached, earlier):
-        if attached is None:
-            return Weighed(self.table[states], evidence="first")
-        assert earlier[-1].evidence == "first"
-        return Weighed(self.table[earlier[-1].states[attached], states])
-
-    def receive(self, states, weights):
-        self.received = (states, weights)
+@pytest.fixture(scope="module")
+def image():
+    random = np.random.default_rng(4)
+    picture = random.integers(0, 120, (60, 80, 3))
+    picture[10:40, 20:50] = random.integers(100, 255, (30, 30, 3))
+    return picture.astype(np.uint8)
 
 
-class Walk(ParticleCue):
-    def propagated(self, states, generator):
-        return states + generator.normal(size=states.shape)
-
-    def weigh(self, observation, states, attached, earlier):
-        return Weighed(np.exp(-0.5 * (states[:, 0] - observation) ** 2))
+def pair():
+    """Two mixtures on a plane, of the same number of components."""
+    random = np.random.default_rng(0)
+    return [fitted(random.normal(0.4, 0.2, (600, 2)), 3, random) for _ in range(2)]
 
 
-def two(states=200_000, seed=0, **options):
-    first = Listed([0, 1, 2], [0.2, 0.5, 0.3])
-    second = Listed(
-        np.random.default_rng(7).integers(0, 2, states), [[0.9, 0.1], [0.4, 0.6], [0.2, 0.3]]
+def mixtures(seed=0, of_target=2, of_background=3):
+    random = np.random.default_rng(seed)
+    return components_of(
+        Mixture(
+            np.concatenate([np.full(of_target, 1 / of_target), np.full(of_background, 1 / 3)]),
+            random.uniform(0, 1, (of_target + of_background, 2)),
+            np.eye(2) * random.uniform(0.01, 0.05, (of_target + of_background, 1, 1)),
+        )
     )
-    chain = Chain([first, second], **options)
-    return chain, chain.step(None, np.random.default_rng(seed))
 
 
-def test_hypotheses_of_the_complete_density_have_its_exact_probabilities():
-    _, (first, second) = two()
-    indices = complete((first, second))
-    measured = np.zeros((3, 2))
-    np.add.at(measured, (first.states[indices[0]], second.states), second.weights)
-    exact = np.array([0.2, 0.5, 0.3])[:, np.newaxis] * [[0.9, 0.1], [0.4, 0.6], [0.2, 0.3]]
-    np.testing.assert_allclose(measured, exact / exact.sum(), atol=0.006)
+# What the cues are shown.
 
 
-def test_uniform_association_forgets_what_the_first_cue_saw():
-    _, (first, second) = two(association="uniform")
-    measured = np.zeros((3, 2))
-    np.add.at(measured, (first.states[second.attached], second.states), second.weights)
-    exact = np.array([[0.9, 0.1], [0.4, 0.6], [0.2, 0.3]])
-    np.testing.assert_allclose(measured, exact / exact.sum(), atol=0.006)
+@given(
+    st.floats(-30, 100), st.floats(-30, 80), st.floats(0, 40), st.floats(0, 12), st.floats(0, 0.5)
+)
+def test_a_window_holds_the_contour_with_its_tolerance_as_far_as_the_image_goes(
+    x, y, side, margin, growth
+):
+    contour = np.array([[x, y], [x + side, y], [x + side, y + side], [x, y + side]])
+    x0, y0, x1, y1 = window_around(contour, margin, growth, 80, 60)
+    assert 0 <= x0 < x1 <= 80
+    assert 0 <= y0 < y1 <= 60
+    assert min(x1 - x0, y1 - y0) >= 8
+    more = margin + growth * side / 2
+    for column in range(80):
+        if x - more <= column and column + 1 <= x + side + more:
+            assert x0 <= column < x1
+    assert x1 - x0 <= max(8, side + 2 * more + 2)
 
 
-def test_joint_feedback_gives_a_cue_its_marginal_of_the_complete_density():
-    chain, (_, second) = two(feedback="joint")
-    exact = np.array([0.2, 0.5 * 1.0, 0.3 * 0.5])  # of its state, and of all that the next may be
-    np.testing.assert_allclose(chain.cues[0].received[1], exact / exact.sum(), atol=0.006)
-    np.testing.assert_array_equal(chain.cues[1].received[1], second.weights)
+def test_contrast_is_the_mean_in_the_window_minus_the_mean_outside(image):
+    cells = colour_cells(image, 8)
+    table = np.random.default_rng(2).random(len(cells.colours))
+    values = table[cells.image]
+    within = np.zeros((60, 80), bool)
+    within[6:44, 16:54] = True
+    contrast = observe(cells, (16, 6, 54, 44)).contrast
+    assert table @ contrast == pytest.approx(values[within].mean() - values[~within].mean())
+    around = np.zeros_like(within)
+    around[0:60, 0:80] = True
+    ringed = observe(cells, (30, 20, 50, 40), ring=2.0).contrast
+    within[:] = False
+    within[20:40, 30:50] = True
+    around[:] = False
+    around[10:50, 20:60] = True
+    beside = around & ~within
+    assert table @ ringed == pytest.approx(values[within].mean() - values[beside].mean())
 
 
-def test_marginal_feedback_gives_a_cue_the_weights_that_it_gave_itself():
-    chain, _ = two(feedback="marginal")
-    np.testing.assert_allclose(chain.cues[0].received[1], [0.2, 0.5, 0.3])
+def test_a_window_that_fills_the_image_has_nothing_to_be_compared_with(image):
+    cells = colour_cells(image, 8)
+    table = np.random.default_rng(2).random(len(cells.colours))
+    contrast = observe(cells, (0, 0, 80, 60)).contrast
+    assert table @ contrast == pytest.approx(table[cells.image].mean())
 
 
-def test_a_hypothesis_that_no_other_was_attached_to_still_has_a_chance_in_the_next_frame():
-    first, second = Listed([0, 1], [1.0, 0.0]), Listed([0, 1, 1], [[1.0, 1.0], [1.0, 1.0]])
-    Chain([first, second], feedback="joint").step(None, np.random.default_rng(0))
-    _, weights = first.received
-    assert 0 < weights[1] < 1e-11
-    assert weights.sum() == pytest.approx(1.0)
+def test_differences_are_weights_as_they_are_or_as_exponentials():
+    scores = np.array([-0.2, 0.0, 0.1, 0.3])
+    np.testing.assert_array_equal(graded(scores, "literal", 9.0), [0, 0, 0.1, 0.3])
+    assert graded(np.array([1e-40, -0.1, 9e-7]), "literal", 9.0).tolist() == [0, 0, 0]
+    weights = graded(scores, "exponential", 0.05)
+    np.testing.assert_allclose(np.diff(np.log(weights)), np.diff(scores) / 0.05)
 
 
-def test_three_cues_are_followed_back_to_the_first():
-    chain = [
-        Hypotheses(np.arange(3), np.full(3, 1 / 3)),
-        Hypotheses(np.arange(4), np.full(4, 1 / 4), np.array([2, 0, 1, 1])),
-        Hypotheses(np.arange(3), np.full(3, 1 / 3), np.array([3, 0, 0])),
-    ]
-    assert [indices.tolist() for indices in complete(chain)] == [[1, 2, 2], [3, 0, 0], [0, 1, 2]]
+# Cues.
 
 
-def test_hypotheses_attached_to_nothing_are_an_error():
-    alone = Hypotheses(np.arange(3), np.full(3, 1 / 3))
-    with pytest.raises(ValueError, match="attached to none"):
-        complete([alone, alone])
+def test_a_cue_says_what_must_come_before_it(image):
+    seen = observe(colour_cells(image, 8), (16, 6, 54, 44))
+    planes = PlaneCue(BASIS, 3, 0.05, "literal", 1.0, 0.05)
+    palettes = Palettes(2, "literal", 1.0, 0.05)
+    colours = RefittedColours(Fit(np.zeros((0, 3)), np.zeros((0, 3)), *pair()), 1, 1.0, palettes)
+    contours = ContourCue(SQUARE, 3, STILL, "window", "literal", 1.0)
+    for cue, words in (
+        (planes, "sets of colours"),
+        (colours, "planes comes before"),
+        (contours, "colours comes before"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            cue.weigh(seen, cue.sample(np.random.default_rng(0)), None, ())
 
 
-@pytest.mark.parametrize("options", [{"association": "best"}, {"feedback": "both"}])
-def test_an_unknown_way_is_refused(options):
-    with pytest.raises(ValueError, match="is none of"):
-        Chain([], **options)
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=30)
+def test_mixtures_stay_mixtures(seed):
+    states = np.repeat(mixtures(seed)[np.newaxis], 20, axis=0)
+    wild = ColourDynamics("shared", 0.0, 0.0, 2.0, 0.5, 3.0, 2.0, 3.0, 0.0)
+    before = states.copy()
+    moved = wild.propagated(states, 2, np.random.default_rng(seed))
+    np.testing.assert_array_equal(states, before)
+    assert (moved[:, :, 3:5] >= 2e-4).all()
+    assert (moved[:, :, 3:5] <= 0.15).all()
+    np.testing.assert_allclose(moved[:, :2, 0].sum(axis=1), 1.0)
+    np.testing.assert_allclose(moved[:, 2:, 0].sum(axis=1), 1.0)
 
 
-@pytest.mark.parametrize("weights", [[0.2, -0.5, 0.3], [0.2, 0.5]])
-def test_weights_below_zero_or_too_few_are_refused_by_the_cues_name(weights):
-    wrong = Listed([0, 1, 2], [0.2, 0.5, 0.3])
-    wrong.weigh = lambda *given: Weighed(np.array(weights))
-    with pytest.raises(ValueError, match="Listed gives weights of shape"):
-        Chain([wrong]).step(None, np.random.default_rng(0))
+def test_the_kalman_filter_ends_with_the_weighted_contours_mean_and_variance():
+    motion = ContourDynamics(np.zeros((2, 2)), np.array([3.0, 2.0]))
+    cue = KalmanContourCue(SQUARE, 4000, motion, "window", "literal", 1.0)
+    random = np.random.default_rng(0)
+    for target in ((38.0, 26.0), (41.0, 27.0)):
+        states = cue.sample(random)
+        centres = states.mean(axis=1)
+        weights = np.exp(-0.5 * ((centres - target) ** 2).sum(axis=1))
+        weights /= weights.sum()
+        cue.receive(states, weights)
+        mean = weights @ centres
+        np.testing.assert_allclose(cue.place.position, mean, atol=1e-9)
+        np.testing.assert_allclose(
+            cue.place.covariances[:, 0, 0], weights @ (centres - mean) ** 2, rtol=1e-9
+        )
 
 
-@given(st.lists(st.floats(0, 1e300), min_size=1, max_size=8))
-def test_proportional_weights_sum_to_one_and_keep_their_order(values):
-    weights = proportional(np.array(values))
-    assert weights.sum() == pytest.approx(1.0)
-    assert (np.diff(weights[np.argsort(values)]) >= 0).all()
+def test_equal_weights_tell_the_kalman_filter_next_to_nothing():
+    motion = ContourDynamics(np.zeros((2, 2)), np.array([3.0, 2.0]))
+    cue = KalmanContourCue(SQUARE, 200_00, motion, "window", "literal", 1.0)
+    states = cue.sample(np.random.default_rng(0))
+    before = cue.place.covariances[:, 0, 0].copy()
+    cue.receive(states, np.full(len(states), 1 / len(states)))
+    np.testing.assert_allclose(cue.place.covariances[:, 0, 0], before, rtol=0.05)
+    np.testing.assert_allclose(cue.place.position, SQUARE.mean(axis=0), atol=0.2)
 
 
-@pytest.mark.parametrize("values", [[0.0, 0.0], [np.nan, 1.0], [np.inf, 1.0]])
-def test_weights_that_say_nothing_become_equal(values):
-    np.testing.assert_array_equal(proportional(np.array(values)), [0.5, 0.5])
-
-
-def test_particles_follow_the_density_that_the_kalman_filter_gives():
-    cue, generator = Walk(np.zeros(1), 40_000), np.random.default_rng(3)
-    chain, mean, variance = Chain([cue]), 0.0, 0.0
-    for measured in (0.5, 1.5, -1.0):
-        (found,) = chain.step(measured, generator)
-        variance += 1.0
-        gain = variance / (variance + 1.0)
-        mean, variance = mean + gain * (measured - mean), (1 - gain) * variance
-        estimate = found.weights @ found.states[:, 0]
-        spread = found.weights @ (found.states[:, 0] - estimate) ** 2
-        assert estimate == pytest.approx(mean, abs=0.02)
-        assert spread == pytest.approx(variance, abs=0.02)
-
-
-def test_the_same_seed_gives_the_same_hypotheses_to_the_bit():
-    (_, one), (_, other) = two(states=100, seed=5), two(states=100, seed=5)
-    np.testing.assert_array_equal(one[1].attached, other[1].attached)
-    np.testing.assert_array_equal(one[1].weights, other[1].weights)
+def test_blending_is_between_the_components_that_belong_together():
+    older, newer = pair()
+    shuffled = Mixture(*(part[[2, 0, 1]] for part in older))
+    one, other = blended(older, newer, 0.3), blended(shuffled, newer, 0.3)
+    for left, right in zip(one, other, strict=True):
+        np.testing.assert_allclose(left, right)
+    self_blend = blended(shuffled, older, 0.3)
+    for left, right in zip(self_blend, older, strict=True):
+        np.testing.assert_allclose(left, right)
+    for left, right in zip(blended(older, newer, 1.0), newer, strict=True):
+        np.testing.assert_allclose(left, right)
+    assert one.weights.sum() == pytest.approx(1.0)

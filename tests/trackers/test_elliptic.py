@@ -1,5 +1,6 @@
 """Parts of the elliptic particle filter: likelihood, motion, background, placement, model."""
 
+from dataclasses import replace
 from math import exp, pi, sqrt
 
 import numpy as np
@@ -14,24 +15,6 @@ from trackers.histograms.ellipses import EllipseCounts
 from trackers.histograms.motion import Motion, at_rest, ellipse_in
 from trackers.histograms.placement import Whereabouts
 from trackers.histograms.target_model import Ellipses, Likelihood, TargetModel
-
-
-@pytest.mark.parametrize(
-    ("reading", "sigma", "expected"),
-    [
-        ("peak", 0.1, 0.9979),
-        ("peak", 0.2, 0.9916),
-        ("printed", 0.1, 0.9932),
-        ("density", 0.1, 0.9702),
-        ("density", 0.2, 0.9363),
-        ("density", 0.05, 0.9891),
-        ("variance", 0.1, 0.9325),
-        ("coefficient", 0.1, 0.9),
-        ("coefficient", 0.2, 0.9),
-    ],
-)
-def test_the_threshold_on_the_likelihood_is_one_on_the_coefficient(reading, sigma, expected):
-    assert Likelihood(sigma, reading, 0.9).least_coefficient == pytest.approx(expected, abs=5e-5)
 
 
 @pytest.mark.parametrize("reading", ["printed", "variance"])
@@ -52,17 +35,8 @@ def test_the_least_coefficient_solves_equations_10_and_11(reading, sigma):
 
 
 def motion(**changes):
-    values = {
-        "dynamics": "first-order",
-        "axes": "together",
-        "scale_change": "linear",
-        "scale_persistence": 1.0,
-        "position_noise": 0.0,
-        "velocity_noise": 0.0,
-        "size_noise": 0.0,
-        "scale_noise": 0.0,
-    }
-    return Motion(**{**values, **changes})
+    quiet = Motion("first-order", "together", "linear", 1.0, 0.0, 0.0, 0.0, 0.0)
+    return replace(quiet, **changes)
 
 
 def steps(model, state, n=1, rates=(0.0, 0.0, 0.0), seed=0, aspect=None, particles=1):
@@ -77,21 +51,15 @@ def steps(model, state, n=1, rates=(0.0, 0.0, 0.0), seed=0, aspect=None, particl
 STATE = [100.0, 80.0, 3.0, -2.0, 20.0, 30.0, 0.5]
 
 
-def test_without_noise_velocity_and_scale_change_are_constant():
+def test_without_noise_velocity_and_scale_change_are_constant_or_damped():
     found = steps(motion(), STATE, n=4)
     np.testing.assert_allclose(found[0], [112, 72, 3, -2, 22, 33, 0.5])
-
-
-def test_factors_compound():
-    state = [*STATE[:6], 0.02]
-    found = steps(motion(scale_change="multiplicative", axes="apart"), state, n=3)
+    damped = steps(motion(scale_persistence=0.9), STATE, n=3)
+    assert damped[0, 6] == pytest.approx(0.5 * 0.9**3)
+    assert damped[0, 4] == pytest.approx(20 + 0.5 * (1 + 0.9 + 0.81))
+    factors = motion(scale_change="multiplicative", axes="apart")
+    found = steps(factors, [*STATE[:6], 0.02], n=3)
     np.testing.assert_allclose(found[0, 4:6], np.array([20, 30]) * 1.02**3)
-
-
-def test_a_damped_change_of_scale_dies_out():
-    found = steps(motion(scale_persistence=0.9), STATE, n=3)
-    assert found[0, 6] == pytest.approx(0.5 * 0.9**3)
-    assert found[0, 4] == pytest.approx(20 + 0.5 * (1 + 0.9 + 0.81))
 
 
 def test_second_order_has_constant_rates_of_change():
@@ -108,14 +76,7 @@ def test_a_random_walk_has_neither():
 
 @pytest.mark.parametrize("scale_change", ["linear", "multiplicative"])
 def test_noise_has_the_deviations_that_are_asked_for(scale_change):
-    model = motion(
-        scale_change=scale_change,
-        axes="apart",
-        position_noise=0.12,
-        velocity_noise=0.05,
-        size_noise=0.02,
-        scale_noise=0.004,
-    )
+    model = Motion("first-order", "apart", scale_change, 1.0, 0.12, 0.05, 0.02, 0.004)
     state = [300.0, 200.0, 0.0, 0.0, 20.0, 30.0, 0.0]
     moved = steps(model, state, particles=40_000)
     spread = (moved - state).std(axis=0)
@@ -143,17 +104,10 @@ def test_half_axes_stay_between_three_pixels_and_the_image(axes, change):
 
 
 def test_the_model_does_not_change_how_many_numbers_are_drawn():
+    states = at_rest(np.zeros((3, 2)), np.array([4.0, 5.0]))
     for dynamics in ("first-order", "second-order", "random-walk"):
-        generator = np.random.default_rng(5)
-        motion(dynamics=dynamics).step(
-            at_rest(np.zeros((3, 2)), np.array([4.0, 5.0])),
-            np.zeros((3, 3)),
-            4,
-            1.25,
-            (9, 9),
-            generator,
-        )
-        expected = np.random.default_rng(5)
+        generator, expected = np.random.default_rng(5), np.random.default_rng(5)
+        motion(dynamics=dynamics).step(states, np.zeros((3, 3)), 4, 1.25, (9, 9), generator)
         expected.standard_normal((3, 10))
         assert generator.random() == expected.random()
 
@@ -215,20 +169,17 @@ def test_the_grid_has_about_as_many_positions_as_asked_for(positions, half_x, ha
 
 def test_the_surroundings_of_the_target_are_not_background():
     half_axes, target = np.array([6.0, 9.0]), np.array([50.0, 40.0])
-    background = Background(
-        SharedFrame(picture()), half_axes, 3.0, JointBins(), "isotropic", target
-    )
+    arguments = SharedFrame(picture()), half_axes, 3.0, JointBins(), "isotropic"
+    background, whole = Background(*arguments, target), Background(*arguments)
     away = np.abs(background.positions - target) / half_axes
     assert (away.max(axis=1) >= 2 - 1e-9).all()
-    whole = Background(SharedFrame(picture()), half_axes, 3.0, JointBins(), "isotropic")
     near = np.abs(whole.positions - target) / half_axes
     assert len(background.positions) == (near.max(axis=1) >= 2).sum() < len(whole.positions)
 
 
 def test_a_target_that_fills_the_image_leaves_no_background():
-    background = Background(
-        SharedFrame(picture()), np.array([60.0, 41.0]), 3.0, JointBins(), "isotropic"
-    )
+    large = np.array([60.0, 41.0])
+    background = Background(SharedFrame(picture()), large, 3.0, JointBins(), "isotropic")
     assert background.threshold(np.full(512, 1 / 512)) == 0.0
 
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackers.histograms.bins import N_BINS, LuvBins
+from trackers.histograms.bins import LuvBins
 
 RANGES = {
     "full": None,  # bytes themselves
@@ -75,21 +75,3 @@ def test_a_window_has_the_bytes_and_the_codes_of_the_whole_image(seed, top, left
     np.testing.assert_array_equal(cv2.cvtColor(image[window], cv2.COLOR_BGR2LUV), luv[window])
     scheme = LuvBins()
     np.testing.assert_array_equal(scheme.codes(image[window]), scheme.codes(image)[window])
-
-
-def test_every_bin_of_the_gamuts_corners_exists_and_narrow_ranges_use_more_bins():
-    steps = np.arange(0, 256, 5, dtype=np.uint8)
-    gamut = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(52, -1, 3)
-    used = {}
-    for uv_range in RANGES:
-        scheme = LuvBins("both", uv_range)
-        used[uv_range] = np.unique(scheme.votes[scheme.codes(gamut)])
-        assert used[uv_range].max() == N_BINS - 1
-        assert set(range(100, 110)) <= set(used[uv_range].tolist())
-    assert len(used["full"]) < len(used["srgb-gamut"]) < len(used["natural"])
-
-
-def test_equal_schemes_are_one_piece_of_work():
-    assert LuvBins("both", "full") == LuvBins()
-    assert hash(LuvBins("both", "full")) == hash(LuvBins())
-    assert LuvBins("perez") != LuvBins()

@@ -82,16 +82,8 @@ def slow_track(images, box, **parameters):
         codes = slow_codes(image, given.colour, given.bins)
         best = None
         for factor in factors:
-            found = slow_shift(
-                codes,
-                q,
-                x,
-                y,
-                half * factor,
-                given.stop_distance,
-                given.max_iterations,
-                given.step_halving,
-            )
+            rules = given.stop_distance, given.max_iterations, given.step_halving
+            found = slow_shift(codes, q, x, y, half * factor, *rules)
             if best is None or found[2] > best[0][2]:
                 best = found, half * factor
         (x, y, coefficient, steps), best_half = best
@@ -167,7 +159,7 @@ def test_the_boxes_are_those_of_the_equations_written_out_slowly(clip, reading):
         assert estimate.details["half_height"] == estimate.box[3] / 2
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=40)
 @given(
     st.integers(0, 999),
     st.tuples(st.integers(-20, 60), st.integers(-20, 50), st.integers(3, 40), st.integers(3, 40)),
@@ -189,104 +181,6 @@ def test_so_they_are_wherever_the_ellipse_crosses_the_border(seed, box):
     expected = slow_track(images, box, **settings)
     np.testing.assert_allclose(boxes(found), expected[:, :4], rtol=0, atol=1e-9)
     assert found[0].confidence == pytest.approx(expected[0, 4], abs=1e-9)
-
-
-def test_the_readings_are_different_trackers(clip):
-    images, box = clip
-    found = [boxes(track(images, box, **reading)) for reading in READINGS]
-    for i, one in enumerate(found):
-        for other in found[:i]:
-            assert np.abs(one - other).max() > 1e-3
-
-
-@settings(deadline=None, max_examples=30)
-@given(st.integers(24, 32), st.integers(20, 30), st.integers(1, 5), st.integers(1, 4))
-def test_one_step_goes_to_the_middle_of_all_that_has_the_targets_colour(x, y, width, height):
-    full, spot = np.full((60, 60, 3), 200, np.uint8), np.full((60, 60, 3), GREEN, np.uint8)
-    spot[y : y + height, x : x + width] = 200
-    (estimate,) = track([full, spot], [20, 12, 20, 30], scale="fixed", max_iterations=1)
-    np.testing.assert_allclose(
-        centres([estimate]), [[x + width / 2, y + height / 2]], rtol=0, atol=1e-12
-    )
-    assert estimate.details["iterations"] == 1
-
-
-def test_two_colours_pull_by_the_root_of_what_they_are_short_of():
-    first, second = np.zeros((40, 40, 3), np.uint8), np.full((40, 40, 3), GREEN, np.uint8)
-    first[:, 20:] = 255  # the ellipse's halves weigh the same
-    second[20, 18] = second[20, 21] = 0
-    second[20, 24] = 255
-    settings = {"scale": "fixed", "max_iterations": 1, "step_halving": False}
-    (estimate,) = track([first, second], [10, 10, 20, 20], **settings)
-
-    def weight(column):  # under the kernel, of radius 10 around (20, 20)
-        return 1 - ((column + 0.5 - 20) ** 2 + 0.5**2) / 100
-
-    black = (0.5 / (weight(18) + weight(21))) ** 0.5
-    white = (0.5 / weight(24)) ** 0.5
-    x = (black * (18.5 + 21.5) + white * 24.5) / (2 * black + white)
-    np.testing.assert_allclose(centres([estimate]), [[x, 20.5]], rtol=0, atol=1e-4)
-
-
-@settings(deadline=None, max_examples=30)
-@given(st.integers(-9, 9), st.integers(-14, 14))
-def test_a_target_that_moved_on_plain_ground_is_found_within_half_a_pixel(dx, dy):
-    here, there = picture((60, 40), fine=1), picture((60 + dx, 40 + dy), fine=1)
-    (estimate,) = track([here, there], [48, 22, 24, 36], stop_distance=1e-3)
-    np.testing.assert_allclose(centres([estimate]), [[60 + dx, 40 + dy]], atol=0.5)
-    assert estimate.confidence > 0.99
-
-
-def test_the_size_follows_a_target_that_grows_and_shrinks():
-    sizes = np.concatenate([np.linspace(24, 34, 50), np.linspace(34, 26, 50)])
-    images = [picture((60, 40), (s, 1.5 * s), noise=t) for t, s in enumerate(sizes)]
-    found = boxes(track(images, [48, 22, 24, 36]))
-    np.testing.assert_allclose(found[:, 2], sizes[1:], rtol=0.1)
-    np.testing.assert_allclose(found[:, 3], 1.5 * found[:, 2])
-    fixed = boxes(track(images, [48, 22, 24, 36], scale="fixed"))
-    assert (fixed[:, 2:] == [24, 36]).all()
-
-
-def test_the_size_changes_by_no_more_than_the_smoothed_step(clip):
-    images, box = clip
-    widths = np.concatenate([[box[2]], boxes(track(images, box))[:, 2]])
-    changes = widths[1:] / widths[:-1] - 1
-    allowed = np.array([-0.01, 0, 0.01])
-    assert np.abs(changes[:, np.newaxis] - allowed).min(axis=1).max() < 1e-12
-    assert changes.max() > 0
-
-
-@settings(deadline=None, max_examples=40)
-@given(
-    st.integers(0, 999),
-    st.tuples(st.floats(-40, 60), st.floats(-40, 40), st.floats(3, 60), st.floats(3, 60)),
-)
-def test_steps_never_lower_the_coefficient(seed, box):
-    rng = np.random.default_rng(seed)
-    blocks = rng.integers(0, 256, (2, 6, 7, 3), dtype=np.uint8)
-    images = blocks.repeat(8, axis=1).repeat(8, axis=2)
-    coefficients = []
-    for most in range(1, 6):
-        try:
-            (estimate,) = track(
-                list(images), box, max_iterations=most, scale="fixed", stop_distance=1e-9
-            )
-        except TrackerError as refusal:
-            assert "in the image" in str(refusal)  # noqa: PT017  # or it is refused
-            return
-        coefficients.append(estimate.confidence)
-        assert 0 <= estimate.confidence <= 1
-    assert (np.diff(coefficients) >= 0).all()
-
-
-@settings(deadline=None, max_examples=15)
-@given(st.integers(-15, 12), st.integers(-12, 12), st.sampled_from(["rgb", "hsv"]))
-def test_moving_the_scene_by_whole_pixels_moves_the_track(dx, dy, colour):
-    images = [picture((60 + t, 40 - t), noise=t) for t in range(3)]
-    moved = [np.roll(image, (dy, dx), (0, 1)) for image in images]
-    here = track(images, [48, 22, 24, 36], colour=colour)
-    there = track(moved, [48 + dx, 22 + dy, 24, 36], colour=colour)
-    np.testing.assert_allclose(boxes(there) - boxes(here), [[dx, dy, 0, 0]] * 2, atol=1e-7)
 
 
 def test_no_side_shrinks_below_three_pixels():
@@ -315,23 +209,6 @@ def test_a_target_of_one_colour_keeps_its_size_and_stays_on_it():
     assert np.abs(estimate.box[:2] - [45, 23]).max() < 1.5
 
 
-def test_in_an_image_of_one_colour_nothing_moves():
-    plain = np.full((80, 120, 3), 90, np.uint8)
-    (estimate,) = track([plain, plain], [40.3, 20.6, 30, 40])
-    np.testing.assert_allclose(estimate.box, [40.3, 20.6, 30, 40], atol=0.3)
-    assert estimate.confidence == 1.0
-    assert estimate.box[2:].tolist() == [30, 40]
-
-
-@pytest.mark.parametrize("colour", ["rgb", "hsv"])
-def test_in_grey_images_the_brightness_is_followed(colour):
-    here, there = (
-        picture(centre, fine=1)[..., 1:2].repeat(3, axis=2) for centre in ((60, 40), (64, 37))
-    )
-    (estimate,) = track([here, there], [48, 22, 24, 36], colour=colour)
-    np.testing.assert_allclose(centres([estimate]), [[64, 37]], atol=0.3)
-
-
 def test_a_target_that_left_is_not_visible_and_is_found_when_it_comes_back():
     here, empty = picture((60, 40)), np.full((80, 120, 3), 0, np.uint8)
     gone, back = track([here, empty, here], [48, 22, 24, 36])
@@ -341,15 +218,6 @@ def test_a_target_that_left_is_not_visible_and_is_found_when_it_comes_back():
     assert gone.box.tolist() == [48, 22, 24, 36]
     assert back.visible
     np.testing.assert_allclose(back.box, [48, 22, 24, 36], atol=0.2)
-
-
-def test_a_target_half_outside_is_followed_by_what_is_inside():
-    images = [picture((c, 40)) for c in (20, 14, 8, 3)]
-    found = track(images, [8, 22, 24, 36])
-    assert all(estimate.visible for estimate in found)
-    assert centres(found)[-1, 0] < 9
-    inwards = track(images[::-1], [-9, 22, 24, 36])
-    assert centres(inwards)[-1, 0] > 10
 
 
 @pytest.mark.parametrize("turns", range(4))

@@ -119,20 +119,6 @@ def test_it_bridges_an_occlusion_that_mean_shift_alone_does_not():
     assert np.abs(alone[-3:, 0] - lefts[-3:]).min() > 30
 
 
-def test_the_size_follows_that_of_the_mean_shift():
-    first, second = np.full((2, 80, 120, 3), GREEN, np.uint8)
-    first[36:44, 56:64] = 90
-    second[28:52, 48:72] = 90  # larger ellipses have the first one's share of ground
-    plain, predicted = (
-        track([first, *[second] * 5], [45, 25, 30, 30], name)
-        for name in ("mean-shift", "mean-shift-kalman")
-    )
-    np.testing.assert_allclose(boxes(predicted)[:, 2:], boxes(plain)[:, 2:])
-    assert predicted[-1].box[2] == pytest.approx(30 * 1.01**5)
-    assert predicted[-1].details["half_width"] == predicted[-1].box[2] / 2
-    assert predicted[-1].details["half_height"] == predicted[-1].box[3] / 2
-
-
 def test_below_the_least_coefficient_the_prediction_stands():
     images = [picture(20 + 5 * t, 40) for t in range(8)] + [
         np.full((120, 200, 3), 128, np.uint8)

@@ -61,12 +61,8 @@ def slow_rectangle(x, y, area, aspect, shape):
     left, right = floor(x - width / 2 + 0.5), floor(x + width / 2 + 0.5)
     top, bottom = floor(y - height / 2 + 0.5), floor(y + height / 2 + 0.5)
     whole = (right - left) * (bottom - top)
-    left, right, top, bottom = (
-        max(left, 0),
-        min(right, shape[1]),
-        max(top, 0),
-        min(bottom, shape[0]),
-    )
+    left, right = max(left, 0), min(right, shape[1])
+    top, bottom = max(top, 0), min(bottom, shape[0])
     inside = max(right - left, 0) * max(bottom - top, 0)
     return (left, top, right, bottom) if inside >= max(16, whole / 4) else None
 
@@ -193,46 +189,13 @@ def test_the_boxes_are_those_of_the_equations_in_plain_loops(clip, reading):
     assert found[0].details["part_distance"] == pytest.approx(part_distance, abs=1e-12)
 
 
-def test_the_readings_are_different_trackers(clip):
-    images, box = clip
-    readings = [*READINGS, {"noise": "fixed", "dynamics": "first-order"}]
-    readings += [{"resampling": name} for name in ("systematic", "stratified", "residual")]
-    found = [boxes(track(images, box, particles=24, **reading)) for reading in readings]
-    for i, one in enumerate(found):
-        for other in found[:i]:
-            assert np.abs(one - other).max() > 1e-3
-
-
 def test_as_written_and_recommended_are_the_papers_parameters():
     parameters = trackers.resolve("multipart", preset="as-written").parameters
     assert parameters == trackers.resolve("multipart").parameters
-    assert (parameters.particles, parameters.position_divisor, parameters.size_divisor) == (
-        200,
-        3.0,
-        10.0,
-    )
+    noise = parameters.particles, parameters.position_divisor, parameters.size_divisor
+    assert noise == (200, 3.0, 10.0)
     assert (parameters.sigma, parameters.threshold) == (0.1, 0.4)
     assert parameters.resampling == "multinomial"
-
-
-def distance_between(reference, image, box, **parameters):
-    """What one particle that hardly moves finds."""
-    still = {"particles": 1, "position_divisor": 1e12, "size_divisor": 1e12}
-    (estimate,) = track([reference, image], box, **still, **parameters)
-    return estimate.details["distance"]
-
-
-def test_only_two_parts_see_that_the_halves_are_swapped(clip):
-    images, box = clip
-    x, y, width, height = box.astype(int)
-    middle = y + height // 2
-    swapped = images[0].copy()
-    columns = slice(x, x + width)
-    swapped[y:middle, columns] = images[0][middle : y + height, columns]
-    swapped[middle : y + height, columns] = images[0][y:middle, columns]
-    assert distance_between(images[0], swapped, box, representation="single") < 0.02
-    assert distance_between(images[0], swapped, box, representation="multi") > 0.4
-    assert distance_between(images[0], images[0], box, representation="multi") == 0.0
 
 
 def test_the_confidence_is_the_likelihood_of_the_distance(clip):
@@ -276,30 +239,14 @@ def test_adaptive_is_to_the_bit_the_representation_that_it_picks(clip, threshold
         assert {e.details["part_distance"] for e in estimates} == {part_distance}
 
 
-def test_a_plain_target_is_tracked_as_one_part(clip):
-    image = np.full((60, 80, 3), GREEN, np.uint8)
-    image[20:40, 24:36] = RED
-    found = track([image] * 3, [24, 20, 12, 20])
-    assert found[0].details["part_distance"] == 0.0
-    same = track([image] * 3, [24, 20, 12, 20], representation="single")
-    np.testing.assert_array_equal(boxes(same), boxes(found))
-
-
 def test_the_harness_gives_many_in_lock_step_the_boxes_of_each_alone():
     names = [f"multipart:particles=60:representation={r}" for r in ("single", "multi")]
-    cells = [(name, repetition) for name in names for repetition in range(12)]
+    cells = [(name, repetition) for name in names for repetition in range(5)]
     sequence = datasets.load("plain/target:length=10")
     entries = [(contestant(name), repetition) for name, repetition in cells]
     together = run_in_lock_step(entries, sequence).runs
-    for run, cell in list(zip(together, cells, strict=True))[::5]:
+    for run, cell in list(zip(together, cells, strict=True))[::3]:
         np.testing.assert_array_equal(run.boxes, bench.evaluate(cell[0], sequence, cell[1]).boxes)
-
-
-def test_moving_the_scene_by_whole_pixels_moves_the_track(clip):
-    images, box = clip
-    moved = [np.roll(image, (4, -7), (0, 1)) for image in images]
-    there = boxes(track(moved, box + [-7, 4, 0, 0]))
-    np.testing.assert_allclose(there - boxes(track(images, box)), [[-7, 4, 0, 0]] * 4, atol=1e-9)
 
 
 @pytest.mark.parametrize("representation", ["single", "multi"])

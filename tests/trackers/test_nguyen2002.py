@@ -29,25 +29,13 @@ def test_the_gate_is_the_99_percent_quantile_of_chi_square(features, limit, fact
 def test_as_written_takes_the_text_literally():
     written = trackers.resolve("nguyen2002", preset="as-written").parameters
     assert not any([written.subpixel, written.misregistration, written.consistency])
-    assert written.features == "invariants"
-    assert written.outlier_rule == "exceeds"
-    assert written.reinitialise == "bootstrap"
-    assert written.report == "smoothed"
-    assert (written.norm, written.covariance, written.candidates) == ("huber", "full", "skipped")
     assert all([written.adaptive_noise, written.gate, written.rebootstrap])
-    assert written.end == "minimum"
+    words = written.features, written.outlier_rule, written.reinitialise, written.report
+    assert words == ("invariants", "exceeds", "bootstrap", "smoothed")
+    words = written.norm, written.covariance, written.candidates, written.end
+    assert words == ("huber", "full", "skipped", "minimum")
     constants = written.delta, written.gamma, written.minimal_speed, written.longest_occlusion
     assert constants == (0.99, 0.25, 0.05, 35)
-
-
-def test_raw_boxes_stand_on_whole_pixels_and_smoothed_ones_between_them():
-    images, truth = clip(10)
-    box = np.floor(truth[0])
-    for report in ("raw", "smoothed"):
-        estimates, _ = track(images, box, preset="as-written", report=report, features="rgb")
-        centres = np.array([e.box[:2] + e.box[2:] / 2 - 0.5 for e in estimates])
-        whole = np.abs(centres - np.round(centres)) < 1e-9
-        assert whole.all() if report == "raw" else not whole.all()
 
 
 @pytest.mark.parametrize(("width", "height"), [(18, 16), (17, 15), (18, 15)])
@@ -153,12 +141,12 @@ def test_no_more_images_are_kept_than_the_longest_occlusion_has(end):
     try:
         before, _ = tracemalloc.get_traced_memory()
         hidden = 0
-        for frame in range(200):
+        for frame in range(80):
             hidden += not tracker.update(images[frame % 15]).visible
         _, peak = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
-    assert hidden > 150
+    assert hidden > 60
     assert 19 < (peak - before) / images[0].nbytes < 20 + 3  # and what one search works on
 
 

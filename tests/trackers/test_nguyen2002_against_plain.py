@@ -14,30 +14,12 @@ EVERYDAY = [
     {"longest_occlusion": 19},
     {"longest_occlusion": 11} | AS_WRITTEN,
     {"longest_occlusion": 19} | ROBUST,
-    {
-        "features": "intensity",
-        "candidates": "all",
-        "longest_occlusion": 16,
-        "norm": "quadratic",
-        "outlier_rule": "reaches",
-    },
-    {
-        "features": "arctan",
-        "covariance": "diagonal",
-        "adaptive_noise": False,
-        "reinitialise": "keep",
-        "average": 3,
-        "report": "raw",
-        "longest_occlusion": 7,
-    },
-    {
-        "features": "rgb",
-        "gate": False,
-        "search_range": 8,
-        "delta": 0.9,
-        "gamma": 0.45,
-        "end": "first",
-    },
+    {"features": "intensity", "candidates": "all", "longest_occlusion": 16}
+    | {"norm": "quadratic", "outlier_rule": "reaches"},
+    {"features": "arctan", "covariance": "diagonal", "adaptive_noise": False, "average": 3}
+    | {"reinitialise": "keep", "report": "raw", "longest_occlusion": 7},
+    {"features": "rgb", "gate": False, "search_range": 8, "delta": 0.9, "gamma": 0.45}
+    | {"end": "first"},
 ]
 SINGLY = [
     {"preset": preset} | parameters
@@ -126,16 +108,15 @@ def test_also_where_the_target_leaves_the_image_the_boxes_are_those_of_plain_num
 
 
 @pytest.mark.parametrize(
-    "parameters",
+    ("n_frames", "parameters"),
     [
-        {"longest_occlusion": 19},
-        {"longest_occlusion": 11, "gamma": 0.1},
-        {"end": "first"},
-        {"end": "first", "gamma": 0.1, "longest_occlusion": 11, "candidates": "all"},
+        (36, {"longest_occlusion": 11, "gamma": 0.1}),
+        (19, {"longest_occlusion": 19}),
+        (36, {"end": "first", "gamma": 0.1, "longest_occlusion": 11, "candidates": "all"}),
+        (19, {"end": "first"}),
     ],
 )
-@pytest.mark.parametrize("n_frames", [36, 19])
-def test_after_all_revisions_boxes_are_those_of_an_offline_run(parameters, n_frames):
+def test_after_all_revisions_boxes_are_those_of_an_offline_run(n_frames, parameters):
     images, boxes = clip(n_frames)
     expected, occlusions = track_offline(images, boxes[0], **parameters)
     assert occlusions

@@ -16,17 +16,6 @@ def image_with(x, y, colour=RED):
     return image
 
 
-def test_a_clean_target_is_followed_and_its_window_fitted():
-    tracker = trackers.create("opencv-camshift")
-    tracker.init(image_with(30, 20), np.array([30.0, 20, 18, 24]))
-    for frame in range(1, 12):
-        x, y = 30 + 3 * frame, 20 + frame
-        estimate = tracker.update(image_with(x, y))
-        assert estimate.visible
-        centre = estimate.box[:2] + estimate.box[2:] / 2
-        assert centre == pytest.approx([x + 9, y + 12], abs=1.5)
-
-
 def test_boxes_are_those_of_opencvs_function_called_by_hand():
     rng = np.random.default_rng(0)
     images = [

@@ -1,6 +1,6 @@
 """The particle filters and the improved CamShift of Wang & Tang against the paper's equations."""
 
-from math import exp, sqrt
+from math import sqrt
 
 import numpy as np
 import pytest
@@ -9,11 +9,7 @@ import trackers
 from bench.papers.wang2010 import plain
 from trackers.base.parameters import TrackerError
 
-ORANGE, SIMILAR, WALL = (
-    np.array([40, 140, 230]),
-    np.array([45, 120, 215]),
-    np.array([120, 125, 130]),
-)
+ORANGE, SIMILAR, WALL = np.array([[40, 140, 230], [45, 120, 215], [120, 125, 130]])
 PLAIN = {
     "wang2010": plain.PlainWang2010,
     "particle-filter": plain.PlainParticleFilter,
@@ -75,9 +71,8 @@ WINDOWS = [
     + [("camshift-improved", parameters) for parameters in WINDOWS],
     ids=str,
 )
-@pytest.mark.parametrize("shift", [(2.0, 1.0), (4.0, 0.5)])
-def test_boxes_are_those_of_plain_numpy(name, parameters, shift):
-    images, boxes = clip(shift=shift)
+def test_boxes_are_those_of_plain_numpy(name, parameters):
+    images, boxes = clip(10, shift=(4.0, -1.5))
     first = boxes[0] + [0.3, -0.2, 0.4, 0.4]
     found = track(name, images, first, preset="as-written", **parameters)
     slow = PLAIN[name](np.random.SeedSequence(3), **parameters)
@@ -85,62 +80,9 @@ def test_boxes_are_those_of_plain_numpy(name, parameters, shift):
     for frame, estimate in zip(images[1:], found, strict=True):
         assert estimate.box == pytest.approx(slow.update(frame), abs=1e-9)
         if name != "camshift-improved":
-            np.testing.assert_allclose(estimate.arrays["particles"], slow.particles, atol=1e-9)
-            np.testing.assert_allclose(estimate.arrays["predicted"], slow.predicted, atol=1e-9)
-            np.testing.assert_allclose(estimate.arrays["weights"], slow.weights, rtol=1e-9)
-            np.testing.assert_allclose(estimate.arrays["similarity"], slow.similarity, atol=1e-9)
-
-
-@pytest.mark.parametrize("name", ["wang2010", "particle-filter"])
-def test_the_weights_are_equations_9_to_11_and_the_estimate_is_12(name):
-    images, boxes = clip()
-    for estimate in track(name, images, boxes[0], sigma=0.3):
-        weights = np.array([exp(-(1 - m) / (2 * 0.09)) for m in estimate.arrays["similarity"]])
-        weights /= weights.sum()
-        np.testing.assert_allclose(estimate.arrays["weights"], weights, rtol=1e-12)
-        centre = estimate.box[:2] + estimate.box[2:] / 2
-        assert centre == pytest.approx(weights @ estimate.arrays["particles"], abs=1e-12)
-
-
-def test_with_sigma_1_no_weight_is_more_than_root_e_times_another():
-    images, boxes = clip(shift=(6.0, 0.0), n_frames=8)
-    for estimate in track("particle-filter", images, boxes[0], preset="as-written"):
-        weights = estimate.arrays["weights"]
-        assert weights.max() / weights.min() < sqrt(np.e)
-        assert estimate.details["effective_sample_size"] > 0.98
-
-
-@pytest.mark.parametrize(("particles", "radius"), [(60, sqrt(60) / 2), (400, 10.0)])
-def test_particles_are_thrown_by_half_the_root_of_their_number(particles, radius):
-    images, boxes = clip(1)
-    still = [images[0]] * 2
-    (estimate,) = track("particle-filter", still, boxes[0], particles=particles)
-    thrown = estimate.arrays["predicted"] - (boxes[0, :2] + boxes[0, 2:] / 2)
-    assert np.abs(thrown).max() <= 2 * radius  # at the start, and again before the first frame
-    assert np.abs(thrown).max() > 1.3 * radius
-    assert thrown.mean(axis=0) == pytest.approx([0, 0], abs=4 * radius / sqrt(particles))
-
-
-def test_a_particle_keeps_the_velocity_of_its_ancestor():
-    images, boxes = clip(3)
-    first, second = (
-        e.arrays for e in track("particle-filter", images, boxes[0], radius=0.0, particles=5)
-    )
-    # Nothing is thrown: every particle stands where the target was, and its step is zero.
-    np.testing.assert_array_equal(first["predicted"], second["predicted"])
-    climbed = track("wang2010", images, boxes[0], radius=0.0, particles=5)
-    before = boxes[0, :2] + boxes[0, 2:] / 2
-    after = climbed[0].arrays["particles"][0]
-    np.testing.assert_allclose(climbed[1].arrays["predicted"][0], 2 * after - before)
-
-
-def test_the_drift_raises_what_the_windows_hold():
-    images, boxes = clip()
-    for estimate in track("wang2010", images, boxes[0])[1:]:
-        before, after = (
-            estimate.arrays[key].mean() for key in ("predicted_similarity", "similarity")
-        )
-        assert after > before
+            for key in ("particles", "predicted", "weights", "similarity"):
+                expected = getattr(slow, key)
+                np.testing.assert_allclose(estimate.arrays[key], expected, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["wang2010", "particle-filter", "camshift-improved"])
@@ -151,16 +93,6 @@ def test_a_slow_target_is_followed(name):
     assert errors.max() < 5.75  # half the mean side
 
 
-def test_the_size_stays_and_an_adaptive_windows_follows_bradski():
-    images, boxes = clip()
-    for name in ("wang2010", "particle-filter", "camshift-improved"):
-        assert (boxes_of(track(name, images, boxes[0]))[:, 2:] == boxes[0, 2:]).all()
-    (first, *_) = track("camshift-improved", images, boxes[0], window="adaptive")
-    weight = first.details["similarity"] * 130
-    width, height = 2 * sqrt(weight * 10 / 13), 2 * sqrt(weight * 13 / 10)
-    assert first.box[2:].tolist() == [int(width + 0.5), int(height + 0.5)]
-
-
 def test_without_any_weight_the_target_counts_as_not_visible():
     orange, blue = np.zeros((2, 60, 80, 3), np.uint8)
     orange[:], blue[:] = (0, 140, 230), (200, 90, 60)  # of another hue, and less saturated
@@ -169,15 +101,6 @@ def test_without_any_weight_the_target_counts_as_not_visible():
         assert not estimate.visible
         assert estimate.confidence == 0
         assert np.isfinite(estimate.box).all()
-
-
-def test_a_cloud_at_the_rim_stays_in_the_image():
-    images, boxes = clip(9, shift=(-1.0, -1.5))
-    for name in ("wang2010", "particle-filter"):
-        for estimate in track(name, images, boxes[0], radius=30.0):
-            predicted = estimate.arrays["predicted"]
-            assert predicted.min() >= 0.5
-            assert (predicted <= [79.5, 59.5]).all()
 
 
 def test_details_say_what_became_of_the_particles():

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import Polygon
 
@@ -50,11 +50,13 @@ def pixels_inside(contour, height=HEIGHT, width=WIDTH):
     )
 
 
+@settings(max_examples=40)
 @given(star_shaped().filter(lambda contour: Polygon(contour).is_valid))
 def test_filled_has_the_pixels_whose_centres_are_inside(contour):
     np.testing.assert_array_equal(filled(contour, HEIGHT, WIDTH), pixels_inside(contour))
 
 
+@settings(max_examples=40)
 @given(star_shaped().filter(lambda contour: Polygon(contour).is_valid), st.integers(0, 99))
 def test_sums_are_those_of_the_filled_pixels(contour, seed):
     values = np.random.default_rng(seed).normal(size=(HEIGHT, WIDTH))

@@ -101,21 +101,6 @@ def test_fitting_begins_with_the_points_nearest_to_centres_of_k_means_plus_plus(
     assert_same(fitted(points, 4, np.random.default_rng(5)), expected, rtol=1e-7)
 
 
-def test_fitting_finds_the_mixture_that_points_were_drawn_from():
-    truth = Mixture(
-        np.array([0.3, 0.7]),
-        np.array([[0.2, 0.3, 0.4], [0.7, 0.5, 0.6]]),
-        np.array([np.diag([1e-3, 4e-3, 2e-3]), 2e-3 * np.eye(3) + 1e-3]),
-    )
-    points = drawn(truth, 4000, 2)
-    found = fitted(points, 2, np.random.default_rng(0), regularisation=1e-9)
-    order = np.argsort(found.weights)
-    found = Mixture(*(part[order] for part in found))
-    np.testing.assert_allclose(found.weights, truth.weights, atol=0.02)
-    np.testing.assert_allclose(found.means, truth.means, atol=0.005)
-    np.testing.assert_allclose(found.covariances, truth.covariances, atol=4e-4)
-
-
 def test_components_without_points_keep_a_place_and_weigh_nothing():
     points = np.repeat([[0.2, 0.3], [0.8, 0.5]], [30, 10], axis=0)
     found = fitted(points, 4, np.random.default_rng(0))
@@ -125,29 +110,6 @@ def test_components_without_points_keep_a_place_and_weigh_nothing():
     again = refined(points + 0.01, found, 3)
     np.testing.assert_array_equal(again.weights == 0, found.weights == 0)
     assert all(np.isfinite(part).all() for part in again)
-
-
-def test_the_least_uniform_numbers_choose_places_without_a_centre():
-    class Least:
-        def random(self, n):
-            return np.zeros(n)
-
-    points = np.repeat([[0.2, 0.3], [0.8, 0.5]], [30, 10], axis=0)
-    assert sorted(fitted(points, 2, Least(), 0).weights) == [0.25, 0.75]
-
-
-def test_one_point_is_a_component_of_the_least_size():
-    found = fitted(np.array([[0.1, 0.2, 0.3]]), 2, np.random.default_rng(0))
-    assert sorted(found.weights) == [0, 1]
-    np.testing.assert_allclose(found.means, [[0.1, 0.2, 0.3]] * 2)
-
-
-def test_components_too_far_for_any_density_still_divide_points():
-    start = some_mixture(0, m=2)
-    far = Mixture(start.weights, start.means + [[50.0, 0.0], [60.0, 0.0]], start.covariances / 50)
-    found = refined(drawn(start, 50, 0), far, 1)
-    np.testing.assert_allclose(found.weights.sum(), 1)
-    assert all(np.isfinite(part).all() for part in found)
 
 
 @pytest.mark.parametrize("d", [2, 3])
@@ -215,14 +177,3 @@ def test_six_numbers_and_covariances_say_the_same(numbers):
     np.testing.assert_allclose(found[:, 3:5], ordered, atol=1e-14)
     assert (np.abs(found[:, 5]) <= np.pi / 2).all()
     assert_same(mixture_of(found), mixture, atol=1e-14)
-
-
-def test_arrays_of_mixtures_have_the_numbers_of_each():
-    several = [some_mixture(seed) for seed in range(6)]
-    stacked = Mixture(
-        *(np.array(parts).reshape(2, 3, *parts[0].shape) for parts in zip(*several, strict=True))
-    )
-    numbers = components_of(stacked)
-    for number, mixture in zip(numbers.reshape(6, 3, 6), several, strict=True):
-        np.testing.assert_array_equal(number, components_of(mixture))
-    assert_same(mixture_of(numbers), stacked, atol=1e-14)

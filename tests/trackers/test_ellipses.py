@@ -99,16 +99,6 @@ def test_coefficients_are_those_of_exact_weights(kernel):
         assert ours[i] == pytest.approx(expected, abs=1e-5)
 
 
-def test_an_ellipse_shifted_by_whole_pixels_counts_a_shifted_image_alike():
-    codes = codes_of(1)
-    ellipse = np.array([[12.3, 11.7, 6.2, 8.1]])
-    plain = ellipse_counts(codes, (0, 0), False, ellipse, "isotropic", np.arange(BINS), BINS)
-    window = np.ascontiguousarray(codes[2:22, 4:30])
-    same = ellipse_counts(window, (4, 2), False, ellipse, "isotropic", np.arange(BINS), BINS)
-    for one, other in zip(plain, same, strict=True):
-        np.testing.assert_array_equal(one, other)
-
-
 def test_bins_that_are_not_asked_for_count_in_the_total_alone():
     codes, ellipses = codes_of(2), np.array([[12.0, 12.0, 9.0, 7.0]])
     every = ellipse_counts(codes, (0, 0), False, ellipses, "isotropic", np.arange(BINS), BINS)
@@ -162,12 +152,6 @@ def test_rgb_bins_divide_every_channel_evenly(bins):
     np.testing.assert_array_equal(colours.codes(image), (red * bins + green) * bins + blue)
     np.testing.assert_array_equal(colours.codes(image, transposed=True), colours.codes(image).T)
     assert colours.n_bins == bins**3
-
-
-def test_eight_rgb_bins_are_the_shifts_of_the_text():
-    image = picture(1)
-    blue, green, red = (image[..., i].astype(int) >> 5 for i in range(3))
-    np.testing.assert_array_equal(JointBins().codes(image), red << 6 | green << 3 | blue)
 
 
 @pytest.mark.parametrize("bins", [8, 16])

@@ -1,6 +1,5 @@
 """The hue kernels against the paper's equations written out slowly."""
 
-import colorsys
 from fractions import Fraction
 from math import floor
 
@@ -13,10 +12,8 @@ from trackers.base.sharing import SharedFrame
 from trackers.maps.back_projection import (
     HueBins,
     bin_counts,
-    first_pixel,
     hue_bin,
     mean_shift,
-    moments,
     unvisited_hues,
 )
 
@@ -47,14 +44,6 @@ def exact_hue(blue, green, red):
 def test_the_hue_bin_is_the_exact_fractions(bgr, n_bins):
     pixel = tuple(np.uint8(value) for value in bgr)  # as an image hands them over
     assert hue_bin(*pixel, n_bins) == floor(n_bins * exact_hue(*bgr))
-
-
-@given(colour)
-def test_the_exact_hue_is_that_of_the_standard_library(bgr):
-    blue, green, red = bgr
-    assert float(exact_hue(*bgr)) == pytest.approx(
-        colorsys.rgb_to_hsv(red / 255, green / 255, blue / 255)[0], abs=1e-9
-    )
 
 
 # From here on images of few colours, small enough for loops in Python.
@@ -98,14 +87,6 @@ def test_template_counts_are_those_of_the_visible_window(seed, n_bins, window):
     np.testing.assert_array_equal(bin_counts(hues_of(image, n_bins), *window), expected)
 
 
-@given(st.integers(0, 99), window)
-def test_window_moments_are_the_sums_over_visible_pixels(seed, window):
-    image = picture(seed)
-    weights = np.append(np.random.default_rng(seed).integers(0, 900, 32), 0)
-    expected = slow_moments(weights[slow_bins(image, 32, 0, 0)], *window)
-    np.testing.assert_array_equal(moments(hues_of(image), weights, *window), expected)
-
-
 @given(st.integers(0, 99), st.tuples(*[st.floats(0, 1)] * 3))
 def test_masked_pixels_weigh_nothing(seed, limits):
     image = picture(seed)
@@ -127,21 +108,6 @@ def test_only_visited_pixels_are_binned():
     visited = hues.bins != 255
     assert visited[4:10, 3:8].all()
     assert visited.sum() == 30
-
-
-@given(st.integers(0, 99), window, window)
-def test_moments_do_not_depend_on_who_was_there_before(seed, window, before):
-    weights = np.append(np.random.default_rng(seed).integers(0, 900, 32), 0)
-    fresh, used = hues_of(picture(seed)), hues_of(picture(seed))
-    moments(used, weights, *before)
-    assert moments(used, weights, *window) == moments(fresh, weights, *window)
-
-
-@given(st.integers(-90, 90), st.integers(1, 40))
-def test_a_window_on_whole_pixels_covers_exactly_them(first, size):
-    assert first_pixel(first + size / 2, size) == first
-    assert first_pixel(first + size / 2 + 0.49, size) == first
-    assert first_pixel(first + size / 2 + 0.5, size) == first + 1
 
 
 def slow_mean_shift(projection, centre, size, stop_distance, max_iterations):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
@@ -70,15 +70,7 @@ def test_first_axis_is_fishers_where_neighbours_are_the_whole_class():
     assert axis @ apart / np.linalg.norm(apart) < 0.9, "else any axis between the means would do"
 
 
-def test_a_second_axis_tells_apart_what_lies_on_both_sides_of_the_target():
-    rng = np.random.default_rng(4)
-    target = rng.normal(0, 0.02, (200, 3)) + 0.5
-    sides = rng.choice([-1.0, 1.0], 400)[:, np.newaxis] * [0.0, 0.2, 0.0]
-    background = rng.normal(0, 0.02, (400, 3)) + 0.5 + sides + [0.15, 0.0, 0.0]
-    plane = discriminant_basis(target, background)
-    assert abs(plane_normal(plane)[2]) > 0.98
-
-
+@settings(max_examples=30)
 @given(st.integers(0, 10**6))
 def test_bases_are_orthonormal_and_the_targets_mean_is_not_below(seed):
     target, background = colours(seed, 12, 15)
@@ -130,18 +122,3 @@ def test_a_basis_is_the_references_turned_about_the_common_line_by_the_angle_bet
         np.testing.assert_allclose(basis, turn.apply(REFERENCE.T).T, atol=1e-12)
         np.testing.assert_allclose(basis.T @ basis, np.eye(2), atol=1e-12)
         np.testing.assert_allclose(plane_normal(basis), normal, atol=1e-12)
-
-
-def test_the_references_normal_has_the_reference_basis():
-    found = basis_of(plane_normal(REFERENCE)[np.newaxis], REFERENCE)[0]
-    np.testing.assert_allclose(found, REFERENCE, atol=1e-15)
-
-
-@given(st.integers(0, 10**6), st.floats(0, 1e-3))
-def test_a_small_turn_of_the_normal_turns_the_basis_as_little(seed, step):
-    reference = plane_normal(REFERENCE)
-    normals = oriented(unit_vectors(seed, 1), reference)
-    moved = normals + step * unit_vectors(seed + 1, 1)
-    moved /= np.linalg.norm(moved)
-    change = basis_of(moved, REFERENCE) - basis_of(normals, REFERENCE)
-    assert np.linalg.norm(change) <= 3 * np.linalg.norm(moved - normals) + 1e-12

@@ -53,8 +53,3 @@ def test_counts_inside_a_rectangle_are_those_of_its_mask(seed, x0, y0, x1, y1):
     mask = (columns >= x0) & (columns < x1) & (rows >= y0) & (rows < y1)
     expected = np.bincount(cells.image[mask], minlength=len(cells.sizes))
     np.testing.assert_array_equal(cells_inside(cells, x0, y0, x1, y1), expected)
-
-
-def test_the_whole_image_has_all_pixels_of_every_cell():
-    cells = colour_cells(picture(0))
-    np.testing.assert_array_equal(cells_inside(cells, 0, 0, 17, 13), cells.sizes)

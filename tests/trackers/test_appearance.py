@@ -1,0 +1,123 @@
+"""The pixels' filters against the textbook, and their covariances where these are singular.
+
+What each setting does is compared with the plain reference in `test_nguyen2002_against_plain.py`.
+"""
+
+import numpy as np
+import pytest
+
+from trackers.templates.appearance import Appearance, Noise, raised
+
+LIMIT = {1: 6.6349, 3: 11.3449}
+
+
+def noise(d=3, **changes):
+    usual = Noise(LIMIT[d], 1e-4, 1.0, 0.25, 0.0, 10, True, True, True, patience=10**9)
+    return usual._replace(**changes)
+
+
+def shown(appearance, features):
+    """See a view as the tracker does."""
+    first = not appearance.started
+    if first:
+        appearance.start(features)
+    seen = appearance.seen(features)
+    appearance.update(seen, first=first)
+    return seen
+
+
+def views(number, d=3, sd=2.0, shape=(30, 40), seed=0):
+    random = np.random.default_rng(seed)
+    truth = random.uniform(0, 255, (*shape, d))
+    return truth, [truth + random.normal(0, sd, truth.shape) for _ in range(number)]
+
+
+@pytest.mark.parametrize("d", [1, 3])
+def test_a_pixel_is_the_textbooks_kalman_filter(d):
+    _, seen = views(12, d)
+    seen = [features + 1.5 * n for n, features in enumerate(seen)]  # what is seen changes
+    appearance = Appearance(noise(d, gate=False), seen[0])
+    pixel = 7, 11
+    x = seen[0][pixel]
+    for n, features in enumerate(seen[1:], 1):
+        shown(appearance, features)
+        measured, changed = appearance.measurement, appearance.state
+        if n == 1:
+            p = measured  # equation 15: as uncertain as a measurement
+            np.testing.assert_array_equal(changed, np.zeros((d, d)))
+        else:
+            values, vectors = np.linalg.eigh(appearance.residual - measured - p)
+            expected = vectors @ np.diag(np.maximum(values, 0)) @ vectors.T  # equation 14
+            np.testing.assert_allclose(changed, expected, atol=1e-9)
+        p = p + changed
+        gain = p @ np.linalg.inv(p + measured)
+        x = x + gain @ (features[pixel] - x)
+        p = (np.eye(d) - gain) @ p
+        np.testing.assert_allclose(appearance.template[pixel], x, atol=1e-9)
+        if n == 1:
+            np.testing.assert_allclose(gain, np.eye(d) / 2, atol=1e-12)
+    assert changed.trace() > 0.1
+
+
+def test_with_the_consistency_factor_the_first_covariance_is_that_of_the_noise():
+    _, seen = views(2, sd=3.0, shape=(200, 200))
+    biased, unbiased = (
+        Appearance(noise(factor=factor, first_spread=1.0), seen[0]) for factor in (1.0, 1.0366)
+    )
+    for appearance in (biased, unbiased):
+        appearance.start(seen[1])
+    assert np.diag(unbiased.residual).mean() == pytest.approx(18, rel=0.01)
+    assert np.diag(biased.residual).mean() < 17.3
+
+
+def test_the_search_grids_step_is_added_as_the_gradients_spread():
+    slope = np.array([3.0, -2.0, 1.0])
+    plane = np.arange(40.0)[np.newaxis, :, np.newaxis] * slope + np.zeros((30, 1, 1))
+    for step in (1.0, 0.25):
+        with_step, without = (
+            Appearance(noise(grid_step=grid_step), plane) for grid_step in (step, 0.0)
+        )
+        for appearance in (with_step, without):
+            appearance.start(plane)
+        added = with_step.residual - without.residual
+        np.testing.assert_allclose(added, step**2 / 6 * np.outer(slope, slope), atol=1e-3)
+
+
+@pytest.mark.parametrize("full", [True, False])
+def test_grey_noise_is_singular_and_kept_off_singularity_in_the_other_directions_only(full):
+    random = np.random.default_rng(0)
+    grey = random.uniform(0, 255, (30, 40, 1))
+    seen = [np.repeat(grey + random.normal(0, 3, grey.shape), 3, axis=2) for _ in range(12)]
+    appearance = Appearance(noise(floor=1.0, full=full), seen[0])
+    for features in seen[1:]:
+        assert shown(appearance, features).share < 0.2
+        for matrix in (appearance.residual, appearance.state, appearance.measurement):
+            assert np.isfinite(matrix).all()
+            assert np.linalg.eigvalsh(matrix)[0] > -1e-9
+    variances = np.linalg.eigvalsh(appearance.residual)
+    if full:
+        assert variances[:2] == pytest.approx(1.0, abs=1e-9)
+        assert variances[2] > 15
+    else:
+        assert variances.max() < 1.2 * variances.min()
+        np.testing.assert_array_equal(appearance.residual, np.diag(np.diag(appearance.residual)))
+
+
+def test_a_view_without_any_inlier_leaves_the_covariance_as_it_was():
+    _, seen = views(2)
+    appearance = Appearance(noise(), seen[0])
+    appearance.start(seen[1])
+    before = appearance.residual
+    lost = appearance.seen(seen[1] + 1e4)
+    assert lost.share == 1
+    np.testing.assert_allclose(lost.covariance, before, rtol=1e-12)
+
+
+def test_eigenvalues_are_raised_and_nothing_else_is_changed():
+    rotation, _ = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))
+    matrix = rotation @ np.diag([-2.0, 0.5, 3.0]) @ rotation.T
+    expected = rotation @ np.diag([1.0, 1.0, 3.0]) @ rotation.T
+    np.testing.assert_allclose(raised(matrix, 1.0), expected, atol=1e-12)
+    np.testing.assert_array_equal(raised(expected, 0.9), (expected + expected.T) / 2)
+    skewed = expected + np.array([[0, 1e-3, 0], [-1e-3, 0, 0], [0, 0, 0]])
+    np.testing.assert_allclose(raised(skewed, 0.9), expected, atol=1e-12)

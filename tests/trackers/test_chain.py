@@ -1,0 +1,136 @@
+"""The chain of dependent cues against exact sums over small, discrete models."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from trackers.contours.chain import Chain, Hypotheses, ParticleCue, Weighed, complete, proportional
+
+
+class Listed:
+    """A cue with fixed states whose weights are looked up, for the attached state's row."""
+
+    def __init__(self, states, table):
+        self.states, self.table, self.received = np.asarray(states), np.asarray(table), None
+
+    def sample(self, generator):
+        return self.states
+
+    def weigh(self, observation, states, attached, earlier):
+        if attached is None:
+            return Weighed(self.table[states], evidence="first")
+        assert earlier[-1].evidence == "first"
+        return Weighed(self.table[earlier[-1].states[attached], states])
+
+    def receive(self, states, weights):
+        self.received = (states, weights)
+
+
+class Walk(ParticleCue):
+    def propagated(self, states, generator):
+        return states + generator.normal(size=states.shape)
+
+    def weigh(self, observation, states, attached, earlier):
+        return Weighed(np.exp(-0.5 * (states[:, 0] - observation) ** 2))
+
+
+def two(states=200_000, seed=0, **options):
+    first = Listed([0, 1, 2], [0.2, 0.5, 0.3])
+    second = Listed(
+        np.random.default_rng(7).integers(0, 2, states), [[0.9, 0.1], [0.4, 0.6], [0.2, 0.3]]
+    )
+    chain = Chain([first, second], **options)
+    return chain, chain.step(None, np.random.default_rng(seed))
+
+
+def test_hypotheses_of_the_complete_density_have_its_exact_probabilities():
+    _, (first, second) = two()
+    indices = complete((first, second))
+    measured = np.zeros((3, 2))
+    np.add.at(measured, (first.states[indices[0]], second.states), second.weights)
+    exact = np.array([0.2, 0.5, 0.3])[:, np.newaxis] * [[0.9, 0.1], [0.4, 0.6], [0.2, 0.3]]
+    np.testing.assert_allclose(measured, exact / exact.sum(), atol=0.006)
+
+
+def test_uniform_association_forgets_what_the_first_cue_saw():
+    _, (first, second) = two(association="uniform")
+    measured = np.zeros((3, 2))
+    np.add.at(measured, (first.states[second.attached], second.states), second.weights)
+    exact = np.array([[0.9, 0.1], [0.4, 0.6], [0.2, 0.3]])
+    np.testing.assert_allclose(measured, exact / exact.sum(), atol=0.006)
+
+
+def test_joint_feedback_gives_a_cue_its_marginal_of_the_complete_density():
+    chain, (_, second) = two(feedback="joint")
+    exact = np.array([0.2, 0.5 * 1.0, 0.3 * 0.5])  # of its state, and of all that the next may be
+    np.testing.assert_allclose(chain.cues[0].received[1], exact / exact.sum(), atol=0.006)
+    np.testing.assert_array_equal(chain.cues[1].received[1], second.weights)
+
+
+def test_marginal_feedback_gives_a_cue_the_weights_that_it_gave_itself():
+    chain, _ = two(feedback="marginal")
+    np.testing.assert_allclose(chain.cues[0].received[1], [0.2, 0.5, 0.3])
+
+
+def test_a_hypothesis_that_no_other_was_attached_to_still_has_a_chance_in_the_next_frame():
+    first, second = Listed([0, 1], [1.0, 0.0]), Listed([0, 1, 1], [[1.0, 1.0], [1.0, 1.0]])
+    Chain([first, second], feedback="joint").step(None, np.random.default_rng(0))
+    _, weights = first.received
+    assert 0 < weights[1] < 1e-11
+    assert weights.sum() == pytest.approx(1.0)
+
+
+def test_three_cues_are_followed_back_to_the_first():
+    chain = [
+        Hypotheses(np.arange(3), np.full(3, 1 / 3)),
+        Hypotheses(np.arange(4), np.full(4, 1 / 4), np.array([2, 0, 1, 1])),
+        Hypotheses(np.arange(3), np.full(3, 1 / 3), np.array([3, 0, 0])),
+    ]
+    assert [indices.tolist() for indices in complete(chain)] == [[1, 2, 2], [3, 0, 0], [0, 1, 2]]
+
+
+def test_hypotheses_attached_to_nothing_are_an_error():
+    alone = Hypotheses(np.arange(3), np.full(3, 1 / 3))
+    with pytest.raises(ValueError, match="attached to none"):
+        complete([alone, alone])
+
+
+@pytest.mark.parametrize("options", [{"association": "best"}, {"feedback": "both"}])
+def test_an_unknown_way_is_refused(options):
+    with pytest.raises(ValueError, match="is none of"):
+        Chain([], **options)
+
+
+@pytest.mark.parametrize("weights", [[0.2, -0.5, 0.3], [0.2, 0.5]])
+def test_weights_below_zero_or_too_few_are_refused_by_the_cues_name(weights):
+    wrong = Listed([0, 1, 2], [0.2, 0.5, 0.3])
+    wrong.weigh = lambda *given: Weighed(np.array(weights))
+    with pytest.raises(ValueError, match="Listed gives weights of shape"):
+        Chain([wrong]).step(None, np.random.default_rng(0))
+
+
+@given(st.lists(st.floats(0, 1e300), min_size=1, max_size=8))
+def test_proportional_weights_sum_to_one_and_keep_their_order(values):
+    weights = proportional(np.array(values))
+    assert weights.sum() == pytest.approx(1.0)
+    assert (np.diff(weights[np.argsort(values)]) >= 0).all()
+
+
+@pytest.mark.parametrize("values", [[0.0, 0.0], [np.nan, 1.0], [np.inf, 1.0]])
+def test_weights_that_say_nothing_become_equal(values):
+    np.testing.assert_array_equal(proportional(np.array(values)), [0.5, 0.5])
+
+
+def test_particles_follow_the_density_that_the_kalman_filter_gives():
+    cue, generator = Walk(np.zeros(1), 40_000), np.random.default_rng(3)
+    chain, mean, variance = Chain([cue]), 0.0, 0.0
+    for measured in (0.5, 1.5, -1.0):
+        (found,) = chain.step(measured, generator)
+        variance += 1.0
+        gain = variance / (variance + 1.0)
+        mean, variance = mean + gain * (measured - mean), (1 - gain) * variance
+        estimate = found.weights @ found.states[:, 0]
+        spread = found.weights @ (found.states[:, 0] - estimate) ** 2
+        assert estimate == pytest.approx(mean, abs=0.02)
+        assert spread == pytest.approx(variance, abs=0.02)
