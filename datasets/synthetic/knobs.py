@@ -2,14 +2,22 @@
 
 from collections.abc import Mapping
 from difflib import get_close_matches
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from datasets.interface import SequenceError
 from datasets.text_form import format_text
 
-__all__ = ["Knobs"]
+__all__ = ["Knobs", "Seed", "seed"]
+
+Seed = Annotated[int, Field(ge=0, lt=2**32)]
+"""Type of the knob `scene`, which every scene has."""
+
+
+def seed(of: str) -> Any:
+    """Declare the knob `scene`; it is the seed `of` what the text names."""
+    return Field(0, description=f"seed of {of}")
 
 
 class Knobs(BaseModel):

@@ -6,10 +6,7 @@ other videos, new in every scene. All have exact masks of what is seen of the ta
 
 from pathlib import Path
 
-from datasets.synthetic.moreno2005.book.knobs import BookKnobs
-from datasets.synthetic.moreno2005.ellipse.knobs import EllipseKnobs
-from datasets.synthetic.moreno2005.leaf.knobs import LeafKnobs
-from datasets.synthetic.moreno2005.octopus.knobs import OctopusKnobs
+from datasets.synthetic.moreno2005.knobs import BookKnobs, EllipseKnobs, LeafKnobs, OctopusKnobs
 from datasets.synthetic.suite import Entry, Suite
 
 __all__ = ["SUITE"]

@@ -8,9 +8,8 @@ others.
 
 from pathlib import Path
 
-from datasets.synthetic.multipart.designs import DESIGNS, TWIN_FRAMES
-from datasets.synthetic.multipart.knobs import TwinKnobs, WalkingKnobs
-from datasets.synthetic.render.pinhole import SIZE
+from datasets.synthetic.multipart.designs import DESIGNS, TWIN_FRAMES, TwinKnobs, WalkingKnobs
+from datasets.synthetic.render.views import SIZE
 from datasets.synthetic.suite import Entry, Suite
 
 __all__ = ["SUITE"]
@@ -20,7 +19,7 @@ MODULE = "datasets.synthetic.multipart"
 SUITE = Suite(
     Path(__file__).parent,
     [
-        Entry("stress/twin", TwinKnobs, f"{MODULE}.twin", TWIN_FRAMES, SIZE),
+        Entry("stress/twin", TwinKnobs, f"{MODULE}.walking", TWIN_FRAMES, SIZE),
         *(
             Entry(
                 f"multipart/{number}",

@@ -9,10 +9,9 @@ from datasets.synthetic.multipart import routes, wardrobe
 from datasets.synthetic.multipart.designs import DESIGNS, TWIN_FRAMES
 from datasets.synthetic.multipart.look import Look
 from datasets.synthetic.multipart.plan import Person, Plan, Post
-from datasets.synthetic.multipart.truth import body_boxes
+from datasets.synthetic.multipart.scene import body_boxes
 from datasets.synthetic.multipart.wardrobe import BGR
-from datasets.synthetic.render.course import Course, straight
-from datasets.synthetic.render.views import fixed, following
+from datasets.synthetic.render.views import Course, fixed, following, straight
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["multipart_plan", "twin_plan"]

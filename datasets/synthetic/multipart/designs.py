@@ -8,8 +8,13 @@ clutters and target's occlusion". In 1, 2, 5 and 6 shirt and trousers differ in 
 """
 
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
-__all__ = ["DESIGNS", "TWIN_FRAMES", "Design"]
+from pydantic import Field
+
+from datasets.synthetic.knobs import Knobs, Seed, seed
+
+__all__ = ["DESIGNS", "TWIN_FRAMES", "Design", "TwinKnobs", "WalkingKnobs"]
 
 TWIN_FRAMES = 150
 """Length of `stress/twin`."""
@@ -68,3 +73,25 @@ DESIGNS = {
     "8": Design(229, False, False, (6.8, 8.6), 1.05, behind=6, before=2),
 }
 """By the number that the paper gives."""
+
+
+class WalkingKnobs(Knobs):
+    """What can be asked of every walking scene."""
+
+    scene: Seed = seed("all that is drawn at random: street, clothes, paths, camera")
+    light: Literal["even", "dappled"] = Field(
+        "even", description="even: an overcast sky; dappled: sun with the shade of trees"
+    )
+
+
+class TwinKnobs(WalkingKnobs):
+    """What can be asked of `stress/twin`."""
+
+    distance: Annotated[float, Field(ge=0, le=3)] = Field(
+        0.0,
+        description="between the axes of the target and the second person where they come "
+        "closest in the image, sideways [widths of the target's box]",
+    )
+    twin: Literal["same", "other"] = Field(
+        "same", description="clothes of the second person: the target's, or of other colours"
+    )

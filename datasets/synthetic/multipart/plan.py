@@ -9,14 +9,11 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.multipart.look import Look
 from datasets.synthetic.multipart.walker import Pose, Walker
-from datasets.synthetic.render.course import Course
 from datasets.synthetic.render.path import quantised
-from datasets.synthetic.render.pinhole import SIZE
-from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.shade import Light
-from datasets.synthetic.render.silhouette import Coverage, extents, visible
+from datasets.synthetic.render.prop import Coverage, Prop, extents, visible
+from datasets.synthetic.render.street.ground import Light
 from datasets.synthetic.render.street.street import Reach, Street
-from datasets.synthetic.render.views import Views
+from datasets.synthetic.render.views import SIZE, Course, Views
 
 __all__ = ["Person", "Plan", "Post"]
 

@@ -6,9 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.multipart.designs import Design
-from datasets.synthetic.render.course import Course, straight, walk
-from datasets.synthetic.render.pinhole import FRAMES_PER_SECOND, SIZE
-from datasets.synthetic.render.views import Views
+from datasets.synthetic.render.views import FRAMES_PER_SECOND, SIZE, Course, Views, straight, walk
 
 __all__ = [
     "along_the_street",

@@ -1,17 +1,189 @@
-"""A clothed person, drawn in any gait phase, heading and size."""
+"""A clothed person who walks, drawn in any gait phase, heading and size.
+
+Lengths of the body are fractions of the standing height. Forward is the way the body faces.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.multipart.bands import AROUND, cover_part, paint_part
-from datasets.synthetic.multipart.body import PARTS, place_parts
-from datasets.synthetic.multipart.look import Look, wrapped
+from datasets.synthetic.multipart.look import AROUND, Look, cover_part, paint_part, wrapped
 from datasets.synthetic.render.sprite import Sprite, superellipse
 
-__all__ = ["Pose", "Walker"]
+__all__ = ["PARTS", "Pose", "Walker", "place_parts"]
+
+PARTS = (
+    "left leg", "right leg", "left shoe", "right shoe",
+    "left arm", "right arm", "torso", "head", "pack",
+)  # fmt: skip
+
+NODES = 9
+_THIGH, _SHANK, _ANKLE = 0.245, 0.235, 0.045
+_EXPOSURE = 0.02  # gait cycles that pass while the shutter is open, at full stride
+
+
+@njit(cache=True)
+def _leg_angles(phase: float, stride: float) -> tuple[float, float]:
+    """Hip angle (forward positive) and knee flexion of the left leg [radians]."""
+    turn = 2 * np.pi * phase
+    hip = stride * (0.36 * np.sin(turn) + 0.09)
+    swing = max(0.0, np.cos(turn + 0.2))
+    return hip, 0.06 + stride * (0.95 * swing**3 + 0.12 * max(0.0, -np.sin(turn + 0.6)))
+
+
+@njit(cache=True)
+def _skeleton(
+    phase: float, stride: float, forward: float, side: float, build: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Nodes of all parts, shape (parts, nodes, 4): height, sideways, half width, place in [0, 1].
+
+    `forward` and `side` are how far a step forward, and one to the body's left, move in the
+    picture to the right: cosine and sine of the heading.
+    """
+    parts = np.zeros((9, NODES, 4))
+    bulk, sleeve, hem, loose = build[0], build[1], build[2], build[3]
+    hips = 0.0
+    angles = np.zeros((2, 2))
+    for leg in range(2):
+        angles[leg] = _leg_angles(phase + 0.5 * leg, stride)
+        reach = _THIGH * np.cos(angles[leg, 0]) + _SHANK * np.cos(angles[leg, 0] - angles[leg, 1])
+        hips = max(hips, reach + _ANKLE)
+    bob = hips - (_THIGH + _SHANK + _ANKLE)
+    for leg in range(2):
+        lateral = 0.048 if leg == 0 else -0.048
+        hip, knee = angles[leg]
+        lower = hip - knee
+        knee_x = lateral * side + _THIGH * np.sin(hip) * forward
+        knee_y = hips - _THIGH * np.cos(hip)
+        ankle_x = knee_x + _SHANK * np.sin(lower) * forward
+        ankle_y = knee_y - _SHANK * np.cos(lower)
+        for k in range(NODES):
+            t = k / (NODES - 1)
+            # A quadratic spline through thigh and shank: cloth has no hinge.
+            if t < 0.5:
+                a = 2 * t
+                x = lateral * side * (1 - a) + knee_x * a
+                y = (hips + 0.03) * (1 - a) + knee_y * a
+            else:
+                a = 2 * t - 1
+                x = knee_x * (1 - a) + ankle_x * a
+                y = knee_y * (1 - a) + (ankle_y - 0.008) * a
+            bend = max(0.0, 1 - abs(t - 0.5) * 4)
+            x += bend * 0.12 * ((lateral * side + ankle_x) / 2 - knee_x)
+            slope = hip if t < 0.5 else lower
+            width = (0.058 - 0.022 * t + 0.005 * np.sin(6.28 * t)) * bulk * loose
+            if t == 0.0:
+                width *= 0.8
+            if t > 0.9:
+                width *= 1.05
+            parts[leg, k] = y, x, width / max(0.72, np.cos(slope * forward)), t
+        pitch = lower * 0.55
+        for k in range(NODES):
+            t = k / (NODES - 1)
+            y = ankle_y + 0.012 - t * (_ANKLE + 0.010)
+            pitched = 1 - 0.45 * min(1.0, abs(pitch))
+            length = 0.027 + 0.050 * np.sqrt(t) * abs(forward) * pitched
+            shift = (0.010 + 0.034 * np.sqrt(t)) * forward * pitched
+            parts[2 + leg, k] = y, ankle_x + shift + 0.03 * pitch * forward * t, length, t
+    for arm in range(2):
+        lateral = 0.118 * bulk if arm == 0 else -0.118 * bulk
+        swing = -0.85 * stride * np.sin(2 * np.pi * (phase + 0.5 * arm)) * 0.48
+        elbow = 0.22 + 0.25 * stride * max(0.0, np.sin(swing))
+        shoulder_y = 0.812 + bob
+        elbow_x = lateral * side * 1.08 + 0.165 * np.sin(swing) * forward
+        elbow_y = shoulder_y - 0.165 * np.cos(swing)
+        hand = swing + elbow
+        hand_x = elbow_x + 0.205 * np.sin(hand) * forward
+        hand_y = elbow_y - 0.205 * np.cos(hand)
+        for k in range(NODES):
+            t = k / (NODES - 1)
+            if t < 0.45:
+                a = t / 0.45
+                x = lateral * side * (0.86 * (1 - a)) + elbow_x * a
+                y = (shoulder_y + 0.004) * (1 - a) + elbow_y * a
+            else:
+                a = (t - 0.45) / 0.55
+                x, y = elbow_x * (1 - a) + hand_x * a, elbow_y * (1 - a) + hand_y * a
+            width = (0.041 - 0.016 * t) * sleeve
+            if t > 0.8:
+                width = 0.021 - 0.008 * max(0.0, t - 0.93) / 0.07
+            if k < 2:
+                width = (0.020 + 0.020 * k) * sleeve
+            parts[4 + arm, k] = y, x, width, t
+    heights = np.array([0.860, 0.846, 0.828, 0.790, 0.72, 0.64, 0.585, 0.53, hem])
+    across = np.array([0.034, 0.066, 0.104, 0.118, 0.109, 0.100, 0.099, 0.106, 0.108])
+    deep = np.array([0.034, 0.046, 0.060, 0.074, 0.076, 0.070, 0.070, 0.076, 0.074])
+    for k in range(NODES):
+        half = np.hypot(across[k] * side, deep[k] * forward) * bulk
+        lean = 0.012 * forward * (heights[k] - hem) / 0.4
+        parts[6, k] = heights[k] + bob, lean, half, (0.860 - heights[k]) / (0.860 - hem)
+    heights = np.array([1.0, 0.992, 0.978, 0.955, 0.93, 0.905, 0.885, 0.868, 0.838])
+    across = np.array([0.012, 0.030, 0.043, 0.049, 0.048, 0.043, 0.032, 0.030, 0.034])
+    deep = np.array([0.014, 0.036, 0.052, 0.059, 0.058, 0.052, 0.036, 0.031, 0.034])
+    for k in range(NODES):
+        half = np.hypot(across[k] * side, deep[k] * forward)
+        nod = (0.022 if k < 6 else 0.012) * forward
+        parts[7, k] = heights[k] + bob, nod, half, (1.0 - heights[k]) / 0.162
+    heights = np.linspace(0.83, 0.55, NODES)
+    for k in range(NODES):
+        t = k / (NODES - 1)
+        round_off = np.sqrt(max(0.0, 1 - (2 * t - 1) ** 4))
+        half = np.hypot(0.082 * side, 0.052 * forward) * (0.25 + 0.75 * round_off)
+        parts[8, k] = heights[k] + bob, -0.105 * forward, half, t
+    return parts
+
+
+@njit(cache=True)
+def place_parts(
+    x: float,
+    y: float,
+    height: float,
+    phase: float,
+    stride: float,
+    heading: float,
+    build: NDArray[np.float64],
+    motion_x: float,
+) -> NDArray[np.int64]:
+    """Nodes of all parts in the picture, shape (parts, nodes, 5); see `bands.COLUMNS`.
+
+    Parameters
+    ----------
+    x, y : float
+        Ground below the body's axis [pixels].
+    height : float
+        Of the standing person [pixels].
+    phase : float
+        Gait cycles; one is two steps.
+    stride : float
+        0 stands, 1 walks briskly.
+    heading : float
+        0 is to the right, pi/2 towards the camera [radians].
+    build : ndarray of float64, shape (4,)
+        Bulk, sleeves' width, hem of the upper garment, trousers' width.
+    motion_x : float
+        Of the whole person during the exposure [pixels].
+    """
+    forward, side = np.cos(heading), np.sin(heading)
+    now = _skeleton(phase, stride, forward, side, build)
+    step = _EXPOSURE * stride
+    before = _skeleton(phase - step / 2, stride, forward, side, build)
+    after = _skeleton(phase + step / 2, stride, forward, side, build)
+    nodes = np.zeros((len(now), NODES, 5), np.int64)
+    for p in range(len(now)):
+        for k in range(NODES):
+            moved = (after[p, k, 1] - before[p, k, 1]) * height + motion_x
+            nodes[p, k, 0] = round((y - now[p, k, 0] * height) * 64)
+            nodes[p, k, 1] = round((x + now[p, k, 1] * height) * 64)
+            nodes[p, k, 2] = round(now[p, k, 2] * height * 64)
+            nodes[p, k, 3] = 64 + round(abs(moved) * 64)
+            nodes[p, k, 4] = round(now[p, k, 3] * 128 * 64)
+        for k in range(1, NODES):  # rows increase
+            nodes[p, k, 0] = max(nodes[p, k, 0], nodes[p, k - 1, 0] + 1)
+    return nodes
+
 
 _SHADOW = 64  # half width of the contact shadow's sprite [pixels]
 

@@ -7,8 +7,7 @@ clips.
 
 from pathlib import Path
 
-from datasets.synthetic.nguyen2002.film.knobs import FilmKnobs
-from datasets.synthetic.nguyen2002.lights.knobs import LightsKnobs
+from datasets.synthetic.nguyen2002.knobs import FilmKnobs, LightsKnobs
 from datasets.synthetic.suite import Entry, Suite
 
 __all__ = ["SUITE"]

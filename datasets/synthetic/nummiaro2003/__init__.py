@@ -11,9 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import SequenceError
-from datasets.synthetic.nummiaro2003.campus.knobs import PersonKnobs, StudentsKnobs
-from datasets.synthetic.nummiaro2003.driving.knobs import DrivingKnobs
-from datasets.synthetic.nummiaro2003.factory.knobs import HeadKnobs
+from datasets.synthetic.nummiaro2003.knobs import (
+    DrivingKnobs,
+    HeadKnobs,
+    PersonKnobs,
+    StudentsKnobs,
+)
 from datasets.synthetic.suite import Entry, Suite
 from datasets.text_form import parse_text
 

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.plain.motion import TargetMotion
-from datasets.synthetic.render.compositing import window
-from datasets.synthetic.render.sprite import Sprite, superellipse
+from datasets.synthetic.render.sprite import Sprite, superellipse, window
 from datasets.synthetic.render.texture import fractal, grass, lerp, paving, pebbles
 from datasets.synthetic.scene import part_generator
 

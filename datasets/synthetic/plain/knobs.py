@@ -4,7 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from datasets.synthetic.knobs import Knobs
+from datasets.synthetic.knobs import Knobs, Seed, seed
 
 __all__ = ["TargetKnobs"]
 
@@ -12,9 +12,7 @@ __all__ = ["TargetKnobs"]
 class TargetKnobs(Knobs):
     """What can be asked of `plain/target`."""
 
-    scene: Annotated[int, Field(ge=0, lt=2**32)] = Field(
-        0, description="seed of all that is drawn at random: ground, colours, shapes, paths"
-    )
+    scene: Seed = seed("all that is drawn at random: ground, colours, shapes, paths")
     length: Annotated[int, Field(ge=10, le=1_000_000)] = Field(
         120, description="length of the sequence [frames]"
     )

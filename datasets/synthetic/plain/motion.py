@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from datasets.synthetic.plain.knobs import TargetKnobs
-from datasets.synthetic.render.light import passing_cloud
-from datasets.synthetic.render.path import Loop, quantised, random_loop
+from datasets.synthetic.render.path import Loop, quantised, random_loop, smooth_step
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["TargetMotion", "columns_of_silhouette"]
@@ -127,7 +126,7 @@ class TargetMotion:
     def light(self, times: ArrayLike, across: ArrayLike) -> Array:
         """Gain of the light at times and places across the picture (in [-1, 1])."""
         progress = np.asarray(times, np.float64) / (self.knobs.length - 1)
-        cloud = passing_cloud(progress, self._cloud_side * np.asarray(across, np.float64))
+        cloud = _passing_cloud(progress, self._cloud_side * np.asarray(across, np.float64))
         return 1 - self.knobs.light * cloud
 
 
@@ -136,3 +135,22 @@ def columns_of_silhouette(power: int) -> tuple[Array, Array]:
     x = (np.arange(COLUMNS) + 0.5) / COLUMNS * 2 - 1
     chord = np.sqrt(1 - x * x) if power == 2 else np.sqrt(np.sqrt(1 - x * x * x * x))
     return x, chord
+
+
+def _passing_cloud(
+    progress: NDArray[np.float64], across: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """How far a cloud takes the sun, in [0, 1].
+
+    The shade crosses the picture from one side: none at the start, everywhere in the
+    middle, none at the end.
+
+    Parameters
+    ----------
+    progress : ndarray
+        Elapsed fraction of the sequence, in [0, 1].
+    across : ndarray, broadcastable with `progress`
+        Place in the picture along the cloud's way, in [-1, 1].
+    """
+    phase = progress - 0.08 * across
+    return smooth_step(phase, 0.15, 0.4) - smooth_step(phase, 0.6, 0.85)

@@ -11,7 +11,7 @@ from datasets.synthetic.plain.appearance import Thing
 from datasets.synthetic.plain.knobs import TargetKnobs
 from datasets.synthetic.plain.motion import TargetMotion
 from datasets.synthetic.plain.truth import target_truth
-from datasets.synthetic.render import compositing
+from datasets.synthetic.render import sprite
 from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.render.sprite import Sprite
 from datasets.synthetic.scene import Scene, Truth
@@ -48,7 +48,7 @@ class TargetScene(Scene):
         knobs, motion = self.knobs, self.motion
         side = len(self._ground) - knobs.height - 1
         x, y = (np.round(motion.window(frame) * 64).astype(np.int64) % (side * 64)).tolist()
-        canvas: Image = compositing.window(self._ground, x, y, knobs.height, knobs.width)
+        canvas: Image = sprite.window(self._ground, x, y, knobs.height, knobs.width)
         for thing, path in zip(self._distractors, motion.distractors, strict=True):
             self._place(canvas, thing, path.at(self._instants(frame, knobs.speed)), 1.0)
         scale = float(motion.scale(frame))

@@ -1,16 +1,22 @@
 """From a picture to a camera's image: fall of light to the corners, exposure, sensor noise."""
 
+from statistics import NormalDist
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image
-from datasets.synthetic.render.compositing import develop
-from datasets.synthetic.render.light import fixed_point, vignette
-from datasets.synthetic.render.noise import noise_table, random_bytes
+from datasets.synthetic.render.sprite import develop
 from datasets.synthetic.render.views import wandering
 
-__all__ = ["Camera", "developed", "slow_exposure"]
+__all__ = ["Camera", "developed", "fixed_point", "noise_table", "random_bytes", "slow_exposure"]
+
+GAIN_STEPS = 1024
+"""Steps in a gain of 1."""
+
+LEVEL_STEPS = 16
+"""Steps of the noise table in one grey level."""
 
 LENS = 0.5
 """Standard deviation of the lens's blur [pixels]."""
@@ -32,7 +38,7 @@ class Camera:
     def __init__(
         self, size: tuple[int, int], noise: float, fall: tuple[float, float] = (0.08, 0.10)
     ) -> None:
-        self._rows, self._columns = vignette(size[1], fall[0]), vignette(size[0], fall[1])
+        self._rows, self._columns = _vignette(size[1], fall[0]), _vignette(size[0], fall[1])
         self._noise = noise_table(noise)
 
     def exposed(
@@ -85,3 +91,37 @@ def slow_exposure(
     to and fro [seconds].
     """
     return np.asarray(1 + wandering(random, frames, periods, depth))
+
+
+def fixed_point(gains: NDArray[np.float64]) -> NDArray[np.int32]:
+    """Gains in 1 / `GAIN_STEPS`, rounded."""
+    return np.round(gains * GAIN_STEPS).astype(np.int32)
+
+
+def _vignette(size: int, fall: float) -> NDArray[np.float64]:
+    """Gain of each row or column: 1 in the middle, 1 - `fall` at both ends; shape (size,)."""
+    u = (np.arange(size) + 0.5) / size * 2 - 1
+    return 1 - fall * u * u
+
+
+def random_bytes(seed: int, frame: int, count: int) -> NDArray[np.uint8]:
+    """Independent random bytes of a frame.
+
+    Philox is counter-based: seed and frame are its key, so that no frame needs another's.
+    """
+    words = np.random.Philox(key=np.array([seed, frame], np.uint64)).random_raw(-(-count // 8))
+    return words.astype("<u8", copy=False).view(np.uint8)[:count]
+
+
+def noise_table(deviation: float) -> NDArray[np.int32]:
+    """Gaussian quantile of each byte, in 1 / `LEVEL_STEPS` grey levels, shape (256,).
+
+    Parameters
+    ----------
+    deviation : float
+        Standard deviation of a random byte's entry [grey levels].
+    """
+    normal = NormalDist()
+    quantiles = np.array([normal.inv_cdf((byte + 0.5) / 256) for byte in range(256)])
+    unit = quantiles / float(np.sqrt(np.mean(quantiles * quantiles)))
+    return np.round(unit * deviation * LEVEL_STEPS).astype(np.int32)

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["POSITION_STEP", "Loop", "quantised", "random_loop"]
+__all__ = ["POSITION_STEP", "Loop", "quantised", "random_loop", "smooth_step"]
 
 POSITION_STEP = 1 / 64
 """Positions are multiples of it [pixels]: truth and image agree to the bit everywhere."""
@@ -76,3 +76,9 @@ def random_loop(
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     low, high = np.asarray(low, np.float64), np.asarray(high, np.float64)
     return Loop(quantised((low + high) / 2 + radius * directions * (high - low) / 2), speed)
+
+
+def smooth_step(values: NDArray[np.float64], start: float, end: float) -> NDArray[np.float64]:
+    """Cubic transition from 0 (at `start` and before) to 1 (at `end` and after)."""
+    u = np.clip((values - start) / (end - start), 0.0, 1.0)
+    return u * u * (3 - 2 * u)

@@ -1,15 +1,30 @@
-"""Solids, and things made of them.
+"""Solids, things made of them, and what a far camera sees of these: its rays are parallel.
 
 Lengths are in pixels of the picture: x to the right, y up, z towards the camera. A row of
 numbers is a solid; a thing is a list of solids, which can run together smoothly.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["BOWL", "BOX", "HALF_SPACE", "LIMB", "bowl", "box", "half_space", "limb", "packed"]
+__all__ = [
+    "BOWL",
+    "BOX",
+    "HALF_SPACE",
+    "LIMB",
+    "NOTHING",
+    "View",
+    "bowl",
+    "box",
+    "half_space",
+    "limb",
+    "packed",
+    "what_is_seen",
+]
 
 Array = NDArray[np.float64]
 
@@ -109,3 +124,215 @@ def _bounds(solid: Array) -> tuple[Array, Array]:
     low, high = middle - reach, middle + reach
     low[1], high[1] = middle[1] - solid[9], middle[1] + solid[6] + solid[9]
     return low, high
+
+
+NOTHING = -1
+"""Index of the thing where there is none."""
+
+_START, _END = 150.0, 420.0  # of a ray, from the plane of the picture [pixels]
+
+
+@dataclass(frozen=True)
+class View:
+    """From where it is looked at, and from where light falls.
+
+    Attributes
+    ----------
+    pitch : float
+        How far the camera looks down [radians].
+    light : tuple of float
+        Direction to the lamp, of length 1.
+    """
+
+    pitch: float
+    light: tuple[float, float, float]
+
+    def row(self, y: ArrayLike, z: ArrayLike) -> Array:
+        """How far below the origin a point is seen [pixels]."""
+        height, depth = np.asarray(y, np.float64), np.asarray(z, np.float64)
+        return np.asarray(depth * np.sin(self.pitch) - height * np.cos(self.pitch))
+
+
+@njit(cache=True, error_model="numpy")
+def _to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> float:
+    along_x, along_y = x1 - x0, y1 - y0
+    share = ((x - x0) * along_x + (y - y0) * along_y) / (along_x * along_x + along_y * along_y)
+    share = min(max(share, 0.0), 1.0)
+    x, y = x - x0 - share * along_x, y - y0 - share * along_y
+    return float(np.sqrt(x * x + y * y))
+
+
+@njit(cache=True, error_model="numpy")
+def _distance_to(s: Array, i: int, x: float, y: float, z: float) -> float:
+    """Distance of a point to one of the solids [pixels]; negative inside."""
+    if s[i, 0] == HALF_SPACE:
+        return float(s[i, 3] * x + s[i, 4] * y + s[i, 5] * z - s[i, 6])
+    x, y, z = x - s[i, 3], y - s[i, 4], z - s[i, 5]
+    if s[i, 0] == LIMB:
+        u, v, w = s[i, 6] - s[i, 3], s[i, 7] - s[i, 4], s[i, 8] - s[i, 5]
+        share = min(max((x * u + y * v + z * w) / (u * u + v * v + w * w), 0.0), 1.0)
+        x, y, z = x - share * u, y - share * v, z - share * w
+        return float(np.sqrt(x * x + y * y + z * z) - s[i, 9] - share * (s[i, 10] - s[i, 9]))
+    if s[i, 0] == BOX:
+        x, z = s[i, 10] * x - s[i, 11] * z, s[i, 11] * x + s[i, 10] * z
+        y, z = s[i, 12] * y - s[i, 13] * z, s[i, 13] * y + s[i, 12] * z
+        if s[i, 14] > 0:
+            z += s[i, 14] * (np.sin(s[i, 15] * x) + 0.4 * np.sin(2.3 * s[i, 15] * x + 0.05 * y))
+        u, v, w = abs(x) - s[i, 6], abs(y) - s[i, 7], abs(z) - s[i, 8]
+        beyond = np.sqrt(max(u, 0.0) ** 2 + max(v, 0.0) ** 2 + max(w, 0.0) ** 2)
+        return float(beyond + min(max(u, v, w), 0.0) - s[i, 9])
+    radius = np.sqrt(x * x + z * z)
+    nearest = min(
+        _to_segment(radius, y, s[i, 7], 0.0, s[i, 8], s[i, 6]),
+        _to_segment(radius, y, 0.0, 0.0, s[i, 7], 0.0),
+    )
+    if s[i, 10] > 0:
+        nearest = min(nearest, _to_segment(radius, y, 0.0, s[i, 6], s[i, 8], s[i, 6]))
+    return float(nearest - s[i, 9])
+
+
+@njit(cache=True, error_model="numpy")
+def _distance(solids: Array, balls: Array, x: float, y: float, z: float) -> tuple[float, int]:
+    """Distance of a point to the nearest thing [pixels], and which it is; see `packed`."""
+    nearest, owner = 1e9, NOTHING
+    for thing in range(len(balls)):
+        u, v, w = x - balls[thing, 0], y - balls[thing, 1], z - balls[thing, 2]
+        reach = nearest + balls[thing, 3]
+        if reach <= 0 or u * u + v * v + w * w > reach * reach:
+            continue  # all of it is farther than another
+        own = 1e9
+        for i in range(int(balls[thing, 4]), int(balls[thing, 5])):
+            here = _distance_to(solids, i, x, y, z)
+            blend = solids[i, 2]
+            near = blend - abs(own - here)
+            own = min(own, here)
+            if near > 0:
+                own -= near * near / (4 * blend)
+        if own < nearest:
+            nearest, owner = own, thing
+    return nearest, owner
+
+
+@njit(cache=True, error_model="numpy")
+def _facing(
+    solids: Array, balls: Array, x: float, y: float, z: float
+) -> tuple[float, float, float]:
+    """Outward direction of the surface at a point."""
+    near = 0.05
+    u = _distance(solids, balls, x + near, y, z)[0] - _distance(solids, balls, x - near, y, z)[0]
+    v = _distance(solids, balls, x, y + near, z)[0] - _distance(solids, balls, x, y - near, z)[0]
+    w = _distance(solids, balls, x, y, z + near)[0] - _distance(solids, balls, x, y, z - near)[0]
+    length = np.sqrt(u * u + v * v + w * w) + 1e-12
+    return u / length, v / length, w / length
+
+
+@njit(cache=True, error_model="numpy")
+def _lit(
+    solids: Array, balls: Array, x: float, y: float, z: float, light: Array, on: float
+) -> tuple[float, float]:
+    """Light on a surface point, and the lamp's reflection in it; the camera is `on`wards."""
+    u, v, w = _facing(solids, balls, x, y, z)
+    x, y, z = x + 0.15 * u, y + 0.15 * v, z + 0.15 * w
+    sky, reach, weight = 1.0, 0.9, 0.36
+    for _ in range(4):  # what is near keeps light off
+        gap = _distance(solids, balls, x + reach * u, y + reach * v, z + reach * w)[0]
+        sky -= weight * max(reach - gap, 0.0) / reach
+        reach, weight = 1.9 * reach, 0.72 * weight
+    towards = max(u * light[0] + v * light[1] + w * light[2], 0.0)
+    sun, way = 1.0, 0.6
+    while towards > 0 and way < 70 and sun > 0.01:
+        gap = _distance(solids, balls, x + way * light[0], y + way * light[1], z + way * light[2])[
+            0
+        ]
+        sun = min(sun, max(0.5 + 4.5 * gap / way, 0.0))  # the lamp is no point
+        way += min(max(gap, 0.35), 6.0)
+    half_x, half_z = light[0], light[2] + on  # the lamp is as tall as a window
+    shine = (u * half_x + w * half_z) / np.sqrt(half_x * half_x + half_z * half_z)
+    ambient = (0.30 + 0.12 * v + 0.04 * w) * max(sky, 0.15)
+    return ambient + 0.88 * towards * sun, max(shine, 0.0) ** 40 * sun
+
+
+@njit(cache=True, error_model="numpy")
+def _passes(balls: Array, x: float, below: float, up: float, on: float) -> bool:
+    """Whether a ray comes near anything."""
+    for thing in range(len(balls)):
+        u, v = x - balls[thing, 0], below - balls[thing, 2] * up + balls[thing, 1] * on
+        if u * u + v * v < balls[thing, 3] * balls[thing, 3]:
+            return True
+    return False
+
+
+@njit(cache=True, error_model="numpy")
+def _cast(
+    solids: Array, balls: Array, corner: Array, step: float, width: int, height: int,
+    pitch: float, light: Array, shaded: bool,
+) -> tuple[NDArray[np.int64], Array, Array]:  # fmt: skip
+    which = np.full((height, width), NOTHING)
+    places = np.zeros((height, width, 3))
+    lights = np.zeros((height, width, 2))
+    up, on = np.sin(pitch), np.cos(pitch)  # from a point to the camera
+    for row in range(height):
+        below = corner[1] + (row + 0.5) * step
+        for column in range(width):
+            x = corner[0] + (column + 0.5) * step
+            if not _passes(balls, x, below, up, on):
+                continue
+            y, z = _START * up - below * on, _START * on + below * up
+            way, owner = 0.0, NOTHING
+            while way < _END:
+                gap, owner = _distance(solids, balls, x, y, z)
+                if gap < 0.02:
+                    break
+                gap *= 0.9  # folds are no exact distance
+                way += gap
+                y, z = y - gap * up, z - gap * on
+            if way >= _END:
+                continue
+            which[row, column] = owner
+            places[row, column, 0] = x
+            places[row, column, 1] = y
+            places[row, column, 2] = z
+            if shaded:
+                lights[row, column] = _lit(solids, balls, x, y, z, light, on)
+    return which, places, lights
+
+
+def what_is_seen(
+    things: Sequence[Sequence[Array]],
+    view: View,
+    corner: tuple[float, float],
+    size: tuple[int, int],
+    fine: int,
+    shaded: bool = True,
+) -> tuple[NDArray[np.int64], Array, Array]:
+    """Look at things.
+
+    Parameters
+    ----------
+    things : sequence of sequence of ndarray
+        The solids of each: see `solids`.
+    view : View
+    corner : tuple of float
+        Left top of the picture, from the origin to the right and down [pixels].
+    size : tuple of int
+        Width and height of the picture [pixels].
+    fine : int
+        Samples a pixel, in either direction.
+    shaded : bool
+        Whether light is asked for, which takes most of the time.
+
+    Returns
+    -------
+    which : ndarray of int64, shape (fine * height, fine * width)
+        Index of the thing that each sample shows, or `NOTHING`.
+    places : ndarray of float64, shape (fine * height, fine * width, 3)
+        Where its surface is met [pixels].
+    lights : ndarray of float64, shape (fine * height, fine * width, 2)
+        Light on it, and the lamp's reflection in it, 1 for a mirror; 0 unless `shaded`.
+    """
+    solids, balls = packed(things)
+    seen: tuple[NDArray[np.int64], Array, Array] = _cast(
+        solids, balls, np.asarray(corner, np.float64), 1 / fine, fine * size[0], fine * size[1],
+        view.pitch, np.asarray(view.light), shaded,
+    )  # fmt: skip
+    return seen

@@ -1,19 +1,180 @@
-"""What the camera does: it stands fixed, or follows someone in a hand."""
+"""A street as a camera sees it: where people walk, and how it stands or follows one of them.
 
-from collections.abc import Sequence
+World: x to the right, height up from the ground, depth z away from the camera; metres.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.course import Course
-from datasets.synthetic.render.light import smooth_step
-from datasets.synthetic.render.path import quantised
-from datasets.synthetic.render.pinhole import FRAMES_PER_SECOND, SIZE, Camera
+from datasets.synthetic.render.path import quantised, smooth_step
 
-__all__ = ["Views", "fixed", "following", "wandering"]
+__all__ = [
+    "FRAMES_PER_SECOND",
+    "SIZE",
+    "Camera",
+    "Course",
+    "Views",
+    "fixed",
+    "following",
+    "straight",
+    "walk",
+    "wandering",
+]
 
 Array = NDArray[np.float64]
+
+SIZE = 640, 480
+"""Width and height of its images [pixels]."""
+
+FRAMES_PER_SECOND = 25.0
+
+Number = TypeVar("Number", float, NDArray[np.float64])
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Camera at one instant.
+
+    Attributes
+    ----------
+    focal : float
+        Focal length [pixels].
+    eye : float
+        Height above the ground [metres].
+    horizon : float
+        Row of the horizon without shift [pixels].
+    centre : float
+        Column of the optical axis without shift [pixels].
+    x : float
+        Lateral place [metres].
+    shift_x, shift_y : float
+        Shift of the whole picture by turning and shaking, to the right and down [pixels].
+    """
+
+    focal: float
+    eye: float
+    horizon: float
+    centre: float
+    x: float = 0.0
+    shift_x: float = 0.0
+    shift_y: float = 0.0
+
+    def scale(self, z: Number) -> Number:
+        """Pixels per metre at a depth [metres]."""
+        return self.focal / z
+
+    def column(self, x: Number, z: Number) -> Number:
+        """Image column of a place at a depth, both in metres."""
+        return self.centre + self.shift_x + (x - self.x) * self.scale(z)
+
+    def row(self, height: Number, z: Number) -> Number:
+        """Image row of a height above the ground at a depth, both in metres."""
+        return self.horizon + self.shift_y + (self.eye - height) * self.scale(z)
+
+
+CYCLE = 1.42
+"""Way walked in two steps at an ordinary pace [metres]."""
+
+ORDINARY = 1.3
+"""Speed at which the steps are as long as they get [metres/second]."""
+
+REACHED = 0.8
+"""A walker turns to his next point this near to the last one [metres]."""
+
+FASTEST_TURN = math.radians(130) / FRAMES_PER_SECOND
+"""[radians/frame]."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """Where someone is, how he is turned and in which phase of his gait, in every frame.
+
+    Attributes
+    ----------
+    x, z : ndarray of float64, shape (n,)
+        Place on the ground: to the right, and away from the camera [metres].
+    heading : ndarray of float64, shape (n,)
+        0 is to the right, pi / 2 towards the camera; continuous [radians].
+    phase : ndarray of float64, shape (n,)
+        Gait cycles of two steps since some beginning.
+    stride : ndarray of float64, shape (n,)
+        Length of the steps, in [0, 1].
+    """
+
+    x: Array
+    z: Array
+    heading: Array
+    phase: Array
+    stride: Array
+
+    @classmethod
+    def through(cls, x: Array, z: Array, phase: float) -> Self:
+        """Course through places that are given for every frame; it starts in a phase."""
+        dx, dz = np.gradient(x), np.gradient(z)
+        step = np.sqrt(dx * dx + dz * dz)
+        stride = np.clip(step * FRAMES_PER_SECOND / ORDINARY, 0, 1)
+        # Slow walkers make shorter steps, and not quite so many.
+        cycles = step / (CYCLE * (0.35 + 0.65 * stride))
+        return cls(
+            x,
+            z,
+            quantised(np.unwrap(np.arctan2(-dz, dx))),
+            quantised(phase + np.cumsum(cycles) - cycles[0]),
+            quantised(stride),
+        )
+
+
+def straight(
+    frames: int, at: int, place: tuple[float, float], velocity: tuple[float, float], phase: float
+) -> Course:
+    """Course that passes a place (x, z) [metres] in frame `at`; velocity in metres/second."""
+    elapsed = (np.arange(frames) - at) / FRAMES_PER_SECOND
+    x, z = (start + way * elapsed for start, way in zip(place, velocity, strict=True))
+    return Course.through(x, z, phase)
+
+
+def walk(
+    frames: int,
+    start: tuple[float, float],
+    points: Iterator[tuple[float, float]],
+    speed: float,
+    phase: float,
+) -> Course:
+    """Course from point to point (x, z) [metres], as people walk: in arcs, slower in bends.
+
+    Parameters
+    ----------
+    frames : int
+    start : tuple of float
+        Place in the first frame.
+    points : iterator of tuple of float
+        Where the walker turns to; he need not come nearer than 0.8 m.
+    speed : float
+        Where he walks straight on [metres/second].
+    phase : float
+        Of the gait in the first frame [cycles].
+    """
+    x, z = start
+    goal = next(points)
+    heading = math.atan2(goal[1] - z, goal[0] - x)
+    track = np.empty((frames, 2))
+    for place in track:
+        place[:] = x, z
+        while math.hypot(goal[0] - x, goal[1] - z) < REACHED:
+            goal = next(points)
+        error = math.remainder(math.atan2(goal[1] - z, goal[0] - x) - heading, math.tau)
+        turn = min(max(0.14 * error, -FASTEST_TURN), FASTEST_TURN)
+        heading += turn
+        step = speed * (1 - 0.45 * abs(turn) / FASTEST_TURN) / FRAMES_PER_SECOND
+        x += step * math.cos(heading)
+        z += step * math.sin(heading)
+    return Course.through(track[:, 0], track[:, 1], phase)
+
 
 SLOW = (2.5, 9.0)
 """Periods in which a hand and an eye wander [seconds]."""

@@ -8,9 +8,7 @@ k - 1.
 from pathlib import Path
 
 from datasets.synthetic.suite import Entry, Suite
-from datasets.synthetic.wang2010.cup.knobs import CupKnobs
-from datasets.synthetic.wang2010.hand.knobs import HandKnobs
-from datasets.synthetic.wang2010.table_tennis.knobs import TableTennisKnobs
+from datasets.synthetic.wang2010.knobs import CupKnobs, HandKnobs, TableTennisKnobs
 
 __all__ = ["SUITE"]
 

@@ -8,9 +8,8 @@ from datasets.synthetic.moreno2005.book.light import AROUND, STRAIGHT
 from datasets.synthetic.moreno2005.book.plan import SIZE, Pose
 from datasets.synthetic.render.colours import CLOTHES, nearly
 from datasets.synthetic.render.figure.look import COMPLEXIONS
-from datasets.synthetic.render.finish import Finish, Thing, grain
+from datasets.synthetic.render.finish import Finish, Thing, grain, looked_at
 from datasets.synthetic.render.solids import limb
-from datasets.synthetic.render.surface import looked_at
 
 __all__ = ["Hand", "lit_hand"]
 

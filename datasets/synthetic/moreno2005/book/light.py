@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.moreno2005.book.plan import FRAMES
-from datasets.synthetic.render.light import smooth_step
+from datasets.synthetic.render.path import smooth_step
 
 __all__ = ["AROUND", "STRAIGHT", "drawn_illuminants", "drawn_lamp"]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.moreno2005.book.sheet import Bending
-from datasets.synthetic.render.light import smooth_step
+from datasets.synthetic.render.path import smooth_step
 from datasets.synthetic.render.views import wandering
 
 __all__ = ["FRAMES", "SIZE", "Plan", "Pose", "drawn_plan"]

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from datasets.synthetic.moreno2005.book.light import AROUND, STRAIGHT
 from datasets.synthetic.moreno2005.book.plan import SIZE
 from datasets.synthetic.render.desk import WALL, room
+from datasets.synthetic.render.finish import PITCH, looked_at
 from datasets.synthetic.render.lamp import REACH, light_on, unshaded
-from datasets.synthetic.render.surface import PITCH, looked_at
 
 __all__ = ["lit_room"]
 

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image
-from datasets.synthetic.moreno2005.ellipse.knobs import Clutter
 from datasets.synthetic.moreno2005.ellipse.patches import Patch
 from datasets.synthetic.moreno2005.ellipse.plan import COLOURS, SIZE
 from datasets.synthetic.moreno2005.ellipse.shapes import FINE, Shape, drawn_shape
+from datasets.synthetic.moreno2005.knobs import Clutter
 from datasets.synthetic.render.texture import fractal, ramp
 from datasets.synthetic.scene import part_generator
 

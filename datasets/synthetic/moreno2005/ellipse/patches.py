@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.moreno2005.ellipse.knobs import Clutter
 from datasets.synthetic.moreno2005.ellipse.plan import FRAMES, SIZE, Plan
 from datasets.synthetic.moreno2005.ellipse.shapes import FINE, Shape, drawn_shape
+from datasets.synthetic.moreno2005.knobs import Clutter
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["Patch", "drawn_patches", "touched"]

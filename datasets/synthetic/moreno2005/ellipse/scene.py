@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
 from datasets.synthetic.moreno2005.ellipse import clutter
-from datasets.synthetic.moreno2005.ellipse.knobs import Clutter, EllipseKnobs
 from datasets.synthetic.moreno2005.ellipse.lighting import drawn_lighting
 from datasets.synthetic.moreno2005.ellipse.patches import drawn_patches, touched
 from datasets.synthetic.moreno2005.ellipse.plan import FRAMES, SIZE, drawn_plan
+from datasets.synthetic.moreno2005.knobs import Clutter, EllipseKnobs
 from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.scene import Scene, Truth, part_generator
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.light import smooth_step
+from datasets.synthetic.render.path import smooth_step
 from datasets.synthetic.render.texture import fractal
 
 __all__ = ["BEHIND_CLOUD", "SKY", "SUN", "Dapples", "drawn_sun", "fallen"]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
-from datasets.synthetic.moreno2005.leaf.knobs import LeafKnobs
+from datasets.synthetic.moreno2005.knobs import LeafKnobs
 from datasets.synthetic.moreno2005.leaf.light import BEHIND_CLOUD
 from datasets.synthetic.moreno2005.leaf.setting import Setting
 from datasets.synthetic.moreno2005.leaf.thicket import MARGIN

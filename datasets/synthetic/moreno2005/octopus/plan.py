@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from datasets.synthetic.moreno2005.octopus.body import Body, Posture, drawn_body
 from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, imitated
 from datasets.synthetic.moreno2005.octopus.zones import FLOORS, Zones, drawn_zones
-from datasets.synthetic.render.light import smooth_step
-from datasets.synthetic.render.path import quantised
+from datasets.synthetic.render.path import quantised, smooth_step
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["FRAMES", "OWN", "SIZE", "Plan", "drawn_plan", "surroundings"]

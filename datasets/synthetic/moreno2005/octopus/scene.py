@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
+from datasets.synthetic.moreno2005.knobs import OctopusKnobs
 from datasets.synthetic.moreno2005.octopus.floor import painted_floor
-from datasets.synthetic.moreno2005.octopus.knobs import OctopusKnobs
 from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, imitated, painted
 from datasets.synthetic.moreno2005.octopus.moulding import mould
 from datasets.synthetic.moreno2005.octopus.plan import FRAMES, OWN, SIZE, Plan, drawn_plan

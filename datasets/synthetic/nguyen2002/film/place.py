@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image
 from datasets.synthetic.render.layers import draw_rows, instants
-from datasets.synthetic.render.pinhole import Camera
 from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.shade import Shade
-from datasets.synthetic.render.street.ground import Band, ground_rows
+from datasets.synthetic.render.street.ground import Band, Shade, ground_rows
+from datasets.synthetic.render.views import Camera
 
 __all__ = ["Backdrop", "Place", "Scenery", "Standing"]
 

@@ -10,8 +10,7 @@ from datasets.synthetic.nguyen2002.film.hiders import HIDERS
 from datasets.synthetic.nguyen2002.film.script import Shot, script
 from datasets.synthetic.nguyen2002.film.settings import SETTINGS
 from datasets.synthetic.render.path import quantised
-from datasets.synthetic.render.pinhole import Camera
-from datasets.synthetic.render.views import wandering
+from datasets.synthetic.render.views import Camera, wandering
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["EXPOSURE", "SIZE", "Passage", "Plan", "plan"]

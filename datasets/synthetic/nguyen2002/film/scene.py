@@ -16,16 +16,15 @@ from numpy.typing import NDArray
 from datasets.interface import Image, Mask
 from datasets.synthetic.nguyen2002.film.carriers import paint_carrier
 from datasets.synthetic.nguyen2002.film.hiders import HIDERS
-from datasets.synthetic.nguyen2002.film.knobs import FilmKnobs
 from datasets.synthetic.nguyen2002.film.place import Place
 from datasets.synthetic.nguyen2002.film.plan import EXPOSURE, SIZE, plan
 from datasets.synthetic.nguyen2002.film.rigid import Rigid
 from datasets.synthetic.nguyen2002.film.settings import SETTINGS
 from datasets.synthetic.nguyen2002.film.sheet import UNIT
 from datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_looks
-from datasets.synthetic.render.camera import Camera
+from datasets.synthetic.nguyen2002.knobs import FilmKnobs
+from datasets.synthetic.render.camera import Camera, random_bytes
 from datasets.synthetic.render.layers import instants
-from datasets.synthetic.render.noise import random_bytes
 from datasets.synthetic.render.sprite import Sprite
 from datasets.synthetic.render.texture import fractal
 from datasets.synthetic.scene import Scene, Truth, part_generator

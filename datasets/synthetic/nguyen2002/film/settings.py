@@ -6,8 +6,7 @@ from datasets.synthetic.nguyen2002.film import backdrops, furniture, grounds
 from datasets.synthetic.nguyen2002.film.place import Scenery, Standing
 from datasets.synthetic.render.street.car import car
 from datasets.synthetic.render.street.facades import backdrop
-from datasets.synthetic.render.street.furniture import litter_bin, post, sign
-from datasets.synthetic.render.street.tree import bush, tree
+from datasets.synthetic.render.street.furniture import bush, litter_bin, post, sign, tree
 
 __all__ = ["SETTINGS", "Setting"]
 

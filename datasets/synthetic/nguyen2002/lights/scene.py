@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 
 from datasets.interface import Image, Mask
+from datasets.synthetic.nguyen2002.knobs import LightsKnobs
 from datasets.synthetic.nguyen2002.lights.card import Pose
-from datasets.synthetic.nguyen2002.lights.knobs import LightsKnobs
 from datasets.synthetic.nguyen2002.lights.lighting import Lighting
 from datasets.synthetic.nguyen2002.lights.plan import FRAMES, SIZE, Plan
 from datasets.synthetic.nguyen2002.lights.setting import Setting

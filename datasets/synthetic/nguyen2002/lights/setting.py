@@ -10,8 +10,7 @@ from datasets.synthetic.nguyen2002.lights.held import drawn_printed, held
 from datasets.synthetic.nguyen2002.lights.passers import HALF_HEIGHT, HALF_WIDTH, passer
 from datasets.synthetic.nguyen2002.lights.plan import SIZE, drawn_plan
 from datasets.synthetic.render.desk import WALL, room
-from datasets.synthetic.render.finish import Thing
-from datasets.synthetic.render.surface import PITCH, Surface, looked_at
+from datasets.synthetic.render.finish import PITCH, Surface, Thing, looked_at
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["HELD", "PASSING", "ROOM_FINE", "Setting"]

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.pinhole import SIZE, Camera
+from datasets.synthetic.render.views import SIZE, Camera
 
 __all__ = ["MIDDLE", "sides"]
 

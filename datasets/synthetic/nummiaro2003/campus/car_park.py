@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from datasets.synthetic.nummiaro2003.campus.porch import porch
-from datasets.synthetic.render.light import smooth_step
-from datasets.synthetic.render.pinhole import Camera
+from datasets.synthetic.render.path import smooth_step
 from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.street.car import car
 from datasets.synthetic.render.street.ground import Band, ground_rows
 from datasets.synthetic.render.street.street import HOUSES, Street
 from datasets.synthetic.render.texture import fractal, grass, paving
+from datasets.synthetic.render.views import Camera
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["BAYS", "DOORSTEP", "THRESHOLD", "CarPark", "entrance", "parked_cars"]

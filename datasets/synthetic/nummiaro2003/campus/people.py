@@ -7,7 +7,7 @@ from datasets.synthetic.multipart.casting import HAIR, SHOES, SKIN, WEAVES
 from datasets.synthetic.multipart.look import Look
 from datasets.synthetic.multipart.plan import Person
 from datasets.synthetic.multipart.wardrobe import BGR
-from datasets.synthetic.render.course import Course
+from datasets.synthetic.render.views import Course
 
 __all__ = ["bystander", "target"]
 

@@ -20,14 +20,12 @@ from datasets.synthetic.nummiaro2003.campus.car_park import (
     entrance,
     parked_cars,
 )
-from datasets.synthetic.nummiaro2003.campus.knobs import PersonKnobs
 from datasets.synthetic.nummiaro2003.campus.plan import VisitPlan
 from datasets.synthetic.nummiaro2003.campus.porch import OPENING
 from datasets.synthetic.nummiaro2003.campus.scene import VisitScene
-from datasets.synthetic.render.course import Course, straight, walk
-from datasets.synthetic.render.pinhole import SIZE, Camera
+from datasets.synthetic.nummiaro2003.knobs import PersonKnobs
 from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.views import Views
+from datasets.synthetic.render.views import SIZE, Camera, Course, Views, straight, walk
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["entries", "scene"]

@@ -7,13 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.multipart.plan import Person, Plan
-from datasets.synthetic.multipart.truth import body_boxes
-from datasets.synthetic.render.pinhole import SIZE
-from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.shade import Light
-from datasets.synthetic.render.silhouette import Coverage
+from datasets.synthetic.multipart.scene import body_boxes
+from datasets.synthetic.render.prop import Coverage, Prop
+from datasets.synthetic.render.street.ground import Light
 from datasets.synthetic.render.street.street import Reach, Street
-from datasets.synthetic.render.views import Views
+from datasets.synthetic.render.views import SIZE, Views
 
 __all__ = ["VisitPlan"]
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from datasets.synthetic.multipart.scene import WalkingScene
 from datasets.synthetic.nummiaro2003.campus.plan import VisitPlan
-from datasets.synthetic.render.shade import Light
+from datasets.synthetic.render.street.ground import Light
 from datasets.synthetic.scene import Truth
 
 __all__ = ["VisitScene"]

@@ -15,13 +15,11 @@ from numpy.typing import NDArray
 from datasets.synthetic.multipart import routes
 from datasets.synthetic.multipart.plan import Person
 from datasets.synthetic.nummiaro2003.campus import borders, people
-from datasets.synthetic.nummiaro2003.campus.knobs import StudentsKnobs
 from datasets.synthetic.nummiaro2003.campus.old_tree import old_tree
 from datasets.synthetic.nummiaro2003.campus.plan import VisitPlan
 from datasets.synthetic.nummiaro2003.campus.scene import VisitScene
-from datasets.synthetic.render.course import Course, straight
-from datasets.synthetic.render.pinhole import SIZE
-from datasets.synthetic.render.views import Views, fixed
+from datasets.synthetic.nummiaro2003.knobs import StudentsKnobs
+from datasets.synthetic.render.views import SIZE, Course, Views, fixed, straight
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["entries", "scene"]

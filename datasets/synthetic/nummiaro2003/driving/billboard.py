@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from datasets.synthetic.nummiaro2003.driving.lighting import Lighting
 from datasets.synthetic.nummiaro2003.driving.thing import NEAREST, Window
 from datasets.synthetic.nummiaro2003.driving.view import View
-from datasets.synthetic.render.pinhole import Camera
 from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.sprite import Sprite
+from datasets.synthetic.render.views import Camera
 
 __all__ = ["Cutout", "Standing", "cut_out"]
 

@@ -15,8 +15,8 @@ from datasets.synthetic.nummiaro2003.driving.posing import extents, posed
 from datasets.synthetic.nummiaro2003.driving.shape import Shape
 from datasets.synthetic.nummiaro2003.driving.thing import NEAREST, Window
 from datasets.synthetic.nummiaro2003.driving.view import View
-from datasets.synthetic.render.compositing import blend_sprite
-from datasets.synthetic.render.silhouette import Coverage
+from datasets.synthetic.render.prop import Coverage
+from datasets.synthetic.render.sprite import blend_sprite
 
 __all__ = ["Car", "CarAt"]
 

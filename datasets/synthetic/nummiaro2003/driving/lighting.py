@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.nummiaro2003.driving.facets import packed
 from datasets.synthetic.nummiaro2003.driving.posing import SHADE_SIDE
-from datasets.synthetic.render.shade import PERIOD, Light, Shade
+from datasets.synthetic.render.street.ground import PERIOD, Light, Shade
 from datasets.synthetic.render.texture import fractal
 
 __all__ = ["Lighting"]

@@ -23,7 +23,6 @@ from datasets.synthetic.nummiaro2003.driving.ground import (
     dashes,
 )
 from datasets.synthetic.nummiaro2003.driving.house import House, any_house
-from datasets.synthetic.nummiaro2003.driving.knobs import DrivingKnobs
 from datasets.synthetic.nummiaro2003.driving.paintwork import BGR
 from datasets.synthetic.nummiaro2003.driving.plan import FRAMES_PER_SECOND, SIZE, Plan, car_at
 from datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
@@ -31,6 +30,7 @@ from datasets.synthetic.nummiaro2003.driving.thing import meet
 from datasets.synthetic.nummiaro2003.driving.view import View
 from datasets.synthetic.nummiaro2003.driving.way import Bend, Course, Way
 from datasets.synthetic.nummiaro2003.driving.world import Layout, Plant
+from datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["FRAMES", "entries", "parking_plan", "scene"]

@@ -14,7 +14,7 @@ from datasets.synthetic.nummiaro2003.driving.view import View
 from datasets.synthetic.nummiaro2003.driving.way import Course
 from datasets.synthetic.nummiaro2003.driving.world import Layout
 from datasets.synthetic.render.layers import instants
-from datasets.synthetic.render.silhouette import Coverage, visible
+from datasets.synthetic.render.prop import Coverage, visible
 
 __all__ = ["EXPOSURE", "FRAMES_PER_SECOND", "SIZE", "Plan", "car_at"]
 

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.nummiaro2003.driving.facets import Facets, Lens, Pose
 from datasets.synthetic.nummiaro2003.driving.view import View, heading_axes
-from datasets.synthetic.render.shade import PERIOD, SLANT_X, SLANT_Z
+from datasets.synthetic.render.street.ground import PERIOD, SLANT_X, SLANT_Z
 
 __all__ = ["NEAREST", "SHADE_SIDE", "extents", "posed"]
 

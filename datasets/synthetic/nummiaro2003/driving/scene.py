@@ -11,7 +11,7 @@ from datasets.synthetic.nummiaro2003.driving.thing import Thing, Window, from_fa
 from datasets.synthetic.nummiaro2003.driving.truth import driving_truth
 from datasets.synthetic.nummiaro2003.driving.world import World
 from datasets.synthetic.render.camera import Camera, slow_exposure
-from datasets.synthetic.render.shade import Light
+from datasets.synthetic.render.street.ground import Light
 from datasets.synthetic.scene import Scene, Truth, part_generator, pasted
 
 __all__ = ["DrivingScene"]

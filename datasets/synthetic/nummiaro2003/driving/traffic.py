@@ -24,14 +24,14 @@ from datasets.synthetic.nummiaro2003.driving.ground import (
     dashes,
 )
 from datasets.synthetic.nummiaro2003.driving.house import House, any_house
-from datasets.synthetic.nummiaro2003.driving.knobs import DrivingKnobs
 from datasets.synthetic.nummiaro2003.driving.paintwork import BGR
 from datasets.synthetic.nummiaro2003.driving.plan import FRAMES_PER_SECOND, SIZE, Plan
 from datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
 from datasets.synthetic.nummiaro2003.driving.view import View
 from datasets.synthetic.nummiaro2003.driving.way import Bend, Course, Way
 from datasets.synthetic.nummiaro2003.driving.world import Layout, Plant
-from datasets.synthetic.render.light import smooth_step
+from datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
+from datasets.synthetic.render.path import smooth_step
 from datasets.synthetic.render.views import QUICK, SLOW, wandering
 from datasets.synthetic.scene import part_generator
 

@@ -18,9 +18,8 @@ from datasets.synthetic.nummiaro2003.driving.panorama import Panorama
 from datasets.synthetic.nummiaro2003.driving.posing import posed
 from datasets.synthetic.nummiaro2003.driving.thing import Thing
 from datasets.synthetic.nummiaro2003.driving.view import View
-from datasets.synthetic.render.shade import Light
-from datasets.synthetic.render.street.furniture import post, sign
-from datasets.synthetic.render.street.tree import bush, tree
+from datasets.synthetic.render.street.furniture import bush, post, sign, tree
+from datasets.synthetic.render.street.ground import Light
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["Layout", "Plant", "World"]

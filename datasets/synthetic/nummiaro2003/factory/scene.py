@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
 from datasets.synthetic.nummiaro2003.factory.hall import hall
-from datasets.synthetic.nummiaro2003.factory.knobs import HeadKnobs
+from datasets.synthetic.nummiaro2003.knobs import HeadKnobs
 from datasets.synthetic.render.camera import Camera, slow_exposure
 from datasets.synthetic.render.figure.look import drawn_look
 from datasets.synthetic.render.figure.routine import (

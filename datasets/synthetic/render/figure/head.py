@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.render.figure.look import Look
-from datasets.synthetic.render.figure.solid import AROUND, Solid, loft, turns
+from datasets.synthetic.render.figure.mesh import AROUND, Solid, loft, turns
 from datasets.synthetic.render.texture import fractal, lerp
 
 __all__ = ["ROWS", "head"]

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.light import smooth_step
+from datasets.synthetic.render.path import smooth_step
 from datasets.synthetic.render.views import wandering
 
 __all__ = ["FOCAL", "FRAMES", "FRAMES_PER_SECOND", "SIZE", "Routine", "drawn_routine"]

@@ -3,7 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.compositing import blend_sprite
 from datasets.synthetic.render.figure.clothes import body
 from datasets.synthetic.render.figure.head import head
 from datasets.synthetic.render.figure.look import Look
@@ -11,14 +10,15 @@ from datasets.synthetic.render.figure.mesh import (
     FINE,
     NOBODY,
     UNIT,
+    Solid,
     paint_owners,
     place_vertices,
     which_is_seen,
 )
 from datasets.synthetic.render.figure.routine import Routine
 from datasets.synthetic.render.figure.skeleton import HEAD, Bones, place_bones
-from datasets.synthetic.render.figure.solid import Solid
 from datasets.synthetic.render.layers import instants
+from datasets.synthetic.render.sprite import blend_sprite
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["Worker"]

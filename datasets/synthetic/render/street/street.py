@@ -7,14 +7,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from datasets.synthetic.render.layers import draw_rows, instants
-from datasets.synthetic.render.pinhole import Camera
 from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.shade import Light, Shade
 from datasets.synthetic.render.street.car import car
 from datasets.synthetic.render.street.facades import backdrop
-from datasets.synthetic.render.street.furniture import litter_bin, post, sign
-from datasets.synthetic.render.street.ground import ground_rows, street_bands
-from datasets.synthetic.render.street.tree import bush, tree
+from datasets.synthetic.render.street.furniture import bush, litter_bin, post, sign, tree
+from datasets.synthetic.render.street.ground import Light, Shade, ground_rows, street_bands
+from datasets.synthetic.render.views import Camera
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["Reach", "Street"]

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.render.light import smooth_step
-from datasets.synthetic.render.path import quantised
-from datasets.synthetic.render.rays import View
+from datasets.synthetic.render.path import quantised, smooth_step
+from datasets.synthetic.render.solids import View
 
 __all__ = ["EVENT", "FRAMES", "SIZE", "WALL", "Cup", "Plan", "drawn_plan"]
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from datasets.interface import Image, Mask
 from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.scene import Scene, Truth
-from datasets.synthetic.wang2010.cup.knobs import CupKnobs
 from datasets.synthetic.wang2010.cup.plan import FRAMES, SIZE, WALL
 from datasets.synthetic.wang2010.cup.setting import Setting
+from datasets.synthetic.wang2010.knobs import CupKnobs
 
 __all__ = ["CupScene", "scene"]
 

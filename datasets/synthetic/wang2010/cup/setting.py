@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.render.colours import CUPS, nearly
 from datasets.synthetic.render.finish import Thing, painted
-from datasets.synthetic.render.rays import NOTHING, what_is_seen
+from datasets.synthetic.render.solids import NOTHING, what_is_seen
 from datasets.synthetic.scene import part_generator
 from datasets.synthetic.wang2010.cup.hand import held_cup
 from datasets.synthetic.wang2010.cup.layer import FINE, Layer, smaller

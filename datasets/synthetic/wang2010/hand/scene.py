@@ -20,9 +20,9 @@ from datasets.synthetic.render.views import wandering
 from datasets.synthetic.scene import Scene, Truth, part_generator
 from datasets.synthetic.wang2010.hand import cones, person, room
 from datasets.synthetic.wang2010.hand.hand import Hand, hand_in_motion
-from datasets.synthetic.wang2010.hand.knobs import HandKnobs
 from datasets.synthetic.wang2010.hand.textures import textures
 from datasets.synthetic.wang2010.hand.way import CENTRED, FRAMES, drawn_pose, drawn_way
+from datasets.synthetic.wang2010.knobs import HandKnobs
 
 __all__ = ["HandScene", "scene"]
 

@@ -15,8 +15,8 @@ from datasets.interface import Image, Mask
 from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.render.sprite import Sprite
 from datasets.synthetic.scene import Scene, Truth, part_generator
+from datasets.synthetic.wang2010.knobs import TableTennisKnobs
 from datasets.synthetic.wang2010.table_tennis import ball
-from datasets.synthetic.wang2010.table_tennis.knobs import TableTennisKnobs
 from datasets.synthetic.wang2010.table_tennis.play import FRAMES, FRAMES_PER_SECOND, STROKE, Play
 from datasets.synthetic.wang2010.table_tennis.player import Player
 from datasets.synthetic.wang2010.table_tennis.wall import wall

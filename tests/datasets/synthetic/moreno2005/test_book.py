@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from shapely import area, box, intersection, polygons, union_all
 
 from datasets.synthetic.moreno2005.book.book import self_shadow
-from datasets.synthetic.moreno2005.book.knobs import BookKnobs
 from datasets.synthetic.moreno2005.book.light import AROUND, STRAIGHT
 from datasets.synthetic.moreno2005.book.scene import scene
 from datasets.synthetic.moreno2005.book.setting import Setting
 from datasets.synthetic.moreno2005.book.sheet import Bending, bent, unshaded
+from datasets.synthetic.moreno2005.knobs import BookKnobs
 from datasets.synthetic.render.triangles import grid
 
 NAME = "moreno2005/book"

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import area, box, intersection, polygons, union_all
 
+from datasets.synthetic.moreno2005.knobs import LeafKnobs
 from datasets.synthetic.moreno2005.leaf.blade import Shape, drawn_blade, placed
-from datasets.synthetic.moreno2005.leaf.knobs import LeafKnobs
 from datasets.synthetic.moreno2005.leaf.light import fallen
 from datasets.synthetic.moreno2005.leaf.scene import scene
 from datasets.synthetic.moreno2005.leaf.setting import Setting

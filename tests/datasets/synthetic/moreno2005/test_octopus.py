@@ -11,7 +11,7 @@ from shapely import contains_xy, unary_union
 from shapely.geometry import Point
 
 import datasets
-from datasets.synthetic.moreno2005.octopus.knobs import OctopusKnobs
+from datasets.synthetic.moreno2005.knobs import OctopusKnobs
 from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, imitated, painted
 from datasets.synthetic.moreno2005.octopus.plan import OWN, drawn_plan
 from datasets.synthetic.moreno2005.octopus.relief import lit, shade

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from datasets.synthetic.multipart import routes, wardrobe
 from datasets.synthetic.multipart.designs import DESIGNS
 from datasets.synthetic.render import views
-from datasets.synthetic.render.course import straight, walk
-from datasets.synthetic.render.pinhole import FRAMES_PER_SECOND, Camera
+from datasets.synthetic.render.views import FRAMES_PER_SECOND, Camera, straight, walk
 
 SEEDS = st.integers(0, 2**32 - 1)
 FOLLOWED = [design for design in DESIGNS.values() if design.follows]

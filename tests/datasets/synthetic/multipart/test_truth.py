@@ -12,7 +12,7 @@ from datasets.synthetic.multipart.casting import multipart_plan
 from datasets.synthetic.multipart.designs import DESIGNS
 from datasets.synthetic.multipart.plan import Plan
 from datasets.synthetic.multipart.scene import WalkingScene
-from datasets.synthetic.render.silhouette import extents, visible
+from datasets.synthetic.render.prop import extents, visible
 
 
 def overlap(box, other):

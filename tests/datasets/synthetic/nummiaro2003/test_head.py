@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import datasets
 from datasets.synthetic import nummiaro2003
 from datasets.synthetic.nummiaro2003.factory import scene as factory
-from datasets.synthetic.nummiaro2003.factory.knobs import HeadKnobs
+from datasets.synthetic.nummiaro2003.knobs import HeadKnobs
 from datasets.synthetic.render.figure.head import ROWS
 
 NAME = "nummiaro2003/head"

@@ -12,12 +12,11 @@ from datasets import SequenceError
 from datasets.synthetic import nummiaro2003
 from datasets.synthetic.multipart.look import Look
 from datasets.synthetic.multipart.plan import Person
-from datasets.synthetic.multipart.truth import body_boxes
+from datasets.synthetic.multipart.scene import body_boxes
 from datasets.synthetic.nummiaro2003.campus import person, students
 from datasets.synthetic.nummiaro2003.campus.plan import VisitPlan
 from datasets.synthetic.nummiaro2003.campus.scene import VisitScene
-from datasets.synthetic.render.course import straight
-from datasets.synthetic.render.views import fixed
+from datasets.synthetic.render.views import fixed, straight
 
 PERSON, STUDENTS = "nummiaro2003/person", "nummiaro2003/students"
 SEEDS = st.integers(0, 2**32 - 1)

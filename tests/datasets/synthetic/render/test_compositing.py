@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from datasets.synthetic.render import compositing, light, noise
+from datasets.synthetic.render import camera, sprite
 from datasets.synthetic.render.sprite import Sprite, blurred, superellipse
 
 
@@ -79,7 +79,7 @@ def test_a_sprite_covers_its_scaled_area_at_every_size(scale):
 @given(x=st.integers(0, 64 * 20), y=st.integers(0, 64 * 10))
 def test_a_window_is_the_texture_interpolated(x, y):
     texture = np.random.default_rng(0).integers(0, 256, (20, 32, 3), dtype=np.uint8)
-    picture = compositing.window(texture, x, y, 8, 10)
+    picture = sprite.window(texture, x, y, 8, 10)
     u, v = x % 64 / 64, y % 64 / 64
     cut = texture[y // 64 : y // 64 + 9, x // 64 : x // 64 + 11].astype(float)
     rows = cut[:-1] * (1 - v) + cut[1:] * v
@@ -89,26 +89,26 @@ def test_a_window_is_the_texture_interpolated(x, y):
 
 def test_light_multiplies_and_noise_adds():
     canvas = np.full((30, 40, 3), 200, np.uint8)
-    rows = light.fixed_point(np.linspace(0.5, 1, 30))
-    columns = light.fixed_point(np.linspace(1, 0.3, 40))
-    table = noise.noise_table(5.0)
-    random = noise.random_bytes(3, 4, canvas.size)
+    rows = camera.fixed_point(np.linspace(0.5, 1, 30))
+    columns = camera.fixed_point(np.linspace(1, 0.3, 40))
+    table = camera.noise_table(5.0)
+    random = camera.random_bytes(3, 4, canvas.size)
     expected = 200 * np.outer(rows, columns)[:, :, None] / 1024**2
-    expected = expected + table[random].reshape(canvas.shape) / noise.LEVEL_STEPS
-    compositing.develop(canvas, rows, columns, table, random)
+    expected = expected + table[random].reshape(canvas.shape) / camera.LEVEL_STEPS
+    sprite.develop(canvas, rows, columns, table, random)
     assert np.abs(canvas - expected).max() <= 0.5 + 1 / 16
 
 
 def test_the_noise_table_has_the_asked_deviation_and_no_bias():
-    levels = noise.noise_table(7.0) / noise.LEVEL_STEPS
+    levels = camera.noise_table(7.0) / camera.LEVEL_STEPS
     assert levels.std() == pytest.approx(7.0, rel=1e-3)
     assert levels.mean() == pytest.approx(0.0, abs=1e-9)
 
 
 def test_noise_differs_between_frames_and_seeds_and_not_between_calls():
-    first = noise.random_bytes(1, 2, 4000)
-    assert (first == noise.random_bytes(1, 2, 4000)).all()
-    for other in (noise.random_bytes(1, 3, 4000), noise.random_bytes(2, 2, 4000)):
+    first = camera.random_bytes(1, 2, 4000)
+    assert (first == camera.random_bytes(1, 2, 4000)).all()
+    for other in (camera.random_bytes(1, 3, 4000), camera.random_bytes(2, 2, 4000)):
         assert abs(np.corrcoef(first, other)[0, 1]) < 0.06
 
 

@@ -3,8 +3,15 @@
 import numpy as np
 import pytest
 
-from datasets.synthetic.render.rays import NOTHING, View, what_is_seen
-from datasets.synthetic.render.solids import bowl, box, half_space, limb
+from datasets.synthetic.render.solids import (
+    NOTHING,
+    View,
+    bowl,
+    box,
+    half_space,
+    limb,
+    what_is_seen,
+)
 
 PITCH = 0.3
 VIEW = View(PITCH, (0.6, 0.64, 0.48))

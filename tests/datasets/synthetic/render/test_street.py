@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from datasets.synthetic.render.layers import draw_rows, instants
-from datasets.synthetic.render.pinhole import Camera
-from datasets.synthetic.render.shade import DEPTH, SLANT_X, SLANT_Z
+from datasets.synthetic.render.street.ground import DEPTH, SLANT_X, SLANT_Z
 from datasets.synthetic.render.street.street import HOUSES, Reach, Street
+from datasets.synthetic.render.views import Camera
 
 STILL = Camera(focal=700.0, eye=1.6, horizon=190.0, centre=320.0)
 REACH = Reach((0.0, 3.0), (-40.0, 40.0), (-12.0, 12.0))
@@ -195,7 +195,7 @@ def test_a_post_hides_what_is_behind_its_place(street):
 def test_another_process_paints_the_same_bytes(street):
     code = (
         "import numpy as np, zlib\n"
-        "from datasets.synthetic.render.pinhole import Camera\n"
+        "from datasets.synthetic.render.views import Camera\n"
         "from datasets.synthetic.render.street.street import Reach, Street\n"
         "still = Camera(focal=700.0, eye=1.6, horizon=190.0, centre=320.0)\n"
         "s = Street(5, (640, 480), still, Reach((0.0, 3.0), (-40.0, 40.0), (-12.0, 12.0)))\n"

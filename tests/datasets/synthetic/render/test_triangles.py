@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.render.soft_shadow import light_left
 from datasets.synthetic.render.triangles import FINE, Mesh, grid, lay, seen
 
@@ -90,12 +89,3 @@ def test_a_shadow_is_as_dark_as_asked_and_where_asked():
     assert (lost * columns).sum() / lost.sum() == pytest.approx(84, abs=0.2)
     assert (lost * rows).sum() / lost.sum() == pytest.approx(52, abs=0.2)
     assert lost.sum() == pytest.approx(0.6 * coverage.sum(), rel=0.01)
-
-
-def test_a_grey_level_is_the_square_root_of_the_light():
-    light = np.repeat(np.array([0.0, 0.09, 0.36, 4.0], np.float32), 40).reshape(1, 160, 1)
-    seen_light = np.broadcast_to(light, (120, 160, 3)).astype(np.float32)
-    image = Camera((160, 120), 0.0).image(seen_light, 0, 0)[60]
-    grey = np.array([0, 76.5, 153, 255])
-    vignette = 1 - 0.05 * ((np.array([20, 60, 100, 140]) + 0.5) / 80 - 1) ** 2
-    assert image[[20, 60, 100, 140], 1] == pytest.approx(grey * vignette, abs=1.1)

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import datasets
-from datasets.synthetic.wang2010.cup.knobs import CupKnobs
 from datasets.synthetic.wang2010.cup.scene import scene
 from datasets.synthetic.wang2010.cup.setting import Setting
+from datasets.synthetic.wang2010.knobs import CupKnobs
 
 NAME = "wang2010/cup"
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 import datasets
 from datasets.synthetic.wang2010.hand import cones
 from datasets.synthetic.wang2010.hand import textures as palm
-from datasets.synthetic.wang2010.hand.knobs import HandKnobs
 from datasets.synthetic.wang2010.hand.scene import scene
 from datasets.synthetic.wang2010.hand.way import drawn_way
+from datasets.synthetic.wang2010.knobs import HandKnobs
 
 NAME = "wang2010/hand"
 

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import datasets
-from datasets.synthetic.render.compositing import blend_sprite
+from datasets.synthetic.render.sprite import blend_sprite
+from datasets.synthetic.wang2010.knobs import TableTennisKnobs
 from datasets.synthetic.wang2010.table_tennis import scene as table_tennis
-from datasets.synthetic.wang2010.table_tennis.knobs import TableTennisKnobs
 from datasets.synthetic.wang2010.table_tennis.play import Play
 from datasets.synthetic.wang2010.table_tennis.swing import blend_swung
 
