@@ -36,7 +36,7 @@ class CamShiftImproved(SharingTracker):
 
     The paper names CamShift and describes the centroid alone, so `as-written` keeps the window's
     size, and `recommended` is the same; `window=adaptive` follows Bradski's rule as that of
-    `camshift` does. `robust` (ε = 0.5, n = 7) was chosen after seeing results.
+    `camshift` does. `robust` (ε = 0.5, n = 7) is post hoc.
 
     With a camera that moves the motion map says nothing of the target; see `wang2010`.
 

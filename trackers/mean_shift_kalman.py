@@ -53,10 +53,7 @@ class MeanShiftKalman(SharingTracker):
         "tracking, ICIP 2000; D. Comaniciu, V. Ramesh & P. Meer, Kernel-based object tracking, "
         "IEEE PAMI 25(5), 2003"
     )
-    presets = {
-        "as-written": {"stop_distance": 1.0, "least_coefficient": 0.0},
-        "recommended": {},
-    }
+    presets = {"as-written": {"stop_distance": 1.0, "least_coefficient": 0.0}, "recommended": {}}
     Parameters = MeanShiftKalmanParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:

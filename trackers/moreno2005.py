@@ -14,12 +14,7 @@ from trackers.contours.discriminant import basis_of
 from trackers.contours.observation import Observation, with_colour_sets
 from trackers.contours.plane_cue import PlaneCue
 from trackers.contours.refitting import RefittedColours
-from trackers.contours.segmenter import (
-    LITERAL,
-    Segmenter,
-    SegmenterParameters,
-    Start,
-)
+from trackers.contours.segmenter import LITERAL, Segmenter, SegmenterParameters, Start
 
 __all__ = ["Moreno2005"]
 
@@ -103,17 +98,15 @@ class Moreno2005(Segmenter):
     two sequences of the ellipse that no experiment uses. The paper names no numbers of samples;
     they are ours in both presets.
 
-    `recommended` departs from the text in five places, all chosen after results of an earlier
-    trial were seen: exponential weights, weights of the complete density (`feedback=joint`, a
-    correction: what the contour saw says something of the colours too), a contour compared with
-    what is near, a gain that all centroids share and that sometimes jumps, and a floor of
-    density. Of them the shared gain is a prior that fits changes of light which are gains; results
-    under such light say as much of it as of dependence.
+    `recommended` departs from the text in five places, post hoc: exponential weights, weights of
+    the complete density (`feedback=joint`, a correction: what the contour saw says something of
+    the colours too), a contour compared with what is near, a gain that all centroids share and
+    that sometimes jumps, and a floor of density. Of them the shared gain is a prior that fits
+    changes of light which are gains; results under such light say as much of it as of dependence.
 
     The snake's weights are of differences between neighbouring points, as chosen for small
     ellipses: a large contour shrinks and gets round. In `robust` they are of derivatives along the
-    contour, the same at those ellipses' size; chosen after `recommended` was seen on a scene of the
-    book and on recorded sequences.
+    contour, the same at those ellipses' size (post hoc).
 
     A mask in several parts is taken as the largest of them, its holes filled: a contour has no
     others.

@@ -124,7 +124,7 @@ class Nguyen2002(SharingTracker):
     `recommended` goes on in fractions of a pixel, keeps the scale where others fit as well (`ties`;
     on clips made for tests the smallest of them shrank the template in time), and corrects the
     covariances for the search's step (`misregistration`) and for the gate (`consistency`).
-    `robust` (RGB, γ = 0.4, `end=first`) was chosen after seeing results. Ratios are guarded against
+    `robust` (RGB, γ = 0.4, `end=first`) is post hoc. Ratios are guarded against
     division by zero: a largest value of 0 counts as one grey level. Covariances are kept off
     singularity by raising their least eigenvalues; nothing is added to the others. Scales stay
     between 0.5 and 2.

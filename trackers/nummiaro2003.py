@@ -22,14 +22,7 @@ from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.histograms.background import Background, spacing_of
 from trackers.histograms.bins import ColourSpace, JointBins
 from trackers.histograms.ellipses import Kernel
-from trackers.histograms.motion import (
-    Axes,
-    Dynamics,
-    Motion,
-    ScaleChange,
-    box_around,
-    ellipse_in,
-)
+from trackers.histograms.motion import Axes, Dynamics, Motion, ScaleChange, box_around, ellipse_in
 from trackers.histograms.placement import Placement, Whereabouts
 from trackers.histograms.target_model import Ellipses, Likelihood, Reading, TargetModel
 
@@ -125,13 +118,13 @@ class Nummiaro2003(SharingTracker):
 
     The text leaves open σ, α, all noise, how long "a couple of frames" is, and where particles
     wait; what π_T = 0.9 is compared with has several readings. `as-written` is the text with
-    decisions for these. Three of them were made knowing results of earlier trials: the reading
-    `density`, the noise of size and scale, and that half of the particles wait where the target
-    was (`last`). `recommended` goes further: σ = 0.05, an update where ρ itself exceeds 0.9, and
-    particles that wait where the target would be by now. `robust` is for recorded video
-    (docs/presets.md says how it was chosen). Of an ellipse at least a quarter must be inside the
-    image, else its ρ is 0; half axes are 3 pixels or more. The background is examined at some
-    thousand places, not at all. Models of their own count as one, their mean, for the threshold.
+    decisions for these. Three of them are post hoc: the reading `density`, the noise of size and
+    scale, and that half of the particles wait where the target was (`last`). `recommended` goes
+    further: σ = 0.05, an update where ρ itself exceeds 0.9, and particles that wait where the
+    target would be by now. `robust` is for recorded video (docs/presets.md says how it was chosen).
+    Of an ellipse at least a quarter must be inside the image, else its ρ is 0; half axes are 3
+    pixels or more. The background is examined at some thousand places, not at all. Models of their
+    own count as one, their mean, for the threshold.
 
     Details: `positive_appearances` (particles that look like the target), `mode` (1 tracks, 0
     initialises), `half_width` and `half_height` (Hx and Hy of the estimate, pixels),
@@ -178,10 +171,8 @@ class Nummiaro2003(SharingTracker):
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`.
 
-        Raises
-        ------
-        TrackerError
-            Where the box has no area, or less than a quarter of its ellipse is in the image.
+        Raises TrackerError where the box has no area, or less than a quarter of its ellipse is in
+        the image.
         """
         watched, self._watched = self._watched, None
         if not (box[2] > 0 and box[3] > 0):

@@ -35,7 +35,7 @@ class Wang2010(PlaceFilter):
     Equation 10 has no scale: with D in [0, 1] its weights differ by a factor of 1.65 at most.
     So `as-written` has σ = 1. `recommended`, the same as `sharp`, has σ = 0.158, which is that of
     Pérez et al. (exp(-20 D²), ECCV 2002), taken from the literature and not from results. `robust`
-    (σ = 0.1, r = 10, ε = 0.5, n = 7) was chosen after seeing results, for recorded video. The
+    (σ = 0.1, r = 10, ε = 0.5, n = 7) is for recorded video, and post hoc. The
     paper names no bins (32 each here) and no n (5 here), on which much depends. "At most n₀"
     iterations is our reading; literally n₀ + 1 are allowed, `max_iterations=11`.
 

@@ -28,29 +28,16 @@ DEFAULT_PRESET = "recommended"
 class Specification:
     """A tracker with all its parameters settled, ready to be made with any seed.
 
-    Attributes
-    ----------
-    name : str
-        The tracker's name without parameters; seeds depend on it.
-    preset : str
-        Name of the preset that the parameters start from.
-    parameters : Parameters
-        The values, frozen.
-    options : mapping of str to value
-        What sets it apart in labels: `preset` unless it is the default, then every
-        parameter that differs from the preset's value, by name.
-    plugin : type
-        The class.
-    file : Path
-        Where the class is defined.
+    The options set it apart in labels: `preset` unless it is the default, then every parameter that
+    differs from the preset's value, by name.
     """
 
-    name: str
-    preset: str
-    parameters: Parameters
+    name: str  # without parameters; seeds depend on it
+    preset: str  # that the parameters start from
+    parameters: Parameters  # the values, frozen
     options: Mapping[str, Any]
     plugin: type[TrackerPlugin]
-    file: Path
+    file: Path  # where the class is defined
 
     @property
     def randomness(self) -> Randomness:
@@ -114,12 +101,8 @@ def resolve(name: str, **parameters: Any) -> Specification:
 def describe(name: str) -> dict[str, Any]:
     """Say what a tracker is.
 
-    Returns
-    -------
-    dict
-        `name`, `summary`, `paper`, `randomness`, `presets`, and `parameters`: a list of
-        dicts with `name`, `type`, `default` (of the recommended preset) and `meaning`
-        (unit in brackets).
+    `name`, `summary`, `paper`, `randomness`, `presets`, and `parameters`: a list of dicts with
+    `name`, `type`, `default` (of the recommended preset) and `meaning` (unit in brackets).
     """
     specification = resolve(name)
     plugin = specification.plugin

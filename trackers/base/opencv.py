@@ -17,10 +17,7 @@ __all__ = ["OpenCVTracker", "factory", "pixel_rectangle"]
 def factory(name: str) -> Callable[..., Any]:
     """OpenCV's function that makes a tracker: `cv2.Tracker<name>_create`, or `cv2.legacy`'s.
 
-    Raises
-    ------
-    ImportError
-        Where the installed OpenCV has neither.
+    Raises ImportError where the installed OpenCV has neither.
     """
     for module in (cv2, getattr(cv2, "legacy", None)):
         create = getattr(module, f"Tracker{name}_create", None)
@@ -35,12 +32,7 @@ def factory(name: str) -> Callable[..., Any]:
 def pixel_rectangle(box: Box, image: Image) -> tuple[int, int, int, int]:
     """Pixels of the image that a box covers, its edges rounded: x, y, width, height.
 
-    At least one pixel a side.
-
-    Raises
-    ------
-    TrackerError
-        Where the box lies outside the image.
+    At least one pixel a side; raises TrackerError where the box lies outside the image.
     """
     height, width = image.shape[:2]
     x, y = box[0], box[1]
@@ -81,13 +73,7 @@ class OpenCVTracker(TrackerPlugin):
     smallest_side: ClassVar[int] = 1
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`.
-
-        Raises
-        ------
-        TrackerError
-            For a box outside the image, too small or otherwise refused by OpenCV.
-        """
+        """See `Tracker.init`; raises TrackerError for a box outside, too small or refused."""
         rectangle = pixel_rectangle(box, image)
         if min(rectangle[2:]) < self.smallest_side:
             raise TrackerError(

@@ -21,15 +21,10 @@ class SharedFrame:
     Parameters
     ----------
     image : ndarray of uint8, shape (height, width, 3)
-        The frame. It is handed on read-only.
+        The frame, which is handed on read-only; raises TrackerError for another type or shape.
     sharers : int
         How many trackers are shown it, at least 1. What pays only for many can be made when
         they are many; the estimates must not depend on it.
-
-    Raises
-    ------
-    TrackerError
-        For an image of another type or shape.
     """
 
     __slots__ = ("_computed", "image", "sharers")
@@ -77,13 +72,7 @@ class SharingTracker(TrackerPlugin):
         """See `Tracker.update`; `frame` may hold work that others did."""
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`.
-
-        Raises
-        ------
-        TrackerError
-            For a box that is not four finite numbers; and as `init_shared`.
-        """
+        """See `Tracker.init`; raises TrackerError for a box that is not four finite numbers."""
         numbers = np.asarray(box, np.float64)
         if numbers.shape != (4,) or not np.isfinite(numbers).all():
             raise TrackerError(f"a box is [x, y, width, height], four finite numbers, not {box}.")

@@ -1,6 +1,6 @@
 """Colours of an image taken together in cells of a grid, so that a colour is judged only once."""
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numba import njit
@@ -10,13 +10,16 @@ from trackers.base.interface import Image
 
 __all__ = ["ColourCells", "cells_inside", "colour_cells"]
 
+Ints: TypeAlias = NDArray[np.int64]
+Cells: TypeAlias = NDArray[np.int32]
+
 
 class ColourCells(NamedTuple):
     """The K cells of a colour grid that an image occupies, in the grid's order."""
 
     colours: NDArray[np.float64]  # (K, 3): mean RGB of each cell's pixels, in [0, 1]
-    image: NDArray[np.int32]  # (rows, columns): cell of every pixel, in [0, K)
-    sizes: NDArray[np.int64]  # (K,): pixels of each, at least 1
+    image: Cells  # (rows, columns): cell of every pixel, in [0, K)
+    sizes: Ints  # (K,): pixels of each, at least 1
 
 
 @njit(cache=True)
@@ -52,7 +55,7 @@ def colour_cells(image: Image, levels: int = 20) -> ColourCells:
     return ColourCells(colours, cells, sizes)
 
 
-def cells_inside(cells: ColourCells, x0: int, y0: int, x1: int, y1: int) -> NDArray[np.int64]:
+def cells_inside(cells: ColourCells, x0: int, y0: int, x1: int, y1: int) -> Ints:
     """Pixels of each cell, (K,), in the part of a rectangle that is in the image.
 
     Columns x0 to x1 and rows y0 to y1, the latter of each not included.
@@ -62,7 +65,7 @@ def cells_inside(cells: ColourCells, x0: int, y0: int, x1: int, y1: int) -> NDAr
 
 
 @njit(cache=True)
-def _counts(inside: NDArray[np.int32], n: int) -> NDArray[np.int64]:
+def _counts(inside: Cells, n: int) -> Ints:
     counts = np.zeros(n, np.int64)
     for row in range(inside.shape[0]):
         for column in range(inside.shape[1]):

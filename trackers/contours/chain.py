@@ -72,11 +72,7 @@ class Cue(Protocol[Observation]):
         ...
 
     def weigh(
-        self,
-        observation: Observation,
-        states: NDArray[Any],
-        attached: Attached,
-        earlier: Earlier,
+        self, observation: Observation, states: NDArray[Any], attached: Attached, earlier: Earlier
     ) -> Weighed:
         """Judge them by the frame, and by those of the earlier cues.
 

@@ -15,14 +15,17 @@ from numpy.typing import NDArray
 
 __all__ = ["Outside", "contour_scores", "windings"]
 
+Tables: TypeAlias = NDArray[np.float32]
+Cells: TypeAlias = NDArray[np.int32]
+Indices: TypeAlias = NDArray[np.intp]
 Array: TypeAlias = NDArray[np.float64]
 Outside: TypeAlias = Literal["window", "image"]
 
 
 def contour_scores(
-    tables: NDArray[np.float32],
-    cells: NDArray[np.int32],
-    which: NDArray[np.intp],
+    tables: Tables,
+    cells: Cells,
+    which: Indices,
     contours: Array,
     window: tuple[int, int, int, int],
     outside: Outside = "window",
@@ -64,7 +67,7 @@ def contour_scores(
 
 
 @njit(cache=True)
-def windings(contour: Array, height: int, width: int) -> NDArray[np.int32]:
+def windings(contour: Array, height: int, width: int) -> Cells:
     """How many times a contour (points, 2) goes round the centre of each pixel of an image.
 
     The sign is the direction.
@@ -82,14 +85,14 @@ def windings(contour: Array, height: int, width: int) -> NDArray[np.int32]:
 
 @njit(cache=True)
 def _scores(
-    tables: NDArray[np.float32],
-    cells: NDArray[np.int32],
-    which: NDArray[np.intp],
-    order: NDArray[np.intp],
+    tables: Tables,
+    cells: Cells,
+    which: Indices,
+    order: Indices,
     contours: Array,
     left: int,
     top: int,
-    beyond: NDArray[np.intp],
+    beyond: Indices,
     smallest: int,
 ) -> Array:
     height, width = cells.shape

@@ -1,5 +1,7 @@
 """How much of a target any place of the background looks like (the appearance condition)."""
 
+from typing import TypeAlias
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -11,6 +13,7 @@ from trackers.histograms.ellipses import Kernel
 
 __all__ = ["Background", "spacing_of"]
 
+Ints: TypeAlias = NDArray[np.int64]
 Array = NDArray[np.float64]
 
 _AT_ONCE = 128  # positions
@@ -94,9 +97,7 @@ class Background:
 
 
 @njit(cache=True)
-def _sums(
-    ends: NDArray[np.int64], bins: NDArray[np.int64], roots: Array, model_roots: Array
-) -> Array:
+def _sums(ends: Ints, bins: Ints, roots: Array, model_roots: Array) -> Array:
     """Products of sparse rows and a vector, each summed up from left to right."""
     found = np.zeros(len(ends) - 1)
     for i in range(len(found)):

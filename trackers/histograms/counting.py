@@ -5,6 +5,8 @@ same integers, so the choice is one of time alone. It is made from what they tak
 relative to one another.
 """
 
+from typing import TypeAlias
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +24,11 @@ from trackers.histograms.rectangles import (
 
 __all__ = ["codes_of_frame", "ellipse_histograms", "region_counts"]
 
+Ints: TypeAlias = NDArray[np.int64]
+Counts: TypeAlias = NDArray[np.int32]
+Codes: TypeAlias = NDArray[np.uint16]
+Array: TypeAlias = NDArray[np.float64]
+
 # Nanoseconds, measured on one machine.
 _CODE = 1.5  # a pixel looked up
 _INTEGRAL = 0.1  # a pixel and bin summed up
@@ -31,9 +38,7 @@ _DIRECT_REGION = 3000.0  # a region's histogram emptied and added up
 _BINS_OF_A_FRAME = 40  # those that occur in it, roughly; they aren't known beforehand
 
 
-def region_counts(
-    frame: SharedFrame, regions: Regions, colours: LuvBins, bins: NDArray[np.int64]
-) -> NDArray[np.int32]:
+def region_counts(frame: SharedFrame, regions: Regions, colours: LuvBins, bins: Ints) -> Counts:
     """Count votes for each of m bins in regions, shape (parts, n, m).
 
     With many sharers one integral histogram of the whole frame is made for all.
@@ -60,11 +65,7 @@ def region_counts(
 
 
 def ellipse_histograms(
-    frame: SharedFrame,
-    ellipses: NDArray[np.float64],
-    kernel: Kernel,
-    colours: JointBins,
-    bins: NDArray[np.int64],
+    frame: SharedFrame, ellipses: Array, kernel: Kernel, colours: JointBins, bins: Ints
 ) -> EllipseCounts:
     """Kernel-weighted histograms of ellipses of a frame; see `ellipse_counts`.
 
@@ -84,12 +85,12 @@ def ellipse_histograms(
     return ellipse_counts(codes, (left, top), high, ellipses, kernel, bins, colours.n_bins)
 
 
-def codes_of_frame(frame: SharedFrame, colours: JointBins, transposed: bool) -> NDArray[np.uint16]:
+def codes_of_frame(frame: SharedFrame, colours: JointBins, transposed: bool) -> Codes:
     """Bin of every pixel of a frame, looked up once for all its sharers; see `JointBins.codes`."""
     return frame.compute(_codes, colours, transposed)
 
 
-def _codes(image: Image, colours: JointBins, transposed: bool) -> NDArray[np.uint16]:
+def _codes(image: Image, colours: JointBins, transposed: bool) -> Codes:
     return colours.codes(image, transposed)
 
 

@@ -25,6 +25,7 @@ __all__ = [
     "mean_shift",
 ]
 
+Array: TypeAlias = NDArray[np.float64]
 Codes: TypeAlias = NDArray[np.uint16]
 Counts: TypeAlias = NDArray[np.int64]
 Kernel: TypeAlias = Literal["isotropic", "epanechnikov", "uniform"]
@@ -75,7 +76,7 @@ def ellipse_counts(
     codes: Codes,
     corner: tuple[int, int],
     transposed: bool,
-    ellipses: NDArray[np.float64],
+    ellipses: Array,
     kernel: Kernel,
     bins: Counts,
     n_bins: int,
@@ -120,12 +121,7 @@ def _placed(codes: Codes, slots: Codes) -> Codes:
 
 @njit(cache=True)
 def _counted(
-    places: Codes,
-    left: int,
-    top: int,
-    ellipses: NDArray[np.float64],
-    kernel: int,
-    n_asked: int,
+    places: Codes, left: int, top: int, ellipses: Array, kernel: int, n_asked: int
 ) -> tuple[Counts, Counts, Counts]:
     n = len(ellipses)
     counts = np.empty((n, n_asked), np.int64)
@@ -231,9 +227,7 @@ def _add(
 
 
 @njit(cache=True)
-def coefficients(
-    counts: Counts, totals: Counts, models: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def coefficients(counts: Counts, totals: Counts, models: Array) -> Array:
     """Bhattacharyya coefficients Σ √(p q) of histograms and models, shape (n,), in [0, 1].
 
     Parameters
@@ -260,7 +254,7 @@ def coefficients(
 def mean_shift(
     window: Window,
     bins: Counts,
-    model: NDArray[np.float64],
+    model: Array,
     n_bins: int,
     ellipse: tuple[float, float, float, float],
     stop_distance: float,
@@ -354,9 +348,7 @@ def _count(
 
 
 @njit(cache=True)
-def _weigh(
-    parts: Counts, bins: Counts, model: NDArray[np.float64], weights: NDArray[np.float64]
-) -> float:
+def _weigh(parts: Counts, bins: Counts, model: Array, weights: Array) -> float:
     """Fill in the weights √(q/p) of the model's bins; give the coefficient Σ √(p q)."""
     total = np.float64(parts.sum())
     if total == 0.0:
@@ -372,12 +364,7 @@ def _weigh(
 
 @njit(cache=True)
 def _centroid(
-    window: Window,
-    pixels: _Pixels,
-    first: int,
-    last: int,
-    begin: int,
-    weights: NDArray[np.float64],
+    window: Window, pixels: _Pixels, first: int, last: int, begin: int, weights: Array
 ) -> tuple[float, float]:
     """Mean of an ellipse's pixels, each with the weight of its bin; not all weigh nothing."""
     total, total_x, total_y = 0.0, 0.0, 0.0

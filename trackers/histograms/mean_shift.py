@@ -1,7 +1,7 @@
 """A target's histogram and size, and where mean shift finds it again."""
 
 from math import ceil, floor, inf
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from trackers.histograms.counting import codes_of_frame, ellipse_histograms
 from trackers.histograms.ellipses import EllipseCounts, Found, Window, coefficients, mean_shift
 
 __all__ = ["Location", "MeanShiftParameters", "Target"]
+
+Array: TypeAlias = NDArray[np.float64]
 
 LEAST_SIDE = 3.0  # pixels; a smaller ellipse may lie between the pixels' centres
 REACH = 1.7  # half axes around the start within which a target is mostly found
@@ -115,7 +117,7 @@ class Target:
         self.half_width += share * (found.half_width - self.half_width)
         self.half_height += share * (found.half_height - self.half_height)
 
-    def coefficients_beside(self, frame: SharedFrame, found: Location) -> NDArray[np.float64]:
+    def coefficients_beside(self, frame: SharedFrame, found: Location) -> Array:
         """Coefficients half a target to the left, right, above and below; shape (4,)."""
         aside = np.array([[-1, 0], [1, 0], [0, -1], [0, 1]]) * found[2:4]
         ellipses = np.tile(np.array(found[:4]), (4, 1))
@@ -170,7 +172,7 @@ class Target:
         )
         return location, found.complete
 
-    def _histograms(self, frame: SharedFrame, ellipses: NDArray[np.float64]) -> EllipseCounts:
+    def _histograms(self, frame: SharedFrame, ellipses: Array) -> EllipseCounts:
         return ellipse_histograms(frame, ellipses, "epanechnikov", self._colours, self._bins)
 
     def _window(self, frame: SharedFrame, x: float, y: float, reach: float) -> Window:

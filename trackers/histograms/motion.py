@@ -11,15 +11,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Axes",
-    "Dynamics",
-    "Motion",
-    "ScaleChange",
-    "at_rest",
-    "box_around",
-    "ellipse_in",
-]
+__all__ = ["Axes", "Dynamics", "Motion", "ScaleChange", "at_rest", "box_around", "ellipse_in"]
 
 Array: TypeAlias = NDArray[np.float64]
 Dynamics: TypeAlias = Literal["first-order", "second-order", "random-walk"]

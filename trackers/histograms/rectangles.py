@@ -7,7 +7,7 @@ The kernels that call one another stand in this one file: Numba's cache notices 
 a kernel's own file only.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numba import njit
@@ -23,6 +23,13 @@ __all__ = [
     "pixel_regions",
 ]
 
+Codes: TypeAlias = NDArray[np.uint16]
+Votes: TypeAlias = NDArray[np.uint8]
+Ints: TypeAlias = NDArray[np.int64]
+Counts: TypeAlias = NDArray[np.int32]
+Words: TypeAlias = NDArray[np.uint64]
+Array: TypeAlias = NDArray[np.float64]
+
 
 class Regions(NamedTuple):
     """Rectangles cut into parts one below the other, and the window that holds them all.
@@ -31,8 +38,8 @@ class Regions(NamedTuple):
     exclusive; all 0 for a rectangle of which too little is inside.
     """
 
-    parts: NDArray[np.int64]  # (parts, n, 4): bounds
-    pixels: NDArray[np.int64]  # (parts, n): how many each has
+    parts: Ints  # (parts, n, 4): bounds
+    pixels: Ints  # (parts, n): how many each has
     left: int
     top: int
     right: int
@@ -41,7 +48,7 @@ class Regions(NamedTuple):
 
 @njit(cache=True)
 def pixel_regions(
-    states: NDArray[np.float64],
+    states: Array,
     aspect: float,
     n_parts: int,
     image_width: int,
@@ -102,13 +109,11 @@ class IntegralHistogram(NamedTuple):
     counts are below 65536 nothing has carried: they can be read off.
     """
 
-    sums: NDArray[np.uint64]  # (height + 1, words, width + 1): above and left of a pixel corner
-    places: NDArray[np.int64]  # (bins,): where each is counted, 4 · word + quarter; -1 if nowhere
+    sums: Words  # (height + 1, words, width + 1): above and left of a pixel corner
+    places: Ints  # (bins,): where each is counted, 4 · word + quarter; -1 if nowhere
 
 
-def integral_histogram(
-    codes: NDArray[np.uint16], votes: NDArray[np.uint8], bins: NDArray[np.int64], n_bins: int
-) -> IntegralHistogram:
+def integral_histogram(codes: Codes, votes: Votes, bins: Ints, n_bins: int) -> IntegralHistogram:
     """Integral histogram of an image or of a window of one (Porikli 2005).
 
     Parameters as those of `direct_counts`; time and memory grow with the number of bins asked for.
@@ -123,12 +128,7 @@ def integral_histogram(
 
 
 @njit(cache=True)
-def _sum_up(
-    codes: NDArray[np.uint16],
-    votes: NDArray[np.uint8],
-    places: NDArray[np.int64],
-    sums: NDArray[np.uint64],
-) -> None:
+def _sum_up(codes: Codes, votes: Votes, places: Ints, sums: Words) -> None:
     """Fill in the sums of an integral histogram."""
     height, width = codes.shape
     n_words = sums.shape[1]
@@ -149,12 +149,7 @@ def _sum_up(
 
 
 @njit(cache=True)
-def integral_counts(
-    sums: NDArray[np.uint64],
-    places: NDArray[np.int64],
-    regions: NDArray[np.int64],
-    bins: NDArray[np.int64],
-) -> NDArray[np.int32]:
+def integral_counts(sums: Words, places: Ints, regions: Ints, bins: Ints) -> Counts:
     """Counts of `bins` in regions, from an integral histogram; as `direct_counts` gives them.
 
     Large regions are counted in bands of at most 65535 pixels; a bin that has no place was
@@ -177,13 +172,7 @@ def integral_counts(
 
 
 @njit(cache=True)
-def direct_counts(
-    codes: NDArray[np.uint16],
-    votes: NDArray[np.uint8],
-    regions: NDArray[np.int64],
-    bins: NDArray[np.int64],
-    n_bins: int,
-) -> NDArray[np.int32]:
+def direct_counts(codes: Codes, votes: Votes, regions: Ints, bins: Ints, n_bins: int) -> Counts:
     """Counts of bins in regions, pixel by pixel.
 
     Parameters
@@ -234,11 +223,8 @@ def direct_counts(
 
 @njit(cache=True)
 def bhattacharyya_distances(
-    counts: NDArray[np.int32],
-    totals: NDArray[np.int64],
-    reference: NDArray[np.int32],
-    reference_total: int,
-) -> NDArray[np.float64]:
+    counts: Counts, totals: Ints, reference: Counts, reference_total: int
+) -> Array:
     """Distances d = √(1 - Σ √(p q)) of normalised histograms, shape (n,), in [0, 1].
 
     Counts go in unnormalised: equal proportions have a distance of exactly 0 that way. `counts`

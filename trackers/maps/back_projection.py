@@ -9,7 +9,7 @@ a kernel's own file only.
 """
 
 from math import floor, sqrt
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numba import njit
@@ -30,6 +30,9 @@ __all__ = [
     "whole_window",
 ]
 
+Weights: TypeAlias = NDArray[np.int64]
+Bins: TypeAlias = NDArray[np.uint8]
+
 _UNVISITED = 255
 SMALLEST_WINDOW = 3  # pixels a side that Bradski's rule never goes below
 MOST_BINS = 254  # of the 256 values of a byte one is `_UNVISITED`, one the bin of masked pixels
@@ -43,7 +46,7 @@ class HueBins(NamedTuple):
     """
 
     image: Image  # BGR, read-only
-    bins: NDArray[np.uint8]  # (height, width): n_bins where masked, 255 where no kernel has been
+    bins: Bins  # (height, width): n_bins where masked, 255 where no kernel has been
     n_bins: int  # at most `MOST_BINS`
     minimum_saturation: float  # pixels below it are masked [fraction]
     minimum_value: float  # those below it, too [fraction]
@@ -98,7 +101,7 @@ def _visit(hues: HueBins, row: int, column: int) -> int:
 
 
 @njit(cache=True)
-def bin_counts(hues: HueBins, left: int, top: int, width: int, height: int) -> NDArray[np.int64]:
+def bin_counts(hues: HueBins, left: int, top: int, width: int, height: int) -> Weights:
     """Pixels of a window in each bin, shape (n_bins + 1,); the last, for masked ones, is 0.
 
     The window's part outside the image counts for nothing.
@@ -118,7 +121,7 @@ def bin_counts(hues: HueBins, left: int, top: int, width: int, height: int) -> N
 
 @njit(cache=True)
 def moments(
-    hues: HueBins, weights: NDArray[np.int64], left: int, top: int, width: int, height: int
+    hues: HueBins, weights: Weights, left: int, top: int, width: int, height: int
 ) -> tuple[int, int, int]:
     """Sums of w, w · column and w · row over a window's pixels inside the image.
 
@@ -151,7 +154,7 @@ def first_pixel(centre: float, size: int) -> int:
 @njit(cache=True)
 def mean_shift(
     hues: HueBins,
-    weights: NDArray[np.int64],
+    weights: Weights,
     x: float,
     y: float,
     width: int,

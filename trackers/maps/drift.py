@@ -5,7 +5,7 @@ A weight of the map is a whole number of 2^-bits, `bits` being as many as keep e
 summation nor the size of the region that was summed can move a box.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numba import njit
@@ -28,7 +28,10 @@ __all__ = [
     "window_moments",
 ]
 
-Array = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+Bins: TypeAlias = NDArray[np.int32]
+Array: TypeAlias = NDArray[np.float64]
+
 
 ROUNDING = 1e-9
 """Pixels that a centroid may be off, weights being rounded: what should be on an edge is on it.
@@ -50,9 +53,9 @@ class Drifted(NamedTuple):
     """Windows after they have moved."""
 
     points: Array  # (n, 2): their centres x, y [pixels, continuous coordinates from 0]
-    iterations: NDArray[np.int64]  # (n,): steps that each took
-    before: NDArray[np.int64]  # (n,): M₀₀ of the windows at the start, in units of 2^-bits
-    after: NDArray[np.int64]  # (n,): M₀₀ at the end
+    iterations: Ints  # (n,): steps that each took
+    before: Ints  # (n,): M₀₀ of the windows at the start, in units of 2^-bits
+    after: Ints  # (n,): M₀₀ at the end
 
 
 class Binning(NamedTuple):
@@ -103,9 +106,7 @@ def region_of(points: Array, width: int, height: int, rows: int, columns: int) -
 
 
 @njit(cache=True, error_model="numpy")
-def colour_bins(
-    image: Image, row: int, left: int, right: int, binning: Binning, out: NDArray[np.int32]
-) -> None:
+def colour_bins(image: Image, row: int, left: int, right: int, binning: Binning, out: Bins) -> None:
     """Joint hue and saturation bins of a stretch of a row into `out`, shape (right - left,).
 
     Hue and saturation as MATLAB's `rgb2hsv` has them; the bin is hue · `saturations` + saturation,
@@ -154,9 +155,9 @@ def summed(
     latest: Sums,
     earlier: Sums,
     threshold: float,
-    weights: NDArray[np.int64],
+    weights: Ints,
     binning: Binning,
-) -> NDArray[np.int64]:
+) -> Ints:
     """Integral image of the joint map P (eq. 5) and of its first moments over a region.
 
     Parameters
@@ -206,7 +207,7 @@ def holds(region: Region, window: Region) -> bool:
 
 
 @njit(cache=True)
-def window_moments(sums: NDArray[np.int64], region: Region, window: Region) -> tuple[int, int, int]:
+def window_moments(sums: Ints, region: Region, window: Region) -> tuple[int, int, int]:
     """M₀₀, M₁₀ and M₀₁ of a window (eq. 6) that the region of the sums holds."""
     left, right = window.left - region.left, window.right - region.left
     upper, lower = sums[window.top - region.top], sums[window.bottom - region.top]
@@ -219,7 +220,7 @@ def window_moments(sums: NDArray[np.int64], region: Region, window: Region) -> t
 
 @njit(cache=True)
 def drift(
-    sums: NDArray[np.int64],
+    sums: Ints,
     region: Region,
     rows: int,
     columns: int,

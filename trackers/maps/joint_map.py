@@ -91,12 +91,7 @@ class ColourMotionModel:
     """
 
     def __init__(
-        self,
-        owner: str,
-        settings: ModelParameters,
-        frame: SharedFrame,
-        centre: Array,
-        window: Size,
+        self, owner: str, settings: ModelParameters, frame: SharedFrame, centre: Array, window: Size
     ) -> None:
         self._owner = owner
         self._settings = settings
@@ -134,10 +129,7 @@ class ColourMotionModel:
     def observe(self, frame: SharedFrame) -> "JointMap":
         """The joint map of the next frame; every frame after the first must be shown, in order.
 
-        Raises
-        ------
-        TrackerError
-            For a frame of another size than the first.
+        Raises TrackerError for a frame of another size than the first.
         """
         settings = self._settings
         if frame.image.shape[:2] != self._motion.grey.shape:

@@ -19,7 +19,7 @@ __all__ = ["ROBUST", "CloudParameters", "PlaceFilter"]
 Array = NDArray[np.float64]
 
 ROBUST = {"sigma": 0.1, "radius": 10.0, "difference_window": 7}
-"""What the preset `robust` of every filter of places has; it was chosen after seeing results."""
+"""What the preset `robust` of every filter of places has (post hoc)."""
 
 
 class CloudParameters(ModelParameters):

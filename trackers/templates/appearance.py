@@ -128,11 +128,7 @@ class Appearance:
             self._history.append(seen.covariance)
             self.residual = np.asarray(sum(self._history) / len(self._history), np.float64)
         self.state, gain, self._estimate = _step(
-            self.residual,
-            self.measurement,
-            self._estimate,
-            self.state,
-            noise.adaptive,
+            self.residual, self.measurement, self._estimate, self.state, noise.adaptive
         )
         _filter_pixels(
             self.template,

@@ -203,12 +203,7 @@ def sampled(window: Window, pose: Pose, height: int, width: int, bilinear: bool)
 
 @njit(cache=True)
 def _sampled(
-    window: Window,
-    components: tuple[int, ...],
-    pose: Pose,
-    height: int,
-    width: int,
-    bilinear: bool,
+    window: Window, components: tuple[int, ...], pose: Pose, height: int, width: int, bilinear: bool
 ) -> Array:
     d = len(components)
     found = np.empty((height, width, d))
