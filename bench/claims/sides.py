@@ -115,6 +115,10 @@ class Table:
         found = self.rows.loc[self.rows["tracker"] == tracker, SETTLED].head(1)
         return [key for one in found for key in json.loads(one)[1]]
 
+    def has(self, keys: Iterable[tuple[object, str]]) -> bool:
+        """Whether there are runs of any key on its sequence."""
+        return any(key in self._places for key in keys)
+
     def of(self, keys: Iterable[tuple[object, str]]) -> Rows:
         """Runs by key and sequence."""
         places = [place for key in keys for place in self._places.get(key, [])]
@@ -261,24 +265,32 @@ class Compared:
     def _every(self) -> _Rows:
         return _Rows(self._table.rows)
 
+    @cached_property
+    def _none(self) -> _Rows:
+        """What most readings ask for: nothing was run so."""
+        return _Rows(self._table.rows.iloc[:0])
+
     def _among(self, asked: tuple[tuple[Value | None, ...], ...]) -> _Rows:
         """Rows whatever columns of readings say."""
         if asked not in self._base:
-            if self._is_of_runs:
-                sequences = self._sequences or ()
-                pieces = [
-                    self._limited(self._table.of(zip(keys, sequences, strict=True)))
-                    for _, *keys in asked
-                ]
-                complete = self._any_will_do or all(map(len, pieces))
-                rows = pd.concat(pieces) if complete else pieces[0].iloc[:0]
-            else:
-                rows = self._table.rows
-                if self._sequences is not None:
-                    rows = rows[rows["sequence"].isin(list(self._sequences))]
-                rows = self._limited(rows)
-            self._base[asked] = _Rows(rows)
+            self._base[asked] = self._of_runs(asked) if self._is_of_runs else self._of_table()
         return self._base[asked]
+
+    def _of_runs(self, asked: tuple[tuple[Value | None, ...], ...]) -> _Rows:
+        sequences = self._sequences or ()
+        wanted = [list(zip(keys, sequences, strict=True)) for _, *keys in asked]
+        there = [keys for keys in wanted if self._table.has(keys)]
+        if not there or (len(there) < len(wanted) and not self._any_will_do):
+            return self._none
+        pieces = [self._limited(self._table.of(keys)) for keys in there]
+        complete = self._any_will_do or all(map(len, pieces))
+        return _Rows(pd.concat(pieces)) if complete else self._none
+
+    def _of_table(self) -> _Rows:
+        rows = self._table.rows
+        if self._sequences is not None:
+            rows = rows[rows["sequence"].isin(list(self._sequences))]
+        return _Rows(self._limited(rows))
 
     def _limited(self, rows: Rows) -> Rows:
         rows = limited(rows, self._columns)

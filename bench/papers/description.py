@@ -67,6 +67,7 @@ class Experiments(Entry):
     not_quick: tuple[Text, ...] = ()
     timed: tuple[Text, ...] = ()
     thorough: dict[Text, int] = Field(default={})
+    quick_scenes: dict[Text, int] = Field(default={})
 
 
 class Recording(Entry):
@@ -191,10 +192,14 @@ class FigureEntry(Entry):
 
 
 class Scenes(Entry):
-    """On which sequences the checks of `scenes.py` measure: those of experiments, and others."""
+    """On which sequences the checks of `scenes.py` measure: those of experiments, and others.
+
+    In a quick look on those of `quick` alone, without variant; empty for all.
+    """
 
     of: Texts
     further: tuple[Text, ...] = ()
+    quick: tuple[Text, ...] = ()
 
 
 class Description(Entry):
@@ -227,6 +232,7 @@ class Description(Entry):
             "not_quick": set(self.experiments.not_quick),
             "timed": set(self.experiments.timed),
             "thorough": set(self.experiments.thorough),
+            "quick_scenes": set(self.experiments.quick_scenes),
         }
         for key, names in told.items():
             for name in sorted(names - every):

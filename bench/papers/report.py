@@ -188,11 +188,16 @@ class DescribedPaper:
         names = entry.always + (entry.all if effort.everything else ())
         if effort.quick:
             names = tuple(name for name in names if name not in entry.not_quick)
-        chosen = affordable([self.description.experiment(name) for name in names], effort)
+        chosen = self._affordable(names, effort)
         if effort.everything and not effort.quick:
             least = {self.description.experiment(k): v for k, v in entry.thorough.items()}
             chosen = [_thorough(one, least.get(one.name, 1), effort) for one in chosen]
         return with_recorded(chosen, effort, self.recorded) if self.recorded else chosen
+
+    def _affordable(self, names: Sequence[str], effort: Effort) -> list[Experiment]:
+        full, entry = self.description.experiment, self.description.experiments
+        scenes = {full(name): number for name, number in entry.quick_scenes.items()}
+        return affordable([full(name) for name in names], effort, quick_scenes=scenes)
 
     def prepare(self, folder: Path, effort: Effort) -> None:
         """See `bench.papers.Paper`: measures on scenes what no run shows."""
@@ -272,9 +277,10 @@ class DescribedPaper:
             return {}
         asked = {*self.description.experiments.always}
         asked |= {*self.description.experiments.all} if effort.everything else set()
-        names = [self.description.experiment(one) for one in entry.of if one in asked]
-        chosen = affordable(names, effort)
+        chosen = self._affordable([one for one in entry.of if one in asked], effort)
         texts = [source.text for one in chosen for source in one.sequences]
+        if effort.quick and entry.quick:
+            texts = [text for text in texts if parse_text(text)[0] in entry.quick]
         names = list(dict.fromkeys([*texts, *entry.further]))
         folder.mkdir(parents=True, exist_ok=True)
         jobs = effort.jobs or os.cpu_count() or 1

@@ -1,7 +1,8 @@
 """Which experiments of a paper an effort affords."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import datasets
 from bench.experiments.experiment import Experiment, read_experiment
@@ -15,15 +16,18 @@ RECORDED_REPETITIONS = 20
 QUICK_REPETITIONS = 1
 
 
-def is_first(text: str) -> bool:
-    """Whether a sequence is the first scene in even light, at distance 0 where there is one."""
+def is_first(text: str, scenes: int = 1) -> bool:
+    """Whether a sequence is of the first scenes in even light, at distance 0 if there is one."""
     _, options = parse_text(text)
-    light = options.get("light", "even")
-    return light == "even" and all(float(options.get(key, 0)) == 0 for key in ("scene", "distance"))
+    scene, distance = (float(options.get(key, 0)) for key in ("scene", "distance"))
+    return options.get("light", "even") == "even" and scene < scenes and distance == 0
 
 
 def affordable(
-    names: Sequence[str], effort: Effort, is_quick: Callable[[str], bool] = is_first
+    names: Sequence[str],
+    effort: Effort,
+    is_quick: Callable[[str], bool] = is_first,
+    quick_scenes: Mapping[str, int] | None = None,
 ) -> list[Experiment]:
     """Experiments with the scenes and repetitions that an effort affords, in order.
 
@@ -36,9 +40,16 @@ def affordable(
         these; an experiment without any is left out.
     is_quick : callable
         Whether a sequence is among the first.
+    quick_scenes : mapping of str to int, optional
+        By experiment, how many scenes a quick one takes; one of all others.
     """
-    scaled = (_scaled(read_experiment(name), effort, is_quick) for name in names)
-    return [experiment for experiment in scaled if experiment is not None]
+    chosen = []
+    for name in names:
+        scenes = (quick_scenes or {}).get(name)
+        among_first = partial(is_first, scenes=scenes) if scenes else is_quick
+        experiment = _scaled(read_experiment(name), effort, among_first)
+        chosen += [] if experiment is None else [experiment]
+    return chosen
 
 
 def with_recorded(

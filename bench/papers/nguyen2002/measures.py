@@ -3,22 +3,28 @@
 A set of 20 clips is the unit of evidence, so that a table of sets stands beside the scores.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from math import nan
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from bench.claims.sides import run_key
 from bench.evaluation.record import Run, Trace
 from bench.metrics.centre_error import centres
-from bench.metrics.native import SUCCESS_OVERLAP
+from bench.metrics.native import SUCCESS_OVERLAP, native
 from bench.metrics.overlap import overlap
+from bench.papers.measures import Course
 from bench.papers.nguyen2002.events import CLEAR, Declared, declared_in, hidden_in
+from bench.papers.report import Context
+from bench.statistics.intervals import mean_interval
 from bench.store.truth import StoredTruth
 from datasets import Sequence
+from trackers.nguyen2002 import Nguyen2002
 
-__all__ = ["CLIPS", "N_CLIPS", "by_sets", "course_of", "failures_by_margin", "is_clip", "set_table"]
+__all__ = ["course_of", "failures_by_margin", "of_run", "published", "set_table", "tables"]
 
 SUCCESS, LAST = 0.9, 5
 """A run succeeds with enough overlap in this share of clear frames, and in all of the last."""
@@ -35,18 +41,30 @@ MOMENT = 3
 KEPT = 20
 """Frames from the change on in which the box must stay."""
 
-CLIPS = "nguyen2002/clips"
-"""What the clips of a set are called together."""
+CLIP, CLIPS = "nguyen2002/clip-", "nguyen2002/clips"
+"""How the names of clips begin, and what those of a set are called together."""
 
 N_CLIPS = 20
 
-_LABELS = ["text", "features", "definition", "preset", "variant", "trace", "sequence", "scene"]
-_SUMS = ["occlusions", "declared", "detected"]
-_MEANS = ["false_occlusions", "on_target", "said_hidden", "mean_overlap", "jitter", "outliers"]
+FEATURES = {"intensity": 1, "rgb": 2, "invariants": 3, "arctan": 4}
+"""Places in the order of tables."""
+
+TABLE_1 = {"intensity": (16, 17), "rgb": (16, 17), "invariants": (11, 14)}
+"""Clips tracked of 20, and occlusions detected of 21, by features."""
+
+SECONDS = 0.005
+"""A frame of section 3, on a Pentium II of 400 MHz."""
+
 _PAIRED = ["sequence", "scene", "trace", "preset", "clips", "pairs", "correlation"]
 
 Truth = StoredTruth | Sequence
 Flags = NDArray[np.bool_]
+
+
+def of_run(course: Course) -> dict[str, float]:
+    """What is known of a finished run by one of its traces; see `course_of`."""
+    first_loss = native(course.truth, course.boxes)["first_loss"]
+    return course_of(course.run, course.truth, course.trace, first_loss)
 
 
 def course_of(run: Run, truth: Truth, trace: Trace, first_loss: float) -> dict[str, float]:
@@ -71,12 +89,12 @@ def course_of(run: Run, truth: Truth, trace: Trace, first_loss: float) -> dict[s
         clear frames with enough overlap), `success`, `said_hidden` (share of the clear frames
         in which the tracker said at once that the target is hidden, whatever the trace), `jitter`
         (mean length of the second difference of the centre less the true one, over clear frames
-        [pixels]), `outliers` (mean share in frames that the tracker trusts);
+        [pixels]), `outliers` (mean share in frames that the tracker trusts), `never_lost`;
         `occlusions`, `declared`, `detected` (numbers), `detected_share` (of the occlusions),
         `false_occlusions` (number). Where a lamp is off for a while: `lost_at_switch`,
-        `lost_at_off` (at the moment of a change, or of the first),
-        `kept_after_off` (share of the clear ones among the frames from the change on with enough
-        overlap), `clear_after_off` (their number).
+        `lost_at_off` (at the moment of a change, or of the first), `lost_at_on`, `lost_elsewhere`
+        (at another alone, at none), `kept_after_off` (share of the clear ones
+        among the frames from the change on with enough overlap), `clear_after_off` (their number).
     """
     boxes = run.boxes_in(trace)
     good = overlap(truth.boxes, boxes) >= SUCCESS_OVERLAP
@@ -90,6 +108,7 @@ def course_of(run: Run, truth: Truth, trace: Trace, first_loss: float) -> dict[s
         "said_hidden": float((~run.visible[clear]).mean()),
         "jitter": _jitter(centres(boxes) - centres(truth.boxes), clear),
         "outliers": float(run.details["outliers"][trusted].mean()) if trusted.any() else nan,
+        "never_lost": float(first_loss >= len(boxes)),
     }
     known |= _occlusions(events, good & (truth.visibility >= IN_VIEW), truth, trace)
     if SWITCH in truth.attributes:
@@ -148,9 +167,24 @@ def _at_switches(off: Flags, lost: float, good: Flags, clear: Flags) -> dict[str
     return {
         "lost_at_switch": float(at_moment.any()),
         "lost_at_off": float(at_moment[0]),
+        "lost_at_on": float(at_moment[1:].any() and not at_moment[0]),
+        "lost_elsewhere": float(not at_moment.any()),
         "kept_after_off": float(good[after & clear].mean()) if (after & clear).any() else nan,
         "clear_after_off": float((after & clear).sum()),
     }
+
+
+def tables(context: Context) -> dict[str, pd.DataFrame]:
+    """Sets; what was measured on clips by sets; and whether failures go with lost margins."""
+    by_sets = {
+        name: table.assign(sequence=[_together(one) for one in table["sequence"]])
+        for name, table in context.tables.items()
+        if "sequence" in table
+    }
+    sets = {"sets": set_table(context.scores)}
+    if "ng-9" in by_sets:
+        sets["ng-9-failures"] = failures_by_margin(by_sets["ng-9"], context.scores)
+    return by_sets | sets
 
 
 def set_table(scores: pd.DataFrame) -> pd.DataFrame:
@@ -159,45 +193,44 @@ def set_table(scores: pd.DataFrame) -> pd.DataFrame:
     Parameters
     ----------
     scores : DataFrame
-        See `tidy_scores`; a set of clips in which one failed, or is not there, is left out.
+        See `bench.papers.runs.tidy_runs`; a set of clips in which one failed, or is not there, is
+        left out.
 
     Returns
     -------
     DataFrame
         What is known of tracker and trace, `sequence` (`nguyen2002/clips` for all clips), `scene`;
         `clips`, `tracked` (numbers), `tracked_share`; `occlusions`, `declared`, `detected`
-        (numbers), `detected_share`; means over the clips: `false_occlusions`, `on_target`,
-        `said_hidden`, `mean_overlap`, `jitter`, `outliers`; `path` (of one of the runs).
+        (numbers), `detected_share`; means over the clips of what else is known of runs.
     """
     good = scores[scores["failure"] == ""]
-    good = good.assign(sequence=[_together(name) for name in good["sequence"]])
-    groups = good.groupby(_LABELS, sort=False)
-    sets = groups["success"].agg(clips="size", tracked="sum").reset_index()
-    sets = sets.join(groups[_SUMS].sum(), on=_LABELS).join(groups[_MEANS].mean(), on=_LABELS)
+    good = good.assign(sequence=[_together(one) for one in good["sequence"]])
+    labels = ["text", "trace", "sequence", "scene"]
+    groups, sums = good.groupby(labels, sort=False), ["success", "occlusions", "declared"]
+    sets = groups.agg(clips=("success", "size")).join(groups[[*sums, "detected"]].sum())
+    known = groups.first().drop(columns=[*sums, "detected"])
+    means = list(map(str, known.select_dtypes("float").columns))
+    sets = known.drop(columns=means).join(groups[means].mean()).join(sets).reset_index()
     sets = sets[(sets["sequence"] != CLIPS) | (sets["clips"] == N_CLIPS)]
-    return sets.assign(
-        tracked_share=sets["tracked"] / sets["clips"],
+    published = {_as_written(features): numbers for features, numbers in TABLE_1.items()}
+    told = [published.get(key, (nan, nan)) for key in sets["settled"]]
+    sets = sets.rename(columns={"success": "tracked"}).assign(
+        tracked_share=sets["success"] / sets["clips"],
         detected_share=sets["detected"] / sets["occlusions"],
-    ).reset_index(drop=True)
+        published_tracked=[clips for clips, _ in told],
+        published_detected=[occlusions for _, occlusions in told],
+    )
+    order = sets[["sequence", "features", "preset"]].replace({"features": FEATURES})
+    places = order.sort_values(["sequence", "features", "preset"], kind="stable").index
+    return sets.loc[places].reset_index(drop=True)
 
 
-def by_sets(tables: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
-    """The same tables, in which a set's clips have one name: they are not evidence one by one."""
-    return {
-        name: table.assign(sequence=[_together(sequence) for sequence in table["sequence"]])
-        if "sequence" in table
-        else table
-        for name, table in tables.items()
-    }
-
-
-def is_clip(sequence: str) -> bool:
-    """Whether a sequence is one of the film's clips."""
-    return sequence.startswith("nguyen2002/clip-")
+def _as_written(features: str) -> str:
+    return run_key(f"nguyen2002:preset=as-written:features={features}")
 
 
 def _together(sequence: str) -> str:
-    return CLIPS if is_clip(sequence) else sequence
+    return CLIPS if sequence.startswith(CLIP) else sequence
 
 
 def failures_by_margin(margins: pd.DataFrame, scores: pd.DataFrame) -> pd.DataFrame:
@@ -211,7 +244,7 @@ def failures_by_margin(margins: pd.DataFrame, scores: pd.DataFrame) -> pd.DataFr
     margins : DataFrame
         `name`, `features`, `margin`; the clips that count.
     scores : DataFrame
-        See `tidy_scores`.
+        See `bench.papers.runs.tidy_runs`; those of presets as they are.
 
     Returns
     -------
@@ -222,10 +255,14 @@ def failures_by_margin(margins: pd.DataFrame, scores: pd.DataFrame) -> pd.DataFr
     """
     by_clip = margins.pivot_table("margin", "name", "features")
     lost = by_clip["rgb"] - by_clip["invariants"]
-    plain = scores[(scores["variant"] == "") & (scores["definition"] != "arctan")]
+    compared = [
+        run_key(f"nguyen2002:preset={preset}:features={features}")
+        for preset in Nguyen2002.presets
+        for features in ("rgb", "invariants")
+    ]
     rows = [
         {**labels, "clips": len(both), "pairs": pairs, "correlation": value}
-        for labels, both in _sets(lost, plain)
+        for labels, both in _sets(lost, scores[scores["settled"].isin(compared)])
         for pairs, value in (("of a clip", _rank_correlation(both)), ("by chance", 0.0))
     ]
     return pd.DataFrame(rows, columns=_PAIRED)
@@ -248,3 +285,36 @@ def _sets(
 
 def _rank_correlation(both: pd.DataFrame) -> float:
     return float(both["margin"].corr(both["target"], method="spearman"))
+
+
+def published(context: Context) -> list[dict[str, Any]]:
+    """Table 1 as written by both traces, and the time of section 3, for scripts."""
+    sets, rows = context.tables["sets"], []
+    for features, numbers in TABLE_1.items():
+        written = sets["settled"] == _as_written(features)
+        clips = sets[written & (sets["sequence"] == CLIPS)]
+        for trace in ("revised", "online"):
+            chosen = clips[clips["trace"] == trace]
+            columns = ("clips tracked of 20", "tracked"), ("occlusions detected of 21", "detected")
+            for (words, metric), number in zip(columns, numbers, strict=True):
+                column = f"{words}, {trace} boxes"
+                rows.append(_row("table-1", features, column, number, chosen[metric]))
+    if "ng-10" in context.tables:
+        for label, runs in context.tables["ng-10"].groupby("features", sort=False):
+            seconds = runs["milliseconds"].mean() / 1e3
+            rows.append(_row("time", str(label), "seconds a frame", SECONDS, [seconds]))
+    return rows
+
+
+def _row(
+    table: str, label: str, column: str, published: float, values: "pd.Series[float] | list[float]"
+) -> dict[str, Any]:
+    """A published number beside the mean of ours and its interval; None for what there is not."""
+    return {
+        "table": table,
+        "label": label,
+        "column": column,
+        "published": published,
+        "measured": float(np.mean(values)) if len(values) else None,
+        "interval": list(mean_interval(values)) if len(values) > 1 else None,
+    }

@@ -6,9 +6,8 @@ by their claims. Every one has `name` (the sequence, canonical), `sequence` (wit
 some. Frames count from 0. A share or a yes or no is a float in [0, 1].
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from math import ceil
-from pathlib import Path
 from typing import get_args
 
 import numpy as np
@@ -22,16 +21,15 @@ from bench.papers.nguyen2002 import occlusions, templates
 from bench.papers.nguyen2002.events import declared_in
 from bench.papers.nguyen2002.follower import FEATURES, Follower, true_pose
 from bench.papers.nguyen2002.made_up import clear_frames, mask_in, wholly_seen
-from bench.papers.scene_checks import SceneCheck, measured_on_scenes
+from bench.papers.scene_checks import SceneCheck
 from bench.papers.short_runs import runs
 from bench.papers.views import with_noise
 from datasets.interface import Frames
-from datasets.text_form import parse_text
 from trackers.base.interface import Box, Image
 from trackers.templates.features import Features, features_of
 from trackers.templates.matching import Pose
 
-__all__ = ["CHECKS", "Noisy", "clutter", "clutter_places", "examine", "lines", "sensor", "shading"]
+__all__ = ["CHECKS", "Noisy", "clutter", "clutter_places", "lines", "sensor", "shading"]
 
 Array = NDArray[np.float64]
 Tables = dict[str, pd.DataFrame]
@@ -231,7 +229,6 @@ CLIPS = tuple(f"nguyen2002/clip-{number:02}" for number in range(1, 21, 2))
 
 OTHERS = tuple(f"nguyen2002/clip-{number:02}" for number in range(2, 21, 2))
 BOTH = (*CLIPS, RECORDING)
-QUICK = (*CLIPS[::2], RECORDING)
 
 CHECKS = (
     SceneCheck(clutter, CLIPS),
@@ -248,14 +245,3 @@ CHECKS = (
     SceneCheck(templates.by_norm, BOTH, everything=True),
     SceneCheck(sensor, CLIPS, everything=True),
 )
-
-
-def examine(
-    scenes: Sequence[str], folder: Path, jobs: int, quick: bool = False, everything: bool = False
-) -> dict[str, pd.DataFrame]:
-    """Measure on scenes; see `measured_on_scenes`. A quick look is one at fewer clips."""
-    if quick:
-        scenes = [name for name in scenes if parse_text(name)[0] in QUICK]
-    return measured_on_scenes(
-        CHECKS, Path(__file__), scenes, folder, jobs, quick=quick, everything=everything
-    )

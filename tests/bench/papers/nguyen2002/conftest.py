@@ -1,18 +1,14 @@
 """Runs of the template tracker whose occlusions are known."""
 
-from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from bench.evaluation.record import Run
-from bench.papers.nguyen2002.scores import LIGHTS, labels_of
 from bench.store.truth import StoredTruth
 
 N = 120
-CLIPS = [f"nguyen2002/clip-{number:02}" for number in range(1, 21)]
 
 
 def moving(n=N):
@@ -107,63 +103,3 @@ def made_truth():
         return StoredTruth("made", moving(n), {}, visibility, attributes, 25.0)
 
     return make
-
-
-FEATURES = ("intensity", "rgb", "invariants", "arctan")
-
-
-@pytest.fixture(scope="session")
-def made_scores():
-    """Makes scores of complete sets: `fares` gives what is known of a run beside the usual.
-
-    It is called with text form, sequence, scene and trace.
-    """
-
-    def make(
-        fares, texts=None, scenes=10, sequences=(LIGHTS, *CLIPS), settings=("preset=as-written",)
-    ):
-        texts = texts or [f"nguyen2002:features={f}:{s}" for f in FEATURES for s in settings]
-        rows = []
-        for sequence, scene in product(sequences, range(scenes)):
-            for text, trace in product(texts, ("revised", "online")):
-                rows.append(
-                    {
-                        "text": text,
-                        "name": f"{sequence}:scene={scene}",
-                        "trace": trace,
-                        "sequence": sequence,
-                        "scene": scene,
-                        "light": "even",
-                        "repetition": 0,
-                        "frames": 150,
-                        "success_frames": 150,
-                        "frames_inside": 150,
-                        "first_loss": 150,
-                        "mean_overlap": 0.9,
-                        "path": "",
-                        "failure": "",
-                        "kept_scene": True,
-                        "success": 1.0,
-                        "on_target": 1.0,
-                        "jitter": 0.5,
-                        "said_hidden": 0.25,
-                        "outliers": 0.1,
-                        "false_occlusions": 0.0,
-                        "lost_at_switch": 0.0,
-                        "lost_at_off": 0.0,
-                        "kept_after_off": 1.0,
-                        "clear_after_off": 20.0,
-                    }
-                    | labels_of(text)
-                    | _all_detected(sequence)
-                    | fares(text, sequence, scene, trace)
-                )
-        return pd.DataFrame(rows)
-
-    return make
-
-
-def _all_detected(sequence):
-    """Three occlusions in the recording; 21 in 20 clips: two in the first, one in each other."""
-    number = float({LIGHTS: 3, CLIPS[0]: 2}.get(sequence, 1))
-    return {"occlusions": number, "declared": number, "detected": number, "detected_share": 1.0}

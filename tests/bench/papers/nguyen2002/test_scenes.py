@@ -5,9 +5,10 @@ import pandas as pd
 import pytest
 
 import datasets
-from bench.claims.kinds import BoundTest, PartsTest, RatioTest
+from bench.claims.kinds import BoundTest, PartsTest, RatioTest, sides_of
 from bench.claims.ledger import read_claims
-from bench.claims.measuring import limited, matching, named_columns, selections
+from bench.claims.measuring import named_columns
+from bench.claims.sides import limited
 from bench.papers.nguyen2002 import occlusions, scenes, templates
 from bench.papers.nguyen2002.follower import FEATURES
 from datasets import Sequence
@@ -53,8 +54,9 @@ def test_what_claims_compare_is_what_is_measured():
         assert set(named_columns(test)) <= {*table, "sequence", "scene"}, name
         if not isinstance(test, BoundTest | RatioTest):
             where = {key: values for key, values in test.where.items() if key != "features"}
-            for rows in selections(test):
-                assert len(matching(limited(table, where), rows)), (name, rows)
+            for side in sides_of(test):
+                rows = limited(table, where | {column: [value] for column, value in side.items()})
+                assert len(rows), (name, side)
     assert names == {"NG-9", *(f"NG-{n}" for n in range(11, 18)), "NG-19", "NG-21", "NG-22"}
 
 
