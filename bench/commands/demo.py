@@ -31,6 +31,11 @@ def command(output: Path, jobs: int | None) -> int:
     from bench.reporting.pictures import write_report
 
     experiment = read_experiment("demo")
+    click.echo(
+        f"Running {len(experiment.trackers)} trackers on {len(experiment.sequences)} sequences, "
+        "then drawing tables, plots and film strips: about half a minute on two idle cores, "
+        "twice that the first time, when kernels are compiled."
+    )
     results = output / "results"
     status = execute(experiment, results, jobs)
     if status:

@@ -2,8 +2,10 @@
 
 import json
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,6 +21,14 @@ from bench.commands._options import (
     truth_option,
 )
 from bench.experiments.experiment import Experiment, ExperimentError, read_experiment
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pyarrow as pa
+    from numpy.typing import NDArray
+
+    from bench.execution.plan import Plan
+    from bench.execution.run import Execution
 
 __all__ = ["command", "execute"]
 
@@ -66,18 +76,20 @@ def command(
     base = None if experiment is None else read_experiment(experiment)
     if base is not None and truth is not None:
         raise ExperimentError("--truth goes with --sequences.")
-    chosen = Experiment(
-        name=name or (base.name if base else DEFAULT_NAME),
-        title=base.title if base else "",
-        trackers=tuple(split_list(trackers)) if trackers else base.trackers if base else (),
-        sequences=chosen_sequences(sequences, truth)
-        if sequences
-        else base.sequences
-        if base
-        else (),
-        repetitions=seeds or (base.repetitions if base else 1),
-        timing=timing or bool(base and base.timing),
-    )
+    given: dict[str, Any] = {
+        "name": name,
+        "trackers": tuple(split_list(trackers or "")),
+        "sequences": chosen_sequences(sequences, truth) if sequences else (),
+        "repetitions": seeds,
+        "timing": timing,
+    }
+    given = {key: value for key, value in given.items() if value}
+    if seeds:
+        given["repeated"] = {}  # also for trackers that have a number of their own
+    if base is None:
+        chosen = Experiment(**{"name": DEFAULT_NAME} | given)
+    else:
+        chosen = replace(base, **given)
     if dry_run:
         return _show_plan(chosen, output, retry_failed=retry_failed, as_json=as_json, **means)
     return execute(chosen, output, retry_failed=retry_failed, as_json=as_json, **means)
@@ -94,48 +106,35 @@ def execute(
 ) -> int:
     """Run an experiment, say what came of it, and give the exit status."""
     import numpy as np
-    import pyarrow as pa
 
     from bench.execution.plan import State
     from bench.execution.run import Execution
     from bench.store.index import read_table
     from bench.store.results import Results
-    from bench.store.rows import for_json, index_rows, index_table
+    from bench.store.rows import index_table
 
     refresh_index(output / experiment.name)
     execution = Execution(experiment, output, jobs, retry_failed=retry_failed, **means)
-    for sequence in execution.plan.sequences:
-        if sequence.images_beyond_truth:
-            click.echo(
-                f"{sequence.name}: {sequence.images_beyond_truth} images beyond the last truth "
-                "row are not read.",
-                err=True,
-            )
-    stale = execution.plan.count(State.STALE)
-    if stale:
-        click.echo(
-            f"{stale} stored runs were made with another version of their tracker or sequence "
-            "and are done again.",
-            err=True,
-        )
     plan = execution.plan
+    _remark(plan)
     stopped = False
     printed = np.zeros(len(plan), bool)
     try:
         with progress_bar(execution.work, "frame") as progress:
             for row in execution.rows(progress):
                 if as_json:
-                    click.echo(json.dumps(for_json(row), allow_nan=False))
+                    _print_row(row)
                     printed[plan.runs(index_table([row]))] = True
     except KeyboardInterrupt:
         stopped = True
     # Counted on disk: a worker may have finished a run that nobody heard of any more.
     index = read_table(Results(execution.folder))
     now = plan.seen_in(index)
-    done, failed = now.count(State.DONE), now.count(State.FAILED)
+    failed = now.count(State.FAILED)
+    there = now.count(State.DONE) + failed
     if stopped:
         click.echo(
-            f"Stopped: {done + failed} of {len(plan)} runs are done and kept in "
+            f"Stopped: {there} of {len(plan)} runs are done and kept in "
             f"{execution.folder}. The same command goes on from there.",
             err=True,
         )
@@ -143,25 +142,62 @@ def execute(
     for error in execution.errors:
         click.echo(f"trackmark: {error}", err=True)
     if as_json:
-        # What was done before is an answer too.
-        printed |= now.states.ravel() < State.FAILED
-        runs = now.runs(index)
-        others = (runs >= 0) & ~printed[runs]
-        for row in index_rows(index.filter(pa.array(others))):
-            click.echo(json.dumps(for_json(row), allow_nan=False))
+        _print_others(now, index, printed)
     else:
-        from bench.reporting.tables import summary_text
-
-        click.echo(summary_text(execution.folder, plan.asked().cells))
-        click.echo(f"{done + failed} of {len(plan)} runs are in {execution.folder}.")
-        if failed:
-            click.echo(f"`trackmark results failures {execution.folder}` tells why runs failed.")
-        if math.isfinite(execution.overhead):
-            microseconds = execution.overhead * 1e6
-            click.echo(f"The harness itself took {microseconds:.1f} µs a frame and tracker.")
+        _print_tables(execution, there, failed)
     if execution.errors:
         return EXIT_WRONG_INPUT
     return EXIT_ANSWER_IS_NO if failed else 0
+
+
+def _remark(plan: "Plan") -> None:
+    """Say what of the input is not read, and what is done again."""
+    from bench.execution.plan import State
+
+    for sequence in plan.sequences:
+        if sequence.images_beyond_truth:
+            click.echo(
+                f"{sequence.name}: {sequence.images_beyond_truth} images beyond the last truth "
+                "row are not read.",
+                err=True,
+            )
+    if stale := plan.count(State.STALE):
+        click.echo(
+            f"{stale} stored runs were made with another version of their tracker or sequence "
+            "and are done again.",
+            err=True,
+        )
+
+
+def _print_row(row: Mapping[str, Any]) -> None:
+    from bench.store.rows import for_json
+
+    click.echo(json.dumps(for_json(row), allow_nan=False))
+
+
+def _print_others(now: "Plan", index: "pa.Table", printed: "NDArray[np.bool_]") -> None:
+    """Rows of what was done before, which is an answer too."""
+    import pyarrow as pa
+
+    from bench.execution.plan import State
+    from bench.store.rows import index_rows
+
+    printed |= now.states.ravel() < State.FAILED
+    runs = now.runs(index)
+    for row in index_rows(index.filter(pa.array((runs >= 0) & ~printed[runs]))):
+        _print_row(row)
+
+
+def _print_tables(execution: "Execution", there: int, failed: int) -> None:
+    from bench.reporting.tables import summary_text
+
+    click.echo(summary_text(execution.folder, execution.plan.asked().cells))
+    click.echo(f"{there} of {len(execution.plan)} runs are in {execution.folder}.")
+    if failed:
+        click.echo(f"`trackmark results failures {execution.folder}` tells why runs failed.")
+    if math.isfinite(execution.overhead):
+        microseconds = execution.overhead * 1e6
+        click.echo(f"The harness itself took {microseconds:.1f} µs a frame and tracker.")
 
 
 def _show_plan(

@@ -126,7 +126,6 @@ def run_in_lock_step(
     sequence.check_runnable()
     entries = list(entries)
     kept: Iterable[NDArray[np.float64] | None] = rows or [None] * len(entries)
-    n = len(sequence)
     recorders = [
         Recorder(
             chosen,
@@ -140,15 +139,11 @@ def run_in_lock_step(
         )
         for (chosen, repetition), own in zip(entries, kept, strict=True)
     ]
-    clocks = walk(recorders, sequence, n, watch)
-    for number, recorder in enumerate(recorders):
-        if not recorder.failure:
-            watch.calling(number, n - 1)
-            recorder.finish(n - 1)
-            watch.called(number)
+    clocks = walk(recorders, sequence, len(sequence), watch)
+    _finish(recorders, len(sequence) - 1, watch)
     overhead = median(clocks.own) if clocks.own else nan
     runs = [recorder.result() for recorder in recorders]
-    return Pass(runs, overhead, clocks.fetching / (n - sequence.first_frame))
+    return Pass(runs, overhead, clocks.fetching / (len(sequence) - sequence.first_frame))
 
 
 @dataclass
@@ -242,6 +237,14 @@ def _follow(
     clocks.fetching += fetched - began + reading_masks
     if running:
         clocks.own.append((perf_counter() - fetched - in_trackers - reading_masks) / running)
+
+
+def _finish(recorders: Sized[Recorder], last: int, watch: Watch) -> None:
+    for number, recorder in enumerate(recorders):
+        if not recorder.failure:
+            watch.calling(number, last)
+            recorder.finish(last)
+            watch.called(number)
 
 
 def _compare(recorders: Sized[Recorder], sequence: Sequence, frame: int, watch: Watch) -> float:

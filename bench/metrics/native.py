@@ -85,18 +85,10 @@ def native(
     if not present.any():
         raise ValueError("there is no truth to score against.")
     after = np.arange(n) > np.flatnonzero(present)[0]
-    evaluated = present & after
-    absent = ~present & after
-
+    evaluated, absent = present & after, ~present & after
     t, e = truth.boxes[evaluated], estimate[evaluated]
-    overlaps = overlap(t, e)
-    errors = centre_error(t, e)
-    diagonal = np.hypot(t[:, 2], t[:, 3])
-    full = truth.regions.get("full", truth.boxes)
-    inside = centre_inside(full, estimate)
-    reported = np.nan
-    if visible is not None and absent.any():
-        reported = float(np.mean(~visible[absent]))
+    overlaps, errors = overlap(t, e), centre_error(t, e)
+    inside = centre_inside(truth.regions.get("full", truth.boxes), estimate)
     return {
         "evaluated_frames": float(evaluated.sum()),
         "mean_overlap": _mean(overlaps),
@@ -108,10 +100,10 @@ def native(
         "centre_error": _mean(errors),
         "centre_error_median": _quantile(errors, 0.5),
         "centre_error_p90": _quantile(errors, 0.9),
-        "normalised_centre_error": _mean(errors / diagonal),
+        "normalised_centre_error": _mean(errors / np.hypot(t[:, 2], t[:, 3])),
         "malformed": float((~is_well_formed(e)).sum()),
         "absent_frames": float(absent.sum()),
-        "absence_reported": reported,
+        "absence_reported": _mean(~visible[absent]) if visible is not None else np.nan,
     }
 
 

@@ -157,6 +157,18 @@ def test_run_an_experiment_file(trackmark, here):
     assert len(bench.load_results(here / "results" / "trial")) == 3
 
 
+def test_a_tracker_runs_as_often_as_its_experiment_says_and_all_as_often_as_the_command(
+    trackmark, here
+):
+    (here / "trial.toml").write_text(
+        'version = 1\nrepetitions = 3\nsequences = ["data/Small"]\n'
+        'trackers = ["static", { name = "knob.py:Knob", repetitions = 2 }]\n'
+    )
+    planned = ("run", "trial.toml", "--dry-run", "--json")
+    assert json.loads(trackmark(*planned).stdout)["runs"] == 1 + 2
+    assert json.loads(trackmark(*planned, "--seeds", 4).stdout)["runs"] == 1 + 4
+
+
 def test_timing_runs_store_times(trackmark, here):
     trackmark("run", "--trackers", "static,camshift", "--sequences", "samples/face", "--timing")
     table = bench.load_results(here / "results")
@@ -308,7 +320,7 @@ def test_results_are_listed_merged_and_removed(trackmark, here):
 def test_merging_runs_that_differ_is_refused_and_copies_nothing(trackmark, here):
     trackmark("run", "--trackers", "knob.py:Knob", "--sequences", "data/Small", "--name", "a")
     with (here / "knob.py").open("a") as file:
-        file.write("# another version\n")
+        file.write("CHANGED = True\n")
     trackmark(
         "run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", "--name", "b"
     )
@@ -470,7 +482,7 @@ def test_runs_of_an_older_tracker_are_announced_replaced_and_never_averaged(trac
     knob = ("run", "--trackers", "knob.py:Knob", "--sequences", "data/Small", "--seeds")
     trackmark(*knob, "3")
     with (here / "knob.py").open("a") as file:
-        file.write("# another version\n")
+        file.write("CHANGED = True\n")
     said = trackmark(*knob, "2")
     assert "2 stored runs were made with another version" in said.stderr
     assert "2 of 2 runs" in said.stdout

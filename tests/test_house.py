@@ -1,0 +1,78 @@
+"""What keeps the house small enough to be picked up: the length of files and functions, copies."""
+
+import ast
+from collections import defaultdict
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+FILES = sorted(
+    file
+    for package in ("bench", "datasets", "reports", "trackers")
+    for file in (ROOT / package).rglob("*.py")
+)
+
+LONGEST_FILE = 400
+LONGEST_FUNCTION = 60
+LONGEST_COPY = 9
+"""Lines of code in a row that may stand in two places."""
+
+ALLOWED = {
+    "bench/papers/multipart/tables.py: table_1",
+    "datasets/annotation.py: interpolate",
+    "datasets/recorded.py: recorded",
+    "datasets/synthetic/render/street/car.py: car",
+    "reports/curves.py: curve_plot",
+    "reports/film_strip.py: film_strip",
+}
+"""What is too long and waits to be shortened; nothing is added here."""
+
+
+def name_of(file):
+    return file.relative_to(ROOT).as_posix()
+
+
+def functions(source):
+    """Functions but for compiled kernels, into which what they call is written by hand."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            decorators = map(ast.unparse, node.decorator_list)
+            if not any("njit" in decorator for decorator in decorators):
+                yield node
+
+
+def too_long():
+    for file in FILES:
+        source = file.read_text()
+        if source.count("\n") > LONGEST_FILE:
+            yield name_of(file)
+        for function in functions(source):
+            if function.end_lineno - function.lineno >= LONGEST_FUNCTION:
+                yield f"{name_of(file)}: {function.name}"
+
+
+def test_no_file_and_no_function_is_too_long():
+    assert not set(too_long()) - ALLOWED
+
+
+def code(file):
+    """Lines of code with their numbers: without blank lines, imports and docstrings."""
+    source = file.read_text()
+    skipped = set()
+    for node in ast.walk(ast.parse(source)):
+        docstring = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        if docstring or isinstance(node, ast.Import | ast.ImportFrom):
+            skipped |= set(range(node.lineno, node.end_lineno + 1))
+    for number, line in enumerate(source.splitlines(), 1):
+        if line.strip() and number not in skipped:
+            yield number, line.strip()
+
+
+def test_no_ten_lines_stand_twice():
+    places = defaultdict(list)
+    for file in FILES:
+        lines = list(code(file))
+        for start in range(len(lines) - LONGEST_COPY):
+            window = tuple(line for _, line in lines[start : start + LONGEST_COPY + 1])
+            places[window].append(f"{name_of(file)}:{lines[start][0]}")
+    copies = [" = ".join(where) for where in places.values() if len(where) > 1]
+    assert not copies, "\n".join(copies)
