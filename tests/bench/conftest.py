@@ -98,7 +98,7 @@ def trackmark(here):
             cwd=here,
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=900,
             env=os.environ | {"TRACKMARK_CACHE": str(here / "cache")},
         )
         assert "Traceback" not in done.stderr, done.stderr

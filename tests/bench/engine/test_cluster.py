@@ -101,7 +101,7 @@ def begin(data, engine, jobs, address, folder, trackers="static,knob.py:Knob,cam
 
 def perform(*arguments, **options):
     process = begin(*arguments, **options)
-    out, err = process.communicate(timeout=240)
+    out, err = process.communicate(timeout=600)
     return process.returncode, out, err
 
 
@@ -207,7 +207,7 @@ def test_nothing_runs_on_after_a_command_that_was_stopped_or_killed(cluster, dat
         assert len(at_work(data)) >= 5  # a command, two workers, their children
         if end is signal.SIGINT:
             os.killpg(process.pid, end)  # as a terminal does
-            process.communicate(timeout=60)
+            process.communicate(timeout=600)
             assert not list((data / "results/x").glob(".*command-*"))
         else:
             process.kill()
@@ -216,7 +216,7 @@ def test_nothing_runs_on_after_a_command_that_was_stopped_or_killed(cluster, dat
     finally:
         with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
-        process.communicate(timeout=60)
+        process.communicate(timeout=600)
 
 
 @pytest.fixture
@@ -250,7 +250,7 @@ def scheduler(data):
 
 
 def wait_for_workers(address):
-    code = f"from distributed import Client; Client({address!r}).wait_for_workers(1, timeout=60)"
+    code = f"from distributed import Client; Client({address!r}).wait_for_workers(1, timeout=600)"
     subprocess.run([sys.executable, "-c", code], check=True, stderr=subprocess.DEVNULL)
 
 
@@ -275,7 +275,7 @@ def test_a_scheduler_that_ends_is_one_line_that_says_how_to_go_on(data, schedule
     process = begin(data, "dask", 0, address, "results/x", "slow.py:Knob")
     process.stdout.readline()
     processes[0].kill()
-    _, said = process.communicate(timeout=120)
+    _, said = process.communicate(timeout=600)
     assert process.returncode == 1
     last = said.strip().splitlines()[-1]
     assert last.startswith("bench.engine.cluster.ClusterError: the Dask scheduler is lost")
