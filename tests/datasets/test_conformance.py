@@ -170,6 +170,11 @@ def test_scenes_differ_in_pictures_and_in_truth(rendered):
     assert not np.array_equal(rendered.boxes[frames], other.boxes[frames], equal_nan=True)
 
 
+def test_noise_is_new_in_every_frame(rendered):
+    one, other = (rendered[frame].astype(int) for frame in (3, 4))
+    assert 0.5 < (one != other).mean() < 1
+
+
 def test_an_unknown_option_is_an_error_that_names_it(sequence):
     with pytest.raises(SequenceError, match="no-such-option"):
         datasets.load(f"{sequence.name}:no-such-option=1")

@@ -18,10 +18,6 @@ COLUMNS = 256
 class TargetMotion:
     """Motion, size and light of a target's scene.
 
-    Parameters
-    ----------
-    knobs : TargetKnobs
-
     Attributes
     ----------
     power : int

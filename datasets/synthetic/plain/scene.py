@@ -27,12 +27,7 @@ def scene(knobs: TargetKnobs) -> "TargetScene":
 
 
 class TargetScene(Scene):
-    """A target, what is around it and what passes over it.
-
-    Parameters
-    ----------
-    knobs : TargetKnobs
-    """
+    """A target, what is around it and what passes over it."""
 
     def __init__(self, knobs: TargetKnobs) -> None:
         self.knobs = knobs

@@ -23,12 +23,7 @@ SIDE = 512
 
 
 class Dapples:
-    """Shade of what is above the picture: the sun comes through in places.
-
-    Parameters
-    ----------
-    random : numpy.random.Generator
-    """
+    """Shade of what is above the picture: the sun comes through in places."""
 
     def __init__(self, random: np.random.Generator) -> None:
         self._map = smooth_step(fractal(random, SIDE, 8, 32, 0.6), -0.55, 0.45)

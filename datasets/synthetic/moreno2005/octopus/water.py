@@ -35,12 +35,7 @@ THICK = 0.14
 
 
 class Water:
-    """Slow caustics and haze.
-
-    Parameters
-    ----------
-    random : numpy.random.Generator
-    """
+    """Slow caustics and haze."""
 
     def __init__(self, random: np.random.Generator) -> None:
         self._random = random

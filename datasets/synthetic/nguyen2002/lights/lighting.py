@@ -30,13 +30,7 @@ AFAR = -90.0
 
 
 class Lighting:
-    """Pictures of a setting in linear light.
-
-    Parameters
-    ----------
-    setting : Setting
-    lamps : sequence of Lamp
-    """
+    """Pictures of a setting in linear light."""
 
     def __init__(self, setting: Setting, lamps: Sequence[Lamp]) -> None:
         self._setting = setting

@@ -105,13 +105,7 @@ class Paint:
         self.lay(np.asarray(colour, np.float64) * light[..., None], cover)
 
     def lay(self, colour: Array, coverage: Array) -> None:
-        """Lay a thing over what is there.
-
-        Parameters
-        ----------
-        colour : ndarray of float64, shape (3,) or (rows, columns, 3)
-        coverage : ndarray of float64, shape (rows, columns)
-        """
+        """Lay a thing over what is there."""
         below = self._coverage * (1 - coverage)
         total = coverage + below
         mixed = colour * coverage[..., None] + self._colour * below[..., None]

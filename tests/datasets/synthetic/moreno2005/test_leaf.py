@@ -202,9 +202,3 @@ def test_light_falls_by_lamberts_law_on_the_side_that_is_seen():
     assert around == pytest.approx([1.0, 1.0, 0.95, 0.9])
     behind = fallen(np.array([[0.0, 0.95, 0.3122499]]), sun, np.ones(1))[1]
     assert 0.05 < behind[0] < 0.15  # some comes through
-
-
-def test_scenes_differ_in_leaf_foliage_and_way():
-    one, other = opened(0), opened(1)
-    assert np.abs(one.truth().boxes - other.truth().boxes).max() > 10
-    assert np.abs(image(0, 0) - image(1, 0)).mean() > 10

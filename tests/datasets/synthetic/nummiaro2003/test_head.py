@@ -193,8 +193,3 @@ def test_entries_are_the_borders_at_the_height_of_heads(sequence):
     for _, top, width, height in (left, right):
         assert 40 < width < 110
         assert ((rows > top) & (rows < top + height)).mean() > 0.9
-
-
-def test_noise_is_new_in_every_frame(sequence):
-    one, other = (sequence[frame][:30].astype(int) for frame in (10, 11))
-    assert 2.5 < (one - other).std() < 5

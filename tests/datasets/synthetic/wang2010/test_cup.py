@@ -199,11 +199,6 @@ def test_nothing_moves_but_the_arm_with_the_cup_and_its_shadow():
     assert moved[~reach].max() < 12
 
 
-def test_noise_is_new_in_every_frame():
-    one, other = (opened(0).render(frame)[:12].astype(int) for frame in (10, 11))
-    assert 2.5 < (one - other).std() < 4
-
-
 def test_the_background_changes_nothing_of_where_the_cup_is():
     cluttered, plain = (datasets.load(f"{NAME}:background={k}") for k in ("cluttered", "plain"))
     assert (cluttered.boxes == plain.boxes).all()
