@@ -16,6 +16,7 @@ from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from bench.claims.kinds import Entry, Limits, Text, Texts, Value, listed
 from bench.experiments.experiment import ExperimentError
+from bench.papers.selection import FIRST
 
 __all__ = [
     "Column",
@@ -37,7 +38,18 @@ How = Literal["mean", "median", "min", "max", "all", "any", "count"]
 Names = Annotated[tuple[Text, ...], BeforeValidator(listed)]
 """A list, or a single text in place of it."""
 
-Statistic = Literal["share", "quartiles", "mean", "median", "range", "count", "runs", "scenes"]
+Statistic = Literal[
+    "share",
+    "quartiles",
+    "mean",
+    "mean-error",
+    "scene-means",
+    "median",
+    "range",
+    "count",
+    "runs",
+    "scenes",
+]
 
 
 def _by_place(*keys: str) -> BeforeValidator:
@@ -60,7 +72,7 @@ class Tolerance(Entry):
 
 
 class Experiments(Entry):
-    """Which experiments there are, by effort."""
+    """Which experiments there are, by effort; of which knobs a quick look takes sequences."""
 
     always: Texts
     all: tuple[Text, ...] = ()
@@ -68,6 +80,7 @@ class Experiments(Entry):
     timed: tuple[Text, ...] = ()
     thorough: dict[Text, int] = Field(default={})
     quick_scenes: dict[Text, int] = Field(default={})
+    quick_knobs: dict[Text, Value] = Field(default=dict(FIRST))
 
 
 class Recording(Entry):
@@ -216,6 +229,7 @@ class Description(Entry):
     apart: tuple[Text, ...] = ()
     experiments: Experiments
     recorded: Recording | None = None
+    verdicts: dict[Text, dict[Text, str]] = Field(default={})
     names: dict[Text, Text] = Field(default={})
     settings: Settings = Settings()
     measures: dict[Text, Annotated[Measure, _by_place("of", "first", "last", "how")]] = Field(

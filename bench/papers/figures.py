@@ -13,6 +13,7 @@ from bench.metrics.centre_error import centre_error
 from bench.papers.description import FigureEntry
 from bench.papers.report import Context
 from bench.statistics.intervals import wilson_interval
+from datasets.text_form import parse_text
 from reports.curves import curve_plot
 from reports.film_strip import film_strip
 from reports.overlay import TRUTH
@@ -126,7 +127,9 @@ def _over_scenes(
 
 
 def _is_of(text: str, sequence: str) -> bool:
-    return text == sequence or text.startswith(f"{sequence}:")
+    """Whether a text form is that of one of a sequence's scenes."""
+    name, options = parse_text(text)
+    return (name, {k: v for k, v in options.items() if k != "scene"}) == parse_text(sequence)
 
 
 def _curve(entry: FigureEntry, context: Context) -> Figure | None:

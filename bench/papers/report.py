@@ -33,7 +33,7 @@ from bench.papers.scene_checks import SceneCheck, measured_on_scenes
 from bench.papers.selection import affordable, with_recorded
 from bench.papers.stored import StoredRuns
 from bench.papers.tables import beside_ours, make_table, text_table
-from bench.papers.timed import failed_passes
+from bench.papers.timed import failed_passes, undisturbed_lacking
 from bench.papers.wording import Wording
 from bench.store.truth import StoredTruth
 from datasets.text_form import format_text, parse_text
@@ -197,7 +197,7 @@ class DescribedPaper:
     def _affordable(self, names: Sequence[str], effort: Effort) -> list[Experiment]:
         full, entry = self.description.experiment, self.description.experiments
         scenes = {full(name): number for name, number in entry.quick_scenes.items()}
-        return affordable([full(name) for name in names], effort, quick_scenes=scenes)
+        return affordable([full(name) for name in names], effort, scenes, entry.quick_knobs)
 
     def prepare(self, folder: Path, effort: Effort) -> None:
         """See `bench.papers.Paper`: measures on scenes what no run shows."""
@@ -231,7 +231,8 @@ class DescribedPaper:
             line
             for one in timed
             if one in asked
-            for line in failed_passes(results / one, asked[one])
+            for told in (failed_passes, undisturbed_lacking)
+            for line in told(results / one, asked[one])
         ]
         pictures = write_pictures(folder, plots)
         tables, rows = self._tables(context), published(context) if published else []
@@ -303,7 +304,7 @@ class DescribedPaper:
         kept = bool(context.scores["kept_scene"].all())
         tables = [
             ledger_table([one.for_json() for one in conclusions], gated=not kept),
-            verdicts_table(conclusions, context.readings),
+            verdicts_table(conclusions, context.readings, self.description.verdicts),
         ]
         for key, entry in self.description.table.items():
             if entry.effort == "all" and not context.effort.everything:
@@ -357,10 +358,14 @@ def _thorough(experiment: Experiment, least: int, effort: Effort) -> Experiment:
     return replace(experiment, repetitions=max(experiment.repetitions, repetitions))
 
 
-def verdicts_table(conclusions: Sequence[Conclusion], readings: Readings) -> Table:
-    """Verdicts by option of each axis of readings, all else as the headline."""
-    columns: dict[str, dict[str, str]] = {}
-    for axis, options in readings.columns.items():
+def verdicts_table(
+    conclusions: Sequence[Conclusion],
+    readings: Readings,
+    choices: Mapping[str, Mapping[str, str]],
+) -> Table:
+    """Verdicts by these choices of readings or each axis' options; all else as the headline."""
+    columns = {words: {**choice} for words, choice in choices.items()}
+    for axis, options in () if choices else readings.columns.items():
         for place, name in enumerate(options):
             if place or not columns:
                 mark = " (post hoc)" if readings.axes[axis].options[name].post_hoc else ""

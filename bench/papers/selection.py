@@ -10,24 +10,28 @@ from bench.papers import Effort
 from bench.papers.recorded import Recorded, read_published
 from datasets.text_form import parse_text
 
-__all__ = ["affordable", "is_first", "with_recorded"]
+__all__ = ["FIRST", "affordable", "is_first", "with_recorded"]
 
 RECORDED_REPETITIONS = 20
 QUICK_REPETITIONS = 1
 
 
-def is_first(text: str, scenes: int = 1) -> bool:
-    """Whether a sequence is of the first scenes in even light, at distance 0 if there is one."""
+FIRST: Mapping[str, str | int] = {"light": "even", "distance": 0}
+"""Knobs of what is first of all that is swept but scenes, as far as a sequence has them."""
+
+
+def is_first(text: str, scenes: int = 1, knobs: Mapping[str, object] = FIRST) -> bool:
+    """Whether a sequence is of the first scenes, and has these knobs where it says any."""
     _, options = parse_text(text)
-    scene, distance = (float(options.get(key, 0)) for key in ("scene", "distance"))
-    return options.get("light", "even") == "even" and scene < scenes and distance == 0
+    has_knobs = all(options.get(key, str(value)) == str(value) for key, value in knobs.items())
+    return has_knobs and int(options.get("scene", 0)) < scenes
 
 
 def affordable(
     names: Sequence[str],
     effort: Effort,
-    is_quick: Callable[[str], bool] = is_first,
     quick_scenes: Mapping[str, int] | None = None,
+    quick_knobs: Mapping[str, object] = FIRST,
 ) -> list[Experiment]:
     """Experiments with the scenes and repetitions that an effort affords, in order.
 
@@ -38,15 +42,15 @@ def affordable(
     effort : Effort
         A quick one takes the first of everything that is swept, of timing runs the last of
         these; an experiment without any is left out.
-    is_quick : callable
-        Whether a sequence is among the first.
     quick_scenes : mapping of str to int, optional
         By experiment, how many scenes a quick one takes; one of all others.
+    quick_knobs : mapping of str to object
+        Of which other knobs a quick one takes sequences.
     """
     chosen = []
     for name in names:
-        scenes = (quick_scenes or {}).get(name)
-        among_first = partial(is_first, scenes=scenes) if scenes else is_quick
+        scenes = (quick_scenes or {}).get(name, 1)
+        among_first = partial(is_first, scenes=scenes, knobs=quick_knobs)
         experiment = _scaled(read_experiment(name), effort, among_first)
         chosen += [] if experiment is None else [experiment]
     return chosen

@@ -76,6 +76,23 @@ def _mean(runs: pd.DataFrame, column: Column, digits: int) -> str:
     return failed_words(runs) or number_words(column.scale * runs[column.of].mean(), digits)
 
 
+def _mean_error(runs: pd.DataFrame, column: Column, digits: int) -> str:
+    """Mean±its standard error."""
+    values = column.scale * runs[column.of].dropna()
+    return (
+        failed_words(runs) or f"{float(values.mean()):.{digits}f}±{float(values.sem()):.{digits}f}"
+    )
+
+
+def _scene_means(runs: pd.DataFrame, column: Column, digits: int) -> str:
+    """Mean [quartiles] over scenes, each the mean of its runs."""
+    if lacking := failed_words(runs):
+        return lacking
+    means = column.scale * runs.groupby(["sequence", "scene"])[column.of].mean()
+    low, high = (number_words(float(means.quantile(q)), digits) for q in (0.25, 0.75))
+    return f"{number_words(float(means.mean()), digits)} [{low}–{high}]"
+
+
 def _median(runs: pd.DataFrame, column: Column, digits: int) -> str:
     return failed_words(runs) or number_words(column.scale * runs[column.of].median(), digits)
 
@@ -99,6 +116,8 @@ _STATISTICS: Mapping[str, tuple[Callable[[pd.DataFrame, Column, int], str], int]
     "quartiles": (lambda r, c, digits: median_quartiles(r, c.of, c.scale, digits), 1),
     "mean": (_mean, 2),
     "median": (_median, 1),
+    "mean-error": (_mean_error, 2),
+    "scene-means": (_scene_means, 3),
     "range": (_range, 1),
     "count": (_count, 0),
     "runs": (lambda runs, *_: str(len(runs)), 0),

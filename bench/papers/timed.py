@@ -11,7 +11,7 @@ from bench.store.layout import Cell, run_path
 from bench.store.loading import load_results
 from bench.store.results import Results
 
-__all__ = ["failed_passes", "frame_times", "timed_runs"]
+__all__ = ["failed_passes", "frame_times", "timed_runs", "undisturbed_lacking"]
 
 
 def timed_runs(folder: Path, cells: Collection[Cell] | None = None) -> Iterator[Run]:
@@ -55,6 +55,13 @@ def frame_times(
         rows = rows.assign(tracker=key.tracker, sequence=key.sequence, repetition=key.repetition)
         pieces.append(rows[columns])
     return pd.concat(pieces[1:] or pieces, ignore_index=True)
+
+
+def undisturbed_lacking(folder: Path, cells: Collection[Cell] | None = None) -> list[str]:
+    """What a reader must know where there is no time to tell, in a line or none."""
+    if any(True for _ in timed_runs(folder, cells)):
+        return []
+    return [f"{folder.name}: other load disturbed every run; time again on an idle machine."]
 
 
 def failed_passes(folder: Path, cells: Collection[Cell] | None = None) -> list[str]:

@@ -6,7 +6,6 @@ the same. Which are shown was chosen before any run: scene 0, repetition 0, fram
 """
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -16,9 +15,6 @@ from numpy.typing import NDArray
 
 import datasets
 from bench.evaluation.record import Run
-from bench.papers import Asked
-from bench.papers.drawing import write_pictures
-from bench.papers.moreno2005 import FIGURES, LIGHT
 from bench.papers.moreno2005.example import (
     COLOUR,
     COLOURS,
@@ -29,15 +25,13 @@ from bench.papers.moreno2005.example import (
     course,
 )
 from bench.papers.moreno2005.stages import (
-    colour_model_figure,
     hypotheses_figure,
     snake_figure,
     step_of,
     true_contour,
 )
-from bench.papers.scores import sequence_labels
+from bench.papers.report import Context
 from bench.papers.short_runs import runs
-from bench.papers.stored import StoredRuns
 from bench.statistics.intervals import mean_interval
 from reports.colour_space import path_plot
 from reports.curves import curve_plot
@@ -45,39 +39,30 @@ from reports.densities import Densities, density_plot
 from reports.film_strip import evenly_spaced, film_strip
 from reports.overlay import TRUTH
 from reports.palette import colours
-from reports.series import series_grid
 from trackers.contours.chain import Hypotheses
 from trackers.contours.observation import colours_of
 
 __all__ = [
-    "NUMBERS",
     "colour_path_figure",
     "density_figure",
-    "draw",
     "error_plot",
     "film_strips",
     "iteration",
     "mean_colours",
-    "similarity_plots",
+    "step_figures",
 ]
 
 Strip: TypeAlias = NDArray[np.uint8]
 Array: TypeAlias = NDArray[np.float64]
 
-NUMBERS = (1, 2, 3, 5, 6, 7, 8, 9, 10)
 METHODS = {
     "as written": "moreno2005:preset=as-written",
     "recommended (post hoc)": "moreno2005",
-    "robust (post hoc)": "moreno2005:preset=robust",
-    "uniform association": "moreno2005:association=uniform",
-    "smooth colour, a = 1": "contour-smooth-color",
-    "smooth colour, a = 0.5": "contour-smooth-color:mixing=0.5",
-    "smooth colour, a = 0.3": "contour-smooth-color:mixing=0.3",
 }
-"""Of the plots of J, by what the legend says."""
+"""What is drawn of the tracker, by what is said of it."""
 
 PRESETS = {"": "as written", "-recommended": "recommended (post hoc)"}
-"""Methods that are drawn alone, by what they add to a picture's name."""
+"""The same, by what it adds to a picture's name."""
 
 BASELINE = "smooth colour, a = 1"
 
@@ -94,24 +79,6 @@ SHOWN_SET, SHOWN_SAMPLES, SHOWN_FRAME = "B", 500, 40
 
 GRIDS = np.linspace(*COLOURS, 121), np.linspace(*POSITIONS, 161)
 """Colours and positions at which the densities of Fig. 1 are told."""
-
-PLOTS = {
-    "similarity-ellipse": {
-        "repeated jumps": (LIGHT, "moreno2005/ellipse:light=repeated"),
-        "one jump": (LIGHT, "moreno2005/ellipse:light=jump"),
-        "even light": (FIGURES[7], "moreno2005/ellipse"),
-    },
-    "similarity-figures": {
-        "book": (FIGURES[9], "moreno2005/book"),
-        "leaf, jump at the start": (FIGURES[10], "moreno2005/leaf:jump=start"),
-        "leaf, at mid-sequence": (FIGURES[10], "moreno2005/leaf:jump=middle"),
-        "octopus": (FIGURES[8], "moreno2005/octopus"),
-    },
-}
-"""Columns of the plots of J: experiment, and sequence without its scene.
-
-The legend is that of the first, which has runs of all methods.
-"""
 
 SHOWN = {
     7: "moreno2005/ellipse",
@@ -132,35 +99,7 @@ UNKNOWN = 90  # grey of a frame without a map
 MARKS = 6  # frames of a path whose numbers are written
 
 
-def draw(
-    results: Path, folder: Path, asked: Asked, tables: Mapping[str, pd.DataFrame]
-) -> list[Path]:
-    """Draw all pictures whose runs were asked for and are there.
-
-    Parameters
-    ----------
-    results : Path
-        Folder of all experiments.
-    folder : Path
-        Where to.
-    asked : mapping of str to collection of Cell
-        Runs that are meant, by experiment.
-    tables : mapping of str to DataFrame
-        `one-dimensional-errors`.
-    """
-    stored = StoredRuns(results, asked)
-    plots = {
-        "figure-1": density_figure(),
-        "figure-2": error_plot(tables),
-        "figure-3": colour_model_figure(),
-        **_one_step(),
-        "figure-7-colours": colour_path_figure(),
-        **similarity_plots(stored),
-    }
-    return write_pictures(folder, plots, film_strips(stored))
-
-
-def _one_step() -> dict[str, Figure]:
+def step_figures(context: Context) -> dict[str, Figure]:
     """Fig. 5 and 6 by name."""
     figures = {}
     for ending, label in PRESETS.items():
@@ -170,7 +109,7 @@ def _one_step() -> dict[str, Figure]:
     return figures
 
 
-def density_figure() -> Figure:
+def density_figure(context: Context) -> Figure:
     """Fig. 1: the densities that take part in one iteration of the example."""
     before, after = iteration()
     return density_plot(
@@ -223,15 +162,9 @@ def _density(grid: Array, samples: Array, weights: Array) -> Array:
     return np.asarray(weights[:, np.newaxis] * kernels / (width * np.sqrt(2 * np.pi)))
 
 
-def error_plot(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Fig. 2: errors against the number of samples, by set of parameters.
-
-    Parameters
-    ----------
-    tables : mapping of str to DataFrame
-        `one-dimensional-errors`.
-    """
-    errors = tables["one-dimensional-errors"]
+def error_plot(context: Context) -> Figure:
+    """Fig. 2: errors against the number of samples, by set of parameters."""
+    errors = context.tables["one-dimensional-errors"]
     rows = []
     for (name, number, kind), repeated in errors.groupby(["set", "samples", "filter"], sort=False):
         interval, setting = mean_interval(repeated["error"]), SETTINGS[str(name)]
@@ -257,48 +190,7 @@ def error_plot(tables: Mapping[str, pd.DataFrame]) -> Figure:
     )
 
 
-def similarity_plots(stored: StoredRuns) -> dict[str, Figure | None]:
-    """J over frames by method, medians and quartiles over scenes; None without runs."""
-    return {name: _similarity(stored, columns) for name, columns in PLOTS.items()}
-
-
-def _similarity(stored: StoredRuns, columns: Mapping[str, tuple[str, str]]) -> Figure | None:
-    pieces = [pd.DataFrame()]
-    for words, (experiment, sequence) in columns.items():
-        wanted = sequence_labels(sequence)
-        for name in stored.sequences(experiment):
-            labels = sequence_labels(name)
-            scene = labels["scene"]
-            if labels | {"scene": wanted["scene"]} != wanted:
-                continue
-            for label, text in METHODS.items():
-                found = stored.of(experiment, name, text)
-                values = [_similarities(run) for run in found]
-                if values:  # the mean over repetitions
-                    rows = pd.DataFrame({"value": np.mean(values, axis=0), "label": label})
-                    rows = rows.assign(repetition=scene, reading="", scene=words)
-                    pieces.append(rows.assign(frame=rows.index))
-    if len(pieces) == 1:
-        return None
-    return series_grid(
-        pd.concat(pieces[1:], ignore_index=True),
-        "Region similarity over frames, other videos; no published numbers",
-        "J",
-        list(METHODS),
-        {},
-        over="scenes",
-        row_height=3.0,
-    )
-
-
-def _similarities(run: Run) -> Array:
-    """J by frame."""
-    assert run.segmentation is not None  # a tracker that gives masks, on a sequence that has them
-    values: Array = run.segmentation.region_similarity
-    return values
-
-
-def colour_path_figure() -> Figure:
+def colour_path_figure(context: Context) -> Figure:
     """Above Fig. 7: mean colours of the ellipse by frame."""
     sequence = datasets.load(SHOWN[7])
     path = mean_colours(sequence)
@@ -326,9 +218,9 @@ def mean_colours(sequence: datasets.Sequence) -> Array:
     return path
 
 
-def film_strips(stored: StoredRuns) -> dict[str, Strip]:
-    """Fig. 7 to 10 by name, two a figure; none where there is no run."""
-    strips = {}
+def film_strips(context: Context) -> dict[str, Strip | None]:
+    """Fig. 7 to 10 by name, two a figure; None where there is no run."""
+    strips = dict[str, Strip | None]()
     for number, shown in SHOWN.items():
         sequence = datasets.load(shown)
         pictures = {}
@@ -336,7 +228,10 @@ def film_strips(stored: StoredRuns) -> dict[str, Strip]:
             texts = {proposed: METHODS[proposed]}
             if number in COMPARED:  # the baseline with the same contours, weights and snake
                 texts[BASELINE] = METHODS[proposed].replace("moreno2005", "contour-smooth-color", 1)
-            if all(stored.of(FIGURES[number], sequence.name, text) for text in texts.values()):
+            experiment = context.description.experiment(f"figure-{number}")
+            runs_of = (context.stored.of(experiment, sequence.name, one) for one in texts.values())
+            strips[f"figure-{number}{ending}"] = None
+            if all(runs_of):
                 pictures[ending] = texts
         wanted = [text for texts in pictures.values() for text in texts.values()]
         made = dict(zip(wanted, runs(sequence, wanted), strict=True)) if wanted else {}
@@ -352,12 +247,14 @@ def _strip(sequence: datasets.Sequence, found: Mapping[str, Run], figure: int) -
     numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, FRAMES)
     truth = {number: true_contour(sequence, number) for number in numbers}
     title = f"Fig. {figure}, not the paper's video but {sequence.name}, scene 0, repetition 0"
-    shades = colours(list(METHODS))
+    shades = colours([*METHODS, BASELINE])
 
     def row(words: str, label: str, of: Run) -> Strip:
         """Frames with a method's contours."""
         contours = {number: _array(of, number, "contour", np.empty((0, 2))) for number in numbers}
-        said = {number: f"(J = {_similarities(of)[number]:.2f})" for number in numbers}
+        assert of.segmentation is not None  # a tracker that gives masks, and a truth of masks
+        values = of.segmentation.region_similarity
+        said = {number: f"(J = {values[number]:.2f})" for number in numbers}
         return film_strip(
             sequence.__getitem__,
             numbers,

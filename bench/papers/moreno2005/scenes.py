@@ -19,8 +19,7 @@ variant), `scene`, then columns of its own. Frames count from 0. Shares, J and F
   of the snakes that the tracker would take). The map's mixtures were fitted to the frame before.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
+from collections.abc import Callable, Iterator
 from typing import TypeAlias
 
 import cv2
@@ -31,7 +30,7 @@ from numpy.typing import NDArray
 import datasets
 from bench.evaluation.record import Run
 from bench.metrics.regions import contour_accuracy, region_similarity
-from bench.papers.scene_checks import SceneCheck, measured_on_scenes
+from bench.papers.scene_checks import SceneCheck
 from bench.papers.short_runs import runs
 from datasets.interface import Image, Mask
 from trackers.contours.discriminant import discriminant_basis
@@ -48,7 +47,6 @@ __all__ = [
     "contrast",
     "drawn_colours",
     "edges",
-    "examine",
     "frame_rows",
     "masks",
     "posterior_map",
@@ -291,12 +289,3 @@ CHECKS = (
     SceneCheck(spaces, ALL),
     SceneCheck(edges, ALL),
 )
-
-
-def examine(
-    scenes: Sequence[str], folder: Path, jobs: int, quick: bool = False, everything: bool = False
-) -> dict[str, pd.DataFrame]:
-    """Measure on scenes what the module says; see `measured_on_scenes`."""
-    return measured_on_scenes(
-        CHECKS, Path(__file__), scenes, folder, jobs, quick=quick, everything=everything
-    )

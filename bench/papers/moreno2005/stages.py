@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 import datasets
 from bench.experiments.contestant import contestant, run_seed
 from bench.metrics.regions import region_similarity
+from bench.papers.report import Context
 from datasets.interface import Image, Mask
 from reports.colour_space import ColourModel, Gaussians, colour_model_plot
 from reports.hypotheses import Palette, hypotheses_plot
@@ -137,7 +138,7 @@ def step_of(text: str) -> Step:
     )
 
 
-def colour_model_figure() -> Figure:
+def colour_model_figure(context: Context) -> Figure:
     """Fig. 3: what the tracker makes of the first frame, as it was classified by hand."""
     sequence = datasets.load(SEQUENCE)
     return colour_model_plot(
