@@ -78,10 +78,9 @@ def _mean(runs: pd.DataFrame, column: Column, digits: int) -> str:
 
 def _mean_error(runs: pd.DataFrame, column: Column, digits: int) -> str:
     """Mean±its standard error."""
-    values = column.scale * runs[column.of].dropna()
-    return (
-        failed_words(runs) or f"{float(values.mean()):.{digits}f}±{float(values.sem()):.{digits}f}"
-    )
+    values = column.scale * runs[column.of].dropna().to_numpy(np.float64)
+    error = values.std(ddof=1) / np.sqrt(len(values))
+    return failed_words(runs) or f"{values.mean():.{digits}f}±{error:.{digits}f}"
 
 
 def _scene_means(runs: pd.DataFrame, column: Column, digits: int) -> str:

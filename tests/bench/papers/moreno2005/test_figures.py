@@ -13,27 +13,25 @@ from bench.evaluation.loop import evaluate
 from bench.experiments.contestant import contestant
 from bench.experiments.experiment import read_experiment
 from bench.metrics.regions import region_similarity
-from bench.papers.drawing import undrawn
-from bench.papers.moreno2005 import FIGURES, figures, stages
+from bench.papers import Effort, load_paper
+from bench.papers.drawing import write_pictures
+from bench.papers.figures import draw_figure
+from bench.papers.moreno2005 import figures, stages
 from bench.papers.moreno2005.figures import (
     BASELINE,
     COMPARED,
     FILTERS,
     METHODS,
-    NUMBERS,
-    PLOTS,
     PRESETS,
     SHOWN,
     colour_path_figure,
     density_figure,
-    draw,
     error_plot,
     film_strips,
     mean_colours,
-    similarity_plots,
 )
 from bench.papers.moreno2005.stages import model_of, palettes_of, snake_figure, true_contour
-from bench.papers.stored import StoredRuns
+from bench.papers.report import Context, hook
 from reports.overlay import TRUTH
 from trackers.contours.outline import bounding_box, filled
 from trackers.contours.posterior import posterior
@@ -42,6 +40,7 @@ from trackers.contours.snake import MARGIN, fitted_snake
 NAME = "plain/target:length=11"
 STEPS = 3
 WRITTEN, RECOMMENDED = PRESETS.values()
+PAPER = load_paper("moreno2005")
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -66,6 +65,14 @@ def step(short_scene):
 @pytest.fixture(scope="module")
 def model(scene):
     return model_of(scene)
+
+
+def context(tables=None, **stored):
+    """What hooks are told, with runs that there are."""
+    known = Context(PAPER.description, PAPER.claims, None, None, Effort(), {}, pd.DataFrame())
+    known.tables.update(tables or {})
+    vars(known)["stored"] = SimpleNamespace(**stored)
+    return known
 
 
 def all_there(experiment, sequence, tracker):
@@ -129,7 +136,7 @@ def test_the_path_of_the_strips_sequence_is_of_mean_colours_where_something_is_s
     path = mean_colours(absent)
     np.testing.assert_allclose(path[0], scene[0][scene.mask(0)].mean(axis=0)[::-1] / 255)
     assert np.isnan(path[1]).all()
-    red = colour_path_figure().axes[1].lines[0].get_ydata()
+    red = colour_path_figure(None).axes[1].lines[0].get_ydata()
     np.testing.assert_allclose(red, mean_colours(scene)[:, 0])
 
 
@@ -199,7 +206,7 @@ def made(short_scene):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(figures, "film_strip", strip)
-        found = film_strips(SimpleNamespace(of=all_there))
+        found = film_strips(context(of=all_there))
     names = ["figure-7", "figure-7-recommended", "figure-9", "figure-9-recommended"]
     assert {name: len(picture) for name, picture in found.items()} == dict.fromkeys(names, 30)
     return [calls[start : start + 3] for start in range(0, 12, 3)]
@@ -215,7 +222,7 @@ def test_rows_are_frames_or_the_baseline_then_the_proposed_method_then_its_maps(
     for picture in made:
         assert "not the paper's video" in picture[0].title
         assert {tuple(row.numbers) for row in picture} == {(0, 2, 4, 6, 8, 10)}
-    assert list(made[0][1].shades) == list(METHODS)  # the colours of the curves
+    assert list(made[0][1].shades) == [*METHODS, BASELINE]
 
 
 def test_contours_and_maps_are_those_of_the_runs_of_the_experiments(scene, made):
@@ -241,15 +248,16 @@ def test_contours_and_maps_are_those_of_the_runs_of_the_experiments(scene, made)
 
 def test_strips_without_all_their_runs_are_left_out():
     def of(experiment, sequence, tracker):
-        return all_there("", "", "") * (experiment == FIGURES[7] and "written" in tracker)
+        return all_there("", "", "") * (experiment.endswith("figure-7") and "written" in tracker)
 
-    assert list(film_strips(SimpleNamespace(of=of))) == ["figure-7"]
+    made = film_strips(context(of=of))
+    assert [name for name, picture in made.items() if picture is not None] == ["figure-7"]
 
 
 @pytest.mark.slow
 def test_what_is_shown_is_what_the_experiments_run():
     for number, shown in SHOWN.items():
-        experiment = read_experiment(FIGURES[number])
+        experiment = read_experiment(f"moreno2005-figure-{number}")
         trackers = {contestant(text).label for text in experiment.trackers}
         first = [one.text for one in experiment.sequences if one.text.endswith("scene=0")]
         assert datasets.load(shown).name in {datasets.load(text).name for text in first}
@@ -276,21 +284,23 @@ def test_a_target_in_two_parts_has_two_outlines():
 
 
 @pytest.mark.slow
-def test_every_picture_is_drawn_whole_in_the_papers_order(tmp_path, monkeypatch):
-    monkeypatch.setattr(figures, "error_plot", lambda tables: None)
-    monkeypatch.setattr(figures, "similarity_plots", lambda stored: {})
-    monkeypatch.setattr(StoredRuns, "of", lambda self, *names: all_there(*names))
-    paths = draw(tmp_path, tmp_path / "new", {}, {})
+def test_every_picture_is_drawn_whole(tmp_path):
+    known = context(of=all_there)
+    hooks = ("figure-1", "figure-3", "steps", "figure-7-colours", "strips")
+    pictures = {}
+    for name in hooks:
+        made = hook("moreno2005", PAPER.description.figure[name].hook)(known)
+        pictures |= made if isinstance(made, dict) else {name: made}
+    paths = write_pictures(tmp_path / "new", pictures)
     names = ["1", "3", "5", "5-recommended", "6", "6-recommended", "7", "7-colours"]
     names += ["7-recommended", "9", "9-recommended"]
     assert [path.stem for path in paths] == [f"figure-{name}" for name in names]
     for path in paths:
         assert min(cv2.imread(str(path)).shape[:2]) > 250
-    assert undrawn(paths, NUMBERS) == ["Not drawn, for want of finished runs: Fig. 2, 8, 10."]
 
 
 def test_fig_1_has_three_densities_before_and_after():
-    figure = density_figure()
+    figure = density_figure(None)
     assert len(figure.axes) == 6
     assert figure.axes[0].get_ylabel().startswith("t - 1")
     names = [text.get_text() for text in figure.legends[0].get_texts()]
@@ -311,7 +321,7 @@ def test_fig_2_has_a_panel_a_set_and_a_line_a_filter():
         for place, kind in enumerate(FILTERS)
         for repetition in (0, 1)
     )
-    left, right = error_plot({"one-dimensional-errors": errors}).axes
+    left, right = error_plot(context({"one-dimensional-errors": errors})).axes
     assert left.get_title() == "A: λ = 1, σ_obs = 0.1"
     assert right.get_title() == "G: λ = 0.2, σ_obs = 0.2"
     for place, container in enumerate(left.containers):
@@ -320,33 +330,24 @@ def test_fig_2_has_a_panel_a_set_and_a_line_a_filter():
         np.testing.assert_allclose(np.asarray(container[0].get_ydata(), float), expected)
 
 
-def stored_runs(*experiments):
-    """Runs on two scenes of every sequence, but of uniform association; J by scene and run."""
-
+def test_j_over_frames_is_the_median_over_scenes_of_means_over_repetitions():
     def of(experiment, sequence, tracker):
         scene = int(sequence[-1])
         values = [np.array([np.nan, 0.4, 0.4 + 0.2 * scene + 0.1 * r]) for r in (0, 1)]
         runs = [SimpleNamespace(segmentation=SimpleNamespace(region_similarity=v)) for v in values]
-        return [] if "uniform" in tracker else runs
+        return [] if "as-written" in tracker else runs
 
     def sequences(experiment):
-        known = [s for e, s in experiments if e == experiment]
-        return [f"{name}:scene={scene}" for name in known for scene in (0, 1)]
+        variants = ("book", "leaf", "leaf:jump=middle")
+        return [f"moreno2005/{name}:scene={scene}" for name in variants for scene in (0, 1)]
 
-    return SimpleNamespace(of=of, sequences=sequences)
-
-
-def test_j_over_frames_is_the_median_over_scenes_of_means_over_repetitions():
-    columns = PLOTS["similarity-figures"]
-    found = similarity_plots(stored_runs(*columns.values()))
-    assert found["similarity-ellipse"] is None
-    axes = found["similarity-figures"].axes
-    assert [one.get_title() for one in axes] == list(columns)
-    lines = {line.get_label(): line for line in axes[0].lines}
-    assert list(lines) == [label for label in METHODS if label != "uniform association"]
+    entry = PAPER.description.figure["similarity-figures"]
+    stored = {"of": of, "sequences": sequences, "truth": lambda *_: None}
+    axes = draw_figure(entry, context(**stored)).axes
+    assert [one.get_title() for one in axes] == ["book", "leaf", "leaf:jump=middle"]
+    lines = {line.get_label(): line for line in axes[1].lines}
+    assert list(lines) == [label for label in entry.labels if label != "as written"]
     for line in lines.values():
         assert np.isnan(line.get_ydata()[0])
         assert line.get_ydata()[1:] == pytest.approx([0.4, 0.55])
-    jump = PLOTS["similarity-ellipse"]["one jump"]
-    figure = similarity_plots(stored_runs(jump))["similarity-ellipse"]
-    assert [one.get_title() for one in figure.axes] == ["one jump"]
+    assert draw_figure(entry, context(**stored | {"of": lambda *_: []})) is None
