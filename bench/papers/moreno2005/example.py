@@ -1,6 +1,6 @@
 """Section 3: a point that changes position and colour in one dimension each.
 
-Both are cues of the tracker's own framework (`trackers.contours.cues`), so that the example and the
+Both are cues of the tracker's own framework (`trackers.contours.chain`), so that example and
 tracker share what makes features dependent. What the paper calls dependent attaches to every
 position a colour drawn by the weights of the colour filter; independent, one drawn evenly from all
 of the space of colours. A third way, not in the paper, tells two effects apart: `unweighted`
