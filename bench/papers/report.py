@@ -113,7 +113,7 @@ class Context:
     def series(self, name: str, run: Run, truth: StoredTruth, sequence: str) -> NDArray[np.float64]:
         """A series of a run by frame."""
         course = Course(run, truth, sequence, self.description.tolerance)
-        return known_series(name, _further(self.description.name, "SERIES"))(course)
+        return known_series(name, further(self.description.name, "SERIES"))(course)
 
     def across(
         self, tracker: str, sequence: str, further: Mapping[str, Value], parameter: str
@@ -140,7 +140,7 @@ def _module(paper: str, name: str) -> ModuleType | None:
     return importlib.import_module(f"bench.papers.{paper}.{name}")
 
 
-def _further(paper: str, name: str, module: str = "measures") -> Any:
+def further(paper: str, name: str, module: str = "measures") -> Any:
     """Something of a paper's own module; empty where it has none."""
     return getattr(_module(paper, module), name, {})
 
@@ -210,17 +210,17 @@ class DescribedPaper:
         left = {*timed, self.recorded.name if self.recorded else ""}
         scores = self._scores(results, {k: v for k, v in asked.items() if k not in left})
         measured = self._on_scenes(folder, effort)
-        if gate := _further(name, "kept", "scenes"):
+        if gate := further(name, "kept", "scenes"):
             scores["kept_scene"] = scores["name"].map(gate(measured)).fillna(True).astype(bool)
         context = Context(
             self.description, self.claims, results, folder, effort, asked, scores, measured
         )
         for module in ("timing", "measures"):
-            tables = _further(name, "tables", module)
+            tables = further(name, "tables", module)
             context.tables.update(tables(context) if tables else {})
-        checks = _further(name, "CHECKS") or dict[str, Check]()
+        checks = further(name, "CHECKS") or dict[str, Check]()
         context.conclusions.extend(judge_all(self.claims, context.scores, context.tables, checks))
-        published = _further(name, "published")
+        published = further(name, "published")
         from bench.papers.figures import draw_figure  # which needs `Context`
 
         plots: dict[str, Any] = {}
@@ -256,7 +256,7 @@ class DescribedPaper:
     def _scores(self, results: Path, asked: Asked) -> pd.DataFrame:
         """All runs once, and what they are copies of; `experiments` says where they stand."""
         name = self.description.name
-        series, of_run = _further(name, "SERIES"), _further(name, "of_run") or None
+        series, of_run = further(name, "SERIES"), further(name, "of_run") or None
         pieces = [
             tidy_runs(results / one, cells, self.description, series, of_run).assign(
                 experiments=f",{one},"
@@ -268,7 +268,7 @@ class DescribedPaper:
         # Several experiments have some runs; equal text means equal boxes.
         runs["experiments"] = runs.groupby(keys, sort=False)["experiments"].transform("".join)
         runs = runs.drop_duplicates(keys, ignore_index=True).assign(copied=False)
-        more = _further(name, "scores")
+        more = further(name, "scores")
         return more(runs) if more else runs
 
     def _on_scenes(self, folder: Path, effort: Effort) -> dict[str, pd.DataFrame]:

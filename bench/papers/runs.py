@@ -22,7 +22,7 @@ from bench.store.results import Results
 from bench.store.truth import StoredTruth, read_truth
 from datasets.text_form import format_text, parse_text
 
-__all__ = ["OfRun", "as_run", "tidy_runs"]
+__all__ = ["OfRun", "as_run", "labels_of", "tidy_runs"]
 
 OfRun = Callable[[Course], Mapping[str, float]]
 """What a paper's own `of_run` measures of a run."""
@@ -69,14 +69,8 @@ def tidy_runs(
     online = runs_of(folder, cells)
     revised = as_revised(online) if description.traces else None
     by_trace = {"online": online, "revised": online if revised is None else revised}
-    labels = cache(_tracker_labels)
-    knobs = cache(lambda name: _sequence_labels(name, description.apart))
-    known = pd.DataFrame(
-        [
-            _together(labels(text), knobs(name))
-            for text, name in zip(online["tracker"], online["sequence"], strict=True)
-        ]
-    )
+    names = zip(online["tracker"], online["sequence"], strict=True)
+    known = pd.DataFrame([labels_of(text, name, description.apart) for text, name in names])
     pieces = []
     for trace in description.traces or ("online",):
         runs = by_trace[trace].reset_index(drop=True)
@@ -90,6 +84,21 @@ def tidy_runs(
     return pd.concat(pieces, ignore_index=True).assign(kept_scene=True)
 
 
+def labels_of(tracker: str, sequence: str, apart: Sequence[str] = ()) -> dict[str, Any]:
+    """Columns of `tidy_runs` that say what was run on what.
+
+    Parameters
+    ----------
+    tracker, sequence : str
+        Text forms.
+    apart : sequence of str
+        Knobs that set a sequence apart.
+    """
+    of_tracker, knobs = _tracker_labels(tracker), _sequence_labels(sequence, tuple(apart))
+    own = {key if key not in knobs else f"tracker.{key}": of_tracker[key] for key in of_tracker}
+    return {**own, **knobs}
+
+
 def as_run(rows: pd.DataFrame, **parameters: Any) -> pd.DataFrame:
     """The same runs as those of trackers with other parameters, which would be the same.
 
@@ -100,29 +109,20 @@ def as_run(rows: pd.DataFrame, **parameters: Any) -> pd.DataFrame:
     parameters
         What else the tracker's text form says: `preset`, or a parameter.
     """
-    texts = {}
-    for text in rows["text"].unique():
+    labels = []
+    for text in rows["text"]:
         name, options = parse_text(text)
-        texts[text] = _tracker_labels(
-            contestant(format_text(name, {**options, **parameters})).label
-        )
-    told = pd.DataFrame([texts[text] for text in rows["text"]], index=rows.index)
-    told = told.rename(
-        columns={name: f"tracker.{name}" for name in told if f"tracker.{name}" in rows}
-    )
-    return rows.assign(**told, copied=True)
+        labels.append(_tracker_labels(format_text(name, {**options, **parameters})))
+    told = pd.DataFrame(labels, index=rows.index)
+    taken = {name: f"tracker.{name}" for name in told if f"tracker.{name}" in rows}
+    return rows.assign(**told.rename(columns=taken), copied=True)
 
 
-def _together(labels: Mapping[str, Any], knobs: Mapping[str, Any]) -> dict[str, Any]:
-    return {key if key not in knobs else f"tracker.{key}": labels[key] for key in labels} | {
-        **knobs
-    }
-
-
+@cache
 def _tracker_labels(text: str) -> dict[str, Any]:
     settled = contestant(text)
     return {
-        "text": text,
+        "text": settled.label,
         "tracker": settled.name,
         "preset": settled.preset,
         "init": settled.init,
@@ -136,7 +136,8 @@ def _plain(value: Any) -> Any:
     return value if isinstance(value, str | int | float | None) else json.dumps(value)
 
 
-def _sequence_labels(text: str, apart: Sequence[str]) -> dict[str, Any]:
+@cache
+def _sequence_labels(text: str, apart: tuple[str, ...]) -> dict[str, Any]:
     name, variant = parse_text(text)
     knobs = {
         knob["name"]: type(knob["default"])(variant.get(knob["name"], knob["default"]))

@@ -172,7 +172,10 @@ def make_table(
             rows = rows[~rows["copied"]]
         if entry.trackers:
             rows = rows.loc[[place for place in _of(entry.trackers, lookup) if place in rows.index]]
-        data = list(_rows(limited(rows, entry.where), entry, wording, lookup))
+        rows = limited(rows, entry.where)
+        needed = _needed(entry)
+        rows = rows[[column for column in rows if column in needed]].copy()  # of a hundred
+        data = list(_rows(rows, entry, wording, lookup))
     if not data:
         return None
     labels = [*entry.rows] if not entry.vary else ["tracker", "parameter", "value"]
@@ -180,6 +183,15 @@ def make_table(
     table = text_table(name, entry.caption, data, n_labels)
     heads = [entry.heads.get(head, head) for head in table.heads]
     return Table(**{**vars(table), "heads": heads, "notes": list(entry.notes)})
+
+
+def _needed(entry: TableEntry) -> set[str]:
+    """Columns that a table is made of."""
+    columns = [*entry.columns, *([entry.across] if entry.across else [])]
+    named = {*entry.rows, *(one.of for one in columns)}
+    named |= {key for one in columns for key in one.where}
+    named |= {entry.across.head} if entry.across else set()
+    return named | {"text", "tracker", "settled", "sequence", "scene", "light", "failure"}
 
 
 def _of(trackers: Sequence[str], lookup: Lookup) -> pd.Index:
