@@ -161,7 +161,11 @@ def _measures(
     results = Results(folder)
     truths: dict[tuple[str, str], StoredTruth] = {}
     rows: list[dict[str, float]] = []
-    told = counts.drop(columns=["path", "failure"]).to_dict("records")
+    known_of = counts.drop(columns=["path", "failure"])
+    told = [
+        dict(zip(map(str, known_of), values, strict=True))
+        for values in known_of.itertuples(index=False, name=None)
+    ]
     places = zip(counts["path"], counts["failure"], known["sequence"], told, strict=True)
     for path, failure, sequence, scores in places:
         if failure:

@@ -10,6 +10,7 @@ and of rectangles that differ from it as a user's hand might.
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -79,7 +80,7 @@ def measured(names: Sequence[str], folder: Path, jobs: int) -> dict[str, pd.Data
     known = pd.concat([_read(LOG), _read(folder / LOG.name)])
     opened = {sequence.name: sequence.fingerprint for sequence in map(datasets.load, names)}
     there = known[known["fingerprint"].isin(opened.values())].drop_duplicates("fingerprint")
-    rows = there.to_dict("records")
+    rows: list[Any] = there.to_dict("records")
     left = sorted(set(opened) - {row["name"] for row in rows})
     try:
         title = "Scenes examined before any tracker runs"
@@ -104,7 +105,9 @@ def _read(path: Path) -> pd.DataFrame:
         return pd.DataFrame()
     log = pd.read_csv(path, dtype=str).drop(columns="kept", errors="ignore")
     numbers = [column for column in log if column not in ("name", "fingerprint")]
-    return log.assign(**{column: log[column].map(float) for column in numbers})  # exactly
+    for column in numbers:
+        log[column] = log[column].map(float)  # exactly
+    return log
 
 
 def _passes(scenes: pd.DataFrame) -> "pd.Series[bool]":
@@ -140,8 +143,8 @@ def _examined(name: str) -> dict[str, str | float]:
         halves = [part_distance(image, other) for other in jittered(box, generator)]
         shares[f"multi_{initial}"] = float(np.mean(np.array(halves) > THRESHOLD))
     frames, single, multi = separability(sequence)
-    row = {"name": sequence.name, "fingerprint": sequence.fingerprint, "frames": frames}
-    return {**row, "single": single, "multi": multi, **distances, **shares}
+    labels = {"name": sequence.name, "fingerprint": sequence.fingerprint}
+    return {**labels, "frames": frames, "single": single, "multi": multi, **distances, **shares}
 
 
 def separability(sequence: datasets.Sequence) -> tuple[int, float, float]:

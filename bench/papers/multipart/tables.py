@@ -1,5 +1,6 @@
 """The paper's Table 1 with ours beside it, what decides the outcome, and the scenes."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -96,7 +97,7 @@ def _of(runs: pd.DataFrame, sequence: str, representation: str) -> pd.DataFrame:
     return runs[(runs["sequence"] == sequence) & (runs["representation"] == representation)]
 
 
-def _row(runs: pd.DataFrame, metric: str, line: dict[str, Any]) -> dict[str, str]:
+def _row(runs: pd.DataFrame, metric: str, line: Mapping[Any, Any]) -> dict[str, str]:
     row = {"sequence": line["sequence"].removeprefix("multipart/"), "frames": str(line["frames"])}
     row |= {f"paper {name}": str(line[name]) for name in REPRESENTATIONS}
     return row | {
