@@ -54,13 +54,13 @@ class Patch:
         return self.on(image, there, right_of=x)
 
     def stuck_on(self, image: Image, box: Box, part: Box) -> tuple[Image, Mask]:
-        """Likewise, with the patch on a part of the target, which is given in shares of its box."""
+        """An image with the patch on a part of the target, in shares of its box; and its mask."""
         size = box[2:]
         there = np.concatenate([box[:2] + part[:2] * size, part[2:] * size])
         return self.on(image, there)
 
     def on(self, image: Image, there: Box, right_of: float = -np.inf) -> tuple[Image, Mask]:
-        """Likewise, with the patch in a box, as far as it lies right of a column."""
+        """An image with the patch in a box, right of a column; and the mask of the patch."""
         rows, columns = image.shape[:2]
         # To the same side at every half, so that it keeps its place on the target.
         left, top = np.floor(there[:2] + 0.5).astype(int).tolist()
