@@ -47,6 +47,9 @@ Statistic = Literal[
     "median",
     "range",
     "count",
+    "least",
+    "greatest",
+    "ratio",
     "runs",
     "scenes",
 ]
@@ -109,10 +112,14 @@ class Measure(Entry):
 
 
 class Column(Entry):
-    """A column of a table: a statistic of a measure over the runs of a row."""
+    """A column of a table: a statistic of a measure over the runs of a row.
+
+    A `ratio` is of its sum `to` that of another measure.
+    """
 
     head: Text
     of: str = ""
+    to: str = ""
     how: Statistic = Field("mean", alias="as")
     digits: int | None = None
     scale: float = 1.0
@@ -171,8 +178,9 @@ class TableEntry(Entry):
 class FigureEntry(Entry):
     """A figure of the report.
 
-    A `strip` has a row of frames for each tracker; `frames` a series over frames, a row a panel and
-    a column a sequence; a `curve` the share of runs in which a measure is so, across a parameter.
+    A `strip` has frames for each tracker, in one row or so many `columns`; `frames` a series over
+    frames, a row a panel and a column a sequence; a `curve` the share of runs in which a measure is
+    so, across a parameter.
     """
 
     kind: Literal["strip", "frames", "curve", "hook"] = "hook"
@@ -186,6 +194,8 @@ class FigureEntry(Entry):
     frames: tuple[int, ...] = ()
     of: Text = "error"
     quantity: str = ""
+    columns: int = 0
+    shape: Literal["box", "ellipse"] = "box"
     enlarged: float = 3.0
     height: float = 2.8
     across: str = ""

@@ -47,7 +47,7 @@ def _labelled(entry: FigureEntry, trackers: Sequence[str]) -> dict[str, str]:
 
 
 def _strip(entry: FigureEntry, context: Context) -> Strip | None:
-    """A row of frames for each tracker, its boxes beside the truth's: first scene and run."""
+    """Frames for each tracker, its boxes beside the truth's: first scene and run."""
     experiment, name = context.description.experiment(entry.experiments[0]), entry.sequences[0]
     runs: dict[str, Run] = {}
     for label, tracker in _labelled(entry, entry.trackers).items():
@@ -58,7 +58,7 @@ def _strip(entry: FigureEntry, context: Context) -> Strip | None:
         return None
     start = context.description.frames_from
     sequence, frames = datasets.load(name), [frame - start for frame in entry.frames]
-    shades = colours(list(runs))
+    shades, columns = colours(list(runs)), entry.columns or len(frames)
     rows: list[Strip] = []
     for label, run in runs.items():
         truth = context.stored.truth(experiment, run).boxes
@@ -69,10 +69,15 @@ def _strip(entry: FigureEntry, context: Context) -> Strip | None:
                 frames,
                 {TRUTH: truth, label: run.boxes},
                 "" if rows else f"{entry.title}, first repetition: frame (centre error)",
-                len(frames),
-                round(entry.enlarged * sequence[0].shape[1] * len(frames)),
+                columns,
+                round(entry.enlarged * sequence[0].shape[1] * columns),
+                shape=entry.shape,
                 shades=shades,
-                words={frame: f"({errors[frame]:.1f} px)" for frame in frames},
+                words={
+                    frame: f"({errors[frame]:.1f} px)"
+                    for frame in frames
+                    if np.isfinite(errors[frame])
+                },
                 count_from=start,
             )
         )

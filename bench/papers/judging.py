@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
-from bench.claims.checks import CHECKS
 from bench.claims.conclusion import Conclusion
 from bench.claims.evaluation import judge_all
 from bench.claims.ledger import read_claims
@@ -16,7 +15,7 @@ def conclusions(
     paper: str, scores: pd.DataFrame, tables: Mapping[str, pd.DataFrame]
 ) -> list[Conclusion]:
     """A paper's claims after their verdicts; parameters as `bench.claims.evaluation.judge`."""
-    return judge_all(read_claims(paper), scores, tables, CHECKS)
+    return judge_all(read_claims(paper), scores, tables, {})
 
 
 def failure_remarks(

@@ -96,6 +96,20 @@ def _median(runs: pd.DataFrame, column: Column, digits: int) -> str:
     return failed_words(runs) or number_words(column.scale * runs[column.of].median(), digits)
 
 
+def _least(runs: pd.DataFrame, column: Column, digits: int) -> str:
+    return number_words(column.scale * runs[column.of].min(), digits)
+
+
+def _greatest(runs: pd.DataFrame, column: Column, digits: int) -> str:
+    return number_words(column.scale * runs[column.of].max(), digits)
+
+
+def _ratio(runs: pd.DataFrame, column: Column, digits: int) -> str:
+    """One measure's sum to another's."""
+    whole = runs[column.to].sum()
+    return number_words(column.scale * runs[column.of].sum() / whole, digits) if whole else MISSING
+
+
 def _range(runs: pd.DataFrame, column: Column, digits: int) -> str:
     """Mean (least–greatest)."""
     values = column.scale * runs[column.of].dropna()
@@ -117,7 +131,10 @@ _STATISTICS: Mapping[str, tuple[Callable[[pd.DataFrame, Column, int], str], int]
     "median": (_median, 1),
     "mean-error": (_mean_error, 2),
     "scene-means": (_scene_means, 3),
+    "least": (_least, 1),
+    "greatest": (_greatest, 1),
     "range": (_range, 1),
+    "ratio": (_ratio, 2),
     "count": (_count, 0),
     "runs": (lambda runs, *_: str(len(runs)), 0),
     "scenes": (lambda runs, *_: str(runs["scene"].nunique()), 0),
@@ -188,7 +205,7 @@ def make_table(
 def _needed(entry: TableEntry) -> set[str]:
     """Columns that a table is made of."""
     columns = [*entry.columns, *([entry.across] if entry.across else [])]
-    named = {*entry.rows, *(one.of for one in columns)}
+    named = {*entry.rows, *(name for one in columns for name in (one.of, one.to))}
     named |= {key for one in columns for key in one.where}
     named |= {entry.across.head} if entry.across else set()
     return named | {"text", "tracker", "settled", "sequence", "scene", "light", "failure"}
@@ -351,8 +368,8 @@ def _lines(entry: TableEntry, frames: Mapping[str, pd.DataFrame]) -> Iterator[di
 
 
 def _line_cell(rows: pd.DataFrame, line: Line, column: Column) -> str:
-    here = limited(rows, column.where)
-    return number_words(line.scale * here[line.of].mean(), line.digits) if len(here) else MISSING
+    told = {"of": line.of, "scale": line.scale, "digits": line.digits}
+    return _cell(rows.dropna(subset=[line.of]), column.model_copy(update=told))
 
 
 def beside_ours(name: str, rows: Sequence[Mapping[str, Any]]) -> Table:

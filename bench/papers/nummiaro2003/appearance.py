@@ -92,8 +92,9 @@ def background(sequence: Sequence, quick: bool) -> Tables:
 def occlusion(sequence: Sequence, quick: bool) -> Tables:
     """How much of a target must be seen for its ellipse to look like it (NU-1).
 
-    `occlusion_curve`: `visibility`, `coefficient` (ρ of the true ellipse), `above_threshold`, in
-    frames that hide a part of the target. `occlusion`: those of them that hide half of it.
+    `occlusion_curve`: `visibility`, `seen` (the fifth that it lies in, in %), `coefficient` (ρ of
+    the true ellipse), `above_threshold`, in frames that hide a part of the target, by how much.
+    `occlusion`: those of them that hide half of it.
     """
     model = first_model(sequence)
     _, least = threshold(sequence, model)
@@ -103,16 +104,17 @@ def occlusion(sequence: Sequence, quick: bool) -> Tables:
     half = partly[(visibility[partly] >= low) & (visibility[partly] <= high)].tolist()
     rows = []
     for frame, image, ellipse in shown(sequence, {*spaced(partly, 10 if quick else 100), *half}):
-        coefficient = model.coefficient(image, ellipse)
+        coefficient, most = model.coefficient(image, ellipse), 20 * ceil(5 * visibility[frame])
         rows.append(
             {
                 "frame": frame,
                 "visibility": float(visibility[frame]),
+                "seen": f"{most - 20} to {most}",
                 "coefficient": coefficient,
                 "above_threshold": float(coefficient > least),
             }
         )
-    curve = pd.DataFrame(rows)
+    curve = pd.DataFrame(rows).sort_values("visibility") if rows else pd.DataFrame()
     return {
         "occlusion": curve[curve["frame"].isin(half)] if rows else curve,
         "occlusion_curve": curve,
@@ -124,8 +126,8 @@ def turned_and_scaled(sequence: Sequence, quick: bool) -> Tables:
 
     `transformed`: `transformation` (`rotation`, `scale`), `amount` (degrees, factor),
     `coefficient` of the ellipse that is turned or scaled like the target. `transformed_upright`,
-    for rotations alone, what a state of the tracker can say: `region` (`extents`: the ellipse in
-    the turned one's extents; `circle`: the greatest circle in it, in the model too).
+    for rotations alone, what a state of the tracker can say: `region` (the upright ellipse in the
+    turned one's extents; the greatest circle in it, in the model too).
     """
     whole, upright = [], []
     for frame, image, ellipse in shown(sequence, clear_frames(sequence, 1 if quick else 5)):
@@ -295,8 +297,8 @@ def _upright(ellipse: Array, degrees: float) -> list[tuple[str, Array, Array]]:
     ]
     circle = np.array([*ellipse[:2], *[min(half_width, half_height)] * 2])
     return [
-        ("extents", ellipse, np.array([*ellipse[:2], *extents])),
-        ("circle", circle, circle),
+        ("upright ellipse in its extents", ellipse, np.array([*ellipse[:2], *extents])),
+        ("greatest circle in it, upright anyway", circle, circle),
     ]
 
 

@@ -4,7 +4,6 @@ Those that have one run show the first repetition, the others median and quartil
 """
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -14,38 +13,36 @@ from numpy.typing import NDArray
 
 import datasets
 from bench.evaluation.record import Run
-from bench.papers import Asked
-from bench.papers.drawing import write_pictures
 from bench.papers.nummiaro2003.courses import GONE, HIDDEN
 from bench.papers.nummiaro2003.particles import begun_empty
+from bench.papers.report import Context
 from bench.papers.stored import StoredRuns, over_frames
 from datasets import Sequence
 from datasets.text_form import format_text
-from reports.film_strip import evenly_spaced, film_strip
-from reports.overlay import TRUTH
-from reports.palette import colour
 from reports.samples import Placed, Surface, Track, placement_plot, surface_plot, trajectory_plot
 from reports.series import appearance_plot, series_grid, series_plot
 
-__all__ = ["NUMBERS", "READINGS", "by_update", "draw", "scale_grid", "strip"]
+__all__ = [
+    "READINGS",
+    "appearances",
+    "by_update",
+    "entrance",
+    "half_axes",
+    "scale_grid",
+    "surface",
+    "times",
+    "trajectories",
+]
 
 Tables: TypeAlias = Mapping[str, pd.DataFrame]
 
-PERSON, CAR, STUDENTS, TRAFFIC, HEAD = (
-    f"nummiaro2003/{name}" for name in ("person", "car", "students", "traffic", "head")
+PERSON, CAR, STUDENTS, TRAFFIC = (
+    f"nummiaro2003/{name}" for name in ("person", "car", "students", "traffic")
 )
-NUMBERS = tuple(range(2, 11))
-"""Of the paper's figures."""
-
 PRESET = "as-written"
 UPDATE = {"without update": False, "with update": True}
-SHADES = {label: colour(position) for position, label in enumerate(UPDATE)}
 
 EVERY = 25  # frames of Fig. 4
-COLUMNS = 6  # of a film strip
-PAPERS_FRAME = 101
-"""Of Fig. 6, in which the tree hides the target; counted from the first with the target."""
-
 _APART = {"axes": "apart", "scale_change": "multiplicative", "size_noise": 0.02}
 _DYNAMICS: Mapping[str, Mapping[str, object]] = {
     "apart, damped": {**_APART, "scale_persistence": 0.9, "scale_noise": 0.008},
@@ -61,49 +58,26 @@ READINGS: Mapping[str, Mapping[str, object]] = {
 """Those of the experiment on Fig. 9 that have the printed weights."""
 
 
-def draw(results: Path, folder: Path, asked: Asked, tables: Tables) -> list[Path]:
-    """Draw all figures whose runs were asked for and are there.
-
-    Parameters
-    ----------
-    results : Path
-        Folder of all experiments.
-    folder : Path
-        Where to.
-    asked : mapping of str to collection of Cell
-        Runs that are meant, by experiment.
-    tables : mapping of str to DataFrame
-        Of `particles` `surface`, `surface_particles`, `entrance_particles` and
-        `entrance_regions`; of `timing.measured_times` `run_times`.
-    """
-    stored = StoredRuns(results, asked)
+def half_axes(context: Context) -> dict[str, Figure | None]:
+    """Fig. 9, over several scenes, and over readings."""
     presets = {"as written": {}, "recommended": {"preset": "recommended"}}
-    plots = {
-        "figure-2": _surface(tables),
-        "figure-3": _entrance(tables),
-        "figure-4": _trajectories(stored),
-        "figure-5": _times(tables),
-        "figure-7": _appearances(stored, update=True),
-        "figure-7-without-update": _appearances(stored, update=False),
+    over_readings = "Fig. 9 over readings of the dynamics and of σ (update where ρ > 0.9; post hoc)"
+    stored, scenes = context.stored, (8, 9, 10, 11)
+    return {
         "figure-9": _half_width(stored),
         "figure-9-scenes": scale_grid(
             stored, "figure-8", presets, (0, 1, 2, 3), "Fig. 9 on several scenes"
         ),
-        "figure-9-readings": scale_grid(
-            stored,
-            "figure-9",
-            READINGS,
-            (8, 9, 10, 11),
-            "Fig. 9 over readings of the dynamics and of σ (update where ρ > 0.9; post hoc)",
-        ),
+        "figure-9-readings": scale_grid(stored, "figure-9", READINGS, scenes, over_readings),
     }
-    strips = {
-        "figure-6": strip(stored, "figure-6", STUDENTS, 2 * COLUMNS),
-        "figure-8": strip(stored, "figure-8", TRAFFIC, COLUMNS),
-        "figure-10": strip(stored, "figure-10", HEAD, 2 * COLUMNS, together=True),
+
+
+def appearances(context: Context) -> dict[str, Figure | None]:
+    """Fig. 7, with update of the model and without."""
+    return {
+        "figure-7": _appearances(context.stored, update=True),
+        "figure-7-without-update": _appearances(context.stored, update=False),
     }
-    known = {name: image for name, image in strips.items() if image is not None}
-    return write_pictures(folder, plots, known)
 
 
 def by_update(
@@ -154,72 +128,29 @@ def scale_grid(
     return series_grid(every, title, "Hx [px]", list(UPDATE), truths)
 
 
-def strip(
-    stored: StoredRuns, figure: str, name: str, n_frames: int, *, together: bool = False
-) -> NDArray[np.uint8] | None:
-    """Frames with ellipses of the mean state and of the truth, of the first repetition.
-
-    Without update and with it, one above the other or `together`; alone, it is said where a run
-    is initialising.
-    """
-    runs = {label: some[0] for label, some in by_update(stored, figure, name).items() if some}
-    if not runs:
-        return None
-    sequence = datasets.load(name)
-    frames = _frames(sequence, n_frames)
-    title = f"Fig. {figure.removeprefix('figure-')}, as written"
-    parts = []
-    for some in [runs] if together else [{label: run} for label, run in runs.items()]:
-        first, *others = some.values()
-        words = {frame: "initialising" for frame in frames if first.details["mode"][frame] == 0}
-        told = title if together else f"{title}, {', '.join(some)}"
-        truth = stored.truth(f"nummiaro2003-{figure}", first).boxes
-        parts.append(
-            film_strip(
-                sequence.__getitem__,
-                frames,
-                {TRUTH: truth} | {label: run.boxes for label, run in some.items()},
-                f"{told}, {sequence.name}, first repetition",
-                COLUMNS,
-                shape="ellipse",
-                shades=SHADES,
-                words={} if others else words,
-            )
-        )
-    return np.vstack(parts)
-
-
-def _frames(sequence: Sequence, number: int) -> list[int]:
-    """Evenly spaced from the first with the target on; of `students` the paper's among them."""
-    first = sequence.first_frame
-    if sequence.name != STUDENTS:
-        return evenly_spaced(first, len(sequence) - 1, number)
-    others = evenly_spaced(first, len(sequence) - 1, number - 1)
-    return sorted({*others, first + PAPERS_FRAME})
-
-
-def _surface(tables: Tables) -> Figure | None:
+def surface(context: Context) -> Figure | None:
     """Fig. 2."""
-    surface, particles = (_first(tables, name) for name in ("surface", "surface_particles"))
-    if surface is None or particles is None:
+    tables = context.tables
+    values, particles = (_first(tables, name) for name in ("surface", "surface_particles"))
+    if values is None or particles is None:
         return None
-    values = surface.pivot_table("coefficient", "y", "x").sort_index(axis=1)
+    name, frame = values["name"].iloc[0], int(values["frame"].iloc[0])
+    grid = values.pivot_table("coefficient", "y", "x").sort_index(axis=1)
     ellipses = {str(kind): _ellipses(rows) for kind, rows in particles.groupby("kind")}
-    name, frame = surface["name"].iloc[0], int(surface["frame"].iloc[0])
     return surface_plot(
         datasets.load(name)[frame],
         ellipses["particle"],
         ellipses["mean"][0],
-        Surface(surface["x"].min(), surface["y"].min(), values.to_numpy(), "coefficient ρ"),
+        Surface(values["x"].min(), values["y"].min(), grid.to_numpy(), "coefficient ρ"),
         f"Fig. 2, as written, {name}, frame {frame}: samples (black), their mean (white), and the "
         "Bhattacharyya coefficient around the target",
     )
 
 
-def _entrance(tables: Tables) -> Figure | None:
+def entrance(context: Context) -> Figure | None:
     """Fig. 3."""
     particles, regions = (
-        _first(tables, name) for name in ("entrance_particles", "entrance_regions")
+        _first(context.tables, name) for name in ("entrance_particles", "entrance_regions")
     )
     if particles is None or regions is None:
         return None
@@ -249,8 +180,9 @@ def _placed(
     return Placed(sequence[frame], told, ellipses, regions=boxes)
 
 
-def _trajectories(stored: StoredRuns) -> Figure | None:
+def trajectories(context: Context) -> Figure | None:
     """Fig. 4."""
+    stored = context.stored
     tracks = []
     for name in (PERSON, CAR):
         for run in by_update(stored, "figure-4", name)["with update"][:1]:
@@ -266,9 +198,9 @@ def _trajectories(stored: StoredRuns) -> Figure | None:
     return trajectory_plot(tracks, title, EVERY)
 
 
-def _times(tables: Tables) -> Figure | None:
+def times(context: Context) -> Figure | None:
     """Fig. 5."""
-    times = tables["run_times"]
+    times = context.tables["run_times"]
     if times.empty:
         return None
     series = times.assign(label=times["sequence"], value=1e3 * times["seconds"])

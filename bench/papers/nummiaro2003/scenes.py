@@ -1,9 +1,5 @@
 """Which claim asks what of which scene: all that is measured beside the tracker's runs."""
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
-
 from bench.papers.nummiaro2003.appearance import (
     background,
     bins_and_noise,
@@ -14,12 +10,9 @@ from bench.papers.nummiaro2003.appearance import (
 )
 from bench.papers.nummiaro2003.mixture import one_of_two_colours
 from bench.papers.nummiaro2003.particles import entrance, kick_offs, maximum, own_models
-from bench.papers.scene_checks import SceneCheck, measured_on_scenes
+from bench.papers.scene_checks import SceneCheck
 
-if TYPE_CHECKING:
-    from pandas import DataFrame
-
-__all__ = ["examine"]
+__all__ = ["CHECKS"]
 
 PERSON, STUDENTS = "nummiaro2003/person", "nummiaro2003/students"
 EVERY = (PERSON, "nummiaro2003/car", STUDENTS, "nummiaro2003/traffic", "nummiaro2003/head")
@@ -37,12 +30,3 @@ CHECKS = (
     SceneCheck(bins_and_noise, (PERSON,), everything=True),
     SceneCheck(one_of_two_colours, EVERY, everything=True),
 )
-
-
-def examine(
-    scenes: Sequence[str], folder: Path, jobs: int, quick: bool = False, everything: bool = False
-) -> "dict[str, DataFrame]":
-    """Tables by name; parameters as `bench.papers.scene_checks.measured_on_scenes`."""
-    return measured_on_scenes(
-        CHECKS, Path(__file__), scenes, folder, jobs, quick=quick, everything=everything
-    )

@@ -1,16 +1,14 @@
-"""Times of the paper's tracker: what Fig. 5 shows, what the claims on time rest on, their tables.
+"""Times of the paper's tracker: what Fig. 5 shows, what the claims on time rest on.
 
 All are CPU times. Those of the timing runs are the tracker's as written; beside them, in turns on
 the same images, it is timed against a plain filter in NumPy with the same random numbers, by
 samples, area and bins, and in its parts.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
 from itertools import repeat
-from pathlib import Path
 from time import thread_time
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,10 +17,8 @@ from numba import njit
 import trackers
 from bench.papers.in_turns import Update, beginning, in_turns, slope
 from bench.papers.nummiaro2003.plain import PlainFilter
-from bench.papers.tables import text_table
+from bench.papers.report import Context
 from bench.papers.timed import frame_times
-from bench.store.layout import Cell
-from reports.tables import MISSING, Table
 from trackers.base.interface import Box, Image
 from trackers.base.particles import normalised
 from trackers.base.sharing import SharedFrame
@@ -35,19 +31,16 @@ __all__ = [
     "compiled_filter",
     "cost_slopes",
     "cost_times",
-    "measured_times",
     "plain_filter",
     "side_by_side",
-    "time_tables",
+    "tables",
     "weighting_times",
 ]
 
-Tables: TypeAlias = Mapping[str, pd.DataFrame]
-
+TIMED = "nummiaro2003-figure-5"
 SEQUENCES = ("nummiaro2003/person", "nummiaro2003/car")
 STUDENTS = "nummiaro2003/students"
 PAPERS_CLOCK = 800e6  # Hz
-FRAME = 40.0  # milliseconds
 
 PARTICLES, BINS = 100, 8
 SWEEPS: Mapping[str, Sequence[float]] = {
@@ -57,61 +50,62 @@ SWEEPS: Mapping[str, Sequence[float]] = {
 }
 """What is changed, one at a time, for the cost of each."""
 
-UNITS = {"samples": ("µs a sample", 1e6), "area": ("ns a px²", 1e9), "bins": ("ns a bin", 1e9)}
-
 ROUNDS = 7  # updates of which the median is taken
 STEPS = 5_000_000  # of the chain that tells the clock
 CYCLES_A_STEP = 6  # three shifts and three operations, none of which can begin before the last
 
 
-def measured_times(
-    folder: Path, cells: Collection[Cell] | None = None, *, quick: bool = False
-) -> dict[str, pd.DataFrame]:
-    """What the claims on time rest on, by the names that the ledger gives.
+def tables(context: Context) -> dict[str, pd.DataFrame]:
+    """What the claims on time and the tables of times rest on.
 
-    Parameters
-    ----------
-    folder : Path
-        Results of the timing experiment.
-    cells : collection of Cell, optional
-        The runs that are meant; all by default.
-    quick : bool
-        Measure few frames and rounds.
-
-    Returns
-    -------
-    dict of str to DataFrame
-        `run_times`: `sequence`, `repetition`, `frame`, `seconds` and `area` (of the mean state's
-        ellipse [pixels²]) of the timing runs (Fig. 5); `frame_times`: medians of these over the
-        repetitions. `plain_times`: a row a sequence, see `_at_two_clocks`. `model_times`, a row a
-        frame of `students`: `one` model and one `per_particle` [seconds]. `time_slopes`: see
-        `cost_slopes`, with `implementation`. `profile`: `sequence`, `implementation`,
-        `weighting_share` (of an update, the median over frames).
+    `run_times`: `sequence`, `repetition`, `frame`, `seconds` and `area` (of the mean state's
+    ellipse [pixels²]) of the timing runs (Fig. 5); `frame_times`: medians over the repetitions.
+    `plain_times`: `sequence`, `milliseconds` of an update in plain NumPy, its median over frames,
+    and `milliseconds_at_800_mhz`, in which the paper's processor has as many cycles. `model_times`,
+    a frame of `students` a row: `one` model and one `per_particle` [seconds]. `time_slopes`: see
+    `cost_slopes`, with `implementation`. `profile`: `sequence`, `implementation`,
+    `weighting_share` (of an update, the median over frames). `times`: what of these is printed, a
+    `value` of `what` on a sequence.
     """
-    frames, blocks = (10, 2) if quick else (100, 6)
-    runs = frame_times(folder, cells, ("half_width", "half_height"))
+    frames, blocks = (10, 2) if context.effort.quick else (100, 6)
+    runs = frame_times(context.results / TIMED, context.asked[TIMED], ("half_width", "half_height"))
     runs["area"] = np.pi * runs["half_width"] * runs["half_height"]
-    plain = [
-        side_by_side(name, {"plain": plain_filter()}, frames).assign(sequence=name)
+    medians = runs.groupby(["sequence", "frame"], as_index=False)[["seconds", "area"]].median()
+    clock = clock_rate()
+    plain = pd.concat(
+        side_by_side(name, {"milliseconds": plain_filter()}, frames).assign(sequence=name)
         for name in SEQUENCES
-    ]
+    )
+    plain["milliseconds"] *= 1e3
+    plain["milliseconds_at_800_mhz"] = plain["milliseconds"] * clock / PAPERS_CLOCK
+    models = {"one": compiled_filter(), "per_particle": compiled_filter(models="per-particle")}
+    model_times = side_by_side(STUDENTS, models, frames)
+    parts = weighting_times(SEQUENCES, frames)
+    parts["weighting_share"] = parts["weighting"] / parts["update"]
     slopes = [
         cost_slopes(cost_times(SEQUENCES[0], make, blocks)).assign(implementation=implementation)
         for implementation, make in (("compiled", compiled_filter), ("plain", plain_filter))
     ]
-    models = {"one": compiled_filter(), "per_particle": compiled_filter(models="per-particle")}
-    parts = weighting_times(SEQUENCES, frames)
-    parts["weighting_share"] = parts["weighting"] / parts["update"]
+    times = [
+        _told(plain, "plain", plain["milliseconds"]),
+        _told(plain, "plain at 800 MHz", plain["milliseconds_at_800_mhz"]),
+        _told(medians, "area", medians["area"]),
+        _told(medians, "compiled", 1e3 * medians["seconds"]),
+        _told(parts, "weighting, " + parts["implementation"], 100 * parts["weighting_share"]),
+        pd.DataFrame({"sequence": SEQUENCES, "what": "clock", "value": clock / 1e9}),
+        pd.DataFrame({"value": model_times["per_particle"] / model_times["one"]}).assign(
+            sequence=STUDENTS, what="models"
+        ),
+    ]
     shares = parts.groupby(["sequence", "implementation"], as_index=False)[["weighting_share"]]
     return {
         "run_times": runs,
-        "frame_times": runs.groupby(["sequence", "frame"], as_index=False)[
-            ["seconds", "area"]
-        ].median(),
-        "plain_times": _at_two_clocks(pd.concat(plain, ignore_index=True), clock_rate()),
+        "frame_times": medians,
+        "plain_times": plain.groupby("sequence", as_index=False, sort=False).median(),
+        "model_times": model_times,
         "time_slopes": pd.concat(slopes, ignore_index=True),
-        "model_times": side_by_side(STUDENTS, models, frames),
         "profile": shares.median(),
+        "times": pd.concat([one for one in times if len(one)], ignore_index=True),
     }
 
 
@@ -229,19 +223,6 @@ def clock_rate() -> float:
     return STEPS * CYCLES_A_STEP / min(seconds)
 
 
-def time_tables(tables: Tables, failed: Sequence[str] = ()) -> list[Table]:
-    """Milliseconds a frame, and what they grow with.
-
-    Parameters
-    ----------
-    tables : mapping of str to DataFrame
-        See `measured_times`.
-    failed : sequence of str
-        Timing runs that failed, a line each.
-    """
-    return [_frame_table(tables, failed), _cost_table(tables["time_slopes"])]
-
-
 def _compiled_parts(image: Image, box: Box) -> dict[str, Update]:
     tracker = compiled_filter()
     tracker.init(image, box)
@@ -284,88 +265,7 @@ def _enlarged(box: Box, factor: float) -> Box:
     return np.asarray(np.concatenate([box[:2] + (box[2:] - size) / 2, size]))
 
 
-def _at_two_clocks(times: pd.DataFrame, clock: float) -> pd.DataFrame:
-    """Milliseconds of an update in plain NumPy on this core, and at the paper's clock.
-
-    `milliseconds`, `lower_quartile` and `upper_quartile` over frames; `milliseconds_at_800_mhz`,
-    which as many cycles take; the `clock` [Hz].
-    """
-    rows = []
-    for sequence, updates in times.groupby("sequence", sort=False):
-        low, middle, high = (1e3 * updates["plain"].quantile(q) for q in (0.25, 0.5, 0.75))
-        rows.append(
-            {
-                "sequence": sequence,
-                "milliseconds": middle,
-                "milliseconds_at_800_mhz": middle * clock / PAPERS_CLOCK,
-                "lower_quartile": low,
-                "upper_quartile": high,
-                "clock": clock,
-            }
-        )
-    return pd.DataFrame(rows)
-
-
-def _frame_table(tables: Tables, failed: Sequence[str]) -> Table:
-    shares = tables["profile"].set_index(["sequence", "implementation"])["weighting_share"]
-    data = []
-    for _, row in tables["plain_times"].iterrows():
-        name = str(row["sequence"])
-        timed = tables["frame_times"].query("sequence == @name")
-        low, middle, high = (1e3 * timed["seconds"].quantile(q) for q in (0.25, 0.5, 0.75))
-        quartiles = f"[{row['lower_quartile']:.1f}–{row['upper_quartile']:.1f}]"
-        data.append(
-            {
-                "sequence": name,
-                "ellipse [px²]": f"{timed['area'].median():.0f}" if len(timed) else MISSING,
-                "compiled [ms]": f"{middle:.2f} [{low:.2f}–{high:.2f}]" if len(timed) else MISSING,
-                "plain [ms]": f"{row['milliseconds']:.1f} {quartiles}",
-                "plain, at 800 MHz [ms]": f"{row['milliseconds_at_800_mhz']:.0f}",
-                "weighting, compiled": f"{100 * shares[name, 'compiled']:.0f} %",
-                "weighting, plain": f"{100 * shares[name, 'plain']:.0f} %",
-            }
-        )
-    models = tables["model_times"]
-    ratio = (models["per_particle"] / models["one"]).median()
-    table = text_table(
-        "time",
-        "Time a frame, CPU, 100 samples, one thread: median and quartiles over frames (the "
-        "paper: real time on a PC of 800 MHz; the values of its Fig. 5 are lost)",
-        data,
-        n_labels=1,
-    )
-    notes = [
-        "plain is the same filter in NumPy, sample by sample, with the same estimates; at 800 "
-        "MHz it would need as many cycles as here, where the core runs at "
-        f"{tables['plain_times']['clock'].iloc[0] / 1e9:.2f} GHz; a frame has {FRAME:.0f} ms",
-        f"a model for each sample takes {ratio:.1f} times as long as "
-        "one for all, compiled, on students (median over frames)",
-        "weighting: bins, histograms and weights of the samples, of the whole update's time",
-        "timing runs that other load disturbed are left out; where none is left, a dash",
-        *failed,
-    ]
-    return replace(table, notes=notes)
-
-
-def _cost_table(slopes: pd.DataFrame) -> Table:
-    data = []
-    for factor, rows in slopes.groupby("factor", sort=False):
-        unit, scale = UNITS[str(factor)]
-        row = {"time grows with": f"{factor} [{unit}]"}
-        for line in rows.to_dict("records"):
-            name = str(line["implementation"])
-            middle, low, high = (
-                scale * line[key] for key in ("slope", "lower_limit", "upper_limit")
-            )
-            row[name] = f"{middle:.3g} [{low:.3g}, {high:.3g}]"
-            row[f"{name}, R²"] = f"{line['r_squared']:.2f}"
-        data.append(row)
-    table = text_table(
-        "time-cost",
-        "What an update's time grows with: slopes with 95 % intervals of lines through medians "
-        "of updates on one image, one thing changed at a time",
-        data,
-        n_labels=1,
-    )
-    notes = ["bins: all of them, 4 to 16 a channel; area: of the given ellipse, 0.5 to 4 times"]
-    return replace(table, notes=notes)
+def _told(
+    rows: pd.DataFrame, what: "str | pd.Series[str]", values: "pd.Series[float]"
+) -> pd.DataFrame:
+    return pd.DataFrame({"sequence": rows["sequence"], "what": what, "value": values})

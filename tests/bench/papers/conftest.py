@@ -116,6 +116,8 @@ def made_up_tables(paper):
             metrics.setdefault(entry.table, set()).update(one.of for one in entry.columns)
             for column in entry.rows:
                 asked(entry.table, column)
+            for column, values in [pair for one in entry.columns for pair in one.where.items()]:
+                asked(entry.table, column, values)
     usual = {"preset": ["as-written", "recommended"], "sequence": ["a/b"]}
     made = {}
     for table, names in columns.items():

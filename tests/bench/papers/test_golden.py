@@ -12,11 +12,13 @@ import pytest
 
 from bench.papers import Effort, load_paper
 from bench.papers import report as reporting
+from bench.papers.nummiaro2003.courses import NAMES
 
 FOLDER = Path(__file__).parent / "golden"
 
 MEASURES = {
     "multipart": ("part_distance", "near_occlusion"),
+    "nummiaro2003": tuple({*NAMES} - {"frames", "first_loss"}),
     "wang2010": (
         *("success", "stayed_lost", "deviates_12_to_15", "back_at_16", "still_wrong_at_16"),
         *("holds_10_and_38", "lost_at_58_and_100", "on_the_face_at_58"),
@@ -40,6 +42,15 @@ TABLES = {
             "kept_scene": [True] * 24,
             "distance": [0.3 + number / 80 for number in range(24)],
             "multi_share": [number / 24 for number in range(24)],
+        },
+    },
+    "nummiaro2003": {
+        "frame_times": {"area": [1.0, 2.0, 3.0, 4.0], "seconds": [1.0, 3.0, 2.0, 4.0]},
+        "background": {
+            "sequence": [f"nummiaro2003/{name}" for name in ("person", "head")] * 8,
+            "scene": [number // 2 for number in range(16)],
+            "positions": [100] * 16,
+            "below_threshold": [0.9 + number / 200 for number in range(16)],
         },
     },
 }

@@ -1,5 +1,7 @@
 """The plain filter against the compiled tracker, and how times become numbers."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -8,22 +10,20 @@ import bench
 import datasets
 import trackers
 from bench.experiments.experiment import Experiment, SequenceSource
+from bench.papers import Effort
 from bench.papers.nummiaro2003 import timing
 from bench.papers.nummiaro2003.plain import PlainFilter
 from bench.papers.nummiaro2003.timing import (
-    _at_two_clocks,
     clock_rate,
     compiled_filter,
     cost_slopes,
     cost_times,
-    measured_times,
     plain_filter,
     side_by_side,
-    time_tables,
     weighting_times,
 )
 from bench.store.loading import load_results
-from reports.tables import MISSING
+from bench.store.results import Results
 
 pytestmark = pytest.mark.slow
 
@@ -150,61 +150,13 @@ def folder(tmp_path_factory):
     return bench.run(experiment, tmp_path_factory.mktemp("results"), jobs=1)
 
 
-def measured(clock=1.6e9):
-    """Times that are known: 10 ms in plain code, at half of the clock's rate 20."""
-    times = pd.DataFrame({"sequence": "a", "plain": [0.008, 0.01, 0.02]})
-    profile = [("a", "compiled", 0.4), ("a", "plain", 0.9)]
-    slope = {"factor": "samples", "lower_limit": 1e-6, "upper_limit": 3e-6, "r_squared": 0.99}
-    return {
-        "frame_times": pd.DataFrame(
-            {"sequence": ["a"] * 3, "frame": [1, 2, 3], "seconds": [1e-3, 2e-3, 3e-3], "area": 50.0}
-        ),
-        "plain_times": _at_two_clocks(times, clock),
-        "model_times": pd.DataFrame({"one": [1.0, 1.0, 2.0], "per_particle": [3.0, 2.0, 4.0]}),
-        "profile": pd.DataFrame(profile, columns=["sequence", "implementation", "weighting_share"]),
-        "time_slopes": pd.DataFrame(
-            [slope | {"slope": 2e-6, "implementation": name} for name in ("compiled", "plain")]
-        ),
-    }
-
-
-def test_plain_milliseconds_are_given_at_both_clocks():
-    row = measured()["plain_times"].iloc[0]
-    assert row["milliseconds"] == pytest.approx(10)
-    assert row["milliseconds_at_800_mhz"] == pytest.approx(20)
-
-
-def test_tables_show_times_with_quartiles_and_slopes_with_intervals():
-    times, cost = time_tables(measured(), ["failed: why"])
-    assert [cell.text for cell in times.rows[0]] == [
-        "a",
-        "50",
-        "2.00 [1.50–2.50]",
-        "10.0 [9.0–15.0]",
-        "20",
-        "40 %",
-        "90 %",
-    ]
-    assert "1.60 GHz" in times.notes[0]
-    assert "a model for each sample takes 2.0 times as long" in times.notes[1]
-    assert times.notes[-1] == "failed: why"
-    assert [cell.text for cell in cost.rows[0]] == [
-        "samples [µs a sample]",
-        "2 [1, 3]",
-        "0.99",
-        "2 [1, 3]",
-        "0.99",
-    ]
-    tables = measured()
-    tables["frame_times"] = tables["frame_times"][:0]
-    times, _ = time_tables(tables)
-    assert [cell.text for cell in times.rows[0]][1:3] == [MISSING] * 2
-
-
 def test_all_that_the_ledger_asks_for_is_measured(folder, monkeypatch, short_sweeps):
     monkeypatch.setattr(timing, "SEQUENCES", (NAME,))
     monkeypatch.setattr(timing, "STUDENTS", NAME)
-    tables = measured_times(folder, quick=True)
+    monkeypatch.setattr(timing, "TIMED", folder.name)
+    cells = {folder.name: set(Results(folder).asked().cells)}
+    context = SimpleNamespace(results=folder.parent, asked=cells, effort=Effort(quick=True))
+    tables = timing.tables(context)
     runs, frames = tables["run_times"], len(datasets.load(NAME)) - 1
     clean = load_results(folder).query("disturbed == 0")
     assert len(runs) == frames * len(clean)
@@ -218,4 +170,9 @@ def test_all_that_the_ledger_asks_for_is_measured(folder, monkeypatch, short_swe
     assert ratio.median() > 1
     assert len(tables["time_slopes"]) == 6
     assert len(tables["profile"]) == 2
-    assert len(time_tables(tables)) == 2
+    plain = tables["plain_times"].iloc[0]
+    times = tables["times"].groupby("what")["value"].median()
+    assert times["plain"] == pytest.approx(plain["milliseconds"])
+    slower = times["clock"] * 1e9 / 800e6
+    assert plain["milliseconds_at_800_mhz"] == pytest.approx(slower * plain["milliseconds"])
+    assert {"models", "weighting, plain", "weighting, compiled"} <= set(times.index)

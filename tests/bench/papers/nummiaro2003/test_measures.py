@@ -1,0 +1,230 @@
+"""What happened in a run, from boxes and details whose story is known; and what serves whom."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bench.papers.nummiaro2003.courses import NAMES, Hiding, hidings, of_run
+from bench.papers.nummiaro2003.measures import scores, tables
+
+N, COMES, LEAVES = 240, 20, 230
+TREE = slice(100, 116)
+SHORT = slice(180, 184), slice(200, 203)
+
+
+def truth(**changes):
+    """A target that comes, is hidden by a tree and twice by others, and leaves."""
+    boxes = np.full((N, 4), np.nan)
+    frames = np.arange(COMES, LEAVES)
+    boxes[frames] = np.column_stack([3.0 * frames, *np.tile([[50.0], [40.0], [90.0]], len(frames))])
+    visibility = np.ones(N)
+    visibility[TREE] = 0.0
+    visibility[96:100] = visibility[116:120] = 0.6
+    for one in SHORT:
+        visibility[one] = 0.2
+    visibility[:COMES] = visibility[LEAVES:] = 0.0
+    visibility[LEAVES - 3 : LEAVES] = 0.3
+    return SimpleNamespace(**{"boxes": boxes, "regions": {}, "visibility": visibility, **changes})
+
+
+def measured(boxes=None, there=None, silent=False, **details):
+    """What is said of a run that follows the truth and sees what it says, but for the changes."""
+    usual = {
+        "mode": np.ones(N),
+        "positive_appearances": np.where(truth().visibility > 0.1, 90.0, 3.0),
+        "updated": (truth().visibility > 0.5).astype(float),
+    }
+    told = {key: np.asarray(value, float) for key, value in {**usual, **details}.items()}
+    run = SimpleNamespace(
+        boxes=np.nan_to_num(truth().boxes, nan=1.0) if boxes is None else boxes,
+        details={} if silent else told,
+        identity=SimpleNamespace(parameters={"kick_off": 0.1, "particles": 100}),
+    )
+    return of_run(SimpleNamespace(run=run, truth=there or truth()))
+
+
+def shifted(frames, by=500.0):
+    boxes = np.nan_to_num(truth().boxes, nan=1.0)
+    boxes[frames, 0] += by
+    return boxes
+
+
+def test_hidings_are_told_by_how_completely_and_leaving_is_none():
+    expected = [Hiding(100, 116, True), Hiding(180, 184, False), Hiding(200, 203, False)]
+    assert hidings(truth().visibility, COMES, LEAVES) == expected
+    assert hidings(np.ones(N), COMES, LEAVES) == []
+    assert hidings(np.full(N, np.nan), COMES, LEAVES) == []
+
+
+def test_a_run_as_the_paper_tells_it():
+    mode = np.ones(N)
+    mode[104:118] = 0
+    found = measured(mode=mode)
+    assert set(found) == set(NAMES)
+    assert found["frames"] == found["first_loss"] == LEAVES - COMES
+    for event in ("recovered", "count_fell", "initialised", "tracking_again", "bridged"):
+        assert found[event] == 1.0, event
+    assert found["right_at_end"] == found["count_fell_at_end"] == 1.0
+    assert found["size_error"] == found["size_bias"] == found["centre_rms"] == 0.0
+    assert np.isnan(found["size_correlation"])  # neither size changes
+    # It initialises in two good frames and in twelve others.
+    assert found["good_updates"] == found["good_frames"] == LEAVES - COMES - 1 - 16 - 4 - 3 - 3 - 2
+    assert found["other_updates"] == 0.0
+    assert (found["waiting_frames"], found["count_fell_shortly"]) == (12, 0.0)
+    assert found["good_frames"] + found["other_frames"] == N - COMES - 1 - 14
+    assert found["update_share"] == found["good_frames"] / (N - COMES - 1 - 14)
+
+
+def test_lengths_and_losses_count_the_frames_alone_in_which_the_target_is_there():
+    assert measured(shifted(slice(50, N)))["first_loss"] == 30
+    assert measured(shifted(slice(0, N)))["first_loss"] == 1  # that of the given frame
+    assert measured(shifted(slice(50, N)))["frames"] == LEAVES - COMES
+
+
+def test_a_target_that_is_found_too_late_or_for_a_moment_is_not_recovered():
+    assert measured(shifted(slice(100, 151)))["recovered"] == 0.0
+    assert measured(shifted(slice(100, 140)))["recovered"] == 1.0
+    boxes = shifted(slice(100, N))
+    boxes[125:129] = truth().boxes[125:129]  # four frames in a row
+    found = measured(boxes)
+    assert (found["recovered"], found["right_at_end"]) == (0.0, 0.0)
+    assert np.isnan(found["bridged"])  # it was on the target before neither
+
+
+def test_a_target_that_walks_through_a_frozen_box_is_not_recovered():
+    waits = measured(mode=np.where(np.arange(N) >= 104, 0.0, 1.0))
+    assert waits["recovered"] == 0.0
+    assert np.isnan(waits["bridged"])  # followed it before neither
+    late = np.where((np.arange(N) >= 104) & (np.arange(N) < 140), 0.0, 1.0)
+    assert measured(mode=late)["recovered"] == 1.0
+
+
+def test_frames_in_which_nothing_can_be_updated_are_no_credit_to_the_condition():
+    hidden = np.arange(N) >= LEAVES
+    found = measured(updated=np.ones(N) - hidden, mode=1.0 - hidden)
+    assert found["other_updates"] == found["other_frames"] == 16 + 4 + 3 + 3
+    assert found["waiting_frames"] == N - LEAVES
+
+
+def test_a_count_that_falls_in_a_short_hiding_is_told_where_the_tracker_was_on_target():
+    low = np.full(N, 50.0)
+    low[SHORT[1]] = 9
+    assert measured(positive_appearances=low)["count_fell_shortly"] == 1.0
+    beside = measured(shifted(slice(190, 205)), positive_appearances=low)
+    assert beside["count_fell_shortly"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "bridged"),
+    [
+        ({}, 1.0),
+        ({"boxes": shifted(slice(181, 200))}, 0.0),  # off the target for too long
+        ({"boxes": shifted(slice(181, 190))}, 1.0),
+        ({"mode": np.where(np.arange(N) == 205, 0.0, 1.0)}, 0.0),  # initialises
+        ({"boxes": shifted(slice(170, 195))}, 1.0),  # was on the target before the second alone
+    ],
+)
+def test_short_hidings_are_bridged_by_propagation_alone(changes, bridged):
+    assert measured(**changes)["bridged"] == bridged
+
+
+def test_a_count_that_stays_up_falls_nowhere():
+    found = measured(positive_appearances=np.full(N, 10.0))
+    assert (found["count_fell"], found["count_fell_at_end"]) == (0.0, 0.0)
+    late = np.full(N, 50.0)
+    late[LEAVES + 9] = 9
+    assert measured(positive_appearances=late)["count_fell_at_end"] == 1.0
+
+
+def test_updates_beside_the_target_or_in_its_absence_are_no_good():
+    found = measured(shifted(slice(150, 160)), updated=np.ones(N))
+    assert found["other_updates"] == found["other_frames"]
+    assert found["other_frames"] == 16 + 4 + 3 + 3 + (N - LEAVES) + 10
+
+
+def test_half_axes_are_told_by_error_bias_and_correlation():
+    boxes = truth().boxes
+    boxes[COMES:LEAVES, 2] = np.linspace(40, 80, N)[COMES:LEAVES]
+    there = truth(boxes=boxes)
+    wide = np.nan_to_num(boxes, nan=1.0)
+    wide[:, 2] *= np.where(np.arange(N) % 2, 0.9, 0.7)
+    found = measured(wide, there)
+    assert found["size_error"] == pytest.approx(0.2, abs=0.002)
+    assert found["size_bias"] == pytest.approx(-0.2, abs=0.002)
+    assert 0.5 < found["size_correlation"] < 1
+    assert measured(boxes, there)["size_correlation"] == pytest.approx(1.0)
+
+
+def test_fast_frames_are_the_fifth_in_which_the_target_moves_most():
+    boxes = truth().boxes
+    fast = np.zeros(N, bool)
+    fast[COMES + 1 : LEAVES : 5] = True
+    boxes[:, 0] = np.where(np.isnan(boxes[:, 0]), np.nan, np.cumsum(np.where(fast, 30, 2)))
+    lost = np.nan_to_num(boxes, nan=1.0)
+    lost[fast, 0] += 500
+    found = measured(lost, truth(boxes=boxes))
+    assert (found["inside_fast"], found["inside_otherwise"]) == (0.0, 1.0)
+
+
+def test_a_tracker_that_says_nothing_of_modes_has_its_place_and_size_alone():
+    found = measured(silent=True)
+    assert found["size_error"] == 0.0
+    assert found["inside_partly_hidden"] == 1.0
+    known = {name for name, value in found.items() if np.isfinite(value)}
+    assert not known & {"recovered", "good_frames", "bridged", "right_at_end"}
+
+
+WRITTEN = "nummiaro2003:preset=as-written"
+OFF, BLIND = "model_update=false", "reinitialise=false"
+
+
+def rows(**errors):
+    """Two repetitions of each text in two scenes; one alone of what has another parameter."""
+    texts = [
+        *(f"nummiaro2003:{OFF}", WRITTEN, f"{WRITTEN}:{OFF}", f"{WRITTEN}:{BLIND}"),
+        *(f"{WRITTEN}:update_reading={name}" for name in ("printed", "variance")),
+        *(f"{WRITTEN}:{name}" for name in ("loss_frames=2", "appearance=first", "sigma=0.2")),
+        "mean-shift",
+    ]
+    every = pd.DataFrame(
+        {"text": text, "name": f"s:scene={scene}", "light": "even", "repetition": repetition}
+        for text in texts
+        for scene in range(2)
+        for repetition in range(1 if texts.index(text) > 3 and text != "mean-shift" else 2)
+    )
+    usual = dict.fromkeys(("frames_inside", "success_frames", "first_loss"), 50.0)
+    every = every.assign(frames=200, other_frames=3, waiting_frames=1, bridged=np.nan, **usual)
+    every["model_update"] = [None if t == "mean-shift" else OFF not in t for t in every["text"]]
+    return every.assign(size_error=[errors.get(name, 0.5) for name in every["text"]], copied=False)
+
+
+def test_runs_serve_all_readings_that_make_no_difference_to_them():
+    copies = scores(rows()).query("copied")
+    assert copies.groupby("text").size().to_dict() == {
+        f"{WRITTEN}:{OFF}:update_reading=printed": 2,  # not `variance`: it changes the weights
+        f"{WRITTEN}:loss_frames=2:{BLIND}": 2,
+    }
+    assert set(copies["repetition"]) == {0}  # as many as of what they are compared with
+
+
+def test_counts_are_shares_of_the_length_and_scenes_are_set_side_by_side():
+    nearer = scores(rows(**{WRITTEN: 0.4})).set_index("text")["nearer_with_update"]
+    assert nearer[WRITTEN].tolist() == [1.0] * 4
+    assert nearer[[f"{WRITTEN}:{OFF}", "mean-shift"]].isna().all()
+    assert nearer.drop([WRITTEN, f"{WRITTEN}:update_reading=printed"]).isna().all()  # are alone
+    assert set(scores(rows(**{WRITTEN: 0.6}))["nearer_with_update"].dropna()) == {0.0}
+    frame = scores(rows().assign(light=0.0))
+    assert set(frame["first_loss_percent"]) == {25.0}
+    assert set(frame["light"]) == {"even"}  # what was a cloud's share
+    assert set(frame["all_other_frames"]) == {4}
+
+
+def test_the_model_forgets_exponentially_and_entrances_are_counted_once():
+    runs = pd.DataFrame({"preset": "as-written", "kick_off": 0.1, "repetition": range(4)})
+    entrance = runs.assign(name="person")
+    both = pd.concat([entrance, entrance.assign(kick_off=0.4)])
+    made = tables(SimpleNamespace(tables={"entrance": entrance, "kick_off": both}))
+    assert made["forgetting"]["difference"].max() < 1e-9
+    assert made["entrances"].groupby("kick_off").size().to_dict() == {0.1: 4, 0.4: 4}
