@@ -151,9 +151,9 @@ def test_a_turned_ellipse_of_a_turned_image_looks_the_same_and_an_upright_one_do
     assert whole.loc[~shrunk, "coefficient"].min() > 0.98
     assert whole.loc[shrunk, "coefficient"].min() > 0.9
     by_region = upright.set_index(["region", "amount"])["coefficient"]
-    assert by_region["extents", 45.0] < 0.95
-    assert by_region["extents", 180.0] > 0.98
-    assert by_region["circle"].min() > 0.9
+    assert by_region["upright ellipse in its extents", 45.0] < 0.95
+    assert by_region["upright ellipse in its extents", 180.0] > 0.98
+    assert by_region["greatest circle in it, upright anyway"].min() > 0.9
 
 
 def test_a_round_target_without_direction_is_the_same_upright():
