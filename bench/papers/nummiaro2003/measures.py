@@ -63,6 +63,8 @@ def scores(runs: pd.DataFrame) -> pd.DataFrame:
     every = pd.concat(pieces, ignore_index=True)
     # The knob of `plain/target` is a cloud's share of the light.
     every["light"] = [light if isinstance(light, str) else "even" for light in every["light"]]
+    if "noise" not in every:  # a knob of `plain/target`, which is tracked with --all alone
+        every["noise"] = nan
     every["tested"] = every["bridged"].notna().astype(float)
     every["all_other_frames"] = every["other_frames"] + every["waiting_frames"]
     for count in ("frames_inside", "success_frames", "first_loss"):

@@ -219,6 +219,7 @@ def test_counts_are_shares_of_the_length_and_scenes_are_set_side_by_side():
     assert set(frame["first_loss_percent"]) == {25.0}
     assert set(frame["light"]) == {"even"}  # what was a cloud's share
     assert set(frame["all_other_frames"]) == {4}
+    assert frame["noise"].isna().all()  # which claims name, though no such sequence was tracked
 
 
 def test_the_model_forgets_exponentially_and_entrances_are_counted_once():
