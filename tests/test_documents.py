@@ -74,7 +74,8 @@ def test_the_reader_of_the_recipe_reads(tmp_path):
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])
 def test_the_experiments_shown_can_be_planned(page, tmp_path):
     for number, block in enumerate(blocks(page, "toml")):
-        tomllib.loads(block)
+        if "sequences" not in tomllib.loads(block):  # an entry of a paper's file
+            continue
         file = tmp_path / f"shown{number}.toml"
         file.write_text(block)
         assert len(make_plan(read_experiment(file), Results(tmp_path / "none")))

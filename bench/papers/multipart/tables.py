@@ -7,9 +7,10 @@ from typing import Any
 
 import pandas as pd
 
+from bench.papers.cells import failed_words, median_quartiles
 from bench.papers.multipart.scenes import INITIAL, KEPT_SHARE
 from bench.papers.report import Context
-from bench.papers.tables import failed_words, median_quartiles, text_table
+from bench.papers.tables import text_table
 from reports.tables import MISSING, Table
 
 __all__ = ["readings_table", "scene_table", "table_1", "table_1_rows"]

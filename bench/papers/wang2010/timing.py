@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from bench.experiments.contestant import contestant
-from bench.papers.tables import number_words
+from bench.papers.cells import number_words
 from bench.papers.timed import failed_passes, timed_runs
 from bench.papers.wang2010.costs import (
     IMPLEMENTATIONS,

@@ -6,7 +6,7 @@ import pandas as pd
 
 import datasets
 from bench.experiments.contestant import contestant
-from bench.papers.runs import _sequence_labels, _together, _tracker_labels
+from bench.papers.runs import labels_of
 from datasets.text_form import format_text, parse_text
 
 
@@ -18,8 +18,7 @@ def made_runs(paper, effort):
             continue
         for text, source in product(experiment.trackers, experiment.sequences):
             label, name = contestant(text).label, canonical(source.text)
-            known = _sequence_labels(name, paper.description.apart)
-            labels = _together(_tracker_labels(label), known)
+            labels = labels_of(label, name, paper.description.apart)
             for repetition in range(experiment.repeated.get(text, experiment.repetitions)):
                 row = rows.setdefault((label, name, repetition), labels | {"experiments": ""})
                 row["experiments"] += f",{experiment.name},"

@@ -55,7 +55,7 @@ def scores(true):
     for sequence, scene in [*product((LIGHTS, COLOURED), range(20)), *product(CLIPS, range(8))]:
         name, knobs = parse_text(sequence)
         labels = _sequence_labels(
-            ":".join([name, *(f"{k}={v}" for k, v in knobs.items()), f"scene={scene}"]), ["lamps"]
+            ":".join([name, *(f"{k}={v}" for k, v in knobs.items()), f"scene={scene}"]), ("lamps",)
         )
         for tracker, trace in product(trackers, ("revised", "online")):
             features, raw = tracker["features"], tracker["report"] == "raw"

@@ -25,8 +25,8 @@ def test_the_axes_come_as_near_as_asked_in_widths_of_the_box(seed, distance):
     assert apart.argmin() == pytest.approx(75, abs=4)
     assert (sequence.visibility[:20] == 1).all()
     assert (sequence.visibility[-20:] == 1).all()
-    if distance == 0:
-        assert sequence.visibility.min() < 0.3
+    if distance == 0:  # hidden but for what sticks out beside a narrower second person
+        assert sequence.visibility.min() < 0.4
     if distance >= 2:
         assert (sequence.visibility == 1).all()
     assert sequence.present.all()
