@@ -1,22 +1,23 @@
 """The papers whose tables, figures and claims can be reproduced: one folder a paper.
 
-A paper's module offers what `Paper` names; `trackmark reproduce` knows nothing else of it.
+`paper.toml` and `claims.toml` say what is run, shown and claimed (`description.py`,
+`bench.claims`); `report.py` makes a report of it.
 """
 
-import importlib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
+from bench.experiments.experiment import ExperimentError, SequenceSource
 from bench.store.layout import Cell
 
 if TYPE_CHECKING:
+    from bench.papers.report import Paper
     from reports.tables import Table
 
-__all__ = ["Asked", "Effort", "Paper", "Report", "load_paper", "paper_names"]
+__all__ = ["Asked", "Effort", "Report", "load_paper", "paper_names"]
 
 FOLDER = Path(__file__).parent
 
@@ -96,35 +97,13 @@ Asked: TypeAlias = Mapping[str, Collection[Cell]]
 """Cells of the runs that this call asked for, by experiment; others may lie beside them."""
 
 
-class Paper(Protocol):
-    """What a reproduction offers."""
-
-    def experiments(self, effort: Effort) -> Sequence[Experiment]:
-        """Experiments to run, in order.
-
-        Raises `ExperimentError` for anything asked for that can be known to fail.
-        """
-        ...
-
-    def prepare(self, folder: Path, effort: Effort) -> None:
-        """Do what must be settled before any tracker runs; may do nothing.
-
-        `folder` is the one that the report goes to.
-        """
-        ...
-
-    def report(self, results: Path, folder: Path, effort: Effort, asked: Asked) -> Report:
-        """Judge the runs in `results` that were asked for now, write pictures into `folder`."""
-        ...
-
-
 def paper_names() -> list[str]:
     """Papers that can be reproduced; imports none."""
-    return sorted(file.parent.name for file in FOLDER.glob("*/__init__.py"))
+    return sorted(file.parent.name for file in FOLDER.glob("*/paper.toml"))
 
 
-def load_paper(name: str) -> Paper:
-    """Module of a paper.
+def load_paper(name: str) -> "Paper":
+    """A paper, of which `trackmark reproduce` knows no more than its class has.
 
     Raises
     ------
@@ -136,9 +115,7 @@ def load_paper(name: str) -> Paper:
         close = get_close_matches(name, known, n=1)
         hint = f" Did you mean {close[0]!r}?" if close else ""
         raise ExperimentError(f"unknown paper {name!r}.{hint} Known: {', '.join(known)}.")
-    if (FOLDER / name / "paper.toml").is_file():
-        from bench.papers.description import read_description
-        from bench.papers.report import DescribedPaper
+    from bench.papers.description import read_description
+    from bench.papers.report import Paper
 
-        return DescribedPaper(read_description(name))
-    return cast(Paper, importlib.import_module(f"bench.papers.{name}"))
+    return Paper(read_description(name))

@@ -1,6 +1,8 @@
 """Figures of a paper as its `[figure]` entries say: film strips, numbers over frames, curves."""
 
+import re
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -10,17 +12,20 @@ from numpy.typing import NDArray
 import datasets
 from bench.evaluation.record import Run
 from bench.metrics.centre_error import centre_error
+from bench.papers.context import Context
 from bench.papers.description import FigureEntry
-from bench.papers.report import Context
 from bench.statistics.intervals import wilson_interval
 from datasets.text_form import parse_text
 from reports.curves import curve_plot
-from reports.film_strip import film_strip
+from reports.figures import write_figure
+from reports.film_strip import film_strip, write_film_strip
 from reports.overlay import TRUTH
 from reports.palette import colours
 from reports.series import series_grid
 
-__all__ = ["Drawn", "draw_figure"]
+__all__ = ["Drawn", "draw_figure", "write_pictures"]
+
+_NUMBERED = re.compile(r"figure-(\d+)")
 
 Strip = NDArray[np.uint8]
 Drawn = Figure | Strip | None
@@ -166,3 +171,25 @@ def _share(runs: pd.DataFrame, measure: str) -> dict[str, float]:
     value = float(shares.mean())
     interval = wilson_interval(value, len(shares))
     return {"value": value, "low": interval.low, "high": interval.high}
+
+
+def write_pictures(folder: Path, plots: Mapping[str, Drawn]) -> list[Path]:
+    """Write plots and film strips as PNG into a folder, by their names; None is not written.
+
+    They come in the order of the paper's numbers (`figure-<number>` and what comes after it), our
+    own last.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for name, plot in plots.items():
+        file = folder / f"{name}.png"
+        if isinstance(plot, Figure):
+            paths.append(write_figure(file, plot))
+        elif plot is not None:
+            paths.append(write_film_strip(file, plot))
+    return sorted(paths, key=_place)
+
+
+def _place(path: Path) -> tuple[bool, int, str]:
+    found = _NUMBERED.match(path.stem)
+    return found is None, int(found[1]) if found else 0, path.stem

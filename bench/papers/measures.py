@@ -36,7 +36,7 @@ class Course:
     trace : str
         Which of the boxes are meant.
     scores : mapping of str to float
-        What is known of them already: see `bench.papers.scores.counts_of`.
+        What is known of them already: see `bench.papers.runs.tidy_runs`.
     """
 
     run: Run

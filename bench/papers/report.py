@@ -1,173 +1,37 @@
-"""From stored runs and what was measured on the scenes to a paper's report."""
+"""A paper as its folder describes it: what is run, and the report of what came out."""
 
-import importlib
 import os
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
-import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from bench.claims.conclusion import Conclusion
 from bench.claims.evaluation import NOT_RUN, judge_all
-from bench.claims.findings import Check
-from bench.claims.kinds import Value
-from bench.claims.ledger import Claim, read_claims
+from bench.claims.ledger import read_claims
 from bench.claims.readings import Readings
-from bench.claims.sides import Table as Lookup
-from bench.evaluation.record import Run
-from bench.experiments.contestant import contestant
-from bench.experiments.experiment import Experiment, ExperimentError
+from bench.experiments.experiment import Experiment
 from bench.papers import Asked, Effort, Report
+from bench.papers.context import Context, hook, own_module, part_of
 from bench.papers.description import Description, TableEntry
-from bench.papers.drawing import write_pictures
-from bench.papers.measures import Course, known_series
+from bench.papers.figures import Drawn, draw_figure, write_pictures
 from bench.papers.recorded import Recorded, read_published
 from bench.papers.runs import tidy_runs
-from bench.papers.scene_checks import SceneCheck, measured_on_scenes
+from bench.papers.scenes import measured_on_scenes
 from bench.papers.selection import affordable, with_recorded
-from bench.papers.stored import StoredRuns
 from bench.papers.tables import beside_ours, make_table, text_table
-from bench.papers.timed import failed_passes, undisturbed_lacking
-from bench.papers.wording import Wording
-from bench.store.truth import StoredTruth
-from datasets.text_form import format_text, parse_text
+from bench.papers.timing import failed_passes, undisturbed_lacking
+from datasets.text_form import parse_text
 from reports.ledger import ledger_table
 from reports.tables import MISSING, Table
-from trackers import TrackerError
 
-__all__ = ["Context", "DescribedPaper"]
-
-
-@dataclass(frozen=True)
-class Context:
-    """What is known of a reproduction, for tables, figures and a paper's own functions.
-
-    Attributes
-    ----------
-    description : Description
-        Of the paper.
-    claims : mapping of str to Claim
-        Its ledger.
-    results, folder : Path
-        Folder of all experiments, and that of the report.
-    effort : Effort
-        How much was asked for.
-    asked : mapping of str to collection of Cell
-        Runs that are meant, by experiment.
-    scores : DataFrame
-        See `bench.papers.runs.tidy_runs`; `experiments` (names between commas), `copied`.
-    tables : dict of str to DataFrame
-        What was measured beside the runs, by name.
-    conclusions : list of Conclusion
-        Of all claims, once they are judged.
-    """
-
-    description: Description
-    claims: Mapping[str, Claim]
-    results: Path
-    folder: Path
-    effort: Effort
-    asked: Asked
-    scores: pd.DataFrame
-    tables: dict[str, pd.DataFrame] = field(default_factory=dict)
-    conclusions: list[Conclusion] = field(default_factory=list)
-
-    @property
-    def readings(self) -> Readings:
-        """Of the ledger."""
-        return next(iter(self.claims.values())).readings
-
-    @cached_property
-    def stored(self) -> StoredRuns:
-        """Runs themselves."""
-        return StoredRuns(self.results, self.asked)
-
-    @cached_property
-    def lookup(self) -> Lookup:
-        """The scores, to look trackers up in."""
-        return Lookup(self.scores, self.readings)
-
-    @property
-    def wording(self) -> Wording:
-        """Words of trackers and settings."""
-        return Wording(self.description)
-
-    def text_of(
-        self, tracker: str, sequence: str, further: Mapping[str, Value] | None = None
-    ) -> str | None:
-        """A tracker's text form with what is usual on a sequence; None for what there is not."""
-        name, own = parse_text(tracker)
-        usual = self.readings.usual.get(sequence, {}).get(name, {})
-        text = format_text(name, {**usual, **(further or {}), **own})
-        try:
-            return contestant(text).label
-        except TrackerError:
-            return None
-
-    def series(self, name: str, run: Run, truth: StoredTruth, sequence: str) -> NDArray[np.float64]:
-        """A series of a run by frame."""
-        course = Course(run, truth, sequence, self.description.tolerance)
-        return known_series(name, further(self.description.name, "SERIES"))(course)
-
-    def across(
-        self, tracker: str, sequence: str, further: Mapping[str, Value], parameter: str
-    ) -> pd.DataFrame:
-        """Runs of a tracker with any value of a parameter, where there are several."""
-        name, own = parse_text(tracker)
-        numbers = self.scores.loc[self.scores["tracker"] == name, parameter].dropna().unique()
-        pieces = [
-            self.lookup.runs(name, {**further, **own, parameter: _short(number)}, [sequence])
-            for number in sorted(numbers)
-        ]
-        found = pd.concat(pieces) if pieces else self.scores.iloc[:0]
-        return found if len(found[parameter].unique()) > 1 else found.iloc[:0]
+__all__ = ["Paper"]
 
 
-def _short(number: Any) -> Any:
-    return int(number) if float(number).is_integer() else float(number)
-
-
-def _module(paper: str, name: str) -> ModuleType | None:
-    """A module of a paper's own; None where it has none."""
-    if not (Path(__file__).parent / paper / f"{name}.py").is_file():
-        return None
-    return importlib.import_module(f"bench.papers.{paper}.{name}")
-
-
-def further(paper: str, name: str, module: str = "measures") -> Any:
-    """Something of a paper's own module; empty where it has none."""
-    return getattr(_module(paper, module), name, {})
-
-
-def hook(paper: str, name: str) -> Callable[[Context], Any]:
-    """A paper's own function, by `module.function`.
-
-    Raises
-    ------
-    ExperimentError
-        Where there is none.
-    """
-    module, _, function = name.rpartition(".")
-    found = getattr(_module(paper, module), function, None)
-    if found is None:
-        raise ExperimentError(f"bench/papers/{paper}/paper.toml: there is no function {name!r}.")
-    return found  # type: ignore[no-any-return]  # a module's
-
-
-class DescribedPaper:
-    """A paper whose `paper.toml` says what is run and shown; see `bench.papers.Paper`.
-
-    Parameters
-    ----------
-    description : Description
-        What it says.
-    """
+class Paper:
+    """What `trackmark reproduce` runs and reports, as a paper's `paper.toml` says it."""
 
     def __init__(self, description: Description) -> None:
         self.description = description
@@ -183,7 +47,13 @@ class DescribedPaper:
         return Recorded(name=name, title=entry.title, trackers=entry.trackers, others=entry.others)
 
     def experiments(self, effort: Effort) -> Sequence[Experiment]:
-        """See `bench.papers.Paper`."""
+        """Experiments to run, in order.
+
+        Raises
+        ------
+        ExperimentError, SequenceError
+            For anything asked for that can be known to fail.
+        """
         entry = self.description.experiments
         names = entry.always + (entry.all if effort.everything else ())
         if effort.quick:
@@ -200,51 +70,60 @@ class DescribedPaper:
         return affordable([full(name) for name in names], effort, scenes, entry.quick_knobs)
 
     def prepare(self, folder: Path, effort: Effort) -> None:
-        """See `bench.papers.Paper`: measures on scenes what no run shows."""
+        """Measure on scenes what no run shows, before any tracker runs; the report's folder."""
         self._on_scenes(folder, effort)
 
     def report(self, results: Path, folder: Path, effort: Effort, asked: Asked) -> Report:
-        """See `bench.papers.Paper`."""
+        """Judge the runs in `results` that were asked for now, write pictures into `folder`."""
         name = self.description.name
         timed = [self.description.experiment(one) for one in self.description.experiments.timed]
         left = {*timed, self.recorded.name if self.recorded else ""}
         scores = self._scores(results, {k: v for k, v in asked.items() if k not in left})
         measured = self._on_scenes(folder, effort)
-        if gate := further(name, "kept", "scenes"):
+        if gate := part_of(name, "kept", "scenes"):
             scores["kept_scene"] = scores["name"].map(gate(measured)).fillna(True).astype(bool)
         context = Context(
             self.description, self.claims, results, folder, effort, asked, scores, measured
         )
         for module in ("timing", "measures"):
-            tables = further(name, "tables", module)
+            tables = part_of(name, "tables", module)
             context.tables.update(tables(context) if tables else {})
-        checks = further(name, "CHECKS") or dict[str, Check]()
+        checks = part_of(name, "CHECKS")
         context.conclusions.extend(judge_all(self.claims, context.scores, context.tables, checks))
-        published = further(name, "published")
-        from bench.papers.figures import draw_figure  # which needs `Context`
-
-        plots: dict[str, Any] = {}
-        for figure, entry in self.description.figure.items():
-            made = hook(name, entry.hook)(context) if entry.hook else draw_figure(entry, context)
-            plots |= made if isinstance(made, dict) else {figure: made}
-        failed = [
-            line
-            for one in timed
-            if one in asked
-            for told in (failed_passes, undisturbed_lacking)
-            for line in told(results / one, asked[one])
-        ]
-        pictures = write_pictures(folder, plots)
+        plots = self._plots(context)
+        published = part_of(name, "published")
         tables, rows = self._tables(context), published(context) if published else []
         return Report(
             title=self.description.title,
-            remarks=self._remarks(scores, effort, plots, failed),
+            remarks=[*self._remarks(scores, effort, plots), *self._disturbances(context)],
             tables=tables,
             rows=rows,
             claims=[one.for_json() for one in context.conclusions],
-            pictures=pictures,
+            pictures=write_pictures(folder, plots),
             main=self._main(tables, rows),
         )
+
+    def _plots(self, context: Context) -> dict[str, Drawn]:
+        """Figures by name; None for one that there are no runs for."""
+        plots: dict[str, Drawn] = {}
+        for name, entry in self.description.figure.items():
+            if entry.hook:
+                made = hook(self.description.name, entry.hook)(context)
+            else:
+                made = draw_figure(entry, context)
+            plots |= made if isinstance(made, dict) else {name: made}
+        return plots
+
+    def _disturbances(self, context: Context) -> list[str]:
+        """What of the timing runs failed, or was disturbed."""
+        names = map(self.description.experiment, self.description.experiments.timed)
+        return [
+            line
+            for one in names
+            if one in context.asked
+            for told in (failed_passes, undisturbed_lacking)
+            for line in told(context.results / one, context.asked[one])
+        ]
 
     def _main(self, tables: Sequence[Table], rows: Sequence[Mapping[str, Any]]) -> Table | None:
         """What a reader of the paper looks for first: its numbers beside ours, or a table."""
@@ -256,7 +135,7 @@ class DescribedPaper:
     def _scores(self, results: Path, asked: Asked) -> pd.DataFrame:
         """All runs once, and what they are copies of; `experiments` says where they stand."""
         name = self.description.name
-        series, of_run = further(name, "SERIES"), further(name, "of_run") or None
+        series, of_run = part_of(name, "SERIES"), part_of(name, "of_run") or None
         pieces = [
             tidy_runs(results / one, cells, self.description, series, of_run).assign(
                 experiments=f",{one},"
@@ -268,12 +147,12 @@ class DescribedPaper:
         # Several experiments have some runs; equal text means equal boxes.
         runs["experiments"] = runs.groupby(keys, sort=False)["experiments"].transform("".join)
         runs = runs.drop_duplicates(keys, ignore_index=True).assign(copied=False)
-        more = further(name, "scores")
+        more = part_of(name, "scores")
         return more(runs) if more else runs
 
     def _on_scenes(self, folder: Path, effort: Effort) -> dict[str, pd.DataFrame]:
         name = self.description.name
-        module, entry = _module(name, "scenes"), self.description.scenes
+        module, entry = own_module(name, "scenes"), self.description.scenes
         if module is None or entry is None:
             return {}
         asked = {*self.description.experiments.always}
@@ -287,11 +166,9 @@ class DescribedPaper:
         jobs = effort.jobs or os.cpu_count() or 1
         if hasattr(module, "measured"):  # in its own way
             return dict(module.measured(names, folder, jobs))
-        checks: Sequence[SceneCheck] = module.CHECKS
-        source = Path(str(module.__file__))
         return measured_on_scenes(
-            checks,
-            source,
+            module.CHECKS,
+            Path(str(module.__file__)),
             names,
             folder,
             jobs,
@@ -319,7 +196,7 @@ class DescribedPaper:
         return tables
 
     def _remarks(
-        self, scores: pd.DataFrame, effort: Effort, plots: Mapping[str, Any], timed: Sequence[str]
+        self, scores: pd.DataFrame, effort: Effort, plots: Mapping[str, Drawn]
     ) -> list[str]:
         gated = scores[["name", "sequence", "kept_scene"]].drop_duplicates()
         kept = gated[gated["kept_scene"]]
@@ -341,7 +218,7 @@ class DescribedPaper:
                 f"FAILED: {len(failed)} of {(~scores['copied']).sum()} runs. Tables show them; a "
                 "verdict leaves out the scenes in which a run that it compares failed."
             )
-        return [*remarks, *(f"failed: {line}" for line in failed["failure"]), *timed]
+        return [*remarks, *(f"failed: {line}" for line in failed["failure"])]
 
 
 def _made(key: str, entry: TableEntry, context: Context, paper: str) -> list[Table]:

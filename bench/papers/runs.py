@@ -1,4 +1,4 @@
-"""Stored runs of a paper's experiments as one tidy frame, a row a run and trace."""
+"""Stored runs of a paper's experiments: as one tidy frame, and one by one."""
 
 import json
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -11,24 +11,28 @@ import pandas as pd
 
 import datasets
 from bench.claims.sides import SETTLED, run_key
-from bench.evaluation.record import Trace
+from bench.evaluation.record import Run, Trace
 from bench.experiments.contestant import contestant
+from bench.papers import Asked
 from bench.papers.description import Description
 from bench.papers.measures import Course, Series, measured
-from bench.papers.scores import counts_of, runs_of
-from bench.store.layout import Cell
-from bench.store.loading import as_revised
+from bench.store.files import ResultsError
+from bench.store.layout import Cell, run_path
+from bench.store.loading import as_revised, load_results
 from bench.store.results import Results
 from bench.store.truth import StoredTruth, read_truth
 from datasets.text_form import format_text, parse_text
 
-__all__ = ["OfRun", "as_run", "labels_of", "tidy_runs"]
+__all__ = ["OfRun", "StoredRuns", "as_run", "labels_of", "over_frames", "tidy_runs"]
 
 OfRun = Callable[[Course], Mapping[str, float]]
 """What a paper's own `of_run` measures of a run."""
 
 _GENERAL = {"scene": 0, "light": "even"}
 """What is said of sequences that have no such knob."""
+
+_SCORES = ("success_frames", "frames_inside", "first_loss", "mean_overlap")
+_CELL = ["tracker", "sequence", "repetition", "protocol"]
 
 
 def tidy_runs(
@@ -55,18 +59,23 @@ def tidy_runs(
     -------
     DataFrame
         Of the tracker `text` (label), `tracker` (name), `preset`, `init`, `settled` (what runs are
-        matched by) and every parameter, one of the same name as a knob as `tracker.<name>`; of the
-        sequence `name` (canonical), `sequence` (without variant, but with the knobs that set it
-        apart), `scene`, `light` and every knob; `trace`; what `bench.papers.scores.counts_of`
-        gives, the scores of the results, and what was measured (NaN for a failed run);
-        `kept_scene`, true of all.
+        matched by) and every parameter, one of the same name as a knob as `tracker.<name>`.
+
+        Of the sequence `name` (canonical), `sequence` (without variant, but with the knobs that
+        set it apart), `scene`, `light` and every knob; `kept_scene`, true of all.
+
+        Of the run `trace`, `repetition`, `frames` (length with the given first frame),
+        `success_frames` and `frames_inside` (both count the given frame), `first_loss` (frames
+        before the loss), `mean_overlap`, the other scores of the results, and what was measured
+        (NaN for a failed run); `path`, and `failure` (a line that names the run and says why it
+        failed; empty for others).
 
     Raises
     ------
     ResultsError
-        Where a run is missing or stale.
+        Where a run is missing or stale: no verdict is passed on what is left.
     """
-    online = runs_of(folder, cells)
+    online = _complete(folder, cells)
     revised = as_revised(online) if description.traces else None
     by_trace = {"online": online, "revised": online if revised is None else revised}
     names = zip(online["tracker"], online["sequence"], strict=True)
@@ -74,7 +83,7 @@ def tidy_runs(
     pieces = []
     for trace in description.traces or ("online",):
         runs = by_trace[trace].reset_index(drop=True)
-        counts = counts_of(folder, runs)
+        counts = _counts(folder, runs)
         further = runs[[column for column in runs if runs[column].dtype.kind == "f"]]
         further = further.drop(columns=[name for name in further if name in (*counts, *known)])
         measures = _measures(folder, known, counts, trace, description, series, of_run)
@@ -85,14 +94,9 @@ def tidy_runs(
 
 
 def labels_of(tracker: str, sequence: str, apart: Sequence[str] = ()) -> dict[str, Any]:
-    """Columns of `tidy_runs` that say what was run on what.
+    """Columns of `tidy_runs` that say what was run on what, of two text forms.
 
-    Parameters
-    ----------
-    tracker, sequence : str
-        Text forms.
-    apart : sequence of str
-        Knobs that set a sequence apart.
+    The knobs `apart` set a sequence apart.
     """
     of_tracker, knobs = _tracker_labels(tracker), _sequence_labels(sequence, tuple(apart))
     own = {key if key not in knobs else f"tracker.{key}": of_tracker[key] for key in of_tracker}
@@ -148,6 +152,44 @@ def _sequence_labels(text: str, apart: tuple[str, ...]) -> dict[str, Any]:
     return {"name": text, "sequence": format_text(name, told), **_GENERAL, **knobs}
 
 
+def _complete(folder: Path, cells: Collection[Cell] | None) -> pd.DataFrame:
+    """Runs of an experiment, finished or failed, as `load_results` gives them."""
+    runs = load_results(folder, cells)
+    lacking = runs[~runs["status"].isin(["finished", "failed"])]
+    if len(lacking):
+        first = lacking.iloc[0]
+        raise ResultsError(
+            f"{folder}: {len(lacking)} of {len(runs)} runs are {first['status']}, the first "
+            f"{first['tracker']} on {first['sequence']}, repetition {first['repetition']}. "
+            "Run `trackmark reproduce` again; `trackmark results list` shows them."
+        )
+    return runs
+
+
+def _counts(folder: Path, runs: pd.DataFrame) -> pd.DataFrame:
+    """What is known of every run; see `tidy_runs`."""
+    scores = {name: runs.get(name, pd.Series(np.nan, runs.index)).to_numpy() for name in _SCORES}
+    return pd.DataFrame(
+        {
+            "repetition": runs["repetition"].to_numpy(),
+            "frames": runs["frames"].to_numpy(np.int64),
+            "success_frames": scores["success_frames"] + 1,
+            "frames_inside": scores["frames_inside"] + 1,
+            "first_loss": scores["first_loss"],
+            "mean_overlap": scores["mean_overlap"],
+            "path": [str(folder / run_path(*cell)) for cell in runs[_CELL].itertuples(index=False)],
+            "failure": [_failure(run) for _, run in runs.iterrows()],
+        }
+    )
+
+
+def _failure(run: "pd.Series[Any]") -> str:
+    if not run["failure"]:
+        return ""
+    reason = str(run["failure"]).partition("\n")[0]
+    return f"{run['tracker']} on {run['sequence']}, repetition {run['repetition']}: {reason}"
+
+
 def _measures(
     folder: Path,
     known: pd.DataFrame,
@@ -180,3 +222,85 @@ def _measures(
         rows.append(found | dict(of_run(course) if of_run else {}))
     frame = pd.DataFrame(rows, index=counts.index)
     return frame.reindex(columns=[*frame]).astype(np.float64)
+
+
+class StoredRuns:
+    """Finished runs that this call asked for.
+
+    Parameters
+    ----------
+    results : Path
+        Folder of all experiments.
+    asked : mapping of str to collection of Cell
+        Runs that are meant, by experiment.
+    """
+
+    def __init__(self, results: Path, asked: Asked) -> None:
+        self._results, self._asked = results, asked
+        self._listed = cache(self._list)
+
+    def of(self, experiment: str, sequence: str, tracker: str) -> list[Run]:
+        """Runs on a sequence, in order of their repetitions; none where none was asked for.
+
+        Parameters
+        ----------
+        experiment : str
+            Name.
+        sequence : str
+            Canonical name.
+        tracker : str
+            Text form.
+        """
+        label = contestant(tracker).label
+        runs = self._listed(experiment)
+        runs = runs[(runs["tracker"] == label) & (runs["sequence"] == sequence)]
+        results = Results(self._results / experiment)
+        places = runs.sort_values("repetition")[_CELL]
+        return [
+            results.read(results.folder / run_path(*place))
+            for place in places.itertuples(index=False, name=None)
+        ]
+
+    def read(self, path: str) -> Run:
+        """A run by its file, as `path` among the scores says."""
+        file = Path(path)
+        return Results(file.parent.parent.parent).read(file)
+
+    def sequences(self, experiment: str) -> list[str]:
+        """Canonical names of the sequences that there are runs on, in the order of the runs."""
+        return [str(name) for name in self._listed(experiment)["sequence"].unique()]
+
+    def truth(self, experiment: str, run: Run) -> StoredTruth:
+        """Truth that a run was made with."""
+        key = run.identity
+        return read_truth(self._results / experiment, key.sequence, key.fingerprint)
+
+    def _list(self, experiment: str) -> pd.DataFrame:
+        if experiment not in self._asked:
+            return pd.DataFrame(columns=_CELL)
+        runs = load_results(self._results / experiment, self._asked[experiment])
+        return runs[runs["status"] == "finished"]
+
+
+def over_frames(runs: Mapping[str, list[Run]], *details: str) -> pd.DataFrame:
+    """Details of runs, a row a frame in which the tracker said something.
+
+    Parameters
+    ----------
+    runs : mapping of str to list of Run
+        By label.
+    *details : str
+        Names.
+
+    Returns
+    -------
+    DataFrame
+        `label`, `repetition`, `frame` and the details.
+    """
+    pieces = [pd.DataFrame(columns=["label", "repetition", "frame", *details])]
+    for label, repetitions in runs.items():
+        for run in repetitions:
+            columns = {name: run.details[name] for name in details}
+            rows = pd.DataFrame({"label": label, "repetition": run.identity.repetition} | columns)
+            pieces.append(rows.assign(frame=np.arange(len(rows))).dropna())
+    return pd.concat(pieces[1:] or pieces, ignore_index=True)

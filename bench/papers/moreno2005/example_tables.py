@@ -34,7 +34,6 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import trackers
-from bench.papers.examination import kept_tables
 from bench.papers.moreno2005.example import (
     FILTERS,
     FRAMES,
@@ -46,6 +45,7 @@ from bench.papers.moreno2005.example import (
     course,
     estimates,
 )
+from bench.papers.scenes import kept_tables
 from bench.statistics.intervals import mean_interval
 from datasets.source_digest import source_digest
 from trackers.contours.chain import Hypotheses

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 import datasets
 from bench.evaluation.record import Run
+from bench.papers.context import Context
 from bench.papers.moreno2005.example import (
     COLOUR,
     COLOURS,
@@ -30,8 +31,7 @@ from bench.papers.moreno2005.stages import (
     step_of,
     true_contour,
 )
-from bench.papers.report import Context
-from bench.papers.short_runs import runs
+from bench.papers.scenes import short_runs
 from bench.statistics.intervals import mean_interval
 from reports.colour_space import path_plot
 from reports.curves import curve_plot
@@ -234,7 +234,7 @@ def film_strips(context: Context) -> dict[str, Strip | None]:
             if all(runs_of):
                 pictures[ending] = texts
         wanted = [text for texts in pictures.values() for text in texts.values()]
-        made = dict(zip(wanted, runs(sequence, wanted), strict=True)) if wanted else {}
+        made = dict(zip(wanted, short_runs(sequence, wanted), strict=True)) if wanted else {}
         for ending, texts in pictures.items():
             found = {label: made[text] for label, text in texts.items()}
             strips[f"figure-{number}{ending}"] = _strip(sequence, found, number)

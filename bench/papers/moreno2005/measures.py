@@ -9,11 +9,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.experiments.contestant import contestant
+from bench.papers.context import Context
 from bench.papers.measures import Course
 from bench.papers.moreno2005 import example_tables
-from bench.papers.report import Context
 from bench.papers.runs import as_run
-from bench.papers.timed import frame_times
+from bench.papers.timing import frame_times
 from datasets.text_form import format_text, parse_text
 
 __all__ = ["SERIES", "deviations", "of_run", "patches", "scores", "tables"]

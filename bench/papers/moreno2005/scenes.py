@@ -30,8 +30,7 @@ from numpy.typing import NDArray
 import datasets
 from bench.evaluation.record import Run
 from bench.metrics.regions import contour_accuracy, region_similarity
-from bench.papers.scene_checks import SceneCheck
-from bench.papers.short_runs import runs
+from bench.papers.scenes import SceneCheck, short_runs
 from datasets.interface import Image, Mask
 from trackers.contours.discriminant import discriminant_basis
 from trackers.contours.mixture import Mixture, fitted
@@ -83,7 +82,7 @@ def masks(sequence: datasets.Sequence, quick: bool) -> dict[str, pd.DataFrame]:
     """`mo-11`: what the shape makes of the colours' posterior map, by contrast."""
     if quick:
         sequence = sequence[:QUICK_FRAMES]
-    made = runs(sequence, [f"moreno2005:preset={preset}" for preset in PRESETS])
+    made = short_runs(sequence, [f"moreno2005:preset={preset}" for preset in PRESETS])
     tables = [
         by_contrast(frame_rows(sequence, run)).assign(preset=preset)
         for preset, run in zip(PRESETS, made, strict=True)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import datasets
 from bench.experiments.contestant import contestant, run_seed
 from bench.metrics.regions import region_similarity
-from bench.papers.report import Context
+from bench.papers.context import Context
 from datasets.interface import Image, Mask
 from reports.colour_space import ColourModel, Gaussians, colour_model_plot
 from reports.hypotheses import Palette, hypotheses_plot

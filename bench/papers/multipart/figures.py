@@ -5,7 +5,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import datasets
-from bench.papers.report import Context
+from bench.papers.context import Context
 from reports.film_strip import evenly_spaced, film_strip
 from reports.overlay import TRUTH
 

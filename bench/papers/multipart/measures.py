@@ -11,10 +11,10 @@ import bench
 import datasets
 from bench.claims.findings import Check, Evidence, Finding
 from bench.claims.measuring import CELL
+from bench.papers.context import Context
 from bench.papers.measures import Course
 from bench.papers.multipart.scenes import THRESHOLD, Appearance, states_of
 from bench.papers.multipart.timing import kernel_pairs
-from bench.papers.report import Context
 from bench.papers.runs import as_run
 from bench.statistics.separation import auc, error_share, zero_error_thresholds
 from bench.statistics.verdicts import (

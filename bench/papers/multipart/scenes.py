@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 import datasets
 from bench.evaluation.reference import reference
-from bench.papers.examination import examined
+from bench.papers.scenes import examined
 from bench.store.files import write_atomically
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame

@@ -8,8 +8,8 @@ from typing import Any
 import pandas as pd
 
 from bench.papers.cells import failed_words, median_quartiles
+from bench.papers.context import Context
 from bench.papers.multipart.scenes import INITIAL, KEPT_SHARE
-from bench.papers.report import Context
 from bench.papers.tables import text_table
 from reports.tables import MISSING, Table
 

@@ -9,9 +9,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import datasets
-from bench.papers.report import Context
+from bench.papers.context import Context
 from bench.papers.tables import text_table
-from bench.papers.timed import failed_passes, frame_times
+from bench.papers.timing import failed_passes, frame_times
 from datasets.text_form import parse_text
 from reports.tables import MISSING, Table
 from trackers.base.interface import Image

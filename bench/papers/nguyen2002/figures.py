@@ -12,8 +12,8 @@ import datasets
 from bench.claims.sides import run_key
 from bench.evaluation.record import Run, Trace
 from bench.metrics.overlap import overlap
+from bench.papers.context import Context
 from bench.papers.nguyen2002.events import hidden_in
-from bench.papers.report import Context
 from bench.store.truth import StoredTruth
 from reports.curves import roc_plot
 from reports.film_strip import film_strip

@@ -16,9 +16,9 @@ from bench.evaluation.record import Run, Trace
 from bench.metrics.centre_error import centres
 from bench.metrics.native import SUCCESS_OVERLAP, native
 from bench.metrics.overlap import overlap
+from bench.papers.context import Context
 from bench.papers.measures import Course
 from bench.papers.nguyen2002.events import CLEAR, Declared, declared_in, hidden_in
-from bench.papers.report import Context
 from bench.statistics.intervals import mean_interval
 from bench.store.truth import StoredTruth
 from datasets import Sequence

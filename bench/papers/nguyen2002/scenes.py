@@ -21,9 +21,7 @@ from bench.papers.nguyen2002 import occlusions, templates
 from bench.papers.nguyen2002.events import declared_in
 from bench.papers.nguyen2002.follower import FEATURES, Follower, true_pose
 from bench.papers.nguyen2002.made_up import clear_frames, mask_in, wholly_seen
-from bench.papers.scene_checks import SceneCheck
-from bench.papers.short_runs import runs
-from bench.papers.views import with_noise
+from bench.papers.scenes import SceneCheck, short_runs, with_noise
 from datasets.interface import Frames
 from trackers.base.interface import Box, Image
 from trackers.templates.features import Features, features_of
@@ -196,7 +194,7 @@ def sensor(sequence: datasets.Sequence, quick: bool) -> Tables:
     for deviation in DEVIATIONS:
         noisy = part[:]
         noisy.frames = Noisy(part.frames, deviation)
-        for features, run in zip(chosen, runs(noisy, texts), strict=True):
+        for features, run in zip(chosen, short_runs(noisy, texts), strict=True):
             declared = 100 * len(declared_in(run)) / frames
             for trace in get_args(Trace):
                 shared = float(overlap(part.boxes, run.boxes_in(trace)).mean())

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from bench.experiments.contestant import contestant
-from bench.papers.report import Context
+from bench.papers.context import Context
 from bench.store.layout import run_path
 from bench.store.loading import load_results
 from bench.store.results import Results

@@ -27,7 +27,7 @@ from bench.papers.nummiaro2003.ellipses import (
     shown,
     spaced,
 )
-from bench.papers.views import with_gain, with_noise
+from bench.papers.scenes import with_gain, with_noise
 from datasets import Sequence
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame

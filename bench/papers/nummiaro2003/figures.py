@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 import datasets
 from bench.evaluation.record import Run
+from bench.papers.context import Context
 from bench.papers.nummiaro2003.courses import GONE, HIDDEN
 from bench.papers.nummiaro2003.particles import begun_empty
-from bench.papers.report import Context
-from bench.papers.stored import StoredRuns, over_frames
+from bench.papers.runs import StoredRuns, over_frames
 from datasets import Sequence
 from datasets.text_form import format_text
 from reports.samples import Placed, Surface, Track, placement_plot, surface_plot, trajectory_plot

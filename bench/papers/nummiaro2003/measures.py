@@ -9,8 +9,8 @@ import pandas as pd
 
 from bench.claims.findings import Check, Evidence, Finding
 from bench.claims.measuring import CELL
+from bench.papers.context import Context
 from bench.papers.nummiaro2003.courses import of_run
-from bench.papers.report import Context
 from bench.papers.runs import as_run
 from bench.statistics.verdicts import check, order
 from trackers.histograms.ellipses import EllipseCounts

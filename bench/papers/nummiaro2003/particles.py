@@ -27,7 +27,7 @@ from bench.papers.nummiaro2003.ellipses import (
     first_model,
     grid,
 )
-from bench.papers.short_runs import runs
+from bench.papers.scenes import short_runs
 from datasets import Sequence, SequenceError
 from datasets.synthetic.nummiaro2003 import entries
 from trackers.base.interface import Estimate, Image
@@ -77,7 +77,7 @@ def maximum(sequence: Sequence, quick: bool) -> Tables:
         return {}
     rows, surfaces, particles = [], [], []
     texts = [f"{NAME}:preset={preset}:model_update=false" for preset in PRESETS]
-    for preset, run in zip(PRESETS, runs(part, texts), strict=True):
+    for preset, run in zip(PRESETS, short_runs(part, texts), strict=True):
         for frame in frames:
             surface = _surface(part, run, model, frame)
             labels: dict[str, Any] = {"preset": preset, "frame": frame}

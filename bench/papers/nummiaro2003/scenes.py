@@ -10,7 +10,7 @@ from bench.papers.nummiaro2003.appearance import (
 )
 from bench.papers.nummiaro2003.mixture import one_of_two_colours
 from bench.papers.nummiaro2003.particles import entrance, kick_offs, maximum, own_models
-from bench.papers.scene_checks import SceneCheck
+from bench.papers.scenes import SceneCheck
 
 __all__ = ["CHECKS"]
 

@@ -15,10 +15,9 @@ import pandas as pd
 from numba import njit
 
 import trackers
-from bench.papers.in_turns import Update, beginning, in_turns, slope
+from bench.papers.context import Context
 from bench.papers.nummiaro2003.plain import PlainFilter
-from bench.papers.report import Context
-from bench.papers.timed import frame_times
+from bench.papers.timing import Update, beginning, frame_times, in_turns, slope
 from trackers.base.interface import Box, Image
 from trackers.base.particles import normalised
 from trackers.base.sharing import SharedFrame

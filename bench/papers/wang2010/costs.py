@@ -15,7 +15,7 @@ import pandas as pd
 
 import trackers
 from bench.metrics.times import DISTURBED_RATIO
-from bench.papers.in_turns import Update, beginning, in_turns, slope
+from bench.papers.timing import Update, beginning, in_turns, slope
 from bench.papers.wang2010.plain import (
     PlainCamShift,
     PlainImprovedCamShift,
@@ -205,7 +205,7 @@ def particle_slopes(times: pd.DataFrame) -> pd.DataFrame:
     -------
     DataFrame
         A row a method and implementation: `method`, `implementation`, and of
-        `bench.papers.in_turns.slope` `slope`, `lower_limit`, `upper_limit`, `r_squared`.
+        `bench.papers.timing.slope` `slope`, `lower_limit`, `upper_limit`, `r_squared`.
     """
     groups = times.groupby(["method", "implementation"], sort=False)
     lines = [

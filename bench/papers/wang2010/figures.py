@@ -3,7 +3,7 @@
 from matplotlib.figure import Figure
 
 import datasets
-from bench.papers.report import Context
+from bench.papers.context import Context
 from bench.papers.wang2010.plain import PlainImprovedCamShift
 from reports.curves import curve_plot
 from reports.maps import Panel, map_plot

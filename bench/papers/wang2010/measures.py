@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from bench.claims.findings import Check, Evidence, Finding
 from bench.claims.sides import Table
 from bench.metrics.centre_error import centre_error
+from bench.papers.context import Context
 from bench.papers.measures import Course
-from bench.papers.report import Context
 from bench.papers.runs import as_run
 from bench.papers.wang2010.timing import time_rows
 from bench.statistics.verdicts import LEAST_CELLS, Verdict, check, undecided

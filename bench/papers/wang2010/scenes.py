@@ -1,6 +1,6 @@
 """What no run of a tracker shows, measured on the scenes and in short runs; see `checks`."""
 
-from bench.papers.scene_checks import SceneCheck
+from bench.papers.scenes import SceneCheck
 from bench.papers.wang2010.checks import (
     averaging,
     camera,

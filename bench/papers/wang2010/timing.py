@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from bench.experiments.contestant import contestant
 from bench.papers.cells import number_words
-from bench.papers.timed import failed_passes, timed_runs
+from bench.papers.timing import failed_passes, frame_times
 from bench.papers.wang2010.costs import (
     IMPLEMENTATIONS,
     METHODS,
@@ -25,12 +25,12 @@ from bench.store.layout import Cell as StoredCell
 from reports.tables import MISSING, Cell, Table
 
 if TYPE_CHECKING:
-    from bench.papers.report import Context
+    from bench.papers.context import Context
 
 __all__ = [
     "PUBLISHED",
-    "frame_times",
     "measured_times",
+    "method_frames",
     "method_table",
     "particle_table",
     "tables",
@@ -55,7 +55,7 @@ WORDS = {
 }
 
 
-def frame_times(folder: Path, cells: Collection[StoredCell] | None = None) -> pd.DataFrame:
+def method_frames(folder: Path, cells: Collection[StoredCell] | None = None) -> pd.DataFrame:
     """CPU seconds of every frame of the timing runs that no load disturbed.
 
     Returns
@@ -68,23 +68,8 @@ def frame_times(folder: Path, cells: Collection[StoredCell] | None = None) -> pd
         contestant(f"{name}:preset=as-written").label: method
         for method, (name, _) in METHODS.items()
     }
-    pieces = [pd.DataFrame(columns=["method", "sequence", "frame", "seconds"])]
-    for run in timed_runs(folder, cells):
-        assert run.times is not None
-        if run.identity.tracker not in written:
-            continue
-        timed = np.flatnonzero(np.isfinite(run.times.cpu))
-        pieces.append(
-            pd.DataFrame(
-                {
-                    "method": written[run.identity.tracker],
-                    "sequence": run.identity.sequence,
-                    "frame": timed,
-                    "seconds": run.times.cpu[timed],
-                }
-            )
-        )
-    frames = pd.concat(pieces[1:] or pieces, ignore_index=True)
+    frames = frame_times(folder, cells)
+    frames = frames.assign(method=frames["tracker"].map(written))
     keys = ["method", "sequence", "frame"]
     return frames.groupby(keys, as_index=False).agg({"seconds": "median"})
 
@@ -134,7 +119,7 @@ def measured_times(
     every = known["method_times"]
     return {
         "disturbed_passes": every[(every["disturbed"] == 1) & (every["window"] == WINDOWS[0])],
-        "frame_times": frame_times(folder, cells),
+        "frame_times": method_frames(folder, cells),
         "method_times": by_method,
         "motion_share": _motion_share(by_method),
         "particle_times": by_number,

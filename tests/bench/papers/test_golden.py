@@ -61,7 +61,7 @@ TABLES = {
 def test_a_report_of_made_up_runs_is_the_one_that_was_kept(name, made_up, tmp_path, monkeypatch):
     paper = load_paper(name)
     runs = made_up.runs(paper, MEASURES[name])
-    copies = reporting.further(name, "scores")
+    copies = reporting.part_of(name, "scores")
     tables = made_up.tables(paper)
     tables |= {key: pd.DataFrame(table) for key, table in TABLES.get(name, {}).items()}
     shown = {
@@ -73,7 +73,7 @@ def test_a_report_of_made_up_runs_is_the_one_that_was_kept(name, made_up, tmp_pa
     paper.description = paper.description.model_copy(update=entries)
     monkeypatch.setattr(paper, "_scores", lambda *_: copies(runs) if copies else runs)
     monkeypatch.setattr(paper, "_on_scenes", lambda *_: tables)
-    monkeypatch.setattr(reporting, "further", no_tables(reporting.further))
+    monkeypatch.setattr(reporting, "part_of", no_tables(reporting.part_of))
     report = paper.report(tmp_path, tmp_path, Effort(everything=True), {})
     text, file = made_up.told(report), FOLDER / f"{name}.txt"
     if os.environ.get("TRACKMARK_GOLDEN") == "write":
@@ -81,9 +81,9 @@ def test_a_report_of_made_up_runs_is_the_one_that_was_kept(name, made_up, tmp_pa
     assert text == file.read_text()
 
 
-def no_tables(further):
+def no_tables(part_of):
     """Without what is measured in this call, and a gate that keeps the scenes it knows."""
     left_out = {"tables", "kept", "published"}
     return lambda paper, name, module="measures": (
-        {} if name in left_out else further(paper, name, module)
+        {} if name in left_out else part_of(paper, name, module)
     )

@@ -17,7 +17,7 @@ from bench.papers.multipart.scenes import part_distance
 from bench.papers.multipart.timing import naive_ratios
 from bench.papers.recorded import read_published, shares_of_place_and_size
 from bench.papers.runs import tidy_runs
-from bench.papers.timed import failed_passes, frame_times
+from bench.papers.timing import failed_passes, frame_times
 from bench.store.files import ResultsError
 from bench.store.index import read_index
 from bench.store.loading import load_results

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from bench.metrics.centre_error import centres
-from bench.papers.views import with_noise
+from bench.papers.scenes import with_noise
 from bench.papers.wang2010.checks.motion import MovingThings, averaged, found
 from bench.papers.wang2010.plain import local_difference, moving
 from datasets import Sequence

@@ -6,7 +6,7 @@ rises.
 
 import pandas as pd
 
-from bench.papers.short_runs import runs
+from bench.papers.scenes import short_runs
 from datasets import Sequence
 from datasets.text_form import parse_text
 
@@ -24,7 +24,7 @@ def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
     """Table `camera`; see `bench.papers.wang2010.checks`."""
     first = sequence.first_frame
     part = sequence[first : first + (QUICK_FRAMES if quick else FRAMES)]
-    (run,) = runs(part, ["wang2010:preset=as-written"])
+    (run,) = short_runs(part, ["wang2010:preset=as-written"])
     moves = parse_text(sequence.name)[0] in MOVING_CAMERA
     rows = pd.DataFrame({detail: run.details[detail][1:] for detail in DETAILS})
     rows.insert(0, "camera", "moving" if moves else "at rest")

@@ -7,7 +7,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.metrics.centre_error import centre_inside, centres
-from bench.papers.short_runs import runs
+from bench.papers.scenes import short_runs
 from datasets import Sequence
 
 __all__ = ["drifted", "measure"]
@@ -24,7 +24,7 @@ def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
     part = sequence[:QUICK_FRAMES] if quick else sequence
     middles = centres(sequence.boxes)
     rows: list[dict[str, str | float]] = []
-    found = runs(part, [f"wang2010:preset={preset}" for preset in PRESETS])
+    found = short_runs(part, [f"wang2010:preset={preset}" for preset in PRESETS])
     for preset, run in zip(PRESETS, found, strict=True):
         for frame in range(1, len(part)):
             inside = float(centre_inside(part.boxes[frame], run.boxes[frame])[0])

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.papers.views import with_gain
+from bench.papers.scenes import with_gain
 from bench.papers.wang2010.checks.motion import target_mask
 from bench.papers.wang2010.plain import Template, colour_bins, make_template
 from bench.papers.wang2010.plain.windows import whole_size, window_slices

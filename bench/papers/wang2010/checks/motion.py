@@ -6,7 +6,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.papers.scene_checks import Remembered
+from bench.papers.scenes import Remembered
 from bench.papers.wang2010.checks.silhouettes import silhouettes
 from bench.papers.wang2010.plain import local_difference
 from datasets import Sequence, SequenceError

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from bench.papers.views import with_contrast, with_noise
+from bench.papers.scenes import with_contrast, with_noise
 from bench.papers.wang2010.checks.motion import MovingThings, averaged, found, latest
 from bench.papers.wang2010.plain import threshold
 from datasets import Sequence

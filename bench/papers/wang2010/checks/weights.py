@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.papers.short_runs import runs
+from bench.papers.scenes import short_runs
 from datasets import Sequence
 
 __all__ = ["measure", "on_against_off"]
@@ -21,7 +21,7 @@ def measure(sequence: Sequence, quick: bool) -> dict[str, pd.DataFrame]:
     """Table `wa-29`; see `bench.papers.wang2010.checks`."""
     part = sequence[:QUICK_FRAMES] if quick else sequence
     labels = [{"tracker": tracker, "preset": preset} for tracker in TRACKERS for preset in PRESETS]
-    found = runs(part, [f"{one['tracker']}:preset={one['preset']}" for one in labels])
+    found = short_runs(part, [f"{one['tracker']}:preset={one['preset']}" for one in labels])
     rows = [
         {
             **label,

@@ -14,8 +14,8 @@ from bench.experiments.contestant import contestant
 from bench.experiments.experiment import read_experiment
 from bench.metrics.regions import region_similarity
 from bench.papers import Effort, load_paper
-from bench.papers.drawing import write_pictures
-from bench.papers.figures import draw_figure
+from bench.papers.context import Context, hook
+from bench.papers.figures import draw_figure, write_pictures
 from bench.papers.moreno2005 import figures, stages
 from bench.papers.moreno2005.figures import (
     BASELINE,
@@ -31,7 +31,6 @@ from bench.papers.moreno2005.figures import (
     mean_colours,
 )
 from bench.papers.moreno2005.stages import model_of, palettes_of, snake_figure, true_contour
-from bench.papers.report import Context, hook
 from reports.overlay import TRUTH
 from trackers.contours.outline import bounding_box, filled
 from trackers.contours.posterior import posterior

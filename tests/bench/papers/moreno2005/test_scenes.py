@@ -10,7 +10,7 @@ import pytest
 import datasets
 from bench.papers.moreno2005 import scenes
 from bench.papers.moreno2005.scenes import CHECKS, contrast, drawn_colours
-from bench.papers.short_runs import runs
+from bench.papers.scenes import short_runs
 from trackers.contours.outline import outline
 from trackers.contours.snake import refined
 
@@ -135,7 +135,7 @@ def test_an_unmoved_snake_on_a_plain_edge_finds_it():
 
 def test_masks_of_one_run_are_compared_frame_by_frame():
     sequence = datasets.load(TARGET)
-    (run,) = runs(sequence, ["moreno2005:contour_samples=30:colour_samples=30"])
+    (run,) = short_runs(sequence, ["moreno2005:contour_samples=30:colour_samples=30"])
     table = scenes.frame_rows(sequence, run)
     assert sorted(table["mask"].unique()) == ["contour", "mean contour", "posterior map"]
     assert table["frame"].nunique() == 11

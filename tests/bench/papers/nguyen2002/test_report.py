@@ -9,8 +9,8 @@ import pytest
 from bench.claims.evaluation import judge_all
 from bench.experiments.contestant import contestant
 from bench.papers import Effort, load_paper
+from bench.papers.context import Context
 from bench.papers.nguyen2002.measures import published, tables
-from bench.papers.report import Context
 from bench.papers.runs import _sequence_labels, _tracker_labels
 from datasets.text_form import parse_text
 from reports.renderers import to_text

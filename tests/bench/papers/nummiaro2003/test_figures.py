@@ -13,7 +13,7 @@ from bench.experiments.contestant import contestant
 from bench.experiments.experiment import read_experiment
 from bench.papers.nummiaro2003 import figures
 from bench.papers.nummiaro2003.figures import READINGS, by_update, scale_grid
-from bench.papers.stored import StoredRuns
+from bench.papers.runs import StoredRuns
 from bench.store.asked import Asked
 from bench.store.results import Results
 from bench.store.truth import write_truth

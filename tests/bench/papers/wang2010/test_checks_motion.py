@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 import datasets
-from bench.papers.scene_checks import Remembered
-from bench.papers.views import with_contrast
+from bench.papers.scenes import Remembered, with_contrast
 from bench.papers.wang2010.checks import averaging, threshold, window
 from bench.papers.wang2010.checks.motion import (
     MovingThings,

@@ -5,7 +5,7 @@ from math import isnan
 import numpy as np
 import pytest
 
-from bench.papers.short_runs import runs
+from bench.papers.scenes import short_runs
 from bench.papers.wang2010.checks import camera, drift, recovery, weights
 from datasets import Sequence, SequenceError
 
@@ -158,4 +158,4 @@ def test_everything_changes_under_a_camera_that_moves_and_the_target_alone_under
 def test_a_tracker_that_fails_is_named():
     outside = walking([-19.6, 40, 40], [painted(40)] * 3, "broken")
     with pytest.raises(SequenceError, match=r"broken: camshift failed: .*no pixel"):
-        runs(outside, ["camshift"])
+        short_runs(outside, ["camshift"])

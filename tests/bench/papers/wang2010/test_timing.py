@@ -1,7 +1,5 @@
 """What is timed, and how times become ratios beside the paper's."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -11,8 +9,7 @@ from bench.claims.evaluation import judge
 from bench.claims.ledger import read_claims
 from bench.experiments.contestant import contestant
 from bench.experiments.experiment import Experiment, SequenceSource
-from bench.metrics.times import Times
-from bench.papers.in_turns import beginning
+from bench.papers.timing import beginning
 from bench.papers.wang2010 import costs, kept_times, timing
 from bench.papers.wang2010.costs import (
     METHODS,
@@ -21,7 +18,7 @@ from bench.papers.wang2010.costs import (
     particle_slopes,
     particle_times,
 )
-from bench.papers.wang2010.timing import PUBLISHED, frame_times, measured_times, time_rows
+from bench.papers.wang2010.timing import PUBLISHED, measured_times, method_frames, time_rows
 from bench.store.loading import load_results
 from reports.tables import MISSING
 
@@ -83,24 +80,22 @@ def folder(tmp_path_factory):
     return bench.run(experiment, tmp_path_factory.mktemp("results"), jobs=1)
 
 
-def a_run(text, seconds):
-    identity = SimpleNamespace(tracker=contestant(text).label, sequence=NAME)
-    cpu = np.array([np.nan, seconds, 2 * seconds])
-    return SimpleNamespace(identity=identity, times=Times(cpu, cpu, 0.0, 0.0))
-
-
 def test_timing_runs_are_those_of_methods_as_written(monkeypatch):
-    runs = [
-        a_run("camshift:preset=as-written", 1.0),
-        a_run("camshift:preset=as-written", 3.0),
-        a_run("camshift:window=adaptive", 50.0),
-        a_run("wang2010:preset=as-written", 7.0),
-        a_run("wang2010", 50.0),
-        a_run("static", 50.0),
+    runs = {
+        "camshift:preset=as-written": (1.0, 3.0),
+        "camshift:window=adaptive": (50.0,),
+        "wang2010:preset=as-written": (7.0,),
+        "wang2010": (50.0,),
+        "static": (50.0,),
+    }
+    rows = [
+        {"tracker": contestant(text).label, "sequence": NAME, "frame": frame, "seconds": seconds}
+        for text, repetitions in runs.items()
+        for first in repetitions
+        for frame, seconds in ((1, first), (2, 2 * first))
     ]
-    monkeypatch.setattr(timing, "timed_runs", lambda folder, cells: iter(runs))
-    frames = frame_times("anywhere")
-    assert frames.to_numpy().tolist() == [
+    monkeypatch.setattr(timing, "frame_times", lambda folder, cells: pd.DataFrame(rows))
+    assert method_frames("anywhere").to_numpy().tolist() == [
         ["camshift", NAME, 1, 2.0],
         ["camshift", NAME, 2, 4.0],
         ["proposed", NAME, 1, 7.0],
@@ -108,14 +103,11 @@ def test_timing_runs_are_those_of_methods_as_written(monkeypatch):
     ]
 
 
-def test_timing_runs_that_load_disturbed_are_left_out(folder, monkeypatch):
-    stored = frame_times(folder)
+def test_timing_runs_that_load_disturbed_are_left_out(folder):
+    stored = method_frames(folder)
+    assert list(stored) == ["method", "sequence", "frame", "seconds"]
     clean = load_results(folder).query("disturbed == 0")["tracker"]
     assert len(stored) == 19 * clean.str.fullmatch("camshift(:preset=as-written)?").any()
-    monkeypatch.setattr(timing, "timed_runs", lambda folder, cells: iter(()))
-    nothing = frame_times(folder)
-    assert list(nothing) == ["method", "sequence", "frame", "seconds"]
-    assert nothing.empty
 
 
 class Clocks:

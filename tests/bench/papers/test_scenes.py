@@ -5,10 +5,16 @@ import pandas as pd
 import pytest
 
 import datasets
-from bench.papers import examination, scene_checks
-from bench.papers.scene_checks import Remembered, SceneCheck, measured_on_scenes
-from bench.papers.short_runs import runs
-from bench.papers.views import with_contrast, with_gain, with_noise
+from bench.papers import scenes
+from bench.papers.scenes import (
+    Remembered,
+    SceneCheck,
+    measured_on_scenes,
+    short_runs,
+    with_contrast,
+    with_gain,
+    with_noise,
+)
 from datasets import Sequence, SequenceError
 
 TARGET = "plain/target"
@@ -38,17 +44,15 @@ def measure(monkeypatch, tmp_path):
     """Measures in this process."""
     asked.clear()
 
-    def here(function, scenes, jobs, title):
-        return [(one, function(one)) for one in scenes]
+    def here(function, names, jobs, title):
+        return [(one, function(one)) for one in names]
 
-    monkeypatch.setattr(examination, "examined", here)
+    monkeypatch.setattr(scenes, "examined", here)
 
-    def measure(*scenes, **options):
-        return measured_on_scenes(
-            CHECKS, scene_checks.PACKAGE / "a.py", scenes, tmp_path, 1, **options
-        )
+    def measure(*names, **options):
+        return measured_on_scenes(CHECKS, scenes.PACKAGE / "a.py", names, tmp_path, 1, **options)
 
-    monkeypatch.setattr(scene_checks, "source_digest", lambda file, package: (str(file), {}))
+    monkeypatch.setattr(scenes, "source_digest", lambda file, package: (str(file), {}))
     return measure
 
 
@@ -70,7 +74,7 @@ def test_what_was_measured_is_looked_up_and_everything_adds_to_it(measure, monke
     assert asked[1:] == [(TARGET, "further", False)]
     measure(TARGET, quick=True)
     assert asked[2:] == [(TARGET, "always", True)]
-    monkeypatch.setattr(scene_checks, "source_digest", lambda file, package: ("other", {}))
+    monkeypatch.setattr(scenes, "source_digest", lambda file, package: ("other", {}))
     measure(TARGET)
     assert asked[3:] == [(TARGET, "always", False)]
 
@@ -97,8 +101,8 @@ def test_a_tracker_that_fails_is_named():
     part = datasets.load(f"{TARGET}:length=20")[:2]
     outside = Sequence("broken", list(part), [[-19.6, 50, 20, 20]] * 2, fingerprint="b")
     with pytest.raises(SequenceError, match=r"broken: camshift failed: .*no pixel"):
-        runs(outside, ["camshift"])
-    (run,) = runs(part, ["static"])
+        short_runs(outside, ["camshift"])
+    (run,) = short_runs(part, ["static"])
     assert run.boxes[1].tolist() == part.boxes[0].tolist()
 
 
