@@ -1,6 +1,17 @@
 """Sequences: recorded ones behind readers, synthetic ones behind a renderer."""
 
-from datasets.catalogue import load, names, options, summary
+from datasets.catalogue import load, names, options, outline, summary
 from datasets.interface import Sequence, SequenceError, Summary
+from datasets.outline import Outline
 
-__all__ = ["Sequence", "SequenceError", "Summary", "load", "names", "options", "summary"]
+__all__ = [
+    "Outline",
+    "Sequence",
+    "SequenceError",
+    "Summary",
+    "load",
+    "names",
+    "options",
+    "outline",
+    "summary",
+]

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any, Protocol, cast
 
 from datasets.interface import Sequence, SequenceError, Summary
+from datasets.outline import Outline, outlined
 from datasets.text_form import parse_text
 
-__all__ = ["is_built_in", "load", "names", "options", "summary"]
+__all__ = ["is_built_in", "load", "names", "options", "outline", "summary"]
 
 
 class Suite(Protocol):
@@ -25,6 +26,10 @@ class Suite(Protocol):
 
     def summary(self, name: str) -> Summary:
         """Length and size of images of one of `names()` as it is by default."""
+        ...
+
+    def outline(self, name: str) -> Outline:
+        """What a description tells of one of `names()` as it is by default."""
         ...
 
     def load(self, name: str, options: Mapping[str, str]) -> Sequence:
@@ -48,6 +53,17 @@ def summary(name: str) -> Summary:
     if name not in _suites():
         raise _unknown(name, Path(name).expanduser())
     return _suites()[name].summary(name)
+
+
+def outline(name_or_path: str | Path, truth: str | Path | None = None) -> Outline:
+    """What a description tells of a sequence; arguments and errors as of `load`.
+
+    It is opened, unless it is rendered, has all knobs at their defaults, and is as it was sealed.
+    """
+    text = str(name_or_path)
+    if isinstance(name_or_path, str) and truth is None and text in _suites():
+        return _suites()[text].outline(text)
+    return outlined(load(name_or_path, truth))
 
 
 def options(name: str) -> list[dict[str, Any]]:

@@ -33,12 +33,15 @@ class Seal:
         Digests by what was asked for (`multipart/1:scene=2`) and by part.
     libraries : list of str
         Of a tracker: import names of the libraries whose versions belong to its version.
+    known : mapping of str to mapping
+        Of scenes: what their description tells, by sequence; see `datasets.outline`.
     """
 
     version: list[Any]
     tree: str
     golden: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     libraries: list[str] = field(default_factory=list)
+    known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def named(self, tree: str) -> list[Any]:
         """What names the version of these trees: the trees too, where they aren't the sealed."""

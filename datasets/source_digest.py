@@ -8,13 +8,13 @@ out: files are read and parsed.
 import ast
 import hashlib
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
-__all__ = ["imported_libraries", "library_versions", "source_digest"]
+__all__ = ["imported_libraries", "library_versions", "source_digest", "tree_digest"]
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,20 @@ class _Parsed:
 def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
     """Digest of a source file and of all modules of a package that it comes to import.
 
+    Returns
+    -------
+    digest : str
+        See `tree_digest`.
+    libraries : dict of str to str
+        Version by distribution of every third-party library imported by these files.
+    """
+    digest, libraries = _followed(file, package)
+    return digest, library_versions(libraries)
+
+
+def tree_digest(file: Path, package: Path) -> str:
+    """Digest of the same files alone: no library is looked up, which takes longer than the rest.
+
     Parameters
     ----------
     file : Path
@@ -64,14 +78,11 @@ def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
 
     Returns
     -------
-    digest : str
+    str
         16 hexadecimal digits over the syntax trees of the files, without docstrings. The
         package's own `__init__.py` counts only where names are imported from it.
-    libraries : dict of str to str
-        Version by distribution of every third-party library imported by these files.
     """
-    digest, libraries = _followed(file, package)
-    return digest, library_versions(libraries)
+    return _followed(file, package)[0]
 
 
 def imported_libraries(file: Path, package: Path) -> list[str]:
@@ -113,8 +124,8 @@ def _followed(file: Path, package: Path) -> tuple[str, set[str]]:
             dotted = imported.dotted(_dotted_package(path))
             top = dotted.partition(".")[0]
             root = roots.get(top)
-            if root is None and top not in _distributions() and top not in sys.stdlib_module_names:
-                root = file.parent if not _dotted_package(file) else None
+            if root is None and not _dotted_package(file) and not _is_elsewhere(top):
+                root = file.parent
             found = _module(dotted, root) if root is not None else None
             if found is None or (inside and not found[1].is_relative_to(package)):
                 libraries |= {top} if root is None else set()
@@ -134,6 +145,11 @@ def _distributions() -> dict[str, list[str]]:
     return dict(metadata.packages_distributions())
 
 
+def _is_elsewhere(top: str) -> bool:
+    """Whether a name to import is that of the standard library, or of something installed."""
+    return top in sys.stdlib_module_names or top in _distributions()
+
+
 @cache
 def _dotted_package(file: Path) -> str:
     """Dotted name of the package that a file lies in; empty where it is in none."""
@@ -147,23 +163,27 @@ def _dotted_package(file: Path) -> str:
 
 @cache
 def _parsed(content: bytes, filename: str) -> _Parsed:
-    tree = ast.parse(content, filename=filename)
     imports: list[_Import] = []
-    text = "".join(_dumped(tree, imports))
-    return _Parsed(hashlib.sha256(text.encode()).hexdigest(), tuple(dict.fromkeys(imports)))
+    text: list[str] = []
+    _dump(ast.parse(content, filename=filename), text, imports)
+    digest = hashlib.sha256("".join(text).encode()).hexdigest()
+    return _Parsed(digest, tuple(dict.fromkeys(imports)))
 
 
-def _dumped(node: ast.AST, imports: list[_Import]) -> Iterator[str]:
-    """Text of a syntax tree, the same for every version of Python: empty fields are left out."""
-    yield type(node).__name__ + "("
-    for field, value in ast.iter_fields(node):
-        if field in ("ctx", "kind", "type_ignores") or value is None or value == []:
+def _dump(value: Any, text: list[str], imports: list[_Import]) -> None:
+    """Write down a syntax tree, the same for every version of Python: empty fields are left out."""
+    if not isinstance(value, ast.AST):
+        text.append(repr(value))
+        return
+    text.append(type(value).__name__ + "(")
+    for field, child in ast.iter_fields(value):
+        if field in ("ctx", "kind", "type_ignores") or child is None or child == []:
             continue
-        yield field + "="
-        if not isinstance(value, list):
-            yield from _dumped(value, imports) if isinstance(value, ast.AST) else [repr(value)]
+        text.append(field + "=")
+        if not isinstance(child, list):
+            _dump(child, text, imports)
             continue
-        for position, item in enumerate(value):
+        for position, item in enumerate(child):
             if isinstance(item, ast.Import):
                 imports += [_Import(0, "", a.name, a.asname or a.name) for a in item.names]
             elif isinstance(item, ast.ImportFrom):
@@ -173,11 +193,11 @@ def _dumped(node: ast.AST, imports: list[_Import]) -> Iterator[str]:
                 ]
             elif not (position == 0 and field == "body" and _is_text(item)):
                 # Python 3.12 ends a nested format with an empty text that others don't know.
-                if isinstance(node, ast.JoinedStr) and getattr(item, "value", None) == "":
+                if isinstance(value, ast.JoinedStr) and getattr(item, "value", None) == "":
                     continue
-                yield from _dumped(item, imports) if isinstance(item, ast.AST) else [repr(item)]
-                yield ","
-    yield ")"
+                _dump(item, text, imports)
+                text.append(",")
+    text.append(")")
 
 
 def _is_text(statement: ast.AST) -> bool:

@@ -59,28 +59,19 @@ def _setting_lines(heading: str, settings: list[dict[str, Any]]) -> list[str]:
 def _sequence(name: str, truth: Path | None) -> dict[str, Any]:
     import datasets
 
-    sequence = datasets.load(name, truth=truth)
-    if name in datasets.names():  # then its size is known without an image
-        width, height = datasets.summary(name).size
-    else:
-        height, width = sequence[0].shape[:2]
-    present = sequence.present
+    found = datasets.outline(name, truth)
+    width, height = found.size
+    beyond = f"{found.images_beyond_truth} images beyond the last truth row"
     return {
-        "name": sequence.name,
-        "frames": len(sequence),
+        "name": found.name,
+        "frames": found.length,
         "size": f"{width}x{height} pixels",
-        "fps": sequence.fps,
-        "truth": f"{int(present.sum())} of {len(sequence)} frames" if present.any() else "none",
-        "truth from": sequence.truth_source if present.any() else "",
-        "not read": f"{sequence.images_beyond_truth} images beyond the last truth row"
-        if sequence.images_beyond_truth
-        else "",
-        "regions": ", ".join(sequence.regions),
-        "attributes": ", ".join(
-            f"{key} ({int(flags.sum())} frames)"
-            for key, flags in sequence.attributes.items()
-            if flags.any()
-        ),
-        "fingerprint": sequence.fingerprint,
+        "fps": found.fps,
+        "truth": f"{found.present} of {found.length} frames" if found.present else "none",
+        "truth from": found.truth_source if found.present else "",
+        "not read": beyond if found.images_beyond_truth else "",
+        "regions": ", ".join(found.regions),
+        "attributes": ", ".join(f"{key} ({n} frames)" for key, n in found.attributes.items()),
+        "fingerprint": found.fingerprint,
         "knobs": datasets.options(name),
     }

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -20,8 +21,9 @@ import trackers
 from bench.evaluation.loop import evaluate
 from bench.experiments.contestant import GOLDEN, PACKAGE
 from datasets.golden import golden_digests
+from datasets.outline import known_of
 from datasets.seal import Seal, read_seals, write_seals
-from datasets.source_digest import imported_libraries, source_digest
+from datasets.source_digest import imported_libraries, tree_digest
 from datasets.synthetic.suite import suites
 
 __all__ = ["Sealed", "golden_boxes", "main", "sealed"]
@@ -53,6 +55,8 @@ class Sealed:
         Gives the golden digests of one of `asked`, now.
     libraries : list of str
         Import names of the libraries that a tracker uses; empty for scenes.
+    described : list of str
+        Sequences of a scene whose descriptions are sealed beside it.
     """
 
     name: str
@@ -62,10 +66,15 @@ class Sealed:
     asked: list[str]
     digests: Callable[[str], dict[str, str]]
     libraries: list[str]
+    described: list[str]
 
     def golden(self) -> Golden:
         """Golden digests as they are now."""
         return {text: self.digests(text) for text in self.asked}
+
+    def known(self) -> dict[str, dict[str, Any]]:
+        """What descriptions tell now."""
+        return {name: known_of(datasets.load(name)) for name in self.described}
 
 
 def sealed() -> Iterator[Sealed]:
@@ -97,22 +106,22 @@ def _short(name: str) -> datasets.Sequence:
 def _scenes() -> Iterator[Sealed]:
     for suite in suites():
         seals = read_seals(suite.golden)
-        covered: set[str] = set()
+        covered: dict[str, list[str]] = {}
         for name in suite.names():
             key = next((key for key in seals if fnmatchcase(name, key)), name)
-            if key not in covered:
-                covered.add(key)
-                seal = seals.get(key)
-                asked = [name, f"{name}:scene=1"] if seal is None else list(seal.golden)
-                yield Sealed(
-                    key,
-                    suite.golden,
-                    suite.tree(name),
-                    seal,
-                    asked,
-                    lambda text: golden_digests(datasets.load(text)),
-                    [],
-                )
+            covered.setdefault(key, []).append(name)
+        for key, described in covered.items():
+            name, seal = described[0], seals.get(key)
+            yield Sealed(
+                key,
+                suite.golden,
+                suite.tree(name),
+                seal,
+                asked=[name, f"{name}:scene=1"] if seal is None else list(seal.golden),
+                digests=lambda text: golden_digests(datasets.load(text)),
+                libraries=[],
+                described=described,
+            )
 
 
 def _trackers() -> Iterator[Sealed]:
@@ -124,22 +133,27 @@ def _trackers() -> Iterator[Sealed]:
             continue
         if specification.file.parent != PACKAGE:
             continue
-        tree, _ = source_digest(specification.file, PACKAGE)
+        tree = tree_digest(specification.file, PACKAGE)
         libraries = imported_libraries(specification.file, PACKAGE)
         presets = trackers.describe(name)["presets"]
         texts = [name if key == "recommended" else f"{name}:preset={key}" for key in presets]
         asked = [f"{text} on {sequence}" for text in texts for sequence, _, _ in SHORT]
-        yield Sealed(name, GOLDEN, tree, seals.get(name), asked, golden_boxes, libraries)
+        yield Sealed(name, GOLDEN, tree, seals.get(name), asked, golden_boxes, libraries, [])
 
 
 def _seal(one: Sealed, new: bool) -> str:
     """Prove a scene or tracker and write its seal; say what came of it, empty if nothing."""
     seal = one.seal
-    if seal is not None and seal.tree == one.tree and set(seal.golden) == set(one.asked):
+    if (
+        seal is not None
+        and seal.tree == one.tree
+        and set(seal.golden) == set(one.asked)
+        and set(seal.known) == set(one.described)
+    ):
         return ""
-    golden = one.golden()
+    golden, known = one.golden(), one.known()
     if seal is None:
-        made, said = Seal([1], one.tree, golden, one.libraries), "sealed for the first time"
+        made, said = Seal([1], one.tree, golden, one.libraries, known), "sealed for the first time"
     else:
         kept = [text for text in golden if text in seal.golden]
         others = [text for text in kept if not _agree(golden[text], seal.golden[text])]
@@ -148,7 +162,7 @@ def _seal(one: Sealed, new: bool) -> str:
                 f"NOT sealed, as {', '.join(others)} came out otherwise. If that is meant, "
                 f"--new {one.name} gives a new version."
             )
-        made = replace(seal, tree=one.tree, golden=golden)
+        made = replace(seal, tree=one.tree, golden=golden, known=known)
         said = "the same as before: sealed again"
         if others:
             made = replace(made, version=seal.next_version(), libraries=one.libraries)

@@ -13,8 +13,9 @@ from typing import Any
 from datasets import truth_file
 from datasets.file_digest import file_digests
 from datasets.interface import Sequence, SequenceError, Summary
+from datasets.outline import Outline, outlined
 
-__all__ = ["load", "names", "options", "summary"]
+__all__ = ["load", "names", "options", "outline", "summary"]
 
 CLIP = "datasets/data/carphone_pristine.mp4"
 CLIP_SHA256 = "1c4add7838b07b4d65ad9d66e9491758c7dbb6c717490db4b79ecf9ff82bab28"
@@ -39,6 +40,11 @@ def options(name: str) -> list[dict[str, Any]]:
 def summary(name: str) -> Summary:
     """See `datasets.catalogue.Suite`."""
     return Summary(LENGTH, SIZE)
+
+
+def outline(name: str) -> Outline:
+    """See `datasets.catalogue.Suite`."""
+    return outlined(load(name, {}), SIZE)
 
 
 def load(name: str, options: Mapping[str, str]) -> Sequence:

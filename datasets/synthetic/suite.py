@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from datasets.interface import Sequence, Summary
+from datasets.outline import Outline, outlined
 from datasets.seal import seal_of
-from datasets.source_digest import source_digest
+from datasets.source_digest import tree_digest
 from datasets.synthetic.knobs import Knobs
 
 if TYPE_CHECKING:
@@ -99,6 +100,22 @@ class Suite:
         """Length and size of images of one of `names()` as it is by default."""
         return Summary(self.entries[name].length, self.entries[name].size)
 
+    def outline(self, name: str) -> Outline:
+        """What a description tells of one of `names()`: as sealed, while its source is."""
+        entry, seal = self.entries[name], seal_of(name, self.golden)
+        if seal is None or seal.tree != self.tree(name) or name not in seal.known:
+            return outlined(self.load(name, {}), entry.size)
+        knobs = entry.knobs.checked(name, {})
+        return Outline(
+            name=knobs.canonical_name(name),
+            length=entry.length,
+            size=entry.size,
+            truth_source=name,
+            images_beyond_truth=0,
+            fingerprint=self._fingerprint(entry, knobs),
+            **seal.known[name],
+        )
+
     def load(self, name: str, options: Mapping[str, str]) -> Sequence:
         """Sequence of one of `names()` with some knobs set; renders nothing.
 
@@ -130,7 +147,7 @@ class Suite:
         Nothing elsewhere makes a pixel or a truth value.
         """
         file = FOLDER.parents[1].joinpath(*self.entries[name].module.split("."))
-        return source_digest(file.with_suffix(".py"), FOLDER)[0]
+        return tree_digest(file.with_suffix(".py"), FOLDER)
 
     def _fingerprint(self, entry: Entry, knobs: Knobs) -> str:
         tree = self.tree(entry.name)

@@ -25,7 +25,14 @@ def sealing(tmp_path, monkeypatch):
     def seal(stands, images, *arguments, tree="new tree"):
         write_seals(file, {} if stands is None else {"suite/one": stands})
         one = Sealed(
-            "suite/one", file, tree, stands, ["suite/one"], lambda text: {"images": images}, ["cv2"]
+            "suite/one",
+            file,
+            tree,
+            stands,
+            ["suite/one"],
+            lambda text: {"images": images},
+            ["cv2"],
+            [],
         )
         monkeypatch.setattr(command, "sealed", lambda: iter([one]))
         answer = CliRunner().invoke(command.main, arguments)

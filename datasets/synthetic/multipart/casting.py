@@ -14,7 +14,7 @@ from datasets.synthetic.multipart.wardrobe import BGR
 from datasets.synthetic.render.views import Course, fixed, following, straight
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["multipart_plan", "twin_plan"]
+__all__ = ["dressed", "multipart_plan", "twin_plan"]
 
 FIRST, LAST = 0.16, 0.88
 """Parts of a sequence between which people pass before the target."""
@@ -71,11 +71,11 @@ def multipart_plan(number: str, seed: int) -> Plan:
         else wardrobe.plain_clothes(random)
     )
     weaves = WEAVES if design.two_coloured else PLAIN_WEAVES
-    people = [_person(generator("target"), target, worn, design.jacket, design.bag, weaves)]
+    people = [dressed(generator("target"), target, worn, design.jacket, design.bag, weaves)]
     for i, course in enumerate(others[design.posts :]):
         random = generator(f"person {i}")
         worn, jacket, bag = wardrobe.clothes(random), random.random() < 0.3, random.random() < 0.25
-        people.append(_person(random, course, worn, jacket, bag))
+        people.append(dressed(random, course, worn, jacket, bag))
     return Plan(_seed(generator("street")), views, people, posts)
 
 
@@ -94,23 +94,26 @@ def twin_plan(seed: int, distance: float, same: bool) -> Plan:
     random = generator("clothes")
     worn = wardrobe.two_coloured_clothes(random)
     unlike = wardrobe.other_clothes(random, worn)
-    first = _person(generator("target"), target, worn)
+    first = dressed(generator("target"), target, worn)
     width = body_boxes(*Plan(0, views, [first]).places[0].T)[:, 2]
     course = routes.beside_the_target(generator("twin way"), views, target, width, distance)
     # The same generator: whoever wears other clothes is the same person in all else.
-    second = _person(generator("twin"), course, worn if same else unlike)
+    second = dressed(generator("twin"), course, worn if same else unlike)
     return Plan(_seed(generator("street")), views, [first, second])
 
 
-def _person(
+def dressed(
     random: np.random.Generator,
     course: Course,
     worn: tuple[BGR, BGR],
     jacket: bool = False,
-    bag: bool = False,
+    bag: BGR | bool | None = None,
     weaves: Weaves = WEAVES,
 ) -> Person:
-    """Someone in an upper garment and trousers; the rest of him is drawn at random."""
+    """Someone in an upper garment and trousers; the rest of him is drawn at random.
+
+    `bag` is a colour, or whether he has one of any colour.
+    """
     look = Look(
         shirt=wardrobe.shirt_below(random, worn[0]) if jacket else worn[0],
         trousers=worn[1],
@@ -118,7 +121,7 @@ def _person(
         skin=SKIN[random.integers(len(SKIN))],
         shoes=SHOES[random.integers(len(SHOES))],
         jacket=worn[0] if jacket else None,
-        bag=wardrobe.bag(random) if bag else None,
+        bag=wardrobe.bag(random) if bag is True else bag or None,
         weave=weaves[random.integers(len(weaves))],
         long_hair=bool(random.random() < 0.4),
         hem=random.uniform(0.45, 0.49),

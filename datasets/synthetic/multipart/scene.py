@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
 from datasets.synthetic.multipart.plan import Plan
+from datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
 from datasets.synthetic.render.camera import Camera, slow_exposure
 from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.street.ground import Light
@@ -18,11 +19,8 @@ __all__ = ["WalkingScene", "body_boxes", "full_boxes", "walking_truth"]
 
 Array = NDArray[np.float64]
 
-OCCLUDED = 0.9
-"""Visible fraction below which the target counts as occluded."""
-
-TURNING = np.radians(30)
-"""A target turns that turns by this much in a second [radians]."""
+TURNING = 30.0
+"""A target turns that turns by this much in a second [degrees]."""
 
 
 def walking_truth(plan: Plan, shade: NDArray[np.bool_]) -> Truth:
@@ -42,21 +40,16 @@ def walking_truth(plan: Plan, shade: NDArray[np.bool_]) -> Truth:
     """
     x, y, height = plan.places[0].T
     full = full_boxes(x, y, height)
-    inside = (full[:, :2] >= 0).all(axis=1) & (full[:, :2] + full[:, 2:] <= SIZE).all(axis=1)
-    size = height / height[0]
-    second = round(FRAMES_PER_SECOND)
-    heading = np.pad(plan.people[0].course.heading, second // 2, mode="edge")
-    turned = np.abs(heading[2 * (second // 2) :] - heading[: len(x)])
     tight, visibility = plan.measured
     near = np.abs(plan.places[1:, :, 0] - x) < 2 * 0.24 * height
     return Truth(
         body_boxes(x, y, height),
         visibility,
         {
-            "occlusion": np.less(visibility, OCCLUDED),
-            "out_of_view": np.logical_not(inside),
-            "scale_change": np.logical_or(size < 0.8, size > 1.25),
-            "turning": np.greater(turned, TURNING),
+            "occlusion": occluded(visibility),
+            "out_of_view": out_of_view(full),
+            "scale_change": rescaled(height),
+            "turning": turning(plan.people[0].course.heading, TURNING),
             "clutter": near.any(axis=0),
             "shade": shade,
         },

@@ -1,10 +1,10 @@
 """What people wear: natural colours of clothes, drawn at random."""
 
 import numpy as np
-from numpy.typing import NDArray
+
+from datasets.synthetic.render.colours import BGR, varied
 
 __all__ = [
-    "BGR",
     "bag",
     "clothes",
     "other_clothes",
@@ -12,10 +12,6 @@ __all__ = [
     "shirt_below",
     "two_coloured_clothes",
 ]
-
-Array = NDArray[np.float64]
-
-BGR = tuple[int, int, int]
 
 SHIRTS = (
     (212, 216, 220),  # white
@@ -126,7 +122,5 @@ def _one(random: np.random.Generator, colours: tuple[BGR, ...]) -> BGR:
 
 
 def _dyed(random: np.random.Generator, colour: BGR, spread: float = 0.08) -> BGR:
-    """No two garments are quite alike: tone and each channel vary a little."""
-    gains = (1 + spread * random.uniform(-1, 1)) * (1 + spread / 2 * random.uniform(-1, 1, 3))
-    blue, green, red = np.clip(np.round(np.multiply(colour, gains)), 0, 255).astype(int).tolist()
+    blue, green, red = np.round(varied(random, colour, spread)).astype(int).tolist()
     return blue, green, red

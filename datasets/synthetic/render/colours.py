@@ -1,4 +1,4 @@
-"""Colours of the things in a kitchen. BGR in [0, 255]."""
+"""The palette: colours of things in kitchens, rooms and factories, BGR in [0, 255]."""
 
 from collections.abc import Sequence
 from colorsys import rgb_to_hsv
@@ -8,16 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
-    "ACCENTS",
-    "BGR",
-    "CLOTHES",
-    "COUNTERS",
-    "CUPS",
-    "NEUTRALS",
-    "STEELS",
-    "any_but",
-    "nearly",
-]
+    "ACCENTS", "BGR", "CLOTHES", "COUNTERS", "CUPS", "DARK", "MACHINES", "NEUTRALS", "SIGNALS",
+    "STEEL", "STEELS", "STORED", "any_but", "any_of", "nearly", "varied",
+]  # fmt: skip
 
 BGR: TypeAlias = tuple[int, int, int]
 Array = NDArray[np.float64]
@@ -67,6 +60,40 @@ CLOTHES: tuple[BGR, ...] = (
     (70, 148, 190),  # ochre
 )
 
+MACHINES: tuple[BGR, ...] = (
+    (96, 118, 84),  # machine green
+    (150, 128, 96),  # blue grey
+    (176, 180, 178),  # light grey
+    (158, 190, 204),  # cream
+    (146, 96, 50),  # blue
+    (62, 158, 196),  # yellow
+    (52, 108, 192),  # orange
+    (128, 140, 62),  # turquoise
+    (96, 94, 92),  # dark grey
+    (110, 150, 182),  # beige
+    (58, 56, 130),  # red
+)
+SIGNALS: tuple[BGR, ...] = (
+    (40, 36, 190),  # red
+    (40, 190, 220),  # yellow
+    (60, 150, 50),  # green
+    (180, 90, 30),  # blue
+    (36, 120, 224),  # orange
+    (224, 226, 226),  # white
+    (36, 34, 34),  # black
+    (150, 60, 130),  # violet
+    (160, 160, 40),  # cyan
+)
+"""Of buttons, lamps, signs and wires."""
+
+STORED: tuple[BGR, ...] = (
+    (92, 134, 170), (110, 152, 186),  # cardboard
+    (190, 110, 40), (46, 46, 176), (50, 180, 214), (84, 140, 52),  # plastic boxes
+    (120, 122, 124), (206, 208, 206), (52, 50, 50),  # cans
+    (62, 96, 138),  # wood
+)  # fmt: skip
+STEEL, DARK = (150, 150, 146), (44, 44, 46)
+
 APART = 0.1
 """Part of the circle of hues by which other things differ from the cup, whites too."""
 
@@ -75,6 +102,17 @@ def any_but(random: np.random.Generator, colours: Sequence[BGR], cup: Array) -> 
     """One of some colours, varied a little, whose hue isn't near the cup's."""
     fit = [colour for colour in colours if APART < abs(_hue(colour) - _hue(cup)) < 1 - APART]
     return nearly(random, fit[int(random.integers(len(fit)))], 0.05)
+
+
+def any_of(random: np.random.Generator, colours: Sequence[BGR], spread: float = 0.10) -> Array:
+    """One of some colours, `varied`."""
+    return varied(random, colours[int(random.integers(len(colours)))], spread)
+
+
+def varied(random: np.random.Generator, colour: ArrayLike, spread: float = 0.10) -> Array:
+    """No two things are painted quite alike: tone and each channel vary a little."""
+    gains = (1 + spread * random.uniform(-1, 1)) * (1 + spread / 2 * random.uniform(-1, 1, 3))
+    return np.asarray(np.clip(np.asarray(colour, np.float64) * gains, 0, 255))
 
 
 def nearly(random: np.random.Generator, colour: ArrayLike, spread: float = 0.03) -> Array:

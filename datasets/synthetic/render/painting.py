@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Colour", "Painting", "any_of", "varied"]
+__all__ = ["Colour", "Painting"]
 
 Colour = NDArray[np.float64]
 
@@ -148,17 +148,6 @@ class Painting:
 
     def _wide(self, length: float) -> int:
         return max(1, round(length * self.scale))
-
-
-def any_of(random: np.random.Generator, colours: Sequence[tuple[int, int, int]]) -> Colour:
-    """One of some colours, varied."""
-    return varied(random, colours[int(random.integers(len(colours)))])
-
-
-def varied(random: np.random.Generator, colour: ArrayLike, spread: float = 0.10) -> Colour:
-    """No two things are painted quite alike: tone and each channel vary a little."""
-    gains = (1 + spread * random.uniform(-1, 1)) * (1 + spread / 2 * random.uniform(-1, 1, 3))
-    return np.clip(np.asarray(colour, np.float64) * gains, 0, 255)
 
 
 def _bgr(colour: ArrayLike) -> tuple[float, ...]:

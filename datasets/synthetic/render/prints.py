@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image
-from datasets.synthetic.render.painting import Colour, Painting, varied
+from datasets.synthetic.render.colours import varied
+from datasets.synthetic.render.painting import Colour, Painting
 from datasets.synthetic.render.texture import fractal, lerp, ramp
 
 __all__ = ["KINDS", "printed"]

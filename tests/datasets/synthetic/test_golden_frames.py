@@ -8,11 +8,13 @@ import pytest
 
 import datasets
 from datasets.golden import golden_digests, look_difference
+from datasets.outline import known_of, outlined
 from datasets.seal import Seal, read_seals, seal_of
 from datasets.synthetic.suite import suites
 
 SUITES = suites()
 SEALS = [seal for suite in SUITES for seal in read_seals(suite.golden).values()]
+KNOWN = {name: known for seal in SEALS for name, known in seal.known.items()}
 GOLDEN = {text: golden for seal in SEALS for text, golden in seal.golden.items()}
 SLOW = {
     text
@@ -53,7 +55,8 @@ FIRST_VERSIONS = {
     "text", [pytest.param(text, marks=pytest.mark.slow if text in SLOW else ()) for text in GOLDEN]
 )
 def test_frames_and_truth_are_the_sealed_ones(text):
-    sealed, found = GOLDEN[text], golden_digests(datasets.load(text))
+    sequence = datasets.load(text)
+    sealed, found = GOLDEN[text], golden_digests(sequence)
     difference = look_difference(sealed["look"], found["look"])
     assert difference <= 1, f"the pictures changed, tiles by up to {difference} grey levels"
     assert found["truth"] == sealed["truth"], "the truth changed, though the pictures look alike"
@@ -61,6 +64,24 @@ def test_frames_and_truth_are_the_sealed_ones(text):
         "the pictures look alike but differ in their bytes: another platform's arithmetic, or a "
         "small change of the renderer"
     )
+    if text in KNOWN:
+        assert known_of(sequence) == KNOWN[text]
+
+
+def test_a_description_opens_no_rendered_sequence_while_its_source_is_the_sealed_one(monkeypatch):
+    (suite,) = (suite for suite in SUITES if "multipart/3" in suite.names())
+    opened = outlined(suite.load("multipart/3", {}))
+    monkeypatch.setattr(type(suite), "load", lambda *_: pytest.fail("it was opened"))
+    assert datasets.outline("multipart/3") == opened
+    monkeypatch.setattr(type(suite), "tree", lambda *_: "edited")
+    with pytest.raises(pytest.fail.Exception, match="it was opened"):
+        datasets.outline("multipart/3")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", datasets.names())
+def test_what_a_description_tells_is_what_the_opened_sequence_tells(name):
+    assert datasets.outline(name) == outlined(datasets.load(name))
 
 
 def test_the_texts_are_canonical():
@@ -82,7 +103,7 @@ class TestFingerprint:
 
         def edit(digest):
             monkeypatch.setattr(
-                "datasets.synthetic.suite.source_digest", lambda file, package: (digest, {})
+                "datasets.synthetic.suite.tree_digest", lambda file, package: digest
             )
 
         return edit

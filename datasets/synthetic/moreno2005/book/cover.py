@@ -4,8 +4,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.synthetic.render.colours import any_of, varied
 from datasets.synthetic.render.finish import GAMMA
-from datasets.synthetic.render.painting import Colour, Painting, any_of, varied
+from datasets.synthetic.render.painting import Colour, Painting
 from datasets.synthetic.render.texture import fractal
 
 __all__ = ["FINE", "PAGES", "printed"]

@@ -9,7 +9,7 @@ from datasets.synthetic.moreno2005.leaf.blade import Blade, Shape, drawn_blade, 
 from datasets.synthetic.moreno2005.leaf.light import SKY, SUN, Dapples, drawn_sun, fallen
 from datasets.synthetic.moreno2005.leaf.thicket import Layer, drawn_layer
 from datasets.synthetic.moreno2005.leaf.wind import SIZE, drawn_shapes, drawn_sway
-from datasets.synthetic.render.painting import any_of
+from datasets.synthetic.render.colours import any_of
 from datasets.synthetic.render.triangles import Seen, seen
 from datasets.synthetic.scene import part_generator
 

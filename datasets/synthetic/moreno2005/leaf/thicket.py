@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from datasets.synthetic.moreno2005.leaf.blade import Blade, Shape, drawn_blade, placed
 from datasets.synthetic.moreno2005.leaf.light import SKY, SUN, Dapples, fallen
 from datasets.synthetic.moreno2005.leaf.wind import SIZE
-from datasets.synthetic.render.painting import any_of, varied
+from datasets.synthetic.render.colours import any_of, varied
 from datasets.synthetic.render.soft_shadow import light_left
 from datasets.synthetic.render.triangles import lay, seen
 

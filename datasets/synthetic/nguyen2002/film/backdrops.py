@@ -6,7 +6,8 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image
 from datasets.synthetic.nguyen2002.film.paints import LIGHTS, PAINTS
-from datasets.synthetic.render.painting import Painting, any_of, varied
+from datasets.synthetic.render.colours import any_of, varied
+from datasets.synthetic.render.painting import Painting
 from datasets.synthetic.render.texture import fractal
 
 __all__ = ["desert", "harbour", "roadstead", "station"]

@@ -4,7 +4,8 @@ import numpy as np
 
 from datasets.synthetic.nguyen2002.film.paints import PAINTS
 from datasets.synthetic.nguyen2002.film.sheet import UNIT, Sheet
-from datasets.synthetic.render.painting import Painting, any_of
+from datasets.synthetic.render.colours import any_of
+from datasets.synthetic.render.painting import Painting
 
 __all__ = ["paint_carrier"]
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from datasets.synthetic.nguyen2002.film.paints import LIGHTS, PAINTS, WOODS
 from datasets.synthetic.nguyen2002.film.sheet import Sheet
-from datasets.synthetic.render.painting import any_of
+from datasets.synthetic.render.colours import any_of
 from datasets.synthetic.render.prop import Prop
 
 __all__ = ["boat", "bollard", "column", "goods", "rock", "stall", "trolley"]

@@ -7,7 +7,7 @@ import numpy as np
 
 from datasets.synthetic.nguyen2002.film.paints import LIGHTS, PAINTS, WOODS
 from datasets.synthetic.nguyen2002.film.sheet import UNIT, Sheet
-from datasets.synthetic.render.painting import any_of, varied
+from datasets.synthetic.render.colours import any_of, varied
 from datasets.synthetic.render.texture import noise
 
 __all__ = ["HIDERS", "Hider"]

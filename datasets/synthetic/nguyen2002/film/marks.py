@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from datasets.synthetic.nguyen2002.film.paints import DARK, GLASS, LIGHTS, PAINTS
-from datasets.synthetic.render.painting import Colour, Painting, any_of, varied
+from datasets.synthetic.render.colours import any_of, varied
+from datasets.synthetic.render.painting import Colour, Painting
 
 __all__ = [
     "Look",

@@ -9,7 +9,7 @@ from datasets.synthetic.nguyen2002.film import marks
 from datasets.synthetic.nguyen2002.film.marks import Look, Mark
 from datasets.synthetic.nguyen2002.film.paints import DARK, LIGHTS, PAINTS, WOODS
 from datasets.synthetic.nguyen2002.film.sheet import UNIT, Sheet
-from datasets.synthetic.render.painting import any_of
+from datasets.synthetic.render.colours import any_of
 from datasets.synthetic.render.texture import fractal, lerp
 
 __all__ = ["KINDS", "Kind", "paint_target", "two_looks"]

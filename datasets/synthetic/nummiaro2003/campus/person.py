@@ -12,17 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.multipart.plan import Person
-from datasets.synthetic.nummiaro2003.campus import borders, people
-from datasets.synthetic.nummiaro2003.campus.car_park import (
+from datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene, bystander
+from datasets.synthetic.nummiaro2003.campus.scene import target as target_person
+from datasets.synthetic.nummiaro2003.campus.setting import (
     DOORSTEP,
+    MIDDLE,
+    OPENING,
     THRESHOLD,
     CarPark,
     entrance,
     parked_cars,
+    sides,
 )
-from datasets.synthetic.nummiaro2003.campus.plan import VisitPlan
-from datasets.synthetic.nummiaro2003.campus.porch import OPENING
-from datasets.synthetic.nummiaro2003.campus.scene import VisitScene
 from datasets.synthetic.nummiaro2003.knobs import PersonKnobs
 from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.views import SIZE, Camera, Course, Views, straight, walk
@@ -56,9 +57,9 @@ def entries(knobs: PersonKnobs) -> NDArray[np.float64]:
     camera, z = _camera(knobs.scene), DOORSTEP
     edges = _door(knobs.scene) + np.array([-0.5, 0.5]) * OPENING[0]
     left, right = camera.column(edges, np.full(2, z))
-    bottom, top = camera.row(borders.MIDDLE + np.array([-0.3, 0.3]), np.full(2, z))
+    bottom, top = camera.row(MIDDLE + np.array([-0.3, 0.3]), np.full(2, z))
     door = np.array([left, top, right - left, bottom - top])
-    return np.vstack([door, borders.sides(camera, (DEPTHS[0][0], DEPTHS[1][1]))])
+    return np.vstack([door, sides(camera, (DEPTHS[0][0], DEPTHS[1][1]))])
 
 
 @lru_cache(maxsize=4)
@@ -84,7 +85,7 @@ def _coming(seed: int, things: list[Prop]) -> tuple[Person, int]:
     random = _generator(seed, "target way")
     start, points = _way(random, camera, _door(seed))
     course = walk(frames, start, points, random.uniform(1.15, 1.3), random.uniform())
-    first = people.target(_generator(seed, "target"), course)
+    first = target_person(_generator(seed, "target"), course)
     plan = VisitPlan(0, _views(camera, frames), [first], slice(0, None), things, CarPark)
     seen = np.array([plan.seen(f)[2].sum() / plan.coverage(0, f)[2].sum() for f in range(100)])
     comes = int(np.argmax(seen >= 0.1))
@@ -135,7 +136,7 @@ def _passers_by(seed: int, first: Person) -> list[Person]:
             for other in (course, *(who.course for who in kept))
         ]
         if not (before.any() or np.any(near)):
-            kept.append(people.bystander(random, way, first.look))
+            kept.append(bystander(random, way, first.look))
     return kept
 
 

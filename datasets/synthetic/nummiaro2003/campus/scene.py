@@ -1,27 +1,90 @@
-"""Renderer of scenes in which the target comes and goes."""
+"""People who come and go: their clothes, the plan of a visit, its renderer and truth."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
-from datasets.synthetic.multipart.scene import WalkingScene
-from datasets.synthetic.nummiaro2003.campus.plan import VisitPlan
+from datasets.synthetic.multipart import wardrobe
+from datasets.synthetic.multipart.casting import dressed
+from datasets.synthetic.multipart.look import Look
+from datasets.synthetic.multipart.plan import Person, Plan
+from datasets.synthetic.multipart.scene import WalkingScene, body_boxes
+from datasets.synthetic.render.attributes import rescaled
+from datasets.synthetic.render.prop import Coverage, Prop
 from datasets.synthetic.render.street.ground import Light
+from datasets.synthetic.render.street.street import Reach, Street
+from datasets.synthetic.render.views import SIZE, Course, Views
 from datasets.synthetic.scene import Truth
 
-__all__ = ["VisitScene"]
+__all__ = ["VisitPlan", "VisitScene", "bystander", "target"]
+
+UNLIKE = 40
+"""Colours differ clearly whose channels differ by this much in one of them [grey levels]."""
+
+
+def target(random: np.random.Generator, course: Course) -> Person:
+    """Someone in a shirt and trousers that differ clearly, without a bag."""
+    return dressed(random, course, wardrobe.two_coloured_clothes(random))
+
+
+def bystander(random: np.random.Generator, course: Course, other: Look) -> Person:
+    """Someone dressed in clearly other colours than another person; half of them carry a bag."""
+    worn = other.shirt, other.trousers
+    clothes = wardrobe.other_clothes(random, worn)
+    bag = wardrobe.bag(random) if random.random() < 0.5 else None
+    while bag is not None and any(np.abs(np.subtract(bag, c)).max() < UNLIKE for c in worn):
+        bag = wardrobe.bag(random)
+    return dressed(random, course, clothes, bag=bag)
+
+
+class VisitPlan(Plan):
+    """Plan of a visit: before and after it all is as it is, without the target.
+
+    The target, who is the first of the `people`, takes part in the frames of `visit` as far as his
+    box reaches into the picture: these are `present`, shape (n,). `obstacles` are all that stands
+    before him at some time, `surroundings` the street or what there is instead.
+    """
+
+    def __init__(
+        self,
+        seed: int,
+        views: Views,
+        people: Sequence[Person],
+        visit: slice,
+        obstacles: Sequence[Prop] = (),
+        surroundings: type[Street] = Street,
+    ) -> None:
+        super().__init__(seed, views, people)
+        self._obstacles = obstacles
+        self._surroundings = surroundings
+        low, size = np.split(body_boxes(*self.places[0].T), 2, axis=1)
+        self.present: NDArray[np.bool_] = np.zeros(len(self), np.bool_)
+        self.present[visit] = np.all((low < SIZE) & (low + size > 0), axis=1)[visit]
+
+    def street(self, light: Light) -> Street:
+        """See `Plan.street`."""
+        return self._surroundings(self.seed, SIZE, self.views.still, Reach(), light)
+
+    @cached_property
+    def posts(self) -> list[Prop]:
+        """What may hide the target, to be drawn."""
+        return list(self._obstacles)
+
+    def in_picture(self, frame: int) -> list[int]:
+        """See `Plan.in_picture`; an absent target is not."""
+        return [person for person in super().in_picture(frame) if person or self.present[frame]]
+
+    def seen(self, frame: int) -> Coverage:
+        """See `Plan.seen`; of an absent target nothing is."""
+        left, top, alpha = super().seen(frame)
+        return left, top, alpha if self.present[frame] else np.zeros_like(alpha)
 
 
 class VisitScene(WalkingScene):
-    """A place where the target comes, and goes again.
-
-    Parameters
-    ----------
-    plan : VisitPlan
-        Who walks where, and when the target is there.
-    kind : {'even', 'dappled'}
-        Of the light.
-    """
+    """A place where the target comes, and goes again."""
 
     plan: VisitPlan
 
@@ -34,9 +97,8 @@ class VisitScene(WalkingScene):
         Sizes are compared with the first in which he is there.
         """
         truth, present = super().truth(), self.plan.present
-        height = self.plan.places[0, :, 2]
-        size = height / height[present.argmax()]
-        attributes = {**truth.attributes, "scale_change": np.logical_or(size < 0.8, size > 1.25)}
+        changed = rescaled(self.plan.places[0, :, 2], int(present.argmax()))
+        attributes = {**truth.attributes, "scale_change": changed}
         gone = np.where(present, 1.0, np.nan)[:, None]
         return replace(
             truth,

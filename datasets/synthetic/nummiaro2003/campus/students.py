@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.multipart import routes
 from datasets.synthetic.multipart.plan import Person
-from datasets.synthetic.nummiaro2003.campus import borders, people
-from datasets.synthetic.nummiaro2003.campus.old_tree import old_tree
-from datasets.synthetic.nummiaro2003.campus.plan import VisitPlan
-from datasets.synthetic.nummiaro2003.campus.scene import VisitScene
+from datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene, bystander
+from datasets.synthetic.nummiaro2003.campus.scene import target as target_person
+from datasets.synthetic.nummiaro2003.campus.setting import old_tree, sides
 from datasets.synthetic.nummiaro2003.knobs import StudentsKnobs
 from datasets.synthetic.render.views import SIZE, Course, Views, fixed, straight
 from datasets.synthetic.scene import part_generator
@@ -50,14 +49,14 @@ def scene(knobs: StudentsKnobs) -> VisitScene:
 
 def entries(knobs: StudentsKnobs) -> NDArray[np.float64]:
     """Left and right border, as far as students walk there."""
-    return borders.sides(_views(knobs.scene).still, DEPTHS)
+    return sides(_views(knobs.scene).still, DEPTHS)
 
 
 @lru_cache(maxsize=4)
 def _plan(seed: int, tree: int) -> VisitPlan:
     views = _views(seed)
     target = _across(_generator(seed, "target way"), views)
-    first = people.target(_generator(seed, "target"), target)
+    first = target_person(_generator(seed, "target"), target)
 
     random = _generator(seed, "tree")
     x, z = _abreast(target, HIDDEN, random.uniform(0.68, 0.73))
@@ -73,7 +72,7 @@ def _plan(seed: int, tree: int) -> VisitPlan:
         others.append(routes.behind_the_target(random, views, target, others, nearest))
     there = [first]
     for i, course in enumerate(others):
-        person = people.bystander(_generator(seed, f"person {i}"), course, first.look)
+        person = bystander(_generator(seed, f"person {i}"), course, first.look)
         if i < len(PASSED):  # he is not seen over their heads
             person = replace(person, stature=max(person.stature, first.stature))
         there.append(person)

@@ -1,4 +1,4 @@
-"""A car: its body, its paint, and how it is seen."""
+"""Cars in their paints: body, how they are seen, and paints unlike the target's."""
 
 import math
 from dataclasses import dataclass
@@ -9,16 +9,14 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.nummiaro2003.driving.facets import Facets, Lens, Pictures, Pose, blank
 from datasets.synthetic.nummiaro2003.driving.laying import lay_facets, lay_over, sprite_of
-from datasets.synthetic.nummiaro2003.driving.lighting import Lighting
 from datasets.synthetic.nummiaro2003.driving.paintwork import BGR, painted
-from datasets.synthetic.nummiaro2003.driving.posing import extents, posed
-from datasets.synthetic.nummiaro2003.driving.shape import Shape
-from datasets.synthetic.nummiaro2003.driving.thing import NEAREST, Window
-from datasets.synthetic.nummiaro2003.driving.view import View
+from datasets.synthetic.nummiaro2003.driving.shape import Shape, any_shape
+from datasets.synthetic.nummiaro2003.driving.things import NEAREST, Lighting, Window
+from datasets.synthetic.nummiaro2003.driving.view import View, extents, posed
 from datasets.synthetic.render.prop import Coverage
 from datasets.synthetic.render.sprite import blend_sprite
 
-__all__ = ["Car", "CarAt"]
+__all__ = ["PAINTS", "TARGETS", "Car", "CarAt", "any_car", "paint", "unlike"]
 
 Array = NDArray[np.float64]
 
@@ -28,17 +26,7 @@ _SPARE = 16  # pixels beyond the canvas, for what motion brings in
 
 
 class Car:
-    """A car.
-
-    Parameters
-    ----------
-    shape : Shape
-        Proportions.
-    paint : tuple of float
-        BGR.
-    seed : int
-        Of what is drawn at random on it.
-    """
+    """A car: its proportions, its paint (BGR), and the seed of what is drawn at random on it."""
 
     def __init__(self, shape: Shape, paint: BGR, seed: int) -> None:
         self.shape = shape
@@ -67,26 +55,16 @@ class Car:
 
 @dataclass(frozen=True)
 class CarAt:
-    """A car at a place; a `Thing`.
-
-    Attributes
-    ----------
-    car : Car
-    x, z : float
-        Its middle on the ground [metres].
-    heading : float
-        [radians].
-    motion : tuple of float
-        Its shift in the picture during the exposure, right and down [pixels].
-    moments : tuple of float
-        Parts of it at which it is drawn; their number is a power of two.
-    """
+    """A car at a place; a `Thing`."""
 
     car: Car
+    # x, z: its middle on the ground [metres]
     x: float
     z: float
-    heading: float
+    heading: float  # [radians]
+    # its shift in the picture during the exposure, right and down [pixels]
     motion: tuple[float, float] = (0.0, 0.0)
+    # parts of it at which it is drawn; their number is a power of two
     moments: tuple[float, ...] = (0.0,)
 
     reach = 3.0
@@ -160,3 +138,41 @@ class CarAt:
         pose = self._pose(facets, view)
         lay_facets(colour, taken, shadow, facets, pictures, shade, lens, pose, order)
         return colour, taken, shadow, left, top
+
+
+PAINTS: tuple[BGR, ...] = (
+    (38, 34, 150),  # red
+    (46, 36, 92),  # dark red
+    (148, 92, 42),  # blue
+    (88, 54, 36),  # dark blue
+    (66, 96, 44),  # green
+    (60, 150, 190),  # yellow
+    (196, 202, 204),  # white
+    (164, 166, 166),  # silver
+    (94, 94, 94),  # grey
+    (44, 42, 42),  # black
+    (128, 156, 172),  # beige
+)
+
+TARGETS = tuple(paint for paint in PAINTS if paint != (94, 94, 94))
+"""Paints of targets: not that of the road."""
+
+CLEAR = 60.0
+"""Paints that differ by this much in some channel differ clearly [grey levels]."""
+
+
+def paint(random: np.random.Generator, choice: tuple[BGR, ...] = PAINTS) -> BGR:
+    """One of some paints; no two are quite alike."""
+    colour = np.array(choice[random.integers(len(choice))])
+    blue, green, red = (colour * random.uniform(0.92, 1.08) + random.uniform(-4, 4, 3)).tolist()
+    return blue, green, red
+
+
+def unlike(target: BGR) -> tuple[BGR, ...]:
+    """Paints that differ clearly from a target's."""
+    return tuple(p for p in PAINTS if np.abs(np.subtract(p, target)).max() >= CLEAR)
+
+
+def any_car(random: np.random.Generator, choice: tuple[BGR, ...] = PAINTS) -> Car:
+    """Car of any shape, in one of some paints."""
+    return Car(any_shape(random), paint(random, choice), int(random.integers(2**32)))

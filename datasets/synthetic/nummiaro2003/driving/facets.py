@@ -1,63 +1,43 @@
-"""Facets of solids, the pictures on them, and the packing of these.
+"""Solids of plane facets and the pictures on them: faces, and the tuples of arrays for kernels."""
 
-What kernels are given: tuples of arrays.
-"""
-
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MOST", "Facets", "Lens", "Pictures", "Pose", "blank", "packed"]
+__all__ = [
+    "MOST", "Face", "Facets", "Lens", "Pictures", "Pose", "Ring", "assembled", "between", "blank",
+    "flat", "packed", "upright",
+]  # fmt: skip
+
+Array = NDArray[np.float64]
 
 MOST = 8
 """Corners of a facet."""
 
 
 class Facets(NamedTuple):
-    """Facets of a solid, from front to back wherever one can hide another.
+    """Facets of a solid, from front to back wherever one can hide another."""
 
-    Attributes
-    ----------
-    corners : ndarray of float64, shape (n, MOST, 3)
-        In the solid's own frame: right, up, ahead [metres].
-    counts : ndarray of int64, shape (n,)
-        Corners that count.
-    normals : ndarray of float64, shape (n, 3)
-        Of length 1, outwards.
-    kinds : ndarray of int64, shape (n,)
-        Number of the picture.
-    places : ndarray of float64, shape (n, 2, 4)
-        Column and row in the picture, each as three factors of the place and a constant.
-    soft : ndarray of bool, shape (n,)
-        A shadow, as dark as its picture's blue says; takes no samples.
-    """
-
+    # (n, MOST, 3), in the solid's own frame: right, up, ahead [metres]
     corners: NDArray[np.float64]
-    counts: NDArray[np.int64]
-    normals: NDArray[np.float64]
-    kinds: NDArray[np.int64]
+    counts: NDArray[np.int64]  # (n,), corners that count
+    normals: NDArray[np.float64]  # (n, 3), of length 1, outwards
+    kinds: NDArray[np.int64]  # (n,), number of the picture
+    # (n, 2, 4), column and row in the picture, each as three factors of the place and a constant
     places: NDArray[np.float64]
-    soft: NDArray[np.bool_]
+    soft: NDArray[np.bool_]  # (n,), a shadow, as dark as its picture's blue says; takes no samples
 
 
 class Pictures(NamedTuple):
-    """Periodic pictures at falling resolutions, one after the other.
+    """Periodic pictures at falling resolutions, one after the other."""
 
-    Attributes
-    ----------
-    pixels : ndarray of uint32, shape (k,)
-        Red, green and blue in bytes, blue the lowest.
-    starts : ndarray of int64, shape (pictures, levels)
-        Where in `pixels` each begins; -1 beyond the coarsest.
-    sizes : ndarray of int64, shape (pictures, 2)
-        Width and height of the finest as powers of two.
-    """
-
-    pixels: NDArray[np.uint32]
+    pixels: NDArray[np.uint32]  # (k,), red, green and blue in bytes, blue the lowest
+    # (pictures, levels), where in `pixels` each begins; -1 beyond the coarsest
     starts: NDArray[np.int64]
-    sizes: NDArray[np.int64]
+    sizes: NDArray[np.int64]  # (pictures, 2), width and height of the finest as powers of two
 
 
 class Lens(NamedTuple):
@@ -69,35 +49,18 @@ class Lens(NamedTuple):
 
 
 class Pose(NamedTuple):
-    """Where a solid is for the camera, and its light.
+    """Where a solid is for the camera, and its light."""
 
-    Attributes
-    ----------
-    turn : ndarray of float64, shape (3, 3)
-        From the solid's frame to the camera's: right, down, ahead.
-    place : ndarray of float64, shape (3,)
-        Of the solid's origin in the camera's frame [metres].
-    gains : ndarray of int64, shape (n,)
-        Light on each facet, times 256.
-    shading : ndarray of float64, shape (2, 4)
-        Column and row in the picture of shade, each as three factors of the place in the
-        camera's frame and a constant.
-    """
-
-    turn: NDArray[np.float64]
-    place: NDArray[np.float64]
-    gains: NDArray[np.int64]
+    turn: NDArray[np.float64]  # (3, 3), from the solid's frame to the camera's: right, down, ahead
+    place: NDArray[np.float64]  # (3,), of the solid's origin in the camera's frame [metres]
+    gains: NDArray[np.int64]  # (n,), light on each facet, times 256
+    # (2, 4), column and row in the picture of shade, each as three factors of the place in the
+    # camera's frame and a constant
     shading: NDArray[np.float64]
 
 
 def packed(images: Sequence[NDArray[np.float64]]) -> Pictures:
-    """Pictures at all resolutions down to one pixel along a side.
-
-    Parameters
-    ----------
-    images : sequence of ndarray of float64, shape (height, width, 3)
-        BGR in [0, 255]; their sides are powers of two.
-    """
+    """Pictures, BGR in [0, 255], at all resolutions; their sides are powers of two."""
     depth = 1 + max(min(image.shape[:2]).bit_length() - 1 for image in images)
     pixels: list[NDArray[np.uint32]] = []
     starts = np.full((len(images), depth), -1)
@@ -119,3 +82,94 @@ def packed(images: Sequence[NDArray[np.float64]]) -> Pictures:
 def blank(count: int = 1, level: float = 128.0) -> Pictures:
     """Pictures of one grey pixel each."""
     return packed([np.full((1, 1, 3), level)] * count)
+
+
+@dataclass(frozen=True)
+class Face:
+    """A plane polygon."""
+
+    corners: Array  # (n, 3), in order around it, at most MOST [metres]
+    outwards: Array  # (3,), some direction that it faces
+    kind: int  # number of the picture on it
+    soft: bool = False  # whether it is a shadow
+
+
+@dataclass(frozen=True)
+class Ring:
+    """Outline of a solid at a height: a rectangle with its corners cut off."""
+
+    height: float  # [metres]
+    # ahead, behind: where it ends along the solid's axis [metres]
+    ahead: float
+    behind: float
+    half_width: float  # [metres]
+
+    def corners(self, cut: tuple[float, float]) -> Array:
+        """Eight corners from the front's left end on; `cut` is across and along [metres]."""
+        wide, narrow = self.half_width, self.half_width - cut[0]
+        ahead, behind = self.ahead - cut[1], self.behind + cut[1]
+        outline = [(-narrow, self.ahead), (narrow, self.ahead), (wide, ahead), (wide, behind),
+                   (narrow, self.behind), (-narrow, self.behind), (-wide, behind),
+                   (-wide, ahead)]  # fmt: skip
+        return np.array([[x, self.height, z] for x, z in outline])
+
+
+def between(
+    lower: Ring, upper: Ring, kinds: tuple[int, int, int], cut: tuple[float, float] = (0.0, 0.0)
+) -> Iterator[Face]:
+    """Faces around a solid between two outlines.
+
+    `kinds` are the pictures on the front with its corners, on the rear with its corners and on the
+    sides; `cut` is as in `Ring.corners`, the same at both, so that every face is plane.
+    """
+    below, above = lower.corners(cut), upper.corners(cut)
+    front, rear, side = kinds
+    for k, kind in enumerate((front, front, side, rear, rear, rear, side, front)):
+        after = (k + 1) % 8
+        corners = np.array([below[k], below[after], above[after], above[k]])
+        if cut == (0.0, 0.0) and k % 2:
+            continue
+        middle = (below[k] + below[after]) / 2
+        away = [middle[0], 0.0, middle[2] - (lower.ahead + lower.behind) / 2]
+        yield Face(corners, np.array(away), kind)
+
+
+def flat(
+    height: float, x: tuple[float, float], z: tuple[float, float], kind: int, soft: bool = False
+) -> Face:
+    """Level rectangle that is seen from above."""
+    outline = [(x[0], z[0]), (x[1], z[0]), (x[1], z[1]), (x[0], z[1])]
+    corners = np.array([[a, height, b] for a, b in outline])
+    return Face(corners, np.array([0.0, 1.0, 0.0]), kind, soft)
+
+
+def upright(corners: Sequence[tuple[float, float]], z: float, ahead: bool, kind: int) -> Face:
+    """Polygon of corners (x, y) that stands across the axis at `z`, and faces along it."""
+    places = np.array([[x, y, z] for x, y in corners])
+    return Face(places, np.array([0.0, 0.0, 1.0 if ahead else -1.0]), kind)
+
+
+def assembled(faces: Sequence[Face], projections: Array) -> Facets:
+    """Facets of faces that are listed from front to back.
+
+    `projections`, shape (pictures, 2, 4), are column and row in every picture, as in
+    `Facets.places`.
+    """
+    corners = np.zeros((len(faces), MOST, 3))
+    normals = np.empty((len(faces), 3))
+    for k, face in enumerate(faces):
+        corners[k, : len(face.corners)] = face.corners
+        # The diagonals span the plane even where two corners are one.
+        first, second = face.corners[2] - face.corners[0], face.corners[-1] - face.corners[1]
+        normal = np.cross(first, second)
+        normal /= np.sqrt((normal * normal).sum())
+        normals[k] = normal if (normal * face.outwards).sum() > 0 else -normal
+    kinds = np.array([face.kind for face in faces])
+    return Facets(
+        corners,
+        np.array([len(face.corners) for face in faces]),
+        normals,
+        kinds,
+        np.ascontiguousarray(projections[kinds]),
+        np.array([face.soft for face in faces]),
+    )

@@ -7,8 +7,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nummiaro2003.driving.facets import packed
-from datasets.synthetic.nummiaro2003.driving.solid import Face, Ring, assembled, between, flat
+from datasets.synthetic.nummiaro2003.driving.facets import (
+    Face,
+    Ring,
+    assembled,
+    between,
+    flat,
+    packed,
+)
 from datasets.synthetic.nummiaro2003.driving.view import View
 from datasets.synthetic.render.texture import fractal, noise
 
@@ -39,29 +45,17 @@ _SIZE = 512, 256  # of a picture of a wall [pixels]
 
 @dataclass(frozen=True)
 class House:
-    """A house along the axes.
+    """A house along the axes."""
 
-    Attributes
-    ----------
-    x, z : float
-        Its middle [metres].
-    width, depth : float
-        Along x and along z [metres].
-    storeys : int
-        Ground floor included.
-    roof : float
-        Height of the roof; 0 is flat [metres].
-    look : int
-        Number of its look, in [0, LOOKS).
-    """
-
+    # x, z: its middle [metres]
     x: float
     z: float
+    # width, depth: along x and along z [metres]
     width: float
     depth: float
-    storeys: int
-    roof: float
-    look: int
+    storeys: int  # ground floor included
+    roof: float  # height of the roof; 0 is flat [metres]
+    look: int  # number of its look, in [0, LOOKS)
 
     def faces(self) -> list[Face]:
         """Walls and roof."""
@@ -83,21 +77,7 @@ class House:
 
 
 class Houses:
-    """Houses that are drawn together.
-
-    Parameters
-    ----------
-    random : numpy.random.Generator
-        Draws the looks.
-    houses : sequence of House
-
-    Attributes
-    ----------
-    facets : Facets
-        Of all of them, in the world's frame.
-    pictures : Pictures
-        On them.
-    """
+    """Houses that are drawn together: `facets` in the world's frame, and the `pictures` on them."""
 
     def __init__(self, random: np.random.Generator, houses: Sequence[House]) -> None:
         faces = [house.faces() for house in houses]

@@ -1,8 +1,9 @@
-"""Facets seen in perspective, laid from front to back.
+"""Facets seen in perspective, laid from front to back by compiled kernels.
 
 A pixel has 4 x 4 samples; whichever facet comes first takes those that it covers. So edges are
 smooth, no gap opens between neighbours, and nothing is painted that is not seen. Corners are
-rounded to 1/64 pixel and all that is done to pixels is done in integers.
+rounded to 1/64 pixel and all that is done to pixels is done in integers. `lay_facets` is one long
+kernel, as its inner loop keeps some thirty numbers that a called kernel would have to be given.
 """
 
 import numpy as np
@@ -135,26 +136,12 @@ def lay_facets(
     pose: Pose,
     order: NDArray[np.int64],
 ) -> None:
-    """Lay facets under what is there already.
+    """Lay facets, numbered by `order` from front to back, under what is there already.
 
-    Parameters
-    ----------
-    canvas : ndarray of uint8, shape (height, width, 3)
-        Sum over the samples taken, over 16; changed in place.
-    taken : ndarray of uint16, shape (height, width)
-        A bit a sample; changed in place.
-    shadow : ndarray of uint8, shape (height, width)
-        How dark the soft facets make what is not taken; changed in place. Without soft
-        facets it is not touched.
-    facets : Facets
-    pictures : Pictures
-        What is on them.
-    shade : Pictures
-        One picture, whose blue is light over 128, laid over all facets.
-    lens : Lens
-    pose : Pose
-    order : ndarray of int64, shape (k,)
-        Numbers of the facets to lay, from front to back.
+    Changed in place: `canvas` (height, width, 3), sums over the samples taken, over 16; `taken`
+    (height, width), a bit a sample; `shadow` (height, width), how dark the soft facets make what is
+    not taken (untouched without soft facets). `shade` is one picture, whose blue is light over 128,
+    laid over all facets.
     """
     height, width = taken.shape
     turn, place, focal = pose.turn, pose.place, lens.focal

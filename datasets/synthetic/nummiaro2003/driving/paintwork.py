@@ -38,15 +38,7 @@ _RED, _AMBER, _CLEAR = (38.0, 30.0, 168.0), (40.0, 130.0, 214.0), (214.0, 216.0,
 
 
 class Sheet:
-    """A drawing to scale.
-
-    Parameters
-    ----------
-    kind : int
-        Which picture of the car it becomes.
-    colour : tuple of float
-        Of the paper, BGR.
-    """
+    """A drawing to scale: one of the car's pictures, on paper of a colour (BGR)."""
 
     def __init__(self, kind: int, colour: BGR) -> None:
         self._size = SIZES[kind]

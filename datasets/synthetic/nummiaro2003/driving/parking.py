@@ -11,25 +11,32 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nummiaro2003.driving.car import CarAt
-from datasets.synthetic.nummiaro2003.driving.fleet import TARGETS, any_car, unlike
-from datasets.synthetic.nummiaro2003.driving.ground import (
+from datasets.synthetic.nummiaro2003.driving.car import TARGETS, CarAt, any_car, unlike
+from datasets.synthetic.nummiaro2003.driving.house import House, any_house
+from datasets.synthetic.nummiaro2003.driving.paintwork import BGR
+from datasets.synthetic.nummiaro2003.driving.plan import (
+    FRAMES_PER_SECOND,
+    SIZE,
+    Bend,
+    Course,
+    Plan,
+    Way,
+    car_at,
+)
+from datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
+from datasets.synthetic.nummiaro2003.driving.things import meet
+from datasets.synthetic.nummiaro2003.driving.view import View
+from datasets.synthetic.nummiaro2003.driving.world import (
     ASPHALT,
     GRASS,
     KERB,
     PAINT,
     PAVING,
+    Layout,
+    Plant,
     Strip,
     dashes,
 )
-from datasets.synthetic.nummiaro2003.driving.house import House, any_house
-from datasets.synthetic.nummiaro2003.driving.paintwork import BGR
-from datasets.synthetic.nummiaro2003.driving.plan import FRAMES_PER_SECOND, SIZE, Plan, car_at
-from datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
-from datasets.synthetic.nummiaro2003.driving.thing import meet
-from datasets.synthetic.nummiaro2003.driving.view import View
-from datasets.synthetic.nummiaro2003.driving.way import Bend, Course, Way
-from datasets.synthetic.nummiaro2003.driving.world import Layout, Plant
 from datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
 from datasets.synthetic.scene import part_generator
 

@@ -1,4 +1,4 @@
-"""Renderer of the scenes with cars."""
+"""Renderer and truth of the scenes with cars."""
 
 from functools import cached_property
 
@@ -7,16 +7,52 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
 from datasets.synthetic.nummiaro2003.driving.plan import FRAMES_PER_SECOND, SIZE, Plan
-from datasets.synthetic.nummiaro2003.driving.thing import Thing, Window, from_far, meet
-from datasets.synthetic.nummiaro2003.driving.truth import driving_truth
+from datasets.synthetic.nummiaro2003.driving.things import Thing, Window, from_far, meet
 from datasets.synthetic.nummiaro2003.driving.world import World
+from datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
 from datasets.synthetic.render.camera import Camera, slow_exposure
 from datasets.synthetic.render.street.ground import Light
 from datasets.synthetic.scene import Scene, Truth, part_generator, pasted
 
-__all__ = ["DrivingScene"]
+__all__ = ["DrivingScene", "driving_truth"]
 
 Array = NDArray[np.float64]
+
+TURNING = 15.0
+"""The side that is seen turns if it does so by this much in a second [degrees]."""
+
+FASTEST = 0.2
+"""Share of the frames that count as fast."""
+
+
+def driving_truth(plan: Plan, shade: NDArray[np.bool_]) -> Truth:
+    """Truth of all frames; `shade`, shape (n,), is where the target is in the shade of a tree.
+
+    `boxes` are the extents of the whole car. Attributes are `occlusion` (less than 0.9 of the
+    target is seen), `out_of_view` (a part of the box), `scale_change` (width outside 0.8 to
+    1.25 of the first), `turning` (the side from which it is seen turns by more than 15 degrees
+    in a second), `fast` (the fifth of the frames in which it moves most in the picture) and
+    `shade`.
+    """
+    boxes, visibility = plan.boxes, plan.visibility
+    course = plan.cars[0][1]
+    places = np.array([view.place for view in plan.views])
+    sight = np.unwrap(np.arctan2(course.x - places[:, 0], course.z - places[:, 2]))
+    steps = np.gradient(boxes[:, :2] + boxes[:, 2:] / 2, axis=0)
+    speed = np.sqrt((steps * steps).sum(axis=1))
+    return Truth(
+        boxes,
+        visibility,
+        {
+            "occlusion": occluded(visibility),
+            "out_of_view": out_of_view(boxes),
+            "scale_change": rescaled(boxes[:, 2]),
+            "turning": turning(course.heading - sight, TURNING),
+            "fast": np.greater(speed, np.quantile(speed, 1 - FASTEST)),
+            "shade": shade,
+        },
+    )
+
 
 CAMERA = Camera(SIZE, noise=2.0)
 
@@ -25,16 +61,9 @@ SHADE = 0.85
 
 
 class DrivingScene(Scene):
-    """Cars, one of them the target.
+    """Cars, the first of them the target, before a camera that moves or is `still`.
 
-    Parameters
-    ----------
-    plan : Plan
-        Which cars drive where, and what the camera does.
-    kind : {'even', 'dappled'}
-        Of the light.
-    still : bool
-        Whether the camera stands: then what does not move is drawn once.
+    Where it is still, what does not move is drawn once.
     """
 
     size = SIZE

@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nummiaro2003.driving.facets import Facets
-from datasets.synthetic.nummiaro2003.driving.solid import (
+from datasets.synthetic.nummiaro2003.driving.facets import (
     Face,
+    Facets,
     Ring,
     assembled,
     between,
@@ -46,32 +46,19 @@ _DARK = 0.55  # reach of the shadow beyond the body [metres]
 
 @dataclass(frozen=True)
 class Shape:
-    """Proportions of a car, in metres; along the car from its middle, ahead positive.
+    """Proportions of a car, in metres; along the car from its middle, ahead positive."""
 
-    Attributes
-    ----------
-    length, width : float
-        Of the body.
-    roof : float
-        Height of the roof.
-    bonnet : float
-        Height of the bonnet's front edge.
-    screen, rear_screen : tuple of float
-        Where the windscreen and the rear window stand and where they end at the roof.
-    deck : float
-        Where the body's upper side ends behind.
-    axles : tuple of float
-        Front and rear.
-    """
-
+    # length, width: of the body
     length: float
     width: float
-    roof: float
-    bonnet: float
+    roof: float  # height of the roof
+    bonnet: float  # height of the bonnet's front edge
+    # screen, rear_screen: where the windscreen and the rear window stand and where they end at
+    # the roof
     screen: tuple[float, float]
     rear_screen: tuple[float, float]
-    deck: float
-    axles: tuple[float, float]
+    deck: float  # where the body's upper side ends behind
+    axles: tuple[float, float]  # front and rear
 
     @property
     def rings(self) -> tuple[Ring, ...]:

@@ -1,4 +1,4 @@
-"""Where cars drive: ground, houses, what stands about, and light on all of it."""
+"""Where cars drive: ground, houses, what stands about, what is far off, and light on all of it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,22 +7,147 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nummiaro2003.driving.billboard import Cutout, Standing, cut_out
 from datasets.synthetic.nummiaro2003.driving.car import CarAt
-from datasets.synthetic.nummiaro2003.driving.facets import Lens, Pictures, blank
-from datasets.synthetic.nummiaro2003.driving.ground import Strip, laid, surfaces
+from datasets.synthetic.nummiaro2003.driving.facets import (
+    Facets,
+    Lens,
+    Pictures,
+    assembled,
+    blank,
+    flat,
+    packed,
+)
 from datasets.synthetic.nummiaro2003.driving.house import House, Houses
 from datasets.synthetic.nummiaro2003.driving.laying import lay_facets, lay_picture
-from datasets.synthetic.nummiaro2003.driving.lighting import Lighting
-from datasets.synthetic.nummiaro2003.driving.panorama import Panorama
-from datasets.synthetic.nummiaro2003.driving.posing import posed
-from datasets.synthetic.nummiaro2003.driving.thing import Thing
-from datasets.synthetic.nummiaro2003.driving.view import View
+from datasets.synthetic.nummiaro2003.driving.things import (
+    Cutout,
+    Lighting,
+    Standing,
+    Thing,
+    cut_out,
+)
+from datasets.synthetic.nummiaro2003.driving.view import View, posed
+from datasets.synthetic.render.layers import draw_rows
+from datasets.synthetic.render.street.facades import backdrop
 from datasets.synthetic.render.street.furniture import bush, post, sign, tree
 from datasets.synthetic.render.street.ground import Light
+from datasets.synthetic.render.texture import fractal, grass, paving
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["Layout", "Plant", "World"]
+__all__ = [
+    "ASPHALT", "GRASS", "KERB", "PAINT", "PAVING", "Layout", "Panorama", "Plant", "Strip", "World",
+    "dashes", "laid", "surfaces",
+]  # fmt: skip
+
+Array = NDArray[np.float64]
+
+_DISTANCE = 150.0  # of the town [metres]
+_BELOW = 6  # rows that reach under the horizon
+
+
+class Panorama:
+    """What is too far to move when the camera does: sky, a town, trees before it.
+
+    `yaws` are the lowest and the highest direction of sight [radians], `width` and `height` those
+    of the images, `focal` the focal length [pixels].
+    """
+
+    def __init__(
+        self,
+        random: np.random.Generator,
+        focal: float,
+        yaws: tuple[float, float],
+        width: int,
+        height: int,
+    ) -> None:
+        self._start = yaws[0]
+        self._focal = focal
+        around = int(np.ceil((yaws[1] - yaws[0]) * focal)) + width + 4
+        self._base = height
+        picture = backdrop(random, height + _BELOW, around, focal / _DISTANCE, float(height))
+        self._picture = _with_trees(random, picture, height, focal / 90.0)
+
+    def draw(self, canvas: NDArray[np.uint8], view: View) -> int:
+        """Fill all rows down to the horizon and a few below it; how many these are."""
+        last = int(np.clip(np.ceil(view.horizon) + _BELOW, 0, len(canvas)))
+        left = np.round((view.yaw - self._start) * self._focal * 64)
+        lefts = np.full((1, len(self._picture)), left, np.int64)
+        top = round((view.horizon - self._base) * 64)
+        draw_rows(canvas, self._picture, top, lefts, 0, last)
+        return last
+
+
+def _with_trees(
+    random: np.random.Generator, picture: NDArray[np.uint8], base: int, metre: float
+) -> NDArray[np.uint8]:
+    """A picture with trees along its base; `metre` is in pixels."""
+    columns = np.arange(picture.shape[1])
+    outline = fractal(random, 256, 4, 128, 0.7)
+    leaves = fractal(random, 256, 32, 128, 0.9)
+    tops = base - metre * (4.2 + 2.6 * outline[7, columns % 256] + 1.2 * outline[99, columns // 3
+                                                                            % 256])  # fmt: skip
+    rows = np.arange(len(picture))[:, None]
+    cover = np.clip(rows - tops, 0, 1)
+    tone = 1 + 0.3 * leaves[rows % 256, columns % 256] - 0.2 * np.clip((rows - tops) / 30, 0, 1)
+    green = np.array([72.0, 104.0, 88.0]) * tone[..., None]
+    return np.asarray(picture + (green - picture) * cover[..., None]).astype(np.uint8)
+
+
+ASPHALT, PAVING, GRASS, KERB, PAINT = range(5)
+"""What the ground is made of."""
+
+_DENSITIES = (96.0, 128.0, 64.0, 64.0, 64.0)
+"""Pixels a metre."""
+
+_SIZE = 512
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A rectangle along the axes."""
+
+    kind: int  # what it is made of
+    # x, z: from and to [metres]
+    x: tuple[float, float]
+    z: tuple[float, float]
+
+
+def laid(strips: Sequence[Strip]) -> Facets:
+    """Facets of strips; where two overlap, the one that comes first is seen."""
+    densities = np.array(_DENSITIES)
+    projections = np.zeros((len(_DENSITIES), 2, 4))
+    projections[:, 0, 0] = projections[:, 1, 2] = densities
+    return assembled([flat(0.0, strip.x, strip.z, strip.kind) for strip in strips], projections)
+
+
+def dashes(
+    start: float, end: float, across: float, along_x: bool, line: float = 3.0, gap: float = 6.0
+) -> list[Strip]:
+    """Broken line along an axis; all in metres."""
+    width = (across - 0.06, across + 0.06)
+    return [
+        Strip(PAINT, (s, s + line), width) if along_x else Strip(PAINT, width, (s, s + line))
+        for s in np.arange(start, end, line + gap).tolist()
+    ]
+
+
+def surfaces(random: np.random.Generator) -> Pictures:
+    """Pictures of all that the ground is made of."""
+    grain = fractal(random, _SIZE, 32, _SIZE // 2, 0.95)
+    blots = fractal(random, _SIZE, 4, 16)
+    tone = 1 + 0.11 * grain + 0.035 * blots
+    asphalt = np.array([104.0, 104.0, 106.0]) * random.uniform(0.88, 1.12) * tone[..., None]
+    worn = 1 - 0.3 * np.clip(fractal(random, _SIZE, 16, 256, 0.8) - 0.7, 0, 1)
+    stone = 1 + 0.06 * grain
+    kerb = 150.0 * stone[..., None] * np.ones(3)
+    kerb[:, :: _SIZE // 8] *= 0.7
+    kerb[:: _SIZE // 8] *= 0.7
+    slabs = paving(random, _SIZE)
+    slabs = slabs.mean() * 1.05 + 0.6 * (slabs - slabs.mean())
+    lawn = grass(random, _SIZE)
+    return packed([asphalt, slabs, lawn, kerb, 214.0 * (worn * (1 + 0.04 * grain))[..., None]
+                   * np.ones(3)])  # fmt: skip
+
 
 KINDS = {"tree": tree, "bush": bush, "post": post, "sign": sign}
 """What can stand about."""
@@ -45,21 +170,10 @@ class Plant:
 
 @dataclass(frozen=True)
 class Layout:
-    """What a place is like.
+    """What a place is like."""
 
-    Attributes
-    ----------
-    seed : int
-        Of all that is drawn at random when it is painted.
-    strips : sequence of Strip
-        The ground; where two overlap, the one that comes first is seen.
-    houses : sequence of House
-    plants : sequence of Plant
-    parked : sequence of CarAt
-    """
-
-    seed: int
-    strips: Sequence[Strip]
+    seed: int  # of all that is drawn at random when it is painted
+    strips: Sequence[Strip]  # the ground; where two overlap, the one that comes first is seen
     houses: Sequence[House]
     plants: Sequence[Plant]
     parked: Sequence[CarAt]
@@ -68,14 +182,7 @@ class Layout:
 class World:
     """A place in a light; nothing is painted before it is asked for.
 
-    Parameters
-    ----------
-    layout : Layout
-    light : {'even', 'dappled'}
-    focal : float
-        Of the camera [pixels].
-    yaws : tuple of float
-        Lowest and highest direction of sight [radians].
+    `focal` is the camera's [pixels], `yaws` its lowest and highest direction of sight [radians].
     """
 
     def __init__(

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from datasets.interface import Image, Mask
 from datasets.synthetic.nummiaro2003.factory.hall import hall
 from datasets.synthetic.nummiaro2003.knobs import HeadKnobs
+from datasets.synthetic.render.attributes import occluded
 from datasets.synthetic.render.camera import Camera, slow_exposure
 from datasets.synthetic.render.figure.look import drawn_look
 from datasets.synthetic.render.figure.routine import (
@@ -42,9 +43,6 @@ EXPOSURE = 0.4
 
 CAMERA = Camera(SIZE, noise=2.5)
 
-OCCLUDED = 0.9
-"""Visible fraction below which the head counts as occluded."""
-
 TURNED_AWAY = np.radians(120)
 """Where the head faces away from the camera by more than this, nothing is seen of the face."""
 
@@ -69,15 +67,7 @@ def entries(knobs: HeadKnobs) -> NDArray[np.float64]:
 
 
 class HeadScene(Scene):
-    """A worker before machines.
-
-    Parameters
-    ----------
-    seed : int
-        Of all that is drawn at random.
-    lamps : bool
-        Whether there is light and dark; else it is bright everywhere.
-    """
+    """A worker before machines; `lamps` says whether there is light and dark, else it is bright."""
 
     length, size = FRAMES, SIZE
     fps = FRAMES_PER_SECOND
@@ -158,6 +148,6 @@ def _truth(seed: int) -> Truth:
         {
             "turned_away": worker.facing < np.cos(TURNED_AWAY),
             "fast": np.sqrt((motion * motion).sum(axis=1)) > FAST * boxes[:, 2],
-            "occlusion": np.less(visibility, OCCLUDED),
+            "occlusion": occluded(visibility),
         },
     )

@@ -11,7 +11,7 @@ from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.street.car import car
 from datasets.synthetic.render.street.facades import backdrop
 from datasets.synthetic.render.street.furniture import bush, litter_bin, post, sign, tree
-from datasets.synthetic.render.street.ground import Light, Shade, ground_rows, street_bands
+from datasets.synthetic.render.street.ground import Band, Light, Shade, ground_rows, street_bands
 from datasets.synthetic.render.views import Camera
 from datasets.synthetic.scene import part_generator
 
@@ -154,7 +154,7 @@ class Street:
         random = part_generator(self._seed, "ground")
         rows = ground_rows(
             random,
-            street_bands(random, KERB, HOUSES),
+            self._bands(random),
             self._shade,
             self._still,
             self._scales,
@@ -163,6 +163,9 @@ class Street:
             self._margin,
         )
         return rows, self._first_row
+
+    def _bands(self, random: np.random.Generator) -> list[Band]:
+        return street_bands(random, KERB, HOUSES)
 
     @property
     def _first_row(self) -> float:

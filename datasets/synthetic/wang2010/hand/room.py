@@ -3,13 +3,14 @@
 Nothing in the room has the hue of skin: the face alone has.
 """
 
-from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image
-from datasets.synthetic.render.painting import Colour, Painting, varied
+from datasets.synthetic.render.colours import any_of
+from datasets.synthetic.render.painting import Painting
 from datasets.synthetic.render.texture import fractal, lerp, ramp
 
 __all__ = ["FINE", "office", "plain_wall"]
@@ -35,6 +36,8 @@ PAPERS = ((222, 214, 202), (216, 204, 184), (146, 216, 224), (200, 228, 196))
 LEAVES = ((46, 92, 40), (58, 116, 52), (44, 74, 34), (70, 130, 76))
 SEAS = np.array([[92, 62, 34], [146, 108, 58], [190, 172, 132], [222, 214, 200]], np.float64)
 
+_one_of = partial(any_of, spread=0.05)  # it keeps its hue
+
 
 def plain_wall(random: np.random.Generator, width: int, height: int) -> Image:
     """A painted wall in one contrasting colour."""
@@ -56,11 +59,6 @@ def office(random: np.random.Generator, width: int, height: int) -> Image:
     else:
         _pinboard(painting, random, 0.06 if left else across - 0.36, 0.56)
     return _reduced(wall)
-
-
-def _one_of(random: np.random.Generator, colours: Sequence[tuple[int, int, int]]) -> Colour:
-    """One of some colours; it keeps its hue."""
-    return varied(random, colours[int(random.integers(len(colours)))], 0.05)
 
 
 def _wall(

@@ -179,3 +179,9 @@ def test_every_fixed_scene_has_short_occlusions_and_a_clear_start(seed, number):
     assert seen.min() < 0.7
     assert (seen < 0.1).sum() < 40
     assert (seen < 0.9).mean() < 0.4
+
+
+def test_the_background_of_a_followed_target_changes_rapidly():
+    sequence = datasets.load("multipart/1")
+    one, other = (sequence[frame][100:220].astype(int) for frame in (300, 340))
+    assert np.abs(one - other).mean() > 12

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
+from datasets.synthetic.nummiaro2003.driving.plan import BRAKING, Bend, Way, unhurried
 from datasets.synthetic.nummiaro2003.driving.shape import any_shape
 from datasets.synthetic.nummiaro2003.driving.view import View, heading_axes
-from datasets.synthetic.nummiaro2003.driving.way import BRAKING, Bend, Course, Way, unhurried
 
 angles = st.floats(-3.1, 3.1)
 
@@ -110,9 +110,3 @@ def test_a_way_is_driven_in_the_frames_that_it_is_to_take():
     speeds = np.diff(travelled)
     bend = (travelled[:-1] > 32) & (travelled[:-1] < 37)
     assert speeds[bend].mean() < 0.8 * speeds[20:60].mean()
-
-
-def test_a_course_may_stand_in_one_place():
-    course = Course.of(3, [1.0, 2.0, 3.0], 4.0, 0.5)
-    assert course.z.tolist() == [4.0] * 3
-    assert course.heading.tolist() == [0.5] * 3

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from datasets.synthetic.nummiaro2003.driving.facets import Lens, blank, packed
+from datasets.synthetic.nummiaro2003.driving.facets import Face, Lens, assembled, blank, packed
 from datasets.synthetic.nummiaro2003.driving.laying import (
     FULL,
     lay_facets,
@@ -15,9 +15,7 @@ from datasets.synthetic.nummiaro2003.driving.laying import (
     lay_picture,
     sprite_of,
 )
-from datasets.synthetic.nummiaro2003.driving.posing import posed
-from datasets.synthetic.nummiaro2003.driving.solid import Face, assembled
-from datasets.synthetic.nummiaro2003.driving.view import View
+from datasets.synthetic.nummiaro2003.driving.view import View, posed
 
 SIZE = 48, 40  # width and height
 LENS = Lens(40.0, 24.0, 20.0)

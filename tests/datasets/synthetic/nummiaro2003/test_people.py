@@ -1,21 +1,18 @@
 """`nummiaro2003/person` and `students`: when the target is there, and what hides him."""
 
-import tracemalloc
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import datasets
-from datasets import SequenceError
 from datasets.synthetic import nummiaro2003
 from datasets.synthetic.multipart.look import Look
 from datasets.synthetic.multipart.plan import Person
 from datasets.synthetic.multipart.scene import body_boxes
 from datasets.synthetic.nummiaro2003.campus import person, students
-from datasets.synthetic.nummiaro2003.campus.plan import VisitPlan
-from datasets.synthetic.nummiaro2003.campus.scene import VisitScene
+from datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene
+from datasets.synthetic.nummiaro2003.knobs import PersonKnobs, StudentsKnobs
 from datasets.synthetic.render.views import fixed, straight
 
 PERSON, STUDENTS = "nummiaro2003/person", "nummiaro2003/students"
@@ -24,6 +21,11 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 def opened(name, **knobs):
     return datasets.load(":".join([name, *(f"{key}={value}" for key, value in knobs.items())]))
+
+
+def planned(module, knobs, **values):
+    """Plan of a scene, without its truth, which takes most of the time."""
+    return module.scene(knobs(**values)).plan
 
 
 def spells(flags):
@@ -86,7 +88,7 @@ def test_a_wider_tree_hides_him_for_longer_and_changes_nothing_else(tree):
         assert change[200:, middle - 200 : middle + 200].any()
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(4))
 def test_before_an_empty_start_he_is_out_of_sight_and_then_comes_in_by_an_entry(seed):
     sequence = opened(PERSON, scene=seed, start="empty")
     seen = sequence.visibility
@@ -109,13 +111,13 @@ def test_all_entries_are_used_and_lie_in_the_picture():
         assert (entries[:, 2:] > 5).all()
         assert (entries[:, :2] >= 0).all()
         assert (entries[:, :2] + entries[:, 2:] <= (640, 480)).all()
-        column = opened(PERSON, scene=seed, start="empty").frames.plan.places[0, 60, 0]
+        column = planned(person, PersonKnobs, scene=seed, start="empty").places[0, 60, 0]
         used.add("left" if column < 10 else "right" if column > 630 else "door")
     assert used == {"left", "right", "door"}
     assert nummiaro2003.entries(f"{STUDENTS}:scene=3:tree=2").shape == (2, 4)
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=2, deadline=None)
 @given(seed=SEEDS)
 def test_who_is_present_from_the_start_walks_the_same_way_and_nothing_hides_him(seed):
     sequence, empty = (opened(PERSON, scene=seed, start=start) for start in ("present", "empty"))
@@ -136,7 +138,7 @@ def test_who_is_present_from_the_start_walks_the_same_way_and_nothing_hides_him(
 @settings(max_examples=5, deadline=None)
 @given(seed=SEEDS)
 def test_nobody_walks_through_a_car_a_tree_or_another(seed):
-    plan = opened(PERSON, scene=seed, start="empty").frames.plan
+    plan = planned(person, PersonKnobs, scene=seed, start="empty")
     there = [(who.course, 60 if i == 0 else 0) for i, who in enumerate(plan.people)]
     for car in (prop for prop in plan.posts if prop.z < person.DOORSTEP):
         for course, first in there:
@@ -147,13 +149,13 @@ def test_nobody_walks_through_a_car_a_tree_or_another(seed):
         for other, second in there[:number]:
             distance = np.hypot(course.x - other.x, course.z - other.z)
             assert distance[max(first, second) :].min() > 0.45
-    plan = opened(STUDENTS, scene=seed).frames.plan
+    plan = planned(students, StudentsKnobs, scene=seed)
     tree = plan.posts[0]
     for who in plan.people:
         assert np.hypot(who.course.x - tree.x, who.course.z - tree.z).min() > 0.9
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(seed=SEEDS)
 def test_the_others_wear_other_colours_than_the_target(seed):
     target, *others = (who.look for who in students._plan(seed, 1).people)
@@ -225,29 +227,3 @@ def test_attributes_are_those_of_the_target_that_is_there(visit):
     assert (visit.attributes["occlusion"] == occluded).all()
     size = visit.boxes[:, 3] / visit.boxes[visit.first_frame, 3]
     assert (visit.attributes["scale_change"] == ((size < 0.8) | (size > 1.25))).all()
-
-
-def test_memory_stays_flat_from_frame_to_frame(visit):
-    visit[0]
-    tracemalloc.start()
-    visit[60]
-    early, _ = tracemalloc.get_traced_memory()
-    for frame in range(61, 120):
-        visit[frame]
-    late, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert late - early < 0.2e6
-    assert peak < 10e6  # a few pictures
-
-
-def test_light_changes_nothing_of_the_truth_but_the_shade(visit):
-    dappled = opened(visit.name, light="dappled")
-    assert (dappled.visibility == visit.visibility).all()
-    assert np.array_equal(dappled.boxes, visit.boxes, equal_nan=True)
-    assert (dappled[100] != visit[100]).any()
-    assert dappled.fingerprint != visit.fingerprint
-
-
-def test_entries_of_a_sequence_of_another_suite_are_refused():
-    with pytest.raises(SequenceError, match=r"^'multipart/1' has no [^\n]*nummiaro2003/person"):
-        nummiaro2003.entries("multipart/1")

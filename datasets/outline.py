@@ -1,0 +1,77 @@
+"""What a description tells of a sequence; of rendered ones it is sealed, so that none is opened."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from datasets.interface import Sequence
+
+__all__ = ["Outline", "known_of", "outlined"]
+
+
+@dataclass(frozen=True)
+class Outline:
+    """What is known of a sequence.
+
+    Attributes
+    ----------
+    name : str
+        Canonical name.
+    length : int
+        Number of frames.
+    size : tuple of int
+        Width and height of the images [pixels].
+    fps : float or None
+        Frames a second.
+    present : int
+        Frames in which the target is; 0 where there is no truth.
+    regions : list of str
+        Names of further truths.
+    attributes : mapping of str to int
+        Frames in which something happens (`occlusion`, …); only what does happen.
+    truth_source : str
+        File or generator that the truth comes from.
+    images_beyond_truth : int
+        Images after the last row of the truth, which are not read.
+    fingerprint : str
+        As `Sequence.fingerprint`.
+    """
+
+    name: str
+    length: int
+    size: tuple[int, int]
+    fps: float | None
+    present: int
+    regions: list[str]
+    attributes: Mapping[str, int]
+    truth_source: str
+    images_beyond_truth: int
+    fingerprint: str
+
+
+def known_of(sequence: Sequence) -> dict[str, Any]:
+    """What only the opened sequence tells, for its seal: fields of `Outline` that JSON can hold."""
+    return {
+        "fps": sequence.fps,
+        "present": int(sequence.present.sum()),
+        "regions": list(sequence.regions),
+        "attributes": {
+            name: int(flags.sum()) for name, flags in sequence.attributes.items() if flags.any()
+        },
+    }
+
+
+def outlined(sequence: Sequence, size: tuple[int, int] | None = None) -> Outline:
+    """Outline of an opened sequence; its first image is read where the size is not given."""
+    if size is None:
+        height, width = sequence[0].shape[:2]
+        size = width, height
+    return Outline(
+        name=sequence.name,
+        length=len(sequence),
+        size=size,
+        truth_source=sequence.truth_source,
+        images_beyond_truth=sequence.images_beyond_truth,
+        fingerprint=sequence.fingerprint,
+        **known_of(sequence),
+    )

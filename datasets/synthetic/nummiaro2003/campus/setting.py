@@ -1,0 +1,237 @@
+"""Where people come and go: a parking place before a porch, old trees, the picture's borders."""
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from datasets.synthetic.render.path import smooth_step
+from datasets.synthetic.render.prop import Prop
+from datasets.synthetic.render.street.car import car
+from datasets.synthetic.render.street.ground import Band
+from datasets.synthetic.render.street.street import HOUSES, Street
+from datasets.synthetic.render.texture import fractal, grass, paving, ramp
+from datasets.synthetic.render.views import SIZE, Camera
+
+__all__ = [
+    "DOORSTEP", "MIDDLE", "OPENING", "THRESHOLD", "CarPark", "entrance", "old_tree", "parked_cars",
+    "sides",
+]  # fmt: skip
+
+Array = NDArray[np.float64]
+
+BAYS = 13.1, 15.4
+"""Where the cars stand [metres from the camera]."""
+
+DOORSTEP = HOUSES - 1.2
+"""Front of the porch [metres from the camera]."""
+
+THRESHOLD = 0.4
+"""Depth before and behind the porch's front over which it gets dark [metres]."""
+
+LAWN = 7.9
+"""Near edge of the asphalt [metres from the camera]."""
+
+KEPT_FREE = 1.3
+"""To both sides of the entrance's middle [metres]."""
+
+REACH = 16.0
+"""Nothing farther than this from the entrance is ever seen [metres]."""
+
+INSIDE = 0.55
+"""Light that the porch takes."""
+
+SIDE = 512
+
+
+class CarPark(Street):
+    """Asphalt with bays before a pavement and houses.
+
+    What stands there is `parked_cars` and `entrance`.
+    """
+
+    @cached_property
+    def props(self) -> list[Prop]:
+        """Nothing: all that stands here may hide someone."""
+        return []
+
+    def gains(self, x: float, z: float, heights: ArrayLike) -> NDArray[np.float64]:
+        """See `Street.gains`; it is darker inside the porch."""
+        inside = smooth_step(np.array(z), DOORSTEP - THRESHOLD, DOORSTEP + THRESHOLD)
+        return super().gains(x, z, heights) * (1 - INSIDE * float(inside))
+
+    def _bands(self, random: np.random.Generator) -> list[Band]:
+        return _bands(random)
+
+
+def parked_cars(random: np.random.Generator, camera: Camera, door: float) -> list[Prop]:
+    """Cars one behind the other, with a gap before the door at a lateral place [metres]."""
+    z = sum(BAYS) / 2
+    cars = []
+    for side in (-1, 1):
+        x = KEPT_FREE + random.uniform(2.5, 2.9)
+        while x < REACH:
+            one = car(random, door + side * x, z, float(camera.scale(z)))
+            if random.random() < 0.85:
+                cars.append(one)
+            x += random.uniform(5.1, 5.8)
+    return cars
+
+
+def entrance(random: np.random.Generator, camera: Camera, door: float) -> list[Prop]:
+    """Porch of a house, its door's middle at a lateral place [metres]."""
+    front, back = DOORSTEP, HOUSES - 0.01
+    return porch(
+        random, door, (front, float(camera.scale(front))), (back, float(camera.scale(back)))
+    )
+
+
+def _bands(random: np.random.Generator) -> list[Band]:
+    tone = 1 + 0.10 * fractal(random, SIDE, 32, 256, 0.9) + 0.07 * fractal(random, SIDE, 2, 16)
+    asphalt = np.array([96.0, 96.0, 98.0]) * random.uniform(0.85, 1.2) * tone[..., None]
+    paint = asphalt * 0.3 + 150
+    kerbstone = 168 * (1 + 0.05 * fractal(random, SIDE, 8, 256))[..., None] * np.ones(3)
+    kerbstone[:, :: SIDE // 4] *= 0.75
+    stones = paving(random, SIDE)
+    worn = stones.mean(axis=(0, 1))
+    near, far = BAYS
+    return [
+        Band(0.0, grass(random, SIDE), 3.0),
+        Band(LAWN - 0.15, kerbstone, 4.0),
+        Band(LAWN, asphalt, 3.0),
+        Band(near - 0.12, paint, 3.0),
+        Band(near, asphalt, 3.0),
+        Band(far, kerbstone, 4.0),
+        Band(far + 0.15, (worn + 0.6 * (stones - worn)) * 1.1, 2.6),
+    ]
+
+
+OPENING = 1.7, 2.35
+"""Width and height [metres]."""
+
+BESIDE = 1.0
+"""Width of the walls on both sides of the opening [metres]."""
+
+PORCH = 3.0
+"""With the roof [metres]."""
+
+PLASTER = ((150, 158, 160), (92, 104, 148), (196, 204, 208), (120, 128, 132))
+
+
+def porch(
+    random: np.random.Generator, x: float, front: tuple[float, float], back: tuple[float, float]
+) -> list[Prop]:
+    """A porch before a wall: its front with the opening, and what is seen through that.
+
+    `x` is the opening's middle [metres]; `front` and `back` are depth [metres] and scale there
+    [pixels/metre].
+    """
+    paint = np.array(PLASTER[random.integers(len(PLASTER))]) * random.uniform(0.85, 1.05)
+    grain = fractal(random, 256, 16, 128, 0.8)
+    return [_front(x, *front, paint, grain), _inside(x, *back, paint)]
+
+
+def _front(x: float, z: float, scale: float, paint: Array, grain: Array) -> Prop:
+    across, up = _raster(OPENING[0] + 2 * BESIDE, PORCH, scale)
+    outside = np.maximum(np.abs(across) - OPENING[0] / 2, up - OPENING[1])
+    cover = np.clip(outside * scale + 0.5, 0, 1)
+    tone = 1 + 0.07 * grain[: len(up), : across.shape[1]]
+    tone = tone * np.where(up > PORCH - 0.3, 0.62, 1) * np.where(outside < 0.09, 0.6, 1)
+    tone = tone * np.where((up > PORCH - 0.42) & (up <= PORCH - 0.3), 0.75, 1)
+    return Prop(x, z, paint * tone[..., None], cover, len(up))
+
+
+def _inside(x: float, z: float, scale: float, paint: Array) -> Prop:
+    """Glass doors at the back of the porch, in its shade."""
+    across, up = _raster(OPENING[0] + 2 * BESIDE, PORCH, scale)
+    glass = np.array([66.0, 62.0, 56.0]) * (0.55 + 0.16 * np.clip(up, 0, 2.4))[..., None]
+    frame = (np.abs(np.abs(across) - 0.42) > 0.37) | (np.abs(up - 1.05) < 0.04) | (up > 2.3)
+    colour = np.where(frame[..., None], paint * 0.34, glass)
+    return Prop(x, z, colour, np.ones(up.shape), len(up))
+
+
+def _raster(width: float, height: float, scale: float) -> tuple[Array, Array]:
+    """Places to the right of the middle, and above the ground, of every pixel [metres]."""
+    rows, columns = round(height * scale), round(width * scale)
+    y, x = np.indices((rows, columns)) + 0.5
+    return (x - columns / 2) / scale, (rows - y) / scale
+
+
+TALL = 5.2
+"""To where it is painted: beyond the upper border of the picture [metres]."""
+
+LEAVES = 3.1
+"""Twigs hang down to about this height [metres]."""
+
+SPREAD = 2.1
+"""How far the twigs reach to either side of the trunk [metres]."""
+
+LEAF = 110
+"""Of the texture [pixels/metre]."""
+
+BARK = np.array([[48, 60, 68], [74, 90, 98], [104, 122, 128], [138, 154, 156]], np.float64)
+GREENS = np.array([[22, 46, 34], [36, 82, 60], [56, 118, 92], [92, 156, 138]], np.float64)
+
+
+def old_tree(
+    random: np.random.Generator, x: float, z: float, scale: float, width: float, stems: int
+) -> list[Prop]:
+    """Trunk of one or more stems grown together, and the twigs that hang before it.
+
+    It stands at a place [metres] where things are seen at a `scale` [pixels/metre]; all stems
+    together are `width` wide where people pass [pixels], and hide what passes behind them.
+    """
+    return [
+        _trunk(random, x, z, scale, width, stems),
+        _twigs(random, x, z - 0.01, scale, width),
+    ]
+
+
+def _trunk(
+    random: np.random.Generator, x: float, z: float, scale: float, width: float, stems: int
+) -> Prop:
+    rows, columns = round(TALL * scale), round(1.5 * width)
+    y, right = np.indices((rows, columns)) + 0.5
+    up = (rows - y) / scale
+    # It widens to the roots, and little by little towards the crown.
+    half = width / 2 * (1 + 0.35 * np.exp(-up / 0.11) + 0.05 * np.clip(up - 2, 0, 3))
+    across = (right - columns / 2) / half
+    cover = np.clip((1 - np.abs(across)) * half + 0.5, 0, 1)
+    stem = 2 * ((across + 1) / 2 * stems % 1) - 1
+    light = (0.62 + 0.42 * np.sqrt(np.clip(1 - stem * stem, 0, 1))) * (1 - 0.16 * across)
+    bark = fractal(random, SIDE, 8, 256, 0.8)
+    tall, wide = (np.floor(v).astype(np.int64) % SIDE for v in (y * 0.9, right * 2.2))
+    colour = ramp(bark[tall, wide], BARK) * np.clip(light, 0.2, 1.1)[..., None]
+    return Prop(x, z, colour, cover, rows)
+
+
+def _twigs(random: np.random.Generator, x: float, z: float, scale: float, width: float) -> Prop:
+    low = LEAVES - 0.5
+    rows, columns = round((TALL - low) * scale), round(width + 2 * SPREAD * scale)
+    y, right = np.indices((rows, columns)) + 0.5
+    up = TALL - y / scale
+    crown, grain = fractal(random, SIDE, 4, 64, 0.7), fractal(random, SIDE, 64, 256, 0.95)
+    place = tuple(np.floor(v * (LEAF / scale)).astype(np.int64) % SIDE for v in (y, right))
+    thin = np.abs(2 * right / columns - 1) ** 3
+    dense = (up - LEAVES) * 2.2 - 0.6 - 4 * thin + 0.55 * crown[place] + 0.45 * grain[place]
+    tone = ramp(0.7 * grain[place] + 0.35 * crown[place], GREENS)
+    return Prop(x, z, tone, np.clip(dense * 6, 0, 1), TALL * scale)
+
+
+MIDDLE = 0.82
+"""Height of a person's middle between shoulders and ankles [metres]."""
+
+BREADTH = 0.45
+"""Of a person [metres]."""
+
+
+def sides(camera: Camera, depths: tuple[float, float]) -> NDArray[np.float64]:
+    """Stretches of the left and the right border, as wide as a person, shape (2, 4) [pixels].
+
+    `depths` are the nearest and the farthest at which people cross them [metres].
+    """
+    bottom, top = (float(camera.row(MIDDLE, z)) for z in depths)
+    width = BREADTH * float(camera.scale(sum(depths) / 2))
+    return np.array(
+        [[left, top, width, bottom - top] for left in (0.0, SIZE[0] - width)], np.float64
+    )
