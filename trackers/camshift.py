@@ -67,12 +67,15 @@ class CamShift(SharingTracker):
     Parameters = CamShiftParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`; raises TrackerError where the box holds no pixel that counts."""
+        """See `Tracker.init`.
+
+        Raises TrackerError where the box has no area, or no pixel of it counts.
+        """
         x, y, width, height = (float(value) for value in box)
         self._x, self._y = x + width / 2, y + height / 2
         self._box_size = width, height
-        self._ratio = width / height
         self._window = whole_window(box)
+        self._ratio = width / height
         left = first_pixel(self._x, self._window[0])
         top = first_pixel(self._y, self._window[1])
         self._weights = bin_counts(self._hues(frame), left, top, *self._window)

@@ -58,8 +58,8 @@ class CamShiftImproved(SharingTracker):
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`, and `ColourMotionModel` for what is refused."""
         self._centre, self._box_size = box[:2] + box[2:] / 2, box[2:].copy()
-        self._ratio = float(box[2] / box[3])
         self._window = whole_window(box)
+        self._ratio = float(box[2] / box[3])
         self._model = ColourMotionModel(
             "camshift-improved", self.parameters, frame, self._centre, self._window
         )

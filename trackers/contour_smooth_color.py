@@ -9,11 +9,15 @@ from pydantic import Field
 from trackers.base.interface import Image, Mask
 from trackers.base.parameters import choice
 from trackers.contours.chain import Chain, Hypotheses
-from trackers.contours.colour_cue import Palettes
-from trackers.contours.discriminant import basis_of, discriminant_basis, oriented, plane_normal
+from trackers.contours.colour_cue import Palettes, RefittedColours
 from trackers.contours.observation import Observation
-from trackers.contours.plane_cue import GivenPlane
-from trackers.contours.refitting import RefittedColours
+from trackers.contours.plane_cue import (
+    GivenPlane,
+    basis_of,
+    discriminant_basis,
+    oriented,
+    plane_normal,
+)
 from trackers.contours.segmenter import LITERAL, Segmenter, SegmenterParameters, Start
 
 __all__ = ["ContourSmoothColor"]

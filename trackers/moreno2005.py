@@ -8,12 +8,16 @@ import numpy as np
 from trackers.base.interface import Image, Mask
 from trackers.base.parameters import choice, fraction, nonnegative, positive, whole
 from trackers.contours.chain import Association, Chain, Feedback, Hypotheses
-from trackers.contours.colour_cue import ColourCue, ColourDynamics, MixtureScale, Palettes
+from trackers.contours.colour_cue import (
+    ColourCue,
+    ColourDynamics,
+    MixtureScale,
+    Palettes,
+    RefittedColours,
+)
 from trackers.contours.contour_cue import ContourCue, KalmanContourCue
-from trackers.contours.discriminant import basis_of
 from trackers.contours.observation import Observation, with_colour_sets
-from trackers.contours.plane_cue import PlaneCue
-from trackers.contours.refitting import RefittedColours
+from trackers.contours.plane_cue import PlaneCue, basis_of
 from trackers.contours.segmenter import LITERAL, Segmenter, SegmenterParameters, Start
 
 __all__ = ["Moreno2005"]

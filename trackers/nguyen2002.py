@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from math import ceil, floor, inf, nan, sqrt
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +12,21 @@ from trackers.base.interface import Box, Estimate, Image, Mask
 from trackers.base.kalman import Smoother
 from trackers.base.parameters import Parameters, TrackerError, choice, fraction, positive, whole
 from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.templates.appearance import Appearance, Noise, Seen
-from trackers.templates.features import FLOORS, Features, dimension, features_of
+from trackers.templates.appearance import (
+    FLOORS,
+    Appearance,
+    Features,
+    Noise,
+    Seen,
+    dimension,
+    features_of,
+)
 from trackers.templates.matching import Match, Pose, Ties, Window, reach, sampled, search
 from trackers.templates.occlusion import FIRST_CANDIDATE, Candidate, Diary, Occlusion, visited
 
 __all__ = ["Nguyen2002"]
 
-Array = NDArray[np.float64]
+Array: TypeAlias = NDArray[np.float64]
 
 SMALLEST_SIDE = 4  # pixels of a template: the coarsest search looks at every fourth
 WIDEST_SEARCH = 64  # pixels either way, where a target is looked for after an occlusion

@@ -19,12 +19,26 @@ from trackers.base.parameters import (
 )
 from trackers.base.particles import mean_state, multinomial, normalised
 from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.histograms.background import Background, spacing_of
 from trackers.histograms.bins import ColourSpace, JointBins
 from trackers.histograms.ellipses import Kernel
-from trackers.histograms.motion import Axes, Dynamics, Motion, ScaleChange, box_around, ellipse_in
-from trackers.histograms.placement import Placement, Whereabouts
-from trackers.histograms.target_model import Ellipses, Likelihood, Reading, TargetModel
+from trackers.histograms.motion import (
+    Axes,
+    Dynamics,
+    Motion,
+    Placement,
+    ScaleChange,
+    Whereabouts,
+    box_around,
+    ellipse_in,
+)
+from trackers.histograms.target_model import (
+    Background,
+    Ellipses,
+    Likelihood,
+    Reading,
+    TargetModel,
+    spacing_of,
+)
 
 __all__ = ["Nummiaro2003"]
 
@@ -190,25 +204,14 @@ class Nummiaro2003(SharingTracker):
     def init_by_histogram(
         self, image: Image, histogram: Array, half_axes: Array, regions: Array | None = None
     ) -> None:
-        """Start without the target: wait for something that has its histogram.
+        """Start without the target, in a frame (BGR): wait for something that has its histogram.
 
-        Parameters
-        ----------
-        image : ndarray of uint8, shape (height, width, 3)
-            A frame in which it is absent, BGR.
-        histogram : ndarray of float64, shape (bins,)
-            The target model, as `histogram_of` gives it.
-        half_axes : ndarray of float64, shape (2,)
-            Hx and Hy of the target when it comes in [pixels].
-        regions : ndarray of float64, shape (k, 4), optional
-            Boxes in which its centre is when it comes in: doors, borders. By default the
-            left and the right border at half the image's height.
+        The `histogram` (bins,) is what `histogram_of` gives, the half axes (2,) are Hx and Hy of
+        the target when it comes in [pixels]; `regions` (k, 4) are boxes in which its centre is
+        then: doors, borders; by default the left and the right border at half the image's height.
 
-        Raises
-        ------
-        TrackerError
-            For what is no histogram, for half axes that are no lengths, for regions that are
-            no boxes.
+        Raises TrackerError for what is no histogram, for half axes that are no lengths, for regions
+        that are no boxes.
         """
         self._watched = None
         model, bins = np.array(histogram, float), self._colours.n_bins
@@ -226,17 +229,12 @@ class Nummiaro2003(SharingTracker):
         self._begin(frame, model, ellipse_in(whole), frame, tracking=False, regions=regions)
 
     def init_by_detector(self, image: Image, detector: Callable[[Image], Array]) -> None:
-        """Start at the first target that a detector finds, in this frame or in a later one.
+        """Start at the first target that a detector finds, in this frame (BGR) or in a later one.
 
-        Parameters
-        ----------
-        image : ndarray of uint8, shape (height, width, 3)
-            BGR.
-        detector : callable
-            Gives the boxes that it finds in an image, the best first, shape (k, 4) [pixels];
-            none is fine. One that is mostly outside the image is passed over. Until there is
-            one, estimates are the whole image, not visible, without details. Ready detectors
-            are in `trackers.detection`.
+        The detector gives the boxes that it finds in an image, the best first, shape (k, 4)
+        [pixels]; none is fine. One that is mostly outside the image is passed over. Until there is
+        one, estimates are the whole image, not visible, without details. Ready detectors are in
+        `trackers.detection`.
         """
         self._detector = detector
         self._detect(image)

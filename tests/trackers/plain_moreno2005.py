@@ -17,8 +17,6 @@ from scipy.ndimage import binary_dilation, binary_erosion
 from scipy.optimize import linear_sum_assignment
 
 from trackers.contour_smooth_color import ContourSmoothColor
-from trackers.contours.cells import colour_cells
-from trackers.contours.discriminant import basis_of, discriminant_basis, plane_normal
 from trackers.contours.mixture import (
     Mixture,
     components_of,
@@ -27,7 +25,9 @@ from trackers.contours.mixture import (
     projected,
     refined,
 )
+from trackers.contours.observation import colour_cells
 from trackers.contours.outline import enclosed_area, filled, outline
+from trackers.contours.plane_cue import basis_of, discriminant_basis, plane_normal
 from trackers.contours.posterior import posterior
 from trackers.contours.snake import refined as refined_snake
 from trackers.moreno2005 import Moreno2005

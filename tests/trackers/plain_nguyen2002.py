@@ -1,70 +1,34 @@
 """The method of Nguyen and Smeulders in plain NumPy, equation by equation.
 
-Written down from the text and not from the tracker's code, with which it shares nothing: boxes and
-events must be the same. `PlainNguyen2002` goes frame by frame, `track_offline` looks ahead as the
-paper does. Images are BGR, boxes are in coordinates where pixel centres are halves; features have
-the shape (rows, columns, d).
+Written down from the text and not from the tracker's code, with which it shares its parameters and
+the Kalman filter of a place alone: boxes and events must be the same. `PlainNguyen2002` goes frame
+by frame, `track_offline` looks ahead as the paper does. Images are BGR, boxes are in coordinates
+where pixel centres are halves; features have the shape (rows, columns, d).
 """
 
-from dataclasses import dataclass
-from math import erf, exp, floor, inf, sqrt
-from math import gamma as gamma_function
+from math import floor, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import chi2
+
+from trackers import resolve
+from trackers.base import kalman
+
+Parameters = resolve("nguyen2002").plugin.Parameters
 
 FLOORS = {"intensity": 3.0, "rgb": 1.0, "invariants": 1e-4, "arctan": 1e-4}
 """Least variances of residuals."""
 
 
-def chi_square(x, degrees):
-    """F(x) of an odd number of degrees of freedom, from that of one by two more at a time."""
-    found = erf(sqrt(x / 2))
-    for d in range(1, degrees, 2):
-        found -= (x / 2) ** (d / 2) * exp(-x / 2) / gamma_function(d / 2 + 1)
-    return found
-
-
-def chi_square_quantile(probability, degrees):
-    """Where F is so large, by halving."""
-    low, high = 0.0, 1.0
-    while chi_square(high, degrees) < probability:
-        high *= 2
-    while low < (middle := (low + high) / 2) < high:
-        if chi_square(middle, degrees) < probability:
-            low = middle
-        else:
-            high = middle
-    return high
-
-
-@dataclass(frozen=True)
 class Settings:
-    """What the text leaves open or claims: the tracker's parameters with its defaults."""
+    """The tracker's parameters, and what follows from them."""
 
-    features: str = "invariants"
-    delta: float = 0.99
-    gamma: float = 0.25
-    minimal_speed: float = 0.05
-    outlier_rule: str = "exceeds"
-    longest_occlusion: int = 35
-    candidates: str = "skipped"
-    average: int = 10
-    search_range: int = 16
-    subpixel: bool = True
-    ties: str = "unchanged"
-    misregistration: bool = True
-    consistency: bool = True
-    norm: str = "huber"
-    covariance: str = "full"
-    adaptive_noise: bool = True
-    gate: bool = True
-    rebootstrap: bool = True
-    reinitialise: str = "bootstrap"
-    report: str = "smoothed"
-    first_spread: float = 0.25
-    end: str = "minimum"
-    accept: float = 0.5
+    def __init__(self, **parameters):
+        self.given = Parameters(**parameters)
+
+    def __getattr__(self, name):
+        return getattr(self.given, name)
 
     @property
     def d(self):
@@ -79,7 +43,7 @@ class Settings:
     @property
     def limit(self):
         """χ² from which on a pixel is an outlier."""
-        return chi_square_quantile(self.delta, self.d)
+        return chi2.ppf(self.delta, self.d)
 
     @property
     def cutoff(self):
@@ -91,7 +55,7 @@ class Settings:
         """What a covariance of inliers is multiplied by."""
         if not (self.consistency and self.gate):
             return 1.0
-        return self.delta / chi_square(self.limit, self.d + 2)
+        return self.delta / chi2.cdf(self.limit, self.d + 2)
 
     @property
     def step(self):
@@ -307,47 +271,37 @@ class Appearance:
 
 
 class Smoother:
-    """The Kalman filter of a pose with its velocity: three filters of constant velocity.
+    """The Kalman filter of a pose with its velocity (see `test_kalman`).
 
     The pose that it begins with is as good as a measurement.
     """
 
-    TRANSITION = np.array([[1.0, 1.0], [0.0, 1.0]])
-    OBSERVATION = np.array([[1.0, 0.0]])
-    # Standard deviations, of x, y and scale.
-    ACCELERATION = np.array([0.5, 0.5, 0.002])
-    MEASUREMENT = np.array([0.5, 0.5, 0.01])
-    SPEED = np.array([2.0, 2.0, 0.01])
+    # Deviations of acceleration, measurement and speed at the start, of place and scale.
+    PLACE, SCALE = (0.5, 0.5, 2.0), (0.002, 0.01, 0.01)
 
     def __init__(self, pose, velocity):
-        self.states = np.stack([pose, velocity], axis=1)[:, :, np.newaxis]
-        first = np.stack([self.MEASUREMENT**2, self.SPEED**2], axis=1)
-        self._covariances = np.stack([np.diag(variances) for variances in first])
+        noises = self.PLACE, self.PLACE, self.SCALE
+        parts = zip(pose, velocity, noises, strict=True)
+        self._filters = [kalman.Smoother(value, speed, *noise) for value, speed, noise in parts]
 
     @property
     def pose(self):
         """Smoothed pose of the last frame measured."""
-        return Pose(*self.states[:, 0, 0].tolist())
+        return Pose(*(one.value for one in self._filters))
 
     @property
     def velocity(self):
         """Its change a frame."""
-        return Pose(*self.states[:, 1, 0].tolist())
+        return Pose(*(one.velocity for one in self._filters))
 
     def predicted(self):
         """Pose to expect in the next frame."""
-        return Pose(*(self.TRANSITION @ self.states)[:, 0, 0].tolist())
+        return Pose(*(one.predicted() for one in self._filters))
 
     def measure(self, pose):
         """Take the next frame's measured pose into account."""
-        f, h = self.TRANSITION, self.OBSERVATION
-        noise = np.array([[0.25, 0.5], [0.5, 1.0]])
-        for i, value in enumerate(pose):
-            state = f @ self.states[i]
-            p = f @ self._covariances[i] @ f.T + self.ACCELERATION[i] ** 2 * noise
-            gain = p @ h.T / (h @ p @ h.T + self.MEASUREMENT[i] ** 2)
-            self.states[i] = state + gain * (value - h @ state)
-            self._covariances[i] = p - gain @ h @ p
+        for one, value in zip(self._filters, pose, strict=True):
+            one.measure(value)
 
 
 class Candidate(NamedTuple):

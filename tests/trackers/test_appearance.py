@@ -6,7 +6,15 @@ What each setting does is compared with the plain reference in `test_nguyen2002_
 import numpy as np
 import pytest
 
-from trackers.templates.appearance import Appearance, Noise, raised
+from tests.trackers import plain_nguyen2002 as plain
+from trackers.templates.appearance import (
+    FLOORS,
+    Appearance,
+    Noise,
+    dimension,
+    features_of,
+    raised,
+)
 
 LIMIT = {1: 6.6349, 3: 11.3449}
 
@@ -121,3 +129,35 @@ def test_eigenvalues_are_raised_and_nothing_else_is_changed():
     np.testing.assert_array_equal(raised(expected, 0.9), (expected + expected.T) / 2)
     skewed = expected + np.array([[0, 1e-3, 0], [-1e-3, 0, 0], [0, 0, 0]])
     np.testing.assert_allclose(raised(skewed, 0.9), expected, atol=1e-12)
+
+
+BLACK, BLUE, GREY, SKIN = (0, 0, 0), (200, 0, 0), (90, 90, 90), (60, 80, 160)
+
+
+def of_pixel(pixel, kind):
+    return features_of(np.array([[pixel]], np.uint8), kind)[0, 0]
+
+
+@pytest.mark.parametrize(
+    ("pixel", "expected"),
+    [
+        (SKIN, [160 / 80, 80 / 160, 60 / 160]),
+        (BLACK, [0, 0, 0]),  # a largest of 0 counts as one grey level
+        (BLUE, [0, 0, 200]),
+        (GREY, [1, 1, 1]),
+    ],
+)
+def test_a_pixel_in_bgr_has_the_features_of_equation_18(pixel, expected):
+    assert of_pixel(pixel, "invariants") == pytest.approx(expected)
+    assert of_pixel(pixel, "arctan") == pytest.approx(np.arctan(expected))
+    assert of_pixel(pixel, "rgb").tolist() == [*pixel[::-1]]
+    assert of_pixel(pixel, "intensity").tolist() == [sum(pixel)]
+
+
+@pytest.mark.parametrize("kind", FLOORS)
+def test_an_image_has_the_features_of_the_plain_reference(kind):
+    image = np.random.default_rng(1).integers(0, 256, (40, 50, 3), dtype=np.uint8)
+    image[:8] //= 64  # many zeros
+    found = features_of(image, kind)
+    assert found.shape == (40, 50, dimension(kind))
+    np.testing.assert_allclose(found, plain.features_of(image, kind), rtol=0, atol=1e-15)

@@ -5,8 +5,6 @@ from math import sqrt
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import trackers
 from trackers.base.parameters import TrackerError
@@ -128,38 +126,6 @@ def test_an_adaptive_window_has_the_centre_of_opencvs():
     truth = boxes[1:, :2] + boxes[1:, 2:] / 2
     assert np.abs(np.array(ours) - truth).max() < 1
     assert np.abs(np.array(ours) - theirs).max() < 1
-
-
-@settings(max_examples=30)
-@given(
-    st.integers(0, 999),
-    st.tuples(st.floats(-10, 60), st.floats(-10, 40), st.floats(0.3, 40), st.floats(0.3, 40)),
-    st.sampled_from(["fixed", "adaptive"]),
-)
-def test_the_centre_stays_in_the_image_once_it_has_seen_the_target(seed, box, window):
-    rng = np.random.default_rng(seed)
-    images = rng.integers(0, 256, (5, 50, 70, 3), dtype=np.uint8)
-    box = np.array(box)
-    try:
-        estimates = track(list(images), box, window=window)
-    except TrackerError:  # a box that covers no pixel
-        assert (box[:2] + box[2:] < 0.5 + 1e-9).any()
-        return
-    for estimate in estimates:
-        if estimate.visible:
-            centre = estimate.box[:2] + estimate.box[2:] / 2
-            assert (centre > 0).all()
-            assert (centre < [70, 50]).all()
-        assert 0 <= estimate.confidence <= 1
-
-
-def test_a_template_half_outside_is_learnt_from_what_is_visible():
-    image = np.full((60, 60, 3), GREEN, np.uint8)
-    image[20:40, :10] = RED
-    moved = np.roll(image, 6, axis=1)
-    (estimate,) = track([image, moved], [-10, 20, 20, 20], stop_distance=0.1)
-    assert estimate.box[0] + 10 == pytest.approx(6 + 5, abs=1e-9)
-    assert estimate.visible
 
 
 def test_without_weight_the_window_stays_and_finds_a_target_that_comes_back():

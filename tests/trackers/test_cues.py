@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from trackers.contours.cells import colour_cells
-from trackers.contours.colour_cue import ColourDynamics, Palettes
+from trackers.contours.colour_cue import ColourDynamics, Fit, Palettes, RefittedColours, blended
 from trackers.contours.contour_cue import ContourCue, ContourDynamics, KalmanContourCue
 from trackers.contours.mixture import (
     Mixture,
@@ -14,12 +13,11 @@ from trackers.contours.mixture import (
     fitted,
 )
 from trackers.contours.observation import (
-    graded,
+    colour_cells,
     observe,
     window_around,
 )
 from trackers.contours.plane_cue import PlaneCue
-from trackers.contours.refitting import Fit, RefittedColours, blended
 
 BASIS = np.linalg.qr(np.array([[1.0, 0.2], [0.1, 1.0], [-0.5, 0.3]]))[0]
 SQUARE = np.array([[20.0, 10.0], [50.0, 10.0], [50.0, 40.0], [20.0, 40.0]])
@@ -52,6 +50,21 @@ def mixtures(seed=0, of_target=2, of_background=3):
 
 
 # What the cues are shown.
+
+
+@pytest.mark.parametrize("levels", [1, 20, 64])
+def test_cells_are_the_unique_rows_of_the_grid_and_have_their_pixels_mean(image, levels):
+    coarse = image.copy()
+    coarse[:30] = coarse[:30] // 64 * 85  # cells of many pixels, and extreme ones
+    rgb = coarse[..., ::-1].reshape(-1, 3).astype(int)
+    _, numbers, sizes = np.unique(
+        rgb * levels // 256, axis=0, return_inverse=True, return_counts=True
+    )
+    cells = colour_cells(coarse, levels)
+    np.testing.assert_array_equal(cells.image, numbers.reshape(60, 80))
+    np.testing.assert_array_equal(cells.sizes, sizes)
+    means = [rgb[numbers == cell].mean(axis=0) / 255 for cell in range(len(sizes))]
+    np.testing.assert_allclose(cells.colours, means, rtol=1e-13)
 
 
 @given(
@@ -96,14 +109,6 @@ def test_a_window_that_fills_the_image_has_nothing_to_be_compared_with(image):
     table = np.random.default_rng(2).random(len(cells.colours))
     contrast = observe(cells, (0, 0, 80, 60)).contrast
     assert table @ contrast == pytest.approx(table[cells.image].mean())
-
-
-def test_differences_are_weights_as_they_are_or_as_exponentials():
-    scores = np.array([-0.2, 0.0, 0.1, 0.3])
-    np.testing.assert_array_equal(graded(scores, "literal", 9.0), [0, 0, 0.1, 0.3])
-    assert graded(np.array([1e-40, -0.1, 9e-7]), "literal", 9.0).tolist() == [0, 0, 0]
-    weights = graded(scores, "exponential", 0.05)
-    np.testing.assert_allclose(np.diff(np.log(weights)), np.diff(scores) / 0.05)
 
 
 # Cues.

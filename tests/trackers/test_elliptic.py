@@ -8,13 +8,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.trackers.slow_ellipses import codes_of, histogram_of
 from trackers.base.sharing import SharedFrame
-from trackers.histograms.background import Background, spacing_of
 from trackers.histograms.bins import JointBins
 from trackers.histograms.ellipses import EllipseCounts
-from trackers.histograms.motion import Motion, at_rest, ellipse_in
-from trackers.histograms.placement import Whereabouts
-from trackers.histograms.target_model import Ellipses, Likelihood, TargetModel
+from trackers.histograms.motion import Motion, Whereabouts, at_rest, ellipse_in
+from trackers.histograms.target_model import (
+    Background,
+    Ellipses,
+    Likelihood,
+    TargetModel,
+    spacing_of,
+)
 
 
 @pytest.mark.parametrize("reading", ["printed", "variance"])
@@ -123,19 +128,6 @@ def picture(seed=0, height=80, width=100):
     return np.random.default_rng(seed).integers(0, 256, (height, width, 3)).astype(np.uint8)
 
 
-def slow_histogram(image, centre, half_axes):
-    """Equations 2 to 4 of the text, as they stand there."""
-    histogram = np.zeros(512)
-    a_square = half_axes[0] ** 2 + half_axes[1] ** 2
-    for row in range(len(image)):
-        for column in range(image.shape[1]):
-            dx, dy = column + 0.5 - centre[0], row + 0.5 - centre[1]
-            if (dx / half_axes[0]) ** 2 + (dy / half_axes[1]) ** 2 <= 1:
-                blue, green, red = (int(value) >> 5 for value in image[row, column])
-                histogram[red << 6 | green << 3 | blue] += 1 - (dx * dx + dy * dy) / a_square
-    return histogram / histogram.sum()
-
-
 def test_background_is_examined_at_every_place_of_the_grid():
     image = picture()
     half_axes = np.array([8.0, 11.0])
@@ -146,7 +138,9 @@ def test_background_is_examined_at_every_place_of_the_grid():
     np.testing.assert_allclose(np.unique(background.positions[:, 1]), rows)
     model = np.random.default_rng(2).dirichlet(np.ones(512))
     expected = [
-        np.sqrt(slow_histogram(image, centre, half_axes) * model).sum()
+        np.sqrt(
+            histogram_of(codes_of(image), 512, (*centre, *half_axes), "isotropic") * model
+        ).sum()
         for centre in background.positions[:6]
     ]
     found = background.coefficients(model)

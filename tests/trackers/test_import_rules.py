@@ -24,10 +24,3 @@ def test_shared_parts_never_import_a_tracker(imports):
         for found in imports.find_modules_directly_imported_by(module) & TRACKERS
     }
     assert not guilty
-
-
-def test_every_module_of_the_package_is_seen(imports):
-    folder = Path(trackers.__file__).parent
-    files = {file.relative_to(folder.parent).with_suffix("") for file in folder.rglob("*.py")}
-    names = {".".join(file.parts).removesuffix(".__init__") for file in files}
-    assert imports.modules == names

@@ -6,12 +6,11 @@ import pytest
 from trackers.base.parameters import TrackerError
 from trackers.contours.colour_cue import ColourDynamics
 from trackers.contours.contour_cue import ContourDynamics
-from trackers.contours.discriminant import discriminant_basis
 from trackers.contours.dynamics import LEARNT, dynamics_text, read_dynamics
 from trackers.contours.learning import COMPONENTS, Steps, _in_order, affine_map, learnt, steps_of
 from trackers.contours.mixture import Mixture, mixture_of
 from trackers.contours.outline import equally_spaced, filled
-from trackers.contours.plane_cue import PlaneCue
+from trackers.contours.plane_cue import PlaneCue, discriminant_basis
 
 POLYGON = np.array([[-30, -18], [-5, -26], [22, -20], [32, 4], [14, 28], [-8, 14], [-26, 22.0]])
 N = 6000
@@ -187,31 +186,17 @@ def film(n, width=160, height=120, seed=0, gain=0.04, shift=2.0, affine=0.03):
 
 @pytest.fixture(scope="module")
 def walk():
-    frames, walked = film(70)
+    frames, walked = film(30)
     return frames, walked, steps_of(frames, np.random.default_rng(0))
 
 
 def test_steps_of_a_film_are_those_that_were_walked(walk):
     _, walked, steps = walk
-    assert len(steps.shifts) == 69
+    assert len(steps.shifts) == 29
     assert steps.shifts == pytest.approx(2 * walked["shift"], abs=0.9)  # as 320 wide
     errors = steps.maps - np.eye(2) - walked["maps"]
     assert np.sqrt(np.square(errors).mean()) < 0.012
     assert abs(errors).max() < 0.05
-
-
-def test_deviations_of_a_film_are_those_of_its_walk(walk):
-    _, walked, steps = walk
-    values = learnt([steps], "shared")
-    spread = np.sqrt(np.square(walked["maps"]).mean(axis=0))
-    found = [values[f"{name}_spread"] for name in ("stretch_x", "shear_x", "shear_y", "stretch_y")]
-    assert found == pytest.approx(spread.ravel(), rel=0.2)
-    shift = 2 * np.sqrt(np.square(walked["shift"]).mean(axis=0))
-    assert [values["shift_x_spread"], values["shift_y_spread"]] == pytest.approx(shift, rel=0.05)
-    expected = 1.4826 * np.median(np.abs(walked["gains"]))
-    assert values["gain_spread"] == pytest.approx(expected, rel=0.1)
-    assert values["mean_spread"] < 0.005
-    assert values["class_spread"] < 0.005
 
 
 @pytest.mark.parametrize(("bright", "dark"), [(1.0, 0.45), (1.0, 0.6), (0.6, 1.0)])
@@ -233,11 +218,6 @@ def test_components_stay_with_those_nearest_to_them():
     after = _in_order(before, Mixture(*(part[order] for part in nudged)))
     for part, expected in zip(after, nudged, strict=True):
         assert (part == expected).all()
-
-
-def test_planes_are_the_same_whichever_way_their_normals_point(walk):
-    _, _, steps = walk
-    assert (np.einsum("nk,nk->n", *np.moveaxis(steps.normals, 1, 0)) > 0).all()
 
 
 def test_steps_to_and_from_frames_without_a_mask_are_left_out(walk):

@@ -1,11 +1,11 @@
 """The search from coarse to fine against looking everywhere."""
 
-from math import ceil, floor, inf, prod
+from math import floor, inf, prod
 
 import cv2
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.trackers import plain_nguyen2002 as plain
@@ -155,19 +155,3 @@ def test_a_search_finds_in_what_it_reaches_what_it_finds_in_the_whole_image(
     for subpixel in (False, True):
         arguments = template, COVARIANCE, pose, search_range, CUTOFF, subpixel
         assert search(window, *arguments) == search(whole(features), *arguments)
-
-
-@example(pose=Pose(-60.0, -60.0, 1.0), search_range=0)
-@example(pose=Pose(150.0, 130.0, 1.0), search_range=0)
-@given(pose=POSES, search_range=st.integers(0, 64))
-def test_all_four_neighbours_of_a_place_are_within_reach(pose, search_range):
-    left, top, right, bottom = reach(pose, search_range, (9, 13), ROWS, COLUMNS)
-    for centre, half, first, end, limit in (
-        (pose.x, pose.scale * 6, left, right, COLUMNS),
-        (pose.y, pose.scale * 4, top, bottom, ROWS),
-    ):
-        for place in (centre - half - search_range, centre + half + search_range):
-            held = min(max(place, 0.0), limit - 1.0)
-            assert first <= floor(held)
-            assert min(floor(held) + 1, limit - 1) < end
-            assert ceil(held) < end

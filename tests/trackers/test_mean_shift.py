@@ -2,13 +2,13 @@
 
 from math import hypot
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import trackers
+from tests.trackers.slow_ellipses import codes_of, histogram_of, pixels_of
 from trackers.base.parameters import TrackerError
 from trackers.base.sharing import SharedFrame
 
@@ -18,42 +18,17 @@ GREEN = (60, 180, 40)
 # The whole tracker again, in NumPy over the whole image.
 
 
-def slow_codes(image, colour, bins):
-    if colour == "rgb":
-        blue, green, red = np.moveaxis(image.astype(int) * bins // 256, 2, 0)
-        return (red * bins + green) * bins + blue
-    hue, saturation, value = np.moveaxis(cv2.cvtColor(image, cv2.COLOR_BGR2HSV).astype(int), 2, 0)
-    half = bins // 2
-    return (hue * bins // 180 * bins + saturation * bins // 256) * half + value * half // 256
-
-
-def slow_kernel(codes, x, y, half_width, half_height):
-    """Codes, places and weights of the pixels of an ellipse; weights in whole 1/65536."""
-    rows, columns = np.indices(codes.shape) + 0.5
-    across, down = columns - x, rows - y
-    inside = (across / half_width) ** 2 + (down / half_height) ** 2 < 1
-    weights = 65536 - np.floor(65536 / half_width**2 * across * across)[inside]
-    weights -= np.floor(65536 / half_height**2 * down * down)[inside]
-    return codes[inside], columns[inside], rows[inside], weights
-
-
-def slow_histogram(codes, n_bins, *ellipse):
-    codes, _, _, weights = slow_kernel(codes, *ellipse)
-    histogram = np.bincount(codes, weights, n_bins)
-    return histogram / histogram.sum() if len(codes) else histogram
-
-
 def slow_shift(codes, q, x, y, half, stop, most, halving):
     """Place, coefficient and number of steps."""
 
     def coefficient(x, y):
-        return np.sqrt(slow_histogram(codes, len(q), x, y, *half) * q).sum()
+        return np.sqrt(histogram_of(codes, len(q), (x, y, *half)) * q).sum()
 
     here, steps = coefficient(x, y), 0
     while here > 0 and steps < most:
         steps += 1
-        p = slow_histogram(codes, len(q), x, y, *half)
-        found, columns, rows, _ = slow_kernel(codes, x, y, *half)
+        p = histogram_of(codes, len(q), (x, y, *half))
+        found, columns, rows, _ = pixels_of(codes, (x, y, *half))
         weights = np.sqrt(q[found] / p[found])
         new_x, new_y = (weights @ columns) / weights.sum(), (weights @ rows) / weights.sum()
         step = hypot(new_x - x, new_y - y)
@@ -74,12 +49,12 @@ def slow_track(images, box, **parameters):
     n_bins = given.bins**3 if given.colour == "rgb" else given.bins**2 * (given.bins // 2)
     half = np.array(box[2:]) / 2
     x, y = np.array(box[:2]) + half
-    q = slow_histogram(slow_codes(images[0], given.colour, given.bins), n_bins, x, y, *half)
+    q = histogram_of(codes_of(images[0], given.colour, given.bins), n_bins, (x, y, *half))
     step = given.scale_step
     factors = [1.0] if given.scale == "fixed" else [1.0, 1 - step, 1 + step]
     estimates = []
     for image in images[1:]:
-        codes = slow_codes(image, given.colour, given.bins)
+        codes = codes_of(image, given.colour, given.bins)
         best = None
         for factor in factors:
             rules = given.stop_distance, given.max_iterations, given.step_halving
@@ -176,7 +151,7 @@ def test_so_they_are_wherever_the_ellipse_crosses_the_border(seed, box):
     except TrackerError as refusal:
         assert "in the image" in str(refusal)  # noqa: PT017  # or it is refused
         half = box[2:] / 2
-        assert not len(slow_kernel(images[0, ..., 0], *(box[:2] + half), *half)[0])
+        assert not len(pixels_of(images[0, ..., 0], (*(box[:2] + half), *half))[0])
         return
     expected = slow_track(images, box, **settings)
     np.testing.assert_allclose(boxes(found), expected[:, :4], rtol=0, atol=1e-9)
@@ -197,16 +172,6 @@ def test_no_side_grows_beyond_the_image():
     second[28:52, 48:72] = 90  # the larger the ellipse, the more ground it has
     found = boxes(track([first, *[second] * 30], [45, 25, 30, 30], scale_smoothing=1.0))
     np.testing.assert_allclose(found[-1, 2:], 30 * 1.1**10)  # 77.8 of 80
-
-
-def test_a_target_of_one_colour_keeps_its_size_and_stays_on_it():
-    image = np.full((80, 120, 3), GREEN, np.uint8)
-    image[20:60, 40:70] = 90
-    moved = np.roll(image, (3, 5), (0, 1))
-    (estimate,) = track([image, moved], [40, 20, 30, 40])
-    assert estimate.box[2:].tolist() == [30, 40]
-    assert estimate.confidence > 0.995
-    assert np.abs(estimate.box[:2] - [45, 23]).max() < 1.5
 
 
 def test_a_target_that_left_is_not_visible_and_is_found_when_it_comes_back():
@@ -233,36 +198,3 @@ def test_what_leads_beyond_the_pixels_first_looked_up_is_followed(turns):
     tracker.init_shared(SharedFrame(images[0], 999), np.array([180.0, 180, 40, 40]))
     together = tracker.update_shared(SharedFrame(images[1], 999))
     assert together.box.tolist() == alone.box.tolist()
-
-
-def test_many_look_the_bins_of_a_frame_up_once(clip):
-    images, box = clip
-    company = [trackers.create("mean-shift", scale=scale) for scale in ("adaptive", "fixed")]
-    for tracker in company:
-        tracker.init(images[0], box)
-    for sharers, places in ((1, 0), (60, 1)):
-        frame = SharedFrame(images[1], sharers)
-        for tracker in company:
-            tracker.update_shared(frame)
-        assert len(frame._computed) == places
-
-
-@pytest.mark.parametrize(
-    ("box", "what"),
-    [
-        ((20, 20, 2.9, 9), "narrower or lower than 3 pixels"),
-        ((20, 20, 9, 0), "narrower or lower than 3 pixels"),
-        ((300, 20, 9, 9), "nothing lies in the image"),
-        ((-9, -9, 9, 9), "nothing lies in the image"),
-    ],
-    ids=str,
-)
-def test_a_box_too_small_or_outside_is_refused_in_one_line(clip, box, what):
-    with pytest.raises(TrackerError, match=rf"^mean-shift: [^\n]*{what}[^\n]*box\.$"):
-        track(clip[0][:1], box)
-
-
-def test_as_written_stops_within_a_pixel():
-    parameters = trackers.resolve("mean-shift", preset="as-written").parameters
-    assert (parameters.stop_distance, parameters.max_iterations, parameters.bins) == (1.0, 20, 8)
-    assert (parameters.scale_step, parameters.scale_smoothing) == (0.1, 0.1)

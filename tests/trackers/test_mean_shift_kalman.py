@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import trackers
-from trackers.base.parameters import TrackerError
+from tests.trackers.slow_ellipses import codes_of, histogram_of
 from trackers.mean_shift_kalman import _deviation
 
 GREEN, RED, BLUE = (60, 180, 40), (30, 50, 210), (210, 80, 30)
@@ -57,36 +57,22 @@ def boxes(estimates):
 def test_box_and_gain_are_the_filters_of_the_measured_places():
     images = [picture(20 + 4 * t, 40 + t) for t in range(8)]
     found = track(images, [20, 40, 24, 30], acceleration_noise=3.0)
-    measured = np.array([[e.details["measured_x"], e.details["measured_y"]] for e in found])
-    gains = np.array([[e.details["gain_x"], e.details["gain_y"]] for e in found])
-    covariance = [np.diag([0.0, h**2]) for h in (12.0, 15.0)]
-    state = [np.array([32.0, 0.0]), np.array([55.0, 0.0])]
     transition, noise = np.array([[1, 1], [0, 1]]), 9 * np.array([[0.25, 0.5], [0.5, 1]])
-    for k, estimate in enumerate(found):
-        for axis in (0, 1):
-            state[axis] = transition @ state[axis]
-            covariance[axis] = transition @ covariance[axis] @ transition.T + noise
-            gain, position = gains[k, axis], covariance[axis][0, 0]
+    for axis, start, half in (("x", 32.0, 12.0), ("y", 55.0, 15.0)):
+        state, covariance = np.array([start, 0.0]), np.diag([0.0, half**2])
+        for estimate in found:
+            measured, gain = (estimate.details[f"{name}_{axis}"] for name in ("measured", "gain"))
+            state = transition @ state
+            covariance = transition @ covariance @ transition.T + noise
+            position = covariance[0, 0]
             uncertainty = position / gain - position  # what this gain says of the measurement
             assert uncertainty > 0
-            full = covariance[axis][:, 0] / (position + uncertainty)
-            state[axis] = state[axis] + full * (measured[k, axis] - state[axis][0])
-            covariance[axis] = covariance[axis] - np.outer(full, covariance[axis][0])
-        centre = estimate.box[:2] + estimate.box[2:] / 2
-        np.testing.assert_allclose(centre, [state[0][0], state[1][0]], atol=1e-6)
-        assert estimate.visible
-
-
-def slow_codes(image):
-    blue, green, red = np.moveaxis(image.astype(int) // 32, 2, 0)
-    return red * 64 + green * 8 + blue
-
-
-def slow_histogram(codes, x, y):
-    rows, columns = np.indices(codes.shape) + 0.5
-    weights = np.maximum(1 - ((columns - x) / 12) ** 2 - ((rows - y) / 15) ** 2, 0)
-    histogram = np.bincount(codes.ravel(), weights.ravel(), 512)
-    return histogram / histogram.sum()
+            full = covariance[:, 0] / (position + uncertainty)
+            state = state + full * (measured - state[0])
+            covariance = covariance - np.outer(full, covariance[0])
+            centre = estimate.box[:2] + estimate.box[2:] / 2
+            assert centre["xy".index(axis)] == pytest.approx(state[0], abs=1e-6)
+            assert estimate.visible
 
 
 def test_the_first_gain_is_that_of_the_surface_of_the_coefficient():
@@ -97,8 +83,9 @@ def test_the_first_gain_is_that_of_the_surface_of_the_coefficient():
     peak = estimate.confidence
 
     def coefficient(x, y):
-        q = slow_histogram(slow_codes(images[0]), 32.0, 55.0)
-        return np.sqrt(slow_histogram(slow_codes(images[1]), x, y) * q).sum()
+        q = histogram_of(codes_of(images[0]), 512, (32.0, 55.0, 12.0, 15.0))
+        p = histogram_of(codes_of(images[1]), 512, (x, y, 12.0, 15.0))
+        return np.sqrt(p * q).sum()
 
     for axis, half in (("x", 12.0), ("y", 15.0)):
         aside = np.array([half, 0]) if axis == "x" else np.array([0, half])
@@ -157,17 +144,3 @@ def test_a_target_that_left_is_looked_for_at_the_border_where_the_prediction_lef
     assert back.visible
     assert back.details["measured_x"] == pytest.approx(4, abs=3)
     assert back.box[0] > gone.box[0] + 30
-
-
-def test_as_written_believes_every_place():
-    parameters = trackers.resolve("mean-shift-kalman", preset="as-written").parameters
-    assert (parameters.least_coefficient, parameters.stop_distance) == (0.0, 1.0)
-    assert parameters.acceleration_noise == 5.0
-    plain = trackers.resolve("mean-shift", preset="as-written").parameters
-    assert plain.model_dump().items() <= parameters.model_dump().items()
-
-
-def test_a_box_too_small_or_outside_is_refused_by_its_name():
-    for box in ([20, 40, 2, 30], [900, 40, 24, 30]):
-        with pytest.raises(TrackerError, match=r"^mean-shift-kalman: .* box"):
-            track([picture(20, 40)], box)

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import multivariate_normal
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.mixture import GaussianMixture
 
-from trackers.contours.discriminant import basis_of, plane_normal
 from trackers.contours.mixture import (
     Mixture,
     components_of,
@@ -21,6 +19,7 @@ from trackers.contours.mixture import (
     refined,
     refined_on_planes,
 )
+from trackers.contours.plane_cue import basis_of, plane_normal
 
 
 def some_mixture(seed, m=3, d=2):
@@ -110,16 +109,6 @@ def test_components_without_points_keep_a_place_and_weigh_nothing():
     again = refined(points + 0.01, found, 3)
     np.testing.assert_array_equal(again.weights == 0, found.weights == 0)
     assert all(np.isfinite(part).all() for part in again)
-
-
-@pytest.mark.parametrize("d", [2, 3])
-def test_density_is_the_weighted_sum_of_scipys(d):
-    mixture = some_mixture(d, d=d)
-    mixture.weights[:] = [0.4, 0.0, 0.6]
-    points = np.random.default_rng(0).normal(0.5, 0.5, (60, d))
-    parts = zip(*mixture, strict=True)
-    expected = sum(weight * multivariate_normal(*rest).pdf(points) for weight, *rest in parts)
-    np.testing.assert_allclose(density(mixture, points), expected, rtol=1e-9)
 
 
 BASIS = np.linalg.qr(np.random.default_rng(8).normal(size=(3, 2)))[0]

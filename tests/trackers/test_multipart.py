@@ -1,17 +1,18 @@
 """The tracker against the paper's equations written out slowly, and its own promises."""
 
+from fractions import Fraction
+from functools import cache
+from itertools import product
 from math import exp, floor, hypot, sqrt
 
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-import bench
-import datasets
 import trackers
-from bench.evaluation.loop import run_in_lock_step
-from bench.experiments.contestant import contestant
-from trackers.base.parameters import TrackerError
+from trackers.histograms.bins import LuvBins
 
 RED, BLUE, GREEN = (20, 72, 200), (200, 56, 30), (60, 180, 40)
 
@@ -19,34 +20,39 @@ RED, BLUE, GREEN = (20, 72, 200), (200, 56, 30), (60, 180, 40)
 # The whole tracker again, in plain loops from the paper's equations.
 
 
-def channel_bin(byte, low, high, byte_low, byte_high):
-    value = byte_low + byte * (byte_high - byte_low) / 255
-    return min(max(floor(10 * (value - low) / (high - low) + 1e-12), 0), 9)
-
-
 RANGES = {
+    "full": None,  # bytes themselves
     "natural": ((-60, 120), (-80, 80)),
     "srgb-gamut": ((-83, 175), (-134, 107)),
 }
+SCHEMES = [LuvBins(*reading) for reading in product(["both", "perez"], RANGES)]
 
 
-def slow_histogram(luv, left, top, right, bottom, binning, uv_range):
-    """Normalised: 10 bins of L* and 100 of u*v* of one rectangle."""
+@cache
+def slow_votes(luv, binning, uv_range):
+    """Bins that one pixel votes in, from OpenCV's three bytes."""
+    lightness, u, v = luv
+    if uv_range == "full":
+        u_bin, v_bin = u * 10 // 256, v * 10 // 256
+    else:
+        exact = Fraction(354 * u, 255) - 134, Fraction(262 * v, 255) - 140
+        u_bin, v_bin = (
+            min(max(floor(10 * (value - low) / (high - low)), 0), 9)
+            for value, (low, high) in zip(exact, RANGES[uv_range], strict=True)
+        )
+    chromaticity, grey = u_bin * 10 + v_bin, 100 + lightness * 10 // 256
+    if binning == "both":
+        return [chromaticity, grey]
+    coloured = hypot(u * 354 / 255 - 134, v * 262 / 255 - 140) >= 17.9
+    return [chromaticity if coloured else grey]
+
+
+def slow_histogram(luv, left, top, right, bottom, *reading):
+    """Normalised: 100 bins of u*v* and 10 of L* of one rectangle."""
     histogram = np.zeros(110)
-    for row in range(top, bottom):
-        for column in range(left, right):
-            lightness, u, v = (int(value) for value in luv[row, column])
-            if uv_range == "full":
-                u_bin, v_bin = u * 10 // 256, v * 10 // 256
-            else:
-                (u_low, u_high), (v_low, v_high) = RANGES[uv_range]
-                u_bin = channel_bin(u, u_low, u_high, -134, 220)
-                v_bin = channel_bin(v, v_low, v_high, -140, 122)
-            chroma = hypot(u * 354 / 255 - 134, v * 262 / 255 - 140)
-            if binning == "both" or chroma < 17.9:
-                histogram[lightness * 10 // 256] += 1
-            if binning == "both" or chroma >= 17.9:
-                histogram[10 + u_bin * 10 + v_bin] += 1
+    for pixel in luv[top:bottom, left:right].reshape(-1, 3).tolist():
+        for vote in slow_votes(tuple(pixel), *reading):
+            histogram[vote] += 1
     return histogram / histogram.sum() if histogram.any() else histogram
 
 
@@ -189,15 +195,6 @@ def test_the_boxes_are_those_of_the_equations_in_plain_loops(clip, reading):
     assert found[0].details["part_distance"] == pytest.approx(part_distance, abs=1e-12)
 
 
-def test_as_written_and_recommended_are_the_papers_parameters():
-    parameters = trackers.resolve("multipart", preset="as-written").parameters
-    assert parameters == trackers.resolve("multipart").parameters
-    noise = parameters.particles, parameters.position_divisor, parameters.size_divisor
-    assert noise == (200, 3.0, 10.0)
-    assert (parameters.sigma, parameters.threshold) == (0.1, 0.4)
-    assert parameters.resampling == "multinomial"
-
-
 def test_the_confidence_is_the_likelihood_of_the_distance(clip):
     images, box = clip
     for estimate in track(images, box, sigma=0.2):
@@ -239,24 +236,6 @@ def test_adaptive_is_to_the_bit_the_representation_that_it_picks(clip, threshold
         assert {e.details["part_distance"] for e in estimates} == {part_distance}
 
 
-def test_the_harness_gives_many_in_lock_step_the_boxes_of_each_alone():
-    names = [f"multipart:particles=60:representation={r}" for r in ("single", "multi")]
-    cells = [(name, repetition) for name in names for repetition in range(5)]
-    sequence = datasets.load("plain/target:length=10")
-    entries = [(contestant(name), repetition) for name, repetition in cells]
-    together = run_in_lock_step(entries, sequence).runs
-    for run, cell in list(zip(together, cells, strict=True))[::3]:
-        np.testing.assert_array_equal(run.boxes, bench.evaluate(cell[0], sequence, cell[1]).boxes)
-
-
-@pytest.mark.parametrize("representation", ["single", "multi"])
-def test_it_follows_a_target(representation):
-    truth = np.array([(40 + 2 * t, 40 + 10 * np.sin(t / 4)) for t in range(30)])
-    images = [picture(centre, (18, 30), 100, 120, noise=t) for t, centre in enumerate(truth)]
-    found = boxes(track(images, [31, 25, 18, 30], representation=representation))
-    assert np.abs(found[:, :2] + found[:, 2:] / 2 - truth[1:]).max() < 4
-
-
 @pytest.mark.parametrize("representation", ["single", "multi"])
 def test_particles_that_all_left_the_image_weigh_the_same(representation):
     images = [picture((8, 10)), picture((200, 10))]
@@ -279,22 +258,43 @@ def test_areas_stay_within_a_factor_of_the_first(clip):
     assert areas.max() == pytest.approx(240 * 25)
 
 
-BAD = {
-    "outside": (300, 200, 12, 20),
-    "hardly inside": (-10, 20, 12, 20),
-    "fifteen pixels": (20, 20, 3, 5),
-    "a single row": (20, 20, 30, 1),
-    "less than a pixel": (20, 20, 0.2, 0.2),
-}
+# Its bins.
 
 
-@pytest.mark.parametrize("box", [(20, 20, 12, 0), (20, 20, -5, 9)], ids=str)
-def test_a_box_without_area_is_refused_in_one_line(clip, box):
-    with pytest.raises(TrackerError, match=r"^multipart: the box \[.*\] has no area; [^\n]*$"):
-        track(clip[0], box)
+def colours(seed, height=19, width=53):
+    """Half of it anything, half of it nearly grey."""
+    rng = np.random.default_rng(seed)
+    image = rng.integers(0, 256, (height, width, 3), dtype=np.uint8)
+    image[: height // 2] = np.clip(
+        image[: height // 2, :, :1] + image[: height // 2] % 48.0, 0, 255
+    )
+    return image
 
 
-@pytest.mark.parametrize("case", BAD)
-def test_a_box_without_enough_of_the_image_is_refused_in_one_line(clip, case):
-    with pytest.raises(TrackerError, match=r"^multipart: of the box \[.*give another box\.$"):
-        track(clip[0], BAD[case])
+@pytest.mark.parametrize("scheme", SCHEMES, ids=str)
+def test_votes_are_those_of_opencvs_bytes(scheme):
+    image = colours(0)
+    luv = cv2.cvtColor(image, cv2.COLOR_BGR2LUV)
+    votes = scheme.votes[scheme.codes(image)]
+    assert votes.shape[2] == scheme.votes_a_pixel
+    for row, column in np.ndindex(luv.shape[:2]):
+        expected = slow_votes(tuple(luv[row, column].tolist()), scheme.binning, scheme.uv_range)
+        assert votes[row, column].tolist() == expected, luv[row, column]
+
+
+def test_perez_takes_greys_for_greys_and_colours_for_colours():
+    image = np.array([[(0, 0, 0), (128, 128, 128), (255, 255, 255), (20, 20, 230)]], np.uint8)
+    scheme = LuvBins("perez")
+    votes = scheme.votes[scheme.codes(image)][0, :, 0].tolist()
+    assert votes[:3] == [100, 105, 109]
+    assert votes[3] < 100
+
+
+@given(st.integers(0, 99), st.integers(0, 18), st.integers(0, 22), st.integers(1, 23))
+def test_a_window_has_the_bytes_and_the_codes_of_the_whole_image(seed, top, left, size):
+    image = colours(seed)
+    window = np.s_[top : top + size, left : left + size]
+    luv = cv2.cvtColor(image, cv2.COLOR_BGR2LUV)
+    np.testing.assert_array_equal(cv2.cvtColor(image[window], cv2.COLOR_BGR2LUV), luv[window])
+    scheme = LuvBins()
+    np.testing.assert_array_equal(scheme.codes(image[window]), scheme.codes(image)[window])

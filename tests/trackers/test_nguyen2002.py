@@ -5,11 +5,10 @@ import tracemalloc
 import numpy as np
 import pytest
 
-import trackers
 from tests.trackers import plain_nguyen2002 as plain
-from tests.trackers.template_clip import HEIGHT, WIDTH, clip, final, made, texture, track
+from tests.trackers.template_clip import HEIGHT, WIDTH, clip, made, texture, track
 from trackers.base.parameters import TrackerError
-from trackers.templates.features import features_of
+from trackers.templates.appearance import features_of
 
 
 @pytest.mark.parametrize(
@@ -24,18 +23,6 @@ def test_the_gate_is_the_99_percent_quantile_of_chi_square(features, limit, fact
     noise = made(images, boxes[0], features=features)._noise
     assert noise.limit == pytest.approx(settings.limit, rel=1e-9)
     assert noise.factor == pytest.approx(settings.consistency_factor, rel=1e-9)
-
-
-def test_as_written_takes_the_text_literally():
-    written = trackers.resolve("nguyen2002", preset="as-written").parameters
-    assert not any([written.subpixel, written.misregistration, written.consistency])
-    assert all([written.adaptive_noise, written.gate, written.rebootstrap])
-    words = written.features, written.outlier_rule, written.reinitialise, written.report
-    assert words == ("invariants", "exceeds", "bootstrap", "smoothed")
-    words = written.norm, written.covariance, written.candidates, written.end
-    assert words == ("huber", "full", "skipped", "minimum")
-    constants = written.delta, written.gamma, written.minimal_speed, written.longest_occlusion
-    assert constants == (0.99, 0.25, 0.05, 35)
 
 
 @pytest.mark.parametrize(("width", "height"), [(18, 16), (17, 15), (18, 15)])
@@ -113,23 +100,6 @@ def test_frames_are_counted_from_the_sequences_first_also_where_the_target_is_no
     assert said[5] == tuple(frame + 5 for frame in said[0])
 
 
-def test_a_readers_buffer_may_be_used_for_every_frame():
-    images, truth = clip(36)
-    expected = final(images, truth[0], longest_occlusion=11)
-    buffer = images[0].copy()
-    tracker = made([buffer], truth[0], longest_occlusion=11)
-    boxes = [truth[0]]
-    for image in images[1:]:
-        buffer[:] = image
-        estimate = tracker.update(buffer)
-        boxes.append(estimate.box)
-        for frame, box in (estimate.revised or {}).items():
-            boxes[frame] = box
-    for frame, box in tracker.finish().items():
-        boxes[frame] = box
-    np.testing.assert_array_equal(boxes, expected)
-
-
 @pytest.mark.parametrize("end", ["minimum", "first"])
 def test_no_more_images_are_kept_than_the_longest_occlusion_has(end):
     random = np.random.default_rng(0)
@@ -156,13 +126,3 @@ def test_a_frame_of_another_size_is_refused():
     tracker.update(images[1])
     with pytest.raises(TrackerError, match="100x64 pixels after one of 110x64"):
         tracker.update(np.ascontiguousarray(images[2][:, :100]))
-
-
-@pytest.mark.parametrize(
-    "box", [(20, 20, 3.4, 20), (20, 20, 20, 3.4), (-30, 20, 20, 20), (20, 60, 20, 20)]
-)
-def test_a_box_without_room_for_a_template_is_refused(box):
-    images, _ = clip(1)
-    with pytest.raises(TrackerError, match="4 pixels or more either way"):
-        made(images, box)
-    assert made(images, (20, 20, 3.5, 3.5)).update(images[0]).box.shape == (4,)

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from bench.metrics.overlap import overlap
 from tests.trackers.template_clip import centre_errors, clip, final, made, track
-from trackers.templates.appearance import Appearance
-from trackers.templates.features import features_of
+from trackers.templates.appearance import Appearance, features_of
 
 
 def test_an_occlusion_is_declared_bridged_and_revised():
@@ -25,24 +23,6 @@ def test_an_occlusion_is_declared_bridged_and_revised():
     assert centre_errors(boxes, truth).max() < 1.5
     ends = np.array([revised[frame] for frame in (declared, declared + 1, declared + 2)])
     np.testing.assert_allclose(np.diff(ends, 2, axis=0), 0, atol=1e-9)  # on a straight line
-
-
-def test_an_occlusion_that_the_sequences_end_cuts_short_is_resolved_by_what_was_seen():
-    whole, truth = clip(60, hidden=4)
-    declared = next(frame for frame, e in enumerate(track(whole, truth[0])[0], 1) if not e.visible)
-    images = whole[: declared + 22]  # the candidate 19 frames after the beginning is there
-    estimates, left = track(images, truth[0])
-    assert not estimates[-1].visible
-    assert sorted(left) == list(range(declared, len(images)))
-    boxes = final(images, truth[0])
-    assert centre_errors(boxes, truth[: len(images)]).max() < 1.5
-
-
-@pytest.mark.parametrize(("longest", "found"), [(19, False), (35, True)])
-def test_an_occlusion_of_25_frames_needs_a_candidate_after_it(longest, found):
-    images, truth = clip(60, hidden=25)
-    boxes = final(images, truth[0], longest_occlusion=longest, features="rgb")
-    assert (overlap(boxes, truth)[-5:].min() >= 0.5) == found
 
 
 @pytest.mark.parametrize(

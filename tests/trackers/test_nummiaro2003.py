@@ -41,12 +41,13 @@ def started(x=40, **parameters):
     return tracker
 
 
-@pytest.mark.parametrize("preset", ["as-written", "recommended"])
-@pytest.mark.parametrize("dynamics", ["first-order", "random-walk"])
-@pytest.mark.parametrize("colour", ["rgb", "hsv"])
-def test_a_target_that_moves_is_followed(preset, dynamics, colour):
-    tracker = started(preset=preset, dynamics=dynamics, colour=colour)
-    for frame, estimate in enumerate(follow(tracker, [with_target(40 + 2 * k) for k in range(40)])):
+@pytest.mark.parametrize(
+    "parameters",
+    [{}, {"preset": "as-written", "dynamics": "random-walk"}, {"colour": "hsv"}],
+)
+def test_a_target_that_moves_is_followed(parameters):
+    tracker = started(**parameters)
+    for frame, estimate in enumerate(follow(tracker, [with_target(40 + 2 * k) for k in range(20)])):
         # On the target; inside one of a single colour every smaller ellipse looks the same.
         assert (np.abs(centre(estimate) - [50 + 2 * frame, 64]) < (12, 16)).all()
         assert estimate.visible
@@ -137,20 +138,21 @@ def test_the_background_threshold_is_that_of_the_current_model_or_stays():
     assert len({e.details["appearance_threshold"] for e in first}) == 1
 
 
-def test_frames_without_the_target_say_what_the_background_looks_like():
+def test_frames_without_the_target_say_once_what_the_background_looks_like():
+    def threshold(tracker):
+        tracker.init(with_target(40), box_at(40))
+        return tracker.update(with_target(40)).details["appearance_threshold"]
+
     plain, watching = (trackers.create("nummiaro2003") for _ in range(2))
     redder = with_target(120, y=10, size=(60, 90))
+    usual = threshold(plain)
     watching.watch(redder)
-    for tracker in (plain, watching):
-        tracker.init(with_target(40), box_at(40))
-    thresholds = [
-        t.update(with_target(40)).details["appearance_threshold"] for t in (plain, watching)
-    ]
-    assert thresholds[1] > thresholds[0] + 0.1
-    watching.init(with_target(40), box_at(40))  # what was watched served one initialisation
-    plain.init(with_target(40), box_at(40))
-    again = [t.update(with_target(40)).details["appearance_threshold"] for t in (plain, watching)]
-    assert again[0] == again[1]
+    assert threshold(watching) > usual + 0.1
+    assert threshold(watching) == usual  # what was watched served one initialisation
+    watching.watch(redder)
+    with pytest.raises(TrackerError, match="too little"):  # which may fail
+        watching.init(ground(), box_at(-60))
+    assert threshold(watching) == usual
 
 
 def test_a_known_histogram_waits_for_the_target_to_come_in():
@@ -168,17 +170,14 @@ def test_a_known_histogram_waits_for_the_target_to_come_in():
     assert np.abs(centre(coming[-1]) - [50, 60]).max() < 12
 
 
-def test_a_known_histogram_can_wait_at_doors():
-    tracker = trackers.create("nummiaro2003", sigma=0.1)
+@pytest.mark.parametrize("placement", ["last", "predicted", "borders", "image"])
+def test_a_known_histogram_can_wait_at_doors(placement):
+    tracker = trackers.create("nummiaro2003", sigma=0.1, placement=placement)
     model = tracker.histogram_of(with_target(40), box_at(40))
     door = np.array([[90.0, 50.0, 20.0, 20.0]])
     tracker.init_by_histogram(ground(), model, np.array(SIZE) / 2, door)
-    estimate = tracker.update(ground(1))
-    x, y = estimate.arrays["particles"][:, :2].T
-    assert (x >= 90).all()
-    assert (x <= 110).all()
-    assert (y >= 50).all()
-    assert (y <= 70).all()
+    places = tracker.update(ground(1)).arrays["particles"][:, :2]
+    assert (np.abs(places - [100, 60]) <= 10).all()
     assert follow(tracker, [with_target(90, y=46)] * 3)[-1].details["mode"] == 1
 
 
@@ -198,15 +197,6 @@ def test_what_is_no_histogram_no_size_or_no_region_is_refused():
             tracker.init_by_histogram(ground(), good, size, regions)
     tracker.init_by_histogram(ground(), good, np.array([1.0, 1.0]))
     assert (tracker.update(ground()).box[2:] >= 6).all()
-
-
-def test_regions_are_waited_at_wherever_a_lost_target_is_looked_for():
-    door = np.array([[90.0, 50.0, 20.0, 20.0]])
-    for placement in ("last", "predicted", "borders", "image"):
-        tracker = trackers.create("nummiaro2003", placement=placement)
-        tracker.init_by_histogram(ground(), np.full(512, 1 / 512), np.array([10.0, 14.0]), door)
-        x = tracker.update(ground(1)).arrays["particles"][:, 0]
-        assert ((x >= 90) & (x <= 110)).all()
 
 
 def test_a_detector_is_asked_until_it_finds_something():
@@ -248,19 +238,6 @@ def test_a_detection_that_is_mostly_outside_the_image_is_passed_over():
     assert np.abs(centre(tracker.update(with_target(61))) - [70, 64]).max() < 10
 
 
-def test_what_was_watched_before_a_box_that_is_refused_does_not_stay():
-    refused, plain = (trackers.create("nummiaro2003") for _ in range(2))
-    refused.watch(with_target(120, y=10, size=(60, 90)))
-    with pytest.raises(TrackerError):
-        refused.init(ground(), box_at(-60))
-    for tracker in (refused, plain):
-        tracker.init(with_target(40), box_at(40))
-    thresholds = [
-        t.update(with_target(40)).details["appearance_threshold"] for t in (refused, plain)
-    ]
-    assert thresholds[0] == thresholds[1]
-
-
 def test_the_first_model_counts_even_where_the_present_one_has_forgotten_it():
     tracker = started(alpha=1.0, appearance="first", update_reading="always", reinitialise=False)
     follow(tracker, [with_target(40, colour=BLUE)] * 2)
@@ -284,23 +261,3 @@ def test_an_image_of_one_colour_tells_nothing_and_does_no_harm(update):
     assert estimates[0].details["positive_appearances"] == 0  # nothing exceeds its background
     assert [e.details["mode"] for e in estimates] == [1, 1, 0, 0, 0, 0]
     assert all(np.isfinite(e.box).all() for e in estimates)
-
-
-def test_a_box_outside_the_image_is_refused():
-    tracker = trackers.create("nummiaro2003")
-    for box in (box_at(-60), box_at(-18), box_at(WIDTH + 5)):
-        with pytest.raises(TrackerError, match="too little"):
-            tracker.init(ground(), box)
-    with pytest.raises(TrackerError, match="no area"):
-        tracker.init(ground(), np.array([10.0, 10.0, 0.0, 5.0]))
-
-
-def test_as_written_follows_the_text_and_recommended_says_what_it_changes():
-    written = trackers.resolve("nummiaro2003", preset="as-written").parameters
-    assert (written.sigma, written.update_threshold, written.kick_off) == (0.1, 0.9, 0.1)
-    assert (written.update_reading, written.placement) == ("density", "last")
-    assert (written.particles, written.bins, written.scale_persistence) == (100, 8, 1.0)
-    words = written.colour, written.kernel, written.dynamics, written.axes
-    assert words == ("rgb", "isotropic", "first-order", "together")
-    words = written.scale_change, written.models, written.appearance
-    assert words == ("linear", "one", "current")

@@ -8,6 +8,7 @@ import trackers
 from trackers.base.parameters import TrackerError
 
 RED, GREEN = (20, 72, 200), (60, 180, 40)
+BOX = np.array([30.0, 20, 18, 24])
 
 
 def image_with(x, y, colour=RED):
@@ -17,14 +18,12 @@ def image_with(x, y, colour=RED):
 
 
 def test_boxes_are_those_of_opencvs_function_called_by_hand():
-    rng = np.random.default_rng(0)
+    noise = np.random.default_rng(0).normal(0, 20, (6, 90, 120, 3))
     images = [
-        np.clip(image_with(30 + 2 * i, 20) + rng.normal(0, 20, (90, 120, 3)), 0, 255)
-        for i in range(6)
+        np.clip(image_with(30 + 2 * i, 20) + noise[i], 0, 255).astype(np.uint8) for i in range(6)
     ]
-    images = [image.astype(np.uint8) for image in images]
     tracker = trackers.create("opencv-camshift", hue_bins=20, minimum_saturation=0.3)
-    tracker.init(images[0], np.array([30.0, 20, 18, 24]))
+    tracker.init(images[0], BOX)
     hsv = cv2.cvtColor(images[0], cv2.COLOR_BGR2HSV)[20:44, 30:48]
     counts = np.bincount(hsv[hsv[..., 1] >= 77][:, 0] // 9, minlength=20)
     window = (30, 20, 18, 24)
@@ -37,17 +36,13 @@ def test_boxes_are_those_of_opencvs_function_called_by_hand():
         assert tracker.update(image).box.tolist() == list(window)
 
 
-def test_a_target_that_is_gone_is_not_visible_and_the_box_stays():
+def test_a_target_that_is_gone_is_not_visible_and_one_without_a_pixel_is_refused():
     tracker = trackers.create("opencv-camshift")
-    box = np.array([30.0, 20, 18, 24])
-    tracker.init(image_with(30, 20), box)
+    tracker.init(image_with(30, 20), BOX)
     estimate = tracker.update(image_with(0, 0, GREEN))
     assert not estimate.visible
-    assert estimate.box.tolist() == box.tolist()
-
-
-def test_a_target_without_a_pixel_that_counts_is_refused():
+    assert estimate.box.tolist() == BOX.tolist()
     for limits in ({"minimum_value": 0.9}, {"maximum_value": 0.5}):
         tracker = trackers.create("opencv-camshift", **limits)
         with pytest.raises(TrackerError, match="opencv-camshift: no pixel of the box"):
-            tracker.init(image_with(30, 20), np.array([30.0, 20, 18, 24]))
+            tracker.init(image_with(30, 20), BOX)

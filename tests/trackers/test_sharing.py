@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import trackers
 from trackers.base.interface import Estimate
 from trackers.base.parameters import Parameters, TrackerError
 from trackers.base.sharing import SharedFrame, SharingTracker
@@ -59,19 +58,8 @@ def test_plain_calls_go_through_the_shared_ones_with_a_frame_of_their_own():
     assert len({id(frame) for frame in tracker.seen}) == 2
 
 
-BLACK = np.zeros((20, 30, 3), np.uint8)
-
-
-@pytest.mark.parametrize("name", ["multipart", "mean-shift"])
-@pytest.mark.parametrize("box", [(20, 20, np.nan, 9), (1, 2, 3), ((1, 2, 3, 4),)], ids=str)
-def test_what_is_no_box_is_refused_in_one_line_by_every_tracker_that_shares(name, box):
-    words = r"^a box is \[x, y, width, height\], four finite numbers, not [^\n]*$"
-    with pytest.raises(TrackerError, match=words):
-        trackers.create(name).init(BLACK, np.array(box))
-
-
 @pytest.mark.parametrize(
-    "image", [BLACK[..., 0], BLACK[..., :1], BLACK / 255, BLACK.repeat(2, axis=2), BLACK > 0]
+    "image", [IMAGE[..., 0], IMAGE[..., :1], IMAGE / 255, IMAGE.repeat(2, axis=2), IMAGE > 0]
 )
 def test_what_is_no_image_is_refused_in_one_line(image):
     words = r"^an image is uint8 of shape \(height, width, 3\), BGR, not [^\n]*$"

@@ -134,13 +134,6 @@ def test_changing_tells_a_moving_camera():
         assert moves["moving_inside"] < rest["moving_inside"] / 2
 
 
-def test_a_box_outside_the_image_is_refused_by_the_trackers_name():
-    images, _ = clip(1)
-    for name in ("wang2010", "particle-filter", "camshift-improved"):
-        with pytest.raises(TrackerError, match=f"{name}: no pixel of the 10x13 window"):
-            track(name, images, [200, 200, 10, 13])
-
-
 @pytest.mark.parametrize(("name", "words"), [("radius", "rule"), ("motion_threshold", "adaptive")])
 def test_a_rule_may_be_named_and_a_number_is_checked(name, words):
     assert getattr(trackers.create("wang2010", **{name: words}).parameters, name) == words
@@ -148,14 +141,3 @@ def test_a_rule_may_be_named_and_a_number_is_checked(name, words):
     for wrong in (-1.0, "sometimes"):
         with pytest.raises(TrackerError, match=f"wang2010: parameter {name}={wrong}"):
             trackers.create("wang2010", **{name: wrong})
-
-
-def test_presets_are_those_of_the_paper_and_of_the_literature():
-    assert trackers.create("wang2010", preset="as-written").parameters.sigma == 1.0
-    for preset in ("recommended", "sharp"):
-        assert trackers.create("wang2010", preset=preset).parameters.sigma == 0.158
-        assert trackers.create("particle-filter", preset=preset).parameters.sigma == 0.158
-    robust = trackers.create("wang2010", preset="robust").parameters
-    assert (robust.sigma, robust.radius, robust.stop_distance) == (0.1, 10.0, 0.5)
-    assert robust.difference_window == 7
-    assert trackers.create("particle-filter", preset="robust").parameters.particles == 400

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.base.parameters import Parameters
+from trackers.base.parameters import Parameters, TrackerError
 
 __all__ = [
     "Box",
@@ -22,6 +22,7 @@ __all__ = [
     "Tracker",
     "TrackerPlugin",
     "Watcher",
+    "four_numbers",
 ]
 
 Image: TypeAlias = NDArray[np.uint8]
@@ -32,6 +33,14 @@ Box: TypeAlias = NDArray[np.float64]
 
 Mask: TypeAlias = NDArray[np.bool_]
 """Shape (height, width); true on the target."""
+
+
+def four_numbers(box: Box) -> Box:
+    """The box as it is taken; raises TrackerError where it is not four finite numbers."""
+    numbers = np.asarray(box, np.float64)
+    if numbers.shape != (4,) or not np.isfinite(numbers).all():
+        raise TrackerError(f"a box is [x, y, width, height], four finite numbers, not {box}.")
+    return numbers
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,20 +21,10 @@ _OF_ACCELERATION = np.array([0.5, 1.0])  # what a frame of it does to them
 class ConstantVelocity:
     """Kalman filter of a point's position and velocity, one filter an axis.
 
-    Parameters
-    ----------
-    position : ndarray of float64, shape (axes,)
-        Where it is, exactly [pixels]; its velocity is 0.
-    velocity_deviation : ndarray of float64, shape (axes,)
-        Standard deviation of that velocity [pixels/frame].
-    acceleration_noise : float
-        Standard deviation of the acceleration, which is white and constant between frames; above
-        0 [pixels/frame²].
-
-    Attributes
-    ----------
-    means, covariances : ndarray of float64, shape (axes, 2) and (axes, 2, 2)
-        Those of position and velocity.
+    It begins where the point is exactly, `position` (axes,) [pixels], with a velocity of 0, whose
+    deviations (axes,) are in pixels a frame. The acceleration is white and constant between frames,
+    its deviation above 0 [pixels/frame²]. `means` (axes, 2) and `covariances` (axes, 2, 2) are
+    those of position and velocity.
     """
 
     def __init__(
@@ -72,13 +62,8 @@ class ConstantVelocity:
 class Smoother:
     """Kalman filter of one coordinate's value and velocity, one step a frame.
 
-    Parameters
-    ----------
-    value, velocity : float
-        To start with; the value is one measurement.
-    acceleration, measurement, speed : float
-        Standard deviations: of the acceleration, constant within a frame; of a measured value; of
-        the velocity at the start.
+    The value that it begins with is one measurement. `acceleration`, constant within a frame,
+    `measurement` (of a value) and `speed` (of the velocity at the start) are standard deviations.
     """
 
     def __init__(

@@ -8,7 +8,15 @@ from typing import Any, ClassVar
 import cv2
 import numpy as np
 
-from trackers.base.interface import Box, Estimate, Image, Mask, Randomness, TrackerPlugin
+from trackers.base.interface import (
+    Box,
+    Estimate,
+    Image,
+    Mask,
+    Randomness,
+    TrackerPlugin,
+    four_numbers,
+)
 from trackers.base.parameters import TrackerError
 
 __all__ = ["OpenCVTracker", "factory", "pixel_rectangle"]
@@ -32,11 +40,12 @@ def factory(name: str) -> Callable[..., Any]:
 def pixel_rectangle(box: Box, image: Image) -> tuple[int, int, int, int]:
     """Pixels of the image that a box covers, its edges rounded: x, y, width, height.
 
-    At least one pixel a side; raises TrackerError where the box lies outside the image.
+    At least one pixel a side; raises TrackerError where the box lies outside the image, or is not
+    four finite numbers.
     """
     height, width = image.shape[:2]
-    x, y = box[0], box[1]
-    right, bottom = x + box[2], y + box[3]
+    x, y, wide, high = four_numbers(box)
+    right, bottom = x + wide, y + high
     if x >= width or y >= height or right <= 0 or bottom <= 0:
         raise TrackerError(
             f"the first box {np.round(box, 1).tolist()} lies outside the image "

@@ -6,7 +6,7 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 
-from trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin
+from trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin, four_numbers
 from trackers.base.parameters import TrackerError
 
 __all__ = ["SharedFrame", "SharingTracker"]
@@ -18,13 +18,9 @@ R = TypeVar("R")
 class SharedFrame:
     """A frame and what has been computed of it so far; lives for one frame.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-        The frame, which is handed on read-only; raises TrackerError for another type or shape.
-    sharers : int
-        How many trackers are shown it, at least 1. What pays only for many can be made when
-        they are many; the estimates must not depend on it.
+    The image, uint8 of shape (height, width, 3), is handed on read-only; raises TrackerError for
+    another type or shape. `sharers`, at least 1, is how many trackers are shown it. What pays only
+    for many can be made when they are many; the estimates must not depend on it.
     """
 
     __slots__ = ("_computed", "image", "sharers")
@@ -73,10 +69,7 @@ class SharingTracker(TrackerPlugin):
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`; raises TrackerError for a box that is not four finite numbers."""
-        numbers = np.asarray(box, np.float64)
-        if numbers.shape != (4,) or not np.isfinite(numbers).all():
-            raise TrackerError(f"a box is [x, y, width, height], four finite numbers, not {box}.")
-        self.init_shared(SharedFrame(image), numbers, mask)
+        self.init_shared(SharedFrame(image), four_numbers(box), mask)
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""

@@ -74,18 +74,10 @@ class Cue(Protocol[Observation]):
     def weigh(
         self, observation: Observation, states: NDArray[Any], attached: Attached, earlier: Earlier
     ) -> Weighed:
-        """Judge them by the frame, and by those of the earlier cues.
+        """Judge them by the frame, and by those of the earlier cues, which stand in order.
 
-        Parameters
-        ----------
-        observation : object
-            What the frame shows; the same for all cues.
-        states : ndarray, shape (n, ...)
-            What `sample` drew.
-        attached : ndarray of intp, shape (n,), or None
-            For each, the hypothesis of the cue before that it goes with, a row of `earlier[-1]`.
-        earlier : sequence of Hypotheses
-            All cues before this one, in order.
+        `observation` is the same for all cues. `attached` (n,) says for each of the `states` which
+        hypothesis of the cue before it goes with, a row of `earlier[-1]`; None for the first cue.
         """
         ...
 
@@ -95,26 +87,17 @@ class Cue(Protocol[Observation]):
 
 
 class Chain(Generic[Seen]):
-    """Cues in the order of their dependence.
+    """Cues in the order of their dependence: each may depend on all before it.
 
-    Parameters
-    ----------
-    cues : sequence of Cue
-        Each may depend on all before it.
-    association : {'by-weight', 'uniform'}
-        Which hypotheses of the cue before are attached to a cue's: drawn by the weights that the
-        frame has just given them (section 5.3), or evenly, as if nothing were known of them.
-    feedback : {'marginal', 'joint'}
-        With which weights a cue goes on to the next frame: those that it gave itself (equation
-        4), or those that its hypotheses have in the complete density of equation 7, so that what
-        the later cues saw comes back. The latter is a correction of the paper: the density of x₁
-        given all measurements is not that given z₁ alone where z₂ depends on x₁.
+    `association` says which hypotheses of the cue before are attached to a cue's: drawn by the
+    weights that the frame has just given them (section 5.3), or evenly, as if nothing were known of
+    them. `feedback` says with which weights a cue goes on to the next frame: those that it gave
+    itself (equation 4), or those that its hypotheses have in the complete density of equation 7, so
+    that what the later cues saw comes back. The latter is a correction of the paper: the density of
+    x₁ given all measurements is not that given z₁ alone where z₂ depends on x₁.
 
-    Raises
-    ------
-    ValueError
-        For another association or feedback; in a step, for weights below 0 or of another number
-        than the hypotheses.
+    Raises ValueError for another association or feedback; in a step, for weights below 0 or of
+    another number than the hypotheses.
     """
 
     def __init__(

@@ -1,18 +1,33 @@
-"""Mixtures of the target's and the background's colours, as a cue (section 4.2)."""
+"""Mixtures of the target's and the background's colours, as a cue (section 4.2).
+
+They are particles, or a pair that is fitted anew to what the last frames were segmented into: the
+smooth colour model that Moreno-Noguer et al. (2005, section 6) compare with.
+"""
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
+from trackers.contours.mixture import Mixture, components_of, refined
 from trackers.contours.observation import Observation, Weights, graded
 from trackers.contours.posterior import posterior_tables
 
-__all__ = ["ColourCue", "ColourDynamics", "MixtureScale", "Palettes"]
+__all__ = [
+    "ColourCue",
+    "ColourDynamics",
+    "Fit",
+    "MixtureScale",
+    "Palettes",
+    "RefittedColours",
+    "blended",
+]
 
 Array: TypeAlias = NDArray[np.float64]
+
 MixtureScale: TypeAlias = Literal["shared", "diagonal"]
 
 WEIGHT, MEAN, EIGENVALUES, ANGLE = 0, slice(1, 3), slice(3, 5), 5  # a component's six numbers
@@ -24,33 +39,20 @@ SMALLEST_EIGENVALUE, LARGEST_EIGENVALUE = 2e-4, 0.15  # of colours in [0, 1]
 class ColourDynamics:
     """How mixtures go on from frame to frame, in deviations of normal noise.
 
-    Attributes
-    ----------
-    kind : {'shared', 'diagonal'}
-        `diagonal`: each of a component's numbers on its own, which of the paper's full random
-        matrix is what has consistent units. `shared`: besides, one random linear map of all
-        centroids, mainly a gain, as light has it that falls on all.
-    mean, shift : float
-        Of a centroid, and of all centroids of a class together (`shared` alone).
-    gain : float
-        Of the logarithm of the gain (`shared` alone); half of it of the map's other parts.
-    jump_probability, jump : float
-        How often that logarithm has this deviation besides: abrupt changes of the light.
-    weight, eigenvalue : float
-        Of the logarithms of a component's weight and eigenvalues.
-    angle : float
-        Of its first direction, in radians.
+    `diagonal`: each of a component's numbers on its own, which of the paper's full random matrix is
+    what has consistent units. `shared`: besides, one random linear map of all centroids, mainly a
+    gain, as light has it that falls on all.
     """
 
     kind: MixtureScale
-    mean: float
-    shift: float
-    gain: float
-    jump_probability: float
-    jump: float
-    weight: float
-    eigenvalue: float
-    angle: float
+    mean: float  # of a centroid
+    shift: float  # of all centroids of a class together (`shared` alone)
+    gain: float  # of the gain's logarithm (`shared` alone); half of it of the map's other parts
+    jump_probability: float  # how often that logarithm has the next deviation besides: in abrupt
+    jump: float  # changes of the light
+    weight: float  # of the logarithm of a component's weight
+    eigenvalue: float  # and of its eigenvalues
+    angle: float  # of its first direction [radians]
 
     def propagated(self, states: Array, of_target: int, generator: np.random.Generator) -> Array:
         """Draw mixtures of the next frame; the first `of_target` components are the target's.
@@ -92,10 +94,8 @@ class Palettes:
 
     A pair's weight says how well the posterior of the target, with its mixtures on the attached
     plane, tells the window from what is outside. The evidence are the posteriors of the frame's
-    colours, one row a pair.
-
-    The first `of_target` components are the target's; `weights` and `temperature` are those of
-    `graded`, `floor` that of `posterior`.
+    colours, one row a pair. The first `of_target` components are the target's; `weights` and
+    `temperature` are those of `graded`, `floor` is that of `posterior`.
     """
 
     def __init__(self, of_target: int, weights: Weights, temperature: float, floor: float) -> None:
@@ -135,3 +135,78 @@ class ColourCue(ParticleCue):
     def propagated(self, states: Array, generator: np.random.Generator) -> Array:
         """See `ParticleCue.propagated`."""
         return self.dynamics.propagated(states, self._of_target, generator)
+
+
+STEPS = 6  # of EM, from the fit of the frame before
+
+
+class Fit(NamedTuple):
+    """Colours of target and background in a frame, and mixtures of them on a plane."""
+
+    target_colours: Array  # (n, 3): R, G, B in [0, 1]
+    background_colours: Array
+    target: Mixture
+    background: Mixture
+
+    def on(self, basis: Array) -> "Fit":
+        """The same colours on another plane, shape (3, 2), fitted from these mixtures on."""
+        return self.of(self.target_colours, self.background_colours, basis)
+
+    def of(self, target_colours: Array, background_colours: Array, basis: Array) -> "Fit":
+        """Other colours, fitted from these mixtures on."""
+        return Fit(
+            target_colours,
+            background_colours,
+            refined(target_colours @ basis, self.target, STEPS),
+            refined(background_colours @ basis, self.background, STEPS),
+        )
+
+
+class RefittedColours:
+    """A cue of one pair of mixtures, predicted as G(t) = (1 - a) G(t-2) + a G(t-1).
+
+    Each G is fitted to the colours of a frame as it was segmented; a recursion over predictions
+    alone would never see an image. The pair is yielded `count` times, so that it can be attached to
+    so many planes. `mixing` is a, in (0, 1]; 1 takes the last frame's as they are. `palettes`
+    judge.
+    """
+
+    def __init__(self, fit: Fit, count: int, mixing: float, palettes: Palettes) -> None:
+        self.fits = fit, fit
+        self.count = count
+        self.mixing = mixing
+        self.weigh = palettes.weigh
+
+    def learn(
+        self, target_colours: Array, background_colours: Array, basis: Array, moved: bool
+    ) -> None:
+        """Take in colours (n, 3) drawn from both, as the last frame was segmented.
+
+        The next prediction lies on the plane of `basis` (3, 2), which may have `moved` since the
+        fits so far.
+        """
+        last = self.fits[1].on(basis) if moved else self.fits[1]
+        self.fits = last, last.of(target_colours, background_colours, basis)
+
+    def sample(self, generator: np.random.Generator) -> Array:
+        """See `Cue.sample`: the prediction."""
+        older, newer = self.fits
+        pairs = (older.target, newer.target), (older.background, newer.background)
+        predicted = np.concatenate([components_of(blended(*pair, self.mixing)) for pair in pairs])
+        return np.repeat(predicted[np.newaxis], self.count, axis=0)
+
+    def receive(self, states: Array, weights: Array) -> None:
+        """See `Cue.receive`; what is learnt is learnt from the segmented frame."""
+
+
+def blended(older: Mixture, newer: Mixture, mixing: float) -> Mixture:
+    """(1 - mixing) older + mixing newer, component by component.
+
+    Components go together so that their centroids' squared distances sum to the least; weights,
+    centroids and covariances are blended. (Angles could not be: they jump.)
+    """
+    distances = ((newer.means[:, np.newaxis] - older.means) ** 2).sum(axis=2)
+    _, partner = linear_sum_assignment(distances)
+    return Mixture(
+        *((1 - mixing) * old[partner] + mixing * new for old, new in zip(older, newer, strict=True))
+    )

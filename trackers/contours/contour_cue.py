@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from trackers.base.kalman import ConstantVelocity
 from trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
 from trackers.contours.observation import Observation, Rectangle, Weights, graded
-from trackers.contours.sums import Outside, contour_scores
+from trackers.contours.outline import Outside, contour_scores
 
 __all__ = ["ContourCue", "ContourDynamics", "KalmanContourCue"]
 
@@ -25,17 +25,10 @@ class ContourDynamics:
 
     The paper applies H to the coordinates themselves; about the image's corner a change of size
     would move a target far from it.
-
-    Attributes
-    ----------
-    affine : ndarray of float64, shape (2, 2)
-        Deviations of the elements of H, whose mean is the identity.
-    shift : ndarray of float64, shape (2,)
-        Those of p, in pixels.
     """
 
-    affine: Array
-    shift: Array
+    affine: Array  # (2, 2): deviations of the elements of H, whose mean is the identity
+    shift: Array  # (2,): those of p [pixels]
 
     def deformed(self, states: Array, generator: np.random.Generator) -> Array:
         """Contours about their means, which stay: shape (n, points, 2), fresh."""
@@ -59,22 +52,12 @@ class ContourCue(ParticleCue):
     """Contours (points, 2) as particles [pixels].
 
     A contour's weight says how much higher the posterior of the target is inside than outside
-    (section 5.4), on the map of the attached mixtures.
+    (section 5.4), on the map of the attached mixtures. "Outside" is the rest of the image, or of
+    the bounding box of the window and all contours (beyond a small target, the mean over the image
+    hardly feels what a contour adds). `weights` and `temperature` are those of `graded`.
 
-    Parameters
-    ----------
-    start, count, dynamics
-        The contour in the first frame, how many there are, and how they go on.
-    outside : {'window', 'image'}
-        Whether "outside" is the rest of the image, or of the bounding box of the window and all
-        contours. Beyond a small target, the mean over the image hardly feels what a contour adds.
-    weights, temperature
-        See `graded`.
-
-    Attributes
-    ----------
-    anchors : ndarray of float64, shape (k, points, 2)
-        Contours that take the places of the first k particles before they go on; none at first.
+    `anchors` (k, points, 2) are contours that take the places of the first k particles before they
+    go on; none at first.
     """
 
     def __init__(

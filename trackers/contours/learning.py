@@ -17,10 +17,10 @@ from scipy.optimize import linear_sum_assignment
 from trackers.base.interface import Image, Mask
 from trackers.base.parameters import TrackerError
 from trackers.contours.colour_cue import ANGLE, EIGENVALUES, MEAN, WEIGHT, MixtureScale
-from trackers.contours.discriminant import discriminant_basis, oriented, plane_normal
 from trackers.contours.mixture import Mixture, components_of, fitted, refined
 from trackers.contours.observation import colours_of
 from trackers.contours.outline import outline
+from trackers.contours.plane_cue import discriminant_basis, oriented, plane_normal
 from trackers.contours.segmenter import REFERENCE_WIDTH, surely
 
 __all__ = ["Segmented", "Steps", "affine_map", "learnt", "steps_of"]

@@ -4,7 +4,7 @@ Arrays of mixtures share the functions of one: further axes, say of planes or of
 before the components'.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numba import njit
@@ -22,7 +22,7 @@ __all__ = [
     "refined_on_planes",
 ]
 
-Array = NDArray[np.float64]
+Array: TypeAlias = NDArray[np.float64]
 
 REGULARISATION = 3e-4  # variance added to every axis of a fitted component
 LEAST_MASS = 1e-9  # points that a component has at least; fewer are nothing to place it by
@@ -43,24 +43,13 @@ def fitted(
     iterations: int = 15,
     regularisation: float = REGULARISATION,
 ) -> Mixture:
-    """The mixture that expectation maximisation comes to from centres spread at random.
+    """The mixture of m `components` that expectation maximisation comes to from random centres.
 
-    The centres are those of k-means++ (Arthur & Vassilvitskii 2007), and the first components
-    have the points that are nearest to each.
-
-    Parameters
-    ----------
-    points : ndarray of float64, shape (n, d)
-        At least one, d being 2 or 3.
-    components : int
-        m, at least 1. Where points have fewer different places, components are left over: of
-        weight 0, at a place of another, with the variance `regularisation`.
-    generator : numpy.random.Generator
-        Draws `components` uniform numbers.
-    iterations : int
-        Of expectation and maximisation.
-    regularisation : float
-        Variance that every component has besides that of its points, above 0.
+    The centres are those of k-means++ (Arthur & Vassilvitskii 2007), by one uniform number of the
+    generator each, and the first components have the points that are nearest to each. Points are of
+    shape (n, d), d being 2 or 3; where they have fewer different places than m, components are left
+    over: of weight 0, at a place of another, with the variance `regularisation`, which every
+    component has besides that of its points.
     """
     distances = np.ones(len(points))
     centres = np.empty((components, points.shape[1]))
@@ -77,8 +66,8 @@ def fitted(
     spheres = np.tile(regularisation * np.eye(points.shape[1]), (components, 1, 1))
     mixture = Mixture(np.empty(components), centres, spheres)
     axes, across = tuple(range(points.shape[1])), np.ascontiguousarray(points.T)
-    _maximise(across, axes, shares, *mixture, regularisation)
-    _iterate(across, axes, *mixture, iterations, regularisation)
+    _maximise(across, axes, shares, mixture, regularisation)
+    _iterate(across, axes, mixture, iterations, regularisation)
     return mixture
 
 
@@ -91,7 +80,7 @@ def refined(
     """
     after = Mixture(*(array.copy() for array in mixture))
     axes = tuple(range(points.shape[1]))
-    _iterate(np.ascontiguousarray(points.T), axes, *after, iterations, regularisation)
+    _iterate(np.ascontiguousarray(points.T), axes, after, iterations, regularisation)
     return after
 
 
@@ -104,11 +93,10 @@ def refined_on_planes(
 ) -> Mixture:
     """A mixture of colours projected on planes, and refined on each with the points' projections.
 
-    Points are of shape (n, 3), bases of shape (P, 3, 2); P mixtures in two dimensions come out. See
-    `fitted`.
+    Points are of shape (n, 3), bases of shape (P, 3, 2); P mixtures in two dimensions come out.
     """
     after = projected(mixture, bases)
-    _iterate_on_planes(points, bases, *after, iterations, regularisation)
+    _iterate_on_planes(points, bases, after, iterations, regularisation)
     return after
 
 
@@ -177,13 +165,7 @@ def mixture_of(components: Array) -> Mixture:
 
 @njit(cache=True)
 def _iterate_on_planes(
-    points: Array,
-    bases: Array,
-    weights: Array,
-    means: Array,
-    covariances: Array,
-    iterations: int,
-    regularisation: float,
+    points: Array, bases: Array, mixtures: Mixture, iterations: int, regularisation: float
 ) -> None:
     across = np.empty((2, len(points)))
     for plane in range(len(bases)):
@@ -195,47 +177,31 @@ def _iterate_on_planes(
                     + points[i, 1] * basis[1, axis]
                     + points[i, 2] * basis[2, axis]
                 )
-        _iterate(
-            across,
-            (0, 1),
-            weights[plane],
-            means[plane],
-            covariances[plane],
-            iterations,
-            regularisation,
-        )
+        weights, means, covariances = mixtures
+        mixture = Mixture(weights[plane], means[plane], covariances[plane])
+        _iterate(across, (0, 1), mixture, iterations, regularisation)
 
 
 @njit(cache=True)
 def _iterate(
-    points: Array,
-    axes: tuple[int, ...],
-    weights: Array,
-    means: Array,
-    covariances: Array,
-    iterations: int,
-    regularisation: float,
+    points: Array, axes: tuple[int, ...], mixture: Mixture, iterations: int, regularisation: float
 ) -> None:
     """Steps of expectation maximisation in place, on points (d, n).
 
     `axes` has as many items as dimensions: the compiler knows their number.
     """
-    responsibilities = np.empty((len(weights), points.shape[1]))
+    responsibilities = np.empty((len(mixture.weights), points.shape[1]))
     for _ in range(iterations):
-        _expect(points, axes, weights, means, covariances, responsibilities)
-        _maximise(points, axes, responsibilities, weights, means, covariances, regularisation)
+        _expect(points, axes, mixture, responsibilities)
+        _maximise(points, axes, responsibilities, mixture, regularisation)
 
 
 @njit(cache=True)
 def _expect(
-    points: Array,
-    axes: tuple[int, ...],
-    weights: Array,
-    means: Array,
-    covariances: Array,
-    responsibilities: Array,
+    points: Array, axes: tuple[int, ...], mixture: Mixture, responsibilities: Array
 ) -> None:
     """Share (m, n) that each component has in each point."""
+    weights, means, covariances = mixture
     d = len(axes)
     n = points.shape[1]
     largest = np.full(n, -np.inf)
@@ -272,12 +238,11 @@ def _maximise(
     points: Array,
     axes: tuple[int, ...],
     responsibilities: Array,
-    weights: Array,
-    means: Array,
-    covariances: Array,
+    mixture: Mixture,
     regularisation: float,
 ) -> None:
     """Components of the points that they are responsible for; one without any keeps its place."""
+    weights, means, covariances = mixture
     d = len(axes)
     n = points.shape[1]
     for component in range(len(weights)):

@@ -1,43 +1,183 @@
-"""Contours and masks: one from the other, and what a contour encloses."""
+"""Contours and masks: one from the other, what a contour encloses, and sums over it.
+
+A pixel is inside if its centre is, and the rule is half-open: where a contour passes through
+centres, they are inside on its left and its upper side alone, so that contours that share a side
+share no pixel. Sums are by Green's theorem: they run down the columns, where a row is added to the
+one above in one go; a contour's sum is then a difference of two numbers for each column and each
+time that it is crossed.
+"""
+
+from math import ceil
+from typing import Literal, TypeAlias
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from trackers.base.interface import Box, Mask
-from trackers.contours.sums import windings
 
 __all__ = [
+    "Outside",
     "bounding_box",
+    "contour_scores",
     "crosses_itself",
     "enclosed_area",
     "equally_spaced",
     "filled",
     "inscribed_ellipse",
     "outline",
+    "windings",
 ]
 
+Tables: TypeAlias = NDArray[np.float32]
+Cells: TypeAlias = NDArray[np.int32]
+Indices: TypeAlias = NDArray[np.intp]
+Array: TypeAlias = NDArray[np.float64]
 Contour = NDArray[np.float64]
+
+Outside: TypeAlias = Literal["window", "image"]
+
+
+def contour_scores(
+    tables: Tables,
+    cells: Cells,
+    which: Indices,
+    contours: Array,
+    window: tuple[int, int, int, int],
+    outside: Outside = "window",
+    smallest: int = 60,
+) -> Array:
+    """Mean of a map inside each contour less that outside, each contour in a map of its own: (n,).
+
+    `tables` (maps, k) hold each map's value of each of k cells, `cells` (height, width) each
+    pixel's cell; `which` (n,) says which map is that of which of the `contours` (n, points, 2)
+    [pixels], none of which crosses itself. The pixels outside are those of the `window` (first
+    column and row, and those after the last, within the image) or of the whole image; contours had
+    better lie in the window, as what is beyond counts as outside. -1 where fewer than `smallest`
+    pixels are inside, or none is outside.
+    """
+    left, top, right, bottom = window
+    seen = np.ascontiguousarray(cells[top:bottom, left:right])
+    beyond = np.zeros(0, np.intp)
+    if outside == "image":
+        k = tables.shape[1]
+        beyond = np.bincount(cells.ravel(), minlength=k) - np.bincount(seen.ravel(), minlength=k)
+    order = np.argsort(which, kind="stable")  # each map's sums are made once
+    scores: Array = _scores(tables, seen, which, order, contours, left, top, beyond, smallest)
+    return scores
+
+
+@njit(cache=True)
+def windings(contour: Array, height: int, width: int) -> Cells:
+    """How many times a contour (points, 2) goes round the centre of each pixel of an image.
+
+    The sign is the direction.
+    """
+    turns = np.zeros((height + 1, width), np.int32)
+    for i in range(len(contour)):
+        left, low, right, high, sign = _directed(contour, i)
+        start, stop = _columns(left, right, 0, width)
+        for column in range(start, stop):
+            turns[_row(column + 0.5, left, low, right, high, 0, height), column] += sign
+    for row in range(1, height):
+        turns[row] += turns[row - 1]
+    return turns[:height]
+
+
+@njit(cache=True)
+def _scores(
+    tables: Tables,
+    cells: Cells,
+    which: Indices,
+    order: Indices,
+    contours: Array,
+    left: int,
+    top: int,
+    beyond: Indices,
+    smallest: int,
+) -> Array:
+    height, width = cells.shape
+    scores = np.full(len(contours), -1.0)
+    above = np.zeros((height + 1, width))
+    pixels = height * width + beyond.sum()
+    total, current = 0.0, -1
+    for j in order:
+        if which[j] != current:
+            current = which[j]
+            table = tables[current]
+            for row in range(height):
+                for column in range(width):
+                    value = table[np.uintp(cells[row, column])]
+                    above[row + 1, column] = above[row, column] + value
+            total = above[height].sum()
+            for cell in range(len(beyond)):
+                total += beyond[cell] * np.float64(table[cell])
+        inside, count = _inside(above, contours[j], left, top)
+        if smallest <= count < pixels and count > 0:
+            scores[j] = inside / count - (total - inside) / (pixels - count)
+    return scores
+
+
+@njit(cache=True)
+def _inside(above: Array, contour: Array, window_left: int, window_top: int) -> tuple[float, int]:
+    """Sum and number of the pixels inside; `above` holds the sums above each row of a window."""
+    height, width = above.shape[0] - 1, above.shape[1]
+    total, count = 0.0, 0
+    for i in range(len(contour)):
+        left, low, right, high, sign = _directed(contour, i)
+        start, stop = _columns(left, right, window_left, width)
+        for column in range(start, stop):
+            centre = column + window_left + 0.5
+            row = _row(centre, left, low, right, high, window_top, height)
+            total += sign * above[row, column]
+            count += sign * row
+    if count < 0:  # the contour runs the other way
+        return -total, -count
+    return total, count
+
+
+@njit(cache=True)
+def _directed(contour: Array, i: int) -> tuple[float, float, float, float, int]:
+    """The side after point i from left to right, x and y of its ends, and which way it runs.
+
+    Both contours that share a side find the same crossings, as they compute the same.
+    """
+    x, y = contour[i]
+    next_x, next_y = contour[i + 1 if i + 1 < len(contour) else 0]
+    if x <= next_x:
+        return x, y, next_x, next_y, -1
+    return next_x, next_y, x, y, 1
+
+
+@njit(cache=True)
+def _columns(left: float, right: float, origin: int, width: int) -> tuple[int, int]:
+    """Columns of a window whose centres are in [left, right), from the first to after the last."""
+    first, last = max(ceil(left - 0.5), origin), min(ceil(right - 0.5), origin + width)
+    if not first < last:
+        return 0, 0
+    return first - origin, last - origin
+
+
+@njit(cache=True)
+def _row(
+    x: float, left: float, low: float, right: float, high: float, origin: int, height: int
+) -> int:
+    """Rows of a window whose centres are above where a side crosses x."""
+    y = low + (x - left) * (high - low) / (right - left) - (origin + 0.5)
+    if not y > 0.0:
+        return 0
+    return ceil(y) if y < height else height
 
 
 def outline(mask: Mask, points: int = 32) -> Contour:
-    """The outer boundary of a mask's largest part.
+    """The outer boundary of a mask's largest part, (points, 2) [pixels].
 
-    It passes half-way between the centres of neighbours of which one is inside: filled, it would
-    be the part (without holes) again, if it weren't for the chords between its points.
-
-    Parameters
-    ----------
-    mask : ndarray of bool, shape (height, width)
-        Pixels that touch at a corner are connected; raises ValueError where there are none.
-    points : int
-        How many the contour has.
-
-    Returns
-    -------
-    ndarray of float64, shape (points, 2)
-        Equally spaced in arc length, clockwise on the screen, from the topmost point (the leftmost
-        of several) on.
+    It passes half-way between the centres of neighbours of which one is inside: filled, it would be
+    the part (without holes) again, if it weren't for the chords between its points. These are
+    equally spaced in arc length, clockwise on the screen, from the topmost (the leftmost of
+    several) on. Pixels that touch at a corner are connected; raises ValueError where there are
+    none.
     """
     if not mask.any():
         raise ValueError("the mask has no pixels, so it has no outline; give one with some.")
@@ -54,7 +194,7 @@ def outline(mask: Mask, points: int = 32) -> Contour:
 
 
 def filled(contour: Contour, height: int, width: int) -> Mask:
-    """Pixels of an image whose centres are inside a contour (points, 2), by the rule of `sums`."""
+    """Pixels of an image whose centres are inside a contour (points, 2), by the rule above."""
     inside: Mask = windings(contour, height, width) != 0
     return inside
 

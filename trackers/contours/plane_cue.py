@@ -1,19 +1,117 @@
-"""The plane of colour space in which target and background differ, as a cue (section 4.1)."""
+"""The plane of colour space in which target and background differ most, as a cue (section 4.1).
+
+Its axes in the first frame are those of the nonparametric discriminant analysis of two classes
+(Fukunaga & Mantock 1983).
+"""
 
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
-from trackers.contours.discriminant import basis_of, oriented, plane_normal
 from trackers.contours.mixture import refined_on_planes
 from trackers.contours.observation import Observation, Weights, graded
 from trackers.contours.posterior import region_scores
 
-__all__ = ["GivenPlane", "PlaneCue", "projected_colours"]
+__all__ = [
+    "GivenPlane",
+    "PlaneCue",
+    "basis_of",
+    "discriminant_basis",
+    "oriented",
+    "plane_normal",
+]
 
 Array: TypeAlias = NDArray[np.float64]
+
+REGULARISATION = 1e-4  # added to each channel's scatter within classes, which may be singular
+LEAST_DISTANCE = 1e-6  # of colours in whitened space: equal ones, many of them, would weigh 0 / 0
+
+
+def discriminant_basis(
+    target: Array, background: Array, neighbours: int = 3, exponent: float = 1.0
+) -> Array:
+    """Axes of the plane that sets the colours of a target apart from those of its background.
+
+    In the space in which the scatter within classes is white, every colour is compared with the
+    mean of its nearest `neighbours` in the other class. The scatter of these differences, which
+    weigh most near the boundary of the classes, has the axes as its first eigenvectors; `exponent`,
+    0 or more, is that of the distances in the weights. Colours are of shape (n, 3) and (m, 3);
+    raises ValueError where a class doesn't have more than `neighbours`.
+
+    Gives orthonormal columns (3, 2), the first along the first eigenvector; the mean of the target
+    isn't below that of the background on either.
+
+    Examples
+    --------
+    >>> axis = np.linspace(0, 1, 5)
+    >>> square = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
+    >>> discriminant_basis(square + [2, 0, 0], square)[:, 0].round(2) + 0.0
+    array([1., 0., 0.])
+    """
+    if min(len(target), len(background)) <= neighbours:
+        raise ValueError(
+            f"{len(target)} colours of the target and {len(background)} of the background are too "
+            f"few for {neighbours} neighbours; each class needs more than that."
+        )
+    within = sum(_scatter(colours - colours.mean(axis=0)) for colours in (target, background)) / 2
+    values, vectors = np.linalg.eigh(within + REGULARISATION * np.eye(3))
+    whitening = vectors / np.sqrt(values)
+    classes = target @ whitening, background @ whitening
+    trees = [cKDTree(colours) for colours in classes]
+    between = np.zeros((3, 3))
+    for own, other in ((0, 1), (1, 0)):
+        colours = classes[own]
+        distance_own = trees[own].query(colours, [neighbours + 1])[0][:, 0]  # the first is itself
+        distances, nearest = trees[other].query(colours, np.arange(1, neighbours + 1))
+        powers = np.maximum([distance_own, distances[:, -1]], LEAST_DISTANCE) ** exponent
+        weights = powers.min(axis=0) / powers.sum(axis=0)
+        differences = colours - classes[other][nearest].mean(axis=1)
+        between += _scatter(np.sqrt(weights)[:, np.newaxis] * differences) / 2
+    axes = whitening @ np.linalg.eigh(between)[1][:, :0:-1]
+    basis = np.linalg.qr(axes)[0]
+    apart = (target.mean(axis=0) - background.mean(axis=0)) @ basis
+    return np.asarray(np.where(apart < 0, -basis, basis), np.float64)
+
+
+def _scatter(differences: Array) -> Array:
+    """Mean of the products d dᵀ."""
+    return np.asarray(np.einsum("ni,nj->ij", differences, differences) / len(differences))
+
+
+def plane_normal(basis: Array) -> Array:
+    """Unit normal (3,) of the plane of an orthonormal basis (3, 2): first axis × second."""
+    return np.cross(basis[:, 0], basis[:, 1])
+
+
+def oriented(normals: Array, reference: Array) -> Array:
+    """Normals (n, 3), turned round where they point away from a reference normal (3,)."""
+    return np.where((normals @ reference < 0)[:, np.newaxis], -normals, normals)
+
+
+def basis_of(normals: Array, reference_basis: Array) -> Array:
+    """Bases (n, 3, 2) of planes: a reference basis (3, 2), turned by the least rotation.
+
+    So coordinates on a plane are reproducible, and vary continuously with its normal. Normals
+    (n, 3) are of length one, on the reference normal's side (see `oriented`).
+
+    Examples
+    --------
+    >>> basis_of(np.array([[0.0, 1.0, 0.0]]), np.eye(3)[:, :2])[0]
+    array([[ 1.,  0.],
+           [ 0.,  0.],
+           [ 0., -1.]])
+    """
+    reference = plane_normal(reference_basis)
+    axis = np.cross(reference, normals)[:, np.newaxis]
+    cosine = (normals @ reference)[:, np.newaxis, np.newaxis]
+    axes = reference_basis.T  # (2, 3), turned by R = I + [v]ₓ + [v]ₓ² / (1 + cos)
+    once = np.cross(axis, axes)
+    turned = axes + once + np.cross(axis, once) / (1 + cosine)
+    return np.swapaxes(turned, 1, 2)
+
 
 STEPS_ON_PLANES = 2  # of EM, after a fit in three dimensions was projected
 
@@ -21,18 +119,13 @@ STEPS_ON_PLANES = 2  # of EM, after a fit in three dimensions was projected
 class PlaneCue(ParticleCue):
     """Normals of planes, in a random walk (section 4.1, equation 5).
 
-    s = H s' + p, with H the identity but for noise and p noise, and its length made 1. A
-    plane's weight says how well it tells the colours in the window from those outside (section
-    5.2). Its evidence are the frame's colours on each plane, in the basis that `basis_of` gives it.
+    s = H s' + p, with H the identity but for noise and p noise, and its length made 1; `spread` is
+    the deviation of all their elements. A plane's weight says how well it tells the colours in the
+    window from those outside (section 5.2). Its evidence are the frame's colours on each plane,
+    (planes, cells, 2), in the basis that `basis_of` gives it.
 
-    Parameters
-    ----------
-    basis : ndarray of float64, shape (3, 2)
-        That of the first frame's plane.
-    count, spread : int, float
-        How many planes, and the deviation of the elements of H and p; a normal has length 1.
-    weights, temperature, floor
-        See `graded` and, for the density of the outside that no mixture explains, `posterior`.
+    `basis` (3, 2) is that of the first frame's plane; `weights` and `temperature` are those of
+    `graded`, `floor` is that of `posterior`: a density of the outside that no mixture explains.
     """
 
     def __init__(
@@ -65,7 +158,7 @@ class PlaneCue(ParticleCue):
         if observation.inside is None or observation.outside is None:
             raise ValueError("planes are weighed by sets of colours drawn in and out of a window")
         bases = basis_of(states, self.basis)
-        colours = projected_colours(observation, bases)
+        colours: Array = observation.cells.colours @ bases
         inside, outside = (
             refined_on_planes(side.points, side.mixture, bases, STEPS_ON_PLANES)
             for side in (observation.inside, observation.outside)
@@ -89,13 +182,7 @@ class GivenPlane:
         self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
         """See `Cue.weigh`."""
-        return Weighed(np.ones(1), projected_colours(observation, basis_of(states, self.basis)))
+        return Weighed(np.ones(1), observation.cells.colours @ basis_of(states, self.basis))
 
     def receive(self, states: Array, weights: Array) -> None:
         """See `Cue.receive`; there is nothing to learn."""
-
-
-def projected_colours(observation: Observation, bases: Array) -> Array:
-    """A frame's colours on planes, (planes, cells, 2), of orthonormal bases (planes, 3, 2)."""
-    projected: Array = observation.cells.colours @ bases
-    return projected

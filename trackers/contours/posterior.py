@@ -18,8 +18,8 @@ from trackers.contours.mixture import Mixture, log_density, mixture_of
 __all__ = ["posterior", "posterior_tables", "region_scores"]
 
 Ints: TypeAlias = NDArray[np.int64]
-Array = NDArray[np.float64]
-Array32 = NDArray[np.float32]
+Array: TypeAlias = NDArray[np.float64]
+Array32: TypeAlias = NDArray[np.float32]
 
 BLOCK = 1024  # colours taken together: what is known of them stays in the fastest memory
 LOWEST = np.float32(-125.0)  # power of two below which a term counts as no more than it
@@ -54,25 +54,12 @@ def posterior_tables(
 ) -> tuple[Array32, Array]:
     """Posterior of every colour under many pairs of mixtures, and how it sets two regions apart.
 
-    Parameters
-    ----------
-    projected : ndarray of float64, shape (P, K, 2)
-        K colours on each of P planes.
-    planes : ndarray of int64, shape (N,)
-        The plane of each pair.
-    target, background : ndarray of float64, shape (N, m, 6)
-        Components of the pairs; see `trackers.contours.mixture.components_of`.
-    floor, prior : float
-        See `posterior`.
-    contrast : ndarray of float64, shape (K,)
-        What each colour counts in the score: its share of one region less that of the other.
+    `projected` (P, K, 2) are K colours on each of P planes, `planes` (N,) the plane of each of N
+    pairs, `target` and `background` (N, m, 6) their components (see `components_of`). `contrast`
+    (K,) is what each colour counts in the score: its share of one region less that of the other.
 
-    Returns
-    -------
-    tables : ndarray of float32, shape (N, K)
-        Where no eigenvalue is below 2e-4, within 2e-5 of `posterior`; without a floor within 1e-4.
-    scores : ndarray of float64, shape (N,)
-        Σ table · contrast of each.
+    Gives float32 tables (N, K), where no eigenvalue is below 2e-4 within 2e-5 of `posterior`,
+    without a floor within 1e-4; and scores (N,), Σ table · contrast of each.
     """
     forms = _forms(mixture_of(target), mixture_of(background), floor, prior)
     return _tables(_across(projected), planes, forms, target.shape[1], contrast)

@@ -22,24 +22,31 @@ from trackers.base.parameters import (
 )
 from trackers.base.particles import effective_number
 from trackers.base.sharing import SharedFrame, SharingTracker
-from trackers.contours.cells import ColourCells, colour_cells
 from trackers.contours.chain import Chain, Hypotheses, complete
+from trackers.contours.colour_cue import Fit
 from trackers.contours.contour_cue import ContourCue, ContourDynamics
-from trackers.contours.discriminant import discriminant_basis
 from trackers.contours.dynamics import LearntDynamics
 from trackers.contours.mixture import components_of, fitted
-from trackers.contours.observation import Observation, Weights, drawn, observe, window_around
+from trackers.contours.observation import (
+    ColourCells,
+    Observation,
+    Weights,
+    colour_cells,
+    drawn,
+    observe,
+    window_around,
+)
 from trackers.contours.outline import (
+    Outside,
     bounding_box,
     enclosed_area,
     filled,
     inscribed_ellipse,
     outline,
 )
-from trackers.contours.refitting import Fit
+from trackers.contours.plane_cue import discriminant_basis
 from trackers.contours.snake import Stiffness
 from trackers.contours.snake import refined as refined_by_snake
-from trackers.contours.sums import Outside
 
 __all__ = ["LITERAL", "Segmenter", "SegmenterParameters", "Start", "best_posterior", "surely"]
 

@@ -14,7 +14,7 @@ from trackers.contours.outline import bounding_box, crosses_itself, enclosed_are
 
 __all__ = ["Stiffness", "edge_map", "fitted_snake", "refined"]
 
-Array = NDArray[np.float64]
+Array: TypeAlias = NDArray[np.float64]
 Stiffness: TypeAlias = Literal["constant", "by-spacing"]
 
 ELASTICITY, RIGIDITY = 0.08, 0.6
@@ -29,27 +29,16 @@ def refined(
     posterior: NDArray[np.float32] | None,
     stiffness: Stiffness = "constant",
 ) -> tuple[Array, bool]:
-    """The contour that a snake finds from a contour on, if it is to be believed.
+    """The contour that a snake finds from a contour on, if it is to be believed; else what came in.
 
-    Parameters
-    ----------
-    contour : ndarray of float64, shape (points, 2)
-    image : ndarray of uint8, shape (height, width, 3)
-    posterior : ndarray of float, shape (height, width), or None
-        The probability of the target at each pixel, in [0, 1]. Edges that it does not show are
-        none; without it, all are.
-    stiffness : {'constant', 'by-spacing'}
-        Weights of the differences between points, whatever their distance: the larger a contour,
-        the more it shrinks and the rounder it gets. Or weights of derivatives along the contour,
-        the same where points are `SPACING` apart.
+    Edges that the `posterior` of the target, (height, width) in [0, 1], does not show are none;
+    without it, all are. The stiffness is `constant`: weights are of the differences between points,
+    whatever their distance, so that the larger a contour, the more it shrinks and the rounder it
+    gets; or `by-spacing`: of derivatives along the contour, the same where points are `SPACING`
+    apart.
 
-    Returns
-    -------
-    contour : ndarray of float64, shape (points, 2)
-        The snake, or what came in.
-    accepted : bool
-        Whether it is the snake: it does not cross itself and encloses between half and twice as
-        much.
+    Says besides whether it is the snake: it does not cross itself and encloses between half and
+    twice as much as before.
     """
     left, top, width, height = bounding_box(contour).tolist()
     x, y = max(floor(left) - MARGIN, 0), max(floor(top) - MARGIN, 0)
@@ -101,24 +90,12 @@ def fitted_snake(
     attraction: float = 3.0,
     iterations: int = 40,
 ) -> Array:
-    """A closed snake after some steps, p ← (A + γ I)⁻¹ (γ p + f(p)).
+    """A closed snake after some steps, p ← (A + γ I)⁻¹ (γ p + f(p)), from a contour (points, 2) on.
 
-    Parameters
-    ----------
-    contour : ndarray of float64, shape (points, 2)
-        Where it starts, in pixels of the image.
-    edges : ndarray of float64, shape (height, width)
-        Those of a window of the image, at least two pixels either way.
-    origin : tuple of int
-        The window's first column and row.
-    elasticity, rigidity : float
-        α and β: weights of the first and the second differences, which A holds.
-    step : float
-        γ: the smaller, the larger the steps.
-    attraction : float
-        κ: f is κ times the gradient of the edges, interpolated linearly, and one pixel at most.
-    iterations : int
-        How many steps.
+    `edges` are those of a window of the image, at least two pixels either way, whose first column
+    and row are `origin`. A holds the weights α and β of the first and the second differences
+    (`elasticity`, `rigidity`); γ is `step`: the smaller, the larger the steps. f is κ
+    (`attraction`) times the gradient of the edges, interpolated linearly, and one pixel at most.
     """
     down, across = np.gradient(edges)
     force = attraction * np.stack([across, down])

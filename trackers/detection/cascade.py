@@ -16,22 +16,9 @@ __all__ = ["cascade"]
 def cascade(file: str | Path, neighbours: int = 3) -> Callable[[Image], NDArray[np.float64]]:
     """Detector from a trained cascade, of frontal faces for one.
 
-    Parameters
-    ----------
-    file : str or Path
-        The cascade's XML file. OpenCV's own come with its sources.
-    neighbours : int
-        How many overlapping hits make a find.
-
-    Returns
-    -------
-    callable
-        Gives boxes of shape (k, 4) in an image [pixels], the largest first.
-
-    Raises
-    ------
-    TrackerError
-        Where the installed OpenCV has no cascades, or the file holds none.
+    The file is the cascade's XML; OpenCV's own come with its sources. `neighbours` overlapping hits
+    make a find. The detector gives boxes of shape (k, 4) in an image [pixels], the largest first.
+    Raises TrackerError where the installed OpenCV has no cascades, or the file holds none.
     """
     if not Path(file).is_file():
         raise TrackerError(f"{file}: there is no such cascade file.")

@@ -17,21 +17,10 @@ MARGIN = np.array([0.15, 0.12])  # of 64 x 128 pixels, around people 96 pixels h
 def people(least_score: float = 0.0) -> Callable[[Image], NDArray[np.float64]]:
     """Detector of upright people at least 128 pixels high.
 
-    Parameters
-    ----------
-    least_score : float
-        Distance from the classifier's margin, from which on something is a person.
-
-    Returns
-    -------
-    callable
-        Gives boxes of shape (k, 4) in an image [pixels], the highest score first. They are the
-        detector's windows without the margin around the person that it was trained with.
-
-    Raises
-    ------
-    TrackerError
-        Where the installed OpenCV has no HOG detector.
+    From a distance of `least_score` from the classifier's margin on something is a person. The
+    detector gives boxes of shape (k, 4) in an image [pixels], the highest score first: its windows
+    without the margin around the person that it was trained with. Raises TrackerError where the
+    installed OpenCV has no HOG detector.
     """
     if not hasattr(cv2, "HOGDescriptor"):
         raise TrackerError(

@@ -153,19 +153,13 @@ class LuvBins:
     """Bins of CIE L*u*v*; equal ones can share their work on a frame.
 
     A pixel's colour becomes a code, its lightness bin and its chromaticity bin in one number. Bins
-    0 to 99 are u* · 10 + v*, bins 100 to 109 are L*.
+    0 to 99 are u* · 10 + v*, bins 100 to 109 are L*. Of `both` a pixel votes in each; of `perez` in
+    its chromaticity bin alone, or in its lightness bin alone if it has hardly any colour, √(u*² +
+    v*²) < 17.9 (the structure of Pérez et al. 2002, carried over to L*u*v*).
 
-    Attributes
-    ----------
-    binning : {'both', 'perez'}
-        'both': a pixel votes in its chromaticity bin and in its lightness bin. 'perez': in
-        its chromaticity bin alone, or in its lightness bin alone if it has hardly any
-        colour, √(u*² + v*²) < 17.9 (the structure of Pérez et al. 2002, carried over to
-        L*u*v*).
-    uv_range : {'full', 'natural', 'srgb-gamut'}
-        What the 10 x 10 chromaticity bins divide; colours outside fall into the outermost
-        bins. 'full': what a byte can hold, u* -134 to 220, v* -140 to 122. 'natural': -60 to
-        120 and -80 to 80. 'srgb-gamut': -83 to 175 and -134 to 107.
+    The 10 x 10 chromaticity bins divide what a byte can hold (`full`, u* -134 to 220, v* -140 to
+    122), -60 to 120 and -80 to 80 (`natural`), or -83 to 175 and -134 to 107 (`srgb-gamut`);
+    colours outside fall into the outermost bins.
     """
 
     binning: Binning = "both"

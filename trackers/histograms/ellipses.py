@@ -83,22 +83,14 @@ def ellipse_counts(
 ) -> EllipseCounts:
     """Count bins in ellipses, pixel by pixel.
 
-    Parameters
-    ----------
-    codes : ndarray of uint16, shape (height, width), or (width, height) where transposed
-        Bin of every pixel of a window of the image, or of all of it.
-    corner : tuple of int
-        Left and top of the window [pixels]; it holds all that is inside the image.
-    transposed : bool
-        Whether `codes` lie by column.
-    ellipses : ndarray of float64, shape (n, 4)
-        Centre x and y and half axes Hx and Hy, above 0 [pixels].
-    kernel : {'isotropic', 'epanechnikov', 'uniform'}
-        What a weight falls with. 'isotropic': 1 - (dx² + dy²) / (Hx² + Hy²) (Nummiaro et al.
-        2003, equations 2 and 3), which stays above 0 on the rim. 'epanechnikov':
-        1 - (dx / Hx)² - (dy / Hy)². 'uniform': not at all.
-    bins : ndarray of int64, shape (m,)
-        The bins asked for, of `n_bins` that there are.
+    `codes` (height, width), or (width, height) where `transposed`, hold the bin of every pixel of a
+    window of the image, or of all of it; `corner` is the window's left and top [pixels], and it
+    holds all that is inside the image. `ellipses` (n, 4) are centre x and y and half axes Hx and
+    Hy, above 0 [pixels]. `bins` (m,) are those asked for, of `n_bins` that there are.
+
+    A weight falls with the distance: isotropic 1 - (dx² + dy²) / (Hx² + Hy²) (Nummiaro et al. 2003,
+    equations 2 and 3), which stays above 0 on the rim; epanechnikov 1 - (dx / Hx)² - (dy / Hy)²;
+    uniform, not at all.
     """
     slots = np.zeros(n_bins, np.uint16)
     slots[bins] = np.arange(1, len(bins) + 1)
@@ -230,14 +222,9 @@ def _add(
 def coefficients(counts: Counts, totals: Counts, models: Array) -> Array:
     """Bhattacharyya coefficients Σ √(p q) of histograms and models, shape (n,), in [0, 1].
 
-    Parameters
-    ----------
-    counts : ndarray of int64, shape (n, m)
-        One histogram p a row, unnormalised, of the bins in which the models have something.
-    totals : ndarray of int64, shape (n,)
-        Sums of the whole histograms; where it is 0, the coefficient is.
-    models : ndarray of float64, shape (1, m) or (n, m)
-        Normalised histograms q: one for all, or one for each.
+    `counts` (n, m) are histograms p, unnormalised, of the bins in which the models have something;
+    `totals` (n,) the sums of the whole histograms: where one is 0, the coefficient is. `models` are
+    normalised histograms q: (1, m), one for all, or (n, m), one for each.
     """
     found = np.zeros(len(counts))
     for i in range(len(counts)):
@@ -265,25 +252,13 @@ def mean_shift(
 
     p is taken under the Epanechnikov kernel. A step goes to the mean of the ellipse's pixels, each
     with the weight √(q/p) of its bin, for the derivative of that kernel's profile is constant
-    (Comaniciu, Ramesh & Meer 2000, 2003).
+    (Comaniciu, Ramesh & Meer 2000, 2003). A step shorter than `stop_distance` [pixels] is the last
+    one taken; with `halving`, one that lowers the coefficient is halved until it does not, and one
+    so short is not taken then.
 
-    Parameters
-    ----------
-    window : Window
-        Codes. Where an ellipse needs pixels of the image beyond them, the search ends.
-    bins : ndarray of int64, shape (m,)
-        Those of `n_bins` in which the model has something.
-    model : ndarray of float64, shape (m,)
-        What it has there, normalised.
-    ellipse : tuple of float
-        Centre x and y to start from, and half axes, above 0 [pixels].
-    stop_distance : float
-        A step shorter than this is the last one taken [pixels].
-    max_iterations : int
-        Most steps taken.
-    halving : bool
-        Whether a step that lowers the coefficient is halved until it does not; one shorter
-        than `stop_distance` is not taken then.
+    `bins` (m,) are those of `n_bins` in which the model (m,), normalised, has something; `ellipse`
+    is centre x and y to start from, and half axes, above 0 [pixels]. Where an ellipse needs pixels
+    of the image beyond those of the window, the search ends.
     """
     x, y, half_width, half_height = ellipse
     parts, weights = np.empty((4, n_bins), np.int64), np.zeros(n_bins)

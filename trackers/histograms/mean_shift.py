@@ -59,24 +59,10 @@ class Location(NamedTuple):
 class Target:
     """What a target looks like and how large it is: the ellipse inscribed in its box.
 
-    Parameters
-    ----------
-    name : str
-        The tracker's, for messages.
-    settings : MeanShiftParameters
-        How to look for it.
-    frame, box : SharedFrame, ndarray of float64, shape (4,)
-        The first frame, and its box there.
-
-    Attributes
-    ----------
-    half_width, half_height : float
-        Half axes of the ellipse [pixels].
-
-    Raises
-    ------
-    TrackerError
-        Where the box is smaller than 3 pixels either way, or its ellipse outside the image.
+    It is learnt from the first `frame` and the `box` there, and looked for as `settings` say;
+    `name` is the tracker's, for messages. `half_width` and `half_height` are the ellipse's half
+    axes as they are now [pixels]. Raises TrackerError where the box is smaller than 3 pixels either
+    way, or its ellipse outside the image.
     """
 
     def __init__(

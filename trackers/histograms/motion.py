@@ -1,19 +1,33 @@
-"""How elliptic particles move: at constant velocity and constant change of scale, with noise.
+"""How elliptic particles move, and where they are placed to wait for a target.
 
 A state is x, y, vx, vy, Hx, Hy, a': centre and velocity, half axes, and change of scale a frame
-(Nummiaro et al. 2003, section 4). In the linear form a' is in pixels of Hx, in the
-multiplicative one it is a ratio.
+(Nummiaro et al. 2003, section 4). In the linear form a' is in pixels of Hx, in the multiplicative
+one it is a ratio.
 """
 
-from dataclasses import dataclass
+from collections import deque
+from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Axes", "Dynamics", "Motion", "ScaleChange", "at_rest", "box_around", "ellipse_in"]
+from trackers.base.parameters import TrackerError
+
+__all__ = [
+    "Axes",
+    "Dynamics",
+    "Motion",
+    "Placement",
+    "ScaleChange",
+    "Whereabouts",
+    "at_rest",
+    "box_around",
+    "ellipse_in",
+]
 
 Array: TypeAlias = NDArray[np.float64]
+
 Dynamics: TypeAlias = Literal["first-order", "second-order", "random-walk"]
 Axes: TypeAlias = Literal["together", "apart"]
 ScaleChange: TypeAlias = Literal["linear", "multiplicative"]
@@ -46,21 +60,12 @@ def box_around(state: Array) -> Array:
 class Motion:
     """A model of motion; its noises are Gaussian, given by deviations in lengths of Hx.
 
-    Attributes
-    ----------
-    dynamics : {'first-order', 'second-order', 'random-walk'}
-        Velocity and change of scale are constant but for the noise; or their rates of change
-        are, which then take noises of the same size; or there is neither.
-    axes : {'together', 'apart'}
-        One noise of scale for both half axes, whose ratio then stays; or one for each.
-    scale_change : {'linear', 'multiplicative'}
-        Half axes grow by sums, and all noise is in lengths of the last estimate's Hx, so that
-        a step is a linear map and noise that is the same for all; or by factors, and noise is
-        in lengths of each particle's own Hx.
-    scale_persistence : float
-        What is left of a' after a frame; 1 is undamped [ratio].
-    position_noise, velocity_noise, size_noise, scale_noise : float
-        Deviations of the noise of centre, velocity, half axes and a' [Hx].
+    `first-order`: velocity and change of scale are constant but for the noise. `second-order`:
+    their rates of change are, which then take noises of the same size. `random-walk`: there is
+    neither. Half axes have one noise of scale `together`, and their ratio then stays, or one each
+    (`apart`). They grow by sums (`linear`), and all noise is in lengths of the last estimate's Hx,
+    so that a step is a linear map and noise that is the same for all; or by factors
+    (`multiplicative`), and noise is in lengths of each particle's own Hx.
     """
 
     dynamics: Dynamics
@@ -81,19 +86,12 @@ class Motion:
         image_size: tuple[int, int],
         random: np.random.Generator,
     ) -> tuple[Array, Array]:
-        """Move particles by a frame: new states and rates.
+        """Move particles (n, 7) by a frame: new states and rates.
 
-        Parameters
-        ----------
-        states : ndarray of float64, shape (n, 7)
-        rates : ndarray of float64, shape (n, 3)
-            How vx, vy and a' change a frame; used by second-order dynamics alone.
-        half_width, aspect : float
-            Hx of the last estimate [pixels], and Hy / Hx of the target.
-        image_size : tuple of int
-            Width and height of the image: half axes stay within 3 pixels and these.
-        random : numpy.random.Generator
-            Ten numbers are drawn a particle, whatever the model.
+        Rates (n, 3) are how vx, vy and a' change a frame; second-order dynamics alone use them.
+        `half_width` is Hx of the last estimate [pixels], `aspect` Hy / Hx of the target; half axes
+        stay within 3 pixels and `image_size`, width and height. Ten numbers are drawn a particle,
+        whatever the model.
         """
         linear = self.scale_change == "linear"
         unit = half_width if linear else states[:, H][:, :1]  # of lengths
@@ -130,3 +128,96 @@ class Motion:
             states[:, 5] = states[:, 4] * aspect
         else:
             np.clip(states[:, H], LEAST_HALF_AXIS, [width, height], out=states[:, H])
+
+
+Placement: TypeAlias = Literal["last", "predicted", "borders", "image"]
+
+REMEMBERED = 20  # frames over which the way of the target is averaged
+FASTEST = 0.4  # speed that is believed [Hx/frame]
+SIZE_SPREAD = 0.08  # of the logarithm of the size, with `predicted`
+
+
+@dataclass
+class Whereabouts:
+    """What is known of where a target was, and where it may come in.
+
+    Entries (k, 4) are boxes in which a target that enters has its centre: doors, borders. Without
+    any it is the left and the right border, at the height at which the target was last. Raises
+    TrackerError for entries that are no boxes.
+    """
+
+    half_axes: Array  # (2,): Hx and Hy when last seen [pixels]
+    image_size: tuple[int, int]  # width and height [pixels]
+    entries: Array | None = None
+    _seen: Array | None = None
+    _reliable: deque[tuple[int, Array]] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
+
+    def __post_init__(self) -> None:
+        if self.entries is None:
+            return
+        self.entries = np.array(self.entries, float)
+        if self.entries.ndim != 2 or self.entries.shape[1] != 4 or len(self.entries) == 0:
+            shape = self.entries.shape
+            raise TrackerError(f"regions must be boxes, shape (k, 4) with k > 0, not {shape}.")
+        if not np.isfinite(self.entries).all() or (self.entries[:, 2:] < 0).any():
+            raise TrackerError(f"regions must have finite sizes: {self.entries.tolist()}.")
+
+    def seen(self, centre: Array, half_axes: Array) -> None:
+        """Note where the target is thought to be, most particles looking like it."""
+        self._seen, self.half_axes = centre.copy(), half_axes.copy()
+
+    def certain(self, frame: int, centre: Array) -> None:
+        """Note where the target surely was in a frame."""
+        self._reliable.append((frame, centre.copy()))
+
+    def particles(
+        self, placement: Placement, n: int, frame: int, random: np.random.Generator
+    ) -> Array:
+        """So many particles at rest, shape (n, 7), as it is `frame` now.
+
+        'borders': where it may enter. 'image': anywhere. 'last': half of them where it may
+        enter, half around where it was last seen, by 3 Hx sideways and Hx upright. 'predicted':
+        three tenths where it may enter, the others around where it would be now, had it gone on
+        as before. Where it has never been seen, all where it may enter; 'image' does so where
+        `entries` are given.
+        """
+        sizes: Array = self.half_axes
+        share, centre, deviation = 0.0, np.zeros(2), np.zeros(2)
+        if placement == "last" and self._seen is not None:
+            share, centre, deviation = 0.5, self._seen, sizes[0] * np.array([3.0, 1.0])
+        elif placement == "predicted" and self._reliable:
+            share = 0.7
+            centre, deviation = self._prediction(frame)
+            spread = random.standard_normal((n, 1))
+            sizes = np.maximum(sizes * np.exp(SIZE_SPREAD * spread), 1.0)
+        near = round(share * n)
+        around = centre + deviation * random.standard_normal((near, 2))
+        known = self.entries is not None and self._seen is None  # it has yet to come in
+        anywhere = self._anywhere() if placement == "image" and not known else self._entries()
+        chosen = anywhere[random.integers(len(anywhere), size=n - near)]
+        inside = chosen[:, :2] + random.random((n - near, 2)) * chosen[:, 2:]
+        return at_rest(np.concatenate([around, inside]), sizes)
+
+    def _prediction(self, frame: int) -> tuple[Array, Array]:
+        (start, origin), (end, place) = self._reliable[0], self._reliable[-1]
+        velocity = (place - origin) / max(end - start, 1)
+        fastest = FASTEST * self.half_axes[0]
+        lost = frame - end
+        centre = place + lost * np.clip(velocity, -fastest, fastest)
+        spread = np.array([min(3.0, 1.0 + 0.05 * lost), 0.5])
+        return centre, self.half_axes[0] * spread
+
+    def _anywhere(self) -> Array:
+        """The box of centres of ellipses that are whole inside the image."""
+        size = np.array(self.image_size, float)
+        low = np.minimum(self.half_axes, size / 2)
+        return np.concatenate([low, size - 2 * low])[np.newaxis]
+
+    def _entries(self) -> Array:
+        if self.entries is not None:
+            return self.entries
+        half_width, half_height = self.half_axes
+        width, height = self.image_size
+        middle = height / 2 if self._seen is None else self._seen[1]
+        upright = [middle - half_height / 2, half_width, half_height]
+        return np.array([[x - half_width / 2, *upright] for x in (half_width, width - half_width)])

@@ -173,23 +173,11 @@ def integral_counts(sums: Words, places: Ints, regions: Ints, bins: Ints) -> Cou
 
 @njit(cache=True)
 def direct_counts(codes: Codes, votes: Votes, regions: Ints, bins: Ints, n_bins: int) -> Counts:
-    """Counts of bins in regions, pixel by pixel.
+    """Counts of bins in regions, pixel by pixel: (n, m).
 
-    Parameters
-    ----------
-    codes : ndarray of uint16, shape (height, width)
-        Code of every pixel.
-    votes : ndarray of uint8, shape (codes, votes a pixel)
-        Bins that each code votes in.
-    regions : ndarray of int64, shape (n, 4)
-        `[left, top, right, bottom]` in whole pixels, right and bottom exclusive, inside.
-    bins : ndarray of int64, shape (m,)
-        The bins asked for, of `n_bins` that there are.
-
-    Returns
-    -------
-    ndarray of int32, shape (n, m)
-        Votes in each.
+    `codes` (height, width) hold each pixel's code, `votes` (codes, votes a pixel) the bins that
+    each code votes in; `regions` (n, 4) are `[left, top, right, bottom]` in whole pixels inside,
+    right and bottom exclusive; `bins` (m,) are those asked for, of `n_bins`.
     """
     n_codes, n_votes = votes.shape
     slots = np.zeros(n_bins, np.int64)

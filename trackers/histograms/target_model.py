@@ -1,10 +1,15 @@
-"""Colour histograms of ellipses, the model that follows them, and what a coefficient means."""
+"""Colour histograms of ellipses: the model that follows a target, and what looks like it.
+
+What a coefficient means for an update of the model, and how much of the target any place of the
+background looks like (the appearance condition): Nummiaro et al. 2003, equations 10 to 15.
+"""
 
 from dataclasses import dataclass
 from math import inf, log, pi, sqrt
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from trackers.base.sharing import SharedFrame
@@ -12,7 +17,10 @@ from trackers.histograms.bins import JointBins
 from trackers.histograms.counting import ellipse_histograms
 from trackers.histograms.ellipses import EllipseCounts, Kernel, coefficients
 
-__all__ = ["Ellipses", "Likelihood", "Reading", "TargetModel"]
+__all__ = ["Background", "Ellipses", "Likelihood", "Reading", "TargetModel", "spacing_of"]
+
+Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
 
 Reading: TypeAlias = Literal["density", "printed", "peak", "variance", "coefficient", "always"]
 
@@ -62,8 +70,6 @@ class Likelihood:
         return 1 - 2 * self.variance * log(peak / self.threshold)
 
 
-Array = NDArray[np.float64]
-
 LEAST_SHARE = 0.25  # of an ellipse inside the image, for it to look like anything
 
 
@@ -93,25 +99,12 @@ class Ellipses:
 
 
 class TargetModel:
-    """Histogram that particles are compared with: one for all, or one for each.
+    """Histogram that particles are compared with: one for all, or one for each (`apart`).
 
-    Parameters
-    ----------
-    first : ndarray of float64, shape (bins,)
-        Normalised.
-    particles, apart : int, bool
-        Their number, and whether each has a model of its own.
-    alpha : float
-        Weight of a new histogram in an update.
-
-    Attributes
-    ----------
-    first, current : ndarray of float64, shape (bins,)
-        At the beginning and now; of models of their own the weighted mean.
-    models : ndarray of float64, shape (particles, bins), or None
-        Those of each particle, where they are apart.
-    bins : ndarray of int64, shape (m,)
-        The bins that must be counted in particles.
+    It begins as `first` (bins,), normalised; `alpha` is the
+    weight of a new histogram in an update. `current` is the model now, of models of their own
+    (`models`, (particles, bins)) the weighted mean; `bins` (m,) are those that must be counted in
+    particles.
     """
 
     def __init__(self, first: Array, particles: int, apart: bool, alpha: float) -> None:
@@ -149,21 +142,10 @@ class TargetModel:
     ) -> float:
         """Mix in what was seen where that looks like the model (equations 11 and 12).
 
-        Parameters
-        ----------
-        histogram : ndarray of float64, shape (bins,), or None
-            That of the estimate; None where too little of it is in the image.
-        coefficient : float
-            That of this histogram and the current model.
-        found, weights : EllipseCounts, ndarray of float64, shape (n,)
-            Those of the particles.
-        least : float
-            Coefficient above which a histogram is mixed in.
-
-        Returns
-        -------
-        float
-            Share of the models that were updated, in [0, 1].
+        `histogram` (bins,) is that of the estimate, None where too little of it is in the image,
+        and `coefficient` that of it and the current model; `found` and `weights` (n,) are those of
+        the particles. What has a coefficient above `least` is mixed in. Gives the share of the
+        models that were updated, in [0, 1].
         """
         alpha = self._alpha
         if self.models is not None:
@@ -177,3 +159,79 @@ class TargetModel:
         self.current = (1 - alpha) * self.current + alpha * histogram
         self.bins = np.flatnonzero(self.first + self.current)
         return 1.0
+
+
+_AT_ONCE = 128  # positions
+
+
+def spacing_of(positions: int, half_axes: Array, image_size: tuple[int, int]) -> float:
+    """Spacing [pixels] of a grid of about so many ellipses that are whole inside an image.
+
+    Half axes Hx, Hy are of shape (2,) [pixels]; the image's size is width and height.
+    """
+    free = np.maximum(np.array(image_size) - 2 * half_axes, 1.0)
+    return float(np.sqrt(free.prod() / positions))
+
+
+class Background:
+    """Histograms of ellipses of the target's size all over an image, each whole inside it.
+
+    Their half axes (2,) and the `spacing` of their grid, at least 1, are in pixels (see
+    `spacing_of`). Where the target is in the image, places nearer to its
+    centre `without` (2,) than 2 Hx sideways and 2 Hy upright are not background. `positions` (n, 2)
+    are the centres; there are none where the target fills the image.
+    """
+
+    def __init__(
+        self,
+        frame: SharedFrame,
+        half_axes: Array,
+        spacing: float,
+        colours: JointBins,
+        kernel: Kernel,
+        without: Array | None = None,
+    ) -> None:
+        height, width = frame.image.shape[:2]
+        across, down = (
+            np.arange(half, size - half + 1e-9, max(spacing, 1.0))
+            for half, size in zip(half_axes.tolist(), (width, height), strict=True)
+        )
+        places = np.stack(np.meshgrid(across, down), axis=2).reshape(-1, 2)
+        if without is not None:
+            places = places[(np.abs(places - without) >= 2 * half_axes).any(axis=1)]
+        self.positions = places
+        bins, roots, ends = [np.zeros(0, np.int64)], [np.zeros(0)], [np.zeros(1, np.int64)]
+        # Whole histograms of all places at once would be large where bins are fine.
+        for start in range(0, len(places), _AT_ONCE):
+            some = places[start : start + _AT_ONCE]
+            ellipses = np.hstack([some, np.tile(half_axes, (len(some), 1))])
+            found = ellipse_histograms(frame, ellipses, kernel, colours, np.arange(colours.n_bins))
+            rows, filled = np.nonzero(found.counts)
+            bins.append(filled)
+            roots.append(np.sqrt(found.counts[rows, filled] / found.totals[rows]))
+            ends.append(ends[-1][-1] + np.searchsorted(rows, np.arange(1, len(some) + 1)))
+        self._bins, self._roots = np.concatenate(bins), np.concatenate(roots)
+        self._ends = np.concatenate(ends)
+
+    def coefficients(self, model: Array) -> Array:
+        """Bhattacharyya coefficient of every position, (n,), and a normalised histogram (bins,)."""
+        return _sums(self._ends, self._bins, self._roots, np.sqrt(model))
+
+    def threshold(self, model: Array) -> float:
+        """Coefficient above which something does not look like background, μ + 2 σ.
+
+        Nummiaro et al. 2003, equations 13 to 15; σ² is the mean square deviation over all
+        positions. 0 without a position.
+        """
+        found = self.coefficients(model)
+        return float(found.mean() + 2 * found.std()) if len(found) else 0.0
+
+
+@njit(cache=True)
+def _sums(ends: Ints, bins: Ints, roots: Array, model_roots: Array) -> Array:
+    """Products of sparse rows and a vector, each summed up from left to right."""
+    found = np.zeros(len(ends) - 1)
+    for i in range(len(found)):
+        for k in range(ends[i], ends[i + 1]):
+            found[i] += roots[k] * model_roots[bins[k]]
+    return found

@@ -16,6 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from trackers.base.interface import Box, Image
+from trackers.base.parameters import TrackerError
 
 __all__ = [
     "MOST_BINS",
@@ -164,21 +165,9 @@ def mean_shift(
 ) -> tuple[float, float, int, int]:
     """Move a window to the centroid of its weights until it rests (Wang & Tang, eqs. 6, 7).
 
-    Parameters
-    ----------
-    x, y : float
-        Centre to start from [pixels, continuous coordinates from 0].
-    width, height : int
-        Size of the window [pixels].
-    stop_distance, max_iterations : float, int
-        A step shorter than this is the last one taken [pixels], and most steps taken.
-
-    Returns
-    -------
-    x, y : float
-        Centre [pixels]; where a window holds no weight it stays.
-    n_iterations, total : int
-        Windows whose centroid was asked for, and the sum of the weights in the last one.
+    It begins at the centre x, y [pixels, continuous coordinates from 0]. A step shorter than
+    `stop_distance` [pixels] is the last one taken. Gives its centre, the windows whose centroid was
+    asked for, and the sum of the weights in the last one; where a window holds no weight it stays.
     """
     for iteration in range(1, max_iterations + 1):
         total, total_x, total_y = moments(
@@ -198,7 +187,12 @@ def mean_shift(
 
 
 def whole_window(box: Box) -> tuple[int, int]:
-    """Width and height of a box in whole pixels, at least one."""
+    """Width and height of a box in whole pixels, at least one.
+
+    Raises TrackerError where the box has no area.
+    """
+    if not (box[2] > 0 and box[3] > 0):
+        raise TrackerError(f"the box {box.tolist()} has no area; give another.")
     return max(1, floor(float(box[2]) + 0.5)), max(1, floor(float(box[3]) + 0.5))
 
 

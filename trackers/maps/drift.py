@@ -160,17 +160,10 @@ def summed(
 ) -> Ints:
     """Integral image of the joint map P (eq. 5) and of its first moments over a region.
 
-    Parameters
-    ----------
-    latest, earlier : ndarray of uint16, shape (height, width)
-        Local differences D¹ and D²; a pixel moves where their sum exceeds `threshold`.
-    weights : ndarray of int64, shape (2, hues * saturations + 1)
-        P of each colour where nothing moves, and where it does, in units of 2^-bits.
-
-    Returns
-    -------
-    ndarray of int64, shape (rows + 1, columns + 1, 3)
-        Sums of P, column · P and row · P over the region's part above and left of each pixel.
+    A pixel moves where the sum of the local differences D¹ and D² (height, width) exceeds the
+    threshold. `weights` (2, hues · saturations + 1) are P of each colour where nothing moves, and
+    where it does, in units of 2^-bits. Gives sums of P, column · P and row · P over the region's
+    part above and left of each pixel, (rows + 1, columns + 1, 3).
     """
     left, top, right, bottom = region
     columns = right - left
@@ -232,25 +225,13 @@ def drift(
 ) -> tuple[Drifted, Region]:
     """Mean shift of many windows of one size (eqs. 6 and 7).
 
-    Each moves to the centroid of its weights until a step was shorter than `stop_distance`
-    [pixels] or there were `max_iterations`; 0 leaves them where they are. A window without any
-    weight stays. Its part outside the image counts nothing.
+    Each moves from its point (n, 2) to the centroid of its weights until a step was shorter than
+    `stop_distance` [pixels] or there were `max_iterations`; 0 leaves them where they are. A window
+    without any weight stays. Its part outside the image counts nothing. `sums` are those of
+    `summed` over `region`, `rows` and `columns` those of the image.
 
-    Parameters
-    ----------
-    sums : ndarray of int64
-        Of `summed` over `region`.
-    rows, columns : int
-        Of the image.
-    points : ndarray of float64, shape (n, 2)
-        Centres to start from.
-
-    Returns
-    -------
-    Drifted
-        Where the windows have come to; only if `outside` is empty.
-    outside : Region
-        A window that `region` does not hold; (0, 0, 0, 0) where it held them all.
+    Gives where the windows have come to, and a window that the region does not hold: where there is
+    one, the former counts for nothing; (0, 0, 0, 0) where it held them all.
     """
     n = len(points)
     moved = Drifted(

@@ -31,7 +31,7 @@ from trackers.maps.drift import (
 
 __all__ = ["ColourMotionModel", "JointMap", "ModelParameters"]
 
-Array = NDArray[np.float64]
+Array: TypeAlias = NDArray[np.float64]
 Size: TypeAlias = tuple[int, int]
 
 
@@ -73,21 +73,10 @@ class ModelParameters(Parameters):
 class ColourMotionModel:
     """Histograms of the target's hue and saturation, and the motion of the frames shown so far.
 
-    Parameters
-    ----------
-    owner : str
-        Name of the tracker, for messages.
-    settings : ModelParameters
-    frame : SharedFrame
-        The first one, with the target.
-    centre, window : ndarray of float64, shape (2,), tuple of int
-        x, y [pixels, continuous coordinates from 0], and width and height [pixels] of the window
-        all of whose pixels are the template.
-
-    Raises
-    ------
-    TrackerError
-        Where no pixel of the window is in the image and passes the minimum saturation and value.
+    All pixels of a window around a centre (2,) [pixels, continuous coordinates from 0], of whole
+    width and height, are the template in the first `frame`; `owner` is the tracker's name, for
+    messages. Raises TrackerError where none of them is in the image and passes the limits of
+    saturation and value.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 """A particle filter over places on the joint map (Wang & Tang 2010, section 2.3)."""
 
 from math import sqrt
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from trackers.maps.joint_map import ColourMotionModel, ModelParameters
 
 __all__ = ["ROBUST", "CloudParameters", "PlaceFilter"]
 
-Array = NDArray[np.float64]
+Array: TypeAlias = NDArray[np.float64]
 
 ROBUST = {"sigma": 0.1, "radius": 10.0, "difference_window": 7}
 """What the preset `robust` of every filter of places has (post hoc)."""

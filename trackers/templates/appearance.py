@@ -1,18 +1,31 @@
-"""A robust Kalman filter for every pixel of a template, with one set of covariances for all.
+"""A robust Kalman filter for every pixel of a template, and what it holds of a pixel.
 
-Nguyen & Smeulders 2002, sections 2.2 and 2.3.
+Nguyen & Smeulders 2002, sections 2.2, 2.3 and 3. All filters have one set of covariances. A pixel
+is intensity, colour, or what is left of colour in any light.
 """
 
 from collections import deque
-from typing import NamedTuple
+from math import atan
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["Appearance", "Noise", "Seen", "raised"]
+from trackers.base.interface import Image
 
-Array = NDArray[np.float64]
+__all__ = [
+    "FLOORS",
+    "Appearance",
+    "Features",
+    "Noise",
+    "Seen",
+    "dimension",
+    "features_of",
+    "raised",
+]
+
+Array: TypeAlias = NDArray[np.float64]
 
 PASSES = 6  # how often the first covariance is made of the pixels that it calls inliers
 
@@ -53,26 +66,12 @@ def raised(matrix: Array, floor: float) -> Array:
 
 
 class Appearance:
-    """Template g of all pixels, and the covariances of its filters.
+    """Template g of all pixels, (height, width, d), and the covariances (d, d) of its filters.
 
-    It begins with a first view; the second view (`start`) says how noisy views are.
-
-    Parameters
-    ----------
-    noise : Noise
-    features : ndarray of float64, shape (height, width, d)
-        The first view.
-
-    Attributes
-    ----------
-    template : ndarray of float64, shape (height, width, d)
-    residual : ndarray of float64, shape (d, d)
-        Covariance that residuals are measured by: the mean of the last ones (equation 12); before
-        the second view a guess.
-    state, measurement : ndarray of float64, shape (d, d)
-        C_w and C_f.
-    started : bool
-        Whether there was a second view.
+    It begins with a first view, `features` (height, width, d); the second view (`start`) says how
+    noisy views are. `residual` is the covariance that residuals are measured by: the mean of the
+    last ones (equation 12), before the second view a guess. `state` and `measurement` are C_w and
+    C_f.
     """
 
     def __init__(self, noise: Noise, features: Array) -> None:
@@ -240,3 +239,66 @@ def _filter_pixels(
                 outlying[i, j] = 0
                 for k in range(d):
                     template[i, j, k] = features[i, j, k]
+
+
+Features: TypeAlias = Literal["invariants", "arctan", "rgb", "intensity"]
+
+FLOORS: dict[Features, float] = {"intensity": 3.0, "rgb": 1.0, "invariants": 1e-4, "arctan": 1e-4}
+"""Least variance of any component of a residual: that of rounding to whole grey levels."""
+
+_RATIOS = np.arange(256.0)[:, np.newaxis] / np.maximum(np.arange(256.0), 1.0)
+_ANGLES = np.vectorize(atan)(_RATIOS)
+
+
+def dimension(kind: Features) -> int:
+    """Number d of components."""
+    return 1 if kind == "intensity" else 3
+
+
+def features_of(image: Image, kind: Features) -> Array:
+    """Features of every pixel of a BGR image, float64 of shape (rows, columns, d).
+
+    `intensity` is R + G + B; `rgb` is (R, G, B); `invariants` are the ratios c1 = R / max(G, B),
+    c2 = G / max(B, R) and c3 = B / max(R, G) (equation 18), a largest of 0 counting as one grey
+    level; `arctan` are their arc tangents, as Gevers & Smeulders define them.
+    """
+    if kind == "intensity":
+        return _intensities(image)
+    if kind == "rgb":
+        return _colours(image)
+    return _ratios(image, _RATIOS if kind == "invariants" else _ANGLES)
+
+
+@njit(cache=True)
+def _intensities(image: Image) -> Array:
+    rows, columns, _ = image.shape
+    found = np.empty((rows, columns, 1))
+    for row in range(rows):
+        for column in range(columns):
+            blue, green, red = image[row, column, 0], image[row, column, 1], image[row, column, 2]
+            found[row, column, 0] = float(blue) + float(green) + float(red)
+    return found
+
+
+@njit(cache=True)
+def _colours(image: Image) -> Array:
+    rows, columns, _ = image.shape
+    found = np.empty((rows, columns, 3))
+    for row in range(rows):
+        for column in range(columns):
+            for channel in range(3):
+                found[row, column, channel] = image[row, column, 2 - channel]
+    return found
+
+
+@njit(cache=True)
+def _ratios(image: Image, table: Array) -> Array:
+    rows, columns, _ = image.shape
+    found = np.empty((rows, columns, 3))
+    for row in range(rows):
+        for column in range(columns):
+            blue, green, red = image[row, column, 0], image[row, column, 1], image[row, column, 2]
+            found[row, column, 0] = table[red, max(green, blue)]
+            found[row, column, 1] = table[green, max(blue, red)]
+            found[row, column, 2] = table[blue, max(red, green)]
+    return found

@@ -20,7 +20,7 @@ __all__ = [
     "whitening",
 ]
 
-Array = NDArray[np.float64]
+Array: TypeAlias = NDArray[np.float64]
 Ties: TypeAlias = Literal["ascending", "unchanged"]
 
 SMALLEST_SCALE, LARGEST_SCALE = 0.5, 2.0
@@ -85,27 +85,15 @@ def search(
 ) -> Match:
     """Pose of the least robust cost (equations 3 and 4).
 
-    First over ± `search_range` in steps of 4 pixels, then around the three best in steps of 2,
-    then around the best in steps of 1 with scales 2 % and then 1 % apart; for fractions of a pixel
-    on in steps of a half and a quarter. Of equal costs the first wins: scale, y and x ascend, or
-    the unchanged scale comes first.
+    First over ± `search_range` in steps of 4 pixels, then around the three best in steps of 2, then
+    around the best in steps of 1 with scales 2 % and then 1 % apart; for fractions of a pixel on in
+    steps of a half and a quarter. Of equal costs the first wins: scale, y and x ascend, or the
+    unchanged scale comes first.
 
-    Parameters
-    ----------
-    window : Window
-        All that `reach` says.
-    template, covariance : ndarray of float64, shape (height, width, d) and (d, d)
-        The template, and the covariance of residuals.
-    around : Pose
-        Where to look; x and y are rounded to whole pixels.
-    search_range : int
-        Half the range, an even number [pixels]; 0 is the place itself.
-    cutoff : float
-        c of Huber's function; infinite for a quadratic one.
-    subpixel : bool
-        Whether to go on below whole pixels.
-    ties : {'ascending', 'unchanged'}
-        Which scale comes first, where all pixels of two are the same.
+    The window holds all that `reach` says; the template is (height, width, d), the covariance of
+    residuals (d, d). The search is `around` a place rounded to whole pixels, with an even range
+    [pixels]; 0 is the place itself. `cutoff` is c of Huber's function; infinite for a quadratic
+    one.
     """
     start = floor(around.x + 0.5), floor(around.y + 0.5), around.scale
     pose, cost = _search(

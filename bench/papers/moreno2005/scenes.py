@@ -32,9 +32,9 @@ from bench.evaluation.record import Run
 from bench.metrics.regions import contour_accuracy, region_similarity
 from bench.papers.scenes import SceneCheck, short_runs
 from datasets.interface import Image, Mask
-from trackers.contours.discriminant import discriminant_basis
 from trackers.contours.mixture import Mixture, fitted
 from trackers.contours.outline import filled, outline
+from trackers.contours.plane_cue import discriminant_basis
 from trackers.contours.posterior import posterior
 from trackers.contours.snake import refined
 

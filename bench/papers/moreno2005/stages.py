@@ -20,12 +20,11 @@ from reports.colour_space import ColourModel, Gaussians, colour_model_plot
 from reports.hypotheses import Palette, hypotheses_plot
 from reports.maps import Panel, map_plot
 from trackers.base.interface import Estimate
-from trackers.contours.cells import colour_cells
 from trackers.contours.chain import Chain, Hypotheses
-from trackers.contours.discriminant import basis_of
 from trackers.contours.mixture import mixture_of
-from trackers.contours.observation import Observation, colours_of
+from trackers.contours.observation import Observation, colour_cells, colours_of
 from trackers.contours.outline import bounding_box, filled, outline
+from trackers.contours.plane_cue import basis_of
 from trackers.contours.posterior import posterior
 from trackers.contours.snake import MARGIN, edge_map
 from trackers.moreno2005 import Moreno2005

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from trackers.base.interface import Box, Image, Mask
 from trackers.nguyen2002 import Nguyen2002
-from trackers.templates.appearance import Appearance, Seen
-from trackers.templates.features import Features
+from trackers.templates.appearance import Appearance, Features, Seen
 from trackers.templates.matching import Match, Pose, Window, sampled
 from trackers.templates.occlusion import Occlusion
 

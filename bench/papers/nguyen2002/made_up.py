@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bench.papers.nguyen2002.follower import FEATURES
 from datasets import Sequence, SequenceError
 from trackers.base.interface import Box, Image, Mask
-from trackers.templates.features import Features
+from trackers.templates.appearance import Features
 
 __all__ = ["Patch", "clear_frames", "dimmed", "few", "mask_in", "pale"]
 __all__ += ["tried", "turned", "wholly_seen"]

@@ -12,7 +12,7 @@ from bench.papers.nguyen2002.follower import FEATURES, Follower, View, true_pose
 from bench.papers.nguyen2002.made_up import Patch, few, pale, tried
 from datasets import Sequence
 from trackers.base.interface import Box, Image
-from trackers.templates.features import Features
+from trackers.templates.appearance import Features
 from trackers.templates.occlusion import visited
 
 __all__ = ["by_speed", "by_speed_on_targets", "slid_over", "watched"]

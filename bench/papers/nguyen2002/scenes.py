@@ -24,7 +24,7 @@ from bench.papers.nguyen2002.made_up import clear_frames, mask_in, wholly_seen
 from bench.papers.scenes import SceneCheck, short_runs, with_noise
 from datasets.interface import Frames
 from trackers.base.interface import Box, Image
-from trackers.templates.features import Features, features_of
+from trackers.templates.appearance import Features, features_of
 from trackers.templates.matching import Pose
 
 __all__ = ["CHECKS", "Noisy", "clutter", "clutter_places", "lines", "sensor", "shading"]

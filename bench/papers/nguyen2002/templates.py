@@ -29,8 +29,7 @@ from bench.papers.nguyen2002.made_up import (
 )
 from datasets import Sequence
 from trackers.base.interface import Box, Image, Mask
-from trackers.templates.appearance import Seen
-from trackers.templates.features import Features
+from trackers.templates.appearance import Features, Seen
 
 __all__ = ["adaptation", "by_norm", "changed", "corners", "gain_of", "gates"]
 

@@ -31,9 +31,9 @@ from bench.papers.scenes import with_gain, with_noise
 from datasets import Sequence
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
-from trackers.histograms.background import Background, spacing_of
 from trackers.histograms.bins import JointBins
 from trackers.histograms.ellipses import KERNELS
+from trackers.histograms.target_model import Background, spacing_of
 from trackers.nummiaro2003 import Nummiaro2003
 
 __all__ = [
