@@ -25,7 +25,7 @@ class EllipseKnobs(Knobs):
         "dense",
         description="dense: 140 shapes behind, and patches of the ellipse's colour that it meets "
         "while it has it; moderate: 90 shapes, and every 18 frames two patches at 18 to 45 pixels "
-        "from its centre; moderate was added after trackers had been run on dense",
+        "from its centre; what is found in it is post hoc",
     )
 
 

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "ACCENTS", "BGR", "CLOTHES", "COUNTERS", "CUPS", "DARK", "MACHINES", "NEUTRALS", "SIGNALS",
-    "STEEL", "STEELS", "STORED", "any_but", "any_of", "nearly", "varied",
+    "STEEL", "STEELS", "STORED", "any_but", "any_of", "nearly", "one_of",
+    "varied",
 ]  # fmt: skip
 
 BGR: TypeAlias = tuple[int, int, int]
@@ -101,7 +102,7 @@ APART = 0.1
 def any_but(random: np.random.Generator, colours: Sequence[BGR], cup: Array) -> Array:
     """One of some colours, varied a little, whose hue isn't near the cup's."""
     fit = [colour for colour in colours if APART < abs(_hue(colour) - _hue(cup)) < 1 - APART]
-    return nearly(random, fit[int(random.integers(len(fit)))], 0.05)
+    return one_of(random, fit, 0.05)
 
 
 def any_of(random: np.random.Generator, colours: Sequence[BGR], spread: float = 0.10) -> Array:
@@ -113,6 +114,11 @@ def varied(random: np.random.Generator, colour: ArrayLike, spread: float = 0.10)
     """No two things are painted quite alike: tone and each channel vary a little."""
     gains = (1 + spread * random.uniform(-1, 1)) * (1 + spread / 2 * random.uniform(-1, 1, 3))
     return np.asarray(np.clip(np.asarray(colour, np.float64) * gains, 0, 255))
+
+
+def one_of(random: np.random.Generator, colours: Sequence[BGR], spread: float) -> Array:
+    """One of some colours, as another thing of it has it; see `nearly`."""
+    return nearly(random, colours[int(random.integers(len(colours)))], spread)
 
 
 def nearly(random: np.random.Generator, colour: ArrayLike, spread: float = 0.03) -> Array:

@@ -9,16 +9,28 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.colours import ACCENTS, CLOTHES, COUNTERS, NEUTRALS, nearly
-from datasets.synthetic.render.finish import Finish, Pattern, Thing, grain, tiles
+from datasets.synthetic.render.colours import ACCENTS, CLOTHES, COUNTERS, NEUTRALS, nearly, one_of
+from datasets.synthetic.render.finish import (
+    PITCH,
+    Finish,
+    Pattern,
+    Surface,
+    Thing,
+    grain,
+    looked_at,
+    picture_on,
+    staggered,
+    tiles,
+)
 from datasets.synthetic.render.prints import printed
 from datasets.synthetic.render.solids import bowl, box, half_space, limb
 
-__all__ = ["WALL", "room"]
+__all__ = ["seen_room"]
 
 Array = NDArray[np.float64]
 
 WALL = -140.0
+"""How far the wall is from the plane in which the object moves, towards the camera [pixels]."""
 
 WALLS = (
     (176, 186, 190), (150, 176, 190), (186, 180, 160), (150, 172, 156), (168, 164, 182),
@@ -27,10 +39,16 @@ WALLS = (
 BACKS = (*ACCENTS, *CLOTHES)
 
 
-def room(random: np.random.Generator) -> list[Thing]:
-    """A room, drawn at random; left and right change places at random, too."""
+def seen_room(
+    random: np.random.Generator, size: tuple[int, int], horizon: float, fine: int
+) -> Surface:
+    """A room, drawn at random, as it is seen; left and right change places at random, too.
+
+    `size` is the picture's and `horizon` the row in which the wall meets the desk [pixels]; there
+    are `fine` samples a pixel, in either direction.
+    """
     side = float(random.choice([-1, 1]))
-    return [
+    things = [
         *_bare(random),
         *_shelf(random, -side * random.uniform(72, 86)),
         *_poster(random, side * random.uniform(84, 98)),
@@ -39,10 +57,12 @@ def room(random: np.random.Generator) -> list[Thing]:
         *(_plant if random.random() < 0.5 else _tins)(random, -side * random.uniform(98, 120)),
         *_mug(random, -side * random.uniform(30, 55)),
     ]
+    corner = -size[0] / 2, WALL * float(np.sin(PITCH)) - horizon
+    return looked_at(things, corner, size, fine)
 
 
 def _any(random: np.random.Generator, colours: tuple[tuple[int, int, int], ...]) -> Array:
-    return nearly(random, colours[int(random.integers(len(colours)))], 0.08)
+    return one_of(random, colours, 0.08)
 
 
 def _bare(random: np.random.Generator) -> list[Thing]:
@@ -79,10 +99,7 @@ def _sprigged(random: np.random.Generator) -> Pattern:
     uneven = grain(random, 0.02)
 
     def gain(places: Array) -> Array:
-        row = np.floor(places[:, 1] / pitch)
-        y = places[:, 1] / pitch - row - 0.5
-        x = places[:, 0] / pitch + 0.5 * (row % 2)
-        x = x - np.floor(x) - 0.5
+        x, y = staggered(places, pitch)
         leaf = (np.abs(np.abs(x) - 0.9 * (y + 0.12)) < 0.045) & (np.abs(y) < 0.24)
         leaf |= (np.abs(x) < 0.02) & (np.abs(y + 0.1) < 0.24)
         colour = np.where(leaf[:, None], tone, 1.0)
@@ -144,12 +161,7 @@ def _poster(random: np.random.Generator, x: float) -> list[Thing]:
     picture = printed(random, "book", round(6 * wide), round(6 * high * 1.25))[-round(6 * high) :]
     muted = 0.55 * picture + 0.45 * picture.mean(axis=2, keepdims=True)
 
-    def gain(places: Array) -> Array:
-        u = ((places[:, 0] - x) / wide + 1) / 2 * muted.shape[1]
-        v = (1 - (places[:, 1] - y) / high) / 2 * muted.shape[0]
-        column = np.clip(u.astype(np.int64), 0, muted.shape[1] - 1)
-        return np.asarray(muted[np.clip(v.astype(np.int64), 0, muted.shape[0] - 1), column] / 255)
-
+    gain = picture_on(muted, (x, y), (wide, high))
     z = WALL + 2.0
     bars = [box((x + s * (wide + 2), y, z + 1.5), (rim / 2, high + rim, 2.5), 0.6) for s in (-1, 1)]
     bars += [

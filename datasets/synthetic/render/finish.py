@@ -20,7 +20,9 @@ __all__ = [
     "grain",
     "looked_at",
     "painted",
+    "picture_on",
     "plain",
+    "staggered",
     "tiles",
 ]
 
@@ -126,6 +128,34 @@ def tiles(random: np.random.Generator, width: float, height: float, joint: Array
         return lerp(np.asarray(joint, np.float64), flat, np.clip(rim / 0.35 - 0.6, 0, 1))
 
     return gain
+
+
+def picture_on(
+    picture: NDArray[np.generic], middle: tuple[float, float], half: ArrayLike, lean: float = 0.0
+) -> Pattern:
+    """A picture in [0, 255] on an upright face.
+
+    `middle` is the face's and `half` its half width and height [pixels]; it leans backwards by
+    `lean` [radians]. Beyond its borders their colours run on.
+    """
+    (x, y), (wide, high) = middle, np.asarray(half).tolist()
+
+    def gain(places: Array) -> Array:
+        u = ((places[:, 0] - x) / wide + 1) / 2 * picture.shape[1]
+        v = (1 - (places[:, 1] / np.cos(lean) - y) / high) / 2 * picture.shape[0]
+        column = np.clip(u.astype(np.int64), 0, picture.shape[1] - 1)
+        row = np.clip(v.astype(np.int64), 0, picture.shape[0] - 1)
+        return np.asarray(picture[row, column] / 255.0)
+
+    return gain
+
+
+def staggered(places: Array, pitch: float) -> tuple[Array, Array]:
+    """Where places are in the cells of a pattern, in [-0.5, 0.5]: every other row is shifted."""
+    row = np.floor(places[:, 1] / pitch)
+    y = places[:, 1] / pitch - row - 0.5
+    x = places[:, 0] / pitch + 0.5 * (row % 2)
+    return x - np.floor(x) - 0.5, y
 
 
 PITCH = 0.27

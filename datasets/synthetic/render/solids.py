@@ -20,8 +20,10 @@ __all__ = [
     "View",
     "bowl",
     "box",
+    "chain",
     "half_space",
     "limb",
+    "mirrored",
     "packed",
     "what_is_seen",
 ]
@@ -41,6 +43,22 @@ def limb(start: ArrayLike, end: ArrayLike, radii: tuple[float, float], blend: fl
     """Ball at either end and all between them; `blend` is how far it runs into its thing."""
     a, b = np.asarray(start, np.float64), np.asarray(end, np.float64)
     return _solid(LIMB, blend, *a, *b, *radii)
+
+
+def chain(points: ArrayLike, radii: ArrayLike, blend: float) -> list[Array]:
+    """Limbs from each of some points to the next, with a radius at each point."""
+    joints, wide = np.asarray(points, np.float64), np.asarray(radii, np.float64).tolist()
+    return [
+        limb(joints[k], joints[k + 1], (wide[k], wide[k + 1]), blend)
+        for k in range(len(joints) - 1)
+    ]
+
+
+def mirrored(limbs: Sequence[Array], side: float) -> list[Array]:
+    """Limbs changed in place to those of the other hand, if `side` is -1."""
+    for solid in limbs:
+        solid[[3, 6]] *= side
+    return list(limbs)
 
 
 def box(

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["FINE", "Mesh", "Seen", "grid", "lay", "seen"]
+__all__ = ["FINE", "Mesh", "Seen", "box_around", "grid", "lay", "seen", "turned_axes"]
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -60,6 +60,30 @@ class Seen:
 
     window: tuple[slice, slice]
     sheet: Floats
+
+    def coverage(self, size: tuple[int, int]) -> Floats:
+        """Covered part of each pixel of a picture of a width and height, in [0, 1]."""
+        whole = np.zeros(size[::-1], np.float32)
+        whole[self.window] = self.sheet[..., 3]
+        return whole
+
+
+def turned_axes(tilt: float, yaw: float, pitch: float) -> Array:
+    """Directions of a thing's axes (columns), turned in the picture, to the right and down.
+
+    Angles are in radians; the axes are to the right, down and towards the camera where all are 0.
+    """
+    (a, b, c), (d, e, f) = np.cos([tilt, yaw, pitch]), np.sin([tilt, yaw, pitch])
+    in_picture = np.array([[a, -d, 0], [d, a, 0], [0, 0, 1]])
+    aside = np.array([[b, 0, e], [0, 1, 0], [-e, 0, b]])
+    over = np.array([[1, 0, 0], [0, c, -f], [0, f, c]])
+    return np.asarray(in_picture @ over @ aside)
+
+
+def box_around(points: Array) -> Array:
+    """Extents (x, y, width, height) in the picture of points, columns and rows first [pixels]."""
+    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+    return np.concatenate([low, high - low])
 
 
 def grid(rows: int, columns: int) -> Indices:

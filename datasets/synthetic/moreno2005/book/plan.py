@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.moreno2005.book.sheet import Bending
 from datasets.synthetic.render.path import smooth_step
+from datasets.synthetic.render.triangles import turned_axes
 from datasets.synthetic.render.views import wandering
 
 __all__ = ["FRAMES", "SIZE", "Plan", "Pose", "drawn_plan"]
@@ -16,37 +17,20 @@ __all__ = ["FRAMES", "SIZE", "Plan", "Pose", "drawn_plan"]
 Array = NDArray[np.float64]
 
 FRAMES = 100
-
 SIZE = 320, 240
-
-SETTLED = 15.0
-"""Frame from which on the book turns as far as ever."""
-
-DISTANCE = 800.0
-"""Of the camera from the book [pixels]."""
-
-SWAY = (1.4, 4.0)
-"""Periods of what moves [seconds]."""
+SETTLED = 15.0  # frame from which on the book turns as far as ever
+DISTANCE = 800.0  # of the camera from the book [pixels]
+SWAY = (1.4, 4.0)  # periods of what moves [seconds]
 
 
 @dataclass(frozen=True)
 class Pose:
-    """Where the held place is and how the book is turned there.
+    """Where the held place is and how the book is turned there."""
 
-    Attributes
-    ----------
-    place : ndarray of float64, shape (2,)
-        Column and row [pixels].
-    axes : ndarray of float64, shape (3, 3)
-        Columns are the directions of u, v and w, to the right, down and towards the camera.
-    tilt : float
-        In the picture, to the right [radians].
-    scale : float
-    """
-
-    place: Array
+    place: Array  # (2,): column and row [pixels]
+    # (3, 3): columns are the directions of u, v and w, to the right, down and towards the camera
     axes: Array
-    tilt: float
+    tilt: float  # in the picture, to the right [radians]
     scale: float
 
     def seen(self, points: Array) -> Array:
@@ -58,28 +42,16 @@ class Pose:
 
 @dataclass(frozen=True)
 class Plan:
-    """Course of a sequence.
-
-    Attributes
-    ----------
-    poses : tuple of Pose
-    bendings : tuple of Bending
-    """
+    """Course of a sequence."""
 
     poses: tuple[Pose, ...]
     bendings: tuple[Bending, ...]
 
 
 def drawn_plan(random: np.random.Generator, height: float, side: float) -> Plan:
-    """A course, drawn at random.
+    """A course, drawn at random, of a book of a height [pixels].
 
-    Parameters
-    ----------
-    random : numpy.random.Generator
-    height : float
-        Of the book [pixels].
-    side : {-1, 1}
-        Where the light comes from: 1 is the right.
+    `side` is 1 where the light comes from the right, -1 where it comes from the left.
     """
     middle = np.array([160.0, 106 + height / 2]) + random.uniform(-1, 1, 2) * [22, 8]
     x, y = (wandering(random, FRAMES, SWAY, spread) for spread in (11.0, 5.0))
@@ -88,19 +60,11 @@ def drawn_plan(random: np.random.Generator, height: float, side: float) -> Plan:
         turn *= smooth_step(np.arange(float(FRAMES)), -2.0, SETTLED)
     scales = 1 + wandering(random, FRAMES, SWAY, 0.025)
     poses = tuple(
-        Pose(middle + [x[k], y[k]], _axes(*(float(turn[k]) for turn in turns)),
+        Pose(middle + [x[k], y[k]], turned_axes(*(float(turn[k]) for turn in turns)),
              float(turns[0][k]), float(scales[k]))
         for k in range(FRAMES)
     )  # fmt: skip
     return Plan(poses, _bendings(random, side))
-
-
-def _axes(tilt: float, yaw: float, pitch: float) -> Array:
-    (a, b, c), (d, e, f) = np.cos([tilt, yaw, pitch]), np.sin([tilt, yaw, pitch])
-    in_picture = np.array([[a, -d, 0], [d, a, 0], [0, 0, 1]])
-    aside = np.array([[b, 0, e], [0, 1, 0], [-e, 0, b]])
-    over = np.array([[1, 0, 0], [0, c, -f], [0, f, c]])
-    return np.asarray(in_picture @ over @ aside)
 
 
 def _bendings(random: np.random.Generator, side: float) -> tuple[Bending, ...]:

@@ -21,15 +21,10 @@ from datasets.synthetic.scene import Scene, Truth
 
 __all__ = ["BookScene", "scene"]
 
+# Part of the front in its own shadow from which on a frame counts as `self-shadow`.
 CONSIDERABLE = 0.25
-"""Part of the front in its own shadow from which on a frame counts as `self-shadow`."""
-
-BEHIND = 70.0
-"""How far behind the book its shadow falls [pixels]."""
-
-SOFTNESS, DARKNESS = 9.0, 0.7
-"""Of the shadow: see `light_left`."""
-
+BEHIND = 70.0  # how far behind the book its shadow falls [pixels]
+SOFTNESS, DARKNESS = 9.0, 0.7  # of the shadow: see `light_left`
 CAMERA = Camera(SIZE, noise=2.0, fall=(0.05, 0.05))
 
 
@@ -41,14 +36,8 @@ def scene(knobs: BookKnobs) -> "BookScene":
 class BookScene(Scene):
     """A book that bends in a hand.
 
-    Parameters
-    ----------
-    seed : int
-        Of all that is drawn at random.
-    changing : bool
-        Whether the light turns yellow.
-    shaded : bool
-        Whether the light on the book depends on how it is bent and turned.
+    The light turns yellow if it is `changing`; if the book is `shaded`, the light on it depends
+    on how it is bent and turned.
     """
 
     length, size = FRAMES, SIZE
@@ -74,9 +63,8 @@ class BookScene(Scene):
         """See `Scene.render`."""
         setting = self.setting
         book = setting.seen(frame, self._shaded)
-        hand = setting.hand.at(setting.plan.poses[frame])
-        covered = hand[..., 3].copy()
-        np.maximum(covered[book.window], book.sheet[..., 3], out=covered[book.window])
+        hand = setting.hand(frame)
+        covered = np.maximum(hand[..., 3], book.coverage(SIZE))
         shift = -BEHIND * setting.lamp[:2] / setting.lamp[2]
         left = light_left(covered, shift, SOFTNESS, DARKNESS)
         picture = np.asarray(cv2.multiply(setting.room, left), np.float32)
@@ -87,11 +75,8 @@ class BookScene(Scene):
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
-        book = self.setting.seen(frame, shaded=False)
-        hand = self.setting.hand.at(self.setting.plan.poses[frame])
-        mask: Mask = np.zeros(SIZE[::-1], np.bool_)
-        mask[book.window] = book.sheet[..., 3] * (1 - hand[..., 3][book.window]) >= 0.5
-        return mask
+        book = self.setting.seen(frame, shaded=False).coverage(SIZE)
+        return np.asarray(book * (1 - self.setting.hand(frame)[..., 3]) >= 0.5)
 
 
 @lru_cache(maxsize=4)

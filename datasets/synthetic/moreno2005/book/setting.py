@@ -1,41 +1,50 @@
-"""All that a scene is made of, and what is seen of the book in a frame."""
+"""All that a scene is made of: light, room, hand, and what is seen of the book in a frame."""
 
 from functools import cached_property
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.moreno2005.book.book import Book, Surface, self_shadow
-from datasets.synthetic.moreno2005.book.hand import Hand, lit_hand
-from datasets.synthetic.moreno2005.book.light import (
-    AROUND,
-    STRAIGHT,
-    drawn_illuminants,
-    drawn_lamp,
-)
 from datasets.synthetic.moreno2005.book.plan import FRAMES, SIZE, Plan, drawn_plan
-from datasets.synthetic.moreno2005.book.room import lit_room
-from datasets.synthetic.render.triangles import Mesh, Seen, seen
+from datasets.synthetic.render.colours import CLOTHES, one_of
+from datasets.synthetic.render.desk import seen_room
+from datasets.synthetic.render.figure.look import drawn_skin
+from datasets.synthetic.render.finish import Finish, Thing, grain, looked_at
+from datasets.synthetic.render.lamp import REACH, light_on, unshaded
+from datasets.synthetic.render.path import smooth_step
+from datasets.synthetic.render.solids import chain
+from datasets.synthetic.render.triangles import Mesh, Seen, box_around, seen
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["Setting"]
+__all__ = ["AROUND", "STRAIGHT", "Setting"]
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
+AROUND, STRAIGHT = 0.28, 1.4  # light from all around, and that of the lamp on what faces it
+# Colours of the light, BGR: as of a window to the north; as of a bulb.
+NATURAL, YELLOW = np.array([1.12, 1.0, 0.90]), np.array([0.32, 0.84, 1.08])
+FAR = 620.0  # how far the lamp is from the middle of the picture [pixels]
+HORIZON = 178  # row in which the wall meets the desk [pixels]
+ROOM_FINE = 2  # samples a pixel of what stands still, in either direction
+# What holds hand and arm: left top from the held place, and size [pixels]; samples a pixel.
+HAND_CORNER, HAND_SIZE, HAND_FINE = (-90, -34), (180, 190), 3
+BLEND = 4.0  # how far the hand's parts run into one another [pixels]
+
 
 class Setting:
-    """What the variants of a scene have in common.
+    """What the variants of a scene have in common; all that is drawn at random has its seed.
 
-    Parameters
-    ----------
-    seed : int
-        Of all that is drawn at random.
+    `lamp` is the direction to the light: aside, a little above, before the book; shape (3,).
     """
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
-        self.lamp = drawn_lamp(self._random("lamp"))
+        random = self._random("lamp")
+        lamp = np.array([random.choice([-1, 1]) * random.uniform(0.70, 0.82), -0.35, 0.58])
+        self.lamp: Array = lamp / np.sqrt((lamp * lamp).sum())
         self.book = Book(self._random("book"))
 
     @cached_property
@@ -45,18 +54,47 @@ class Setting:
 
     @cached_property
     def illuminants(self) -> Array:
-        """Colour of the light that changes, shape (FRAMES, 3)."""
-        return drawn_illuminants(self._random("illuminant"))
+        """Gains of BGR as the light turns from natural to yellow, shape (FRAMES, 3)."""
+        random = self._random("illuminant")
+        start, end = random.uniform(0.02, 0.12), random.uniform(0.88, 0.98)
+        share = smooth_step(np.arange(FRAMES) / (FRAMES - 1), start, end)[:, None]
+        return np.asarray(NATURAL * (1 - share) + YELLOW * share)
 
     @cached_property
     def room(self) -> Floats:
         """What stands still, in white light, shape (height, width, 3)."""
-        return lit_room(self._random("room"), self.lamp)
+        surface = seen_room(self._random("room"), SIZE, HORIZON, ROOM_FINE)
+        place = np.array([SIZE[0] / 2, SIZE[1] / 2, 0.0]) + FAR * self.lamp
+        straight, _ = light_on(place, surface.depth, surface.normal, ROOM_FINE)
+        straight *= STRAIGHT * (FAR / REACH) ** 2
+        light = AROUND + straight[..., None] * unshaded(surface.depth, place, ROOM_FINE)
+        returned = np.asarray(surface.colour * light, np.float32)
+        return np.asarray(cv2.resize(returned, SIZE, interpolation=cv2.INTER_AREA))
 
     @cached_property
-    def hand(self) -> Hand:
-        """What holds the book, in white light."""
-        return lit_hand(self._random("hand"), self.lamp)
+    def _hand(self) -> Floats:
+        """What holds the book, in white light, premultiplied by the last channel, coverage."""
+        random = self._random("hand")
+        side = float(random.choice([-1, 1]))
+        skin, cloth = drawn_skin(random), one_of(random, CLOTHES, 0.06)
+        things = [
+            Thing(Finish(skin, 0.0, grain(random, 0.04)), _skin(random, side)),
+            Thing(Finish(cloth, 0.0, grain(random, 0.09, (1.0, 0.6, 1.0), 16)), _sleeve(side)),
+        ]
+        surface = looked_at(things, HAND_CORNER, HAND_SIZE, HAND_FINE)
+        light = AROUND + STRAIGHT * np.maximum(surface.normal @ self.lamp, 0)
+        there = (surface.which >= 0)[..., None]
+        sheet = np.concatenate([surface.colour * light[..., None], there], axis=2)
+        return np.asarray(cv2.resize(sheet, HAND_SIZE, interpolation=cv2.INTER_AREA), np.float32)
+
+    def hand(self, frame: int) -> Floats:
+        """The hand where it holds the book in a frame, shape (height, width, 4)."""
+        pose = self.plan.poses[frame]
+        cosine, sine = np.cos(pose.tilt), np.sin(pose.tilt)
+        turn = pose.scale * np.array([[cosine, -sine], [sine, cosine]])
+        shift = pose.place + turn @ (np.array(HAND_CORNER) + 0.5) - 0.5
+        matrix = np.column_stack([turn, shift])
+        return np.asarray(cv2.warpAffine(self._hand, matrix, SIZE, flags=cv2.INTER_LINEAR))
 
     def surface(self, frame: int) -> Surface:
         """The book in a frame."""
@@ -77,10 +115,9 @@ class Setting:
         boxes, visibility, shadow = np.empty((FRAMES, 4)), np.empty(FRAMES), np.empty(FRAMES)
         for frame in range(FRAMES):
             surface = self.surface(frame)
-            low, high = (ends(surface.points[:, :2], axis=0) for ends in (np.min, np.max))
-            boxes[frame] = *low, *(high - low)
+            boxes[frame] = box_around(surface.points)
             book = self.seen(frame, shaded=False)
-            hidden = self.hand.at(self.plan.poses[frame])[..., 3][book.window]
+            hidden = self.hand(frame)[..., 3][book.window]
             whole = book.sheet[..., 3].sum(dtype=np.float64)
             visibility[frame] = 1 - (book.sheet[..., 3] * hidden).sum(dtype=np.float64) / whole
             shadow[frame] = self_shadow(surface, self.lamp)
@@ -92,3 +129,22 @@ class Setting:
 
     def _random(self, part: str) -> np.random.Generator:
         return part_generator(self._seed, f"moreno2005/book {part}")
+
+
+def _skin(random: np.random.Generator, side: float) -> list[Array]:
+    """Thumb, its ball, the palm's edge, knuckles and wrist; y upwards from the held place."""
+    lean = random.uniform(-3, 3)
+    wrist = (side * 14, -46, -6)
+    solids = [
+        *chain([(side * 12, -30, 6), (side * 6, -9, 12), (lean, 12, 13)], (9.5, 7.2, 5.2), BLEND),
+        *chain([wrist, (side * 12, -28, 4)], (10.5, 11), BLEND),
+    ]
+    for k in range(4):
+        knuckle = (side * (-17 + 9.5 * k), -12 - 1.5 * abs(k - 1.4), -2 - 2 * k)
+        solids += chain([(side * (-2 + 5 * k), -34, -2), knuckle], (9, 6.2), BLEND)
+    return solids
+
+
+def _sleeve(side: float) -> list[Array]:
+    cuff = chain([(side * 15, -50, -6), (side * 17, -58, -6)], (15, 15.5), BLEND)
+    return cuff + chain([(side * 16, -54, -6), (side * 34, -160, -6)], (14, 22), BLEND)

@@ -16,66 +16,34 @@ __all__ = ["Bending", "Section", "bent", "unshaded"]
 
 Array = NDArray[np.float64]
 
-STEPS = 48
-"""Pieces of a section."""
-
-NEAR = 1.0
-"""What is nearer along a ray than this is the surface itself [pixels]."""
+STEPS = 48  # pieces of a section
+NEAR = 1.0  # what is nearer along a ray than this is the surface itself [pixels]
 
 
 @dataclass(frozen=True)
 class Bending:
-    """How far a sheet is bent.
+    """How far a sheet is bent."""
 
-    Attributes
-    ----------
-    left, right : float
-        By how much each side has turned away from the camera at its end [radians].
-    slant : float
-        Of the rulings, from upright to the left [radians].
-    """
-
-    left: float
-    right: float
-    slant: float
+    left: float  # by how much its left end has turned away from the camera [radians]
+    right: float  # and its right end [radians]
+    slant: float  # of the rulings, from upright to the left [radians]
 
 
 @dataclass(frozen=True)
 class Section:
-    """Curve across the rulings of a sheet.
+    """Curve across the rulings of a sheet."""
 
-    Attributes
-    ----------
-    along : ndarray of float64, shape (n,)
-        Length along it, from the ruling through the origin.
-    across, near : ndarray of float64, shape (n,)
-        Where its points are, at right angles to the rulings and towards the camera.
-    turn : ndarray of float64, shape (n,)
-        How far it has turned from the plane there, to the right where it goes away [radians].
-    """
-
-    along: Array
-    across: Array
-    near: Array
-    turn: Array
+    along: Array  # (n,): length along it, from the ruling through the origin
+    across: Array  # (n,): where its points are, at right angles to the rulings
+    near: Array  # (n,): and towards the camera
+    turn: Array  # (n,): from the plane, to the right where it goes away [radians]
 
 
 def bent(bending: Bending, half_width: float, u: Array, v: Array) -> tuple[Array, Array, Section]:
-    """Bend a sheet.
+    """Bend a sheet of half a width, with places u, v (k,) on it when it is flat [pixels].
 
-    Parameters
-    ----------
-    bending : Bending
-    half_width : float
-        Of the sheet [pixels].
-    u, v : ndarray of float64, shape (k,)
-        Places on it when it is flat [pixels].
-
-    Returns
-    -------
-    points, normals : ndarray of float64, shape (k, 3)
-        Where they are, and the directions of the sheet's front there, of length 1.
-    section : Section
+    Gives where they are, (k, 3), the directions of the sheet's front there, (k, 3) of length 1,
+    and the section.
     """
     cosine, sine = np.cos(bending.slant), np.sin(bending.slant)
     along, ruling = u * cosine + v * sine, v * cosine - u * sine
@@ -110,23 +78,11 @@ def _section(bending: Bending, half_width: float, low: float, high: float) -> Se
 def unshaded(
     section: Section, bending: Bending, size: tuple[float, float], u: Array, v: Array, lamp: Array
 ) -> Array:
-    """Part of a lamp that a bent sheet leaves in view of each of its places.
+    """Part of a lamp, in [0, 1], that a bent sheet leaves in view of each of its places (k,).
 
-    Parameters
-    ----------
-    section, bending
-        See `bent`.
-    size : tuple of float
-        Half the sheet's width, and its height [pixels].
-    u, v : ndarray of float64, shape (k,)
-        Places on it when it is flat [pixels].
-    lamp : ndarray of float64, shape (m, 3)
-        Directions to points of the lamp, as u, v and w.
-
-    Returns
-    -------
-    ndarray of float64, shape (k,)
-        In [0, 1]; it does not say whether the place faces the lamp.
+    It does not say whether the place faces the lamp. `size` is half the sheet's width, and its
+    height [pixels]; `lamp` are directions to points of the lamp, (m, 3) as u, v and w; for the
+    rest see `bent`.
     """
     cosine, sine = float(np.cos(bending.slant)), float(np.sin(bending.slant))
     along, ruling = u * cosine + v * sine, v * cosine - u * sine

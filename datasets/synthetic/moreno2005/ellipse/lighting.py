@@ -8,63 +8,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.moreno2005.ellipse.plan import FRAMES, SIZE, Plan
+from datasets.synthetic.render.path import smooth_step
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["Lighting", "Shadow", "Uniform", "drawn_lighting"]
 
 Array = NDArray[np.float64]
 
-AROUND_THE_MIDDLE = 45, 56
-"""Frames in which a single jump may be."""
-
-DIMMED = 0.45, 0.8
-"""What is left of the light on one side of a single jump."""
-
-CAST = 0.45
-"""Of what is left: length of its colour's logarithm."""
-
-EARLIEST = 5
-"""Frame before which the light does not change, where it does so repeatedly."""
-
-OFTEN = 0.3
-"""Probability of a change in a frame from then on."""
-
-LEFT = 0.4, 1.0
-"""What is left of the light from one change to the next."""
-
-TINT = 0.2
-"""By what part of it every channel differs from that, at most."""
-
-SHADE = 0.35, 0.6
-"""What is left in the shadow."""
-
-SHADE_TINT = 0.35
-"""By what part of it every channel differs from that, at most."""
-
-PACE = 7.0, 11.0
-"""Of the shadow [pixels/frame]."""
-
-WIDTH = 200.0, 300.0
-"""Of the shadow, along its way [pixels]."""
-
-SOFT = 4.0, 10.0
-"""Of its edges, between light and shade [pixels]."""
-
-WAVE = 9.0
-"""How far its edges bend out at most, by each of two waves [pixels]."""
+AROUND_THE_MIDDLE = 45, 56  # frames in which a single jump may be
+DIMMED = 0.45, 0.8  # what is left of the light on one side of a single jump
+CAST = 0.45  # of what is left: length of its colour's logarithm
+EARLIEST = 5  # frame before which the light does not change, where it does so repeatedly
+OFTEN = 0.3  # probability of a change in a frame from then on
+LEFT = 0.4, 1.0  # what is left of the light from one change to the next
+TINT = 0.2  # by what part of it every channel differs from that, at most
+SHADE = 0.35, 0.6  # what is left in the shadow
+SHADE_TINT = 0.35  # by what part of it every channel differs from that, at most
+PACE = 7.0, 11.0  # of the shadow [pixels/frame]
+WIDTH = 200.0, 300.0  # of the shadow, along its way [pixels]
+SOFT = 4.0, 10.0  # of its edges, between light and shade [pixels]
+WAVE = 9.0  # how far its edges bend out at most, by each of two waves [pixels]
 
 
 @dataclass(frozen=True)
 class Uniform:
-    """The same light on all that is seen.
+    """The same light on all that is seen."""
 
-    Attributes
-    ----------
-    gains : ndarray of float64, shape (FRAMES, 3)
-        RGB, of the light that a colour is named by.
-    """
-
-    gains: Array
+    gains: Array  # (FRAMES, 3): RGB, of the light that a colour is named by
 
     def at(self, frame: int) -> Array:
         """Gains of RGB, shape (3,)."""
@@ -79,30 +49,14 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Shadow:
-    """A band of coloured shade that passes.
+    """A band of coloured shade that passes."""
 
-    Attributes
-    ----------
-    gains : ndarray of float64, shape (3,)
-        RGB, in full shade.
-    direction : float
-        In which it goes, from x towards y [radians].
-    front : ndarray of float64, shape (FRAMES,)
-        How far its front has come in that direction, from the picture's middle [pixels].
-    width : float
-        [pixels].
-    soft : float
-        Width of its edges [pixels].
-    waves : ndarray of float64, shape (k, 3)
-        Of its edges: size [pixels], length [pixels], phase.
-    """
-
-    gains: Array
-    direction: float
-    front: Array
-    width: float
-    soft: float
-    waves: Array
+    gains: Array  # (3,): RGB, in full shade
+    direction: float  # in which it goes, from x towards y [radians]
+    front: Array  # (FRAMES,): how far it has come, from the picture's middle [pixels]
+    width: float  # [pixels]
+    soft: float  # width of its edges [pixels]
+    waves: Array  # (k, 3): of its edges: size [pixels], length [pixels], phase
 
     def at(self, frame: int) -> Array:
         """Gains of RGB, shape (height, width, 3)."""
@@ -112,8 +66,7 @@ class Shadow:
         """How much every pixel is in the shade, in [0, 1], shape (height, width)."""
         ahead = self._along - self.front[frame]
         inside = np.minimum(-ahead, ahead + self.width) / self.soft + 0.5
-        share = np.clip(inside, 0, 1)
-        return np.asarray(share * share * (3 - 2 * share))
+        return smooth_step(inside, 0.0, 1.0)
 
     def changes(self, plan: Plan) -> NDArray[np.bool_]:
         """Frames in which the ellipse lies partly in the shade and partly not."""
@@ -157,11 +110,8 @@ def drawn_lighting(seed: int, kind: Literal["even", "jump", "repeated", "shadow"
 
 def _drawn_shadow(random: np.random.Generator) -> Shadow:
     """It comes in from outside, some frames after the first."""
-    direction, pace, width = (
-        random.uniform(0, 2 * np.pi),
-        random.uniform(*PACE),
-        random.uniform(*WIDTH),
-    )
+    direction = random.uniform(0, 2 * np.pi)
+    pace, width = random.uniform(*PACE), random.uniform(*WIDTH)
     reach = (abs(np.cos(direction)) * SIZE[0] + abs(np.sin(direction)) * SIZE[1]) / 2
     waves = [
         [random.uniform(0, WAVE), random.uniform(50, 160), random.uniform(0, 2 * np.pi)]

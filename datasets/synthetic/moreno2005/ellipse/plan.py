@@ -16,46 +16,23 @@ Array = NDArray[np.float64]
 
 FRAMES = 100
 SIZE = 320, 240
-
-BORDER = 38.0
-"""How near its centre comes to the picture's border [pixels]."""
-
-HALF_AXES = 11.0, 34.0
-"""Least and greatest [pixels]."""
-
-KEPT = 0.85
-"""Part of a rate of change that is kept from frame to frame; the rest is new."""
-
-STEP = 0.05
-"""About how far its colour goes in a frame, in RGB of [0, 1]."""
-
+BORDER = 38.0  # how near its centre comes to the picture's border [pixels]
+HALF_AXES = 11.0, 34.0  # least and greatest [pixels]
+KEPT = 0.85  # part of a rate of change that is kept from frame to frame; the rest is new
+STEP = 0.05  # about how far its colour goes in a frame, in RGB of [0, 1]
+# How much the way of its colour turns in a frame: what is added to a direction of length 1.
 TURN = 0.45
-"""How much the way of its colour turns in a frame: what is added to a direction of length 1."""
-
-COLOURS = 0.08, 0.92
-"""Least and greatest of every channel."""
+COLOURS = 0.08, 0.92  # least and greatest of every channel
 
 
 @dataclass(frozen=True)
 class Plan:
-    """An ellipse in every frame.
+    """An ellipse in every frame."""
 
-    Attributes
-    ----------
-    centre : ndarray of float64, shape (FRAMES, 2)
-        In the picture, (x, y) [pixels].
-    half_axes : ndarray of float64, shape (FRAMES, 2)
-        [pixels].
-    angle : ndarray of float64, shape (FRAMES,)
-        Of the first half axis, from x towards y [radians].
-    colour : ndarray of float64, shape (FRAMES, 3)
-        RGB in [0, 1].
-    """
-
-    centre: Array
-    half_axes: Array
-    angle: Array
-    colour: Array
+    centre: Array  # (FRAMES, 2): in the picture, (x, y) [pixels]
+    half_axes: Array  # (FRAMES, 2): [pixels]
+    angle: Array  # (FRAMES,): of the first half axis, from x towards y [radians]
+    colour: Array  # (FRAMES, 3): RGB in [0, 1]
 
     @cached_property
     def boxes(self) -> Array:

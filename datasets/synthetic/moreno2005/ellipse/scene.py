@@ -6,9 +6,8 @@ background has the ellipse's colour. All the rest is ours: how fast all this goe
 texture of the background and how many there are, patches of the ellipse's own colour near its way,
 its shading, the sensor's noise, and the light's changes, which the paper has in other sequences.
 
-Dense clutter is the design that was frozen before any tracker was run. Moderate clutter (fewer
-shapes, patches beside the way instead of on it) was added when trackers had been seen to fail on
-the dense one: whatever is found there is found post hoc.
+What is found in moderate clutter, with fewer shapes and patches beside the way instead of on it,
+is post hoc.
 """
 
 from functools import cached_property, lru_cache
@@ -17,10 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
-from datasets.synthetic.moreno2005.ellipse import clutter
 from datasets.synthetic.moreno2005.ellipse.lighting import drawn_lighting
-from datasets.synthetic.moreno2005.ellipse.patches import drawn_patches, touched
 from datasets.synthetic.moreno2005.ellipse.plan import FRAMES, SIZE, drawn_plan
+from datasets.synthetic.moreno2005.ellipse.setting import drawn_patches, painted, touched
 from datasets.synthetic.moreno2005.knobs import Clutter, EllipseKnobs
 from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.scene import Scene, Truth, part_generator
@@ -30,12 +28,9 @@ __all__ = ["EllipseScene", "scene"]
 Array = NDArray[np.float64]
 
 CAMERA = Camera(SIZE, noise=5.0, fall=(0, 0))
-
+# Brightness of the ellipse where no light falls on it straight, and what straight light adds.
 SHADING = 0.78, 0.34
-"""Brightness of the ellipse where no light falls on it straight, and what straight light adds."""
-
-SLANT = 0.9
-"""Of the light that falls on it: angle from the line of sight [radians]."""
+SLANT = 0.9  # of the light that falls on it: angle from the line of sight [radians]
 
 
 def scene(knobs: EllipseKnobs) -> "EllipseScene":
@@ -44,13 +39,7 @@ def scene(knobs: EllipseKnobs) -> "EllipseScene":
 
 
 class EllipseScene(Scene):
-    """An ellipse before clutter.
-
-    Parameters
-    ----------
-    knobs : EllipseKnobs
-        Scenes that differ in their light alone share all the rest.
-    """
+    """An ellipse before clutter; scenes that differ in their light alone share all the rest."""
 
     length, size = FRAMES, SIZE
 
@@ -119,4 +108,4 @@ class EllipseScene(Scene):
 @lru_cache(maxsize=4)
 def _backdrop(seed: int, density: Clutter) -> Image:
     plan = drawn_plan(seed)
-    return clutter.painted(seed, drawn_patches(seed, plan, density), density)
+    return painted(seed, drawn_patches(seed, plan, density), density)

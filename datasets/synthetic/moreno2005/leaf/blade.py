@@ -11,81 +11,44 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from datasets.synthetic.render.texture import fractal
-from datasets.synthetic.render.triangles import Mesh, grid
+from datasets.synthetic.render.triangles import Mesh, grid, turned_axes
 
 __all__ = ["Blade", "Shape", "drawn_blade", "placed"]
 
 Array = NDArray[np.float64]
 
-COLUMNS, ROWS, STALK = 9, 34, 3
-"""Vertices across; along the blade; along the stalk before it."""
-
-TALL, WIDE = 128, 96
-"""Texels along the leaf, and across it."""
-
-SIDE = 128
-
+COLUMNS, ROWS, STALK = 9, 34, 3  # vertices across; along the blade; along the stalk before it
+TALL, WIDE = 128, 96  # texels along the leaf, and across it
+SIDE = 128  # of the textures from which its own is cut [texels]
+# Of the stalk: its length and half its width [lengths of the blade].
 STALK_LENGTH, STALK_WIDTH = 0.13, 0.016
-"""Of the stalk: its length and half its width [lengths of the blade]."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """How a leaf is held and bent.
+    """How a leaf is held and bent."""
 
-    Attributes
-    ----------
-    place : ndarray of float64, shape (2,)
-        Of the middle of its blade: column and row [pixels].
-    angle : float
-        From upright to the right [radians].
-    yaw, pitch : float
-        How far it has turned from the camera to the right and down [radians].
-    bend : float
-        How far its tip has turned from its base, away from the camera [radians].
-    fold : float
-        How far each half is folded up towards the camera [radians].
-    """
-
-    place: Array
-    angle: float
-    yaw: float
-    pitch: float
-    bend: float
-    fold: float
+    place: Array  # (2,): of the middle of its blade: column and row [pixels]
+    angle: float  # from upright to the right [radians]
+    yaw: float  # how far it has turned from the camera to the right [radians]
+    pitch: float  # and down [radians]
+    bend: float  # how far its tip has turned from its base, away from the camera [radians]
+    fold: float  # how far each half is folded up towards the camera [radians]
 
 
 @dataclass(frozen=True)
 class Blade:
-    """A leaf as it grew.
+    """A leaf as it grew."""
 
-    Attributes
-    ----------
-    length : float
-        Of the blade, without the stalk [pixels].
-    mesh : Mesh
-    along, across : ndarray of float64, shape (rows, COLUMNS)
-        Of its vertices when it is flat, from the base to the tip and from the middle vein to
-        the right [pixels].
-    """
-
-    length: float
+    length: float  # of the blade, without the stalk [pixels]
     mesh: Mesh
-    along: Array
-    across: Array
+    # Places of its vertices when it is flat, both of shape (rows, COLUMNS) [pixels]:
+    along: Array  # from the base to the tip
+    across: Array  # from the middle vein to the right
 
 
 def drawn_blade(random: np.random.Generator, length: float, colour: ArrayLike) -> Blade:
-    """A leaf, drawn at random.
-
-    Parameters
-    ----------
-    random : numpy.random.Generator
-    length : float
-        Of its blade [pixels].
-    colour : array of float64, shape (3,)
-        BGR in [0, 255], about which its own colours vary.
-    """
+    """A leaf with a blade of a length [pixels], whose colours vary about one, BGR in [0, 255]."""
     s = np.linspace(0, 1, ROWS)
     rise, fall = random.uniform(0.55, 0.75), random.uniform(0.8, 1.05)
     half = s**rise * (1 - s) ** fall
@@ -110,12 +73,9 @@ def drawn_blade(random: np.random.Generator, length: float, colour: ArrayLike) -
 
 
 def placed(blade: Blade, shape: Shape) -> tuple[Array, Array]:
-    """Where a leaf's vertices are, and the directions of its upper side there.
+    """Where a leaf's vertices are: column, row and nearness [pixels], shape (v, 3).
 
-    Returns
-    -------
-    points, normals : ndarray of float64, shape (v, 3)
-        Column, row and nearness [pixels]; normals have length 1.
+    And the directions of its upper side there, of length 1.
     """
     middle = blade.length / 2
     turn = shape.bend * (blade.along - middle) / blade.length
@@ -134,20 +94,10 @@ def placed(blade: Blade, shape: Shape) -> tuple[Array, Array]:
     down, right = np.gradient(points, axis=(0, 1))
     normals = np.cross(down, right)
     normals /= np.sqrt((normals * normals).sum(axis=2, keepdims=True)) + 1e-12
-    axes = _axes(shape)
+    axes = turned_axes(shape.angle, shape.yaw, shape.pitch)
     seen = points.reshape(-1, 3) @ axes.T
     seen[:, :2] += shape.place
     return seen, normals.reshape(-1, 3) @ axes.T
-
-
-def _axes(shape: Shape) -> Array:
-    (a, b, c), (d, e, f) = (
-        part([shape.angle, shape.yaw, shape.pitch]) for part in (np.cos, np.sin)
-    )
-    in_picture = np.array([[a, -d, 0], [d, a, 0], [0, 0, 1]])
-    aside = np.array([[b, 0, e], [0, 1, 0], [-e, 0, b]])
-    over = np.array([[1, 0, 0], [0, c, -f], [0, f, c]])
-    return np.asarray(in_picture @ over @ aside)
 
 
 def _texture(random: np.random.Generator, colour: ArrayLike) -> NDArray[np.float32]:

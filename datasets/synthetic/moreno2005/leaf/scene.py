@@ -14,25 +14,20 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
 from datasets.synthetic.moreno2005.knobs import LeafKnobs
-from datasets.synthetic.moreno2005.leaf.light import BEHIND_CLOUD
-from datasets.synthetic.moreno2005.leaf.setting import Setting
-from datasets.synthetic.moreno2005.leaf.thicket import MARGIN
-from datasets.synthetic.moreno2005.leaf.wind import FRAMES, SIZE
+from datasets.synthetic.moreno2005.leaf.plan import FRAMES, SIZE
+from datasets.synthetic.moreno2005.leaf.setting import BEHIND_CLOUD, MARGIN, Setting
 from datasets.synthetic.render.camera import Camera, developed
 from datasets.synthetic.render.soft_shadow import light_left
-from datasets.synthetic.render.triangles import lay
+from datasets.synthetic.render.triangles import box_around, lay
 from datasets.synthetic.scene import Scene, Truth
 
 __all__ = ["LeafScene", "scene"]
 
 Floats = NDArray[np.float32]
 
-JUMPS = {"start": 1, "middle": FRAMES // 2, "none": FRAMES}
-"""First frame in other light."""
-
+JUMPS = {"start": 1, "middle": FRAMES // 2, "none": FRAMES}  # first frame in other light
+# Of the leaf's shadow in the sun: how far it lies from it [pixels]; see `light_left`.
 OFF, SOFTNESS, DARKNESS = 26.0, 5.0, 0.6
-"""Of the leaf's shadow in the sun: how far it lies from it [pixels]; see `light_left`."""
-
 CAMERA = Camera(SIZE, noise=2.2, fall=(0.05, 0.05))
 
 
@@ -42,15 +37,7 @@ def scene(knobs: LeafKnobs) -> "LeafScene":
 
 
 class LeafScene(Scene):
-    """A leaf before others.
-
-    Parameters
-    ----------
-    seed : int
-        Of all that is drawn at random.
-    jump : int
-        First frame in other light; beyond the last: none.
-    """
+    """A leaf before others; `jump` is the first frame in other light, if there is any."""
 
     length, size = FRAMES, SIZE
 
@@ -65,10 +52,9 @@ class LeafScene(Scene):
         Boxes are those of the whole leaf with its stalk; nothing hides it. The attribute is
         `light change`: the first frame in other light.
         """
-        points = np.stack([self.setting.points(frame)[0][:, :2] for frame in range(FRAMES)])
-        low, high = points.min(axis=1), points.max(axis=1)
+        boxes = np.stack([box_around(self.setting.points(frame)[0]) for frame in range(FRAMES)])
         change = np.arange(FRAMES) == self._jump
-        return Truth(np.hstack([low, high - low]), np.ones(FRAMES), {"light change": change})
+        return Truth(boxes, np.ones(FRAMES), {"light change": change})
 
     def render(self, frame: int) -> Image:
         """See `Scene.render`."""
@@ -79,20 +65,15 @@ class LeafScene(Scene):
         picture = still.copy()
         lay(picture, np.asarray(moved, np.float32))
         leaf = self.setting.seen(frame, sun)
-        coverage = np.zeros(SIZE[::-1], np.float32)
-        coverage[leaf.window] = leaf.sheet[..., 3]
         off = -OFF * self.setting.sun[:2] / self.setting.sun[2]
-        left = light_left(coverage, off, SOFTNESS, DARKNESS * sun)
+        left = light_left(leaf.coverage(SIZE), off, SOFTNESS, DARKNESS * sun)
         picture = np.asarray(cv2.multiply(picture, left), np.float32)
         lay(picture[leaf.window], leaf.sheet)
         return CAMERA.exposed(developed(picture), self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
-        leaf = self.setting.seen(frame, 0.0)
-        mask: Mask = np.zeros(SIZE[::-1], np.bool_)
-        mask[leaf.window] = leaf.sheet[..., 3] >= 0.5
-        return mask
+        return np.asarray(self.setting.seen(frame, 0.0).coverage(SIZE) >= 0.5)
 
     def _sun(self, frame: int) -> float:
         """What of the sun is not behind a cloud."""

@@ -1,44 +1,88 @@
-"""All that a scene is made of, whatever the sun does."""
+"""All that a scene is made of: sun and sky, foliage, and the leaf, whatever the sun does."""
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.moreno2005.leaf.blade import Blade, Shape, drawn_blade, placed
-from datasets.synthetic.moreno2005.leaf.light import SKY, SUN, Dapples, drawn_sun, fallen
-from datasets.synthetic.moreno2005.leaf.thicket import Layer, drawn_layer
-from datasets.synthetic.moreno2005.leaf.wind import SIZE, drawn_shapes, drawn_sway
-from datasets.synthetic.render.colours import any_of
-from datasets.synthetic.render.triangles import Seen, seen
+from datasets.synthetic.moreno2005.leaf.plan import SIZE, drawn_shapes, drawn_sway
+from datasets.synthetic.render.colours import any_of, varied
+from datasets.synthetic.render.path import smooth_step
+from datasets.synthetic.render.soft_shadow import light_left
+from datasets.synthetic.render.texture import fractal
+from datasets.synthetic.render.triangles import Seen, lay, seen
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["Setting"]
+__all__ = ["BEHIND_CLOUD", "MARGIN", "Setting", "fallen"]
 
 Array = NDArray[np.float64]
+Floats = NDArray[np.float32]
 
+# Light of the sky from all around, and of the sun on what faces it, BGR.
+SKY, SUN = np.array([0.78, 0.65, 0.53]), np.array([0.98, 1.42, 1.60])
+BEHIND_CLOUD = 0.04  # what a cloud leaves of the sun
+THROUGH = 0.35  # part of the sun's light that comes through a leaf
+SIDE = 512  # of the pattern of sun and shade, which repeats [pixels]
+# Of the leaf: yellower than the foliage, or turning brown; BGR.
 COLOURS = ((52, 156, 148), (60, 132, 166), (58, 168, 124), (70, 118, 150))
-"""Of the leaf: yellower than the foliage, or turning brown; BGR."""
+LONG = 76, 90  # its length [pixels]
+OPEN = 0.45  # least part of the sun that the leaf gets: little is above it
 
-FAR, NEAR = 190, 60
-"""Leaves that are still, and those before them that sway."""
+GREENS = (
+    (44, 104, 62), (40, 88, 48), (56, 128, 84), (46, 118, 96), (38, 78, 50), (66, 138, 108),
+    (62, 110, 66), (34, 96, 74),
+)  # fmt: skip
+"""Of the foliage, BGR."""
 
-OPEN = 0.45
-"""Least part of the sun that the leaf gets: little is above it."""
+FAR, NEAR = 190, 60  # leaves that are still, and those before them that sway
+MARGIN = 8  # what a layer of foliage reaches beyond the picture on every side [pixels]
+WIDE = SIZE[0] + 2 * MARGIN, SIZE[1] + 2 * MARGIN  # size of a layer [pixels]
+
+KINDS, ALIKE = 50, 0.2
+"""Leaves that grow in a layer, again and again, and the part of them whose colour is near the
+target's."""
+
+GROUND = np.array([0.006, 0.010, 0.008])  # what is behind all leaves
+OFF, SOFTNESS = 9.0, 3.5  # how far from a leaf its shadow lies, and how soft it is [pixels]
+# Part of the light from all around, and of the sun's, that a leaf takes from those below.
+SHADED = 0.35, 0.8
+
+
+def fallen(normals: Array, sun: Array, in_sun: Array) -> tuple[Array, Array]:
+    """Light on leaves from all around and from the sun, in parts of `SKY` and `SUN`.
+
+    Of vertices with normals (v, 3) that see a part `in_sun` (v,) of a sun in a direction (3,).
+    """
+    facing = normals @ sun * np.sign(normals[:, 2])  # of the side that is seen
+    lit = np.where(facing > 0, facing, -THROUGH * facing)
+    return 0.75 + 0.25 * np.abs(normals[:, 2]), in_sun * lit
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Leaves, in light of 1 from all around and in light of 1 of the sun.
+
+    Both sheets have the size `WIDE`: light that comes back, premultiplied by the coverage, which
+    is the last of their four channels.
+    """
+
+    around: Floats
+    straight: Floats
+
+    def lit(self, share: float) -> Floats:
+        """It in the light of the sky and in a share of the sun's."""
+        sky, sun = np.append(SKY, 1), np.append(share * SUN, 0)
+        return np.asarray(self.around * sky + self.straight * sun, np.float32)
 
 
 class Setting:
-    """What the variants of a scene have in common.
-
-    Parameters
-    ----------
-    seed : int
-        Of all that is drawn at random.
-    """
+    """What the variants of a scene have in common; all that is drawn at random has its seed."""
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
-        self.sun = drawn_sun(self._random("sun"))
+        self.sun = self._drawn_sun()
         self.sunny = bool(self._random("weather").random() < 0.5)
 
     @cached_property
@@ -48,7 +92,7 @@ class Setting:
 
     @cached_property
     def sway(self) -> Array:
-        """See `wind.drawn_sway`."""
+        """See `plan.drawn_sway`."""
         return drawn_sway(self._random("sway"))
 
     def points(self, frame: int) -> tuple[Array, Array]:
@@ -58,7 +102,7 @@ class Setting:
     def seen(self, frame: int, sun: float) -> Seen:
         """What is seen of the leaf in the light of the sky and of a share of the sun's."""
         points, normals = self.points(frame)
-        in_sun = OPEN + (1 - OPEN) * self._dapples.at(points)
+        in_sun = OPEN + (1 - OPEN) * self._seen_sun(points)
         around, straight = fallen(normals, self.sun, in_sun)
         lights = around[:, None] * SKY + straight[:, None] * (sun * SUN)
         return seen(self._blade.mesh, points, lights, SIZE)
@@ -69,8 +113,38 @@ class Setting:
         return self._layer("still foliage", FAR, 1.0), self._layer("foliage that sways", NEAR, 0.4)
 
     def _layer(self, part: str, count: int, depth: float) -> Layer:
+        """So many leaves over one another, the deeper (up to 1: no gaps are left) the darker."""
         random = self._random(part)
-        return drawn_layer(random, count, depth, self._colour, self.sun, self._dapples)
+        around, straight = (np.zeros((*WIDE[::-1], 4), np.float32) for _ in range(2))
+        if depth == 1:
+            around[..., :3], around[..., 3], straight[..., 3] = GROUND, 1, 1
+        blades = [_foliage(random, self._colour) for _ in range(KINDS)]
+        for number in range(count):
+            higher = 1 - depth * (1 - number / count)
+            blade = blades[int(random.integers(KINDS))]
+            points, normals = placed(blade, _shape(random))
+            in_sun = self._seen_sun(points - [MARGIN, MARGIN, 0]) * (0.1 + 0.9 * higher)
+            sky, direct = fallen(normals, self.sun, in_sun)
+            leaves = [
+                seen(blade.mesh, points, np.repeat(light[:, None], 3, axis=1), WIDE)
+                for light in (sky * (0.25 + 0.75 * higher), direct)
+            ]
+            coverage = leaves[0].coverage(WIDE)
+            for sheet, leaf, darkness in zip((around, straight), leaves, SHADED, strict=True):
+                sheet[..., :3] *= light_left(coverage, -OFF * self.sun[:2], SOFTNESS, darkness)
+                lay(sheet[leaf.window], leaf.sheet)
+        return Layer(around, straight)
+
+    def _seen_sun(self, points: Array) -> Array:
+        """Part of the sun, in [0, 1], that what is above the picture lets through to points."""
+        columns, rows = np.round(points[:, :2].T).astype(np.int64) % SIDE
+        return np.asarray(self._dapples[rows, columns])
+
+    def _drawn_sun(self) -> Array:
+        """Direction to the sun: above, aside, on the camera's side; shape (3,)."""
+        random = self._random("sun")
+        sun = np.array([random.choice([-1, 1]) * random.uniform(0.3, 0.6), -0.6, 0.65])
+        return np.asarray(sun / np.sqrt((sun * sun).sum()))
 
     @cached_property
     def _colour(self) -> Array:
@@ -79,11 +153,31 @@ class Setting:
     @cached_property
     def _blade(self) -> Blade:
         random = self._random("leaf")
-        return drawn_blade(random, random.uniform(76, 90), self._colour)
+        return drawn_blade(random, random.uniform(*LONG), self._colour)
 
     @cached_property
-    def _dapples(self) -> Dapples:
-        return Dapples(self._random("dapples"))
+    def _dapples(self) -> Array:
+        return smooth_step(fractal(self._random("dapples"), SIDE, 8, 32, 0.6), -0.55, 0.45)
 
     def _random(self, part: str) -> np.random.Generator:
         return part_generator(self._seed, f"moreno2005/leaf {part}")
+
+
+def _foliage(random: np.random.Generator, target: Array) -> Blade:
+    """A leaf of the foliage; some have nearly the colour of the `target`, BGR."""
+    colour = any_of(random, GREENS)
+    if random.random() < ALIKE:
+        share = random.uniform(0.5, 0.9)
+        colour = (1 - share) * colour + share * varied(random, target)
+    return drawn_blade(random, random.uniform(40, 76), colour)
+
+
+def _shape(random: np.random.Generator) -> Shape:
+    return Shape(
+        random.uniform(-10, 10, 2) + random.uniform(0, 1, 2) * WIDE,
+        random.uniform(-np.pi, np.pi),
+        random.uniform(-0.8, 0.8),
+        random.uniform(-0.8, 0.8),
+        random.uniform(-0.3, 1.0),
+        random.uniform(0.1, 0.5),
+    )

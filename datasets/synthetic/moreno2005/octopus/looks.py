@@ -12,26 +12,16 @@ __all__ = ["FLOOR_KINDS", "IMITATION", "SIDE", "SKINS", "Kind", "imitated", "pai
 
 Array = NDArray[np.float64]
 
-SIDE = 512
-"""Of textures [pixels]."""
-
-IMITATION = 0.9
-"""How much of a floor's look an octopus takes on."""
+SIDE = 512  # of textures [pixels]
+IMITATION = 0.9  # how much of a floor's look an octopus takes on
 
 
 @dataclass(frozen=True)
 class Kind:
-    """Something that a floor or a skin looks like.
+    """Something that a floor or a skin looks like."""
 
-    Attributes
-    ----------
-    colour : tuple of float
-        Mean, RGB in [0, 1].
-    paint : callable
-        Texture of shape (SIDE, SIDE, 3), BGR, of any mean.
-    """
-
-    colour: tuple[float, float, float]
+    colour: tuple[float, float, float]  # mean, RGB in [0, 1]
+    # texture of shape (SIDE, SIDE, 3), BGR, of any mean
     paint: Callable[[np.random.Generator], Array]
 
 

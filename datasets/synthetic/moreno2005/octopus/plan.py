@@ -8,78 +8,89 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.moreno2005.octopus.body import Body, Posture, drawn_body
 from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, imitated
-from datasets.synthetic.moreno2005.octopus.zones import FLOORS, Zones, drawn_zones
 from datasets.synthetic.render.path import quantised, smooth_step
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["FRAMES", "OWN", "SIZE", "Plan", "drawn_plan", "surroundings"]
+__all__ = ["FRAMES", "OWN", "SIZE", "Plan", "Zones", "drawn_plan"]
 
 Array = NDArray[np.float64]
 
 FRAMES = 100
 SIZE = 320, 240
-
+# Columns between which the head starts and arrives, or the other way round [pixels].
 ENDS = ((74.0, 92.0), (228.0, 246.0))
-"""Columns between which the head starts and arrives, or the other way round [pixels]."""
-
-LEVELS = 92.0, 148.0
-"""Rows between which it does so [pixels]."""
-
-BULGE = 14.0
-"""How far its way bends out at most [pixels]."""
-
-TINT = 0.08
-"""By what part of it a channel of a colour differs from its kind's at most."""
-
+LEVELS = 92.0, 148.0  # rows between which it does so [pixels]
+BULGE = 14.0  # how far its way bends out at most [pixels]
+TINT = 0.08  # by what part of it a channel of a colour differs from its kind's at most
+# When the octopus begins to take on the look of the floor on which it starts [frames].
 FIRST_CHANGE = 8.0, 16.0
-"""When the octopus begins to take on the look of the floor on which it starts [frames]."""
-
+# From when it is mostly on another floor until it begins to take on that one's look [frames].
 DELAY = 3.0, 8.0
-"""From when it is mostly on another floor until it begins to take on that one's look [frames]."""
-
-LASTING = 12.0, 20.0
-"""How long it takes to do so [frames]."""
-
-AROUND = 2.0
-"""How far the floor around the octopus is from its box [pixels]."""
-
-OWN = FLOORS
-"""Index of the look with which it comes; those before are those of the floors."""
-
+LASTING = 12.0, 20.0  # how long it takes to do so [frames]
+AROUND = 2.0  # how far the floor around the octopus is from its box [pixels]
+# Greatest distance of a camouflaged octopus's mean colour from the floors', RGB of [0, 1].
 CLOSE = 0.12
-"""Greatest distance of a camouflaged octopus's mean colour from the floors', RGB of [0, 1]."""
-
+# Least distance of the colour with which it comes from that of the first floor, likewise.
 CONTRAST = 0.25
-"""Least distance of the colour with which it comes from that of the first floor, likewise."""
+
+# Kinds of floor in a scene: that on which the octopus starts, that where it goes, another.
+FLOORS = 3
+OWN = FLOORS  # index of the look with which it comes; those before are those of the floors
+SOFT = 4.0  # about how far one floor reaches into another [pixels]
+# Of the borders, in either direction: size and length [pixels].
+WAVES = ((9.0, 75.0), (4.0, 31.0), (2.0, 14.0))
+# Least distance of further zones from the way, and from one another [pixels].
+ASIDE, APART = 105.0, 80.0
+TRIALS = 60  # places that are tried for them
+
+
+@dataclass(frozen=True)
+class Zones:
+    """Zones around points, with wavy borders."""
+
+    points: Array  # (k, 2): [pixels]
+    floors: NDArray[np.int64]  # (k,): index of each zone's floor
+    phases: Array  # (2, 3): of the waves
+
+    def shares(self, places: Array) -> Array:
+        """How much of each floor is at places of shape (..., 2); shape (..., FLOORS)."""
+        bent = places.copy()
+        for (size, length), phases in zip(WAVES, self.phases.T, strict=True):
+            bent += size * np.sin(2 * np.pi * places[..., ::-1] / length + phases)
+        distance = np.linalg.norm(bent[..., None, :] - self.points, axis=-1)
+        nearest = np.stack(
+            [distance[..., self.floors == floor].min(axis=-1) for floor in range(FLOORS)], axis=-1
+        )
+        weights = np.exp((nearest.min(axis=-1, keepdims=True) - nearest) / SOFT)
+        return np.asarray(weights / weights.sum(axis=-1, keepdims=True))
+
+
+def _drawn_zones(random: np.random.Generator, way: Array) -> Zones:
+    """Zones in the picture: two that share a way, shape (n, 2), and others beside it."""
+    points = [way[len(way) // 8], way[-len(way) // 8]]
+    for place in random.uniform((-50, -50), np.array(SIZE) + 50, (TRIALS, 2)):
+        far = np.linalg.norm(way - place, axis=1).min() > ASIDE
+        if far and np.linalg.norm(points - place, axis=1).min() > APART:
+            points.append(place)
+    further = random.permutation(np.arange(len(points) - 2) + 2) % FLOORS
+    floors = np.concatenate([[0, 1], further])
+    # What is nowhere else is far away.
+    points.append(np.full(2, 1e4))
+    phases = random.uniform(0, 2 * np.pi, (2, len(WAVES)))
+    return Zones(np.array(points), np.append(floors, FLOORS - 1), phases)
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The course of events.
-
-    Attributes
-    ----------
-    body : Body
-    place : ndarray of float64, shape (FRAMES, 2)
-        Of the head [pixels].
-    heading : ndarray of float64, shape (FRAMES,)
-        Of the body, from x towards y [radians].
-    zones : Zones
-    kinds : tuple of str
-        Of the floors, and of the skin that is its own.
-    colours : ndarray of float64, shape (FLOORS + 1, 3)
-        Mean of each, RGB in [0, 1].
-    changes : ndarray of float64, shape (2, 2)
-        Start and end of the change to the first floor's look, and to the second's [frames].
-    """
+    """The course of events."""
 
     body: Body
-    place: Array
-    heading: Array
+    place: Array  # (FRAMES, 2): of the head [pixels]
+    heading: Array  # (FRAMES,): of the body, from x towards y [radians]
     zones: Zones
-    kinds: tuple[str, ...]
-    colours: Array
-    changes: Array
+    kinds: tuple[str, ...]  # of the floors, and of the skin that is its own
+    colours: Array  # (FLOORS + 1, 3): mean of each, RGB in [0, 1]
+    changes: Array  # (2, 2): start and end of that to either floor's look [frames]
 
     def posture(self, frame: int) -> Posture:
         """How the octopus lies there."""
@@ -107,11 +118,11 @@ class Plan:
             before, after, share = self.look(frame)
             skin[frame] = (1 - share) * looks[before] + share * looks[after]
         distances = np.linalg.norm(skin[:, None] - self.colours[:OWN], axis=2)
-        around = surroundings(self.zones, self.boxes)
+        around = _surroundings(self.zones, self.boxes)
         return np.asarray((around * distances).sum(axis=1) <= CLOSE)
 
 
-def surroundings(zones: Zones, boxes: Array) -> Array:
+def _surroundings(zones: Zones, boxes: Array) -> Array:
     """How much of each floor is around boxes of shape (n, 4); shape (n, FLOORS)."""
     angles = np.linspace(0, 2 * np.pi, 48, endpoint=False)
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
@@ -138,9 +149,9 @@ def drawn_plan(seed: int) -> Plan:
     own = str(floors.choice(seen))
     means = [*(FLOOR_KINDS[kind].colour for kind in kinds), SKINS[own].colour]
     colours = np.array(means) * floors.uniform(1 - TINT, 1 + TINT, (FLOORS + 1, 3))
-    zones = drawn_zones(floors, place, SIZE)
+    zones = _drawn_zones(floors, place)
     still = Plan(body, place, heading, zones, (*kinds, own), colours, np.zeros((2, 2)))
-    there = float(np.argmax(surroundings(zones, still.boxes)[:, 1] > 0.5))
+    there = float(np.argmax(_surroundings(zones, still.boxes)[:, 1] > 0.5))
     start = random.uniform(*FIRST_CHANGE)
     end = start + random.uniform(*LASTING)
     again = max(there, end) + random.uniform(*DELAY)

@@ -14,13 +14,11 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
 from datasets.synthetic.moreno2005.knobs import OctopusKnobs
-from datasets.synthetic.moreno2005.octopus.floor import painted_floor
+from datasets.synthetic.moreno2005.octopus.body import Skin
 from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, imitated, painted
-from datasets.synthetic.moreno2005.octopus.moulding import mould
 from datasets.synthetic.moreno2005.octopus.plan import FRAMES, OWN, SIZE, Plan, drawn_plan
-from datasets.synthetic.moreno2005.octopus.relief import shade
-from datasets.synthetic.moreno2005.octopus.skin import Skin
-from datasets.synthetic.moreno2005.octopus.water import Water
+from datasets.synthetic.moreno2005.octopus.relief import moulded, shade
+from datasets.synthetic.moreno2005.octopus.setting import Water, painted_floor
 from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.scene import Scene, Truth, part_generator
 
@@ -30,12 +28,8 @@ Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
 CAMERA = Camera(SIZE, noise=3.0, fall=(0.06, 0.09))
-
-MARGIN = 14
-"""Around the octopus, for its shadow [pixels]."""
-
-SHADOW = (4, 5), 3.0, 0.45
-"""Of the octopus: where it falls, softness [pixels], and what it takes."""
+MARGIN = 14  # around the octopus, for its shadow [pixels]
+SHADOW = (4, 5), 3.0, 0.45  # of the octopus: where it falls, softness [pixels], and what it takes
 
 
 def scene(knobs: OctopusKnobs) -> "OctopusScene":
@@ -44,13 +38,7 @@ def scene(knobs: OctopusKnobs) -> "OctopusScene":
 
 
 class OctopusScene(Scene):
-    """An octopus on the sea floor.
-
-    Parameters
-    ----------
-    seed : int
-        Of all that is drawn at random.
-    """
+    """An octopus on the sea floor; all that is drawn at random has its seed."""
 
     length, size = FRAMES, SIZE
 
@@ -77,20 +65,16 @@ class OctopusScene(Scene):
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
-        owner = np.full(SIZE[::-1], -1, np.int32)
-        height = np.full(SIZE[::-1], -1.0, np.float32)
-        mould(self.plan.posture(frame).balls, 0.0, 0.0, 1.0, height, owner)
-        return np.asarray(owner >= 0)
+        balls = self.plan.posture(frame).balls
+        return np.asarray(moulded(balls, (0.0, 0.0), 1.0, SIZE[::-1], ground=-1.0)[1] >= 0)
 
     def _lay_octopus(self, picture: Floats, frame: int) -> None:
         """Lay the octopus and its shadow over a picture, which is changed in place."""
         posture = self.plan.posture(frame)
         x, y, width, height = posture.box
         left, top = max(int(x) - MARGIN, 0), max(int(y) - MARGIN, 0)
-        right, bottom = (
-            min(int(x + width) + MARGIN, SIZE[0]),
-            min(int(y + height) + MARGIN, SIZE[1]),
-        )
+        right = min(int(x + width) + MARGIN, SIZE[0])
+        bottom = min(int(y + height) + MARGIN, SIZE[1])
         window = picture[top:bottom, left:right]
         size = right - left, bottom - top
         coloured = self._skin.seen(posture, (left, top), size, *self.plan.look(frame))

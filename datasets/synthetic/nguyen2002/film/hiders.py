@@ -5,8 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from datasets.synthetic.nguyen2002.film.paints import LIGHTS, PAINTS, WOODS
-from datasets.synthetic.nguyen2002.film.sheet import UNIT, Sheet
+from datasets.synthetic.nguyen2002.film.sheet import (
+    LIGHTS,
+    PAINTS,
+    UNIT,
+    WOODS,
+    Sheet,
+    joined,
+    runs,
+)
 from datasets.synthetic.render.colours import any_of, varied
 from datasets.synthetic.render.texture import noise
 
@@ -19,21 +26,12 @@ COATS = ((52, 48, 46), (84, 74, 60), (70, 92, 120), (58, 70, 52), (60, 50, 96), 
 
 @dataclass(frozen=True)
 class Hider:
-    """A kind of thing that passes before the target.
+    """A kind of thing that passes before the target."""
 
-    Attributes
-    ----------
-    paint : function
-        Paints it, given random numbers, what it must hide and how high it is [UNIT].
-    fixed : bool
-        It stands where it is: the camera passes it.
-    tall : bool
-        It reaches from below the picture's lower border to above the upper one.
-    """
-
+    # paints it, given random numbers, what it must hide and how high it is [UNIT]
     paint: Callable[[np.random.Generator, float, float], Sheet]
-    fixed: bool
-    tall: bool
+    fixed: bool  # it stands where it is: the camera passes it
+    tall: bool  # it reaches from below the picture's lower border to above the upper one
 
 
 def _pillar(random: np.random.Generator, width: float, height: float) -> Sheet:
@@ -62,13 +60,11 @@ def _trunk(random: np.random.Generator, width: float, height: float) -> Sheet:
     sheet = Sheet(width + 2 * bulge, height, UNIT, any_of(random, ((58, 76, 92), (72, 82, 90))))
     edges = [bulge * (0.5 + 0.45 * np.clip(noise(random, 256, 8)[0, ::8], -1, 1)) for _ in "lr"]
     rows = np.linspace(0, height, len(edges[0]))
-    left = list(zip((bulge - edges[0]).tolist(), rows.tolist(), strict=True))
-    right = list(zip((width + bulge + edges[1]).tolist(), rows.tolist(), strict=True))
+    left, right = joined(bulge - edges[0], rows), joined(width + bulge + edges[1], rows)
     sheet.cover(*left, *right[::-1])
     sheet.wear(random, 0.3, 16, 64, stretch=5)
     sheet.wear(random, 0.1, 4, 32)
-    across, _ = sheet.places()
-    sheet.light(1.12 - 0.55 * np.square(2 * across - 0.8))
+    sheet.rounded(1.12, 0.55, 0.8)
     return sheet
 
 
@@ -107,9 +103,7 @@ def _lorry(random: np.random.Generator, width: float, height: float) -> Sheet:
     sheet.anchor = width / 2, height / 2
     p.patch(0, height - 0.09, width, 0.09, (52, 52, 54))
     for x in (0.22 * width, 0.76 * width):
-        p.disc(x, height + 0.14, 0.2, (34, 32, 32))
-        p.disc(x, height + 0.14, 0.1, (120, 122, 124))
-        sheet.cover_round(x, height + 0.14, 0.2, 0.2)
+        sheet.wheel(x, height + 0.14, 0.2, (34, 32, 32), 0.1, (120, 122, 124))
     sheet.cover_box(0, 0, width, height)
     sheet.wear(random, 0.09, 4, 64)
     return sheet
@@ -132,9 +126,7 @@ def _bus(random: np.random.Generator, width: float, height: float) -> Sheet:
                 (x + 0.3 * wide, 0.48 * height), (x, 0.48 * height)], glass + 40)  # fmt: skip
         p.darken(x - 0.03, 0.62 * height, 0.012, 0.34 * height, 0.6)
     for x in (0.25 * width, 0.75 * width):
-        p.disc(x, height + 0.08, 0.19, (36, 34, 34))
-        p.disc(x, height + 0.08, 0.09, (150, 150, 150))
-        sheet.cover_round(x, height + 0.08, 0.19, 0.19)
+        sheet.wheel(x, height + 0.08, 0.19, (36, 34, 34), 0.09, (150, 150, 150))
     sheet.cover_box(0, 0, width, height)
     sheet.wear(random, 0.05, 4, 64)
     return sheet
@@ -193,14 +185,11 @@ def _load(random: np.random.Generator, width: float, height: float) -> Sheet:
     p = sheet.painting
     rows = int(random.integers(2, 4))
     for row in range(rows):
-        x = 0.0
-        while x < width - 0.01:
-            wide = min(random.uniform(0.22, 0.45), width - x)
+        for x, wide in runs(random, width, (0.22, 0.45)):
             wood = any_of(random, WOODS + PAINTS[6:10])
             p.plate(x, ropes + row * height / rows, wide, height / rows, wood, 0.016)
             p.label(random, x + 0.2 * wide, ropes + (row + 0.3) * height / rows, 0.5 * wide,
                     0.3 * height / rows)  # fmt: skip
-            x += wide
     p.patch(0, ropes + height - 0.07, width, 0.07, (54, 84, 116))
     sheet.cover_box(0, ropes, width, height)
     for side in (0.03 * width, 0.97 * width):
@@ -241,8 +230,7 @@ def _passer_by(random: np.random.Generator, width: float, height: float) -> Shee
                 (middle + half, neck + 0.15), (middle + half + 0.1, tall),
                 (middle - half - 0.1, tall), (middle - half, neck + 0.15),
                 (middle - 0.8 * half, neck + 0.04), (middle - 0.24 * head, neck))  # fmt: skip
-    across, _ = sheet.places()
-    sheet.light(1.08 - 0.35 * np.square(2 * across - 0.85))
+    sheet.rounded(1.08, 0.35, 0.85)
     sheet.wear(random, 0.1, 8, 128)
     return sheet
 
@@ -254,8 +242,7 @@ def _post(random: np.random.Generator, width: float, height: float) -> Sheet:
         for y in np.arange(0.2, height, 0.5):
             sheet.painting.patch(0, y, width, 0.25, (60, 70, 190))
     sheet.cover_box(0, 0, width, height)
-    across, _ = sheet.places()
-    sheet.light(1.15 - 0.6 * np.square(2 * across - 0.8))
+    sheet.rounded(1.15, 0.6, 0.8)
     sheet.wear(random, 0.08, 8, 64)
     return sheet
 
@@ -263,16 +250,14 @@ def _post(random: np.random.Generator, width: float, height: float) -> Sheet:
 def _heap(random: np.random.Generator, width: float, height: float) -> Sheet:
     """Boxes and sacks on a heap, down to the picture's lower border."""
     sheet = Sheet(width, height, UNIT, (70, 88, 104))
-    x = 0.0
-    while x < width - 0.01:
-        wide, y = min(random.uniform(0.2, 0.4), width - x), random.uniform(0.0, 0.07)
+    for x, wide in runs(random, width, (0.2, 0.4)):
+        y = random.uniform(0.0, 0.07)
         sheet.cover_box(x, y, wide, height)
         while y < height:
             tall = random.uniform(0.2, 0.45)
             sheet.painting.plate(x, y, wide, tall, any_of(random, WOODS + PAINTS), 0.012)
             sheet.painting.label(random, x + 0.2 * wide, y + 0.06, 0.5 * wide, 0.1)
             y += tall
-        x += wide
     sheet.wear(random, 0.08, 4, 64)
     return sheet
 

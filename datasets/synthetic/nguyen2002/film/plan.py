@@ -1,4 +1,7 @@
-"""What happens in a clip: ways of target and camera, what passes when, how light it is."""
+"""What happens in a clip: what it is about, ways of target and camera, what passes when, light.
+
+What the clips of a set are about has the figures that the paper gives of its own.
+"""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -7,95 +10,105 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.nguyen2002.film.hiders import HIDERS
-from datasets.synthetic.nguyen2002.film.script import Shot, script
-from datasets.synthetic.nguyen2002.film.settings import SETTINGS
+from datasets.synthetic.nguyen2002.film.setting import SETTINGS
+from datasets.synthetic.nguyen2002.film.targets import KINDS
 from datasets.synthetic.render.path import quantised
 from datasets.synthetic.render.views import Camera, wandering
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["EXPOSURE", "SIZE", "Passage", "Plan", "plan"]
+__all__ = ["CLIPS", "EXPOSURE", "SIZE", "WIDTHS", "plan", "script"]
 
 Array = NDArray[np.float64]
 
 SIZE = 320, 240
-
-EXPOSURE = 0.5
-"""Part of the time between two frames for which the shutter is open."""
-
+EXPOSURE = 0.5  # part of the time between two frames for which the shutter is open
+# Of the target's plane [pixels/metre]: the camera's travel in metres is seen as large there.
 NEAR = 45.0
-"""Of the target's plane [pixels/metre]: the camera's travel in metres is seen as large there."""
-
-FASTEST = 5.0
-"""Of the camera that moves along, in the target's plane [pixels/frame]."""
-
+FASTEST = 5.0  # of the camera that moves along, in the target's plane [pixels/frame]
+# Of the target at most, across the picture and down, as the camera follows it [pixels/frame].
 DRIFT = 3.0
-"""Of the target at most, across the picture and down, as the camera follows it [pixels/frame]."""
 
+CLIPS = 20
+# Complete ones by clip: 21 in 20 clips, as in the paper; how they are spread is ours.
+OCCLUSIONS = (0,) * 5 + (1,) * 10 + (2,) * 4 + (3,)
+MEAN_FRAMES = 150  # the paper's
+SHORTEST, LONGEST = 110, 190
+PARTIAL = 8  # clips in which something passes that hides a part of the target
+# Frames, at least, before anything passes, between two that pass, and after the last.
 LEAD, GAP, END = 16, 12, 20
-"""Frames, at least, before anything passes, between two that pass, and after the last."""
+WIDTHS = 1.35, 1.9  # of what hides all of the target [the target's width]
+SPEEDS = 0.08, 0.15  # of what passes, across the picture [the target's width a frame]
 
-WIDTHS = 1.35, 1.9
-"""Of what hides all of the target [the target's width]."""
 
-SPEEDS = 0.08, 0.15
-"""Of what passes, across the picture [the target's width a frame]."""
+@dataclass(frozen=True)
+class Shot:
+    """What a clip is about."""
+
+    frames: int
+    setting: str  # name of `SETTINGS`
+    target: str  # name of `KINDS`
+    occlusions: int  # complete ones
+    partial: bool  # whether something passes besides that hides a part of the target
+
+
+@lru_cache(maxsize=4)
+def script(seed: int) -> tuple[Shot, ...]:
+    """The clips of a set, in order."""
+    random = part_generator(seed, "nguyen2002/clip script")
+    occlusions = random.permutation(OCCLUSIONS)
+    frames = _lengths(random, occlusions)
+    settings = random.permutation([list(SETTINGS)[k % len(SETTINGS)] for k in range(CLIPS)])
+    calm = random.permutation(np.flatnonzero(occlusions < 2))[:PARTIAL]
+    # Half of the targets are ellipses, in every setting about as many.
+    turn = {name: int(random.integers(2)) for name in SETTINGS}
+    shots = []
+    for clip in range(CLIPS):
+        setting = str(settings[clip])
+        turn[setting] += 1
+        is_round = turn[setting] % 2 == 0
+        kinds = [kind for kind in SETTINGS[setting].targets if KINDS[kind].round == is_round]
+        target = kinds[int(random.integers(len(kinds)))]
+        shots.append(Shot(int(frames[clip]), setting, target, int(occlusions[clip]), clip in calm))
+    return tuple(shots)
+
+
+def _lengths(
+    random: np.random.Generator, occlusions: np.ndarray[tuple[int], np.dtype[np.int64]]
+) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Frames of each clip: of the paper's mean, long enough for what happens in it."""
+    least = np.array([SHORTEST, SHORTEST, 140, 175])[occlusions]
+    frames = random.integers(least, LONGEST + 1)
+    # Whoever has some to spare gives, or takes, until the mean is right.
+    while (excess := int(frames.sum()) - CLIPS * MEAN_FRAMES) != 0:
+        clip = int(random.integers(CLIPS))
+        frames[clip] = np.clip(frames[clip] - np.sign(excess), least[clip], LONGEST)
+    return frames
 
 
 @dataclass(frozen=True)
 class Passage:
-    """Something that passes before the target.
+    """Something that passes before the target."""
 
-    Attributes
-    ----------
-    kind : str
-        Name of `hiders.HIDERS`.
-    size : tuple of float
-        Width and height of what hides [pixels].
-    way : ndarray of float64, shape (frames, 2)
-        Of its anchor [pixels].
-    """
-
-    kind: str
-    size: tuple[float, float]
-    way: Array
+    kind: str  # name of `hiders.HIDERS`
+    size: tuple[float, float]  # width and height of what hides [pixels]
+    way: Array  # (frames, 2): of its anchor [pixels]
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A clip before anything is painted.
-
-    Attributes
-    ----------
-    shot : Shot
-    size : tuple of float
-        Width and height of the target at scale 1 [pixels].
-    centre : ndarray of float64, shape (frames, 2)
-        Of the target [pixels].
-    scale, angle : ndarray of float64, shape (frames,)
-        Of the target; the angle clockwise [radians].
-    look : ndarray of float64, shape (frames,)
-        How far it has changed from its one look to its other, in [0, 1].
-    still : Camera
-        At the left end of its way.
-    travel, nod : ndarray of float64, shape (frames,)
-        Of the camera: along [metres], and down [pixels].
-    gain : ndarray of float64, shape (frames,)
-        Of the exposure.
-    passages : tuple of Passage
-        In order.
-    """
+    """A clip before anything is painted."""
 
     shot: Shot
-    size: tuple[float, float]
-    centre: Array
-    scale: Array
-    angle: Array
-    look: Array
-    still: Camera
-    travel: Array
-    nod: Array
-    gain: Array
-    passages: tuple[Passage, ...]
+    size: tuple[float, float]  # width and height of the target at scale 1 [pixels]
+    centre: Array  # (frames, 2): of the target [pixels]
+    scale: Array  # (frames,): of the target
+    angle: Array  # (frames,): of the target, clockwise [radians]
+    look: Array  # (frames,): how far it has changed from its one look to its other, in [0, 1]
+    still: Camera  # at the left end of its way
+    travel: Array  # (frames,): of the camera, along [metres]
+    nod: Array  # (frames,): of the camera, down [pixels]
+    gain: Array  # (frames,): of the exposure
+    passages: tuple[Passage, ...]  # in order
 
     @property
     def boxes(self) -> Array:
@@ -115,13 +128,9 @@ def plan(seed: int, clip: int) -> Plan:
     scale = np.exp(_swinging(random, n, (3.0, 9.0), np.log(1 + random.uniform(0.05, 0.16))))
     angle = _swinging(random, n, (1.5, 6.0), np.radians(random.uniform(1.0, 3.5)))
     look = 0.5 + _swinging(random, n, (4.0, 12.0), 0.5)
-    centre = np.stack(
-        [
-            SIZE[0] / 2 + _drifting(random, n, (3.0, 9.0), random.uniform(25, 75)),
-            random.uniform(108, 132) + _drifting(random, n, (2.0, 7.0), random.uniform(5, 16)),
-        ],
-        axis=1,
-    )
+    across = SIZE[0] / 2 + _drifting(random, n, (3.0, 9.0), random.uniform(25, 75))
+    level = random.uniform(108, 132) + _drifting(random, n, (2.0, 7.0), random.uniform(5, 16))
+    centre = np.stack([across, level], axis=1)
     centre += wandering(random, n, (0.3, 0.9), random.uniform(0.1, 0.5))[:, None] * [0.3, 1.0]
     gain = 1 + _swinging(random, n, (2.0, 8.0), random.uniform(0.03, 0.10))
 

@@ -14,13 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
-from datasets.synthetic.nguyen2002.film.carriers import paint_carrier
 from datasets.synthetic.nguyen2002.film.hiders import HIDERS
-from datasets.synthetic.nguyen2002.film.place import Place
 from datasets.synthetic.nguyen2002.film.plan import EXPOSURE, SIZE, plan
-from datasets.synthetic.nguyen2002.film.rigid import Rigid
-from datasets.synthetic.nguyen2002.film.settings import SETTINGS
-from datasets.synthetic.nguyen2002.film.sheet import UNIT
+from datasets.synthetic.nguyen2002.film.props import paint_carrier
+from datasets.synthetic.nguyen2002.film.setting import SETTINGS, Place
+from datasets.synthetic.nguyen2002.film.sheet import UNIT, Rigid
 from datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_looks
 from datasets.synthetic.nguyen2002.knobs import FilmKnobs
 from datasets.synthetic.render.camera import Camera, random_bytes
@@ -33,19 +31,11 @@ __all__ = ["FilmScene", "scene"]
 
 Array = NDArray[np.float64]
 
-GRAIN = 2.6
-"""Standard deviation of the film's grain, the same in all colours [grey levels]."""
-
+GRAIN = 2.6  # standard deviation of the film's grain, the same in all colours [grey levels]
 CAMERA = Camera(SIZE, noise=1.6, fall=(0.10, 0.12))
-
-COARSE = SIZE[0] // 2, SIZE[1] // 2
-"""Resolution of colour."""
-
-PRINTS = 0.65, 1.1
-"""Light of a clip, from dusk to noon."""
-
-WHOLE = 0.99
-"""Visible part from which on nothing is said to be hidden."""
+COARSE = SIZE[0] // 2, SIZE[1] // 2  # resolution of colour
+PRINTS = 0.65, 1.1  # light of a clip, from dusk to noon
+WHOLE = 0.99  # visible part from which on nothing is said to be hidden
 
 
 def scene(knobs: FilmKnobs, clip: int) -> "FilmScene":
@@ -54,15 +44,7 @@ def scene(knobs: FilmKnobs, clip: int) -> "FilmScene":
 
 
 class FilmScene(Scene):
-    """A clip.
-
-    Parameters
-    ----------
-    seed : int
-        Of the set of clips.
-    clip : int
-        Its number in the set, from 1.
-    """
+    """A clip of the set with a seed; clips count from 1."""
 
     size = SIZE
 
@@ -132,7 +114,7 @@ class FilmScene(Scene):
         plan = self.plan
         return Place(
             self._random("place"),
-            SETTINGS[plan.shot.setting].scenery,
+            SETTINGS[plan.shot.setting],
             plan.still,
             SIZE,
             float(plan.travel.max()),

@@ -1,41 +1,62 @@
-"""Pictures of single things: painted finely, with what they cover said apart."""
+"""Pictures of single things: painted finely, with what they cover said apart; and moved about."""
+
+from collections.abc import Iterator, Sequence
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from datasets.interface import Image
 from datasets.synthetic.render.painting import Painting
 from datasets.synthetic.render.texture import fractal
 
-__all__ = ["UNIT", "Sheet"]
+__all__ = ["DARK", "GLASS", "LIGHTS", "PAINTS", "UNIT", "WOODS", "Rigid", "Sheet", "lay_mixture"]
 
 Array = NDArray[np.float64]
 
+# Scale of what is painted as large as it is seen [pixels/metre]; not the world's metres.
 UNIT = 100.0
-"""Scale of what is painted as large as it is seen [pixels/metre]; not the world's metres."""
+FINE = 3  # painted pixels per pixel of the picture
 
-FINE = 3
-"""Painted pixels per pixel of the picture."""
+# Colours that things of the film have in common, BGR in [0, 255].
+PAINTS = (
+    (44, 48, 168), (140, 86, 36), (70, 120, 58), (52, 150, 206), (172, 182, 186), (120, 64, 96),
+    (92, 104, 116), (150, 136, 60), (66, 92, 148), (190, 160, 120), (58, 62, 70), (98, 150, 170),
+)  # fmt: skip
+LIGHTS = ((214, 222, 226), (196, 216, 226), (226, 216, 200), (170, 206, 220))
+WOODS = ((78, 124, 168), (92, 130, 158), (66, 98, 132), (110, 146, 172))
+GLASS, DARK = np.array([104.0, 92.0, 80.0]), np.array([42.0, 40.0, 40.0])
+
+
+def joined(x: Array, y: Array) -> list[tuple[float, float]]:
+    """Points from their coordinates, as a painting takes them."""
+    return list(zip(x.tolist(), y.tolist(), strict=True))
+
+
+def runs(
+    random: np.random.Generator,
+    width: float,
+    wide: tuple[float, float],
+    gap: float = 0.0,
+    rest: float = 0.01,
+) -> Iterator[tuple[float, float]]:
+    """Left ends and widths of things beside one another, until no more than a rest is left.
+
+    Each is drawn when it is asked for, between the least and the greatest that are `wide`.
+    """
+    left = 0.0
+    while left < width - rest:
+        own = min(random.uniform(*wide), width - left)
+        yield left, own
+        left += own + gap
 
 
 class Sheet:
-    """A thing in front of nothing.
+    """A thing in front of nothing, of a width and height [metres] at a scale [pixels/metre].
 
-    Parameters
-    ----------
-    width, height : float
-        [metres].
-    scale : float
-        [pixels/metre].
-    colour : array of float64, shape (3,)
-        BGR in [0, 255] of what isn't painted over.
-
-    Attributes
-    ----------
-    painting : Painting
-        To paint on, beyond the thing's outline too.
-    anchor : tuple of float
-        The point by which it is placed, its middle at first [metres].
+    It has a colour, BGR in [0, 255], where its `painting` isn't painted on, beyond its outline too.
+    The `anchor` is the point by which it is placed, its middle at first [metres].
     """
 
     def __init__(self, width: float, height: float, scale: float, colour: ArrayLike) -> None:
@@ -58,31 +79,37 @@ class Sheet:
     def cover_round(self, x: float, y: float, half_width: float, half_height: float) -> None:
         """Say that the thing covers an ellipse [metres]."""
         turn = np.linspace(0, 2 * np.pi, 97)[:-1]
-        along, across = x + half_width * np.cos(turn), y + half_height * np.sin(turn)
-        self.cover(*zip(along.tolist(), across.tolist(), strict=True))
+        self.cover(*joined(x + half_width * np.cos(turn), y + half_height * np.sin(turn)))
+
+    def wheel(
+        self, x: float, y: float, radius: float, tyre: ArrayLike, hub: float, cap: ArrayLike
+    ) -> None:
+        """Paint a wheel with a hub of a smaller radius [metres], which the thing covers."""
+        self.painting.disc(x, y, radius, tyre)
+        self.painting.disc(x, y, hub, cap)
+        self.cover_round(x, y, radius, radius)
 
     def places(self) -> tuple[Array, Array]:
         """Where the painted pixels are: across and down, in [0, 1]."""
         height, width = self._coverage.shape
         across, down = (np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height
-        return np.broadcast_to(across, (height, width)), np.broadcast_to(
-            down[:, None], (height, width)
-        )
+        places = np.broadcast_arrays(across, down[:, None])
+        return places[0], places[1]
 
     def light(self, gain: Array) -> None:
         """Change the light on it; `gain` has the shape of `places` or broadcasts to it."""
         picture = self.painting.picture
         picture[:] = np.clip(np.round(picture * gain[..., None]), 0, 255).astype(np.uint8)
 
+    def rounded(self, bright: float, fall: float, middle: float) -> None:
+        """Light it as a pillar, brightest where twice the share of its width is `middle`."""
+        across, _ = self.places()
+        self.light(bright - fall * np.square(2 * across - middle))
+
     def wear(
-        self,
-        random: np.random.Generator,
-        strength: float,
-        coarsest: int,
-        finest: int,
-        stretch: int = 1,
-        side: int = 256,
-    ) -> None:
+        self, random: np.random.Generator, strength: float, coarsest: int, finest: int,
+        stretch: int = 1, side: int = 256,
+    ) -> None:  # fmt: skip
         """Roughen it: grain of so many cells in `side` painted pixels, drawn out downwards."""
         grain = fractal(random, side, coarsest, finest, 0.75)
         rows, columns = (np.arange(size) for size in self._coverage.shape)
@@ -93,3 +120,108 @@ class Sheet:
         colour = cv2.resize(self.painting.picture, self._size, interpolation=cv2.INTER_AREA)
         coverage = cv2.resize(self._coverage, self._size, interpolation=cv2.INTER_AREA)
         return colour.astype(np.float64), coverage / 255
+
+
+class Rigid:
+    """A flat rigid thing around its middle, which is moved, turned, resized, and changes slowly.
+
+    It has one or two looks (h, w, 3), BGR in [0, 255], and a coverage (h, w) in [0, 1], with
+    `oversize` pixels of these per pixel of the thing at scale 1.
+    """
+
+    def __init__(self, looks: Sequence[Array], coverage: Array, oversize: float) -> None:
+        alpha = np.full((*coverage.shape, 1), 255.0)
+        self._looks = []
+        for look in (looks[0], looks[-1]):
+            image = np.concatenate([np.clip(look, 0, 255), alpha], axis=2) * coverage[..., None]
+            padded = np.pad(image, [(1, 1), (1, 1), (0, 0)])
+            self._looks.append(np.round(padded).astype(np.uint8))
+        self._silhouette = np.repeat(self._looks[0][..., 3:], 4, axis=2)
+        self._oversize = oversize
+
+    def draw(
+        self, canvas: Image, places: Array, scale: float, angle: float, look: float = 0.0
+    ) -> None:
+        """Lay it over a canvas, averaged over the places (k, 2) of its middle [pixels].
+
+        The angle is clockwise [radians]; `look` is in [0, 1], from the first to the second.
+        """
+        matrices = self._matrices(places, scale, angle)
+        lay_mixture(canvas, *self._looks, round(256 * look), matrices)
+
+    def coverage(
+        self, size: tuple[int, int], place: Array, scale: float, angle: float
+    ) -> NDArray[np.uint8]:
+        """Covered part of each pixel of a canvas (width, height), in [0, 255]."""
+        canvas = np.zeros((size[1], size[0], 3), np.uint8)
+        matrices = self._matrices(place[None], scale, angle)
+        lay_mixture(canvas, self._silhouette, self._silhouette, 0, matrices)
+        return canvas[..., 0]
+
+    def _matrices(self, places: Array, scale: float, angle: float) -> NDArray[np.int64]:
+        """From pixels of a canvas to the thing's, by place; see `lay_mixture`."""
+        step = self._oversize / scale
+        turn = step * np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        middle = np.array(self._silhouette.shape[1::-1]) / 2 - 0.5
+        shifts = middle - (places - 0.5) @ turn.T
+        matrices = np.concatenate([np.tile(turn, (len(places), 1, 1)), shifts[..., None]], axis=2)
+        return np.round(matrices * 65536).astype(np.int64)
+
+
+@njit(cache=True)
+def lay_mixture(
+    canvas: NDArray[np.uint8],
+    first: NDArray[np.uint8],
+    second: NDArray[np.uint8],
+    share: int,
+    matrices: NDArray[np.int64],
+) -> None:
+    """Lay a mixture of two pictures over a canvas, averaged over their places, bilinear.
+
+    Parameters
+    ----------
+    canvas : ndarray of uint8, shape (height, width, 3)
+        Changed in place.
+    first, second : ndarray of uint8, shape (h, w, 4)
+        Colour premultiplied by the last channel, coverage; the border of one pixel is
+        transparent, and the coverage is the same in both.
+    share : int
+        Of the second, in [0, 256].
+    matrices : ndarray of int64, shape (k, 2, 3)
+        From column and row of the canvas to those of the pictures, times 65536.
+    """
+    height, width = canvas.shape[:2]
+    h, w = first.shape[:2]
+    full = 255 * len(matrices)
+    corners_x, corners_y = np.empty(4 * len(matrices)), np.empty(4 * len(matrices))
+    for k in range(len(matrices)):
+        (a, b, u), (c, d, v) = matrices[k].astype(np.float64) / 65536
+        for corner in range(4):
+            x, y = (corner & 1) * (w - 1) - u, (corner >> 1) * (h - 1) - v
+            corners_x[4 * k + corner] = (d * x - b * y) / (a * d - b * c)
+            corners_y[4 * k + corner] = (a * y - c * x) / (a * d - b * c)
+    sums = np.empty(4, np.int64)
+    for y in range(max(int(corners_y.min()), 0), min(int(corners_y.max()) + 2, height)):
+        for x in range(max(int(corners_x.min()), 0), min(int(corners_x.max()) + 2, width)):
+            sums[:] = 0
+            for k in range(len(matrices)):
+                u = matrices[k, 0, 0] * x + matrices[k, 0, 1] * y + matrices[k, 0, 2]
+                v = matrices[k, 1, 0] * x + matrices[k, 1, 1] * y + matrices[k, 1, 2]
+                i, j = v >> 16, u >> 16
+                if i < 0 or j < 0 or i >= h - 1 or j >= w - 1:
+                    continue
+                right, down = (u >> 8) & 255, (v >> 8) & 255
+                for row, weight in ((i, 256 - down), (i + 1, down)):
+                    for column, part in ((j, (256 - right) * weight), (j + 1, right * weight)):
+                        if first[row, column, 3] == 0:
+                            continue
+                        for channel in range(4):
+                            value = (256 - share) * first[row, column, channel]
+                            value += share * second[row, column, channel]
+                            sums[channel] += part * value
+            cover = sums[3] >> 24
+            if sums[3] == 0:
+                continue
+            for channel in range(3):
+                value = canvas[y, x, channel] * (full - cover) + 255 * (sums[channel] >> 24)
+                canvas[y, x, channel] = (value + full // 2) // full

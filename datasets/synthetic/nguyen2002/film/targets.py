@@ -1,57 +1,321 @@
-"""Targets: rigid things by kind, with their marks and how they come to look otherwise."""
+"""Targets: rigid things by kind, with their marks and how they come to look otherwise.
 
+A mark is print, windows, bands, lamps, straps, and the like: painted with random numbers on a
+painting, within a width and height, in the colours of a look.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nguyen2002.film import marks
-from datasets.synthetic.nguyen2002.film.marks import Look, Mark
-from datasets.synthetic.nguyen2002.film.paints import DARK, LIGHTS, PAINTS, WOODS
-from datasets.synthetic.nguyen2002.film.sheet import UNIT, Sheet
-from datasets.synthetic.render.colours import any_of
+from datasets.synthetic.nguyen2002.film.sheet import (
+    DARK,
+    GLASS,
+    LIGHTS,
+    PAINTS,
+    UNIT,
+    WOODS,
+    Sheet,
+    joined,
+)
+from datasets.synthetic.render.colours import any_of, varied
+from datasets.synthetic.render.painting import Colour, Painting
 from datasets.synthetic.render.texture import fractal, lerp
 
-__all__ = ["KINDS", "Kind", "paint_target", "two_looks"]
+__all__ = ["KINDS", "paint_target", "two_looks"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class Look:
+    """Colours of a target."""
+
+    body: Colour
+    second: Colour
+    ink: Colour
+
+
+Mark = Callable[[np.random.Generator, Painting, float, float, Look], None]
+
+
+def _writing(
+    random: np.random.Generator, p: Painting, box: tuple[float, float, float, float], ink: Colour
+) -> None:
+    """Something like letters: upright strokes with bars."""
+    left, top, width, height = box
+    x, thick = left, 0.16 * height
+    while x + 0.35 * height <= left + width:
+        wide = random.uniform(0.35, 0.7) * height
+        wide = min(wide, left + width - x)
+        p.patch(x, top, thick, height, ink)
+        for level in random.choice([0.0, 0.42, 0.84], int(random.integers(1, 3)), replace=False):
+            p.patch(x, top + level * height, wide, thick, ink)
+        if random.random() < 0.5:
+            p.patch(x + wide - thick, top, thick, height * random.choice([0.5, 1.0]), ink)
+        x += wide + 0.22 * height
+
+
+def lettering(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """A name, and a smaller line below it."""
+    top, tall = random.uniform(0.38, 0.5) * h, random.uniform(0.13, 0.19) * h
+    _writing(random, p, (0.14 * w, top, 0.72 * w, tall), look.ink)
+    _writing(random, p, (0.2 * w, top + 1.35 * tall, 0.6 * w, 0.45 * tall), look.second)
+
+
+def number(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """Two or three large figures on a plate."""
+    left, top = random.uniform(0.24, 0.34) * w, random.uniform(0.62, 0.68) * h
+    p.patch(left - 0.05 * w, top - 0.03 * h, 0.46 * w, 0.21 * h, look.second)
+    _writing(random, p, (left, top, 0.36 * w, 0.15 * h), DARK if look.second.mean() > 110 else
+             np.array(LIGHTS[0], np.float64))  # fmt: skip
+
+
+def band(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """One or two stripes all around."""
+    top = random.uniform(0.3, 0.62) * h
+    p.patch(0, top, w, random.uniform(0.1, 0.2) * h, look.second)
+    if random.random() < 0.6:
+        p.patch(0, top + 0.24 * h, w, 0.04 * h, look.ink)
+
+
+def slanted(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """A slanted flash of the second colour."""
+    x, lean, wide = random.uniform(0.05, 0.4) * w, random.uniform(-0.4, 0.4) * w, 0.3 * w
+    p.area([(x, 0), (x + wide, 0), (x + wide + lean, h), (x + lean, h)], look.second)
+    p.area([(x + 1.2 * wide, 0), (x + 1.4 * wide, 0), (x + 1.4 * wide + lean, h),
+            (x + 1.2 * wide + lean, h)], look.ink)  # fmt: skip
+
+
+def window(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """Panes with the sky in them."""
+    top, tall = random.uniform(0.07, 0.11) * h, random.uniform(0.24, 0.32) * h
+    panes = int(random.integers(1, 3))
+    glass = varied(random, GLASS, 0.2)
+    p.plate(0.08 * w, top - 0.02 * h, 0.84 * w, tall + 0.04 * h, look.body * 0.55, 0.01)
+    for pane in range(panes):
+        wide = 0.8 * w / panes
+        x = 0.1 * w + pane * wide
+        p.patch(x + 0.01, top, wide - 0.02, tall, glass)
+        at = x + random.uniform(0.15, 0.5) * wide
+        p.area([(at, top), (at + 0.22 * wide, top), (at + 0.05 * wide, top + tall),
+                (at - 0.17 * wide, top + tall)], glass * 1.3 + 56)  # fmt: skip
+        p.patch(x + 0.01, top + 0.75 * tall, wide - 0.02, 0.25 * tall, glass * 0.6)
+
+
+def lamps(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """Lamps on both sides, a bumper, a number plate."""
+    paint = any_of(random, ((52, 52, 190), (90, 200, 226), (216, 226, 228)))
+    for x in (0.05 * w, 0.83 * w):
+        p.plate(x, 0.66 * h, 0.12 * w, 0.13 * h, paint, 0.008)
+        p.patch(x, 0.73 * h, 0.12 * w, 0.03 * h, (70, 150, 230))
+    p.plate(0.02 * w, 0.85 * h, 0.96 * w, 0.09 * h, varied(random, (88, 88, 90)), 0.01)
+    p.patch(0.32 * w, 0.74 * h, 0.36 * w, 0.09 * h, LIGHTS[0])
+    _writing(random, p, (0.35 * w, 0.755 * h, 0.3 * w, 0.055 * h), DARK)
+
+
+def door(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """Gap between two leaves, hinges, a handle."""
+    x = random.uniform(0.42, 0.58) * w
+    p.darken(x, 0.03 * h, 0.012, 0.9 * h, 0.5)
+    for y in (0.45, 0.8):
+        p.plate(x + 0.02, y * h, 0.07 * w, 0.03 * h, look.body * 0.6 + 30, 0.006)
+
+
+def visor(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """Dark visor with a glare, and its rim."""
+    top, low = random.uniform(0.32, 0.38) * h, random.uniform(0.58, 0.66) * h
+    glass = varied(random, (66, 54, 50), 0.3)
+    rim = [(0, top - 0.05 * h), (w, top - 0.05 * h), (w, low), (0.5 * w, low + 0.07 * h), (0, low)]
+    p.area(rim, look.ink)
+    p.area([(0.04 * w, top), (0.96 * w, top), (0.95 * w, low - 0.05 * h),
+            (0.5 * w, low + 0.02 * h), (0.05 * w, low - 0.05 * h)], glass)  # fmt: skip
+    x = random.uniform(0.15, 0.5) * w
+    p.area([(x, top), (x + 0.24 * w, top), (x + 0.12 * w, low - 0.04 * h),
+            (x - 0.04 * w, low - 0.04 * h)], glass + 110)  # fmt: skip
+
+
+def crest(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """Stripes over the crown."""
+    x = random.uniform(0.36, 0.5) * w
+    p.patch(x, 0, 0.18 * w, h, look.second)
+    p.patch(x + 0.24 * w, 0, 0.05 * w, h, look.ink)
+
+
+def planks(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """Boards with gaps, a frame and nails."""
+    count = int(random.integers(4, 7))
+    for k in range(count):
+        p.patch(0, k * h / count, w, h / count, look.body * random.uniform(0.78, 1.14))
+        p.darken(0, k * h / count, w, 0.014, 0.45)
+    beam = 0.13 * w
+    for x in (0.0, w - beam):
+        p.plate(x, 0, beam, h, look.body * random.uniform(0.85, 1.05), 0.012)
+        for k in range(count):
+            p.disc(x + beam / 2, (k + 0.5) * h / count, 0.012, DARK)
+    if random.random() < 0.5:
+        p.line([(beam, h), (w - beam, 0)], 0.1 * w, look.body * 0.86)
+
+
+def label(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """A paper label with fine print, and an arrow or a bar in colour."""
+    x, y = random.uniform(0.16, 0.4) * w, random.uniform(0.1, 0.2) * h
+    p.plate(x, y, 0.42 * w, 0.26 * h, any_of(random, LIGHTS), 0.008)
+    p.label(random, x + 0.02, y + 0.02, 0.42 * w - 0.04, 0.16 * h, LIGHTS[0], DARK)
+    p.patch(x + 0.02, y + 0.19 * h, 0.2 * w, 0.05 * h, look.second)
+
+
+def straps(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """Leather straps with buckles, and patched corners."""
+    leather = look.body * 0.5
+    for x in (0.22 * w, 0.68 * w):
+        p.plate(x, 0, 0.1 * w, h, leather, 0.01)
+        p.plate(x - 0.01, random.uniform(0.2, 0.3) * h, 0.1 * w + 0.02, 0.07 * h,
+                (120, 176, 190), 0.008)  # fmt: skip
+    for x in (0.0, 0.86 * w):
+        for y in (0.0, 0.88 * h):
+            p.plate(x, y, 0.14 * w, 0.12 * h, leather * 1.2, 0.006)
+    p.darken(0, 0.46 * h, w, 0.016, 0.45)
+
+
+def stickers(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """Labels of hotels."""
+    for place in ((0.36, 0.12), (0.4, 0.56), (0.05, 0.36)):
+        x, y = (np.array(place) + random.uniform(-0.03, 0.05, 2)) * (w, h)
+        paint = any_of(random, PAINTS)
+        if random.random() < 0.5:
+            p.disc(x + 0.13 * w, y + 0.12 * h, 0.13 * w, paint)
+            p.disc(x + 0.13 * w, y + 0.12 * h, 0.09 * w, any_of(random, LIGHTS))
+            p.patch(x + 0.06 * w, y + 0.1 * h, 0.14 * w, 0.04 * h, paint)
+        else:
+            p.patch(x, y, 0.28 * w, 0.22 * h, paint)
+            _writing(random, p, (x + 0.03 * w, y + 0.04 * h, 0.22 * w, 0.09 * h),
+                     np.array(LIGHTS[0], np.float64))  # fmt: skip
+
+
+def hoops(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """Rolled hoops, and rust that runs down."""
+    for y in (0.0, 0.3, 0.64, 0.95):
+        p.plate(0, y * h, w, 0.05 * h, look.body * 0.86, 0.01)
+    for _ in range(int(random.integers(3, 7))):
+        x, y = random.uniform(0, 0.95) * w, random.uniform(0, 0.7) * h
+        p.darken(x, y, random.uniform(0.02, 0.07) * w, random.uniform(0.1, 0.3) * h, 0.72)
+
+
+def ribs(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """Hoops of a paper lantern, darker towards its ends."""
+    count = int(random.integers(7, 11))
+    for k in range(count):
+        p.darken(0, k * h / count, w, 0.02, 0.78)
+    for y in (0.0, 0.87 * h):
+        p.patch(0, y, w, 0.13 * h, look.ink)
+        p.patch(0, y + 0.04 * h, w, 0.03 * h, look.second)
+
+
+def emblem(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """A disc with a device in it."""
+    x, y, size = 0.5 * w, random.uniform(0.4, 0.52) * h, random.uniform(0.2, 0.27) * w
+    p.disc(x, y, size, look.second)
+    inner = look.body * 0.7 if random.random() < 0.5 else look.ink
+    sides = int(random.integers(3, 6))
+    turn = 2 * np.pi * (np.arange(2 * sides) / (2 * sides) + random.uniform())
+    far = np.where(np.arange(2 * sides) % 2, 0.42, 0.95) * size
+    p.area(joined(x + far * np.cos(turn), y + far * np.sin(turn)), inner)
+
+
+def rim(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """Plate of a sign: a coloured ring around a light field."""
+    turn = np.linspace(0, 2 * np.pi, 61)
+    wide = random.uniform(0.36, 0.41)
+    x, y = 0.5 + wide * np.cos(turn), 0.5 + wide * np.sin(turn)
+    p.area(joined(x * w, y * h), any_of(random, LIGHTS))
+
+
+def device(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """What a sign says: an arrow, bars or a peak, with a line of writing below."""
+    side = float(random.choice([-1, 1]))
+    ink = look.body * 0.6 if look.body.mean() > 90 else DARK
+    shapes = (
+        [[(-0.26, -0.05), (0.02, -0.05), (0.02, -0.13), (0.26, 0.02), (0.02, 0.17), (0.02, 0.09),
+          (-0.26, 0.09)]],
+        [[(x, -0.16), (x + 0.12, -0.16), (x + 0.02, 0.15), (x - 0.1, 0.15)]
+         for x in (-0.22, -0.02, 0.18)],
+        [[(-0.28, 0.16), (-0.08, -0.16), (0.04, 0.16)], [(0.0, 0.16), (0.12, -0.04), (0.26, 0.16)]],
+    )  # fmt: skip
+    for k, shape in enumerate(shapes[int(random.integers(len(shapes)))]):
+        points = [((0.5 + side * x) * w, (0.4 + y) * h) for x, y in shape]
+        p.area(points, look.second * 0.8 if k == 1 else ink)
+    _writing(random, p, (0.28 * w, 0.62 * h, 0.44 * w, 0.13 * h), look.second * 0.7)
+
+
+def dial(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """Face of a clock: strokes and hands; it has stopped."""
+    rim(random, p, w, h, look)
+    for k in range(12):
+        turn, start = np.pi * k / 6, 0.27 if k % 3 == 0 else 0.31
+        ends = [((0.5 + r * np.cos(turn)) * w, (0.5 + r * np.sin(turn)) * h) for r in (start, 0.35)]
+        p.line(ends, 0.035 if k % 3 == 0 else 0.022, DARK)
+    for length, thick in ((0.2, 0.036), (0.3, 0.024)):
+        turn = random.uniform(0, 2 * np.pi)
+        p.line([(0.5 * w, 0.5 * h), ((0.5 + length * np.cos(turn)) * w,
+               (0.5 + length * np.sin(turn)) * h)], thick, look.body * 0.6)  # fmt: skip
+    _writing(random, p, (0.36 * w, 0.62 * h, 0.28 * w, 0.06 * h), look.body * 0.7)
+
+
+def poster(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """A printed picture: ground and sky, something round, something pointed."""
+    sky, ground, sun = (any_of(random, PAINTS) for _ in range(3))
+    p.patch(0.07 * w, 0.06 * h, 0.86 * w, 0.56 * h, sky)
+    level = random.uniform(0.38, 0.5) * h
+    p.patch(0.07 * w, level, 0.86 * w, 0.62 * h - level, ground)
+    x, y = random.uniform(0.25, 0.75) * w, random.uniform(0.18, 0.36) * h
+    p.disc(x, y, 0.11 * w, sun * 0.5 + 110)
+    for _ in range(3):
+        x, tall = random.uniform(0.12, 0.66) * w, random.uniform(0.1, 0.3) * h
+        p.area([(x, level), (x + 0.11 * w, level - tall), (x + 0.24 * w, level)], sky * 0.55)
+    _writing(random, p, (0.1 * w, 0.68 * h, 0.8 * w, 0.15 * h), look.ink)
+    _writing(random, p, (0.14 * w, 0.88 * h, 0.72 * w, 0.06 * h), look.second)
+
+
+def tyre(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """Rubber around a painted cover."""
+    turn = np.linspace(0, 2 * np.pi, 61)
+    for far, paint in ((0.47, DARK), (0.43, DARK * 1.5), (0.405, look.ink)):
+        x, y = (0.5 + far * np.cos(turn)) * w, (0.5 + far * np.sin(turn)) * h
+        p.line(joined(x, y), 0.07 * w, paint)
+
+
+def hull(random: np.random.Generator, p: Painting, w: float, h: float, look: Look) -> None:
+    """A bow: cabin above, planking, a stripe, the water line."""
+    p.patch(0.0, 0, w, 0.4 * h, varied(random, LIGHTS[0]))
+    for x in (0.18, 0.42, 0.66):
+        p.hole(x * w, 0.1 * h, 0.17 * w, 0.17 * h, varied(random, GLASS, 0.3))
+    p.plate(0, 0.38 * h, w, 0.06 * h, look.second, 0.012)
+    for y in (0.55, 0.66, 0.77):
+        p.darken(0, y * h, w, 0.01, 0.72)
+    p.patch(0, 0.86 * h, w, 0.14 * h, varied(random, (52, 56, 120)))
+    p.darken(0.5 * w, 0.44 * h, 0.5 * w, h, 0.8)
+    _writing(random, p, (0.1 * w, 0.48 * h, 0.34 * w, 0.1 * h), look.ink)
+    for x in (0.64, 0.82):
+        p.disc(x * w, 0.62 * h, 0.06 * w, DARK)
+        p.disc(x * w, 0.62 * h, 0.025 * w, look.body)
+
+
+@dataclass(frozen=True)
 class Kind:
-    """What targets of a kind have in common.
+    """What targets of a kind have in common."""
 
-    Attributes
-    ----------
-    round : bool
-        An ellipse: the corners of its box are background.
-    corner : float
-        Of the outline otherwise, cut off [share of the width].
-    marks : tuple of functions
-        What is painted on it, in order.
-    paints : tuple of colours
-    carrier : str
-        What holds it; see `carriers`.
-    """
-
-    round: bool
-    corner: float
-    marks: tuple[Mark, ...]
+    round: bool  # an ellipse: the corners of its box are background
+    corner: float  # of the outline otherwise, cut off [share of the width]
+    marks: tuple[Mark, ...]  # what is painted on it, in order
     paints: tuple[tuple[int, int, int], ...]
-    carrier: str
+    carrier: str  # what holds it: one of `props.CARRIERS`
 
 
 def paint_target(random: np.random.Generator, kind: Kind, width: float, height: float) -> Sheet:
-    """Paint a target.
-
-    Parameters
-    ----------
-    random : numpy.random.Generator
-        Draws its colours and marks.
-    kind : Kind
-    width, height : float
-        [pixels].
-    """
+    """Paint a target of a kind, a width and a height [pixels]."""
     w, h = width / UNIT, height / UNIT
     body = any_of(random, kind.paints)
     others = [paint for paint in PAINTS if np.abs(np.subtract(paint, body)).sum() > 110]
@@ -75,14 +339,7 @@ def paint_target(random: np.random.Generator, kind: Kind, width: float, height: 
 
 
 def two_looks(random: np.random.Generator, colour: Array) -> tuple[Array, Array]:
-    """The same surface in other light, with a gloss that has wandered, and some more dust.
-
-    Parameters
-    ----------
-    random : numpy.random.Generator
-        Draws how far it changes.
-    colour : ndarray of float64, shape (h, w, 3)
-    """
+    """A surface (h, w, 3), and in other light, its gloss wandered, with some more dust."""
     height, width = colour.shape[:2]
     across = np.linspace(-1, 1, width) * random.choice([-1.0, 1.0])
     slant = across + random.uniform(-0.5, 0.5) * np.linspace(-1, 1, height)[:, None]
@@ -97,33 +354,19 @@ def two_looks(random: np.random.Generator, colour: Array) -> tuple[Array, Array]
 
 
 KINDS = {
-    "van": Kind(
-        False,
-        0.05,
-        (marks.band, marks.door, marks.window, marks.lettering, marks.lamps),
-        PAINTS,
-        "wheels",
-    ),
-    "helmet": Kind(True, 0.0, (marks.crest, marks.visor, marks.number), PAINTS, "rider"),
-    "sign": Kind(True, 0.0, (marks.rim, marks.device), PAINTS[:6], "post"),
-    "board": Kind(False, 0.01, (marks.poster,), PAINTS, "post"),
-    "boat": Kind(False, 0.12, (marks.hull,), PAINTS, "water"),
-    "buoy": Kind(
-        True, 0.0, (marks.slanted, marks.band, marks.emblem, marks.number), PAINTS[:4], "water"
-    ),
-    "fender": Kind(
-        True, 0.0, (marks.slanted, marks.band, marks.emblem, marks.lettering), PAINTS, "ropes"
-    ),
-    "crate": Kind(False, 0.01, (marks.planks, marks.label, marks.number), WOODS, "ropes"),
-    "barrel": Kind(True, 0.0, (marks.planks, marks.emblem, marks.lettering), WOODS, "cart"),
-    "spare wheel": Kind(
-        True, 0.0, (marks.slanted, marks.emblem, marks.lettering, marks.tyre), PAINTS, "wheels"
-    ),
-    "drum": Kind(
-        False, 0.06, (marks.band, marks.hoops, marks.label, marks.lettering), PAINTS, "cart"
-    ),
-    "case": Kind(False, 0.07, (marks.straps, marks.stickers), WOODS + PAINTS[6:9], "cart"),
-    "clock": Kind(True, 0.0, (marks.dial,), PAINTS, "post"),
-    "lantern": Kind(True, 0.0, (marks.slanted, marks.ribs, marks.emblem), PAINTS[:6], "ropes"),
+    "van": Kind(False, 0.05, (band, door, window, lettering, lamps), PAINTS, "wheels"),
+    "helmet": Kind(True, 0.0, (crest, visor, number), PAINTS, "rider"),
+    "sign": Kind(True, 0.0, (rim, device), PAINTS[:6], "post"),
+    "board": Kind(False, 0.01, (poster,), PAINTS, "post"),
+    "boat": Kind(False, 0.12, (hull,), PAINTS, "water"),
+    "buoy": Kind(True, 0.0, (slanted, band, emblem, number), PAINTS[:4], "water"),
+    "fender": Kind(True, 0.0, (slanted, band, emblem, lettering), PAINTS, "ropes"),
+    "crate": Kind(False, 0.01, (planks, label, number), WOODS, "ropes"),
+    "barrel": Kind(True, 0.0, (planks, emblem, lettering), WOODS, "cart"),
+    "spare wheel": Kind(True, 0.0, (slanted, emblem, lettering, tyre), PAINTS, "wheels"),
+    "drum": Kind(False, 0.06, (band, hoops, label, lettering), PAINTS, "cart"),
+    "case": Kind(False, 0.07, (straps, stickers), WOODS + PAINTS[6:9], "cart"),
+    "clock": Kind(True, 0.0, (dial,), PAINTS, "post"),
+    "lantern": Kind(True, 0.0, (slanted, ribs, emblem), PAINTS[:6], "ropes"),
 }
 """By name."""

@@ -7,9 +7,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.nguyen2002.lights.card import Pose, Shade
 from datasets.synthetic.nguyen2002.lights.plan import SIZE
-from datasets.synthetic.nguyen2002.lights.setting import HELD, PASSING, ROOM_FINE, Setting
+from datasets.synthetic.nguyen2002.lights.setting import (
+    HELD,
+    PASSING,
+    ROOM_FINE,
+    Pose,
+    Setting,
+    Shade,
+)
 from datasets.synthetic.render.lamp import (
     AMBIENT,
     Lamp,
@@ -25,8 +31,8 @@ __all__ = ["Lighting"]
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
+# About how far towards the camera what stands still is, on which soft shadows fall [pixels].
 AFAR = -90.0
-"""About how far towards the camera what stands still is, on which soft shadows fall [pixels]."""
 
 
 class Lighting:
@@ -39,18 +45,10 @@ class Lighting:
     def picture(
         self, on: Sequence[int], held: Pose, turn: Array, passing: Sequence[tuple[int, Pose, int]]
     ) -> Floats:
-        """What is seen, shape (height, width, 3).
+        """What is seen in the light of the lamps with indices `on`, shape (height, width, 3).
 
-        Parameters
-        ----------
-        on : sequence of int
-            Indices of the lamps that are on.
-        held : Pose
-            Of what is held.
-        turn : ndarray of float64, shape (2,)
-            How far it faces to the right and down [radians].
-        passing : sequence of (int, Pose, int)
-            What passes: its index, where it is, and over how many pixels it is blurred.
+        What is held faces to the right and down by `turn` (2,) [radians]; of what passes are given
+        its index, where it is, and over how many pixels it is blurred.
         """
         picture = np.zeros((*SIZE[::-1], 3), np.float32)
         for k in on:
@@ -64,22 +62,17 @@ class Lighting:
         for seen, k in zip(left, on, strict=True):
             for number, pose, _ in passing:
                 seen *= 1 - self._near_shades[k][number].at(pose, self._near_ways[k])
-        self.lay_lit(picture, on, self._setting.carried.at(held), HELD, turn, left)
+        self._lay(picture, on, self._setting.carried.at(held), HELD, turn, left)
         for number, pose, blur in passing:
             sheets = self._setting.passers[number].at(pose)
             blurred = [np.asarray(cv2.blur(sheet, (blur, 1)), np.float32) for sheet in sheets]
-            self.lay_lit(picture, on, blurred, PASSING, np.zeros(2), np.ones_like(left))
+            self._lay(picture, on, blurred, PASSING, np.zeros(2), np.ones_like(left))
         return picture
 
-    def lay_lit(
-        self,
-        picture: Floats,
-        on: Sequence[int],
-        sheets: Sequence[Floats],
-        depth: float,
-        turn: Array,
-        left: Floats,
-    ) -> None:
+    def _lay(
+        self, picture: Floats, on: Sequence[int], sheets: Sequence[Floats], depth: float,
+        turn: Array, left: Floats,
+    ) -> None:  # fmt: skip
         """Lay a card at a depth over a picture, in what is `left` of the lamps' light."""
         places = np.stack([self._lamps[k].place for k in on])
         powers = np.stack([self._lamps[k].colour for k in on])
@@ -96,12 +89,8 @@ class Lighting:
             seen = unshaded(room.depth, lamp.place, ROOM_FINE)
             back = (room.colour * light[..., None] + (room.gloss * shine)[..., None]) * seen
             direct = cv2.resize(back, SIZE, interpolation=cv2.INTER_AREA)
-            pairs.append(
-                (
-                    (AMBIENT * lamp.colour * colour).astype(np.float32),
-                    (lamp.colour * direct).astype(np.float32),
-                )
-            )
+            ambient = (AMBIENT * lamp.colour * colour).astype(np.float32)
+            pairs.append((ambient, (lamp.colour * direct).astype(np.float32)))
         return pairs
 
     @cached_property

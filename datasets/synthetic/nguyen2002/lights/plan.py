@@ -13,59 +13,31 @@ Array = NDArray[np.float64]
 
 FRAMES = 300
 SIZE = 320, 240
-
 KINDS = "board", "door", "cloth", "back"
 
+# About when something is right before the object: with both lamps, with one, with both again.
 CROSSINGS = (60, 166, 252)
-"""About when something is right before the object: with both lamps, with one, with both again.
-
-The lamp's changes are far from all of them.
-"""
-
-OFF, ON = 110, 215
-"""About when a lamp goes off, and on again."""
+OFF, ON = 110, 215  # about when a lamp goes off, and on again: far from all of these
 
 
 @dataclass(frozen=True)
 class Passing:
-    """Something that passes before the object.
+    """Something that passes before the object."""
 
-    Attributes
-    ----------
-    kind : {"board", "door", "cloth", "back"}
-        A wooden board, a panelled door, a patterned cloth, somebody's back.
-    middle : float
-        When its middle is before the object's [frames].
-    pace : float
-        To the right [pixels/frame].
-    """
-
-    kind: str
-    middle: float
-    pace: float
+    kind: str  # of `KINDS`: a wooden board, a panelled door, a patterned cloth, somebody's back
+    middle: float  # when its middle is before the object's [frames]
+    pace: float  # to the right [pixels/frame]
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The course of events.
+    """The course of events."""
 
-    Attributes
-    ----------
-    loop : Loop
-        Way of the object's middle [pixels].
-    waves : ndarray of float64, shape (4, 3)
-        Of its scale, tilt, turn and nod: size, period [frames], phase.
-    passings : tuple of Passing
-        In order of time.
-    off, on : int
-        First frame without the lamp, and first with it again.
-    """
-
-    loop: Loop
-    waves: Array
-    passings: tuple[Passing, ...]
-    off: int
-    on: int
+    loop: Loop  # way of the object's middle [pixels]
+    waves: Array  # (4, 3): of its scale, tilt, turn and nod: size, period [frames], phase
+    passings: tuple[Passing, ...]  # in order of time
+    off: int  # first frame without the lamp
+    on: int  # first frame with it again
 
     def place(self, times: ArrayLike) -> Array:
         """Where the object's middle is [pixels], shape `times.shape + (2,)`."""
@@ -106,15 +78,10 @@ def drawn_plan(random: np.random.Generator) -> Plan:
         for size in sizes
     ]
     kinds = random.permutation(KINDS)[: len(CROSSINGS)].tolist()
-    passings = [
-        Passing(
-            kind,
-            middle + random.uniform(-5, 5),
-            float(random.choice([-1, 1]))
-            * random.uniform(6.5, 8.0)
-            * (1.3 if kind == "back" else 1),
-        )
-        for kind, middle in zip(kinds, CROSSINGS, strict=True)
-    ]
+    passings = []
+    for kind, about in zip(kinds, CROSSINGS, strict=True):
+        middle, side = about + random.uniform(-5, 5), float(random.choice([-1, 1]))
+        pace = side * random.uniform(6.5, 8.0) * (1.3 if kind == "back" else 1)
+        passings.append(Passing(kind, middle, pace))
     off, on = (at + int(random.integers(-4, 5)) for at in (OFF, ON))
     return Plan(loop, np.array(waves), tuple(passings), off, on)

@@ -12,29 +12,20 @@ import numpy as np
 
 from datasets.interface import Image, Mask
 from datasets.synthetic.nguyen2002.knobs import LightsKnobs
-from datasets.synthetic.nguyen2002.lights.card import Pose
 from datasets.synthetic.nguyen2002.lights.lighting import Lighting
 from datasets.synthetic.nguyen2002.lights.plan import FRAMES, SIZE, Plan
-from datasets.synthetic.nguyen2002.lights.setting import Setting
-from datasets.synthetic.render.camera import Camera
+from datasets.synthetic.nguyen2002.lights.setting import Pose, Setting
+from datasets.synthetic.render.camera import LENS, Camera
 from datasets.synthetic.render.finish import GAMMA
 from datasets.synthetic.render.lamp import drawn_lamps
 from datasets.synthetic.scene import Scene, Truth, part_generator
 
 __all__ = ["LightsScene", "scene"]
 
-EXPOSURE = 0.5
-"""Part of the time between two frames for which the shutter is open."""
-
-SENSITIVITY = 0.92
-"""Of the camera, which stays as it is: what light of 1 on white comes to."""
-
-LENS = 0.5
-"""Standard deviation of the lens's blur [pixels]."""
-
+EXPOSURE = 0.5  # part of the time between two frames for which the shutter is open
+SENSITIVITY = 0.92  # of the camera, which stays as it is: what light of 1 on white comes to
+# How far out of the picture something is that casts no shadow into it any more [pixels].
 REACH = 400.0
-"""How far out of the picture something is that casts no shadow into it any more [pixels]."""
-
 CAMERA = Camera(SIZE, noise=2.0, fall=(0.04, 0.06))
 
 
@@ -44,15 +35,7 @@ def scene(knobs: LightsKnobs) -> "LightsScene":
 
 
 class LightsScene(Scene):
-    """A printed thing in a hand.
-
-    Parameters
-    ----------
-    seed : int
-        Of all that is drawn at random.
-    coloured : bool
-        Whether the lamps' colours clearly differ.
-    """
+    """A printed thing in a hand, in the light of lamps whose colours differ if `coloured`."""
 
     length, size = FRAMES, SIZE
 

@@ -1,46 +1,111 @@
 """All that is seen in a scene, looked at once: the room, what is held, what passes."""
 
+from collections.abc import Sequence
 from functools import cached_property
 
+import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.nguyen2002.lights.card import Card
-from datasets.synthetic.nguyen2002.lights.held import drawn_printed, held
-from datasets.synthetic.nguyen2002.lights.passers import HALF_HEIGHT, HALF_WIDTH, passer
 from datasets.synthetic.nguyen2002.lights.plan import SIZE, drawn_plan
-from datasets.synthetic.render.desk import WALL, room
-from datasets.synthetic.render.finish import PITCH, Surface, Thing, looked_at
+from datasets.synthetic.nguyen2002.lights.things import (
+    HALF_HEIGHT,
+    HALF_WIDTH,
+    drawn_printed,
+    held,
+    passer,
+)
+from datasets.synthetic.render.desk import seen_room
+from datasets.synthetic.render.finish import Surface, Thing, looked_at
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["HELD", "PASSING", "ROOM_FINE", "Setting"]
+__all__ = ["HELD", "PASSING", "ROOM_FINE", "Card", "Pose", "Setting", "Shade"]
 
 Array = NDArray[np.float64]
+Floats = NDArray[np.float32]
 
-HELD, PASSING = 15.0, 43.0
-"""How far towards the camera what is held is, and what passes [pixels]."""
-
-HORIZON = 180
-"""Row in which the wall meets the desk [pixels]."""
-
+HELD, PASSING = 15.0, 43.0  # how far towards the camera what is held is, and what passes [pixels]
+HORIZON = 180  # row in which the wall meets the desk [pixels]
+# Samples a pixel of what moves and of what stands still, in either direction.
 CARD_FINE, ROOM_FINE = 3, 2
-"""Samples a pixel of what moves and of what stands still, in either direction."""
-
+CARD_LAID = 2  # samples a pixel in which a card is laid into the picture, in either direction
+# What holds the object: left top from its origin, and size [pixels].
 CORNER, EXTENT = (-45, -56), (90, 112)
-"""What holds the object: left top from its origin, and size [pixels]."""
-
+# What holds the object, hand and arm: as `CORNER` and `EXTENT` [pixels].
 HELD_CORNER, HELD_SIZE = (-125, -56), (250, 272)
-"""What holds the object, hand and arm: as `CORNER` and `EXTENT` [pixels]."""
+
+
+class Pose:
+    """Where a card is: place (2,) of its anchor [pixels], scale, tilt to the right [radians]."""
+
+    def __init__(self, place: ArrayLike, scale: float = 1.0, tilt: float = 0.0) -> None:
+        self._place = np.asarray(place, np.float64)
+        self._scale = scale
+        self._turn = np.array([[np.cos(tilt), -np.sin(tilt)], [np.sin(tilt), np.cos(tilt)]])
+
+    def onto_picture(self, points: Array) -> Array:
+        """From the card, counted from its anchor, to the picture [pixels]; shape (n, 2)."""
+        return np.asarray(self._place + self._scale * points @ self._turn.T)
+
+    def onto_card(self, anchor: Array, fine: int) -> Array:
+        """From a place in the picture to that among the card's samples, shape (2, 3)."""
+        back = fine / self._scale * self._turn.T
+        return np.column_stack([back, fine * anchor - back @ self._place - 0.5])
+
+
+class Card:
+    """A flat picture of something that moves, parallel to the camera's, around a point of it.
+
+    Its sheets (fine * h, fine * w, 4) lie on one another, premultiplied by the coverage, which is
+    the last channel of the first, with `fine` samples a pixel in either direction. The anchor (2,)
+    is the point by which it is placed, from its left top corner [pixels].
+    """
+
+    def __init__(self, sheets: Sequence[Floats], anchor: ArrayLike, fine: int) -> None:
+        self._sheets = sheets
+        self._anchor = np.asarray(anchor, np.float64)
+        self._fine = fine
+
+    def at(self, pose: Pose) -> list[Floats]:
+        """Its sheets as they lie in the picture, each of shape (height, width, 4)."""
+        matrix = pose.onto_card(self._anchor, self._fine)
+        matrix[:, 2] += matrix[:, :2] @ np.full(2, 0.5 / CARD_LAID)
+        matrix[:, :2] /= CARD_LAID
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        size = CARD_LAID * SIZE[0], CARD_LAID * SIZE[1]
+        laid = [cv2.warpAffine(sheet, matrix, size, flags=flags) for sheet in self._sheets]
+        return [
+            np.asarray(cv2.resize(sheet, SIZE, interpolation=cv2.INTER_AREA), np.float32)
+            for sheet in laid
+        ]
+
+    def shade(self, softness: float = 0.0) -> "Shade":
+        """What it covers, its edges softened by a standard deviation [pixels]."""
+        coverage = self._sheets[0][..., 3]
+        if not softness:
+            return Shade(coverage, self._anchor, self._fine)
+        margin = round(3 * softness) * self._fine
+        soft = cv2.GaussianBlur(np.pad(coverage, margin), (0, 0), softness * self._fine)
+        return Shade(np.asarray(soft), self._anchor + margin / self._fine, self._fine)
+
+
+class Shade:
+    """What a card covers, to be asked for at any points; arguments as of `Card`."""
+
+    def __init__(self, coverage: Floats, anchor: Array, fine: int) -> None:
+        self._coverage = coverage
+        self._anchor = anchor
+        self._fine = fine
+
+    def at(self, pose: Pose, points: Floats) -> Floats:
+        """Coverage in [0, 1] at points (h, w, 2) of the picture, columns and rows [pixels]."""
+        places = cv2.transform(points, pose.onto_card(self._anchor, self._fine))
+        columns, rows = (np.ascontiguousarray(places[..., k]) for k in (0, 1))
+        return np.asarray(cv2.remap(self._coverage, columns, rows, cv2.INTER_LINEAR), np.float32)
 
 
 class Setting:
-    """A room and what moves in it, whatever light is on it.
-
-    Parameters
-    ----------
-    seed : int
-        Of all that is drawn at random.
-    """
+    """A room and what moves in it, whatever light is on it; all is drawn at random by a seed."""
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
@@ -67,14 +132,9 @@ class Setting:
 
     @property
     def points(self) -> tuple[Array, int]:
-        """Where the object is seen in the hand, from its middle, and all its samples.
+        """Where the object is seen in the hand, from its middle, (n, 2) [pixels].
 
-        Returns
-        -------
-        points : ndarray of float64, shape (n, 2)
-            [pixels]
-        count : int
-            Samples of the whole object.
+        And how many there would be of the whole object.
         """
         every = slice(CARD_FINE // 2, None, CARD_FINE)  # one a pixel
         whole, seen = (outline[every, every] for outline in self._outlines)
@@ -96,8 +156,7 @@ class Setting:
     @cached_property
     def room(self) -> Surface:
         """What stands still, `ROOM_FINE` samples a pixel."""
-        corner = -SIZE[0] / 2, WALL * float(np.sin(PITCH)) - HORIZON
-        return looked_at(room(self._random("room")), corner, SIZE, ROOM_FINE)
+        return seen_room(self._random("room"), SIZE, HORIZON, ROOM_FINE)
 
     @cached_property
     def _things(self) -> list[Thing]:

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-__all__ = ["BGR", "Cut", "Look", "drawn_look"]
+__all__ = ["BGR", "Cut", "Look", "drawn_look", "drawn_skin"]
 
 BGR: TypeAlias = tuple[int, int, int]
 Cut: TypeAlias = Literal["short", "full", "wreath"]
@@ -72,6 +73,11 @@ class Look:
     bib: bool
     bulk: float
     stature: float
+
+
+def drawn_skin(random: np.random.Generator) -> NDArray[np.float64]:
+    """Colour of somebody's skin, BGR in [0, 255]."""
+    return np.asarray(COMPLEXIONS[random.integers(len(COMPLEXIONS))][0], np.float64)
 
 
 def drawn_look(random: np.random.Generator) -> Look:

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from shapely import area, box, intersection, polygons, union_all
 
 from datasets.synthetic.moreno2005.book.book import self_shadow
-from datasets.synthetic.moreno2005.book.light import AROUND, STRAIGHT
 from datasets.synthetic.moreno2005.book.scene import scene
-from datasets.synthetic.moreno2005.book.setting import Setting
+from datasets.synthetic.moreno2005.book.setting import AROUND, STRAIGHT, Setting
 from datasets.synthetic.moreno2005.book.sheet import Bending, bent, unshaded
 from datasets.synthetic.moreno2005.knobs import BookKnobs
 from datasets.synthetic.render.triangles import grid
@@ -48,7 +47,7 @@ def test_the_mask_is_what_the_outline_of_the_triangles_covers_and_the_hand_leave
     outline = union_all(polygons(points[one.setting._mesh.triangles]))
     columns, rows = np.meshgrid(np.arange(320), np.arange(240))
     covered = area(intersection(outline, box(columns, rows, columns + 1, rows + 1)))
-    hand = one.setting.hand.at(one.setting.plan.poses[frame])[..., 3]
+    hand = one.setting.hand(frame)[..., 3]
     left = covered * (1 - hand)
     clear = np.abs(left - 0.5) > 0.13  # half a column of 4 x 4 samples
     assert 0.99 < clear.mean() < 1
@@ -58,7 +57,7 @@ def test_the_mask_is_what_the_outline_of_the_triangles_covers_and_the_hand_leave
 def test_what_changes_with_the_books_print_is_the_mask():
     one, frame = scene(BookKnobs(scene=1)), 47
     one.setting = Setting(1)
-    for part in ("room", "hand"):  # they stay, and take long
+    for part in ("room", "_hand"):  # they stay, and take long
         one.setting.__dict__[part] = getattr(opened(1).setting, part)
     before = one.render(frame).astype(float)
     mesh = one.setting._mesh

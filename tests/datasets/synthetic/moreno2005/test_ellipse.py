@@ -13,7 +13,7 @@ from shapely.geometry import Point, Polygon
 import datasets
 from datasets.synthetic.moreno2005.ellipse.plan import HALF_AXES, drawn_plan
 from datasets.synthetic.moreno2005.ellipse.scene import scene
-from datasets.synthetic.moreno2005.ellipse.shapes import Shape
+from datasets.synthetic.moreno2005.ellipse.setting import Shape
 from datasets.synthetic.moreno2005.knobs import EllipseKnobs
 
 NAME = "moreno2005/ellipse"

@@ -11,10 +11,9 @@ from shapely import area, box, intersection, polygons, union_all
 
 from datasets.synthetic.moreno2005.knobs import LeafKnobs
 from datasets.synthetic.moreno2005.leaf.blade import Shape, drawn_blade, placed
-from datasets.synthetic.moreno2005.leaf.light import fallen
+from datasets.synthetic.moreno2005.leaf.plan import drawn_shapes
 from datasets.synthetic.moreno2005.leaf.scene import scene
-from datasets.synthetic.moreno2005.leaf.setting import Setting
-from datasets.synthetic.moreno2005.leaf.wind import drawn_shapes
+from datasets.synthetic.moreno2005.leaf.setting import Setting, fallen
 
 NAME = "moreno2005/leaf"
 FRAMES = 100

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from datasets.synthetic.nguyen2002.lights.card import Card, Pose
+from datasets.synthetic.nguyen2002.lights.setting import Card, Pose
 
 POSES = [Pose((100.0, 80.0)), Pose((121.4, 77.3), 1.1, 0.02), Pose((60.0, 140.25), 0.9, -0.3)]
 

@@ -11,11 +11,10 @@ from hypothesis import strategies as st
 
 import datasets
 from datasets.synthetic.nguyen2002.film.hiders import HIDERS
-from datasets.synthetic.nguyen2002.film.plan import SIZE, WIDTHS, plan
-from datasets.synthetic.nguyen2002.film.rigid import Rigid
+from datasets.synthetic.nguyen2002.film.plan import CLIPS, SIZE, WIDTHS, plan, script
 from datasets.synthetic.nguyen2002.film.scene import scene
-from datasets.synthetic.nguyen2002.film.script import CLIPS, script
-from datasets.synthetic.nguyen2002.film.settings import SETTINGS
+from datasets.synthetic.nguyen2002.film.setting import SETTINGS
+from datasets.synthetic.nguyen2002.film.sheet import Rigid
 from datasets.synthetic.nguyen2002.film.targets import KINDS
 from datasets.synthetic.nguyen2002.knobs import FilmKnobs
 

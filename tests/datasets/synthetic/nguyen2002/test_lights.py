@@ -11,11 +11,10 @@ import pytest
 
 import datasets
 from datasets.synthetic.nguyen2002.knobs import LightsKnobs
-from datasets.synthetic.nguyen2002.lights.card import Pose
-from datasets.synthetic.nguyen2002.lights.passers import HALF_HEIGHT, passer
 from datasets.synthetic.nguyen2002.lights.plan import KINDS
 from datasets.synthetic.nguyen2002.lights.scene import _passing, _pose, scene
-from datasets.synthetic.nguyen2002.lights.setting import Setting
+from datasets.synthetic.nguyen2002.lights.setting import Pose, Setting
+from datasets.synthetic.nguyen2002.lights.things import HALF_HEIGHT, passer
 from datasets.synthetic.render.finish import Thing, looked_at
 from datasets.synthetic.render.solids import NOTHING
 

@@ -1,39 +1,108 @@
-"""What passes before the object: a board, a door, a cloth, somebody's back.
+"""What moves: a printed thing in a hand that comes from below, and what passes before it.
 
-Its middle is the origin; it reaches over the picture's whole height.
+The middle of each is the origin; what passes reaches over the picture's whole height.
 """
 
-from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.colours import ACCENTS, CLOTHES, COUNTERS, NEUTRALS, nearly
-from datasets.synthetic.render.finish import Finish, Pattern, Thing, grain
-from datasets.synthetic.render.solids import box, limb
+from datasets.synthetic.render.colours import ACCENTS, CLOTHES, COUNTERS, NEUTRALS, one_of
+from datasets.synthetic.render.figure.look import drawn_skin
+from datasets.synthetic.render.finish import Finish, Pattern, Thing, grain, picture_on, staggered
+from datasets.synthetic.render.prints import KINDS, printed
+from datasets.synthetic.render.solids import box, chain, limb, mirrored
 from datasets.synthetic.render.texture import fractal
 
-__all__ = ["HALF_HEIGHT", "HALF_WIDTH", "passer"]
+__all__ = ["HALF_HEIGHT", "HALF_WIDTH", "drawn_printed", "held", "passer"]
 
 Array = NDArray[np.float64]
 
-HALF_WIDTH, HALF_HEIGHT = 108, 130
-"""What holds any of them [pixels]."""
+HALF_WIDTH, HALF_HEIGHT = 108, 130  # what holds any thing that passes [pixels]
+LENGTH = 175.0  # half of its height, so that its ends are out of view [pixels]
+PRINT_FINE = 6  # dots of the print in a pixel, in either direction
+DEPTHS = {"book": 5.0, "tea": 11.0, "toy": 13.0}  # half the thickness of things of a kind [pixels]
 
-LENGTH = 175.0
-"""Half of it, upright, so that its ends are out of view [pixels]."""
+
+@dataclass(frozen=True)
+class Printed:
+    """A box with a print."""
+
+    kind: str  # of `prints.KINDS`
+    half: Array  # (3,): half its width, height and depth [pixels]
+    lean: float  # how far it leans backwards [radians]; it faces the camera, or nearly
+
+
+def drawn_printed(random: np.random.Generator) -> Printed:
+    """A thing to hold, drawn at random."""
+    kind = KINDS[int(random.integers(len(KINDS)))]
+    wide = random.uniform(28, 31)
+    half = np.array([wide, wide * random.uniform(1.28, 1.36), DEPTHS[kind]])
+    return Printed(kind, half, random.uniform(0.06, 0.2))
+
+
+def held(thing: Printed, random: np.random.Generator) -> list[Thing]:
+    """The thing, the hand that holds it, its sleeve."""
+    width, height = (round(2 * PRINT_FINE * side) for side in thing.half[:2])
+    print_ = printed(random, thing.kind, width, height)
+    solid = box(np.zeros(3), thing.half, 0.8, lean=-thing.lean)
+    face = picture_on(print_, (0.0, 0.0), thing.half[:2], thing.lean)
+    skin, cloth = drawn_skin(random), one_of(random, CLOTHES, 0.06)
+    side, slope = float(random.choice([-1, 1])), random.uniform(-0.1, 0.4)
+    return [
+        Thing(Finish(np.full(3, 255.0), 0.05, face), [solid]),
+        Thing(Finish(skin, 0.03, grain(random, 0.035)), _hand(thing, side, slope)),
+        Thing(Finish(cloth, 0.0, _knitted(random)), _sleeve(thing, side, slope)),
+    ]
+
+
+def _hand(thing: Printed, side: float, slope: float) -> list[Array]:
+    """Thumb before the thing, fingers behind it, the palm below."""
+    _, high, deep = thing.half
+    low = -high
+    wrist = np.array([8.0 + 26 * slope, low - 40, 4.0])
+    solids = []
+    for k in range(4):
+        x = -13.0 + 8.4 * k
+        knuckle = np.array([x + 1, low - 11 + 1.5 * abs(k - 1.3), -0.5 * deep - 3])
+        behind = np.array([x, low + 16, -deep - 6])
+        root = wrist + np.array([-8 + 5.5 * k, 7.0, -2.0])
+        solids += chain([root, knuckle, behind], (8.5, 5.4, 3.6), 5.0)
+    ball = np.array([-9.0 + 8 * slope, low - 19, deep + 2])
+    joint = np.array([-12.0, low - 3, deep + 5.5])
+    tip = np.array([-7.0, low + 12.5, deep + 4.2])
+    solids += chain([wrist, ball, joint, tip], (9.0, 7.4, 4.6, 3.4), 4.0)
+    arm = wrist + np.array([22 * slope, -24.0, 0.0])
+    solids += chain([wrist, arm], (10.5, 12.5), 5.0)
+    return mirrored(solids, side)
+
+
+def _sleeve(thing: Printed, side: float, slope: float) -> list[Array]:
+    start = np.array([8.0 + 40 * slope, -thing.half[1] - 56, 4.0])
+    way = np.array([0.9 * slope, -1.0, 0.0])
+    cuff = chain([start, start + 7 * way], (15.5, 16.0), 0.0)
+    arm = chain([start + 4 * way, start + 60 * way, start + 200 * way], (14.5, 17.5, 25), 2.0)
+    return mirrored([*cuff, *arm], side)
+
+
+def _knitted(random: np.random.Generator) -> Pattern:
+    uneven = grain(random, 0.09, (1.0, 0.6, 1.0), 16)
+
+    def gain(places: Array) -> Array:
+        return np.asarray(uneven(places) * (1 + 0.06 * np.sin(1.3 * places[:, 1]))[:, None])
+
+    return gain
 
 
 def passer(kind: str, random: np.random.Generator) -> list[Thing]:
     """One of `board`, `door`, `cloth`, `back`."""
-    makers: dict[str, Callable[[np.random.Generator], list[Thing]]] = {
-        "board": _board, "door": _door, "cloth": _cloth, "back": _back
-    }  # fmt: skip
+    makers = {"board": _board, "door": _door, "cloth": _cloth, "back": _back}
     return makers[kind](random)
 
 
 def _any(random: np.random.Generator, colours: tuple[tuple[int, int, int], ...]) -> Array:
-    return nearly(random, colours[int(random.integers(len(colours)))], 0.08)
+    return one_of(random, colours, 0.08)
 
 
 def _board(random: np.random.Generator) -> list[Thing]:
@@ -116,10 +185,7 @@ def _dotted(random: np.random.Generator, ink: Array) -> Pattern:
     second = 0.5 + 0.5 * ink[::-1]
 
     def gain(places: Array) -> Array:
-        row = np.floor(places[:, 1] / pitch)
-        y = places[:, 1] / pitch - row - 0.5
-        x = places[:, 0] / pitch + 0.5 * (row % 2)
-        x = x - np.floor(x) - 0.5
+        x, y = staggered(places, pitch)
         radius = np.sqrt(x * x + y * y)
         edge = 0.30 + 0.08 * np.cos(petals * np.arctan2(y, x)) * (petals > 0)
         colour = np.where((radius < edge)[:, None], ink, 1.0)

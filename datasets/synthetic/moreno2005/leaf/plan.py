@@ -11,17 +11,11 @@ __all__ = ["FRAMES", "SIZE", "drawn_shapes", "drawn_sway"]
 Array = NDArray[np.float64]
 
 FRAMES = 100
-
 SIZE = 320, 240
-
-FASTEST = 15.0
-"""[pixels/frame]"""
-
-CALM = 6
-"""Frames before the first gust."""
-
+FASTEST = 15.0  # [pixels/frame]
+CALM = 6  # frames before the first gust
+# Between which corners the middle of the leaf stays [pixels].
 LOW, HIGH = np.array([62.0, 58.0]), np.array([258.0, 182.0])
-"""Between which corners the middle of the leaf stays [pixels]."""
 
 
 def drawn_shapes(random: np.random.Generator) -> tuple[Shape, ...]:

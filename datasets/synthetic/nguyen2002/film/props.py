@@ -1,13 +1,24 @@
-"""Things that stand about in a clip: a camera that moves along passes them at their depth."""
+"""Things that stand about in a clip, and what holds a target and moves with it.
+
+A camera that moves along passes what stands at its depth; a carrier is no part of the target that
+is painted over it.
+"""
 
 import numpy as np
 
-from datasets.synthetic.nguyen2002.film.paints import LIGHTS, PAINTS, WOODS
-from datasets.synthetic.nguyen2002.film.sheet import Sheet
+from datasets.synthetic.nguyen2002.film.sheet import (
+    LIGHTS,
+    PAINTS,
+    UNIT,
+    WOODS,
+    Sheet,
+    joined,
+    runs,
+)
 from datasets.synthetic.render.colours import any_of
 from datasets.synthetic.render.prop import Prop
 
-__all__ = ["boat", "bollard", "column", "goods", "rock", "stall", "trolley"]
+__all__ = ["boat", "bollard", "column", "goods", "paint_carrier", "rock", "stall", "trolley"]
 
 
 def _prop(sheet: Sheet, x: float, z: float, random: np.random.Generator) -> Prop:
@@ -21,16 +32,15 @@ def goods(random: np.random.Generator, x: float, z: float, scale: float) -> Prop
     """Boxes and drums on a heap."""
     width, height = random.uniform(1.4, 2.6), random.uniform(0.8, 1.7)
     sheet = Sheet(width, height, scale, any_of(random, WOODS))
-    p, left = sheet.painting, 0.0
-    while left < width - 0.05:
-        wide, tall = min(random.uniform(0.5, 0.9), width - left), random.uniform(0.5, 1) * height
+    p = sheet.painting
+    for left, wide in runs(random, width, (0.5, 0.9), gap=0.02, rest=0.05):
+        tall = random.uniform(0.5, 1) * height
         paint = any_of(random, WOODS + PAINTS)
         p.plate(left, height - tall, wide, tall, paint, 0.03)
         for y in np.arange(height - tall + 0.2, height, 0.3):
             p.darken(left, y, wide, 0.03, 0.7)
         p.label(random, left + 0.2 * wide, height - 0.8 * tall, 0.5 * wide, 0.2)
         sheet.cover_box(left, height - tall, wide, tall)
-        left += wide + 0.02
     return _prop(sheet, x, z, random)
 
 
@@ -42,8 +52,7 @@ def bollard(random: np.random.Generator, x: float, z: float, scale: float) -> Pr
     sheet.painting.patch(0, 0.3, 0.5, 0.12, any_of(random, LIGHTS))
     sheet.cover_box(0.1, 0.0, 0.3, tall)
     sheet.cover_box(0.0, tall - 0.12, 0.5, 0.12)
-    across, _ = sheet.places()
-    sheet.light(1.15 - 0.5 * np.square(2 * across - 0.8))
+    sheet.rounded(1.15, 0.5, 0.8)
     return _prop(sheet, x, z, random)
 
 
@@ -72,8 +81,7 @@ def column(random: np.random.Generator, x: float, z: float, scale: float) -> Pro
         sheet.painting.patch(0, y, 2 * wide, 0.12, any_of(random, LIGHTS))
     sheet.cover_box(wide / 2, 0, wide, tall)
     sheet.cover_box(0, tall - 0.4, 2 * wide, 0.4)
-    across, _ = sheet.places()
-    sheet.light(1.15 - 0.6 * np.square(2 * across - 0.8))
+    sheet.rounded(1.15, 0.6, 0.8)
     return _prop(sheet, x, z, random)
 
 
@@ -112,13 +120,12 @@ def stall(random: np.random.Generator, x: float, z: float, scale: float) -> Prop
     p.patch(0, 0.75, width, 1.0, (48, 58, 70))
     for at in np.arange(0.2, width, 0.4):
         p.patch(at, 0.8, 0.22, random.uniform(0.2, 0.7), any_of(random, PAINTS))
-    counter, left = 1.72, 0.0
-    while left < width - 0.1:
-        wide, fruit = min(random.uniform(0.5, 0.9), width - left), any_of(random, PAINTS[:5])
+    counter = 1.72
+    for left, wide in runs(random, width, (0.5, 0.9), rest=0.1):
+        fruit = any_of(random, PAINTS[:5])
         for _ in range(26):
             at = left + random.uniform(0.05, wide - 0.05), counter + random.uniform(0, 0.2)
             p.disc(*at, 0.075, fruit * random.uniform(0.7, 1.2))
-        left += wide
     p.plate(0, 1.95, width, 0.8, any_of(random, WOODS), 0.04)
     for at in np.arange(0, width, 0.35):
         p.darken(at, 1.95, 0.03, 0.8, 0.6)
@@ -135,8 +142,99 @@ def rock(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
     far = random.uniform(0.75, 1.0, 12)
     along = (0.5 + 0.5 * far * np.cos(turn)) * width
     up = height * (1 + far * np.sin(turn))
-    sheet.cover(*zip(along.tolist(), up.tolist(), strict=True))
+    sheet.cover(*joined(along, up))
     _, down = sheet.places()
     sheet.light(1.2 - 0.6 * down)
     sheet.wear(random, 0.25, 8, 64, side=128)
     return _prop(sheet, x, z, random)
+
+
+Place = tuple[float, float, float, float]  # middle, width and height of a target [UNIT]
+
+STEEL, TYRE = (96, 98, 100), (36, 34, 34)  # of carriers, BGR
+
+
+def paint_carrier(random: np.random.Generator, kind: str, width: float, height: float) -> Sheet:
+    """Paint one of `CARRIERS` around a target of a width and height [pixels] in its middle."""
+    w, h = width / UNIT, height / UNIT
+    across, down = 2.6 * w, 6.0 * h
+    sheet = Sheet(across, down, UNIT, STEEL)
+    CARRIERS[kind](random, sheet, (across / 2, down / 2, w, h))
+    sheet.wear(random, 0.08, 8, 64)
+    return sheet
+
+
+def _wheels(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+    (x, y, w, h), p = place, sheet.painting
+    x, y = x - w / 2, y + 0.4 * h
+    p.patch(x, y, w, 0.3 * h, (40, 40, 42))
+    sheet.cover_box(x + 0.03, y, w - 0.06, 0.18 * h)
+    for at in (0.05, 0.77):
+        p.patch(x + at * w, y, 0.18 * w, 0.31 * h, TYRE)
+        sheet.cover_box(x + at * w, y, 0.18 * w, 0.3 * h)
+
+
+def _rider(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+    (x, y, w, h), p = place, sheet.painting
+    jacket = any_of(random, PAINTS[5:] + ((50, 48, 48), (66, 60, 56)))
+    shape = [(x - 0.3 * w, y + 0.3 * h), (x + 0.3 * w, y + 0.3 * h), (x + 0.85 * w, y + 0.62 * h),
+             (x + 1.1 * w, y + 1.3 * h), (x + 0.8 * w, y + 1.5 * h), (x + 0.62 * w, y + 2.9 * h),
+             (x - 0.62 * w, y + 2.9 * h), (x - 0.8 * w, y + 1.5 * h), (x - 1.1 * w, y + 1.3 * h),
+             (x - 0.85 * w, y + 0.62 * h)]  # fmt: skip
+    p.area(shape, jacket)
+    sheet.cover(*shape)
+    for side in (-1, 1):
+        p.line([(x + side * 0.4 * w, y + 0.5 * h), (x + side * 0.6 * w, y + 1.4 * h)], 0.05,
+               jacket * 0.6)  # fmt: skip
+    p.patch(x - 0.5 * w, y + 0.86 * h, w, 0.1 * h, any_of(random, PAINTS[:5]))
+    p.line([(x, y + 0.5 * h), (x, y + 2.5 * h)], 0.02, jacket * 0.5)
+
+
+def _post(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+    (x, y, w, h), p = place, sheet.painting
+    thick = 0.09 * w
+    p.patch(x - thick, y, 2 * thick, 3 * h, STEEL)
+    p.patch(x - 0.5 * thick, y, 0.5 * thick, 3 * h, (150, 152, 152))
+    sheet.cover_box(x - thick, y, 2 * thick, 3 * h)
+
+
+def _ropes(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+    (x, y, w, h), p = place, sheet.painting
+    p.patch(0, 0, 2.6 * w, 3 * h, (70, 92, 106))
+    for side in (-0.42, 0.42):
+        at = x + side * w
+        sheet.cover((at - 0.012, y - 0.3 * h), (at + 0.012, y - 0.3 * h),
+                    (x + 0.012, y - 1.1 * h), (x - 0.012, y - 1.1 * h))  # fmt: skip
+    sheet.cover_box(x - 0.014, 0, 0.028, y - h)
+
+
+def _cart(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+    (x, y, w, h), p = place, sheet.painting
+    left, top = x - 0.66 * w, y + 0.47 * h
+    p.patch(left, top, 1.32 * w, 0.12 * h, any_of(random, PAINTS))
+    p.patch(left, top + 0.08 * h, 1.32 * w, 0.05 * h, (50, 52, 56))
+    sheet.cover_box(left, top, 1.32 * w, 0.13 * h)
+    for at in (left + 0.22 * w, left + 1.1 * w):
+        sheet.wheel(at, top + 0.22 * h, 0.13 * w, TYRE, 0.06 * w, STEEL)
+    rail = left + 1.28 * w
+    sheet.cover_box(rail, y - 0.3 * h, 0.04 * w, 0.8 * h)
+
+
+def _water(random: np.random.Generator, sheet: Sheet, place: Place) -> None:
+    (x, y, w, h), p = place, sheet.painting
+    p.patch(0, y, 2.6 * w, 3 * h, (206, 204, 190))
+    p.patch(0, y + 0.56 * h, 2.6 * w, 2 * h, (96, 84, 66))
+    sheet.cover_round(x, y + 0.5 * h, 0.62 * w, 0.1 * h)
+    for k in range(4):
+        sheet.cover_round(x + random.uniform(-0.1, 0.1) * w, y + (0.6 + 0.1 * k) * h,
+                          (0.5 - 0.07 * k) * w, 0.035 * h)  # fmt: skip
+
+
+CARRIERS = {
+    "wheels": _wheels,
+    "rider": _rider,
+    "post": _post,
+    "ropes": _ropes,
+    "cart": _cart,
+    "water": _water,
+}

@@ -1,0 +1,179 @@
+"""Settings of the film: the far, the ground and what stands about, as a moving camera sees it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.interface import Image
+from datasets.synthetic.nguyen2002.film import props, scenery
+from datasets.synthetic.render.layers import draw_rows, instants
+from datasets.synthetic.render.prop import Prop
+from datasets.synthetic.render.street.car import car
+from datasets.synthetic.render.street.facades import backdrop
+from datasets.synthetic.render.street.furniture import bush, litter_bin, post, sign, tree
+from datasets.synthetic.render.street.ground import Band, Shade, ground_rows
+from datasets.synthetic.render.views import Camera
+
+__all__ = ["SETTINGS", "Place"]
+
+Array = NDArray[np.float64]
+
+Backdrop = Callable[[np.random.Generator, int, int, float, float], Image]
+"""Paints what is far: random numbers, height, width, [pixels/metre], row of its foot."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Things of a kind that stand about."""
+
+    # Makes one at a place [metres], given [pixels/metre] there.
+    make: Callable[[np.random.Generator, float, float, float], Prop]
+    spacing: float  # mean distance of neighbours [metres]
+    depth: tuple[float, float]  # least and largest [metres]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Where a clip plays, what is tracked there, what passes before it."""
+
+    backdrop: Backdrop
+    end: float  # where the ground ends and the backdrop begins [metres]
+    ground: Callable[[np.random.Generator, float], list[Band]]  # of random numbers and `end`
+    standing: tuple[Standing, ...]
+    targets: tuple[str, ...]  # names of `targets.KINDS`: round ones and others
+    hiders: tuple[str, ...]  # names of `hiders.HIDERS` that hide all of a target
+
+
+class Place:
+    """A place, drawn at random and painted as far as a camera gets along it.
+
+    The camera, `still` at the left end of its way, takes pictures of a width and height [pixels],
+    gets so far along the way [metres] and nods up and down as far as `shake` [pixels].
+    """
+
+    def __init__(
+        self, random: np.random.Generator, setting: Setting, still: Camera, size: tuple[int, int],
+        way: float, shake: float,
+    ) -> None:  # fmt: skip
+        self._setting = setting
+        self._still = still
+        self._size = size
+        self._way = way
+        self._shake = int(np.ceil(shake)) + 1
+        end = float(still.scale(setting.end))
+        base = float(still.row(0.0, setting.end)) + self._shake
+        height, width = int(np.ceil(base)) + 3, int(self._widths(np.array([end]))[0])
+        self._far = setting.backdrop(random, height, width, end, base)
+        self._ground = ground_rows(
+            random, setting.ground(random, setting.end), _Even(), still, self._scales, still.x,
+            self._widths(self._scales), self._margin,
+        )  # fmt: skip
+        things = [thing for kind in setting.standing for thing in self._stood(random, kind)]
+        self._things = sorted(things, key=lambda thing: -thing.z)
+
+    def draw(self, canvas: Image, camera: Camera, travel: float) -> None:
+        """Fill a picture, seen by a camera that goes on by `travel` meanwhile [metres]."""
+        boundary = int(np.floor(camera.row(0.0, self._setting.end) + 0.5))
+        end = np.full(len(self._far), self._still.scale(self._setting.end))
+        top = round((camera.shift_y - self._shake) * 64)
+        draw_rows(canvas, self._far, top, self._lefts(camera, end, travel), 0, boundary)
+        first = round((self._first + camera.shift_y) * 64)
+        lefts = self._lefts(camera, self._scales, travel)
+        draw_rows(canvas, self._ground, first, lefts, boundary, len(canvas))
+        for thing in self._things:
+            thing.draw(canvas, camera, travel=travel)
+
+    def _stood(self, random: np.random.Generator, kind: Standing) -> list[Prop]:
+        things = []
+        half = self._size[0] / 2 / float(self._still.scale(kind.depth[1])) + 2
+        x = self._still.x - half + random.uniform(0, kind.spacing)
+        while x < self._still.x + self._way + half:
+            z = random.uniform(*kind.depth)
+            things.append(kind.make(random, x, z, float(self._still.scale(z))))
+            x += random.uniform(0.6, 1.4) * kind.spacing
+        return things
+
+    @property
+    def _margin(self) -> float:
+        """Column of a panorama at which the picture's middle is at the way's left end."""
+        return self._still.centre + 24
+
+    def _widths(self, scales: Array) -> NDArray[np.int64]:
+        return np.asarray(np.ceil(self._way * scales + self._size[0] + 50), np.int64)
+
+    def _lefts(self, camera: Camera, scales: Array, travel: float) -> NDArray[np.int64]:
+        """Column of a panorama at the picture's left border, by instant and row [1/64 pixel]."""
+        moments = instants(travel * float(scales.max()))[:, None]
+        lefts = (camera.x - self._still.x + moments * travel) * scales
+        places = np.round((lefts + self._margin - camera.centre) * 64).astype(np.int64)
+        return np.clip(places, 0, (self._widths(scales) - self._size[0] - 2) * 64)
+
+    @property
+    def _first(self) -> float:
+        """Row of the picture at which the ground's rows begin, without shake."""
+        return float(np.floor(self._still.row(0.0, self._setting.end))) - 2
+
+    @cached_property
+    def _scales(self) -> Array:
+        """Of every row of the ground [pixels/metre]."""
+        rows = np.arange(self._first, self._size[1] + self._shake + 2) + 0.5
+        return np.asarray((rows - self._still.horizon) / self._still.eye)
+
+
+class _Even(Shade):
+    """Even light, without the crowns that give shade in any other: they take long to draw."""
+
+    def __init__(self) -> None:
+        self.light = "even"
+
+
+BEHIND = 19.0, 30.0  # where things stand that a target passes before [metres]
+
+SETTINGS = {
+    "street": Setting(
+        backdrop, 33.0, scenery.road, (
+            Standing(tree, 9.0, BEHIND), Standing(car, 11.0, (22.0, 27.0)),
+            Standing(post, 14.0, BEHIND), Standing(sign, 12.0, BEHIND),
+            Standing(litter_bin, 15.0, BEHIND)),
+        ("van", "board", "helmet", "sign", "spare wheel"),
+        ("pillar", "lorry", "bus", "passer-by", "trunk", "wall end"),
+    ),
+    "quay": Setting(
+        scenery.harbour, 36.0, scenery.quay, (
+            Standing(props.goods, 6.0, BEHIND), Standing(props.bollard, 6.0, BEHIND),
+            Standing(post, 16.0, BEHIND)),
+        ("crate", "drum", "van", "barrel", "fender", "sign"),
+        ("container", "load", "lorry", "pillar", "passer-by"),
+    ),
+    "basin": Setting(
+        scenery.roadstead, 60.0, scenery.water, (
+            Standing(props.boat, 9.0, (22.0, 45.0)), Standing(props.bollard, 7.0, BEHIND)),
+        ("boat", "buoy"),
+        ("ship", "pillar", "wall end", "load"),
+    ),
+    "station": Setting(
+        scenery.station, 31.0, scenery.platform, (
+            Standing(props.column, 6.5, (19.0, 24.0)),
+            Standing(props.trolley, 7.0, (18.0, 24.0))),
+        ("case", "crate", "board", "clock", "barrel"),
+        ("pillar", "passer-by", "wall end", "lorry"),
+    ),
+    "market": Setting(
+        backdrop, 34.0, scenery.market_place, (
+            Standing(props.stall, 4.5, (21.0, 30.0)), Standing(props.goods, 8.0, BEHIND),
+            Standing(tree, 18.0, BEHIND)),
+        ("crate", "drum", "lantern", "barrel", "sign"),
+        ("passer-by", "pillar", "trunk", "wall end", "lorry"),
+    ),
+    "desert": Setting(
+        scenery.desert, 120.0, scenery.sand, (
+            Standing(bush, 5.0, (18.0, 60.0)), Standing(props.rock, 6.0, (18.0, 60.0)),
+            Standing(post, 16.0, (24.0, 25.0))),
+        ("van", "drum", "board", "helmet", "spare wheel", "sign"),
+        ("lorry", "trunk", "wall end", "container"),
+    ),
+}  # fmt: skip
+"""By name."""
