@@ -13,7 +13,6 @@ from shapely.geometry import Point, Polygon
 import datasets
 from datasets.synthetic.moreno2005.ellipse.plan import HALF_AXES, drawn_plan
 from datasets.synthetic.moreno2005.ellipse.scene import scene
-from datasets.synthetic.moreno2005.ellipse.setting import Shape
 from datasets.synthetic.moreno2005.knobs import EllipseKnobs
 
 NAME = "moreno2005/ellipse"
@@ -164,7 +163,7 @@ def test_in_moderate_clutter_two_patches_lie_near_the_way_every_18_frames(seed):
     assert len(one.patches) == len(frames)
     for frame, patch in zip(frames, one.patches, strict=True):
         assert (patch.colour == one.plan.colour[frame]).all()
-        x, y = patch.shape.outline.min(axis=0), patch.shape.outline.max(axis=0)
+        x, y = patch.outline.min(axis=0), patch.outline.max(axis=0)
         off = np.linalg.norm((x + y) / 2 - one.plan.centre[frame])
         assert 18 - 15 < off < 45 + 15  # an outline's middle is not quite what it is drawn around
 
@@ -186,12 +185,12 @@ def test_a_patch_of_the_ellipses_colour_touches_it_now_and_then(seed, clutter, l
         gap = np.linalg.norm(seen[ring] - colour, axis=1)
         assert alike
         assert (gap < 0.45).sum() >= 6  # shadows and texture make it differ more than its paint
-        rims = [region_of(patch.shape).distance(region(one.plan, frame)) for patch in alike]
+        rims = [region_of(patch).distance(region(one.plan, frame)) for patch in alike]
         assert min(rims) < 1.5
 
 
-def region_of(shape: Shape):
-    return Polygon(shape.outline).buffer(0)
+def region_of(patch):
+    return Polygon(patch.outline).buffer(0)
 
 
 def test_frames_without_the_attribute_have_no_patch_of_that_colour_beside():
@@ -202,9 +201,9 @@ def test_frames_without_the_attribute_have_no_patch_of_that_colour_beside():
         for number, patch in enumerate(one.patches):
             if np.linalg.norm(patch.colour - one.plan.colour[frame]) > 0.15:
                 continue
-            left = region_of(patch.shape)
+            left = region_of(patch)
             for later in one.patches[number + 1 :]:
-                left = left.difference(region_of(later.shape))
+                left = left.difference(region_of(later))
             beside = left.intersection(whole.buffer(1)).difference(whole)
             assert beside.area < 20
 
