@@ -63,15 +63,7 @@ def interpolate(
         [np.interp(every, frames, column, left=nan, right=nan) for column in marked.T]
     )
     for first, last in absent:
-        _check_frame(first, n_frames)
-        _check_frame(last, n_frames)
-        if last < first:
-            raise SequenceError(f"absent {first}-{last}: the stretch ends before it begins.")
-        inside = [frame for frame in frames if first <= frame <= last]
-        if inside:
-            raise SequenceError(
-                f"frame {inside[0]} has a box, but is within absent {first}-{last}."
-            )
+        _check_absent(first, last, frames, n_frames)
         boxes[first : last + 1] = nan
     sources = ("" if np.isnan(box[0]) else "interpolated" for box in boxes)
     return Truth(
@@ -85,3 +77,14 @@ def interpolate(
 def _check_frame(frame: int, n_frames: int) -> None:
     if not 0 <= frame < n_frames:
         raise SequenceError(f"frame {frame} is outside the sequence: 0 to {n_frames - 1}.")
+
+
+def _check_absent(first: int, last: int, marked: list[int], n_frames: int) -> None:
+    """Refuse a stretch without the target that is none, or in which a frame is marked."""
+    _check_frame(first, n_frames)
+    _check_frame(last, n_frames)
+    if last < first:
+        raise SequenceError(f"absent {first}-{last}: the stretch ends before it begins.")
+    inside = [frame for frame in marked if first <= frame <= last]
+    if inside:
+        raise SequenceError(f"frame {inside[0]} has a box, but is within absent {first}-{last}.")

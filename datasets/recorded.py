@@ -52,22 +52,11 @@ def recorded(
     # One file a frame: those of images beyond the truth are never read.
     read = files if boxes is None else files[: len(boxes)]
 
-    def fingerprint() -> str:
-        digest = hashlib.sha256()
-        for values in (sequence.boxes, sequence.visibility):
-            # Adding 0 makes -0 the 0 that it equals.
-            digest.update((values + 0.0).astype("<f8").tobytes() + b"\0")
-        for tag, flags in sorted(sequence.attributes.items()):
-            digest.update(tag.encode() + b"\0" + flags.tobytes())
-        for file_digest in digests(read):
-            digest.update(file_digest.encode())
-        return digest.hexdigest()
-
     sequence = Sequence(
         name,
         frames,
         boxes,
-        fingerprint=fingerprint,
+        fingerprint=lambda: _fingerprint(sequence, digests(read)),
         visibility=visibility,
         attributes=attributes,
         fps=fps,
@@ -76,3 +65,16 @@ def recorded(
         truth_source=str(truth_source or ""),
     )
     return sequence
+
+
+def _fingerprint(sequence: Sequence, digests: SequenceOf[str]) -> str:
+    """Digest of what is true of a sequence, and of its files' digests."""
+    digest = hashlib.sha256()
+    for values in (sequence.boxes, sequence.visibility):
+        # Adding 0 makes -0 the 0 that it equals.
+        digest.update((values + 0.0).astype("<f8").tobytes() + b"\0")
+    for tag, flags in sorted(sequence.attributes.items()):
+        digest.update(tag.encode() + b"\0" + flags.tobytes())
+    for file_digest in digests:
+        digest.update(file_digest.encode())
+    return digest.hexdigest()

@@ -18,8 +18,6 @@ LONGEST_COPY = 9
 
 ALLOWED = {
     "bench/papers/multipart/tables.py: table_1",
-    "datasets/annotation.py: interpolate",
-    "datasets/recorded.py: recorded",
     "datasets/synthetic/render/street/car.py: car",
     "reports/curves.py: curve_plot",
     "reports/film_strip.py: film_strip",

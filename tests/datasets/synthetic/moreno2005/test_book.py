@@ -16,7 +16,6 @@ from datasets.synthetic.moreno2005.book.sheet import Bending, bent, unshaded
 from datasets.synthetic.moreno2005.knobs import BookKnobs
 from datasets.synthetic.render.triangles import grid
 
-NAME = "moreno2005/book"
 FRAMES = 100
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -40,7 +39,7 @@ def flat_places(half_width=40.0, height=100.0, rows=26, columns=21):
     return u.ravel(), v.ravel()
 
 
-@pytest.mark.parametrize(("seed", "frame"), [(0, 0), (0, 22), (1, 51)])
+@pytest.mark.parametrize(("seed", "frame"), [(0, 22), (1, 51)])
 def test_the_mask_is_what_the_outline_of_the_triangles_covers_and_the_hand_leaves(seed, frame):
     one = opened(seed)
     points = one.setting.surface(frame).points[:, :2]
@@ -54,31 +53,7 @@ def test_the_mask_is_what_the_outline_of_the_triangles_covers_and_the_hand_leave
     assert (one.mask(frame) == (left >= 0.5))[clear].all()
 
 
-def test_what_changes_with_the_books_print_is_the_mask():
-    one, frame = scene(BookKnobs(scene=1)), 47
-    one.setting = Setting(1)
-    for part in ("room", "_hand"):  # they stay, and take long
-        one.setting.__dict__[part] = getattr(opened(1).setting, part)
-    before = one.render(frame).astype(float)
-    mesh = one.setting._mesh
-    mesh.texture[:] = 1 - mesh.texture
-    changed = np.abs(one.render(frame) - before).max(axis=2) > 15
-    mask = one.mask(frame)
-    assert changed[mask].mean() > 0.9
-    assert not changed[~grown(mask, 2)].any()
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_a_box_is_as_tight_as_pixels_allow(seed):
-    one = opened(seed)
-    for frame in range(0, FRAMES, 9):
-        rows, columns = np.nonzero(one.mask(frame))
-        x, y, width, height = one.truth().boxes[frame]
-        found = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
-        assert found == pytest.approx([x, y, x + width, y + height], abs=1.5)
-
-
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(seed=SEEDS)
 def test_the_book_is_let_go_at_first_then_bends_and_stays_in_view(seed):
     setting = Setting(seed)
@@ -138,7 +113,7 @@ def test_a_part_is_in_anothers_way_where_rays_meet_triangles(bending):
     )
     u, v = flat_places(rows=61, columns=61)
     points, normals, section = bent(bending, 40.0, u, v)
-    chosen = random.choice(len(u), 150, replace=False)
+    chosen = random.choice(len(u), 60, replace=False)
     agree, blocked = [], []
     for towards in lamp:
         left = unshaded(section, bending, (40.0, 100.0), u[chosen], v[chosen], towards[None])
@@ -174,15 +149,14 @@ def test_a_part_that_faces_the_light_is_shaded_by_another():
     assert max(shares) > 0.08
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_self_shadow_is_told_where_the_picture_is_darker_by_it(seed):
-    one = opened(seed)
+def test_self_shadow_is_told_where_the_picture_is_darker_by_it():
+    one = opened(0)
     flagged = one.truth().attributes["self-shadow"]
     assert 15 < flagged.sum() < 85
     lamp = one.setting.lamp
     flat, half = AROUND + STRAIGHT * lamp[2], 0.9 * AROUND + 0.5 * STRAIGHT * lamp[2]
-    for frame in range(4, FRAMES, 12):
-        shaded, even = image(seed, frame), image(seed, frame, shadow="none")
+    for frame in range(4, FRAMES, 16):
+        shaded, even = image(0, frame), image(0, frame, shadow="none")
         book = one.mask(frame)
         light = (shaded[book].sum(axis=1) / even[book].sum(axis=1)) ** 2 * flat
         share = self_shadow(one.setting.surface(frame), lamp)
@@ -191,19 +165,15 @@ def test_self_shadow_is_told_where_the_picture_is_darker_by_it(seed):
 
 
 def test_without_shadow_nothing_else_changes():
-    for frame in (0, 18, 84):
+    for frame in (18, 84):
         book = grown(opened(0).mask(frame), 3)
         shaded, even = image(0, frame), image(0, frame, shadow="none")
         assert (shaded[~book] == even[~book]).all()
-        assert (opened(0).mask(frame) == opened(0, shadow="none").mask(frame)).all()
-    shaded, even = opened(0).truth(), opened(0, shadow="none").truth()
-    assert (shaded.boxes == even.boxes).all()
-    assert (shaded.visibility == even.visibility).all()
-    assert not even.attributes["self-shadow"].any()
+    assert not opened(0, shadow="none").truth().attributes["self-shadow"].any()
 
 
 def test_the_light_turns_smoothly_from_natural_to_yellow_or_stays():
-    corner = [image(0, frame)[:60, :80].mean(axis=(0, 1)) for frame in range(0, FRAMES, 11)]
+    corner = [image(0, frame)[:60, :80].mean(axis=(0, 1)) for frame in range(0, FRAMES, 33)]
     stays = [image(0, f, "constant")[:60, :80].mean(axis=(0, 1)) for f in (0, 99)]
     assert (image(0, 0) == image(0, 0, "constant")).all()
     assert stays[0] == pytest.approx(stays[1], rel=0.01)

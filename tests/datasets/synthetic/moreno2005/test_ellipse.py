@@ -10,15 +10,12 @@ from hypothesis import strategies as st
 from shapely import affinity, contains_xy
 from shapely.geometry import Point, Polygon
 
-import datasets
 from datasets.synthetic.moreno2005.ellipse.plan import HALF_AXES, drawn_plan
 from datasets.synthetic.moreno2005.ellipse.scene import scene
 from datasets.synthetic.moreno2005.knobs import EllipseKnobs
 
-NAME = "moreno2005/ellipse"
 FRAMES = 100
 SEEDS = st.integers(0, 2**32 - 1)
-LIGHTS = "even", "jump", "repeated", "shadow"
 
 
 @lru_cache(maxsize=32)
@@ -39,7 +36,7 @@ def region(plan, frame, samples=720):
     return affinity.translate(turned, *plan.centre[frame])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(seed=SEEDS)
 def test_place_and_shape_change_at_random_but_smoothly_and_stay_in_view(seed):
     plan = drawn_plan(seed)
@@ -55,11 +52,13 @@ def test_place_and_shape_change_at_random_but_smoothly_and_stay_in_view(seed):
     assert (np.ptp(plan.half_axes, axis=0) > 2).all()
     assert np.abs(np.diff(plan.angle)).max() < 0.21
     assert np.ptp(plan.angle) > 0.1
+    assert 0.08 <= plan.colour.min() < plan.colour.max() <= 0.92
+    assert np.linalg.norm(np.ptp(plan.colour, axis=0)) > 0.25
 
 
 def test_the_colour_goes_a_twentieth_a_frame_along_a_way_that_bends():
     lengths, straight, missed = [], [], []
-    for seed in range(40):
+    for seed in range(20):
         colour = drawn_plan(seed).colour
         steps = np.diff(colour, axis=0)
         lengths.append(np.linalg.norm(steps, axis=1))
@@ -67,22 +66,13 @@ def test_the_colour_goes_a_twentieth_a_frame_along_a_way_that_bends():
         # As far as it goes in ten frames, beside where it would be had it gone straight on.
         foreseen = colour[1:-10] + 10 * steps[:-10]
         missed.append(np.linalg.norm(colour[11:] - foreseen, axis=1).mean())
-    print(f"mean step of the colour: {np.mean(lengths):.4f} in RGB of [0, 1] a frame")  # noqa: T201  # what `pytest -s` is for
     assert np.mean(lengths) == pytest.approx(0.05, abs=0.003)
     assert np.max(lengths) < 0.08
     assert np.mean(straight) < 0.5 * 20 * np.mean(lengths)
     assert np.mean(missed) > 0.5 * 10 * np.mean(lengths)
 
 
-@settings(max_examples=20, deadline=None)
-@given(seed=SEEDS)
-def test_the_colour_stays_within_what_a_camera_shows(seed):
-    colour = drawn_plan(seed).colour
-    assert 0.08 <= colour.min() < colour.max() <= 0.92
-    assert np.linalg.norm(np.ptp(colour, axis=0)) > 0.25
-
-
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_masks_and_boxes_are_those_of_the_ellipse_as_another_library_has_it(seed):
     one = opened(seed)
     rows, columns = np.indices((240, 320)) + 0.5
@@ -120,18 +110,6 @@ def test_pixels_on_the_outline_are_mixed_by_the_area_that_is_covered():
     assert ((np.array(covered) > 0.1) & (np.array(covered) < 0.9)).sum() > 20
 
 
-@pytest.mark.parametrize("frame", [0, 33, 99])
-def test_what_changes_with_the_ellipses_colour_is_the_mask(frame):
-    one = scene(EllipseKnobs(scene=3))
-    before = one.render(frame).astype(int)
-    one.plan.colour[frame] = (one.plan.colour[frame] + 0.5) % 1
-    changed = np.abs(one.render(frame).astype(int) - before).max(axis=2) > 40
-    mask = one.mask(frame)
-    around = cv2.dilate(mask.astype(np.uint8), np.ones((3, 3))) > 0
-    assert changed[mask].mean() > 0.93
-    assert not changed[~around].any()
-
-
 def test_the_ellipse_has_the_plans_colour_and_is_shaded_from_one_side():
     one = opened(2)
     for frame in (5, 50, 95):
@@ -145,18 +123,16 @@ def test_the_ellipse_has_the_plans_colour_and_is_shaded_from_one_side():
 
 
 def test_the_background_is_cluttered_with_all_colours():
-    for seed in range(3):
-        seen = image(seed, 0)
-        small = cv2.GaussianBlur(seen, (0, 0), 2)
-        hues = cv2.cvtColor(small.astype(np.uint8), cv2.COLOR_BGR2HSV)[..., 0]
-        shares = np.histogram(hues, 12, (0, 180))[0] / hues.size
-        assert (shares > 0.005).sum() >= 9
-        edges = np.abs(np.diff(small, axis=1)).max(axis=2) > 8
-        assert edges.mean() > 0.12
+    small = cv2.GaussianBlur(image(0, 0), (0, 0), 2)
+    hues = cv2.cvtColor(small.astype(np.uint8), cv2.COLOR_BGR2HSV)[..., 0]
+    shares = np.histogram(hues, 12, (0, 180))[0] / hues.size
+    assert (shares > 0.005).sum() >= 9
+    edges = np.abs(np.diff(small, axis=1)).max(axis=2) > 8
+    assert edges.mean() > 0.12
 
 
 @given(SEEDS)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_in_moderate_clutter_two_patches_lie_near_the_way_every_18_frames(seed):
     one = opened(seed, clutter="moderate")
     frames = np.repeat(np.arange(0, FRAMES, 18), 2)
@@ -171,7 +147,7 @@ def test_in_moderate_clutter_two_patches_lie_near_the_way_every_18_frames(seed):
 @pytest.mark.parametrize(
     ("clutter", "least", "most"), [("moderate", 0.0, 0.4), ("dense", 0.1, 0.65)]
 )
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_patch_of_the_ellipses_colour_touches_it_now_and_then(seed, clutter, least, most):
     one = opened(seed, clutter=clutter)
     similar = one.truth().attributes["similar patch"]
@@ -208,7 +184,7 @@ def test_frames_without_the_attribute_have_no_patch_of_that_colour_beside():
             assert beside.area < 20
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_one_jump_of_a_gain_and_a_cast_at_mid_sequence(seed):
     one = opened(seed, "jump")
     (jump,) = np.flatnonzero(one.truth().attributes["light change"]).tolist()
@@ -225,9 +201,8 @@ def test_one_jump_of_a_gain_and_a_cast_at_mid_sequence(seed):
     assert np.ptp(change) > 0.3
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_repeated_changes_are_kept_until_the_next(seed):
-    one = opened(seed, "repeated")
+def test_repeated_changes_are_kept_until_the_next():
+    one = opened(0, "repeated")
     changes = np.flatnonzero(one.truth().attributes["light change"])
     assert changes.min() >= 5
     assert 15 < len(changes) < 45
@@ -237,13 +212,13 @@ def test_repeated_changes_are_kept_until_the_next(seed):
     gains = np.stack([one.lighting.at(frame) for frame in range(FRAMES)])
     assert 0.3 < gains.min() < 0.6
     assert gains.max() <= 1.2
-    plain, seen = (image(seed, int(changes[-1]), light) for light in ("even", "repeated"))
+    plain, seen = (image(0, int(changes[-1]), light) for light in ("even", "repeated"))
     fair = (plain > 60) & (plain < 200)
     expected = (plain * one.lighting.at(int(changes[-1]))[::-1])[fair]
     assert np.median(np.abs(np.minimum(expected, 255) - seen[fair])) < 6
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_the_shadows_edge_changes_the_light_here_and_not_there(seed):
     one = opened(seed, "shadow")
     changes = np.flatnonzero(one.truth().attributes["light change"])
@@ -258,25 +233,3 @@ def test_the_shadows_edge_changes_the_light_here_and_not_there(seed):
         on_target = loss[one.mask(frame)]
         assert np.ptp(on_target) > 0.15
     assert (image(seed, 0) == image(seed, 0, "shadow")).all()
-
-
-@pytest.mark.parametrize("light", LIGHTS[1:])
-def test_variants_of_a_scene_share_all_but_the_light(light):
-    plain, other = opened(5), opened(5, light)
-    assert (plain.truth().boxes == other.truth().boxes).all()
-    assert (plain.mask(60) == other.mask(60)).all()
-    patches = (one.truth().attributes["similar patch"] for one in (plain, other))
-    assert np.array_equal(*patches)
-    assert not plain.truth().attributes["light change"].any()
-    steady = [f for f in range(FRAMES) if (other.lighting.at(f) == 1).all()]
-    assert steady
-    assert (image(5, steady[0]) == image(5, steady[0], light)).all()
-
-
-def test_another_scene_has_another_way_shape_colour_and_clutter():
-    one, other = opened(0), opened(1)
-    for part in ("centre", "half_axes", "angle", "colour"):
-        assert np.abs(getattr(one.plan, part) - getattr(other.plan, part)).max() > 0.1
-    assert np.abs(image(0, 0) - image(1, 0)).mean() > 25
-    names = [NAME, f"{NAME}:scene=1", f"{NAME}:light=jump"]
-    assert len({datasets.load(name).fingerprint for name in names}) == 3

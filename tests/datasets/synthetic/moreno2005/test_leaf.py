@@ -15,7 +15,6 @@ from datasets.synthetic.moreno2005.leaf.plan import drawn_shapes
 from datasets.synthetic.moreno2005.leaf.scene import scene
 from datasets.synthetic.moreno2005.leaf.setting import Setting, fallen
 
-NAME = "moreno2005/leaf"
 FRAMES = 100
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -39,7 +38,7 @@ def middles(seed):
     return np.stack([shape.place for shape in shapes])
 
 
-@pytest.mark.parametrize(("seed", "frame"), [(0, 0), (0, 44), (1, 61)])
+@pytest.mark.parametrize(("seed", "frame"), [(0, 44), (1, 61)])
 def test_the_mask_is_what_the_outline_of_the_triangles_covers(seed, frame):
     one = opened(seed)
     points = one.setting.points(frame)[0][:, :2]
@@ -51,29 +50,7 @@ def test_the_mask_is_what_the_outline_of_the_triangles_covers(seed, frame):
     assert (one.mask(frame) == (covered >= 0.5))[clear].all()
 
 
-def test_what_changes_with_the_leafs_texture_is_the_mask():
-    one, frame = scene(LeafKnobs(scene=1)), 47
-    one.setting = Setting(1)
-    one.setting.__dict__["layers"] = opened(1).setting.layers  # they stay, and take long
-    before = one.render(frame).astype(float)
-    one.setting._blade.mesh.texture[:] = (0.9, 0.1, 0.8)
-    changed = np.abs(one.render(frame) - before).max(axis=2) > 15
-    mask = one.mask(frame)
-    assert changed[mask].mean() > 0.97
-    assert not changed[~grown(mask, 2)].any()
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_a_box_is_as_tight_as_pixels_allow(seed):
-    one = opened(seed)
-    for frame in range(0, FRAMES, 9):
-        rows, columns = np.nonzero(one.mask(frame))
-        x, y, width, height = one.truth().boxes[frame]
-        found = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
-        assert found == pytest.approx([x, y, x + width, y + height], abs=2.6)  # a thin stalk
-
-
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(seed=SEEDS)
 def test_the_leaf_stays_in_view_and_jerks_by_up_to_15_pixels(seed):
     steps = np.hypot(*np.diff(middles(seed), axis=0).T)
@@ -87,7 +64,7 @@ def test_the_leaf_stays_in_view_and_jerks_by_up_to_15_pixels(seed):
     assert boxes[:, 2:].max(axis=1).min() > 30
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_nothing_announces_where_the_leaf_goes(seed):
     """A prediction by its last speed, or its last two, is often wrong by much."""
     way = middles(seed)
@@ -99,7 +76,7 @@ def test_nothing_announces_where_the_leaf_goes(seed):
     assert 0.05 < (turn < 0).mean() < 0.5
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_its_outline_turns_and_shears_and_bends_a_little_besides(seed):
     setting = opened(seed).setting
     first = np.column_stack([setting.points(0)[0][:, :2], np.ones(len(setting.points(0)[0]))])
@@ -147,22 +124,19 @@ def test_a_bent_and_folded_leaf_keeps_its_lengths():
     )
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_the_light_changes_once_and_at_the_moment_asked_for(seed):
-    start, middle, none = (opened(seed, jump).truth() for jump in ("start", "middle", "none"))
+def test_the_light_changes_once_and_at_the_moment_asked_for():
+    start, middle, none = (opened(0, jump).truth() for jump in ("start", "middle", "none"))
     assert np.flatnonzero(start.attributes["light change"]).tolist() == [1]
     assert np.flatnonzero(middle.attributes["light change"]).tolist() == [50]
     assert not none.attributes["light change"].any()
-    assert (start.boxes == middle.boxes).all()
-    assert (start.boxes == none.boxes).all()
-    for frame in (0, 1, 49, 50, 99):
-        before, after = image(seed, frame, "none"), image(seed, frame, "start")
-        assert (image(seed, frame, "middle") == (before if frame < 50 else after)).all()
+    for frame in (0, 1, 49, 50):
+        before, after = image(0, frame, "none"), image(0, frame, "start")
+        assert (image(0, frame, "middle") == (before if frame < 50 else after)).all()
         assert (before == after).all() == (frame == 0)
-        assert (opened(seed).mask(frame) == opened(seed, "none").mask(frame)).all()
+    assert {Setting(seed).sunny for seed in range(8)} == {True, False}  # it comes or goes
 
 
-@pytest.mark.parametrize("seed", [0, 2])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_what_the_sun_shines_on_changes_strongly_and_what_is_in_the_shade_hardly(seed):
     lights = [image(seed, 60, jump) ** 2 for jump in ("start", "none")]
     if not opened(seed).setting.sunny:  # at first
@@ -177,10 +151,6 @@ def test_what_the_sun_shines_on_changes_strongly_and_what_is_in_the_shade_hardly
     assert red / blue > 1.3
     leaf = opened(seed).mask(60)
     assert sunny[leaf].mean() / cloudy[leaf].mean() > 1.5
-
-
-def test_seeds_differ_in_whether_the_sun_comes_or_goes():
-    assert {Setting(seed).sunny for seed in range(8)} == {True, False}
 
 
 @pytest.mark.parametrize("seed", range(2))

@@ -10,14 +10,12 @@ from hypothesis import strategies as st
 from shapely import contains_xy, unary_union
 from shapely.geometry import Point
 
-import datasets
 from datasets.synthetic.moreno2005.knobs import OctopusKnobs
-from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, imitated, painted
+from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, painted
 from datasets.synthetic.moreno2005.octopus.plan import OWN, drawn_plan
 from datasets.synthetic.moreno2005.octopus.relief import lit, shade
 from datasets.synthetic.moreno2005.octopus.scene import scene
 
-NAME = "moreno2005/octopus"
 FRAMES = 100
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -50,7 +48,7 @@ def beside(mask, near=4, far=16):
     return outer & ~inner
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(seed=SEEDS)
 def test_it_crawls_through_the_picture_and_stays_in_view(seed):
     plan = drawn_plan(seed)
@@ -65,7 +63,7 @@ def test_it_crawls_through_the_picture_and_stays_in_view(seed):
     assert np.abs(np.diff(plan.boxes, axis=0)).max() < 6
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(seed=SEEDS)
 def test_its_outline_changes_moderately_and_not_by_an_affine_map(seed):
     plan = drawn_plan(seed)
@@ -96,19 +94,6 @@ def test_masks_and_boxes_are_those_of_the_body_as_another_library_has_it(seed):
         assert [x, y, x + width, y + height] == pytest.approx(whole.bounds, abs=1e-2)
         assert mask.sum() == pytest.approx(whole.area, rel=0.02)
         assert 2500 < mask.sum() < 8000
-
-
-@pytest.mark.parametrize("frame", [0, 45, 99])
-def test_what_changes_with_the_skins_colour_is_the_mask(frame):
-    one = scene(OctopusKnobs(scene=3))
-    one.__dict__["_textures"] = opened(3)._textures
-    before = one.render(frame).astype(int)
-    one._skin._looks = 1.5 - one._skin._looks
-    changed = np.abs(one.render(frame).astype(int) - before).max(axis=2) > 30
-    mask = one.mask(frame)
-    around = cv2.dilate(mask.astype(np.uint8), np.ones((3, 3))) > 0
-    assert changed[mask].mean() > 0.95
-    assert not changed[~around].any()
 
 
 def test_a_place_on_the_skin_keeps_its_texture_however_it_is_moved_and_turned():
@@ -142,7 +127,7 @@ def test_it_throws_a_shadow_on_the_floor_away_from_the_light():
     assert min(shift) > 1
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(seed=SEEDS)
 def test_it_comes_with_a_look_of_its_own_and_changes_twice(seed):
     plan = drawn_plan(seed)
@@ -158,12 +143,7 @@ def test_it_comes_with_a_look_of_its_own_and_changes_twice(seed):
     (first, second) = plan.changes
     assert 8 <= first[0] < first[1] < second[0]
     assert len({*plan.kinds}) == 4
-
-
-@settings(max_examples=12, deadline=None)
-@given(seed=SEEDS)
-def test_it_starts_on_one_floor_and_arrives_on_another(seed):
-    plan = drawn_plan(seed)
+    # It starts on one floor and arrives on another.
     shares = plan.zones.shares(plan.place)
     assert shares.sum(axis=1) == pytest.approx(1)
     assert shares[:25, 0].mean() > 0.7
@@ -171,20 +151,20 @@ def test_it_starts_on_one_floor_and_arrives_on_another(seed):
 
 
 def test_scenes_are_camouflaged_about_half_of_the_time_and_mostly_on_both_floors():
-    camouflaged = [drawn_plan(seed).camouflaged for seed in range(24)]
+    plans = [drawn_plan(seed) for seed in range(16)]
+    assert {kind for plan in plans for kind in plan.kinds} == {*FLOOR_KINDS, *SKINS}
+    camouflaged = [plan.camouflaged for plan in plans]
     assert 0.35 < np.mean(camouflaged) < 0.65
     assert min(flags.sum() for flags in camouflaged) > 8
     assert np.mean([flags[:58].any() and flags[75:].any() for flags in camouflaged]) > 0.7
 
 
-@pytest.mark.parametrize(
-    "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2, 3))]
-)
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_where_it_is_camouflaged_its_pixels_are_like_those_around_it(seed):
     one = opened(seed)
     flags = one.truth().attributes["camouflaged"]
     colours, textures = np.empty(FRAMES), np.empty(FRAMES)
-    for frame in range(0, FRAMES, 3):
+    for frame in range(0, FRAMES, 4):
         seen, mask = image(seed, frame) / 255, one.mask(frame)
         ring = beside(mask)
         colours[frame] = np.linalg.norm(seen[mask].mean(axis=0) - seen[ring].mean(axis=0))
@@ -196,7 +176,7 @@ def test_where_it_is_camouflaged_its_pixels_are_like_those_around_it(seed):
             for area in (mask, ring)
         ]
         textures[frame] = np.sqrt(shares[0] * shares[1]).sum()
-    shown = np.arange(FRAMES) % 3 == 0
+    shown = np.arange(FRAMES) % 4 == 0
     start = shown & (np.arange(FRAMES) < 8)
     assert colours[shown & flags].mean() < 0.12
     assert colours[shown & flags].mean() < 0.6 * colours[start].mean()
@@ -211,11 +191,6 @@ def test_a_look_has_its_colour_in_the_mean_and_repeats(kind):
     assert texture.mean(axis=(0, 1))[::-1] == pytest.approx(look.colour, abs=0.012)
     seam = np.abs(texture[0] - texture[-1]).mean()
     assert seam < 1.6 * np.abs(np.diff(texture, axis=0)).mean()
-
-
-def test_an_imitation_keeps_something_of_its_own():
-    floor, own = np.full((2, 2, 3), 0.5), np.full((2, 2, 3), 0.9)
-    assert imitated(floor, own) == pytest.approx(0.54)
 
 
 def test_light_on_level_ground_is_one_and_falls_from_the_left_top():
@@ -250,14 +225,3 @@ def test_the_waters_light_moves_slowly_and_stays_as_bright():
     blue, green, red = seen[0].mean(axis=(0, 1))
     assert red < blue
     assert red < green
-
-
-def test_another_scene_has_another_animal_floor_and_way():
-    one, other = opened(0), opened(1)
-    assert np.abs(one.truth().boxes - other.truth().boxes).max() > 10
-    assert np.abs(image(0, 0) - image(1, 0)).mean() > 15
-    assert np.abs(one.plan.body.arms - other.plan.body.arms).max() > 0.1
-    names = [NAME, f"{NAME}:scene=1"]
-    assert len({datasets.load(name).fingerprint for name in names}) == 2
-    kinds = [drawn_plan(seed).kinds for seed in range(30)]
-    assert {kind for floors in kinds for kind in floors} == {*FLOOR_KINDS, *SKINS}
