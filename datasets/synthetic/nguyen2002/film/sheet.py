@@ -147,7 +147,8 @@ class Rigid:
         The angle is clockwise [radians]; `look` is in [0, 1], from the first to the second.
         """
         matrices = self._matrices(places, scale, angle)
-        lay_mixture(canvas, *self._looks, round(256 * look), matrices)
+        first, second = self._looks
+        lay_mixture(canvas, first, second, round(256 * look), matrices)
 
     def coverage(
         self, size: tuple[int, int], place: Array, scale: float, angle: float
