@@ -24,23 +24,12 @@ def curve_plot(
 ) -> Figure:
     """Draw a number with its interval over a setting: one line a label, one panel a case.
 
-    Parameters
-    ----------
-    points : DataFrame
-        `panel` (in the order to be shown), `label` (the line), `setting` (above 0), `value`, and
-        the ends of its interval `low` and `high`.
-    setting, quantity : str
-        What abscissa and ordinate are, with their units.
-    labels : sequence of str
-        Lines, in order; each keeps its colour.
-    heading : str
-        Of the legend: what the intervals are.
-    marks : sequence of float
-        Settings that are marked by a vertical line, and named as the first and the last are.
-    ticks : sequence of float
-        Of a linear abscissa; without any it is logarithmic.
-    logarithmic : bool
-        Whether the ordinate is, too; else it begins at 0.
+    `points` have `panel` (in the order to be shown), `label` (the line), `setting` (above 0),
+    `value`, and the ends of its interval, `low` and `high`. `setting` and `quantity` say what
+    abscissa and ordinate are, with their units; the lines, `labels`, keep their colours; `heading`
+    says what the intervals are. `marks` are settings with a vertical line, named as the first and
+    the last are. Without `ticks` the abscissa is logarithmic; the ordinate is where that is asked
+    for, else it begins at 0.
     """
     panels = list(dict.fromkeys(points["panel"]))
     named = sorted({points["setting"].min(), points["setting"].max(), *marks})
@@ -80,15 +69,9 @@ def curve_plot(
 def roc_plot(points: pd.DataFrame, title: str, labels: Sequence[str], threshold: str) -> Figure:
     """Draw receiver operating characteristics, a threshold going from strict to lenient.
 
-    Parameters
-    ----------
-    points : DataFrame
-        `label` (the line), `false_rate` and `hit_rate` (both in [0, 1]), `marked` (whether the
-        point belongs to the threshold that is in use), in the order of the thresholds.
-    labels : sequence of str
-        Lines, in order; each keeps its colour.
-    threshold : str
-        What the legend says of the marks.
+    `points` have `label` (the line), `false_rate` and `hit_rate` (both in [0, 1]) and `marked`
+    (whether the point belongs to the threshold that is in use), in the order of the thresholds. The
+    lines, `labels`, keep their colours; `threshold` is what the legend says of the marks.
     """
     figure, (axes,) = new_figure(title, 4.4)
     for position, label in enumerate(labels):

@@ -37,16 +37,8 @@ def density_plot(
 ) -> Figure:
     """Draw a row a time: both quantities alone, and their plane.
 
-    Parameters
-    ----------
-    times : mapping of str to Densities
-        By what a time is called.
-    grids : tuple of ndarray of float64, shape (n,) and (m,)
-        Values of both quantities, equally spaced.
-    names : tuple of str
-        What they are.
-    markers : sequence of str
-        Matplotlib's, a time each.
+    `times` are by what a time is called; `grids` (n,) and (m,) are values of both quantities,
+    equally spaced, `names` what they are; `markers` are Matplotlib's, a time each.
     """
     figure = bare_figure(title, 2.4 * len(times) + 0.4)
     grid = figure.subplots(len(times), 3, squeeze=False)

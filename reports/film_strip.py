@@ -40,33 +40,13 @@ def film_strip(
     words: Mapping[int, str] | None = None,
     count_from: int = 0,
 ) -> NDArray[np.uint8]:
-    """Draw a film strip.
+    """Draw a film strip: a BGR image of about so much width [pixels], uint8 (height, width, 3).
 
-    Parameters
-    ----------
-    image_of : callable
-        Gives the BGR image of a frame.
-    numbers : sequence of int
-        Frames to show, in order; at least one.
-    boxes : mapping of str to ndarray of shape (n, 4)
-        Boxes by label, a row a frame, or contours by frame; see `overlay`.
-    title : str
-        Written above.
-    columns, width : int
-        Most frames in a row, and about the picture's width [pixels].
-    shape : {'box', 'ellipse', 'contour'}
-        What is drawn.
-    shades : mapping of str to str, optional
-        `#rrggbb` by label; in order of the labels by default.
-    words : mapping of int to str, optional
-        What is written beside the number of a frame.
-    count_from : int
-        What the first frame's number is said to be.
-
-    Returns
-    -------
-    ndarray of uint8, shape (height, width, 3)
-        BGR.
+    `image_of` gives the BGR image of a frame; `numbers`, at least one, are the frames to show, at
+    most `columns` in a row. `boxes` (n, 4) are by label, a row a frame, or contours by frame (see
+    `overlay`); `shades` are `#rrggbb` by label, in order of the labels by default. `title` is
+    written above, `words` beside the number of a frame, and the first frame's number is said to be
+    `count_from`.
     """
     columns = min(columns, len(numbers))
     words = words or {}

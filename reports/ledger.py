@@ -13,13 +13,9 @@ __all__ = ["ledger_table"]
 def ledger_table(claims: Sequence[Mapping[str, Any]], *, gated: bool = True) -> Table:
     """Claims with verdict and evidence.
 
-    Parameters
-    ----------
-    claims : sequence of mapping
-        `id`, `source`, `text`, `verdict`, `readings`, and `evidence` with `reason`,
-        `all_drawn_scenes`, `post_hoc`, `fragile` and `asserted`.
-    gated : bool
-        Whether some scenes were dropped before anything ran; all of them have a column then.
+    They have `id`, `source`, `text`, `verdict`, `readings`, and `evidence` with `reason`,
+    `all_drawn_scenes`, `post_hoc`, `fragile` and `asserted`. Where the scenes are `gated`, some
+    were dropped before anything ran, and the verdict over all of them has a column.
     """
     rows = []
     for claim in claims:

@@ -36,20 +36,10 @@ def overlay(
 ) -> NDArray[np.uint8]:
     """A copy of a BGR image, enlarged by a factor, with boxes on it.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-    boxes : mapping of str to ndarray of shape (4,)
-        `[x, y, width, height]` in pixels of `image`, by label; NaN boxes are not drawn. Contours
-        are of shape (points, 2) instead, and a row of NaN parts one polygon from the next.
-    colours : mapping of str to str
-        `#rrggbb` by label; `truth` is white and dashed.
-    scale : float
-        Enlargement.
-    words : str
-        Written into the left top corner.
-    shape : {'box', 'ellipse', 'contour'}
-        What is drawn.
+    `boxes` are `[x, y, width, height]` in pixels of the image, by label; NaN boxes are not drawn.
+    Contours are of shape (points, 2) instead, and a row of NaN parts one polygon from the next.
+    `colours` are `#rrggbb` by label; `truth` is white and dashed. `words` are written into the left
+    top corner.
     """
     interpolation = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
     size = [max(1, round(side * scale)) for side in image.shape[1::-1]]

@@ -53,18 +53,8 @@ def series_plot(
 ) -> Figure:
     """One number over frames, a line a label.
 
-    Parameters
-    ----------
-    series : DataFrame
-        Series table.
-    quantity : str
-        What the ordinate is, with its unit.
-    labels : sequence of str
-        Lines, in order; each keeps its colour.
-    truth : ndarray of float64, shape (n,), optional
-        The true number by frame, drawn dashed and grey.
-    over : str
-        What `repetition` counts.
+    The ordinate is a `quantity` with its unit; lines, `labels`, keep their colours; `truth` (n,) is
+    the true number by frame, drawn dashed and grey; `over` is what `repetition` counts.
     """
     figure, (axes,) = new_figure(title, 3.6)
     _draw_lines(axes, series, labels, truth)
@@ -88,21 +78,10 @@ def series_grid(
 ) -> Figure:
     """One number over frames, as small multiples: a row a reading, a column a scene.
 
-    Parameters
-    ----------
-    series : DataFrame
-        Series table with `reading` and `scene`, both text, in the order to be shown.
-    quantity, labels, over
-        See `series_plot`.
-    truths : mapping of str to ndarray of float64, shape (n,)
-        The true number by scene and frame.
-    row_height : float
-        [inches].
-    shades : mapping of str to mapping of str to ndarray of bool, shape (n,), optional
-        By scene, frames to be shaded, by what the legend says of them; each kind darker than the
-        last.
-    level : tuple of str and float, optional
-        A number that is drawn as a dashed line, and what the legend says of it.
+    The series table has `reading` and `scene`, too, both text, in the order to be shown. `truths`
+    (n,) are by scene; a row is so many inches high. `shades` are by scene frames (n,) to be shaded,
+    by what the legend says of them, each kind darker than the last; `level` is a number that is
+    drawn as a dashed line, after what the legend says of it. See `series_plot` for the rest.
     """
     readings = list(dict.fromkeys(series["reading"]))
     scenes = list(dict.fromkeys(series["scene"]))
@@ -133,15 +112,9 @@ def appearance_plot(
 ) -> Figure:
     """Positive appearances a frame above, and beneath how many runs were initialising.
 
-    Parameters
-    ----------
-    frames : DataFrame
-        A row a frame of a run: `repetition`, `frame`, `positive_appearances` (samples that
-        fulfil the appearance condition), `mode` (0 initialising, 1 tracking).
-    threshold : float
-        Appearances at which the mode changes, drawn as a dashed line.
-    shades : mapping of str to ndarray of bool, shape (n,)
-        Frames to be shaded, by what the legend says of them; each kind darker than the last.
+    A row is a frame of a run: `repetition`, `frame`, `positive_appearances` (samples that fulfil
+    the appearance condition), `mode` (0 initialising, 1 tracking). The mode changes at `threshold`
+    appearances, a dashed line; `shades` are frames (n,) as in `series_grid`.
     """
     figure, (upper, lower) = new_figure(title, 4.4, rows=2, heights=(3, 1))
     every_frame = pd.RangeIndex(frames["frame"].min(), frames["frame"].max() + 1)

@@ -19,8 +19,6 @@ LONGEST_COPY = 9
 ALLOWED = {
     "bench/papers/multipart/tables.py: table_1",
     "datasets/synthetic/render/street/car.py: car",
-    "reports/curves.py: curve_plot",
-    "reports/film_strip.py: film_strip",
 }
 """What is too long and waits to be shortened; nothing is added here."""
 
