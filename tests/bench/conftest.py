@@ -4,15 +4,21 @@ import fcntl
 import os
 import subprocess
 import sys
+import threading
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 
 import datasets
+from bench.cli import main
+from bench.compilation import SENTENCE
+from bench.engine import worker
+from trackers.base import catalogue
 
 
 class Noise:
@@ -87,12 +93,72 @@ def here(tmp_path):
     return tmp_path
 
 
+class Here:
+    """Stands for a supervisor whose child is this very process: nothing has to be started."""
+
+    at_work = threading.Lock()
+
+    def __init__(self, limits):
+        self.limits = limits
+
+    def perform(self, unit, folder, progress=None):
+        with self.at_work:
+            return worker.perform(unit, folder, self.limits)
+
+    def probe(self, unit, frames):
+        with self.at_work:
+            return worker.probe(unit, frames)
+
+    def close(self):
+        """Nothing is left to end."""
+
+
+@pytest.fixture(scope="session")
+def without_processes():
+    """Have trackers run in this process. That children do the same is tested with the engine."""
+
+    @contextmanager
+    def within():
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("bench.engine.local.Supervisor", Here)
+            patch.setattr("bench.engine.supervisor.Supervisor", Here)
+            yield
+
+    return within
+
+
 @pytest.fixture
-def trackmark(here):
-    """The command as a user types it, in a folder with data."""
-    script = Path(sys.executable).parent / "trackmark"
+def in_this_process(without_processes):
+    """The same during a test."""
+    with without_processes():
+        yield
+
+
+@pytest.fixture
+def trackmark(here, in_this_process, monkeypatch, capsys):
+    """The command line as a user types it, in a folder with data; no process is started for it."""
+    monkeypatch.chdir(here)
+    monkeypatch.setenv("TRACKMARK_CACHE", str(here / "cache"))
+    monkeypatch.setattr("bench.cli.attend", lambda tell: None)
 
     def call(*arguments, status=0):
+        catalogue._load.cache_clear()  # trackers in files may have been edited
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as ended:
+            main(list(map(str, arguments)))
+        printed = capsys.readouterr()
+        assert (ended.value.code or 0) == status, printed.out + printed.err
+        return SimpleNamespace(stdout=printed.out, stderr=printed.err)
+
+    return call
+
+
+@pytest.fixture
+def typed(here):
+    """The same in a process of its own, which starts others for its trackers."""
+    script = Path(sys.executable).parent / "trackmark"
+
+    def call(*arguments, status=0, **options):
         done = subprocess.run(
             [script, *map(str, arguments)],
             cwd=here,
@@ -100,12 +166,36 @@ def trackmark(here):
             text=True,
             timeout=900,
             env=os.environ | {"TRACKMARK_CACHE": str(here / "cache")},
+            **options,
         )
         assert "Traceback" not in done.stderr, done.stderr
         assert done.returncode == status, done.stdout + done.stderr
         return done
 
     return call
+
+
+@pytest.fixture
+def one_line():
+    """Gives the only line of a command's error output, but for that on compiling."""
+
+    def line_of(done):
+        lines = [line for line in done.stderr.strip().splitlines() if line != SENTENCE]
+        assert len(lines) == 1, done.stderr
+        return lines[0]
+
+    return line_of
+
+
+@pytest.fixture
+def spoil(here):
+    """Have the tracker in the file do something else than answer."""
+
+    def spoiled(act="raise ValueError('no idea')"):
+        file = here / "knob.py"
+        file.write_text(file.read_text().replace("return Estimate", f"{act}  #"))
+
+    return spoiled
 
 
 EVIDENCE = pytest.StashKey()

@@ -22,21 +22,30 @@ class Compiles(Knob):
 """
 
 
-def test_compiling_is_said_once_a_command_and_not_again(trackmark, here, monkeypatch):
+def test_compiling_is_said_once_a_command_and_not_again(typed, here, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(here / "kernels"))
     (here / "compiles.py").write_text("import numba\n" + (here / "knob.py").read_text() + KERNEL)
-    chosen = ("run", "--trackers", "compiles.py:Compiles", "--sequences", "data/Small", "--json")
-    first = trackmark(*chosen, "--seeds", 3)
+    chosen = (
+        "run",
+        "--trackers",
+        "compiles.py:Compiles",
+        "--sequences",
+        "data/Small",
+        "--json",
+        "--jobs",
+        1,
+    )
+    first = typed(*chosen, "--seeds", 3)
     assert first.stderr.splitlines().count(SENTENCE) == 1
     assert [json.loads(line)["status"] for line in first.stdout.splitlines()] == ["finished"] * 3
-    assert SENTENCE not in trackmark(*chosen, "--seeds", 4).stderr
+    assert SENTENCE not in typed(*chosen, "--seeds", 4).stderr
 
 
-def test_what_the_command_itself_compiles_is_said_too(trackmark, here, monkeypatch):
+def test_what_the_command_itself_compiles_is_said_too(typed, here, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(here / "kernels"))
     code = "import numba\nnumba.njit(lambda number: number + 1)(1)\n"
     (here / "scene.py").write_text(code)
-    done = trackmark("describe", "scene.py:Scene", status=2)
+    done = typed("describe", "scene.py:Scene", status=2)
     assert done.stderr.splitlines()[0] == SENTENCE
 
 

@@ -58,7 +58,7 @@ def estimated(ground, chosen, **limits):
     return estimate(units, measured_before(ground / "results"), Limits(**limits))
 
 
-def test_the_nearest_that_was_measured_counts(ground):
+def test_the_nearest_that_was_measured_counts(ground, in_this_process):
     run(asked(ground, [100]), ground / "results", jobs=1)
     chosen = asked(ground, [100, 50], ("Small", "Other"), name="next")
     found = estimated(ground, chosen)
@@ -67,7 +67,7 @@ def test_the_nearest_that_was_measured_counts(ground):
     assert found.low < 2 + 1.6 < found.high
 
 
-def test_what_never_ran_is_probed_and_nothing_is_kept(ground):
+def test_what_never_ran_is_probed_and_nothing_is_kept(ground, in_this_process):
     found = estimated(ground, asked(ground, [20]))
     assert found.bases == {Basis.PROBE: 1}
     assert not (ground / "results").exists()
@@ -80,11 +80,12 @@ def test_a_tracker_that_does_not_come_back_from_its_probe_is_said_to(ground):
     assert found.bases == {Basis.PROBE: 1, Basis.NOTHING: 1}
 
 
-def test_nothing_takes_no_time(ground):
+def test_nothing_takes_no_time(ground, in_this_process):
     run(asked(ground, [1]), ground / "results", jobs=1)
     assert estimated(ground, asked(ground, [1])) == Estimate(0.0, 0.0, {})
 
 
+@pytest.mark.slow
 def test_the_estimate_holds_what_it_then_takes(ground):
     chosen = asked(ground, [150, 250], ("Small", "Other"))
     found = estimated(ground, chosen)

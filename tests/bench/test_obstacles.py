@@ -3,8 +3,6 @@
 import os
 import resource
 import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
@@ -51,24 +49,24 @@ RUN = ("run", "--trackers", "knob.py:Knob", "--sequences", "data/Small", "--name
 
 @pytest.mark.slow
 def test_a_full_disk_ends_a_command_in_one_line_and_the_same_command_goes_on(
-    trackmark, small_disk, tmp_path
+    typed, small_disk, tmp_path
 ):
     disk, remount = small_disk
     command = (*RUN, "--seeds", "200", "--json", "--output", disk)
-    stopped = trackmark(*command, status=2)
+    stopped = typed(*command, status=2)
     assert stopped.stderr.count("\n") == 1
     assert "No space left on device" in stopped.stderr
     assert str(disk) in stopped.stderr
     done = digests(disk / "trial")
     assert 0 < len(done) < 200
     remount("size=8m")
-    trackmark(*command)
-    trackmark(*RUN, "--seeds", "200", "--json", "--output", tmp_path / "undisturbed")
+    typed(*command)
+    typed(*RUN, "--seeds", "200", "--json", "--output", tmp_path / "undisturbed")
     whole = digests(disk / "trial")
     assert len(whole) == 200
     assert done.items() <= whole.items()
     assert whole == digests(tmp_path / "undisturbed" / "trial")
-    trackmark("results", "check", disk / "trial")
+    typed("results", "check", disk / "trial")
     assert not list(disk.rglob("*.tmp"))
 
 
@@ -95,19 +93,13 @@ def test_a_folder_without_permission_is_named(trackmark, here):
     assert "Permission denied" in refused.stderr
 
 
-def test_files_that_may_not_grow_are_no_runs(trackmark, here):
+def test_files_that_may_not_grow_are_no_runs(typed, trackmark, here):
     """A limit on the size of files stands for a full disk where none can be made."""
-    script = Path(sys.executable).parent / "trackmark"
-    stopped = subprocess.run(
-        [script, *RUN],
-        cwd=here,
-        capture_output=True,
-        text=True,
-        check=False,
+    stopped = typed(
+        *RUN,
+        status=2,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000)),
-        env=os.environ | {"TRACKMARK_CACHE": str(here / "cache")},
     )
-    assert stopped.returncode == 2
     assert stopped.stderr.count("\n") == 1
     assert "File too large" in stopped.stderr
     folder = here / "results" / "trial"

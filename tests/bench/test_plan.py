@@ -14,6 +14,8 @@ from bench.experiments.experiment import Experiment, ExperimentError, SequenceSo
 from bench.store.results import Results
 from datasets import SequenceError
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 
 def append(file, text):
     file.write_text(file.read_text() + text)

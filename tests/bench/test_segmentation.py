@@ -265,13 +265,14 @@ SEQUENCES = [f"plain/target:length=12:scene={scene}" for scene in (0, 1)]
 
 
 @pytest.fixture(scope="module")
-def stored(tmp_path_factory):
+def stored(tmp_path_factory, without_processes):
     """An experiment with a tracker that segments and one that does not."""
     folder = tmp_path_factory.mktemp("segmentation")
     (folder / "segmenter.py").write_text(SEGMENTER)
     trackers = ("static", f"{folder}/segmenter.py:Segmenter")
     sources = tuple(map(SequenceSource, SEQUENCES))
-    return bench.run(Experiment("trial", trackers, sources), folder, jobs=1)
+    with without_processes():
+        return bench.run(Experiment("trial", trackers, sources), folder, jobs=1)
 
 
 def test_scores_are_those_of_the_synthetic_masks(stored):
@@ -328,7 +329,6 @@ def test_tables_of_runs_without_masks_say_nothing_of_them(stored):
         assert not {"region similarity J", "contour accuracy F"} & set(table.heads)
 
 
-@pytest.mark.slow
 def test_as_a_user_types_it(trackmark, here):
     (here / "segmenter.py").write_text(SEGMENTER)
     arguments = ("--trackers", "static,segmenter.py:Segmenter", "--sequences", SEQUENCES[0])

@@ -37,14 +37,15 @@ class SecondThoughts(TrackerPlugin):
 
 
 @pytest.fixture(scope="module")
-def stored(tmp_path_factory):
+def stored(tmp_path_factory, without_processes):
     """An experiment with a tracker that revises and one that does not."""
     folder = tmp_path_factory.mktemp("traces")
     file = folder / "second_thoughts.py"
     file.write_text(SECOND_THOUGHTS)
     sources = tuple(SequenceSource(f"plain/target:length=15:scene={n}") for n in (0, 1))
     trackers = ("static", f"{file}:SecondThoughts")
-    return bench.run(Experiment("trial", trackers, sources), folder, jobs=1)
+    with without_processes():
+        return bench.run(Experiment("trial", trackers, sources), folder, jobs=1)
 
 
 def overlaps(table):
@@ -89,7 +90,9 @@ def test_runs_in_the_revised_trace_have_the_others_scores_where_nothing_was_revi
     assert as_revised(runs[[name for name in runs if not name.startswith(REVISED)]]) is None
 
 
-def test_tables_say_which_trace_they_show_where_a_tracker_revised(stored, tmp_path):
+def test_tables_say_which_trace_they_show_where_a_tracker_revised(
+    stored, tmp_path, in_this_process
+):
     made = {table.name: table for table in tables(stored)}
     assert list(made) == ["summary", "sequences", "summary-revised", "sequences-revised"]
     for name, table in made.items():

@@ -93,6 +93,7 @@ def test_a_limit_that_a_neighbour_set_is_not_its_own_failure(ground):
     assert failures(ground, "LimitsRecursion", "Recurses") == {}
 
 
+@pytest.mark.slow
 def test_a_function_that_a_neighbour_broke_is_not_its_own_failure(ground):
     assert set(failures(ground, "Patches", "Averages")) <= {("Patches", "A", 0)}
 

@@ -1,0 +1,128 @@
+"""`trackmark` itself, `list`, `describe`, `doctor`: what they say, and what they don't wait for."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import bench
+
+SCRIPT = Path(sys.executable).parent / "trackmark"
+COMMANDS = sorted(file.stem for file in (Path(bench.__file__).parent / "commands").glob("[!_]*.py"))
+
+
+def cpu_seconds(command):
+    before = os.times()
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    after = os.times()
+    spent = after.children_user + after.children_system
+    return spent - before.children_user - before.children_system, done.stdout
+
+
+def test_help_lists_every_command_and_answers_quickly():
+    # Against another process that starts Python and reads as much metadata, so that a busy
+    # machine does not decide; 0.2 s is some five times that here.
+    pairs = []
+    for _ in range(3):
+        spent, said = cpu_seconds([SCRIPT, "--help"])
+        bare, _ = cpu_seconds([sys.executable, "-c", "import importlib.metadata, email.parser"])
+        pairs.append(spent / bare)
+    assert min(pairs) < 5
+    for name in COMMANDS:
+        assert f"\n  {name} " in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "heavy"),
+    [
+        (["--help"], {"numpy", "cv2", "numba", "pandas", "pyarrow", "matplotlib"}),
+        (["list"], {"numba", "pandas", "pyarrow", "matplotlib"}),
+        (["describe", "multipart/1"], {"numba", "pandas", "pyarrow", "matplotlib"}),
+    ],
+)
+def test_what_a_command_does_not_need_is_not_imported_and_no_rendered_sequence_opened(
+    arguments, heavy
+):
+    code = (
+        "import sys, bench.cli\n"
+        f"try: bench.cli.main({arguments!r})\n"
+        "except SystemExit as ended: assert not ended.code\n"
+        f"print(sorted({heavy!r} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help(trackmark, command):
+    assert f"Usage: trackmark {command}" in trackmark(command, "--help").stdout
+
+
+def test_list_names_everything(trackmark):
+    said = trackmark("list").stdout
+    for name in ("static", "camshift", "opencv-kcf", "samples/bow-tie", "plain/target", "demo"):
+        assert f"  {name} " in said
+    found = json.loads(trackmark("list", "trackers", "--json").stdout)
+    assert list(found) == ["trackers"]
+    assert "static" in found["trackers"]
+
+
+def test_describe_a_tracker_gives_paper_presets_and_parameters(trackmark):
+    said = trackmark("describe", "camshift").stdout
+    for word in ("Bradski", "as-written", "recommended", "window=fixed", "hue_bins=32", "[pixels]"):
+        assert word in said
+    about = json.loads(trackmark("describe", "camshift", "--json").stdout)
+    assert {parameter["name"] for parameter in about["parameters"]} >= {"window", "hue_bins"}
+
+
+def test_describe_a_sequence_gives_size_and_truth(trackmark):
+    said = trackmark("describe", "samples/face").stdout
+    assert "176x144" in said
+    assert "120 of 120 frames" in said
+    rendered = trackmark("describe", "multipart/1").stdout
+    assert "640x480" in rendered
+    variant = trackmark("describe", "multipart/1:scene=1").stdout
+    assert variant.splitlines()[0].endswith("multipart/1:scene=1")
+    assert rendered.partition("fingerprint")[2] != variant.partition("fingerprint")[2]
+
+
+def test_doctor_is_content_and_says_what_is_installed(trackmark):
+    about = json.loads(trackmark("doctor", "--json").stdout)
+    assert about["problems"] == []
+    assert about["trackers"]["static"] == "ready"
+    names = {"opencv-python-headless", "opencv-contrib-python-headless"}
+    assert names & about["versions"].keys()
+
+
+def test_a_reader_that_goes_away_is_no_error():
+    done = subprocess.run(
+        f"{SCRIPT} list | head -1", shell=True, capture_output=True, text=True, check=True
+    )
+    assert done.stderr == ""
+
+
+def test_a_foreign_package_of_our_name_is_one_line(here, one_line):
+    (here / "clash" / "datasets").mkdir(parents=True)
+    (here / "clash" / "datasets" / "__init__.py").write_text("")
+    environment = os.environ | {"PYTHONPATH": str(here / "clash")}
+    done = subprocess.run(
+        [SCRIPT, "list"], env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert one_line(done).startswith("trackmark: the package 'datasets' would come from")
+
+
+@pytest.mark.slow
+def test_the_demo_runs_and_draws_its_pictures(typed, here):
+    import cv2
+
+    said = typed("demo", "--output", "out").stdout
+    for tracker in ("static", "camshift", "camshift:window=adaptive", "opencv-mil"):
+        assert f"{tracker} " in said
+    shown = [line.strip() for line in said.splitlines() if line.strip().endswith(".png")]
+    assert len(shown) == 8
+    assert all(cv2.imread(str(here / path)) is not None for path in shown)
+    assert "18 of 18 runs" in said

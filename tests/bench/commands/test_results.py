@@ -1,0 +1,139 @@
+"""`trackmark results`, `report`, `show`: stored runs listed, told, merged, tabled and drawn."""
+
+import json
+
+import cv2
+import pytest
+
+import bench
+
+SMALL = ("--sequences", "data/Small")
+STATIC = ("run", "--trackers", "static", "--sequences")
+KNOB = ("run", "--trackers", "static,knob.py:Knob", *SMALL)
+
+
+def rows(done):
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def test_results_are_listed_merged_and_removed(trackmark, here):
+    trackmark(*STATIC, "data/Small", "--name", "a")
+    trackmark("run", "--trackers", "camshift", *SMALL, "--name", "b")
+    assert "static on Small: 1" in trackmark("results", "list").stdout
+    merged = trackmark("results", "merge", "results/a", "results/b", "results/c").stdout
+    assert "Copied 2 runs" in merged
+    assert "Copied 0 runs" in trackmark("results", "merge", "results/a", "results/c").stdout
+    assert len(bench.load_results(here / "results" / "c")) == 2
+    removed = trackmark("results", "remove", "results/c", "--tracker", "cam*", "--yes")
+    assert "Removed 1 runs" in removed.stdout
+    left = rows(trackmark("results", "list", "results/c", "--json"))
+    assert [row["tracker"] for row in left] == ["static"]
+    nothing = trackmark("results", "remove", "results/c", "--failed", "--yes").stdout
+    assert nothing == "No run matches; nothing was removed.\n"
+
+
+def test_merging_runs_that_differ_is_refused_and_copies_nothing(trackmark, here):
+    trackmark("run", "--trackers", "knob.py:Knob", *SMALL, "--name", "a")
+    with (here / "knob.py").open("a") as file:
+        file.write("CHANGED = True\n")
+    trackmark(*KNOB, "--name", "b")
+    done = trackmark("results", "merge", "results/b", "results/a", status=1)
+    assert "conflict: knob.py" in done.stderr
+    assert bench.load_results(here / "results" / "a")["tracker"].tolist() == ["knob.py:Knob"]
+
+
+def test_a_log_tells_what_was_done_and_who_failed(trackmark, one_line, here, spoil):
+    spoil()
+    trackmark(*KNOB, status=1)
+    said = trackmark("results", "log").stdout
+    assert "start of adhoc: 2 runs (0 done, 0 failed, 0 stale, 2 left)" in said
+    assert "failed: knob.py:Knob, repetition 0: 0002.png: ValueError: no idea" in said
+    assert "finished after" in said
+    events = rows(trackmark("results", "log", "--json"))
+    units = [event for event in events if event["event"] == "unit"]
+    assert [event["event"] for event in events] == ["start", *["unit"] * len(units), "end"]
+    assert sum(len(runs) for unit in units for runs in unit["runs"].values()) == 2
+    for unit in units:
+        assert unit["peak_memory"] > 1e6
+        assert unit["seconds"] > 0
+    (log,) = (here / "results" / "adhoc" / "_log").iterdir()
+    log.write_text(log.read_text().replace("static", "statix"))
+    assert "is damaged" in one_line(trackmark("results", "log", status=2))
+
+
+def test_results_that_failed_or_never_ended_are_listed(trackmark, here, spoil):
+    from bench.store.unfinished import map_rows
+
+    spoil()
+    trackmark(*KNOB, status=1)
+    frames = map_rows(here / "results" / "adhoc" / "static" / "Small" / "7.unfinished.npy", 5, 6)
+    frames[:2] = 1.0
+    said = trackmark("results", "list").stdout
+    assert "knob.py:Knob on Small: 1, 1 failed" in said
+    assert "unfinished, 2 of 5 frames: static/Small/7.unfinished.npy" in said
+
+
+def test_report_writes_tables_in_every_format_and_plots(trackmark, here):
+    trackers = "static,camshift,knob.py:Knob"
+    trackmark("run", "--trackers", trackers, "--sequences", "data/Small,samples/face")
+    said = trackmark("report", "results/adhoc", "--folder", "report").stdout
+    suffixes = {file.suffix for file in (here / "report").rglob("*") if file.is_file()}
+    assert {".txt", ".md", ".csv", ".tex", ".png"} <= suffixes
+    assert "camshift" in said
+    markdown = trackmark("report", "results/adhoc", "--format", "markdown").stdout
+    assert markdown.count("|") > 10
+
+
+def test_a_report_of_tables_alone_opens_no_sequence_and_no_run(trackmark, monkeypatch, here):
+    trackmark(*STATIC, "data/Small,samples/face")
+    monkeypatch.setattr("datasets.load", lambda *_, **__: pytest.fail("a sequence was opened"))
+    monkeypatch.setattr(
+        "bench.store.results.Results.read", lambda *_: pytest.fail("a run was opened")
+    )
+    trackmark("report", "results/adhoc", "--folder", "report", "--no-pictures")
+    assert {file.suffix for file in (here / "report").iterdir()} == {".txt", ".md", ".csv", ".tex"}
+
+
+def test_a_report_draws_strips_of_recorded_data_and_only_while_they_are_the_same(
+    trackmark, one_line, here
+):
+    trackmark(*STATIC, "data/Small,samples/face")
+    trackmark("report", "results/adhoc", "--folder", "first")
+    assert (here / "first" / "strip-Small.png").is_file()
+    assert (here / "first" / "strip-samples-face.png").is_file()
+    truth = here / "data" / "Small" / "groundtruth_rect.txt"
+    truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
+    said = trackmark("report", "results/adhoc", "--folder", "second").stderr
+    assert "Small: no film strip" in said
+    assert not (here / "second" / "strip-Small.png").exists()
+    done = trackmark("show", "data/Small", "--results", "results", "--output", "a.png", status=2)
+    assert "another version" in one_line(done)
+
+
+def test_a_report_of_failed_timing_runs_alone_is_written(trackmark, spoil):
+    spoil()
+    trackmark("run", "--trackers", "knob.py:Knob", *SMALL, "--timing", status=1)
+    said = trackmark("report", "results/adhoc", "--folder", "report").stdout
+    assert "1 of 1 failed" in said
+
+
+def test_show_makes_a_film_strip_and_an_h264_video(trackmark, here):
+    import av
+
+    trackmark(*STATIC, "samples/face")
+    shown = ("show", "samples/face", "--results", "results/adhoc", "--output")
+    trackmark(*shown, "strip.png")
+    assert cv2.imread(str(here / "strip.png")).shape[1] > 800
+    trackmark(*shown, "video.mp4", "--last", 29)
+    with av.open(str(here / "video.mp4")) as video:
+        assert video.streams.video[0].codec_context.name == "h264"
+        assert sum(1 for _ in video.decode(video=0)) == 30
+
+
+def test_show_never_overwrites_what_it_shows(trackmark, here):
+    trackmark("show", "data/Small/img", "--output", "mine.mp4")
+    whole = (here / "mine.mp4").read_bytes()
+    assert "overwritten" in trackmark("show", "mine.mp4", "--output", "mine.mp4", status=2).stderr
+    assert (here / "mine.mp4").read_bytes() == whole
+    image = "data/Small/img/0001.png"
+    assert "overwritten" in trackmark("show", "data/Small", "--output", image, status=2).stderr
