@@ -11,6 +11,7 @@ import sys
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
+from inspect import getmodulename
 from pathlib import Path
 from typing import Any
 
@@ -98,7 +99,7 @@ def library_versions(imports: set[str]) -> dict[str, str]:
     return {
         distribution: metadata.version(distribution)
         for name in sorted(imports - sys.stdlib_module_names)
-        for distribution in sorted(set(_distributions().get(name, ())))
+        for distribution in sorted({found.name for found in _distributions().get(name, ())})
     }
 
 
@@ -141,8 +142,29 @@ def _followed(file: Path, package: Path) -> tuple[str, set[str]]:
 
 
 @cache
-def _distributions() -> dict[str, list[str]]:
-    return dict(metadata.packages_distributions())
+def _distributions() -> dict[str, list[metadata.Distribution]]:
+    """What is installed, by import name.
+
+    `importlib.metadata.packages_distributions` takes a path apart for each installed file, a tenth
+    of a second or two of every command; only the first folder of each is wanted.
+    """
+    found: dict[str, list[metadata.Distribution]] = {}
+    for distribution in metadata.distributions():
+        names = (distribution.read_text("top_level.txt") or "").split()
+        for name in set(names) or _first_folders(distribution):
+            found.setdefault(name, []).append(distribution)
+    return found
+
+
+def _first_folders(distribution: metadata.Distribution) -> set[str]:
+    record = distribution.read_text("RECORD")
+    if record is None:
+        files = [str(file) for file in distribution.files or ()]
+    else:
+        files = [line.rpartition(",")[0].rpartition(",")[0] for line in record.splitlines()]
+    parts = [file.strip('"').partition("/") for file in files]
+    names = {first if slash else getmodulename(first) for first, slash, _ in parts}
+    return {name for name in names if name and "." not in name}
 
 
 def _is_elsewhere(top: str) -> bool:

@@ -102,6 +102,16 @@ def test_an_import_name_may_differ_from_its_distribution():
     assert name.startswith("opencv")
 
 
+def test_installed_names_are_those_that_python_tells():
+    told = metadata.packages_distributions()
+    imports = {name for name in told if name.isidentifier()}
+    assert library_versions(imports) == {
+        name: metadata.version(name)
+        for top in imports - sys.stdlib_module_names
+        for name in told[top]
+    }
+
+
 def test_a_file_outside_the_package_counts_too(package, tmp_path):
     file = tmp_path / "mine.py"
     file.write_text("import animals.shared\n")
