@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from bench.papers.wang2010 import plain
-from bench.papers.wang2010.plain.observation import JointMaps
-from bench.papers.wang2010.plain.windows import window_slices
+from bench.papers.wang2010 import plain_maps as plain
+from bench.papers.wang2010.plain_maps import JointMaps, window_slices
 from trackers.base.parameters import TrackerError
 from trackers.base.sharing import SharedFrame
 from trackers.maps.differences import first_frame, frame_after, moving_share

@@ -143,7 +143,7 @@ def _curves(
     lookup, sequences = Table(evidence.scores, readings), evidence.names("sequences")
     numbers = sorted(evidence.scores["particles"].dropna().unique())
     found: dict[object, tuple[dict[str, Any], dict[str, pd.Series[float]]]] = {}
-    for reading in readings.all(lambda axis: PROPOSED in axis.over, lambda option: True):  # noqa: ARG005
+    for reading in readings.all(lambda axis: PROPOSED in axis.over, lambda _: True):
         curves, asked, scenes = {}, [], []
         for tracker in trackers:
             both = {"radius": reading.parameters(PROPOSED).get("radius", "rule")}

@@ -1,0 +1,230 @@
+"""The paper's methods in plain NumPy, equation by equation, without any special optimisation.
+
+They are written down from the text and not from the trackers' code: boxes must be the same. Two
+things, on which the text is silent, are the same by agreement: the order of the random numbers, and
+that a window's edge which is on the border of two pixels but for the rounding of floats is on it
+(`plain_maps.ROUNDING`).
+"""
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.papers.wang2010.plain_maps import (
+    JointMaps,
+    hue_map,
+    make_template,
+    mean_shift,
+    whole_size,
+    window_sum,
+)
+from trackers.base.interface import Box, Image
+
+__all__ = ["PlainCamShift", "PlainImprovedCamShift", "PlainParticleFilter", "PlainWang2010"]
+
+Array = NDArray[np.float64]
+
+SMALLEST_WINDOW = 3  # pixels a side, of a window that adapts
+
+
+class _CamShift:
+    """Mean shift of one window on a map, then Bradski's rule for its size if that is asked for."""
+
+    def __init__(self, window: str, stop_distance: float, max_iterations: int) -> None:
+        self._adaptive = window == "adaptive"
+        self._stop_distance, self._max_iterations = stop_distance, max_iterations
+        self.iterations = 0
+
+    def _start(self, box: Box) -> None:
+        x, y, width, height = box.tolist()
+        self._x, self._y = x + width / 2, y + height / 2
+        self._size: tuple[float, float] = width, height
+        self._window = whole_size(width), whole_size(height)
+        self._ratio = width / height
+
+    def _shift(self, values: Array) -> Box:
+        self._x, self._y, self.iterations, total = mean_shift(
+            values, self._x, self._y, *self._window, self._stop_distance, self._max_iterations
+        )
+        if self._adaptive and total > 0:
+            rows, columns = values.shape
+            width = whole_size(2 * sqrt(total * self._ratio))
+            height = whole_size(2 * sqrt(total / self._ratio))
+            self._window = (
+                min(max(width, SMALLEST_WINDOW), columns),
+                min(max(height, SMALLEST_WINDOW), rows),
+            )
+            self._size = self._window
+        size = np.array(self._size)
+        return np.concatenate([(self._x, self._y) - size / 2, size])
+
+
+class PlainCamShift(_CamShift):
+    """Traditional CamShift, on the map of the hue; of the seed nothing is drawn."""
+
+    def __init__(
+        self,
+        seed: np.random.SeedSequence | int | None = None,
+        window: str = "fixed",
+        hue_bins: int = 32,
+        stop_distance: float = 2.0,
+        max_iterations: int = 10,
+        minimum_saturation: float = 0.0,
+        minimum_value: float = 0.0,
+        maximum_value: float = 1.0,
+    ) -> None:
+        super().__init__(window, stop_distance, max_iterations)
+        limits = minimum_saturation, minimum_value, maximum_value
+        self._histograms = hue_bins, 1, limits
+
+    def init(self, image: Image, box: Box) -> None:
+        """Take the template from a box of the first frame."""
+        self._start(box)
+        self._template = make_template(image, box, *self._histograms)
+
+    def update(self, image: Image) -> Box:
+        """Box in the next frame."""
+        return self._shift(hue_map(image, self._template))
+
+
+class PlainImprovedCamShift(_CamShift):
+    """Improved CamShift, on the joint map of colour and motion: `maps` of the last frame."""
+
+    def __init__(
+        self,
+        seed: np.random.SeedSequence | int | None = None,
+        window: str = "fixed",
+        stop_distance: float = 2.0,
+        max_iterations: int = 10,
+        **maps: Any,
+    ) -> None:
+        super().__init__(window, stop_distance, max_iterations)
+        self.maps = JointMaps(**maps)
+
+    def init(self, image: Image, box: Box) -> None:
+        """Take the template from a box of the first frame."""
+        self._start(box)
+        self.maps.init(image, box)
+
+    def update(self, image: Image) -> Box:
+        """Box in the next frame."""
+        self.maps.update(image)
+        return self._shift(self.maps.joint)
+
+
+class PlainParticleFilter:
+    """The traditional particle filter, with the same transition and observation.
+
+    `particles` is N; `radius` r of the transition [pixels], "rule" for √N / 2; `sigma` the scale
+    of the observation; `resampling` "systematic" or "multinomial"; `velocity` "particle" (each
+    goes on at its own last step) or "mean" (all at the mean of them); `estimate` "mean" (by
+    weight), "resampled" (mean after resampling) or "best" (the particle of the largest weight).
+
+    Attributes
+    ----------
+    maps : JointMaps
+        Of the last frame.
+    predicted, particles : ndarray of float64, shape (N, 2)
+        Where the transition and the drift put the particles [pixels].
+    similarity, weights : ndarray of float64, shape (N,)
+        Of `particles`: M / M0 in [0, 1], and weights that sum to one.
+    iterations : float
+        Mean shift steps, mean over the particles.
+    """
+
+    def __init__(
+        self,
+        seed: np.random.SeedSequence | int,
+        particles: int = 400,
+        radius: str | float = "rule",
+        sigma: float = 1.0,
+        resampling: str = "systematic",
+        velocity: str = "particle",
+        estimate: str = "mean",
+        **maps: Any,
+    ) -> None:
+        self._seed, self._n, self._sigma = seed, particles, sigma
+        self._radius = sqrt(particles) / 2 if radius == "rule" else float(radius)
+        self._resampling, self._velocity, self._estimate = resampling, velocity, estimate
+        self.maps = JointMaps(**maps)
+
+    def init(self, image: Image, box: Box) -> None:
+        """Take the template from a box of the first frame, and scatter particles around it."""
+        self.maps.init(image, box)
+        self._random = np.random.default_rng(self._seed)
+        self._size = box[2:].copy()
+        self._window = whole_size(box[2]), whole_size(box[3])
+        self._s = box[:2] + self._size / 2 + self._radius * self._draw()  # s of the frame before
+        self._s_before = self._s.copy()  # and of the one before that
+
+    def update(self, image: Image) -> Box:
+        """Box in the next frame."""
+        self.maps.update(image)
+        self.predicted = self._predict(image.shape)
+        self.particles, m, self.iterations = self._drift(self.predicted)
+        # Equations 9 to 11.
+        self.similarity = m / np.prod(self._window)
+        likelihoods = np.exp(-(1 - self.similarity) / (2 * self._sigma**2))
+        self.weights = likelihoods / likelihoods.sum()
+
+        chosen = self._resample()
+        self._s, self._s_before = self.particles[chosen], self._s[chosen]  # in pairs
+        if self._estimate == "best":
+            centre = self.particles[self.weights.argmax()]
+        elif self._estimate == "resampled":
+            centre = self._s.mean(axis=0)
+        else:
+            centre = self.weights @ self.particles  # equation 12
+        return np.concatenate([centre - self._size / 2, self._size])
+
+    def _predict(self, shape: tuple[int, ...]) -> Array:
+        """Equation 8."""
+        steps = self._s - self._s_before
+        if self._velocity == "mean":
+            steps = steps.mean(axis=0)
+        predicted = self._s + steps + self._radius * self._draw()
+        rows, columns = shape[:2]
+        return np.clip(predicted, 0.5, [columns - 0.5, rows - 0.5])
+
+    def _drift(self, predicted: Array) -> tuple[Array, Array, float]:
+        """Particles, M of each, and their mean number of steps: without any drift here."""
+        sums = [window_sum(self.maps.joint, x, y, *self._window) for x, y in predicted.tolist()]
+        return predicted, np.array(sums), 0.0
+
+    def _resample(self) -> NDArray[np.intp]:
+        if self._resampling == "systematic":
+            positions = (np.arange(self._n) + self._random.random(1)) / self._n
+        else:
+            positions = self._random.random(self._n)
+        cumulative = np.cumsum(self.weights)
+        found = np.searchsorted(cumulative, positions * cumulative[-1], side="right")
+        return np.asarray(np.minimum(found, self._n - 1))
+
+    def _draw(self) -> Array:
+        """u: uniform on [-1, 1], independent for each coordinate of each particle."""
+        return self._random.uniform(-1, 1, (self._n, 2))
+
+
+class PlainWang2010(PlainParticleFilter):
+    """The proposed filter: mean shift on the joint map moves every particle."""
+
+    def __init__(
+        self,
+        seed: np.random.SeedSequence | int,
+        particles: int = 60,
+        stop_distance: float = 2.0,
+        max_iterations: int = 10,
+        **others: Any,
+    ) -> None:
+        super().__init__(seed, particles, **others)
+        self._limits = stop_distance, max_iterations
+
+    def _drift(self, predicted: Array) -> tuple[Array, Array, float]:
+        shifted = (
+            mean_shift(self.maps.joint, x, y, *self._window, *self._limits)
+            for x, y in predicted.tolist()
+        )
+        found = np.array(list(shifted))
+        return found[:, :2], found[:, 3], float(found[:, 2].mean())

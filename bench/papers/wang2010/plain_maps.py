@@ -1,0 +1,299 @@
+"""The paper's maps of colour and motion in plain NumPy, and mean shift of a window on them.
+
+Images are BGR, shape (rows, columns, 3) of uint8; boxes `[x, y, width, height]` in pixels; maps
+float64, shape (rows, columns). See `plain` for what they are for.
+"""
+
+from math import floor, hypot
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.base.interface import Box, Image, Mask
+
+__all__ = [
+    "JointMaps",
+    "Template",
+    "box_slices",
+    "colour_bins",
+    "colour_map",
+    "grey",
+    "hue_map",
+    "joint_map",
+    "local_difference",
+    "make_template",
+    "mean_shift",
+    "moving",
+    "threshold",
+    "whole_size",
+    "window_slices",
+    "window_sum",
+]
+
+Array = NDArray[np.float64]
+Whole = NDArray[np.int64]
+Limits = tuple[float, float, float]
+
+NOTHING = 1e-9  # a window whose sum is no more than this stays where it is
+ROUNDING = 1e-9  # pixels that a centroid in floats may be off: what should be on an edge is on it
+EVERYTHING: Limits = (0.0, 0.0, 1.0)
+
+
+def whole_size(size: float) -> int:
+    """Pixels of a window that stands for this length, at least one."""
+    return max(1, floor(size + 0.5))
+
+
+def window_slices(
+    shape: tuple[int, ...], x: float, y: float, width: int, height: int
+) -> tuple[slice, slice]:
+    """Rows and columns of the window around a centre that lie in an image of this shape."""
+    left = floor(x - width / 2 + 0.5 + ROUNDING)
+    top = floor(y - height / 2 + 0.5 + ROUNDING)
+    rows, columns = shape[:2]
+    return (
+        slice(min(max(top, 0), rows), min(max(top + height, 0), rows)),
+        slice(min(max(left, 0), columns), min(max(left + width, 0), columns)),
+    )
+
+
+def box_slices(shape: tuple[int, ...], box: Box) -> tuple[slice, slice]:
+    """Rows and columns of the window that stands for a box."""
+    x, y, width, height = box.tolist()
+    size = whole_size(width), whole_size(height)
+    return window_slices(shape, x + width / 2, y + height / 2, *size)
+
+
+def window_sum(values: Array, x: float, y: float, width: int, height: int) -> float:
+    """M00 of the window around a centre (equation 6)."""
+    return float(values[window_slices(values.shape, x, y, width, height)].sum())
+
+
+def mean_shift(
+    joint: Array,
+    x: float,
+    y: float,
+    width: int,
+    height: int,
+    stop_distance: float = 2.0,
+    max_iterations: int = 10,
+) -> tuple[float, float, int, float]:
+    """Move a window to the centroid of a map until a step is short (equations 6 and 7).
+
+    Parameters
+    ----------
+    joint : ndarray of float64, shape (rows, columns)
+        The map.
+    x, y : float
+        Centre to start from [pixels, continuous coordinates].
+    width, height : int
+        Size of the window [pixels].
+    stop_distance : float
+        ε: a step shorter than this is the last one taken [pixels].
+    max_iterations : int
+        n0, most steps taken.
+
+    Returns
+    -------
+    x, y : float
+        Centre; that of a window without anything in it stays.
+    iterations : int
+        Windows whose centroid was asked for.
+    total : float
+        M00 of the window around the centre that is returned.
+    """
+    for iteration in range(1, max_iterations + 1):
+        rows, columns = window_slices(joint.shape, x, y, width, height)
+        inside = joint[rows, columns]
+        total = float(inside.sum())
+        if total <= NOTHING:
+            return x, y, iteration, total
+        new_x = inside.sum(axis=0) @ np.arange(columns.start, columns.stop) / total + 0.5
+        new_y = inside.sum(axis=1) @ np.arange(rows.start, rows.stop) / total + 0.5
+        step = hypot(new_x - x, new_y - y)
+        x, y = float(new_x), float(new_y)
+        if step < stop_distance:
+            break
+    return x, y, iteration, window_sum(joint, x, y, width, height)
+
+
+class Template(NamedTuple):
+    """What the target looks like in the first frame: histograms over their largest bin.
+
+    Pixels below the least saturation or value, or above the greatest value, count for nothing
+    [fractions].
+    """
+
+    hue: Array
+    saturation: Array
+    limits: Limits = EVERYTHING
+
+
+def colour_bins(image: Image, hue_bins: int = 32, saturation_bins: int = 32) -> tuple[Whole, Whole]:
+    """Bins of hue and saturation as MATLAB's `rgb2hsv` has them, in whole numbers.
+
+    Grey pixels have hue 0, black ones saturation 0.
+    """
+    channels = _channels(image)
+    return _hue_bins(channels, hue_bins), _saturation_bins(channels, saturation_bins)
+
+
+def make_template(
+    image: Image,
+    box: Box,
+    hue_bins: int = 32,
+    saturation_bins: int = 32,
+    limits: Limits = EVERYTHING,
+) -> Template:
+    """Histograms of all pixels of a rectangle, within the limits of `Template`.
+
+    Raises
+    ------
+    ValueError
+        Where none of them counts.
+    """
+    patch = image[box_slices(image.shape, box)]
+    counted = _counted(patch, *limits)
+    if not counted.any():
+        raise ValueError(f"no pixel of the box {box.tolist()} counts; give another box.")
+    hue, saturation = colour_bins(patch, hue_bins, saturation_bins)
+    hues = np.bincount(hue[counted], minlength=hue_bins)
+    saturations = np.bincount(saturation[counted], minlength=saturation_bins)
+    return Template(hues / hues.max(), saturations / saturations.max(), limits)
+
+
+def hue_map(image: Image, template: Template) -> Array:
+    """I_h: how frequent each pixel's hue is in the template, in [0, 1]."""
+    found = template.hue[_hue_bins(_channels(image), len(template.hue))]
+    return _without_uncounted(found, image, template)
+
+
+def colour_map(image: Image, template: Template, alpha: float = 0.7) -> Array:
+    """I_c = α I_h + (1 - α) I_s, in [0, 1] (equation 3)."""
+    hue, saturation = colour_bins(image, len(template.hue), len(template.saturation))
+    found = alpha * template.hue[hue] + (1 - alpha) * template.saturation[saturation]
+    return _without_uncounted(found, image, template)
+
+
+def _without_uncounted(found: Array, image: Image, template: Template) -> Array:
+    if template.limits != EVERYTHING:
+        found[~_counted(image, *template.limits)] = 0.0
+    return found
+
+
+def _counted(
+    image: Image, minimum_saturation: float, minimum_value: float, maximum_value: float
+) -> Mask:
+    *_, largest, spread = _channels(image)
+    saturated = spread >= minimum_saturation * largest
+    return saturated & (largest >= minimum_value * 255.0) & (largest <= maximum_value * 255.0)
+
+
+def _hue_bins(channels: tuple[Whole, ...], bins: int) -> Whole:
+    blue, green, red, largest, spread = channels
+    # Hue is sixths / (6 spread) of a turn.
+    sixths = np.where(
+        largest == red,
+        np.where(green >= blue, green - blue, green - blue + 6 * spread),
+        np.where(largest == green, blue - red + 2 * spread, red - green + 4 * spread),
+    )
+    return np.asarray(bins * sixths // (6 * np.maximum(spread, 1)))
+
+
+def _saturation_bins(channels: tuple[Whole, ...], bins: int) -> Whole:
+    *_, largest, spread = channels
+    return np.asarray(np.minimum(bins * spread // np.maximum(largest, 1), bins - 1))
+
+
+def _channels(image: Image) -> tuple[Whole, ...]:
+    """Blue, green and red, the largest of them, and how far they spread."""
+    blue, green, red = np.moveaxis(image.astype(np.int64), 2, 0)
+    largest = np.maximum(np.maximum(blue, green), red)
+    return blue, green, red, largest, largest - np.minimum(np.minimum(blue, green), red)
+
+
+def grey(image: Image) -> Whole:
+    """Sum of the three channels: a factor cancels in the threshold."""
+    return np.asarray(image.sum(axis=2, dtype=np.int64))
+
+
+def local_difference(image: Image, previous: Image, window: int = 5) -> Whole:
+    """D1: absolute differences of `grey`, summed over a window around each pixel.
+
+    The window's side n is odd [pixels]; what of it lies outside counts for nothing.
+    """
+    changed = np.pad(np.abs(grey(image) - grey(previous)), window // 2)
+    rows, columns = image.shape[:2]
+    across = np.sum([changed[:, left : left + columns] for left in range(window)], axis=0)
+    return np.asarray(np.sum([across[top : top + rows] for top in range(window)], axis=0))
+
+
+def threshold(difference: Whole | Array, factor: float = 2.0) -> float:
+    """T = mean + λ · standard deviation, over the whole image."""
+    return float(difference.mean() + factor * difference.std())
+
+
+def moving(difference: Whole | Array, factor: float = 2.0) -> Mask:
+    """B: where the difference is above its threshold."""
+    return np.asarray(difference > threshold(difference, factor))
+
+
+def joint_map(colour: Array, moving: Mask, beta: float = 0.8) -> Array:
+    """P = (1 - β) I_c + β I_m with I_m = B · I_c (equation 5)."""
+    return (1 - beta) * colour + beta * moving * colour
+
+
+class JointMaps:
+    """The maps of each frame, from the template and the frames before.
+
+    `alpha` is the weight of the hue, `beta` that of the motion; `difference_window` the side n of
+    local differences, `differences` ("two", "one") whether the one before is averaged in;
+    `threshold_factor` λ of the adaptive threshold, `motion_threshold` "adaptive", or a fixed one
+    (mean absolute difference in the window [grey levels]). The limits are those of `Template`.
+
+    Attributes
+    ----------
+    colour, difference, moving, joint : ndarray, shape (rows, columns)
+        I_c, D, B and P of the last frame.
+    """
+
+    def __init__(
+        self,
+        alpha: float = 0.7,
+        beta: float = 0.8,
+        hue_bins: int = 32,
+        saturation_bins: int = 32,
+        difference_window: int = 5,
+        differences: str = "two",
+        threshold_factor: float = 2.0,
+        motion_threshold: str | float = "adaptive",
+        minimum_saturation: float = 0.0,
+        minimum_value: float = 0.0,
+        maximum_value: float = 1.0,
+    ) -> None:
+        self._alpha, self._beta = alpha, beta
+        limits = minimum_saturation, minimum_value, maximum_value
+        self._histograms = hue_bins, saturation_bins, limits
+        self._window, self._averaged = difference_window, differences == "two"
+        self._factor, self._fixed = threshold_factor, motion_threshold
+        self._before: Whole | None = None
+
+    def init(self, image: Image, box: Box) -> None:
+        """Take the template from a box of the first frame."""
+        self._template = make_template(image, box, *self._histograms)
+        self._image, self._before = image, None
+
+    def update(self, image: Image) -> None:
+        """See the next frame."""
+        self.colour = colour_map(image, self._template, self._alpha)
+        latest = local_difference(image, self._image, self._window)
+        self.difference: Array = latest.astype(float)
+        if self._averaged and self._before is not None:
+            self.difference = (latest + self._before) / 2
+        self._image, self._before = image, latest
+        if self._fixed == "adaptive":
+            self.moving = moving(self.difference, self._factor)
+        else:
+            self.moving = self.difference > float(self._fixed) * 3 * self._window**2
+        self.joint = joint_map(self.colour, self.moving, self._beta)
