@@ -31,7 +31,7 @@ from bench.claims.kinds import (
 from bench.claims.ledger import Claim
 from bench.claims.measuring import CELL, named_columns, verdict_of
 from bench.claims.readings import NO_MATTER, Option, Reading, Readings
-from bench.claims.sides import SETTLED, Compared, Table, limited, rows_by_reading
+from bench.claims.sides import SETTLED, Compared, Table, light_rows, limited, rows_by_reading
 from bench.statistics.verdicts import (
     LEAST_CELLS,
     NOWHERE,
@@ -145,7 +145,7 @@ def _frame(
             words = f"the {'scores have' if test.table == SCORES else f'table {test.table} has'}"
             raise ValueError(f"claim {claim.id}: {words} no column {column!r}.")
     needed = {*COLUMNS, *named_columns(test), *claim.readings.limits, SETTLED, "failure", "tracker"}
-    return table[[column for column in table if column in needed]]
+    return light_rows(table, needed)
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ __all__ = [
     "SETTLED",
     "Compared",
     "Table",
+    "light_rows",
     "limited",
     "rows_by_reading",
     "run_key",
@@ -83,6 +84,16 @@ def limited(rows: pd.DataFrame, limits: Limits) -> pd.DataFrame:
     return rows
 
 
+def light_rows(rows: Rows, columns: Collection[str]) -> Rows:
+    """The same rows with these columns alone, quick to choose from many times.
+
+    Texts are Python's own: choosing from Arrow's takes several times as long.
+    """
+    chosen = rows[[column for column in rows if column in columns]]
+    texts = [column for column in chosen if isinstance(chosen[column].dtype, pd.StringDtype)]
+    return chosen.astype(dict.fromkeys(texts, object)).copy()
+
+
 class Table:
     """A table in which sides are looked up many times.
 
@@ -119,14 +130,24 @@ class Table:
         """Whether there are runs of any key on its sequence."""
         return any(key in self._places for key in keys)
 
+    def places(self, keys: Iterable[tuple[object, str]]) -> list[int]:
+        """Places of runs by key and sequence."""
+        return sorted(place for key in keys for place in self._places.get(key, []))
+
     def of(self, keys: Iterable[tuple[object, str]]) -> Rows:
         """Runs by key and sequence."""
-        places = [place for key in keys for place in self._places.get(key, [])]
-        return self.rows.iloc[sorted(places)]
+        return self.rows.iloc[self.places(keys)]
 
     def runs(self, tracker: str, parameters: Mapping[str, Value], sequences: Iterable[str]) -> Rows:
         """Runs of a tracker with these parameters, over what is usual on each sequence."""
         return self.of((self.key(tracker, parameters, one), one) for one in sequences)
+
+    def index(
+        self, tracker: str, parameters: Mapping[str, Value], sequences: Iterable[str]
+    ) -> pd.Index:
+        """Index of the same runs."""
+        keys = ((self.key(tracker, parameters, one), one) for one in sequences)
+        return self.rows.index[self.places(keys)]
 
 
 class _Rows:

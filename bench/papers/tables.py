@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from bench.claims.sides import Table as Lookup
-from bench.claims.sides import limited, run_key
+from bench.claims.sides import light_rows, limited, run_key
 from bench.papers.cells import STATISTICS
 from bench.papers.description import Column, Description, Line, TableEntry
 from bench.papers.wording import POST_HOC, Wording
@@ -22,6 +22,9 @@ __all__ = [
 ]
 
 SCORES = "scores"
+
+LINE_HEADS = ("claim", "quantity")
+"""Of the words of a table's lines."""
 
 
 def text_table(name: str, caption: str, data: Sequence[Mapping[str, str]], n_labels: int) -> Table:
@@ -85,8 +88,7 @@ def make_table(
         if entry.trackers:
             rows = rows.loc[[place for place in _of(entry.trackers, lookup) if place in rows.index]]
         rows = limited(rows, entry.where)
-        needed = _needed(entry)
-        rows = rows[[column for column in rows if column in needed]].copy()  # of a hundred
+        rows = light_rows(rows, _needed(entry))
         data = list(_rows(rows, entry, wording, lookup))
     if not data:
         return None
@@ -113,7 +115,7 @@ def _of(trackers: Sequence[str], lookup: Lookup) -> pd.Index:
         tracker, parameters = parse_text(text)
         sequences = lookup.rows["sequence"].unique()
         for told in _swept(tracker, parameters, lookup.rows):
-            found = found.append(lookup.runs(tracker, told, sequences).index)
+            found = found.append(lookup.index(tracker, told, sequences))
     return found.unique()
 
 
@@ -258,7 +260,7 @@ def _lines(entry: TableEntry, frames: Mapping[str, pd.DataFrame]) -> Iterator[di
             groups = chosen.groupby(list(line.each), sort=False)
         for values, rows in groups:
             told = [word.format(*map(_plain, values)) for word in line.words]
-            labels = {f"label {place}": word for place, word in enumerate(told)}
+            labels = dict(zip(LINE_HEADS[-len(told) :], told, strict=True))
             yield labels | {column.head: _line_cell(rows, line, column) for column in entry.columns}
 
 

@@ -182,7 +182,8 @@ def found_by_differences(sequence: Sequence, quick: bool) -> Tables:
             seen = frame, frame - step, frame - 2 * step
             if seen[-1] < 0:
                 continue
-            labels = {"step": step, "speed": step * speed, "slow": float(speed < usual)}
+            labels: dict[str, Any] = {"step": step, "speed": step * speed}
+            labels["slow"] = float(speed < usual)
             swept = things.swept(seen)
             for noise in (0.0, 4.0, 8.0, 16.0):
                 image, previous, earlier = (

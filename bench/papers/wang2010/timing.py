@@ -282,21 +282,21 @@ def beside_published(times: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
                 known |= {"paper": published[method]}
                 known |= {"paper_ratio": published[method] / published["camshift"]}
                 for name in IMPLEMENTATIONS:
-                    own = here[here["implementation"] == name]
-                    fixed = own.loc[own["window"] == "fixed", "camshift"]
-                    own = own.loc[own["window"] == (window or "fixed"), method]
+                    both = here[here["implementation"] == name]
+                    fixed = both.loc[both["window"] == "fixed", "camshift"]
+                    own = both.loc[both["window"] == (window or "fixed"), method]
                     found = {"seconds": own.median(), "ratio": _ratio(own, fixed)}
                     rows.append({**known, "timed": name, "passes": len(own), **found})
                 seconds = nan if window == "adaptive" else _of_runs(runs, sequence, method)
                 rows.append({**known, "timed": "runs", "seconds": seconds})
     first = times[(times["sequence"] == TABLE_1) & (times["window"] == "fixed")]
-    both = {"sequence": TABLE_1, "method": "particle filter over proposed", "window": ""}
     paper = PUBLISHED[TABLE_1]
-    both |= {"paper_ratio": paper["particle_filter"] / paper["proposed"]}
+    known = {"sequence": TABLE_1, "method": "particle filter over proposed", "window": ""}
+    known |= {"paper_ratio": paper["particle_filter"] / paper["proposed"]}
     for name in IMPLEMENTATIONS:
-        own = first[first["implementation"] == name]
-        ratio = _ratio(own["particle_filter"], own["proposed"])
-        rows.append({**both, "timed": name, "passes": len(own), "ratio": ratio})
+        both = first[first["implementation"] == name]
+        ratio = _ratio(both["particle_filter"], both["proposed"])
+        rows.append({**known, "timed": name, "passes": len(both), "ratio": ratio})
     return pd.DataFrame(rows)
 
 
