@@ -48,7 +48,7 @@ seal: $(READY)
 	$(BIN)/python -m bench.evaluation.seal $(addprefix --new ,$(NEW))
 
 bench: $(READY)
-	$(BIN)/python -m pytest tests/speed --benchmark-enable --benchmark-only \
+	$(BIN)/python -m pytest tests/speed --benchmark-enable \
 	  --benchmark-timer=time.thread_time --benchmark-sort=name
 
 clean:

@@ -58,6 +58,21 @@ def say(*words):
     print("\n ", *words, end="")  # noqa: T201  # what `pytest -s` is for
 
 
+def warm(text, clip):
+    """The tracker of a text such as `multipart:particles=400`, compiled and its tables filled."""
+    name, *options = text.split(":")
+    tracker = trackers.create(name, **dict(option.split("=") for option in options))
+    run(tracker, clip, n=3)
+    return tracker
+
+
+def seconds_of(function, *arguments):
+    """Processor time of a call."""
+    begin = thread_time()
+    function(*arguments)
+    return thread_time() - begin
+
+
 def compare(clip, ours, theirs, rounds=3, n=40):
     """Median time of theirs over ours; both in turns, so that both meet the same machine."""
     our_seconds, their_seconds = [], []
