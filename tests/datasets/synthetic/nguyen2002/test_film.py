@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import datasets
 from datasets.synthetic.nguyen2002.film.hiders import HIDERS
 from datasets.synthetic.nguyen2002.film.plan import CLIPS, SIZE, WIDTHS, plan, script
 from datasets.synthetic.nguyen2002.film.scene import scene
@@ -37,9 +36,9 @@ def first_clip(seed, wanted):
     return next(clip for clip, shot in enumerate(script(seed), 1) if wanted(shot))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(seed=SEEDS)
-def test_a_set_has_the_papers_numbers(seed):
+def test_a_set_has_the_papers_numbers_all_settings_and_half_of_its_targets_ellipses(seed):
     shots = script(seed)
     assert len(shots) == 20
     assert Counter(shot.occlusions for shot in shots) == {0: 5, 1: 10, 2: 4, 3: 1}
@@ -49,20 +48,13 @@ def test_a_set_has_the_papers_numbers(seed):
     assert len({shot.frames for shot in shots}) > 10
     assert sum(shot.partial for shot in shots) == 8
 
-
-@settings(max_examples=50, deadline=None)
-@given(seed=SEEDS)
-def test_a_set_has_all_settings_and_half_of_its_targets_are_ellipses(seed):
-    shots = script(seed)
     assert {shot.setting for shot in shots} == set(SETTINGS)
     assert 7 <= sum(KINDS[shot.target].round for shot in shots) <= 13
     assert len({shot.target for shot in shots}) >= 7
     assert all(shot.target in SETTINGS[shot.setting].targets for shot in shots)
 
 
-@pytest.mark.parametrize(
-    "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 7))]
-)
+@pytest.mark.parametrize("seed", [0, pytest.param(7, marks=pytest.mark.slow)])
 def test_occlusions_are_complete_and_end(seed):
     lengths, partial = [], 0
     for clip, shot in enumerate(script(seed), 1):
@@ -89,7 +81,7 @@ def test_occlusions_are_complete_and_end(seed):
     assert 16 <= np.median(lengths) <= 30
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(seed=SEEDS, clip=NUMBERS)
 def test_the_target_stays_in_the_picture_and_moves_smoothly(seed, clip):
     clip = plan(seed, clip)
@@ -107,7 +99,7 @@ def test_the_target_stays_in_the_picture_and_moves_smoothly(seed, clip):
     assert np.ptp(clip.look) == pytest.approx(1)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(seed=SEEDS, clip=NUMBERS)
 def test_what_stands_before_the_target_is_passed_faster_than_what_is_behind(seed, clip):
     clip = plan(seed, clip)
@@ -149,21 +141,6 @@ def test_a_box_does_not_grow_because_the_target_turns():
     assert np.ptp(sides, axis=0) == pytest.approx([0, 0], abs=1e-9)
 
 
-@pytest.mark.parametrize("share", [0.0, 0.25, 0.55, 0.9])
-def test_what_changes_with_the_targets_paint_is_the_mask(share):
-    clip = first_clip(3, lambda shot: shot.occlusions == 2)
-    film = scene(FilmKnobs(scene=3), clip)  # it is changed below
-    frame = round(share * (len(film) - 1))
-    mask, before = film.mask(frame), film.render(frame).astype(int)
-    coverage = film._target._looks[0][1:-1, 1:-1, 3] / 255
-    green = np.full((*coverage.shape, 3), (40.0, 250.0, 40.0))
-    film._target = Rigid([green], coverage, film._target._oversize)
-    changed = np.abs(film.render(frame).astype(int) - before).max(axis=2) > 16
-    around = cv2.dilate(mask.astype(np.uint8), np.ones((9, 9))) > 0  # blur, and coarse colour
-    assert changed[mask].mean() > 0.9
-    assert not changed[~around].any()
-
-
 def test_the_far_moves_less_than_the_near_where_the_camera_moves_along():
     film = opened(0, first_clip(0, lambda shot: shot.setting == "street"))
     speed = -45 * np.gradient(film.plan.travel)
@@ -176,9 +153,7 @@ def test_the_far_moves_less_than_the_near_where_the_camera_moves_along():
     assert abs(shifts[1]) > 1.8 * abs(shifts[0])
 
 
-@pytest.mark.parametrize(
-    "clip", [2, *(pytest.param(clip, marks=pytest.mark.slow) for clip in (9, 17))]
-)
+@pytest.mark.parametrize("clip", [2, pytest.param(9, marks=pytest.mark.slow)])
 def test_light_changes_neither_strongly_nor_abruptly(clip):
     film = opened(5, clip)
     plain = [k for k in range(len(film)) if film.truth().visibility[k] == 1]
@@ -190,7 +165,7 @@ def test_light_changes_neither_strongly_nor_abruptly(clip):
 
 def test_the_film_has_grain_in_all_colours_alike_and_coarse_colour():
     film = opened(2, first_clip(2, lambda shot: shot.occlusions == 0 and not shot.partial))
-    still = np.stack([film._developed(np.full((240, 320, 3), 128, np.uint8), k) for k in range(30)])
+    still = np.stack([film._developed(np.full((240, 320, 3), 128, np.uint8), k) for k in range(12)])
     noise = (still - still.mean(axis=0)).reshape(-1, 3)
     assert 2 < noise.std(axis=0).min() < noise.std(axis=0).max() < 6
     assert np.corrcoef(noise.T)[np.triu_indices(3, 1)].min() > 0.6
@@ -233,19 +208,3 @@ def test_what_lies_outside_the_canvas_is_not_drawn():
     thing.draw(canvas, np.array([[0.0, 0.0]]), 1.0, 0.0)
     assert canvas[:4, :4].all()
     assert not canvas[5:].any()
-
-
-def test_clips_of_a_set_and_sets_differ():
-    one, other, later = (opened(*which) for which in ((0, 1), (0, 2), (1, 1)))
-    for another in (other, later):
-        assert np.abs(one.render(9).astype(int) - another.render(9)).mean() > 10
-        assert np.abs(one.truth().boxes[:100] - another.truth().boxes[:100]).max() > 5
-
-
-def test_a_clip_of_another_set_has_another_name_and_fingerprint():
-    one, other = (datasets.load(f"nguyen2002/clip-03{knobs}") for knobs in ("", ":scene=1"))
-    assert one.name == "nguyen2002/clip-03"
-    assert other.name == "nguyen2002/clip-03:scene=1"
-    assert one.fingerprint != other.fingerprint
-    assert one.fps == 25
-    assert one[0].shape == (240, 320, 3)
