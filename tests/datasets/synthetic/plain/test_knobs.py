@@ -9,15 +9,14 @@ def centres(sequence):
     return sequence.boxes[:, :2] + sequence.boxes[:, 2:] / 2
 
 
-@pytest.mark.parametrize("speed", [0, 0.7, 2, 6])
-@pytest.mark.parametrize("scene", [0, 1, 2])
+@pytest.mark.parametrize(("speed", "scene"), [(0, 0), (0.7, 1), (2, 0), (6, 2)])
 def test_speed_is_the_displacement_a_frame(target, speed, scene):
     steps = np.hypot(*np.diff(centres(target(speed=speed, scene=scene)), axis=0).T)
     assert steps.mean() == pytest.approx(speed, rel=0.03, abs=0.02)
     assert steps.max() <= speed + 0.05
 
 
-@pytest.mark.parametrize("scale", [0.25, 0.5, 1, 2.2, 3])
+@pytest.mark.parametrize("scale", [0.25, 1, 2.2])
 def test_scale_is_the_ratio_of_last_and_first_size(target, scale):
     sequence = target(scale=scale, scene=3)
     sizes = sequence.boxes[:, 2:]
@@ -43,7 +42,7 @@ def test_light_is_the_fraction_gone_in_mid_sequence(target):
     assert abs(left - right) > 0.05  # the shade comes from one side
 
 
-@pytest.mark.parametrize("noise", [0, 1, 4, 15])
+@pytest.mark.parametrize("noise", [0, 4, 15])
 def test_noise_is_the_deviation_in_grey_levels(target, noise):
     clean, noisy = target(noise=0, scene=1)[5], target(noise=noise, scene=1)[5]
     kept = (clean > 60) & (clean < 195)
@@ -59,12 +58,11 @@ def test_noise_is_independent_between_frames(target):
     assert abs(np.corrcoef(a[3:], a[:-3])[0, 1]) < 0.02
 
 
-@pytest.mark.parametrize("occlusion", [0, 0.25, 0.6, 1])
-@pytest.mark.parametrize("scene", [0, 5])
+@pytest.mark.parametrize(("occlusion", "scene"), [(0, 0), (0.25, 5), (0.6, 0), (1, 5)])
 def test_occlusion_is_the_largest_hidden_fraction(target, occlusion, scene):
     sequence = target(occlusion=occlusion, scene=scene)
     assert sequence.visibility.min() == pytest.approx(1 - occlusion, abs=2e-3)
-    masks = np.array([sequence.mask(frame).sum() for frame in range(120)])
+    masks = np.array([sequence.mask(frame).sum() for frame in range(0, 120, 2)])
     assert masks.min() / masks[0] == pytest.approx(1 - occlusion, abs=0.05)
     assert sequence.present.all()
     assert sequence.attributes["occlusion"].any() == (occlusion > 0)
@@ -82,7 +80,7 @@ def test_the_target_leaves_and_returns_without_a_jump(target):
     assert (place[:50] == centres(target(scene=2))[:50]).all()
 
 
-@pytest.mark.parametrize("pan", [0.5, 2, 7])
+@pytest.mark.parametrize("pan", [0.5, 7])
 def test_pan_moves_the_ground_under_a_target_that_keeps_its_path(target, pan):
     still, panned = target(noise=0, scene=1), target(noise=0, scene=1, pan=pan)
     assert (still.boxes == panned.boxes).all()
