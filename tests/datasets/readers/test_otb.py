@@ -5,7 +5,6 @@ import pytest
 
 import datasets
 from datasets import SequenceError
-from datasets.image_files import ImageFiles
 
 ROWS = [[11, 21, 30, 40], [12.5, 22, 30, 41], [13, 23, 31, 42]]
 FROM_ZERO = [[10, 20, 30, 40], [11.5, 21, 30, 41], [12, 22, 31, 42]]
@@ -102,13 +101,6 @@ def test_frames_are_known_by_their_files(write_otb, tmp_path):
     assert datasets.load(write_otb(tmp_path / "Dog", rows(","))).frame_name(2) == "0003.jpg"
 
 
-def test_a_given_truth_wins(write_otb, tmp_path):
-    (tmp_path / "mine.csv").write_text("frame,x,y,width,height\n0,1,2,3,4\n1,1,2,3,4\n")
-    sequence = datasets.load(write_otb(tmp_path / "Dog", "broken"), tmp_path / "mine.csv")
-    assert sequence.boxes.tolist() == [[1, 2, 3, 4]] * 2
-    assert sequence.images_beyond_truth == 1
-
-
 def test_the_truth_of_david_begins_with_its_300th_image(write_otb, tmp_path):
     folder = write_otb(tmp_path / "David", rows(","), n=304)
     sequence = datasets.load(folder)
@@ -118,14 +110,6 @@ def test_the_truth_of_david_begins_with_its_300th_image(write_otb, tmp_path):
     assert (whole.frame_name(0), whole.images_beyond_truth) == ("0300.jpg", 0)
     cut = datasets.load(write_otb(tmp_path / "cut" / "David", rows(","), n=4))
     assert cut.frame_name(0) == "0001.jpg"
-
-
-def test_opening_reads_no_image(write_otb, tmp_path, monkeypatch):
-    folder = write_otb(tmp_path / "Dog", rows(","))
-    monkeypatch.setattr(ImageFiles, "_read", lambda *args: pytest.fail("an image was read"))
-    sequence = datasets.load(folder)
-    assert len(sequence[1:]) == 2
-    assert sequence.fingerprint
 
 
 @pytest.mark.parametrize(

@@ -30,12 +30,6 @@ def test_the_truth_beside_it_is_taken(clip):
     sequence.check_runnable()
 
 
-def test_a_given_truth_wins_over_the_one_beside_it(clip, tmp_path):
-    clip.with_suffix(".csv").write_text("broken")
-    (tmp_path / "mine.csv").write_text(TRUTH)
-    assert len(datasets.load(clip, tmp_path / "mine.csv")) == 8
-
-
 def test_a_first_box_outside_the_picture_names_the_truth_file(clip):
     clip.with_suffix(".csv").write_text("frame,x,y,width,height\n3,96,2,30,40\n")
     with pytest.raises(SequenceError, match=r"cup\.csv: the first box, of frame 3, lies outside"):
@@ -44,14 +38,6 @@ def test_a_first_box_outside_the_picture_names_the_truth_file(clip):
 
 def test_the_suffix_may_be_in_capitals(clip):
     assert len(datasets.load(clip.rename(clip.with_suffix(".MP4")))) == 40
-
-
-def test_the_fingerprint_follows_the_file_and_the_truth(clip):
-    bare = datasets.load(clip).fingerprint
-    clip.with_suffix(".csv").write_text(TRUTH)
-    with_truth = datasets.load(clip).fingerprint
-    clip.write_bytes(clip.read_bytes() + b"\0")
-    assert len({bare, with_truth, datasets.load(clip).fingerprint}) == 3
 
 
 def test_a_real_avi_is_frame_for_frame_the_footage_of_its_images(recorded):

@@ -68,10 +68,7 @@ def _section(bending: Bending, half_width: float, low: float, high: float) -> Se
         for part in (np.cos(middle), -np.sin(middle))
     )
     return Section(
-        along,
-        across - np.interp(0.0, along, across),
-        near - np.interp(0.0, along, near),
-        turn,
+        along, across - np.interp(0.0, along, across), near - np.interp(0.0, along, near), turn
     )
 
 

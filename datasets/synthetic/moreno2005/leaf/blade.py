@@ -84,11 +84,7 @@ def placed(blade: Blade, shape: Shape) -> tuple[Array, Array]:
     near = -(blade.along - middle) * np.sinc(turn / (2 * np.pi)) * np.sin(turn / 2)
     lift = np.abs(blade.across) * np.sin(shape.fold)
     points = np.stack(
-        [
-            blade.across * np.cos(shape.fold),
-            -up - lift * np.sin(turn),
-            near + lift * np.cos(turn),
-        ],
+        [blade.across * np.cos(shape.fold), -up - lift * np.sin(turn), near + lift * np.cos(turn)],
         axis=2,
     )
     down, right = np.gradient(points, axis=(0, 1))

@@ -198,7 +198,5 @@ def _truth(seed: int, clip: int) -> Truth:
         visibility[frame] = shown.sum(dtype=np.int64) / whole.sum(dtype=np.int64)
     hidden = visibility < 0.5
     return Truth(
-        boxes,
-        visibility,
-        {"occluded": hidden, "partly occluded": ~hidden & (visibility < WHOLE)},
+        boxes, visibility, {"occluded": hidden, "partly occluded": ~hidden & (visibility < WHOLE)}
     )
