@@ -20,22 +20,12 @@ __all__ = ["imported_libraries", "library_versions", "source_digest", "tree_dige
 
 @dataclass(frozen=True)
 class _Import:
-    """A name that a module binds by an import statement.
+    """A name that a module binds by an import statement."""
 
-    Attributes
-    ----------
-    level : int
-        Dots of a relative import.
-    module : str
-        What stands behind `from`; empty for `import`.
-    name, bound : str
-        What is imported, and what it is called in the module.
-    """
-
-    level: int
-    module: str
-    name: str
-    bound: str
+    level: int  # dots of a relative import
+    module: str  # what stands behind `from`; empty for `import`
+    name: str  # what is imported
+    bound: str  # what it is called in the module
 
     def dotted(self, package: str) -> str:
         """Dotted name; of `from a import b` it is `a.b`."""

@@ -79,21 +79,11 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
 
 @dataclass(frozen=True)
 class _Object:
-    """A value in masks.
+    """A value in masks."""
 
-    Attributes
-    ----------
-    files : list of Path
-        The masks, a file a frame.
-    value : int
-        Of the object's pixels.
-    boxes : ndarray of float64, shape (n, 4)
-        Its tight bounding boxes; NaN where it has no pixel.
-    """
-
-    files: list[Path]
-    value: int
-    boxes: NDArray[np.float64]
+    files: list[Path]  # the masks, a file a frame
+    value: int  # of the object's pixels
+    boxes: NDArray[np.float64]  # (n, 4): its tight bounding boxes; NaN where it has no pixel
 
     def mask(self, frame: int) -> Mask:
         """Its pixels in a frame."""

@@ -26,11 +26,8 @@ COLOURS = np.array(
     ],
     np.float64,
 )
-SKIN = 256
-"""Side of the textures that are wrapped around things, whatever these' size [pixels]."""
-
-SUN = np.array([-0.45, -0.55, 0.7])
-"""Direction to the sun (x, y, up), nearly of unit length."""
+SKIN = 256  # side of the textures that are wrapped around things, whatever these' size [pixels]
+SUN = np.array([-0.45, -0.55, 0.7])  # direction to the sun (x, y, up), nearly of unit length
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,7 @@ __all__ = ["TargetMotion", "columns_of_silhouette"]
 
 Array = NDArray[np.float64]
 
-COLUMNS = 256
-"""Columns by which the silhouette's area is measured."""
+COLUMNS = 256  # columns by which the silhouette's area is measured
 
 
 class TargetMotion:
@@ -136,17 +135,10 @@ def columns_of_silhouette(power: int) -> tuple[Array, Array]:
 def _passing_cloud(
     progress: NDArray[np.float64], across: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """How far a cloud takes the sun, in [0, 1].
+    """How far a cloud takes the sun, in [0, 1], after a fraction of the sequence.
 
-    The shade crosses the picture from one side: none at the start, everywhere in the
-    middle, none at the end.
-
-    Parameters
-    ----------
-    progress : ndarray
-        Elapsed fraction of the sequence, in [0, 1].
-    across : ndarray, broadcastable with `progress`
-        Place in the picture along the cloud's way, in [-1, 1].
+    The shade crosses the picture from one side, `across` which places are in [-1, 1]: none at the
+    start, everywhere in the middle, none at the end.
     """
     phase = progress - 0.08 * across
     return smooth_step(phase, 0.15, 0.4) - smooth_step(phase, 0.6, 0.85)

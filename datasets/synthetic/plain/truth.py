@@ -8,8 +8,7 @@ from datasets.synthetic.scene import Truth
 
 __all__ = ["target_truth"]
 
-CHUNK = 1024
-"""Frames measured at once: memory stays flat in the length."""
+CHUNK = 1024  # frames measured at once: memory stays flat in the length
 
 
 def target_truth(motion: TargetMotion) -> Truth:

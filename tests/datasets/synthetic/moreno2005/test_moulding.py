@@ -71,14 +71,3 @@ def test_skin_changes_place_by_place_and_is_carried_along(share):
             expected = (1 - changed) * bilinear(before, u, v) + changed * bilinear(after, u, v)
             assert out[i, j, :3] == pytest.approx(light[i, j] * expected, abs=1e-5)
             assert out[i, j, 3] == 1
-
-
-@pytest.mark.parametrize(("share", "which"), [(0.0, 0), (1.0, 1)])
-def test_at_the_start_all_has_one_look_and_at_the_end_the_other(share, which):
-    looks = [np.full((SIDE, SIDE, 3), level, np.float32) for level in (0.2, 0.8)]
-    order = np.linspace(0, 1, SIDE * SIDE, endpoint=False).reshape(SIDE, SIDE).astype(np.float32)
-    owner, light = np.zeros((20, 20), np.int32), np.ones((20, 20), np.float32)
-    out = np.zeros((20, 20, 4), np.float32)
-    to_rest = np.array([[[1.0, 0, 0], [0, 1.0, 0]]])
-    colour_skin(owner, 0.0, 0.0, 1.0, to_rest, *looks, order, share, 0.35, light, out)
-    assert out[..., :3] == pytest.approx(looks[which][0, 0, 0], abs=1e-6)

@@ -13,7 +13,7 @@ from shapely.geometry import Point
 from datasets.synthetic.moreno2005.knobs import OctopusKnobs
 from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, painted
 from datasets.synthetic.moreno2005.octopus.plan import OWN, drawn_plan
-from datasets.synthetic.moreno2005.octopus.relief import lit, shade
+from datasets.synthetic.moreno2005.octopus.relief import lit
 from datasets.synthetic.moreno2005.octopus.scene import scene
 
 FRAMES = 100
@@ -94,21 +94,6 @@ def test_masks_and_boxes_are_those_of_the_body_as_another_library_has_it(seed):
         assert [x, y, x + width, y + height] == pytest.approx(whole.bounds, abs=1e-2)
         assert mask.sum() == pytest.approx(whole.area, rel=0.02)
         assert 2500 < mask.sum() < 8000
-
-
-def test_a_place_on_the_skin_keeps_its_texture_however_it_is_moved_and_turned():
-    one = opened(0)
-    rest = one.plan.body.at_rest().balls[:, :2] + 512 / 2 - 0.5
-    for frame in (0, 50):
-        posture = one.plan.posture(frame)
-        assert np.ptp(posture.turns) > 1
-        to_rest = one._skin._to_rest(posture)
-        for k in range(0, len(rest), 7):
-            angle = posture.turns[k]
-            turn = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
-            for step in ([0, 0], [1.5, -0.5]):
-                place = posture.balls[k, :2] + turn @ np.array(step)
-                assert to_rest[k] @ [*place, 1] == pytest.approx(rest[k] + step)
 
 
 def test_it_throws_a_shadow_on_the_floor_away_from_the_light():
@@ -202,15 +187,6 @@ def test_light_on_level_ground_is_one_and_falls_from_the_left_top():
     straight = max(normal @ (-0.42, -0.5, 0.757), 0)
     assert towards == pytest.approx(0.55 + 0.45 * straight / 0.757, abs=1e-4)
     assert away < 0.8 < 1 < towards
-
-
-def test_a_shadow_lies_where_it_is_thrown():
-    canvas, cover = np.ones((40, 50, 3), np.float32), np.zeros((40, 50), np.float32)
-    cover[10:20, 10:20] = 1
-    shade(canvas, cover, (6, 4), 0.8, 0.5)
-    assert canvas[14 + 4, 14 + 6] == pytest.approx(0.5, abs=1e-4)
-    assert canvas[11, 11] == pytest.approx(1, abs=1e-4)
-    assert canvas[..., 0].sum() == pytest.approx(40 * 50 - 0.5 * 100, abs=0.01)
 
 
 def test_the_waters_light_moves_slowly_and_stays_as_bright():
