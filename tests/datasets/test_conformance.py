@@ -163,6 +163,7 @@ def test_another_process_finds_the_same(sequence, elsewhere):
     assert [hashlib.sha256(sequence[frame].tobytes()).hexdigest() for frame in (-1, 1)] == digests
 
 
+@pytest.mark.slow  # what is sealed of scenes says it every day
 def test_scenes_differ_in_pictures_and_in_truth(rendered):
     other = datasets.load(f"{rendered.name}:scene=1")
     assert np.abs(rendered[0].astype(int) - other[0]).mean() > 4

@@ -4,13 +4,16 @@ A change here changes every result on these sequences. If it is meant, look at t
 give the scene a new version: `python -m bench.evaluation.seal --new NAME`.
 """
 
+import itertools
+
 import pytest
 
 import datasets
 from datasets.golden import golden_digests, look_difference
 from datasets.outline import known_of, outlined
 from datasets.seal import Seal, read_seals, seal_of
-from datasets.synthetic.suite import suites
+from datasets.synthetic.suite import Suite, suites
+from datasets.text_form import parse_text
 
 SUITES = suites()
 SEALS = [seal for suite in SUITES for seal in read_seals(suite.golden).values()]
@@ -19,11 +22,13 @@ GOLDEN = {text: golden for seal in SEALS for text, golden in seal.golden.items()
 SLOW = {
     text
     for text in GOLDEN
-    if ":" in text and text.partition("/")[0] in ("nummiaro2003", "wang2010", "nguyen2002")
+    if ":" in text and text.startswith(("multipart", "nummiaro2003", "wang2010", "nguyen2002"))
 } | {
     "moreno2005/book:illuminant=constant:scene=1:shadow=none",
+    "moreno2005/leaf:jump=middle:scene=1",
     "moreno2005/octopus:scene=1",
     "nguyen2002/lights",
+    "plain/target:height=480:scene=1:width=640",
 }
 """Further scenes of what is tested every day by one."""
 
@@ -69,13 +74,12 @@ def test_frames_and_truth_are_the_sealed_ones(text):
 
 
 def test_a_description_opens_no_rendered_sequence_while_its_source_is_the_sealed_one(monkeypatch):
-    (suite,) = (suite for suite in SUITES if "multipart/3" in suite.names())
-    opened = outlined(suite.load("multipart/3", {}))
-    monkeypatch.setattr(type(suite), "load", lambda *_: pytest.fail("it was opened"))
-    assert datasets.outline("multipart/3") == opened
-    monkeypatch.setattr(type(suite), "tree", lambda *_: "edited")
+    opened = outlined(datasets.load("plain/target"))
+    monkeypatch.setattr(Suite, "load", lambda *_: pytest.fail("it was opened"))
+    assert datasets.outline("plain/target") == opened
+    monkeypatch.setattr(Suite, "tree", lambda *_: "edited")
     with pytest.raises(pytest.fail.Exception, match="it was opened"):
-        datasets.outline("multipart/3")
+        datasets.outline("plain/target")
 
 
 @pytest.mark.slow
@@ -84,8 +88,30 @@ def test_what_a_description_tells_is_what_the_opened_sequence_tells(name):
     assert datasets.outline(name) == outlined(datasets.load(name))
 
 
+def asked(text):
+    """Suite, entry and knobs of a text; nothing is opened, which would compute the truth."""
+    name, options = parse_text(text)
+    (suite,) = (suite for suite in SUITES if name in suite.names())
+    return suite, suite.entries[name], suite.entries[name].knobs.checked(name, options)
+
+
 def test_the_texts_are_canonical():
-    assert [datasets.load(text).name for text in GOLDEN] == list(GOLDEN)
+    names = [knobs.canonical_name(entry.name) for _, entry, knobs in map(asked, GOLDEN)]
+    assert names == list(GOLDEN)
+
+
+@pytest.mark.parametrize(
+    "seal",
+    [seal for seal in SEALS if len(seal.golden) > 1],
+    ids=lambda seal: next(iter(seal.golden)),
+)
+def test_another_scene_is_another_picture_and_another_truth(seal):
+    scenes = {text: asked(text)[2].scene for text in seal.golden}
+    for one, other in itertools.combinations(seal.golden, 2):
+        if scenes[one] != scenes[other]:
+            assert look_difference(*(seal.golden[text]["look"] for text in (one, other))) > 20
+            assert seal.golden[one]["truth"] != seal.golden[other]["truth"]
+    assert len(set(scenes.values())) > 1
 
 
 @pytest.mark.parametrize("suite", SUITES, ids=lambda suite: suite.golden.parent.name)
@@ -109,8 +135,9 @@ class TestFingerprint:
         return edit
 
     def test_it_differs_between_variants_and_sequences(self):
-        texts = ("multipart/1", "multipart/2", "multipart/1:scene=1", "multipart/1:light=dappled")
-        assert len({datasets.load(text).fingerprint for text in texts}) == len(texts)
+        texts = [*FIRST_VERSIONS, "multipart/2", "multipart/1:scene=1"]
+        found = {suite._fingerprint(*which) for suite, *which in map(asked, texts)}
+        assert len(found) == len(texts)
 
     def test_an_edited_source_never_mixes_with_the_sealed_one(self, edited):
         found = [datasets.load("plain/target").fingerprint]
@@ -132,7 +159,6 @@ class TestFingerprint:
 
     @pytest.mark.parametrize(("text", "stored"), FIRST_VERSIONS.items())
     def test_a_first_version_has_the_one_that_results_were_stored_under(self, edited, text, stored):
-        name = text.partition(":")[0]
-        (seal,) = filter(None, (seal_of(name, suite.golden) for suite in SUITES))
-        edited(seal.tree)
-        assert datasets.load(text).fingerprint == stored
+        suite, entry, knobs = asked(text)
+        edited(seal_of(entry.name, suite.golden).tree)
+        assert suite._fingerprint(entry, knobs) == stored
