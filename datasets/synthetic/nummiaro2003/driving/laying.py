@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.nummiaro2003.driving.facets import MOST, Facets, Lens, Pictures, Pose
 
-__all__ = ["FULL", "NEAR", "lay_facets", "lay_over", "lay_picture", "sprite_of"]
+__all__ = ["FULL", "lay_facets", "lay_over", "lay_picture", "sprite_of"]
 
 FULL = 0xFFFF
 """All samples of a pixel are taken."""

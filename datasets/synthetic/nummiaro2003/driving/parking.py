@@ -40,7 +40,7 @@ from datasets.synthetic.nummiaro2003.driving.world import (
 from datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["FRAMES", "entries", "parking_plan", "scene"]
+__all__ = ["entries", "parking_plan", "scene"]
 
 FRAMES = 400
 

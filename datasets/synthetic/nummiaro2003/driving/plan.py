@@ -17,7 +17,7 @@ from datasets.synthetic.render.layers import instants
 from datasets.synthetic.render.prop import Coverage, visible
 
 __all__ = [
-    "EXPOSURE", "FRAMES_PER_SECOND", "SIZE", "Bend", "Course", "Plan", "Way", "car_at", "unhurried",
+    "BRAKING", "FRAMES_PER_SECOND", "SIZE", "Bend", "Course", "Plan", "Way", "car_at", "unhurried",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]

@@ -17,7 +17,10 @@ from datasets.synthetic.nummiaro2003.driving.facets import (
     upright,
 )
 
-__all__ = ["FRONT", "REACH", "REAR", "SHADOW", "SIDE", "TALL", "TOP", "Shape", "any_shape"]
+__all__ = [
+    "BELT", "FRONT", "REACH", "REAR", "SHADOW", "SIDE", "SIZES", "TALL", "TOP", "WIDE", "Shape",
+    "any_shape",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 

@@ -41,7 +41,7 @@ from datasets.synthetic.render.path import smooth_step
 from datasets.synthetic.render.views import QUICK, SLOW, wandering
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["FRAMES", "entries", "scene", "traffic_plan"]
+__all__ = ["entries", "scene", "traffic_plan"]
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from datasets.synthetic.nummiaro2003.driving.facets import Facets, Lens, Pose
 from datasets.synthetic.render.street.ground import PERIOD, SLANT_X, SLANT_Z
 
-__all__ = ["NEAREST", "SHADE_SIDE", "View", "extents", "heading_axes", "posed"]
+__all__ = ["SHADE_SIDE", "View", "extents", "heading_axes", "posed"]
 
 Array = NDArray[np.float64]
 

@@ -35,8 +35,7 @@ from datasets.synthetic.render.texture import fractal, grass, paving
 from datasets.synthetic.scene import part_generator
 
 __all__ = [
-    "ASPHALT", "GRASS", "KERB", "PAINT", "PAVING", "Layout", "Panorama", "Plant", "Strip", "World",
-    "dashes", "laid", "surfaces",
+    "ASPHALT", "GRASS", "KERB", "PAINT", "PAVING", "Layout", "Plant", "Strip", "World", "dashes",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]

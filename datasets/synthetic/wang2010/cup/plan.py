@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from datasets.synthetic.render.path import quantised, smooth_step
 from datasets.synthetic.render.solids import View
 
-__all__ = ["EVENT", "FRAMES", "SIZE", "WALL", "Cup", "Plan", "drawn_plan"]
+__all__ = ["FRAMES", "SIZE", "WALL", "Cup", "Plan", "drawn_plan"]
 
 Array = NDArray[np.float64]
 
@@ -29,66 +29,35 @@ DOWN, UP = (13.0, 34.0), (45.0, 72.0)
 
 @dataclass(frozen=True)
 class Cup:
-    """Measures of the cup, upright, with its foot at the origin [pixels].
-
-    Attributes
-    ----------
-    height : float
-    foot, rim : float
-        Radii below and above.
-    handle : float
-        How far the handle reaches from the wall.
-    hand : {-1, 1}
-        On which side the hand is; the handle is on the other.
-    """
+    """Measures of the cup, upright, with its foot at the origin [pixels]."""
 
     height: float
+    # foot, rim: radii below and above
     foot: float
     rim: float
-    handle: float
-    hand: int
+    handle: float  # how far the handle reaches from the wall
+    hand: int  # on which side the hand is; the handle is on the other
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A kitchen in numbers, and the cup's way through it, from the left to the right.
-
-    Attributes
-    ----------
-    view : View
-    horizon : float
-        Row in which the wall meets the counter [pixels].
-    cup : Cup
-    mirrored : bool
-        Whether left and right are exchanged in the pictures.
-    pace : float
-        Of the cup, sideways [pixels/frame].
-    unevenness : ndarray of float64, shape (2, 3)
-        Of its way and of its tilt: size, period [frames], phase.
-    column, low : float
-        Where the cup's middle is in frame `EVENT` [pixels].
-    fall, rise : float
-        How far it comes down before, and rises after [pixels].
-    behind : tuple of float
-        Left and right border of the thing behind [pixels].
-    before : tuple of float
-        Middle and half the width of the box before [pixels].
-    hidden : float
-        How far above the cup's middle, at its lowest, the box's upper edge is seen [pixels].
-    """
+    """A kitchen in numbers, and the cup's way through it, from the left to the right."""
 
     view: View
-    horizon: float
+    horizon: float  # row in which the wall meets the counter [pixels]
     cup: Cup
-    mirrored: bool
-    pace: float
-    unevenness: Array
+    mirrored: bool  # whether left and right are exchanged in the pictures
+    pace: float  # of the cup, sideways [pixels/frame]
+    unevenness: Array  # (2, 3), of its way and of its tilt: size, period [frames], phase
+    # column, low: where the cup's middle is in frame `EVENT` [pixels]
     column: float
     low: float
+    # fall, rise: how far it comes down before, and rises after [pixels]
     fall: float
     rise: float
-    behind: tuple[float, float]
-    before: tuple[float, float]
+    behind: tuple[float, float]  # left and right border of the thing behind [pixels]
+    before: tuple[float, float]  # middle and half the width of the box before [pixels]
+    # how far above the cup's middle, at its lowest, the box's upper edge is seen [pixels]
     hidden: float
 
     def middle(self, times: ArrayLike) -> Array:

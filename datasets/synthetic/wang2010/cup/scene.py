@@ -42,12 +42,7 @@ def scene(knobs: CupKnobs) -> "CupScene":
 class CupScene(Scene):
     """A cup in a hand.
 
-    Parameters
-    ----------
-    seed : int
-        Of all that is drawn at random.
-    plain : bool
-        Whether there is nothing but a wall of another colour, a counter and the held cup.
+    Where it is `plain` there is nothing but a wall of another colour, a counter and the held cup.
     """
 
     length, size = FRAMES, SIZE

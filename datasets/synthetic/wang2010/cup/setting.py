@@ -1,24 +1,80 @@
-"""All that is seen in a scene, looked at once: what stands still, and what is carried."""
+"""All that is seen in a scene, looked at once: what stands still, and what is carried over it."""
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
+import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from datasets.synthetic.render.colours import CUPS, nearly
 from datasets.synthetic.render.finish import Thing, painted
 from datasets.synthetic.render.solids import NOTHING, what_is_seen
 from datasets.synthetic.scene import part_generator
-from datasets.synthetic.wang2010.cup.hand import held_cup
-from datasets.synthetic.wang2010.cup.layer import FINE, Layer, smaller
 from datasets.synthetic.wang2010.cup.plan import SIZE, WALL, drawn_plan
-from datasets.synthetic.wang2010.cup.room import bare_room, carton, similar_things, stores
+from datasets.synthetic.wang2010.cup.things import (
+    bare_room,
+    carton,
+    held_cup,
+    similar_things,
+    stores,
+)
 
-__all__ = ["Setting"]
+__all__ = ["FINE", "Layer", "Setting"]
 
 Array = NDArray[np.float64]
+
+FINE = 4
+"""Samples a pixel of the picture, in either direction."""
+
+
+class Layer:
+    """A picture that is carried over others by its `anchor`, a point from its left top [pixels].
+
+    It is a uint8 array of `FINE` samples a pixel with zeros where there is nothing; it need not
+    have the size of what it is laid over.
+    """
+
+    def __init__(self, picture: NDArray[np.uint8], anchor: ArrayLike) -> None:
+        self._picture = picture
+        self._anchor = np.asarray(anchor, np.float64)
+
+    def at(self, place: ArrayLike, tilt: float) -> NDArray[np.float64]:
+        """What is seen of it with its anchor at a place [pixels], tilted to the right [radians].
+
+        In [0, 1], shape (height, width) or (height, width, channels) of the whole picture.
+        """
+        turn = np.array([[np.cos(tilt), np.sin(tilt)], [-np.sin(tilt), np.cos(tilt)]])
+        middle = FINE * np.asarray(place, np.float64) - 0.5
+        shift = FINE * self._anchor - 0.5 - turn @ middle
+        canvas = FINE * SIZE[0], FINE * SIZE[1]
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        matrix = np.column_stack([turn, shift])
+        return smaller(cv2.warpAffine(self._picture, matrix, canvas, flags=flags))
+
+    def extents(
+        self, places: NDArray[np.float64], tilts: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Tight boxes around what is there, placed as by `at`, shape (n, 4) [pixels]."""
+        rows, columns = np.nonzero(self._picture)
+        ends = [(columns + u, rows + v) for u in (0, 1) for v in (0, 1)]
+        corners = np.concatenate([np.stack(end, axis=1) for end in ends]).astype(np.int32)
+        outline = cv2.convexHull(corners)[:, 0] / FINE - self._anchor
+        cosine, sine = np.cos(tilts)[:, None], np.sin(tilts)[:, None]
+        x = places[:, :1] + cosine * outline[:, 0] - sine * outline[:, 1]
+        y = places[:, 1:] + sine * outline[:, 0] + cosine * outline[:, 1]
+        left, top = x.min(axis=1), y.min(axis=1)
+        return np.stack([left, top, x.max(axis=1) - left, y.max(axis=1) - top], axis=1)
+
+
+def smaller(picture: NDArray[Any], fine: int = FINE) -> NDArray[np.float64]:
+    """Means over the samples of each pixel, in [0, 1]."""
+    height, width = picture.shape[0] // fine, picture.shape[1] // fine
+    means = cv2.resize(picture.astype(np.float64), (width, height), interpolation=cv2.INTER_AREA)
+    return np.asarray(means / 255)
+
+
 Corner: TypeAlias = tuple[float, float]
 
 STILL_FINE = 3
@@ -32,20 +88,10 @@ ARM_SIZE = 112, 66
 
 
 class Setting:
-    """A kitchen and a held cup. Nothing in it is mirrored.
+    """A kitchen and a held cup, in numbers (`plan`) and looked at. Nothing in it is mirrored.
 
-    Parameters
-    ----------
-    seed : int
-        Of all that is drawn at random.
-    plain : bool
-        Whether there is nothing but a wall, a counter and the held cup.
-
-    Attributes
-    ----------
-    plan : Plan
-    colour : ndarray of float64, shape (3,)
-        Of the cup: BGR in [0, 255].
+    `plain` leaves nothing but a wall, a counter and the held cup. `colour` is the cup's, BGR in [0,
+    255].
     """
 
     def __init__(self, seed: int, plain: bool) -> None:

@@ -94,18 +94,9 @@ def _nearest(
 
 @njit(cache=True, error_model="numpy")
 def cover(cones: NDArray[np.float64], material: int, height: int, width: int) -> NDArray[np.int64]:
-    """How many of a pixel's samples show a material, of `FINE` * `FINE`.
+    """How many of a pixel's samples, of `FINE` * `FINE`, show a material; shape (height, width).
 
-    Parameters
-    ----------
-    cones : ndarray of float64, shape (m, COLUMNS)
-    material : {SKIN, CLOTH}
-    height, width : int
-        Size of the picture [pixels].
-
-    Returns
-    -------
-    ndarray of int64, shape (height, width)
+    `cones` has a row of `COLUMNS` numbers for each; `material` is `SKIN` or `CLOTH`.
     """
     samples = np.zeros((height, width), np.int64)
     heights, places = np.empty(len(cones)), np.empty(len(cones))
@@ -128,24 +119,13 @@ def paint(
     textures: NDArray[np.float64],
     lamp: NDArray[np.float64],
 ) -> None:
-    """Lay cones over a picture, blurred by their motion.
+    """Lay cones over a picture in place, blurred by their motion.
 
-    Each sample of a pixel has its own moment of the exposure.
-
-    Parameters
-    ----------
-    canvas : ndarray of uint8, shape (height, width, 3)
-        Changed in place.
-    moments : ndarray of float64, shape (FINE, m, COLUMNS)
-        The cones at moments of the exposure.
-    frames : ndarray of float64, shape (FINE, 2, 4)
-        For each moment and material, where texel (0, 0) lies [pixels] and how many texels
-        right and down the picture moves on by a pixel to the right; a pixel down is at right
-        angles to it.
-    textures : ndarray of float64, shape (2, 2**k, 2**k)
-        Gain of light for each material; periodic.
-    lamp : ndarray of float64, shape (4,)
-        Direction to the light, and the light where none of it falls.
+    Each sample of a pixel has its own of the `moments` of the exposure, shape (FINE, m, COLUMNS).
+    `frames`, shape (FINE, 2, 4), says for each moment and material where texel (0, 0) lies [pixels]
+    and how many texels right and down the picture moves on by a pixel to the right; a pixel down is
+    at right angles to it. `textures`, shape (2, 2**k, 2**k), are periodic gains of light for each
+    material; `lamp` is the direction to the light, and the light where none of it falls.
     """
     height, width = canvas.shape[:2]
     count, size = moments.shape[1], textures.shape[1]

@@ -1,7 +1,7 @@
-"""An open hand on a sleeved forearm, the palm towards the camera, in every frame of a way.
+"""An open hand on a sleeved forearm, the palm towards the camera, on its way across a face.
 
-Lengths are in centimetres and a right hand's: x to the right, y up from the wrist, z towards
-the camera. The thumb is on the right, as one's own right hand looks to whom one waves at.
+Lengths are in centimetres and a right hand's: x to the right, y up from the wrist, z towards the
+camera. The thumb is on the right, as one's own right hand looks to whom one waves at.
 """
 
 from dataclasses import dataclass
@@ -11,13 +11,120 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from datasets.synthetic.render.path import quantised
+from datasets.synthetic.render.texture import fractal
+from datasets.synthetic.render.views import wandering
 from datasets.synthetic.wang2010.hand.cones import BLUE, CLOTH, COLUMNS, CREASE, SKIN
-from datasets.synthetic.wang2010.hand.textures import SIDE, TEXELS, WRIST_ROW
-from datasets.synthetic.wang2010.hand.way import FRAMES, Pose
 
-__all__ = ["Hand", "hand_in_motion"]
+__all__ = [
+    "CENTRED", "FRAMES", "SIDE", "TEXELS", "WRIST_ROW", "Hand", "drawn_pose", "drawn_way",
+    "hand_in_motion", "textures",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
+
+SIDE = 256
+"""Rows and columns of a texture."""
+
+TEXELS = 10.0
+"""A centimetre."""
+
+WRIST_ROW = 226
+"""The wrist lies in the middle of this row."""
+
+
+def textures(random: np.random.Generator, side: int) -> Array:
+    """Gain of light on skin and on cloth, shape (2, SIDE, SIDE); see `cones.paint`.
+
+    `side` is 1 for a right hand, -1 for a left one.
+    """
+    y, x = np.indices((SIDE, SIDE))
+    right, up = (x + 0.5 - SIDE / 2) / TEXELS * side, (WRIST_ROW - y) / TEXELS
+    shift = random.uniform(-0.25, 0.25, 3)
+    around = np.hypot(right - 4.3, up - 2.6)  # of the thumb's ball
+    life = _line(around - 3.9 - shift[0], 0.22) * (up > 1.2) * (up < 6.6) * (right < 3.4)
+    heart = _line(up - 7.6 - shift[1] + 0.09 * np.square(right - 1.6), 0.20)
+    heart = heart * (right > -3.6) * (right < 1.6)
+    head = _line(up - 5.9 - shift[2] + 0.07 * np.square(right - 2.6), 0.18)
+    head = head * (right > -2.4) * (right < 2.8)
+    wrist = _line(up - 0.1 - 0.03 * np.square(right), 0.16) * (np.abs(right) < 2.4)
+    skin = 1 + 0.035 * fractal(random, SIDE, 8, 64, 0.8)
+    skin = skin * (1 - 0.17 * np.clip(life + heart + 0.8 * head + wrist, 0, 1))
+    folds = fractal(random, SIDE, 8, 32, 0.7)
+    cloth = 1 + 0.05 * fractal(random, SIDE, 4, 16) + 0.30 * (folds - np.roll(folds, 3, axis=0))
+    return np.stack([skin, cloth + random.normal(0, 0.03, cloth.shape)])
+
+
+def _line(distance: Array, width: float) -> Array:
+    return np.asarray(1 / (1 + np.square(np.square(distance / width))))
+
+
+FRAMES = 100
+CENTRED = 48
+"""Frame in which the hand is centred on the face: frame 49 of the paper."""
+
+FINGERS = 5
+"""The thumb first, the little finger last."""
+
+JOINTS = 3
+
+
+@dataclass(frozen=True)
+class Pose:
+    """How a hand is held in every frame; angles are in radians."""
+
+    # tilt, arm_tilt: (n,), of hand and forearm, to the right from upright
+    tilt: Array
+    arm_tilt: Array
+    # yaw, pitch: (n,), turn of the palm to the right, and of the fingers towards the camera
+    yaw: Array
+    pitch: Array
+    # (FINGERS, n), turn of a finger away from where it usually points, in the palm's plane
+    spread: Array
+    bend: Array  # (FINGERS, 3, n), of each joint, towards the palm
+
+
+def drawn_way(random: np.random.Generator, side: int) -> Array:
+    """Places [pixels] relative to the one in frame `CENTRED`, shape (FRAMES, 2).
+
+    The way goes to the right where `side` is 1, to the left where it is -1; it is faster in the
+    middle than at the ends, and neither straight nor even.
+    """
+    time = np.arange(FRAMES) - CENTRED
+    slow, fast, long = random.uniform(0.95, 1.02), random.uniform(1.4, 1.65), random.uniform(22, 27)
+    swell = np.clip(1 - np.square(time / long), 0, None)
+    across = np.cumsum(slow + (fast - slow) * swell * swell)
+    across += wandering(random, FRAMES, (1.2, 3.5), 0.5)
+    sag = random.uniform(3, 7) * np.square(time / CENTRED)  # about an elbow
+    lean = random.uniform(-4, 4) * time / CENTRED
+    down = sag + lean + wandering(random, FRAMES, (1.2, 4.0), 1.3)
+    way = np.stack([side * across, down], axis=1)
+    return np.asarray(way - way[CENTRED])
+
+
+def drawn_pose(random: np.random.Generator, way: Array) -> Pose:
+    """An open hand, held easily on its way (see `drawn_way`).
+
+    The forearm leans the more, the farther it has to reach.
+    """
+
+    def wave(periods: tuple[float, float], degrees: float) -> Array:
+        return np.radians(wandering(random, FRAMES, periods, degrees))
+
+    reach = way[:, 0] / np.abs(way[:, 0]).max()
+    arm_tilt = np.radians(random.uniform(14, 20)) * reach + wave((2.0, 5.0), 1.5)
+    tilt = np.radians(random.uniform(6, 12)) * reach + wave((1.2, 3.5), 4.0)
+    rest = np.radians(random.uniform(8, 17, (FINGERS, JOINTS, 1)))
+    together = wave((1.5, 4.0), 5.0)
+    bends = [[wave((0.9, 2.5), 2.0) for _ in range(JOINTS)] for _ in range(FINGERS)]
+    return Pose(
+        tilt,
+        arm_tilt,
+        np.radians(random.uniform(-14, 14)) + wave((1.5, 4.0), 6.0),
+        np.radians(random.uniform(-6, 6)) + wave((1.5, 4.0), 4.0),
+        np.array([wave((1.0, 3.0), 2.5) for _ in range(FINGERS)]) + wave((1.5, 4.0), 1.0),
+        rest + together + np.array(bends),
+    )
+
 
 # Root and tip of the bones in the palm with their radii: thumb, then the four fingers.
 _PALM = (
@@ -56,43 +163,21 @@ FOREARM = 40.0
 
 @dataclass(frozen=True)
 class Hand:
-    """Hand and forearm in every frame.
+    """Hand and forearm in every frame."""
 
-    Attributes
-    ----------
-    cones : ndarray of float64, shape (n, m, COLUMNS)
-        See `cones`; those of the hand first.
-    frames : ndarray of float64, shape (n, 2, 4)
-        Where the textures lie; see `cones.paint`.
-    boxes : ndarray of float64, shape (n, 4)
-        Around the hand, down to the sleeve [pixels].
-    """
-
-    cones: Array
-    frames: Array
-    boxes: Array
+    cones: Array  # (n, m, COLUMNS), see `cones`; those of the hand first
+    frames: Array  # (n, 2, 4), where the textures lie; see `cones.paint`
+    boxes: Array  # (n, 4), around the hand, down to the sleeve [pixels]
 
 
 def hand_in_motion(
     pose: Pose, way: Array, place: ArrayLike, when: int, scale: float, side: int,
     skin: ArrayLike, cloth: ArrayLike,
 ) -> Hand:  # fmt: skip
-    """A hand on its way.
+    """A hand on its way, the middle of its box at `place` in the frame `when`.
 
-    Parameters
-    ----------
-    pose : Pose
-    way : ndarray of float64, shape (n, 2)
-        Of the hand, up to a shift [pixels].
-    place : array of float64, shape (2,)
-        Where the middle of the hand's box is in the frame `when` [pixels].
-    when : int
-    scale : float
-        [pixels/centimetre].
-    side : {-1, 1}
-        1 for a right hand.
-    skin, cloth : array of float64, shape (3,)
-        BGR in [0, 255].
+    `way`, shape (n, 2), and `place` are in pixels, `scale` in pixels/centimetre; `side` is 1 for a
+    right hand, -1 for a left one; `skin` and `cloth` are BGR in [0, 255].
     """
     skin, cloth = np.asarray(skin, np.float64), np.asarray(cloth, np.float64)
     turn = _turning(pose) * [side, 1.0, 1.0]

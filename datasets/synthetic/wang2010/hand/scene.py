@@ -18,10 +18,16 @@ from datasets.synthetic.render.figure.look import Look
 from datasets.synthetic.render.sprite import Sprite
 from datasets.synthetic.render.views import wandering
 from datasets.synthetic.scene import Scene, Truth, part_generator
-from datasets.synthetic.wang2010.hand import cones, person, room
-from datasets.synthetic.wang2010.hand.hand import Hand, hand_in_motion
-from datasets.synthetic.wang2010.hand.textures import textures
-from datasets.synthetic.wang2010.hand.way import CENTRED, FRAMES, drawn_pose, drawn_way
+from datasets.synthetic.wang2010.hand import cones, setting
+from datasets.synthetic.wang2010.hand.hand import (
+    CENTRED,
+    FRAMES,
+    Hand,
+    drawn_pose,
+    drawn_way,
+    hand_in_motion,
+    textures,
+)
 from datasets.synthetic.wang2010.knobs import HandKnobs
 
 __all__ = ["HandScene", "scene"]
@@ -51,15 +57,7 @@ def scene(knobs: HandKnobs) -> "HandScene":
 
 
 class HandScene(Scene):
-    """A hand before somebody in an office, or before a wall.
-
-    Parameters
-    ----------
-    seed : int
-        Of all that is drawn at random.
-    face : bool
-        Whether somebody is there.
-    """
+    """A hand before somebody's `face` in an office, or before a wall and nobody."""
 
     length, size = FRAMES, SIZE
 
@@ -85,7 +83,7 @@ class HandScene(Scene):
         """See `Scene.render`."""
         canvas = self._room.copy()
         if self._face:
-            self._portrait.draw(canvas, self._sway[frame][None], 1 / person.FINE)
+            self._portrait.draw(canvas, self._sway[frame][None], 1 / setting.FINE)
         poses, frames = self._exposed(frame)
         cones.paint(canvas, poses, frames, self._textures, _lamp(self._seed) * [1, -1, -1, 1])
         return CAMERA.exposed(canvas, self._seed, frame, self._exposure[frame])
@@ -108,13 +106,13 @@ class HandScene(Scene):
     @cached_property
     def _room(self) -> Image:
         random = part_generator(self._seed, "wang2010/hand room")
-        return (room.office if self._face else room.plain_wall)(random, *SIZE)
+        return (setting.office if self._face else setting.plain_wall)(random, *SIZE)
 
     @cached_property
     def _portrait(self) -> Sprite:
         random = part_generator(self._seed, "wang2010/hand portrait")
         _, head = _place(self._seed)
-        return person.portrait(random, _look(self._seed), _lamp(self._seed), head, PORTRAIT)
+        return setting.portrait(random, _look(self._seed), _lamp(self._seed), head, PORTRAIT)
 
     @cached_property
     def _sway(self) -> Array:
@@ -147,7 +145,7 @@ def _place(seed: int) -> tuple[Array, float]:
 
 
 def _look(seed: int) -> Look:
-    return person.drawn_person(part_generator(seed, "wang2010/hand look"))
+    return setting.drawn_person(part_generator(seed, "wang2010/hand look"))
 
 
 def _lamp(seed: int) -> Array:

@@ -33,25 +33,11 @@ REST = 0.4
 
 
 class Play:
-    """A player's play with bat and ball.
+    """A player's play with bat and ball in a picture of a size [pixels].
 
-    Parameters
-    ----------
-    seed : int
-        Of all that is drawn at random.
-    width, height : int
-        Size of the picture [pixels].
-
-    Attributes
-    ----------
-    diameter : float
-        Of the ball [pixels].
-    gravity : float
-        [pixels/frame²].
-    restitution : float
-        Speed with which the ball leaves the bat over that with which it came.
-    side : {-1, 1}
-        From where the arm comes: left or right.
+    `diameter` is the ball's [pixels], `gravity` its fall [pixels/frame²], `restitution` the speed
+    with which it leaves the bat over that with which it came; the arm comes from the left where
+    `side` is -1, from the right where it is 1.
     """
 
     def __init__(self, seed: int, width: int, height: int) -> None:

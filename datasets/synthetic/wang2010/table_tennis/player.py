@@ -1,21 +1,161 @@
-"""The player, as far as he is seen: a bat, a hand around its handle, a forearm in a sleeve.
+"""What moves: the player, as far as he is seen (bat, hand, forearm in a sleeve), and the ball.
 
-He swings his forearm about the elbow and keeps the bat level.
-
-Lengths are in millimetres, of a usual bat and a grown-up's arm, counted from the middle of the
-bat's upper face. It is painted with the arm on the right.
+He swings his forearm about the elbow and keeps the bat level. Lengths are in millimetres, of a
+usual bat and a grown-up's arm, counted from the middle of the bat's upper face. It is painted with
+the arm on the right, at several times the picture's resolution, lit by one lamp.
 """
 
 import numpy as np
-from numpy.typing import NDArray
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.wang2010.table_tennis.paint import FINE, Paint
-from datasets.synthetic.wang2010.table_tennis.swing import blend_swung
+from datasets.synthetic.render.sprite import Sprite, superellipse
+from datasets.synthetic.render.texture import fractal
 
-__all__ = ["Player"]
+__all__ = ["BALL_FINE", "Player", "ball", "blend_swung"]
 
+Integers = NDArray[np.int64]
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
+
+
+@njit(cache=True)
+def blend_swung(
+    canvas: NDArray[np.uint8],
+    picture: NDArray[np.uint8],
+    left: Integers,
+    top: Integers,
+    swings: Integers,
+    shares: Integers,
+) -> None:
+    """Lay a limb over a canvas in place, averaged over its places during the exposure.
+
+    `picture`, shape (h + 2, w + 2, 4), is the limb at the canvas' resolution, as a level of
+    `Sprite`. `left` and `top`, shape (2**k,), are the corner of the limb within its border when it
+    does not swing, `swings` how far its end is down from there, all at each instant in 1/64 pixel.
+    `shares`, shape (w + 2,), are the part of the swing that each column goes along with, times 256:
+    the nearer to the joint, the less. Arithmetic is on integers.
+    """
+    height, width = canvas.shape[:2]
+    h, w = picture.shape[0] - 2, picture.shape[1] - 2
+    shift = 4
+    while 1 << (shift - 4) < len(left):
+        shift += 1
+    sums = np.empty((height, 4), np.int64)
+    for x in range(width):
+        sums[:] = 0
+        for k in range(len(left)):
+            u = 64 * (x + 1) - left[k]
+            i, right = u >> 6, u & 63
+            if i < 0 or i > w:
+                continue
+            share = (64 - right) * shares[i] + right * shares[i + 1]
+            down = top[k] + ((swings[k] * share + 8192) >> 14)
+            for y in range(height):
+                v = 64 * (y + 1) - down
+                j, lower = v >> 6, v & 63
+                if j < 0 or j > h:
+                    continue
+                for c in range(4):
+                    above = (64 - right) * picture[j, i, c] + right * picture[j, i + 1, c]
+                    below = (64 - right) * picture[j + 1, i, c] + right * picture[j + 1, i + 1, c]
+                    sums[y, c] += (64 - lower) * above + lower * below
+        for y in range(height):
+            cover = sums[y, 3] >> shift
+            if cover == 0:
+                continue
+            for c in range(3):
+                value = canvas[y, x, c] * (65280 - cover) + 255 * (sums[y, c] >> shift)
+                canvas[y, x, c] = (value + 32640) // 65280
+
+
+FINE = 4
+"""Painted pixels per pixel of the picture."""
+
+
+class Paint:
+    """A transparent sheet on which one thing is painted over the other, lit by one lamp.
+
+    Places and lengths are in millimetres, counted from `origin`, which lies right and down of the
+    sheet's corner by some pixels; `scale` is in pixels/millimetre, `size` is width and height in
+    pixels. `lamp` is the direction to the light: right, down, to the camera; of length 1.
+    """
+
+    def __init__(
+        self, size: tuple[int, int], origin: tuple[float, float], scale: float, lamp: Array
+    ) -> None:
+        self._lamp, self._scale = lamp, scale
+        rows, columns = np.indices((size[1] * FINE, size[0] * FINE))
+        self.x = ((columns + 0.5) / FINE - origin[0]) / scale
+        self.y = ((rows + 0.5) / FINE - origin[1]) / scale
+        self._colour = np.zeros((*self.x.shape, 3))
+        self._coverage = np.zeros(self.x.shape)
+
+    def sprite(self, side: int) -> Sprite:
+        """What was painted; mirrored for the side -1."""
+        return Sprite(self._colour[:, ::side], self._coverage[:, ::side])
+
+    def grain(
+        self, random: np.random.Generator, coarsest: int, finest: int, stretch: float = 1.0
+    ) -> Array:
+        """Noise over the sheet, about in [-1, 1], of so many cells in 512 painted pixels.
+
+        `stretch` draws it out sideways.
+        """
+        noise = fractal(random, 512, coarsest, finest, 0.8)
+        rows, columns = np.indices(self.x.shape)
+        return np.asarray(noise[rows % 512, (columns / stretch).astype(np.int64) % 512])
+
+    def inside(self, distance: Array) -> Array:
+        """Coverage where a distance to the outline is positive [millimetres]."""
+        return np.asarray(np.clip(distance * self._scale * FINE + 0.5, 0, 1))
+
+    def tube(
+        self,
+        points: ArrayLike,
+        radii: ArrayLike,
+        colour: ArrayLike,
+        *,
+        bumps: Array | float = 1.0,
+        edge: float = 0.0,
+    ) -> None:
+        """A round limb: the hull of balls along a line, their radii linear in between.
+
+        `bumps` are gains of light over the sheet: folds, grain. `edge` is how much darker the
+        outline is, in [0, 1]: it sets off what lies on its like.
+        """
+        points, radii = np.asarray(points, np.float64), np.asarray(radii, np.float64)
+        depth, radius = np.full(self.x.shape, np.inf), np.ones_like(self.x)
+        right, down = np.zeros_like(self.x), np.zeros_like(self.x)
+        for k in range(len(points) - 1):
+            step = points[k + 1] - points[k]
+            u, v = self.x - points[k, 0], self.y - points[k, 1]
+            along = np.clip((u * step[0] + v * step[1]) / (step * step).sum(), 0, 1)
+            r = radii[k] + along * (radii[k + 1] - radii[k])
+            u, v = (u - along * step[0]) / r, (v - along * step[1]) / r
+            here = np.sqrt(u * u + v * v)
+            nearer = here < depth
+            for whole, part in ((depth, here), (right, u), (down, v), (radius, r)):
+                whole[nearer] = part[nearer]
+        forward = np.sqrt(np.clip(1 - depth * depth, 0, 1))
+        lit = right * self._lamp[0] + down * self._lamp[1] + forward * self._lamp[2]
+        rim = np.square(np.clip(depth, 0, 1))
+        light = (0.48 + 0.66 * np.clip(lit, 0, 1)) * (1 - edge * rim * rim) * bumps
+        cover = self.inside((1 - depth) * radius)
+        self.lay(np.asarray(colour, np.float64) * light[..., None], cover)
+
+    def lay(self, colour: Array, coverage: Array) -> None:
+        """Lay a thing over what is there."""
+        below = self._coverage * (1 - coverage)
+        total = coverage + below
+        mixed = colour * coverage[..., None] + self._colour * below[..., None]
+        self._colour = mixed / np.maximum(total, 1e-9)[..., None]
+        self._coverage = total
+
+    def shade(self, gain: Array) -> None:
+        """Change the light on what is there."""
+        self._colour = self._colour * gain[..., None]
+
 
 BLADE = 75.0
 """Half the width of the blade."""
@@ -46,18 +186,9 @@ HALVINGS = FINE.bit_length() - 1
 
 
 class Player:
-    """Bat, hand and arm, painted once.
+    """Bat, hand and arm, painted once: rubber, skin, cloth and how the arm is held are random.
 
-    Parameters
-    ----------
-    random : numpy.random.Generator
-        Draws rubber, skin, cloth and how the arm is held.
-    lamp : ndarray of float64, shape (3,)
-        Direction to the light: right, down, to the camera.
-    scale : float
-        [pixels/millimetre].
-    side : {-1, 1}
-        From where the arm comes: left or right.
+    `lamp` and `side` are as of `Paint` and `Play`, `scale` is in pixels/millimetre.
     """
 
     def __init__(self, random: np.random.Generator, lamp: Array, scale: float, side: int) -> None:
@@ -78,16 +209,10 @@ class Player:
         self._reach = side * scale
 
     def draw(self, canvas: Picture, bat: Array, rest: float) -> None:
-        """Draw him.
+        """Draw him over a canvas, in place.
 
-        Parameters
-        ----------
-        canvas : ndarray of uint8, shape (height, width, 3)
-            Changed in place.
-        bat : ndarray of float64, shape (2**k, 2)
-            Where the middle of the bat's upper face is at instants of the exposure [pixels].
-        rest : float
-            Row of the bat when the arm is as it was painted [pixels].
+        `bat`, shape (2**k, 2), is where the middle of the bat's upper face is at instants of the
+        exposure, `rest` its row when the arm is as it was painted [pixels].
         """
         self._blend(canvas, self._limb, self._bat, bat, rest)
 
@@ -169,3 +294,24 @@ def _hand(paint: Paint, skin: Array, grain: Array) -> None:
     paint.tube(
         [(146, -20), (118, -16), (88, -5)], (12, 10.5, 9), skin * 1.02, bumps=grain, edge=0.35
     )
+
+
+BALL_FINE = 8
+"""Painted pixels per pixel of the picture."""
+
+
+def ball(random: np.random.Generator, lamp: Array, diameter: float) -> Sprite:
+    """Paint a ball of orange celluloid, its diameter in pixels of the picture."""
+    paint = np.array([random.uniform(36, 56), random.uniform(138, 154), 240.0])
+    side = 2 * int(np.ceil(diameter * BALL_FINE / 2)) + 2
+    radius = diameter * BALL_FINE / 2
+    right, down, coverage = superellipse(side, side, radius, radius, 2)
+    forward = np.sqrt(np.clip(1 - right * right - down * down, 0, 1))
+    facing = right * lamp[0] + down * lamp[1] + forward * lamp[2]
+    light = 0.50 + 0.62 * np.clip(0.15 + 0.85 * facing, 0, 1)
+    # Half way between the lamp and the camera the celluloid shines.
+    half = (lamp + (0, 0, 1)) / np.sqrt(2 + 2 * lamp[2])
+    shine = np.clip(right * half[0] + down * half[1] + forward * half[2], 0, 1)
+    for _ in range(5):
+        shine = shine * shine
+    return Sprite(paint * light[..., None] + 120 * shine[..., None], coverage)

@@ -16,12 +16,11 @@ from datasets.synthetic.render.camera import Camera
 from datasets.synthetic.render.sprite import Sprite
 from datasets.synthetic.scene import Scene, Truth, part_generator
 from datasets.synthetic.wang2010.knobs import TableTennisKnobs
-from datasets.synthetic.wang2010.table_tennis import ball
 from datasets.synthetic.wang2010.table_tennis.play import FRAMES, FRAMES_PER_SECOND, STROKE, Play
-from datasets.synthetic.wang2010.table_tennis.player import Player
+from datasets.synthetic.wang2010.table_tennis.player import BALL_FINE, Player, ball
 from datasets.synthetic.wang2010.table_tennis.wall import wall
 
-__all__ = ["TableTennisScene", "scene"]
+__all__ = ["SIZE", "TableTennisScene", "scene"]
 
 Array = NDArray[np.float64]
 
@@ -45,13 +44,7 @@ def scene(knobs: TableTennisKnobs) -> "TableTennisScene":
 
 
 class TableTennisScene(Scene):
-    """A player's bat and ball before a wall.
-
-    Parameters
-    ----------
-    seed : int
-        Of all that is drawn at random.
-    """
+    """A player's bat and ball before a wall."""
 
     length, size = FRAMES, SIZE
     fps = FRAMES_PER_SECOND
@@ -85,16 +78,16 @@ class TableTennisScene(Scene):
         rest = float(self.play.bat(0)[1])
         away = -WALL * self._lamp[:2]
         self._player.draw_shadow(canvas, at_bat, rest, away)
-        self._ball_shadow.draw(canvas, at_ball + away, 1 / ball.FINE)
+        self._ball_shadow.draw(canvas, at_ball + away, 1 / BALL_FINE)
         self._player.draw(canvas, at_bat, rest)
-        self._ball.draw(canvas, at_ball, 1 / ball.FINE)
+        self._ball.draw(canvas, at_ball, 1 / BALL_FINE)
         fall = np.linspace(-1, 1, SIZE[0]) * self._lamp[0]
         return CAMERA.exposed(canvas, self._seed, frame, 1 + 0.14 * fall)
 
     def mask(self, frame: int) -> Mask:
         """See `Scene.mask`."""
         canvas = np.zeros((*SIZE[::-1], 3), np.uint8)
-        self._ball.silhouette(255).draw(canvas, self.play.ball([frame]), 1 / ball.FINE)
+        self._ball.silhouette(255).draw(canvas, self.play.ball([frame]), 1 / BALL_FINE)
         return np.asarray(canvas[:, :, 0] >= 128)
 
     @cached_property
@@ -115,8 +108,8 @@ class TableTennisScene(Scene):
     @cached_property
     def _ball(self) -> Sprite:
         random = part_generator(self._seed, "table-tennis ball")
-        return ball.ball(random, self._lamp, self.play.diameter)
+        return ball(random, self._lamp, self.play.diameter)
 
     @cached_property
     def _ball_shadow(self) -> Sprite:
-        return self._ball.shadow(0.3, 2 * ball.FINE)
+        return self._ball.shadow(0.3, 2 * BALL_FINE)

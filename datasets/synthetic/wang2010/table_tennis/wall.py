@@ -23,19 +23,7 @@ TABLES = ((92, 74, 34), (66, 84, 30), (110, 66, 40))
 
 
 def wall(random: np.random.Generator, width: int, height: int) -> NDArray[np.uint8]:
-    """Paint it.
-
-    Parameters
-    ----------
-    random : numpy.random.Generator
-        Draws tone, speckles, joints and table.
-    width, height : int
-        Of the picture [pixels].
-
-    Returns
-    -------
-    ndarray of uint8, shape (height, width, 3)
-    """
+    """Paint it, shape (height, width, 3): tone, speckles, joints and table are drawn at random."""
     shape = height * FINE, width * FINE
     cut = slice(shape[0]), slice(shape[1])
     y, x = ((axis[cut] + 0.5) / FINE for axis in np.indices((SIDE, SIDE)))

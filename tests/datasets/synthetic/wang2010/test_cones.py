@@ -32,18 +32,13 @@ def area(these, material=cones.SKIN):
     return cones.cover(np.array(these, np.float64), material, 40, 60).sum() / cones.FINE**2
 
 
-def test_a_ball_covers_its_disc():
-    assert area([cone((30, 20, 0), (30, 20, 0), (9, 9))]) == pytest.approx(np.pi * 81, rel=0.01)
-
-
-def test_a_cone_covers_its_two_balls_and_all_between():
-    found = area([cone((15, 20, 0), (45, 20, 0), (5, 5))])
-    assert found == pytest.approx(30 * 10 + np.pi * 25, rel=0.01)
-
-
-def test_a_flat_end_has_no_ball():
-    found = area([cone((15, 20, 0), (45, 20, 0), (5, 5), flat=1)])
-    assert found == pytest.approx(30 * 10 + np.pi * 25 / 2, rel=0.01)
+@pytest.mark.parametrize(
+    ("start", "flat", "expected"),
+    [(45, 0, np.pi * 25), (15, 0, 30 * 10 + np.pi * 25), (15, 1, 30 * 10 + np.pi * 25 / 2)],
+)
+def test_a_cone_covers_its_two_balls_but_for_a_flat_end_and_all_between(start, flat, expected):
+    found = area([cone((start, 20, 0), (45, 20, 0), (5, 5), flat=flat)])
+    assert found == pytest.approx(expected, rel=0.01)
 
 
 @pytest.mark.parametrize(("depth", "seen"), [(-9, 0.0), (9, np.pi * 16)])

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import datasets
 from datasets.synthetic.wang2010.cup.scene import scene
 from datasets.synthetic.wang2010.cup.setting import Setting
 from datasets.synthetic.wang2010.knobs import CupKnobs
@@ -63,7 +62,7 @@ def hue_of_cup(cup):
     return float(cv2.cvtColor(pixel, cv2.COLOR_BGR2HSV)[0, 0, 0])
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_the_frames_that_the_paper_shows(seed):
     """18: in the clear; 36: hidden in part, before its own colour; 44: still; 51: coming out."""
@@ -84,7 +83,7 @@ def test_the_frames_that_the_paper_shows(seed):
     assert seen[-15:].min() > 0.86
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_the_cup_is_carried_smoothly_from_one_side_to_the_other(seed):
     x, y, width, height = opened(seed).truth().boxes.T
@@ -103,7 +102,7 @@ def test_the_cup_is_carried_smoothly_from_one_side_to_the_other(seed):
     assert np.ptp(y) > 6
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_box_is_tight_around_the_whole_cup_and_holds_the_mask(seed):
     cup = opened(seed)
     for frame in range(0, 80, 9):
@@ -134,18 +133,6 @@ def test_what_changes_with_the_cups_glaze_is_the_mask(background):
         mask = one.mask(frame)
         assert changed[mask].mean() > 0.85
         assert not changed[~grown(mask, 1)].any()
-
-
-def test_visibility_is_the_seen_part_of_the_silhouette():
-    cup = opened(2)
-    truth = cup.truth()
-    area = cup.seen(0)[0].sum()
-    for frame in (0, EVENT, int(truth.visibility.argmin()), 79):
-        whole, seen = cup.seen(frame)
-        assert (seen <= whole + 1e-9).all()
-        assert whole.sum() == pytest.approx(area, rel=0.01)  # nothing of it is ever out of view
-        assert truth.visibility[frame] == pytest.approx(seen.sum() / whole.sum())
-        assert cup.mask(frame).sum() == pytest.approx(seen.sum(), rel=0.08)
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=SLOW) for k in MORE)])
@@ -183,46 +170,3 @@ def test_at_the_event_the_cup_is_before_its_own_colour_on_every_side():
         same = np.maximum(cup.setting.similar, cup.setting.hidden) > 0.5
         assert same[around].mean() > 0.6
         assert (whole * cup.setting.similar).sum() > 0.6 * whole.sum()
-
-
-def test_nothing_moves_but_the_arm_with_the_cup_and_its_shadow():
-    cup = opened(0)
-    images = [cup.render(frame).astype(int) for frame in (20, 40)]
-    moved = np.abs(images[1] - images[0]).mean(axis=2)
-    assert moved[cup.mask(20) ^ cup.mask(40)].mean() > 25
-    reach = np.zeros(moved.shape, bool)
-    for frame in (20, 40):
-        arm = cup.setting.carried.at(*cup._pose(frame))[..., 3]
-        reach |= sided(cup, grown((arm > 0) | (cup._shadow(arm) > 0.002), 1))
-    assert 0.2 < reach.mean() < 0.7
-    assert moved[~reach].mean() < 2.6  # noise alone
-    assert moved[~reach].max() < 12
-
-
-def test_the_background_changes_nothing_of_where_the_cup_is():
-    cluttered, plain = (datasets.load(f"{NAME}:background={k}") for k in ("cluttered", "plain"))
-    assert (cluttered.boxes == plain.boxes).all()
-    assert (cluttered.mask(0) == plain.mask(0)).all()
-    assert plain.visibility.min() > 0.85
-    assert not any(flags.any() for flags in plain.attributes.values())
-    assert plain.mask(EVENT).sum() > 1.4 * cluttered.mask(EVENT).sum()
-    assert cluttered.fingerprint != plain.fingerprint
-    assert cluttered.name == NAME
-    assert plain.name == f"{NAME}:background=plain"
-
-
-def test_opening_looks_at_nothing_but_silhouettes():
-    setting = datasets.load(f"{NAME}:scene=77").frames.setting
-    assert "silhouettes" in vars(setting)
-    assert not {"still", "carried"} & set(vars(setting))
-
-
-def test_scenes_differ_in_cup_hand_way_and_kitchen():
-    one, other = (opened(seed).render(0).astype(int) for seed in range(2))
-    assert np.abs(one - other).mean() > 10
-    plans = [opened(seed).plan for seed in range(16)]
-    assert {(plan.mirrored, plan.cup.hand) for plan in plans} == {
-        (mirrored, hand) for mirrored in (False, True) for hand in (-1, 1)
-    }
-    hues = {round(hue_of_cup(opened(seed)) / 15) for seed in range(16)}
-    assert len(hues) >= 4

@@ -36,3 +36,14 @@ def test_what_the_paper_tells_of_a_frame_happens_there_in_every_scene(name, even
         flags = datasets.load(f"{name}:scene={seed}").attributes[event]
         assert flags[frame - 1]  # the paper counts from 1
         assert not flags[:8].any()
+
+
+@pytest.mark.parametrize("name", ["wang2010/hand", "wang2010/cup"])
+def test_before_a_plain_background_nothing_disturbs_and_the_target_moves_as_before(name):
+    usual, plain = datasets.load(name), datasets.load(f"{name}:background=plain")
+    assert (usual.boxes == plain.boxes).all()
+    assert (usual.mask(0) == plain.mask(0)).all()
+    assert (plain.visibility >= usual.visibility).all()
+    assert plain.visibility.min() > 0.85
+    assert not any(flags.any() for flags in plain.attributes.values())
+    assert usual.fingerprint != plain.fingerprint
