@@ -19,12 +19,12 @@ MODULE = "datasets.synthetic.multipart"
 SUITE = Suite(
     Path(__file__).parent,
     [
-        Entry("stress/twin", TwinKnobs, f"{MODULE}.walking", TWIN_FRAMES, SIZE),
+        Entry("stress/twin", TwinKnobs, f"{MODULE}.scene", TWIN_FRAMES, SIZE),
         *(
             Entry(
                 f"multipart/{number}",
                 WalkingKnobs,
-                f"{MODULE}.walking",
+                f"{MODULE}.scene",
                 design.length,
                 SIZE,
                 (number,),

@@ -22,44 +22,22 @@ TWIN_FRAMES = 150
 
 @dataclass(frozen=True)
 class Design:
-    """What is the same in all scenes of a sequence.
+    """What is the same in all scenes of a sequence."""
 
-    Attributes
-    ----------
-    length : int
-        [frames].
-    follows : bool
-        Whether a camera in the hand follows the target; otherwise it is fixed.
-    two_coloured : bool
-        Whether the target's shirt and trousers differ clearly in colour and tone.
-    depths : tuple of float
-        Nearest and farthest distance of the target from the camera [metres].
-    speed : float
-        Of the target [metres/second].
-    turns : int
-        How often a followed target turns back on his way.
-    jacket, bag : bool
-        What makes the target look different from different sides: an open jacket over a
-        shirt of another colour, a bag on the back.
-    behind : int
-        Other people who pass, farther from the camera than the target.
-    before : int
-        Other people who pass between the camera and the target, each hiding him once.
-    posts : int
-        Pillars that the target passes behind.
-    """
-
-    length: int
-    follows: bool
-    two_coloured: bool
+    length: int  # [frames]
+    follows: bool  # whether a camera in the hand follows the target; otherwise it is fixed
+    two_coloured: bool  # whether the target's shirt and trousers differ clearly in colour and tone
+    # nearest and farthest distance of the target from the camera [metres]
     depths: tuple[float, float]
-    speed: float
-    turns: int = 0
+    speed: float  # of the target [metres/second]
+    turns: int = 0  # how often a followed target turns back on his way
+    # jacket, bag: what makes the target look different from different sides: an open jacket over
+    # a shirt of another colour, a bag on the back
     jacket: bool = False
     bag: bool = False
-    behind: int = 0
-    before: int = 0
-    posts: int = 0
+    behind: int = 0  # other people who pass, farther from the camera than the target
+    before: int = 0  # other people who pass between the camera and the target, each hiding him once
+    posts: int = 0  # pillars that the target passes behind
 
 
 DESIGNS = {

@@ -13,10 +13,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from datasets.synthetic.render.colours import BGR
 from datasets.synthetic.render.texture import fractal
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["AROUND", "COLUMNS", "ROWS", "Colour", "Look", "cover_part", "paint_part", "wrapped"]
+__all__ = ["AROUND", "Look", "cover_part", "paint_part", "wrapped"]
 
 COLUMNS = 5
 """Of a part's nodes, from the top: row, centre, half width, blur, and row of the texture."""
@@ -71,20 +72,11 @@ def paint_part(
     front: int,
     gains: NDArray[np.int64],
 ) -> None:
-    """Paint a part over a canvas.
+    """Paint a part over a canvas, in place.
 
-    Parameters
-    ----------
-    canvas : ndarray of uint8, shape (height, width, 3)
-        Changed in place.
-    nodes : ndarray of int64, shape (k, COLUMNS)
-        See `COLUMNS`; in 1/64 pixel, texture rows in 1/64 too; rows increase.
-    texture : ndarray of uint8, shape (ROWS, AROUND, 3)
-        What is wrapped around.
-    front : int
-        Texture column that faces the camera.
-    gains : ndarray of int64, shape (height,)
-        Light of every row, times 256.
+    `nodes`, shape (k, COLUMNS), are in 1/64 pixel, texture rows in 1/64 too; rows increase.
+    `texture`, shape (ROWS, AROUND, 3), is wrapped around, its column `front` faces the camera.
+    `gains` is light of every row of the canvas, times 256.
     """
     height, width = canvas.shape[:2]
     for y in range(max(nodes[0, 0] >> 6, 0), min((nodes[-1, 0] >> 6) + 1, height)):
@@ -123,7 +115,6 @@ def cover_part(coverage: NDArray[np.uint8], nodes: NDArray[np.int64], left: int,
                 coverage[row, x] = 255 - (kept >> 8)
 
 
-Colour: TypeAlias = tuple[int, int, int]
 Array: TypeAlias = NDArray[np.float64]
 
 _QUARTER = AROUND // 4
@@ -131,36 +122,21 @@ _QUARTER = AROUND // 4
 
 @dataclass(frozen=True)
 class Look:
-    """Clothes and build. Colours are BGR in [0, 255].
+    """Clothes and build. Colours are BGR in [0, 255]."""
 
-    Attributes
-    ----------
-    shirt, trousers, hair, skin, shoes : Colour
-        Of what is always seen.
-    jacket : Colour or None
-        Worn open over the shirt: the shirt is then seen from the front alone.
-    bag : Colour or None
-        A backpack, seen from behind and from the side.
-    weave : {'plain', 'stripes', 'knit'}
-        Of the upper garment.
-    long_hair : bool
-        Down to the shoulders.
-    hem : float
-        Lower end of the upper garment, in standing heights above the ground.
-    bulk, loose : float
-        Breadth of the body and of the trousers, 1 is usual.
-    """
-
-    shirt: Colour
-    trousers: Colour
-    hair: Colour = (38, 46, 58)
-    skin: Colour = (132, 160, 205)
-    shoes: Colour = (44, 44, 50)
-    jacket: Colour | None = None
-    bag: Colour | None = None
-    weave: Literal["plain", "stripes", "knit"] = "plain"
-    long_hair: bool = False
-    hem: float = 0.475
+    # shirt, trousers, hair, skin, shoes: of what is always seen
+    shirt: BGR
+    trousers: BGR
+    hair: BGR = (38, 46, 58)
+    skin: BGR = (132, 160, 205)
+    shoes: BGR = (44, 44, 50)
+    # worn open over the shirt: the shirt is then seen from the front alone
+    jacket: BGR | None = None
+    bag: BGR | None = None  # a backpack, seen from behind and from the side
+    weave: Literal["plain", "stripes", "knit"] = "plain"  # of the upper garment
+    long_hair: bool = False  # down to the shoulders
+    hem: float = 0.475  # lower end of the upper garment, in standing heights above the ground
+    # bulk, loose: breadth of the body and of the trousers, 1 is usual
     bulk: float = 1.0
     loose: float = 1.0
 
@@ -204,7 +180,7 @@ class _Folds:
         return np.asarray(1 + strength * (0.10 * broad + 0.34 * slope) + grain)
 
 
-def _plain(colour: Array | Colour) -> Array:
+def _plain(colour: Array | BGR) -> Array:
     return np.broadcast_to(np.asarray(colour, np.float64), (ROWS, AROUND, 3)).copy()
 
 

@@ -15,31 +15,19 @@ from datasets.synthetic.render.street.ground import Light
 from datasets.synthetic.render.street.street import Reach, Street
 from datasets.synthetic.render.views import SIZE, Course, Views
 
-__all__ = ["Person", "Plan", "Post"]
+__all__ = ["Person", "Plan", "Post", "body_boxes", "full_boxes"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Person:
-    """Someone who walks.
+    """Someone who walks."""
 
-    Attributes
-    ----------
-    look : Look
-        Clothes and build.
-    seed : int
-        Of folds and proportions.
-    stature : float
-        [metres].
-    course : Course
-        His way.
-    """
-
-    look: Look
-    seed: int
-    stature: float
-    course: Course
+    look: Look  # clothes and build
+    seed: int  # of folds and proportions
+    stature: float  # [metres]
+    course: Course  # his way
 
 
 @dataclass(frozen=True)
@@ -52,24 +40,10 @@ class Post:
 
 
 class Plan:
-    """People, camera and pillars of a scene.
+    """People, camera and pillars of a scene; the target is the first of the people.
 
-    Parameters
-    ----------
-    seed : int
-        Of street, light and noise.
-    views : Views
-        The camera in every frame.
-    people : sequence of Person
-        The target first.
-    posts : sequence of Post
-        What stands before the target besides people.
-
-    Attributes
-    ----------
-    places : ndarray of float64, shape (people, n, 3)
-        Of every person in every frame: the place on the ground below his axis (x, y) and
-        his height, in the image [pixels].
+    `places`, shape (people, n, 3), are the place on the ground below the axis of every person in
+    every frame (x, y) and his height, in the image [pixels].
     """
 
     def __init__(
@@ -160,3 +134,17 @@ def _places(views: Views, person: Person) -> Array:
     x = views.still.column(course.x - views.x, course.z) + views.shift_x
     y = views.still.row(np.zeros(len(views.x)), course.z) + views.shift_y
     return quantised(np.stack([x, y, person.stature * views.still.scale(course.z)], axis=1))
+
+
+def body_boxes(x: Array, y: Array, height: Array) -> Array:
+    """Shoulders to ankles of standing persons, shape (n, 4), the waist in the middle.
+
+    `x` and `y` are the places on the ground below the bodies' axes, `height` is that of the
+    persons, in the image [pixels].
+    """
+    return np.stack([x - 0.12 * height, y - 0.86 * height, 0.24 * height, 0.78 * height], axis=1)
+
+
+def full_boxes(x: Array, y: Array, height: Array) -> Array:
+    """Whole persons in mid-step, head to sole, shape (n, 4); parameters as `body_boxes`."""
+    return np.stack([x - 0.18 * height, y - height, 0.36 * height, height], axis=1)

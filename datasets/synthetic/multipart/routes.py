@@ -195,15 +195,8 @@ def beside_the_target(
 ) -> Course:
     """Way of someone who comes as near as `distance`, in mid-sequence, and goes again.
 
-    Parameters
-    ----------
-    random : numpy.random.Generator
-    views : Views
-    target : Course
-    width : ndarray of float64, shape (n,)
-        Of the target's box [pixels].
-    distance : float
-        Least sideways distance of the two bodies' axes [widths].
+    `distance` is the least one of the two bodies' axes, sideways, in widths of the target's box,
+    shape (n,) [pixels].
     """
     frames = len(target.x)
     since = np.arange(frames) - frames // 2

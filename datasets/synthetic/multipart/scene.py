@@ -1,4 +1,7 @@
-"""Renderer and truth of the walking scenes: boxes in closed form, silhouettes where needed."""
+"""Renderer and truth of `multipart/1` to `multipart/8`, and of `stress/twin`.
+
+Boxes are in closed form; silhouettes are drawn where they are needed.
+"""
 
 from functools import cached_property
 
@@ -6,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image, Mask
-from datasets.synthetic.multipart.plan import Plan
+from datasets.synthetic.multipart.casting import multipart_plan, twin_plan
+from datasets.synthetic.multipart.designs import TwinKnobs, WalkingKnobs
+from datasets.synthetic.multipart.plan import Plan, body_boxes, full_boxes
 from datasets.synthetic.render.attributes import occluded, out_of_view, rescaled, turning
 from datasets.synthetic.render.camera import Camera, slow_exposure
 from datasets.synthetic.render.prop import Prop
@@ -15,7 +20,7 @@ from datasets.synthetic.render.street.street import Street
 from datasets.synthetic.render.views import FRAMES_PER_SECOND, SIZE
 from datasets.synthetic.scene import Scene, Truth, part_generator, pasted
 
-__all__ = ["WalkingScene", "body_boxes", "full_boxes", "walking_truth"]
+__all__ = ["WalkingScene", "scene"]
 
 Array = NDArray[np.float64]
 
@@ -23,20 +28,23 @@ TURNING = 30.0
 """A target turns that turns by this much in a second [degrees]."""
 
 
-def walking_truth(plan: Plan, shade: NDArray[np.bool_]) -> Truth:
-    """Truth of all frames.
+def scene(knobs: WalkingKnobs, number: str = "") -> "WalkingScene":
+    """Renderer and truth of one of the eight, or with a twin; nothing is painted yet."""
+    if isinstance(knobs, TwinKnobs):
+        plan = twin_plan(knobs.scene, knobs.distance, knobs.twin == "same")
+    else:
+        plan = multipart_plan(number, knobs.scene)
+    return WalkingScene(plan, knobs.light)
+
+
+def _truth(plan: Plan, shade: NDArray[np.bool_]) -> Truth:
+    """Truth of all frames; `shade`, shape (n,), is where the target is in the shade of a tree.
 
     `boxes` are the body from shoulders to ankles, the region `full` is the whole person in
     mid-step, `tight` the extents of the silhouette. Attributes are `occlusion` (less than 0.9
     of the target is seen), `out_of_view` (a part of `full`), `scale_change` (outside 0.8 to
     1.25 of the first size), `turning` (by more than 30 degrees in a second), `clutter`
     (another person's axis within two of the box's widths of the target's) and `shade`.
-
-    Parameters
-    ----------
-    plan : Plan
-    shade : ndarray of bool, shape (n,)
-        Where the target is in the shade of a tree.
     """
     x, y, height = plan.places[0].T
     full = full_boxes(x, y, height)
@@ -57,24 +65,6 @@ def walking_truth(plan: Plan, shade: NDArray[np.bool_]) -> Truth:
     )
 
 
-def body_boxes(x: Array, y: Array, height: Array) -> Array:
-    """Shoulders to ankles of standing persons, shape (n, 4), the waist in the middle.
-
-    Parameters
-    ----------
-    x, y : ndarray of float64, shape (n,)
-        Places on the ground below the bodies' axes, in the image [pixels].
-    height : ndarray of float64, shape (n,)
-        Of the persons in the image [pixels].
-    """
-    return np.stack([x - 0.12 * height, y - 0.86 * height, 0.24 * height, 0.78 * height], axis=1)
-
-
-def full_boxes(x: Array, y: Array, height: Array) -> Array:
-    """Whole persons in mid-step, head to sole, shape (n, 4); parameters as `body_boxes`."""
-    return np.stack([x - 0.18 * height, y - height, 0.36 * height, height], axis=1)
-
-
 EXPOSURE = 0.4
 """Part of the time between two frames for which the shutter is open."""
 
@@ -88,15 +78,7 @@ SHADE = 0.85
 
 
 class WalkingScene(Scene):
-    """People in a street, one of them the target.
-
-    Parameters
-    ----------
-    plan : Plan
-        Who walks where, and what the camera does.
-    kind : {'even', 'dappled'}
-        Of the light.
-    """
+    """People in a street, one of them the target, in a `kind` of light."""
 
     size = SIZE
     fps = FRAMES_PER_SECOND
@@ -108,7 +90,7 @@ class WalkingScene(Scene):
     def truth(self) -> Truth:
         """See `Scene.truth`."""
         shade = np.array([self._gains(0, frame).mean() < SHADE for frame in range(len(self))])
-        return walking_truth(self.plan, shade)
+        return _truth(self.plan, shade)
 
     def render(self, frame: int) -> Image:
         """See `Scene.render`."""

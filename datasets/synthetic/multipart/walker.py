@@ -11,9 +11,10 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from datasets.synthetic.multipart.look import AROUND, Look, cover_part, paint_part, wrapped
+from datasets.synthetic.render.prop import Coverage
 from datasets.synthetic.render.sprite import Sprite, superellipse
 
-__all__ = ["PARTS", "Pose", "Walker", "place_parts"]
+__all__ = ["Pose", "Walker"]
 
 PARTS = (
     "left leg", "right leg", "left shoe", "right shoe",
@@ -147,24 +148,11 @@ def place_parts(
     build: NDArray[np.float64],
     motion_x: float,
 ) -> NDArray[np.int64]:
-    """Nodes of all parts in the picture, shape (parts, nodes, 5); see `bands.COLUMNS`.
+    """Nodes of all parts in the picture, shape (parts, nodes, 5); see `look.COLUMNS`.
 
-    Parameters
-    ----------
-    x, y : float
-        Ground below the body's axis [pixels].
-    height : float
-        Of the standing person [pixels].
-    phase : float
-        Gait cycles; one is two steps.
-    stride : float
-        0 stands, 1 walks briskly.
-    heading : float
-        0 is to the right, pi/2 towards the camera [radians].
-    build : ndarray of float64, shape (4,)
-        Bulk, sleeves' width, hem of the upper garment, trousers' width.
-    motion_x : float
-        Of the whole person during the exposure [pixels].
+    `x` and `y` are the ground below the body's axis, `height` that of the standing person,
+    `motion_x` its way during the exposure [pixels]; phase, stride and heading are as in `Pose`.
+    `build` is bulk, sleeves' width, hem of the upper garment, trousers' width.
     """
     forward, side = np.cos(heading), np.sin(heading)
     now = _skeleton(phase, stride, forward, side, build)
@@ -190,33 +178,15 @@ _SHADOW = 64  # half width of the contact shadow's sprite [pixels]
 
 @dataclass(frozen=True)
 class Pose:
-    """How a body stands or walks.
+    """How a body stands or walks."""
 
-    Attributes
-    ----------
-    phase : float
-        Gait cycles; one cycle is two steps.
-    stride : float
-        In [0, 1]; 0 stands.
-    heading : float
-        0 is to the right, π/2 towards the camera, -π/2 away from it [radians].
-    """
-
-    phase: float
-    stride: float
-    heading: float
+    phase: float  # gait cycles; one cycle is two steps
+    stride: float  # in [0, 1]; 0 stands
+    heading: float  # 0 is to the right, π/2 towards the camera, -π/2 away from it [radians]
 
 
 class Walker:
-    """A clothed person.
-
-    Parameters
-    ----------
-    look : Look
-        Clothes and build.
-    seed : int
-        Of folds, strands of hair and weave.
-    """
+    """A clothed person; `seed` is that of folds, strands of hair and weave."""
 
     def __init__(self, look: Look, seed: int) -> None:
         self.look = look
@@ -237,23 +207,13 @@ class Walker:
         gains: ArrayLike,
         motion: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        """Draw the person with the soft shadow where he stands.
+        """Draw the person, with the soft shadow where he stands, over a canvas in place.
 
-        Parameters
-        ----------
-        canvas : ndarray of uint8, shape (h, w, 3)
-            Changed in place.
-        x, y : float
-            Ground below the body's axis [pixels].
-        height : float
-            Of the standing person [pixels].
-        pose : Pose
-            At mid-exposure; the limbs' own motion blurs them.
-        gains : array of float64, shape (k,)
-            Light from the head's top down to the ground, evenly spaced.
-        motion : tuple of float
-            Of the whole person during the exposure, right and down [pixels]. The part
-            downwards is too small in a walk to be seen, and is not drawn.
+        `x` and `y` are the ground below the body's axis, `height` that of the standing person
+        [pixels]. The pose is that of mid-exposure; the limbs' own motion blurs them. `gains` are
+        light from the head's top down to the ground, evenly spaced. `motion` is that of the whole
+        person during the exposure, right and down [pixels]; the part downwards is too small in a
+        walk to be seen, and is not drawn.
         """
         light = np.asarray(gains, np.float64)
         self._draw_shadow(canvas, x, y, height)
@@ -265,18 +225,8 @@ class Walker:
         for part in self._order(pose):
             paint_part(canvas, nodes[part], self._textures[part], front, row_gains.astype(np.int64))
 
-    def coverage(
-        self, x: float, y: float, height: float, pose: Pose
-    ) -> tuple[int, int, NDArray[np.uint8]]:
-        """Silhouette at mid-exposure.
-
-        Returns
-        -------
-        left, top : int
-            Corner of the window that holds it [pixels]; it may lie outside the picture.
-        coverage : ndarray of uint8, shape (rows, columns)
-            Covered part of each pixel, in [0, 255].
-        """
+    def coverage(self, x: float, y: float, height: float, pose: Pose) -> Coverage:
+        """Silhouette at mid-exposure; its window may lie outside the picture."""
         order = self._order(pose)
         nodes = self._nodes(x, y, height, pose, 0.0)
         chosen = nodes[order]

@@ -7,11 +7,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.multipart import wardrobe
-from datasets.synthetic.multipart.casting import dressed
+from datasets.synthetic.multipart import casting
 from datasets.synthetic.multipart.look import Look
-from datasets.synthetic.multipart.plan import Person, Plan
-from datasets.synthetic.multipart.scene import WalkingScene, body_boxes
+from datasets.synthetic.multipart.plan import Person, Plan, body_boxes
+from datasets.synthetic.multipart.scene import WalkingScene
 from datasets.synthetic.render.attributes import rescaled
 from datasets.synthetic.render.prop import Coverage, Prop
 from datasets.synthetic.render.street.ground import Light
@@ -27,17 +26,17 @@ UNLIKE = 40
 
 def target(random: np.random.Generator, course: Course) -> Person:
     """Someone in a shirt and trousers that differ clearly, without a bag."""
-    return dressed(random, course, wardrobe.two_coloured_clothes(random))
+    return casting.dressed(random, course, casting.two_coloured_clothes(random))
 
 
 def bystander(random: np.random.Generator, course: Course, other: Look) -> Person:
     """Someone dressed in clearly other colours than another person; half of them carry a bag."""
     worn = other.shirt, other.trousers
-    clothes = wardrobe.other_clothes(random, worn)
-    bag = wardrobe.bag(random) if random.random() < 0.5 else None
+    clothes = casting.other_clothes(random, worn)
+    bag = casting.bag(random) if random.random() < 0.5 else None
     while bag is not None and any(np.abs(np.subtract(bag, c)).max() < UNLIKE for c in worn):
-        bag = wardrobe.bag(random)
-    return dressed(random, course, clothes, bag=bag)
+        bag = casting.bag(random)
+    return casting.dressed(random, course, clothes, carries=bag)
 
 
 class VisitPlan(Plan):

@@ -6,9 +6,10 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BGR", "Cut", "Look", "drawn_look", "drawn_skin"]
+from datasets.synthetic.render.colours import BGR
 
-BGR: TypeAlias = tuple[int, int, int]
+__all__ = ["Cut", "Look", "drawn_look", "drawn_skin"]
+
 Cut: TypeAlias = Literal["short", "full", "wreath"]
 
 DARK_HAIR: tuple[BGR, ...] = ((26, 28, 32), (36, 44, 60), (104, 108, 112))

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Image
-from datasets.synthetic.render.colours import any_of
-from datasets.synthetic.render.figure.look import BGR, Cut, Look, drawn_look
+from datasets.synthetic.render.colours import BGR, any_of
+from datasets.synthetic.render.figure.look import Cut, Look, drawn_look
 from datasets.synthetic.render.figure.routine import Routine
 from datasets.synthetic.render.figure.worker import Worker
 from datasets.synthetic.render.painting import Painting

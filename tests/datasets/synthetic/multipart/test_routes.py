@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from datasets.synthetic.multipart import routes, wardrobe
+from datasets.synthetic.multipart import casting, routes
 from datasets.synthetic.multipart.designs import DESIGNS
 from datasets.synthetic.render import views
 from datasets.synthetic.render.views import FRAMES_PER_SECOND, Camera, straight, walk
@@ -127,16 +127,16 @@ def tone(colour):
 @given(seed=SEEDS)
 def test_two_coloured_clothes_differ_in_tone_and_plain_ones_do_not(seed):
     random = np.random.default_rng(seed)
-    shirt, trousers = wardrobe.two_coloured_clothes(random)
+    shirt, trousers = casting.two_coloured_clothes(random)
     assert abs(tone(shirt) - tone(trousers)) > 30
-    one, other = wardrobe.plain_clothes(random)
+    one, other = casting.plain_clothes(random)
     assert np.abs(np.subtract(one, other)).max() < 12
 
 
 @given(seed=SEEDS)
 def test_other_clothes_share_no_colour_with_the_first(seed):
     random = np.random.default_rng(seed)
-    first = wardrobe.clothes(random)
-    other = wardrobe.other_clothes(random, first)
+    first = casting.clothes(random)
+    other = casting.other_clothes(random, first)
     apart = [np.abs(np.subtract(a, b)).max() for a in first for b in other]
     assert min(apart) > 25

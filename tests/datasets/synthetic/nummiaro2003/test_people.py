@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 import datasets
 from datasets.synthetic import nummiaro2003
 from datasets.synthetic.multipart.look import Look
-from datasets.synthetic.multipart.plan import Person
-from datasets.synthetic.multipart.scene import body_boxes
+from datasets.synthetic.multipart.plan import Person, body_boxes
 from datasets.synthetic.nummiaro2003.campus import person, students
 from datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene
 from datasets.synthetic.nummiaro2003.knobs import PersonKnobs, StudentsKnobs
