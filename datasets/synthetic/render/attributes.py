@@ -27,7 +27,7 @@ def occluded(visibility: Array) -> Flags:
 def out_of_view(boxes: Array) -> Flags:
     """Where a part of a box, shape (n, 4), is beyond the picture's borders."""
     inside = (boxes[:, :2] >= 0).all(axis=1) & (boxes[:, :2] + boxes[:, 2:] <= SIZE).all(axis=1)
-    return np.logical_not(inside)
+    return np.asarray(~inside)
 
 
 def rescaled(sizes: Array, first: int = 0) -> Flags:

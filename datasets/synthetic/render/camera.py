@@ -10,7 +10,10 @@ from datasets.interface import Image
 from datasets.synthetic.render.sprite import develop
 from datasets.synthetic.render.views import wandering
 
-__all__ = ["Camera", "developed", "fixed_point", "noise_table", "random_bytes", "slow_exposure"]
+__all__ = [
+    "LENS", "LEVEL_STEPS", "Camera", "developed", "fixed_point", "noise_table", "random_bytes",
+    "slow_exposure",
+]  # fmt: skip
 
 GAIN_STEPS = 1024
 """Steps in a gain of 1."""
@@ -23,16 +26,11 @@ LENS = 0.5
 
 
 class Camera:
-    """A camera, as far as its images don't depend on what it sees.
+    """A camera, as far as its images do not depend on what it sees.
 
-    Parameters
-    ----------
-    size : tuple of int
-        Width and height of its images [pixels].
-    noise : float
-        Standard deviation of the sensor's noise [grey levels].
-    fall : tuple of float
-        Light that is lost at the middles of the upper and lower border, and of the left and right.
+    `size` is width and height of its images [pixels], `noise` the standard deviation of the
+    sensor's noise [grey levels], `fall` the light that is lost at the middles of the upper and
+    lower border, and of the left and right.
     """
 
     def __init__(
@@ -44,16 +42,9 @@ class Camera:
     def exposed(
         self, canvas: Image, seed: int, frame: int, gain: float | NDArray[np.float64] = 1.0
     ) -> Image:
-        """Give a picture its exposure, vignette and noise.
+        """Give a picture its exposure, vignette and noise, in place.
 
-        Parameters
-        ----------
-        canvas : ndarray of uint8, shape (height, width, 3)
-            Changed in place, and given back.
-        seed, frame : int
-            The noise is a function of them alone.
-        gain : float or ndarray of float64, shape (width,)
-            Of all columns, or of each.
+        The noise is a function of seed and frame alone; `gain` is that of all columns, or of each.
         """
         develop(
             canvas,
@@ -66,13 +57,7 @@ class Camera:
 
 
 def developed(seen: NDArray[np.float32]) -> Image:
-    """Grey levels of linear light behind a lens: its square root.
-
-    Parameters
-    ----------
-    seen : ndarray of float32, shape (height, width, 3)
-        BGR; 1 is white.
-    """
+    """Grey levels of linear light (BGR, 1 is white) behind a lens: its square root."""
     blurred = np.asarray(cv2.GaussianBlur(seen, (0, 0), LENS))
     levels = 255 * np.sqrt(np.clip(blurred, 0, 1)) + np.float32(0.5)
     image: Image = levels.astype(np.uint8)
@@ -116,10 +101,7 @@ def random_bytes(seed: int, frame: int, count: int) -> NDArray[np.uint8]:
 def noise_table(deviation: float) -> NDArray[np.int32]:
     """Gaussian quantile of each byte, in 1 / `LEVEL_STEPS` grey levels, shape (256,).
 
-    Parameters
-    ----------
-    deviation : float
-        Standard deviation of a random byte's entry [grey levels].
+    `deviation` is the standard deviation of a random byte's entry [grey levels].
     """
     normal = NormalDist()
     quantiles = np.array([normal.inv_cdf((byte + 0.5) / 256) for byte in range(256)])

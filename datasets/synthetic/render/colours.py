@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "ACCENTS", "BGR", "CLOTHES", "COUNTERS", "CUPS", "DARK", "MACHINES", "NEUTRALS", "SIGNALS",
-    "STEEL", "STEELS", "STORED", "any_but", "any_of", "nearly", "one_of",
-    "varied",
+    "STEEL", "STEELS", "STORED", "Array", "any_but", "any_of", "nearly", "one_of", "varied",
 ]  # fmt: skip
 
 BGR: TypeAlias = tuple[int, int, int]

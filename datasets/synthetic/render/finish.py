@@ -12,19 +12,9 @@ from datasets.synthetic.render.solids import NOTHING, View, what_is_seen
 from datasets.synthetic.render.texture import fractal, lerp
 
 __all__ = [
-    "PITCH",
-    "Finish",
-    "Pattern",
-    "Surface",
-    "Thing",
-    "grain",
-    "looked_at",
-    "painted",
-    "picture_on",
-    "plain",
-    "staggered",
-    "tiles",
-]
+    "GAMMA", "PITCH", "Finish", "Pattern", "Surface", "Thing", "grain", "looked_at", "painted",
+    "picture_on", "plain", "staggered", "tiles",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 Pattern: TypeAlias = Callable[[Array], Array]
@@ -40,20 +30,11 @@ def plain(places: Array) -> Array:
 
 @dataclass(frozen=True)
 class Finish:
-    """Of a surface.
+    """Of a surface."""
 
-    Attributes
-    ----------
-    colour : array of float64, shape (3,)
-        BGR in [0, 255], as it is seen in full light.
-    gloss : float
-        How much of the lamp it reflects.
-    pattern : callable
-        From places, shape (k, 3) [pixels], to the gain of the colour there, (k, 1) or (k, 3).
-    """
-
-    colour: ArrayLike
-    gloss: float = 0.0
+    colour: ArrayLike  # (3,), BGR in [0, 255], as it is seen in full light
+    gloss: float = 0.0  # how much of the lamp it reflects
+    # from places, shape (k, 3) [pixels], to the gain of the colour there, (k, 1) or (k, 3)
     pattern: Pattern = plain
 
 
@@ -68,20 +49,7 @@ class Thing:
 def painted(
     finishes: Sequence[Finish], which: NDArray[np.int64], places: Array, lights: Array
 ) -> NDArray[np.uint8]:
-    """Picture of things.
-
-    Parameters
-    ----------
-    finishes : sequence of Finish
-        Of each thing.
-    which, places, lights : ndarray
-        See `rays.what_is_seen`.
-
-    Returns
-    -------
-    ndarray of uint8, shape (h, w, 4)
-        BGR, and 255 where there is a thing; zeros elsewhere.
-    """
+    """Picture of what `what_is_seen` found, shape (h, w, 4): BGR, and 255 where a thing is."""
     picture = np.zeros((*which.shape, 4), np.uint8)
     for k, finish in enumerate(finishes):
         there = which == k
@@ -172,40 +140,20 @@ VIEW = View(PITCH, (0.0, 0.0, 1.0))
 
 @dataclass(frozen=True)
 class Surface:
-    """Surfaces, sample by sample.
+    """Surfaces, sample by sample."""
 
-    Attributes
-    ----------
-    which : ndarray of int64, shape (h, w)
-        Index of the thing that is seen, or `NOTHING`.
-    colour : ndarray of float64, shape (h, w, 3)
-        Part of the light that comes back, BGR; zeros where there is nothing, as in `gloss`.
-    normal : ndarray of float64, shape (h, w, 3)
-        Outwards: to the right, down, towards the camera.
-    depth : ndarray of float64, shape (h, w)
-        How far it is from the origin towards the camera [pixels].
-    gloss : ndarray of float64, shape (h, w)
-        How much of a lamp it mirrors.
-    """
-
-    which: NDArray[np.int64]
+    which: NDArray[np.int64]  # (h, w), index of the thing that is seen, or `NOTHING`
+    # (h, w, 3), part of the light that comes back, BGR; zeros where there is nothing, as in
+    # `gloss`
     colour: Array
-    normal: Array
-    depth: Array
-    gloss: Array
+    normal: Array  # (h, w, 3), outwards: to the right, down, towards the camera
+    depth: Array  # (h, w), how far it is from the origin towards the camera [pixels]
+    gloss: Array  # (h, w), how much of a lamp it mirrors
 
     def reduced(self, fine: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Colour with coverage, and normal with gloss, means over blocks of samples.
+        """Colour with coverage, and normal with gloss: means over blocks of samples, `fine` wide.
 
-        Parameters
-        ----------
-        fine : int
-            Width and height of a block.
-
-        Returns
-        -------
-        two ndarray of float32, shape (h // fine, w // fine, 4)
-            Premultiplied by the coverage.
+        Shapes are (h // fine, w // fine, 4); both are premultiplied by the coverage.
         """
         there = (self.which != NOTHING)[..., None]
         sheets = (self.colour, there), (self.normal * there, self.gloss[..., None])

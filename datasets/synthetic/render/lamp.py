@@ -1,4 +1,4 @@
-"""Two lamps: where they are, their light on surfaces, what is in its way.
+"""Two lamps: where they are, their light on surfaces, what is in its way, soft shadows.
 
 Places are as the camera has them: column and row in the picture, and towards the camera, all in
 pixels. Light is linear.
@@ -6,21 +6,15 @@ pixels. Light is linear.
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 __all__ = [
-    "AMBIENT",
-    "Lamp",
-    "crossing",
-    "drawn_lamps",
-    "lay_lit",
-    "light_on",
-    "lit",
-    "softness",
-    "unshaded",
-]
+    "AMBIENT", "RADIUS", "REACH", "Lamp", "crossing", "drawn_lamps", "lay_lit", "light_left",
+    "light_on", "lit", "softness", "unshaded",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.floating]
@@ -50,17 +44,10 @@ PAIRS = (
 
 @dataclass(frozen=True)
 class Lamp:
-    """A lamp with a shade.
+    """A lamp with a shade."""
 
-    Attributes
-    ----------
-    place : ndarray of float64, shape (3,)
-    colour : ndarray of float64, shape (3,)
-        Power in blue, green and red.
-    """
-
-    place: Array
-    colour: Array
+    place: Array  # (3,)
+    colour: Array  # (3,), power in blue, green and red
 
 
 def drawn_lamps(random: np.random.Generator, coloured: bool) -> tuple[Lamp, Lamp]:
@@ -81,17 +68,8 @@ def drawn_lamps(random: np.random.Generator, coloured: bool) -> tuple[Lamp, Lamp
 def lit(place: Array, point: Array, normal: Array) -> tuple[float, float]:
     """Light of a lamp on a surface, and what of it a mirror would show.
 
-    Parameters
-    ----------
-    place, point : ndarray of float64, shape (3,)
-        Of the lamp, and on the surface.
-    normal : ndarray of float64, shape (3,)
-        Of length 1.
-
-    Returns
-    -------
-    light, shine : float
-        1 for a lamp of power 1 straight before the surface at the distance `REACH`.
+    Both are 1 for a lamp of power 1 straight before the surface at the distance `REACH`. `normal`
+    has length 1.
     """
     u, v, w = place[0] - point[0], place[1] - point[1], place[2] - point[2]
     far = np.sqrt(u * u + v * v + w * w)
@@ -105,19 +83,9 @@ def lit(place: Array, point: Array, normal: Array) -> tuple[float, float]:
 
 
 def crossing(lamp: Lamp, points: Floats, depth: float) -> Floats:
-    """Where a lamp's light on points comes through a plane before them.
+    """Columns and rows [pixels] where a lamp's light on points comes through a plane before them.
 
-    Parameters
-    ----------
-    lamp : Lamp
-    points : ndarray of float, shape (..., 3)
-    depth : float
-        Of the plane [pixels].
-
-    Returns
-    -------
-    ndarray of float, shape (..., 2)
-        Columns and rows [pixels]; far away where the plane is behind the point.
+    `depth` is the plane's [pixels]; far away where it is behind the point.
     """
     place = lamp.place.astype(points.dtype)
     share = (depth - points[..., 2:]) / (place[2] - points[..., 2:])
@@ -131,20 +99,10 @@ def softness(lamp: Lamp, depth: float, behind: float) -> float:
 
 
 def unshaded(depths: Array, place: Array, fine: int) -> Array:
-    """Part of a lamp that is seen from every point of what stands still.
+    """Part of a lamp that is seen from every point of what stands still, shape (h, w, 1).
 
-    Parameters
-    ----------
-    depths : ndarray of float64, shape (h, w)
-        How far towards the camera each sample is [pixels]; all behind it is solid.
-    place : ndarray of float64, shape (3,)
-        Of the lamp.
-    fine : int
-        Samples a pixel, in either direction.
-
-    Returns
-    -------
-    ndarray of float64, shape (h, w, 1)
+    `depths`, shape (h, w), is how far towards the camera each sample is [pixels], with `fine`
+    samples a pixel in either direction; all behind it is solid.
     """
     turns = np.arange(SPOTS) * 2.399963  # the golden angle
     spread = RADIUS * np.sqrt((np.arange(SPOTS) + 0.5) / SPOTS)
@@ -218,3 +176,25 @@ def lay_lit(
                 for c in range(3):
                     back = colour[row, column, c] * light + shine
                     picture[row, column, c] += back * powers[k, c]
+
+
+COARSE = 4
+"""Pixels a sample of a shadow, in either direction."""
+
+
+def light_left(
+    coverage: NDArray[np.float32], shift: Array, softness: float, darkness: float
+) -> NDArray[np.float32]:
+    """Light that is left behind something, shape (height, width, 3) in [0, 1].
+
+    `coverage` is what it covers of each pixel; its sides are multiples of `COARSE`. `shift` is from
+    the thing to its shadow, `softness` the standard deviation of the shadow's blur [pixels],
+    `darkness` the part of the light that is missing in its middle.
+    """
+    size = coverage.shape[1], coverage.shape[0]
+    coarse = size[0] // COARSE, size[1] // COARSE
+    small = cv2.resize(coverage, coarse, interpolation=cv2.INTER_AREA)
+    matrix = np.column_stack([np.eye(2), shift / COARSE])
+    moved = np.asarray(cv2.warpAffine(small, matrix, coarse))
+    left = 1 - np.float32(darkness) * cv2.GaussianBlur(moved, (0, 0), softness / COARSE)
+    return np.asarray(cv2.resize(cv2.merge([left] * 3), size, interpolation=cv2.INTER_LINEAR))

@@ -14,16 +14,10 @@ Point = tuple[float, float]
 
 
 class Painting:
-    """A picture whose places and sizes are in metres, from its left upper corner.
+    """A picture whose places and sizes are in metres from its left upper corner.
 
-    Parameters
-    ----------
-    picture : ndarray of uint8, shape (h, w, 3)
-        Painted on in place.
-    scale : float
-        [pixels/metre].
-    left, top : float
-        Where the corner lies in the picture [metres].
+    `scale` is in pixels/metre; `left` and `top` say where the corner lies in the picture [metres],
+    which is painted on in place.
     """
 
     def __init__(

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["POSITION_STEP", "Loop", "quantised", "random_loop", "smooth_step"]
+__all__ = ["Loop", "quantised", "random_loop", "smooth_step"]
 
 POSITION_STEP = 1 / 64
 """Positions are multiples of it [pixels]: truth and image agree to the bit everywhere."""
@@ -17,15 +17,10 @@ def quantised(positions: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 class Loop:
-    """A closed smooth curve, travelled at constant speed for ever.
+    """A closed smooth curve, travelled at a constant speed [pixels/frame] for ever.
 
-    Parameters
-    ----------
-    points : ndarray of float64, shape (k, 2)
-        Control points of the uniform cubic B-spline, in pixels; the curve stays within
-        their convex hull.
-    speed : float
-        Along the curve [pixels/frame].
+    `points`, shape (k, 2) [pixels], control the uniform cubic B-spline, which stays in their convex
+    hull.
     """
 
     def __init__(self, points: NDArray[np.float64], speed: float) -> None:
@@ -59,16 +54,8 @@ def random_loop(
 ) -> Loop:
     """Loop around the middle of a rectangle, within it, in either direction.
 
-    Parameters
-    ----------
-    generator : numpy.random.Generator
-        Draws the control points.
-    low, high : array of shape (2,)
-        Corners (x, y) of the rectangle, in pixels.
-    speed : float
-        Along the curve [pixels/frame].
-    corners : int
-        Number of control points.
+    `low` and `high` are the rectangle's corners (x, y) [pixels], the speed is in pixels/frame,
+    `corners` counts the control points.
     """
     angles = (np.arange(corners) + generator.uniform(-0.3, 0.3, corners)) * (2 * np.pi / corners)
     angles = generator.choice([-1.0, 1.0]) * angles + generator.uniform(0, 2 * np.pi)

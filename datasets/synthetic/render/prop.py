@@ -5,26 +5,17 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.layers import instants
-from datasets.synthetic.render.sprite import Sprite
+from datasets.synthetic.render.sprite import Sprite, instants
 from datasets.synthetic.render.views import SIZE, Camera
 
 __all__ = ["Coverage", "Prop", "extents", "visible"]
 
 
 class Prop:
-    """A thing that stands at a place.
+    """A thing that stands at a place (x, z) [metres].
 
-    Parameters
-    ----------
-    x, z : float
-        Where its middle stands [metres].
-    colour : ndarray of float64, shape (h, w, 3)
-        BGR in [0, 255], at the size in which it is seen at its depth.
-    coverage : ndarray of float64, shape (h, w)
-        In [0, 1].
-    foot : float
-        Row of the picture at which it stands [pixels from its upper end].
+    `colour`, BGR in [0, 255], and `coverage` in [0, 1] are of the size in which it is seen at its
+    depth; `foot` is the row at which it stands [pixels from its upper end].
     """
 
     def __init__(
@@ -50,18 +41,10 @@ class Prop:
     def draw(
         self, canvas: NDArray[np.uint8], camera: Camera, motion: float = 0.0, travel: float = 0.0
     ) -> None:
-        """Draw it, blurred by the camera's motion.
+        """Draw it over a canvas, blurred by the camera's motion during the exposure.
 
-        Parameters
-        ----------
-        canvas : ndarray of uint8, shape (height, width, 3)
-            Changed in place.
-        camera : Camera
-            At mid-exposure.
-        motion : float
-            Sideways shift of the whole picture during the exposure [pixels].
-        travel : float
-            Of the camera during the exposure [metres].
+        `motion` is the sideways shift of the whole picture [pixels], `travel` the camera's way
+        [metres].
         """
         x, y = self.middle(camera)
         reach = self._sprite.width / 2 + abs(motion) + abs(travel) * float(camera.scale(self.z))

@@ -12,21 +12,8 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
-    "BOWL",
-    "BOX",
-    "HALF_SPACE",
-    "LIMB",
-    "NOTHING",
-    "View",
-    "bowl",
-    "box",
-    "chain",
-    "half_space",
-    "limb",
-    "mirrored",
-    "packed",
-    "what_is_seen",
-]
+    "NOTHING", "View", "bowl", "box", "chain", "half_space", "limb", "mirrored", "what_is_seen",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 
@@ -69,19 +56,10 @@ def box(
     lean: float = 0.0,
     folds: tuple[float, float] = (0.0, 0.0),
 ) -> Array:
-    """Box with round edges.
+    """Box with round edges, its middle, half sizes and the edges' radius in pixels.
 
-    Parameters
-    ----------
-    middle, half : array of float64, shape (3,)
-        Its middle, and half its width, height and depth [pixels].
-    rounding : float
-        Radius of the edges [pixels].
-    turn, lean : float
-        About the upright axis, then backwards [radians].
-    folds : tuple of float
-        Depth of upright folds in it [pixels], and how fast they follow one another
-        [radians/pixel].
+    It is turned about the upright axis, then leant backwards [radians]. `folds` are the depth of
+    upright folds in it [pixels], and how fast they follow one another [radians/pixel].
     """
     centre, size = np.asarray(middle, np.float64), np.asarray(half, np.float64) - rounding
     turned = np.cos(turn), np.sin(turn), np.cos(lean), np.sin(lean)
@@ -104,15 +82,10 @@ def _solid(kind: int, blend: float, *numbers: float) -> Array:
 
 
 def packed(things: Sequence[Sequence[Array]]) -> tuple[Array, Array]:
-    """Things in two arrays, as rays meet them.
+    """Things as rays meet them: their solids, shape (s, 16), and a ball around each, shape (t, 6).
 
-    Returns
-    -------
-    solids : ndarray of float64, shape (s, 16)
-        Those of the first thing, then those of the next, ….
-    balls : ndarray of float64, shape (t, 6)
-        Middle and radius of a ball that holds the thing [pixels], its first solid, and the one
-        after its last.
+    A row of the balls is middle and radius [pixels], the number of the thing's first solid, and
+    that after its last.
     """
     counts = np.array([len(thing) for thing in things])
     ends = np.cumsum(counts)
@@ -152,18 +125,10 @@ _START, _END = 150.0, 420.0  # of a ray, from the plane of the picture [pixels]
 
 @dataclass(frozen=True)
 class View:
-    """From where it is looked at, and from where light falls.
+    """From where it is looked at, and from where light falls."""
 
-    Attributes
-    ----------
-    pitch : float
-        How far the camera looks down [radians].
-    light : tuple of float
-        Direction to the lamp, of length 1.
-    """
-
-    pitch: float
-    light: tuple[float, float, float]
+    pitch: float  # how far the camera looks down [radians]
+    light: tuple[float, float, float]  # direction to the lamp, of length 1
 
     def row(self, y: ArrayLike, z: ArrayLike) -> Array:
         """How far below the origin a point is seen [pixels]."""
@@ -323,30 +288,13 @@ def what_is_seen(
     fine: int,
     shaded: bool = True,
 ) -> tuple[NDArray[np.int64], Array, Array]:
-    """Look at things.
+    """Look at things, each a list of solids: which are seen where, and their light.
 
-    Parameters
-    ----------
-    things : sequence of sequence of ndarray
-        The solids of each: see `solids`.
-    view : View
-    corner : tuple of float
-        Left top of the picture, from the origin to the right and down [pixels].
-    size : tuple of int
-        Width and height of the picture [pixels].
-    fine : int
-        Samples a pixel, in either direction.
-    shaded : bool
-        Whether light is asked for, which takes most of the time.
-
-    Returns
-    -------
-    which : ndarray of int64, shape (fine * height, fine * width)
-        Index of the thing that each sample shows, or `NOTHING`.
-    places : ndarray of float64, shape (fine * height, fine * width, 3)
-        Where its surface is met [pixels].
-    lights : ndarray of float64, shape (fine * height, fine * width, 2)
-        Light on it, and the lamp's reflection in it, 1 for a mirror; 0 unless `shaded`.
+    `corner` is the left top of the picture from the origin, `size` its width and height [pixels],
+    `fine` the samples a pixel in either direction. The answer is, sample by sample, the index of
+    the thing that is shown, or `NOTHING`; the place (3) where its surface is met [pixels]; light on
+    it and the lamp's reflection in it (2), 1 for a mirror. Light takes most of the time: it is 0
+    unless `shaded`.
     """
     solids, balls = packed(things)
     seen: tuple[NDArray[np.int64], Array, Array] = _cast(

@@ -1,4 +1,4 @@
-"""Things that lie over the ground: colour with coverage, drawn at any place and size.
+"""What lies over the ground: colour with coverage, drawn at any place and size; and what is behind.
 
 All arithmetic on pixels is on integers, so that every platform gives the same bytes.
 """
@@ -10,18 +10,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["Sprite", "blend_sprite", "blurred", "develop", "superellipse", "window"]
+__all__ = [
+    "Sprite", "blend_sprite", "blurred", "develop", "draw_rows", "instants", "superellipse",
+    "window",
+]  # fmt: skip
 
 
 class Sprite:
     """Colour with coverage, in a pyramid so that it can be drawn smaller without aliasing.
 
-    Parameters
-    ----------
-    colour : ndarray of float64, shape (h, w, 3)
-        BGR in [0, 255]; what it says where nothing is covered does not matter.
-    coverage : ndarray of float64, shape (h, w)
-        In [0, 1].
+    `colour`, shape (h, w, 3), is BGR in [0, 255]; what it says where nothing is covered does not
+    matter. `coverage`, shape (h, w), is in [0, 1].
     """
 
     def __init__(self, colour: NDArray[np.float64], coverage: NDArray[np.float64]) -> None:
@@ -51,28 +50,17 @@ class Sprite:
     def shadow(self, darkness: float, softness: int) -> Self:
         """What the sprite keeps of the light: black, soft, wider by `softness` on each side.
 
-        Parameters
-        ----------
-        darkness : float
-            Coverage under the middle, in [0, 1].
-        softness : int
-            Half the width of the soft edge, in the sprite's pixels.
+        `darkness` is the coverage under the middle, in [0, 1], `softness` half the width of the
+        soft edge, in the sprite's pixels.
         """
         coverage = blurred(np.pad(self._coverage, softness), max(1, softness // 3)) * darkness
         return type(self)(np.zeros((*coverage.shape, 3)), coverage)
 
     def draw(self, canvas: NDArray[np.uint8], centres: NDArray[np.float64], scale: float) -> None:
-        """Lay the sprite over a canvas.
+        """Lay the sprite over a canvas in place, averaged over instants of the exposure.
 
-        Parameters
-        ----------
-        canvas : ndarray of uint8, shape (height, width, 3)
-            Changed in place.
-        centres : ndarray of float64, shape (k, 2)
-            Where the sprite's middle is at k instants of the exposure, in pixels; k is a
-            power of two. The average over them is drawn.
-        scale : float
-            Canvas pixels per pixel of the sprite.
+        `centres`, shape (2**k, 2), is where the sprite's middle is at each [pixels], `scale` counts
+        canvas pixels per pixel of the sprite.
         """
         level = 0
         while scale <= 0.7 and level + 1 < len(self.levels):
@@ -85,23 +73,11 @@ class Sprite:
 def superellipse(
     height: int, width: int, half_height: float, half_width: float, power: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Coverage of a superellipse in the middle of an image, with its own coordinates.
+    """Coordinates in half axes, and coverage, of a superellipse in the middle of an image.
 
-    Parameters
-    ----------
-    height, width : int
-        Size of the image, in pixels.
-    half_height, half_width : float
-        Half axes, in pixels.
-    power : {2, 4}
-        2 is an ellipse, 4 a rectangle with rounded corners.
-
-    Returns
-    -------
-    x, y : ndarray of float64, shape (height, width)
-        Coordinates in half axes: the outline is ``|x|**power + |y|**power = 1``.
-    coverage : ndarray of float64, shape (height, width)
-        Covered part of each pixel, from 4 x 4 samples.
+    Sizes are in pixels. The outline is ``|x|**power + |y|**power = 1``: 2 is an ellipse, 4 a
+    rectangle with rounded corners. `x`, `y` and the covered part of each pixel, from 4 x 4 samples,
+    have the shape (height, width).
     """
     fine = 4
     rows = ((np.arange(height * fine) + 0.5) / fine - height / 2) / half_height
@@ -129,31 +105,16 @@ def blurred(values: NDArray[np.float64], radius: int) -> NDArray[np.float64]:
     return values
 
 
-@njit(cache=True)
 def window(
     texture: NDArray[np.uint8], x: int, y: int, height: int, width: int
 ) -> NDArray[np.uint8]:
     """Cut a picture out of a texture at a sub-pixel place, bilinear.
 
-    Parameters
-    ----------
-    texture : ndarray of uint8, shape (h, w, 3)
-    x, y : int
-        Left top corner in 1/64 pixel; the window plus one pixel lies within the texture.
-    height, width : int
-        Size of the picture, in pixels.
+    `x` and `y` are its left top corner in 1/64 pixel; the picture, whose size is in pixels, plus
+    one pixel lies within the texture.
     """
     picture = np.empty((height, width, 3), np.uint8)
-    left, top, u, v = 3 * (x >> 6), y >> 6, x & 63, y & 63
-    a, b, c, d = (64 - u) * (64 - v), u * (64 - v), (64 - u) * v, u * v
-    for row in range(height):
-        upper = texture[top + row].ravel()[left : left + 3 * width + 3]
-        lower = texture[top + row + 1].ravel()[left : left + 3 * width + 3]
-        out = picture[row].ravel()
-        for i in range(3 * width):
-            value = a * np.int32(upper[i]) + b * np.int32(upper[i + 3])
-            value += c * np.int32(lower[i]) + d * np.int32(lower[i + 3])
-            out[i] = (value + 2048) >> 12
+    draw_rows(picture, texture, -y, np.full((1, len(texture)), x), 0, height)
     return picture
 
 
@@ -177,19 +138,11 @@ def blend_sprite(
     top: NDArray[np.int64],
     step: int,
 ) -> None:
-    """Lay a sprite over a canvas, averaged over its places during the exposure.
+    """Lay a sprite over a canvas in place, averaged over its places during the exposure.
 
-    Parameters
-    ----------
-    canvas : ndarray of uint8, shape (height, width, 3)
-        Changed in place.
-    sprite : ndarray of uint8, shape (h + 2, w + 2, 4)
-        Colour premultiplied by the last channel, coverage; its border of one pixel is
-        transparent.
-    left, top : ndarray of int64, shape (2**k,)
-        Corner of the sprite within its border, at each instant, in 1/64 canvas pixel.
-    step : int
-        Sprite pixels per canvas pixel, times 65536.
+    `sprite`, shape (h + 2, w + 2, 4), is premultiplied by its last channel, coverage; its border of
+    one pixel is transparent. `left` and `top`, shape (2**k,), are its corner within the border at
+    each instant, in 1/64 canvas pixel; `step` counts its pixels per canvas pixel, times 65536.
     """
     height, width = canvas.shape[:2]
     h, w = sprite.shape[0] - 2, sprite.shape[1] - 2
@@ -244,14 +197,8 @@ def develop(
 ) -> None:
     """Apply light and sensor noise to a canvas, in place.
 
-    Parameters
-    ----------
-    canvas : ndarray of uint8, shape (height, width, 3)
-    row_gain, column_gain : ndarray of int32, shapes (height,) and (width,)
-        Gains times 1024; their product applies.
-    table : ndarray of int32, shape (256,)
-        Noise of each random byte, in 1/16 grey level.
-    random : ndarray of uint8, shape (height * width * 3,)
+    `row_gain` and `column_gain` are gains times 1024, whose product applies; `table` is the noise
+    of each random byte in 1/16 grey level; `random` has a byte for every value of the canvas.
     """
     height, width = canvas.shape[:2]
     for y in range(height):
@@ -262,3 +209,58 @@ def develop(
             for i in range(3 * x, 3 * x + 3):
                 value = ((out[i] * gain) >> 16) + table[dice[i]]
                 out[i] = min(max((value + 8) >> 4, 0), 255)
+
+
+def instants(displacement: float) -> NDArray[np.float64]:
+    """Moments of the exposure to average, in [-0.5, 0.5]; their number is a power of two.
+
+    The farther a picture moves [pixels], the more: between two of them it moves at most
+    about two pixels, which the bilinear sampling bridges.
+    """
+    count = 1
+    while count < 8 and abs(displacement) > 2 * count - 1.4:
+        count *= 2
+    return (np.arange(count) + 0.5) / count - 0.5
+
+
+@njit(cache=True)
+def draw_rows(
+    canvas: NDArray[np.uint8],
+    panorama: NDArray[np.uint8],
+    top: int,
+    lefts: NDArray[np.int64],
+    first: int,
+    last: int,
+) -> None:
+    """Fill rows of a canvas from a panorama in place, bilinear, averaged over instants.
+
+    `top` is the place of the panorama's first row in the canvas, `lefts`, shape (2**k, rows), the
+    panorama's column at the canvas' left border by instant and row, both in 1/64 pixel. Rows from
+    `first` to `last`, which is excluded, are filled; the panorama is at least as wide everywhere.
+    """
+    width = canvas.shape[1]
+    shift = 12
+    while 1 << (shift - 12) < len(lefts):
+        shift += 1
+    half = 1 << (shift - 1)
+    sums = np.empty(3 * width, np.int32)
+    for y in range(first, last):
+        place = (y << 6) - top
+        row = min(max(place >> 6, 0), len(panorama) - 1)
+        below = min(row + 1, len(panorama) - 1)
+        v = place & 63
+        sums[:] = half
+        for k in range(len(lefts)):
+            for line, weight in ((row, 64 - v), (below, v)):
+                if weight == 0:
+                    continue
+                left = lefts[k, line]
+                u = left & 63
+                a, b = np.int32((64 - u) * weight), np.int32(u * weight)
+                start = 3 * (left >> 6)
+                source = panorama[line].ravel()[start : start + 3 * width + 3]
+                for i in range(3 * width):
+                    sums[i] += a * np.int32(source[i]) + b * np.int32(source[i + 3])
+        out = canvas[y].ravel()
+        for i in range(3 * width):
+            out[i] = sums[i] >> shift

@@ -25,40 +25,24 @@ NOTHING = -1
 
 @dataclass(frozen=True)
 class Mesh:
-    """Triangles with a texture.
+    """Triangles with a texture."""
 
-    Attributes
-    ----------
-    triangles : ndarray of int64, shape (t, 3)
-        Vertices of each.
-    texels : ndarray of float64, shape (v, 2)
-        Column and row of each vertex in the texture, which ends there; texel i spans [i, i + 1).
-    texture : ndarray of float32, shape (h, w, 3)
-        Part of the light that comes back, BGR.
-    closed : bool
-        Whether it is the surface of a solid: then a triangle is seen only where its vertices
-        follow one another clockwise in the picture. Otherwise both of its sides are.
-    """
-
-    triangles: Indices
+    triangles: Indices  # (t, 3), vertices of each
+    # (v, 2), column and row of each vertex in the texture, which ends there; texel i spans [i, i
+    # + 1)
     texels: Array
-    texture: Floats
+    texture: Floats  # (h, w, 3), part of the light that comes back, BGR
+    # whether it is the surface of a solid: then a triangle is seen only where its vertices follow
+    # one another clockwise in the picture. Otherwise both of its sides are.
     closed: bool
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What is seen of a mesh, in a window of the picture.
+    """What is seen of a mesh, in a window of the picture."""
 
-    Attributes
-    ----------
-    window : tuple of slice
-        Rows and columns of the picture.
-    sheet : ndarray of float32, shape (h, w, 4)
-        Light that comes back, BGR, premultiplied by the last channel, coverage in [0, 1].
-    """
-
-    window: tuple[slice, slice]
+    window: tuple[slice, slice]  # rows and columns of the picture
+    # (h, w, 4), light that comes back, BGR, premultiplied by the last channel, coverage in [0, 1]
     sheet: Floats
 
     def coverage(self, size: tuple[int, int]) -> Floats:
@@ -98,17 +82,10 @@ def grid(rows: int, columns: int) -> Indices:
 
 
 def seen(mesh: Mesh, points: Array, lights: Array, size: tuple[int, int]) -> Seen:
-    """Look at a mesh.
+    """Look at a mesh whose vertices are at `points` [pixels], in a picture of a size.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    points : ndarray of float64, shape (v, 3)
-        Where its vertices are.
-    lights : ndarray of float64, shape (v, 3)
-        Light that falls on each, BGR.
-    size : tuple of int
-        Width and height of the picture [pixels].
+    `lights`, shape (v, 3), is the light that falls on each, BGR; the size is width and height
+    [pixels].
     """
     low = np.clip(np.floor(points[:, :2].min(axis=0)), 0, size).astype(np.int64)
     high = np.clip(np.ceil(points[:, :2].max(axis=0)), low, size).astype(np.int64)

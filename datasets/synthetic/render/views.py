@@ -14,17 +14,9 @@ from numpy.typing import NDArray
 from datasets.synthetic.render.path import quantised, smooth_step
 
 __all__ = [
-    "FRAMES_PER_SECOND",
-    "SIZE",
-    "Camera",
-    "Course",
-    "Views",
-    "fixed",
-    "following",
-    "straight",
-    "walk",
-    "wandering",
-]
+    "FRAMES_PER_SECOND", "QUICK", "SIZE", "SLOW", "Camera", "Course", "Views", "fixed", "following",
+    "straight", "walk", "wandering",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 
@@ -38,29 +30,15 @@ Number = TypeVar("Number", float, NDArray[np.float64])
 
 @dataclass(frozen=True)
 class Camera:
-    """Camera at one instant.
+    """Camera at one instant."""
 
-    Attributes
-    ----------
-    focal : float
-        Focal length [pixels].
-    eye : float
-        Height above the ground [metres].
-    horizon : float
-        Row of the horizon without shift [pixels].
-    centre : float
-        Column of the optical axis without shift [pixels].
-    x : float
-        Lateral place [metres].
-    shift_x, shift_y : float
-        Shift of the whole picture by turning and shaking, to the right and down [pixels].
-    """
-
-    focal: float
-    eye: float
-    horizon: float
-    centre: float
-    x: float = 0.0
+    focal: float  # focal length [pixels]
+    eye: float  # height above the ground [metres]
+    horizon: float  # row of the horizon without shift [pixels]
+    centre: float  # column of the optical axis without shift [pixels]
+    x: float = 0.0  # lateral place [metres]
+    # shift_x, shift_y: shift of the whole picture by turning and shaking, to the right and down
+    # [pixels]
     shift_x: float = 0.0
     shift_y: float = 0.0
 
@@ -92,25 +70,14 @@ FASTEST_TURN = math.radians(130) / FRAMES_PER_SECOND
 
 @dataclass(frozen=True)
 class Course:
-    """Where someone is, how he is turned and in which phase of his gait, in every frame.
+    """Where someone is, how he is turned and in which phase of his gait, in every frame."""
 
-    Attributes
-    ----------
-    x, z : ndarray of float64, shape (n,)
-        Place on the ground: to the right, and away from the camera [metres].
-    heading : ndarray of float64, shape (n,)
-        0 is to the right, pi / 2 towards the camera; continuous [radians].
-    phase : ndarray of float64, shape (n,)
-        Gait cycles of two steps since some beginning.
-    stride : ndarray of float64, shape (n,)
-        Length of the steps, in [0, 1].
-    """
-
+    # x, z: (n,), place on the ground: to the right, and away from the camera [metres]
     x: Array
     z: Array
-    heading: Array
-    phase: Array
-    stride: Array
+    heading: Array  # (n,), 0 is to the right, pi / 2 towards the camera; continuous [radians]
+    phase: Array  # (n,), gait cycles of two steps since some beginning
+    stride: Array  # (n,), length of the steps, in [0, 1]
 
     @classmethod
     def through(cls, x: Array, z: Array, phase: float) -> Self:
@@ -147,17 +114,9 @@ def walk(
 ) -> Course:
     """Course from point to point (x, z) [metres], as people walk: in arcs, slower in bends.
 
-    Parameters
-    ----------
-    frames : int
-    start : tuple of float
-        Place in the first frame.
-    points : iterator of tuple of float
-        Where the walker turns to; he need not come nearer than 0.8 m.
-    speed : float
-        Where he walks straight on [metres/second].
-    phase : float
-        Of the gait in the first frame [cycles].
+    `start` is the place in the first frame; he turns to the `points` one after the other and need
+    not come nearer to them than 0.8 m. `speed` is where he walks straight on [metres/second],
+    `phase` that of the gait in the first frame [cycles].
     """
     x, z = start
     goal = next(points)
@@ -185,20 +144,11 @@ QUICK = (0.28, 1.1)
 
 @dataclass(frozen=True)
 class Views:
-    """The camera in every frame.
+    """The camera in every frame."""
 
-    Attributes
-    ----------
-    still : Camera
-        What does not change.
-    x : ndarray of float64, shape (n,)
-        Lateral place [metres].
-    shift_x, shift_y : ndarray of float64, shape (n,)
-        Shift of the picture by turning and shaking [pixels].
-    """
-
-    still: Camera
-    x: Array
+    still: Camera  # what does not change
+    x: Array  # (n,), lateral place [metres]
+    # shift_x, shift_y: (n,), shift of the picture by turning and shaking [pixels]
     shift_x: Array
     shift_y: Array
 

@@ -15,7 +15,7 @@ from datasets.synthetic.moreno2005.book.plan import FRAMES, SIZE
 from datasets.synthetic.moreno2005.book.setting import Setting
 from datasets.synthetic.moreno2005.knobs import BookKnobs
 from datasets.synthetic.render.camera import Camera, developed
-from datasets.synthetic.render.soft_shadow import light_left
+from datasets.synthetic.render.lamp import light_left
 from datasets.synthetic.render.triangles import lay
 from datasets.synthetic.scene import Scene, Truth
 

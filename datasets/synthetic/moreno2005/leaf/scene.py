@@ -17,7 +17,7 @@ from datasets.synthetic.moreno2005.knobs import LeafKnobs
 from datasets.synthetic.moreno2005.leaf.plan import FRAMES, SIZE
 from datasets.synthetic.moreno2005.leaf.setting import BEHIND_CLOUD, MARGIN, Setting
 from datasets.synthetic.render.camera import Camera, developed
-from datasets.synthetic.render.soft_shadow import light_left
+from datasets.synthetic.render.lamp import light_left
 from datasets.synthetic.render.triangles import box_around, lay
 from datasets.synthetic.scene import Scene, Truth
 

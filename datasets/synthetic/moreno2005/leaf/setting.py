@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from datasets.synthetic.moreno2005.leaf.blade import Blade, Shape, drawn_blade, placed
 from datasets.synthetic.moreno2005.leaf.plan import SIZE, drawn_shapes, drawn_sway
 from datasets.synthetic.render.colours import any_of, varied
+from datasets.synthetic.render.lamp import light_left
 from datasets.synthetic.render.path import smooth_step
-from datasets.synthetic.render.soft_shadow import light_left
 from datasets.synthetic.render.texture import fractal
 from datasets.synthetic.render.triangles import Seen, lay, seen
 from datasets.synthetic.scene import part_generator

@@ -22,8 +22,7 @@ from datasets.synthetic.nguyen2002.film.sheet import UNIT, Rigid
 from datasets.synthetic.nguyen2002.film.targets import KINDS, paint_target, two_looks
 from datasets.synthetic.nguyen2002.knobs import FilmKnobs
 from datasets.synthetic.render.camera import Camera, random_bytes
-from datasets.synthetic.render.layers import instants
-from datasets.synthetic.render.sprite import Sprite
+from datasets.synthetic.render.sprite import Sprite, instants
 from datasets.synthetic.render.texture import fractal
 from datasets.synthetic.scene import Scene, Truth, part_generator
 

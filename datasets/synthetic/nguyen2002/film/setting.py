@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image
 from datasets.synthetic.nguyen2002.film import props, scenery
-from datasets.synthetic.render.layers import draw_rows, instants
 from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.street.car import car
+from datasets.synthetic.render.sprite import draw_rows, instants
 from datasets.synthetic.render.street.facades import backdrop
-from datasets.synthetic.render.street.furniture import bush, litter_bin, post, sign, tree
+from datasets.synthetic.render.street.furniture import bush, car, litter_bin, post, sign, tree
 from datasets.synthetic.render.street.ground import Band, Shade, ground_rows
 from datasets.synthetic.render.views import Camera
 

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from datasets.synthetic.render.path import smooth_step
 from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.street.car import car
+from datasets.synthetic.render.street.furniture import car
 from datasets.synthetic.render.street.ground import Band
 from datasets.synthetic.render.street.street import HOUSES, Street
 from datasets.synthetic.render.texture import fractal, grass, paving, ramp

@@ -13,8 +13,8 @@ from datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
 from datasets.synthetic.nummiaro2003.driving.things import meet
 from datasets.synthetic.nummiaro2003.driving.view import View
 from datasets.synthetic.nummiaro2003.driving.world import Layout
-from datasets.synthetic.render.layers import instants
 from datasets.synthetic.render.prop import Coverage, visible
+from datasets.synthetic.render.sprite import instants
 
 __all__ = [
     "BRAKING", "FRAMES_PER_SECOND", "SIZE", "Bend", "Course", "Plan", "Way", "car_at", "unhurried",

@@ -27,7 +27,7 @@ from datasets.synthetic.nummiaro2003.driving.things import (
     cut_out,
 )
 from datasets.synthetic.nummiaro2003.driving.view import View, posed
-from datasets.synthetic.render.layers import draw_rows
+from datasets.synthetic.render.sprite import draw_rows
 from datasets.synthetic.render.street.facades import backdrop
 from datasets.synthetic.render.street.furniture import bush, post, sign, tree
 from datasets.synthetic.render.street.ground import Light

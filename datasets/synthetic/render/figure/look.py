@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.render.colours import BGR
 
-__all__ = ["Cut", "Look", "drawn_look", "drawn_skin"]
+__all__ = ["COMPLEXIONS", "Cut", "Look", "drawn_look", "drawn_skin"]
 
 Cut: TypeAlias = Literal["short", "full", "wreath"]
 
@@ -45,35 +45,20 @@ CUTS: tuple[Cut, ...] = ("short", "short", "full", "wreath")
 
 @dataclass(frozen=True)
 class Look:
-    """Head and working clothes. Colours are BGR in [0, 255].
-
-    Attributes
-    ----------
-    hair, skin : BGR
-    cut : {'short', 'full', 'wreath'}
-        Of the hair; a wreath leaves the crown bare.
-    beard, glasses : bool
-        Whether there are any.
-    clothes, shirt : BGR
-        The jacket, or the bib and brace over a shirt.
-    bib : bool
-        Whether the shirt's sleeves are seen.
-    bulk : float
-        Breadth of the body, 1 is usual.
-    stature : float
-        [metres].
-    """
+    """Head and working clothes. Colours are BGR in [0, 255]."""
 
     hair: BGR
     skin: BGR
-    cut: Cut
+    cut: Cut  # of the hair; a wreath leaves the crown bare
+    # beard, glasses: whether there are any
     beard: bool
     glasses: bool
+    # clothes, shirt: the jacket, or the bib and brace over a shirt
     clothes: BGR
     shirt: BGR
-    bib: bool
-    bulk: float
-    stature: float
+    bib: bool  # whether the shirt's sleeves are seen
+    bulk: float  # breadth of the body, 1 is usual
+    stature: float  # [metres]
 
 
 def drawn_skin(random: np.random.Generator) -> NDArray[np.float64]:

@@ -11,17 +11,9 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
-    "AROUND",
-    "FINE",
-    "NOBODY",
-    "UNIT",
-    "Solid",
-    "loft",
-    "paint_owners",
-    "place_vertices",
-    "turns",
+    "AROUND", "FINE", "NOBODY", "UNIT", "Solid", "loft", "paint_owners", "place_vertices", "turns",
     "which_is_seen",
-]
+]  # fmt: skip
 
 FINE = 2
 """Samples a pixel, in either direction."""
@@ -46,28 +38,13 @@ def place_vertices(
     lamp: NDArray[np.float64],
     camera: NDArray[np.float64],
 ) -> NDArray[np.int64]:
-    """Where vertices are seen, and how they are lit.
+    """Column and row [1/UNIT sample], nearness and light [1/256] of vertices, shape (v, 4).
 
-    Parameters
-    ----------
-    positions, normals : ndarray of float64, shape (v, 3)
-        In the frame of each vertex' bone [metres].
-    bones : ndarray of int64, shape (v,)
-        Which bone a vertex hangs on.
-    axes : ndarray of float64, shape (b, 3, 3)
-        Columns are each bone's axes in the world: x to the right, y up, z away from the camera.
-    origins : ndarray of float64, shape (b, 3)
-        Of each bone in the world [metres].
-    lamp : ndarray of float64, shape (4,)
-        Direction to the light, and the light where none of it falls. It is a hall's: what
-        faces sideways still gets half of it.
-    camera : ndarray of float64, shape (4,)
-        Focal length, column and row of the optical axis [pixels], height [metres].
-
-    Returns
-    -------
-    ndarray of int64, shape (v, 4)
-        Column and row [1/UNIT sample], nearness, light [1/256].
+    `positions` and `normals`, shape (v, 3), are in the frame of each vertex' bone [metres]; `axes`,
+    shape (b, 3, 3), has each bone's axes in the world as columns (x to the right, y up, z away from
+    the camera), `origins` its place [metres]. `lamp` is the direction to the light, and the light
+    where none of it falls: it is a hall's, so that what faces sideways still gets half of it.
+    `camera` is focal length, column and row of the optical axis [pixels], height [metres].
     """
     placed = np.empty((len(positions), 4), np.int64)
     for i in range(len(positions)):
@@ -96,21 +73,11 @@ def which_is_seen(
     height: int,
     width: int,
 ) -> NDArray[np.int64]:
-    """Triangle that owns each sample of a window: the nearest that faces the camera.
+    """Triangle that owns each sample of a window: the nearest that faces the camera, or `NOBODY`.
 
-    Parameters
-    ----------
-    placed : ndarray of int64, shape (v, 4)
-        See `place_vertices`.
-    triangles : ndarray of int64, shape (t, 3)
-        Vertices of each, clockwise in the picture where it faces the camera.
-    left, top, height, width : int
-        The window [pixels]; it may reach beyond the picture.
-
-    Returns
-    -------
-    ndarray of int64, shape (height * FINE, width * FINE)
-        Index of the triangle, or `NOBODY`.
+    `placed` is as of `place_vertices`; `triangles`, shape (t, 3), are clockwise in the picture
+    where they face the camera. The window [pixels] may reach beyond the picture; the answer has
+    (height * FINE, width * FINE) samples.
     """
     # Nearness above the triangle's index: the greatest is the nearest.
     keys = np.full((height * FINE, width * FINE), NOBODY, np.int64)
@@ -196,29 +163,12 @@ def paint_owners(
     top: int,
     gain: int,
 ) -> NDArray[np.uint8]:
-    """Picture of a mesh: a colour for each part in a pixel, mixed by its samples.
+    """Picture of a mesh, as `blend_sprite` takes it: a colour for each part in a pixel, mixed.
 
-    Parameters
-    ----------
-    owners : ndarray of int64, shape (height * FINE, width * FINE)
-        See `which_is_seen`, of the window whose corner is (left, top).
-    placed, triangles
-        See `which_is_seen`.
-    parts : ndarray of int64, shape (t,)
-        Part that each triangle belongs to.
-    places : ndarray of int64, shape (v, 2)
-        Column and row of each vertex in the atlas [1/UNIT texel].
-    atlas : ndarray of uint8, shape (rows, 2**k, 3)
-        Textures one below the other, each periodic across.
-    left, top : int
-        Corner of the window [pixels].
-    gain : int
-        Light, times 256.
-
-    Returns
-    -------
-    ndarray of uint8, shape (height + 2, width + 2, 4)
-        Colour premultiplied by the last channel, coverage; see `compositing.blend_sprite`.
+    `owners` are as of `which_is_seen`, in the window whose corner is (left, top) [pixels]. `parts`,
+    shape (t,), is the part that each triangle belongs to; `places`, shape (v, 2), column and row of
+    each vertex in the atlas [1/UNIT texel]; `atlas`, shape (rows, 2**k, 3), has textures one below
+    the other, each periodic across; `gain` is light, times 256.
     """
     height, width = owners.shape[0] // FINE, owners.shape[1] // FINE
     picture = np.zeros((height + 2, width + 2, 4), np.uint8)
@@ -261,22 +211,14 @@ AROUND = 256
 
 @dataclass(frozen=True)
 class Solid:
-    """A part of the body, in its own frame: x to the left, y up, z forward.
+    """A part of the body, in its own frame: x to the left, y up, z forward."""
 
-    Attributes
-    ----------
-    surface : ndarray of float64, shape (rows, AROUND + 1, 3)
-        Where each texel lies, from one end to the other [metres]; the last column is the
-        first. A mesh is made of every so many rows, the first and the last among them.
-    texture : ndarray of float64, shape (rows, AROUND, 3)
-        BGR in [0, 255].
-    spacing : tuple of int
-        Texels between two vertices of the mesh, down and around.
-    """
-
+    # (rows, AROUND + 1, 3), where each texel lies, from one end to the other [metres]; the last
+    # column is the first. A mesh is made of every so many rows, the first and the last among
+    # them.
     surface: Array
-    texture: Array
-    spacing: tuple[int, int]
+    texture: Array  # (rows, AROUND, 3), BGR in [0, 255]
+    spacing: tuple[int, int]  # texels between two vertices of the mesh, down and around
 
     @property
     def vertices(self) -> Array:
@@ -305,15 +247,9 @@ def turns(rows: int) -> tuple[Array, Array]:
 def loft(rows: int, profile: ArrayLike, power: float = 2.0) -> Array:
     """Surface through ellipses one below the other, shape (rows, AROUND + 1, 3).
 
-    Parameters
-    ----------
-    rows : int
-        Of the texture.
-    profile : array of float64, shape (k, 6)
-        Evenly spaced along the texture: height, half width, reach to the front and to the
-        back, how much higher the front lies than the middle, shift forward [metres].
-    power : float
-        2 makes ellipses, more makes them rounded rectangles.
+    A row of `profile`, evenly spaced along the texture, is height, half width, reach to the front
+    and to the back, how much higher the front lies than the middle, shift forward [metres]. A
+    `power` of 2 makes ellipses, more makes them rounded rectangles.
     """
     knots = np.asarray(profile, np.float64)
     place = np.linspace(0, len(knots) - 1, rows)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from datasets.synthetic.render.path import smooth_step
 from datasets.synthetic.render.views import wandering
 
-__all__ = ["FOCAL", "FRAMES", "FRAMES_PER_SECOND", "SIZE", "Routine", "drawn_routine"]
+__all__ = ["DEPTHS", "FOCAL", "FRAMES", "FRAMES_PER_SECOND", "SIZE", "Routine", "drawn_routine"]
 
 Array = NDArray[np.float64]
 
@@ -44,37 +44,23 @@ UNLIKE = 60.0
 
 @dataclass(frozen=True)
 class Routine:
-    """Pose in every frame; arrays have the shape (n,) unless said otherwise.
+    """Pose in every frame; arrays have the shape (n,) unless said otherwise."""
 
-    Attributes
-    ----------
-    x, z : ndarray of float64
-        Of the head, to the right of the camera and away from it [metres].
-    crouch : ndarray of float64
-        How much lower the hips are than in standing [metres].
-    heading : ndarray of float64
-        Of the body: 0 is to the right, pi/2 towards the camera [radians].
-    lean : ndarray of float64
-        Of the trunk, forward [radians].
-    turn, nod, tilt : ndarray of float64
-        Of the head: heading in the world, down from the horizon, to the left [radians].
-    hands : ndarray of float64, shape (n, 2, 3)
-        Of the left and the right wrist: to the left of the root of the neck, above it, and
-        before it, in the heading of the body [metres].
-    to_face : ndarray of float64, shape (n, 2)
-        How far each hand goes to the face instead, in [0, 1].
-    """
-
+    # x, z: of the head, to the right of the camera and away from it [metres]
     x: Array
     z: Array
-    crouch: Array
-    heading: Array
-    lean: Array
+    crouch: Array  # how much lower the hips are than in standing [metres]
+    heading: Array  # of the body: 0 is to the right, pi/2 towards the camera [radians]
+    lean: Array  # of the trunk, forward [radians]
+    # turn, nod, tilt: of the head: heading in the world, down from the horizon, to the left
+    # [radians]
     turn: Array
     nod: Array
     tilt: Array
+    # (n, 2, 3), of the left and the right wrist: to the left of the root of the neck, above it,
+    # and before it, in the heading of the body [metres]
     hands: Array
-    to_face: Array
+    to_face: Array  # (n, 2), how far each hand goes to the face instead, in [0, 1]
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,15 @@
-"""The worker: one mesh on bones, painted, and what is seen of his head."""
+"""The worker: bones for all poses at once, a painted mesh on them, what is seen of his head.
+
+The world is x to the right, y up, z away from the camera [metres]. A bone's axes are its left, up
+and forward.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.synthetic.render.figure.clothes import body
+from datasets.synthetic.render.figure.clothes import FOREARM, NECK, SHOULDER, TRUNK, UPPER_ARM, body
 from datasets.synthetic.render.figure.head import head
 from datasets.synthetic.render.figure.look import Look
 from datasets.synthetic.render.figure.mesh import (
@@ -16,9 +22,7 @@ from datasets.synthetic.render.figure.mesh import (
     which_is_seen,
 )
 from datasets.synthetic.render.figure.routine import Routine
-from datasets.synthetic.render.figure.skeleton import HEAD, Bones, place_bones
-from datasets.synthetic.render.layers import instants
-from datasets.synthetic.render.sprite import blend_sprite
+from datasets.synthetic.render.sprite import blend_sprite, instants
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["Worker"]
@@ -27,6 +31,108 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Picture = NDArray[np.uint8]
 
+HEAD = 0
+"""Which of the bones is the head's."""
+
+CROWN = 0.252
+"""Crown above the root of the neck [metres]."""
+
+
+class Bones(NamedTuple):
+    """Frames of head, neck, collar, trunk, upper arms, forearms, hands, legs, left before right."""
+
+    axes: Array  # (n, 12, 3, 3), columns are left, up and forward
+    origins: Array  # (n, 12, 3), [metres]
+
+
+def place_bones(routine: Routine, look: Look) -> Bones:
+    """Frames of all bones in every frame of a routine."""
+    nothing = np.zeros_like(routine.x)
+    trunk = _turned(routine.heading, routine.lean, nothing)
+    height = look.stature - CROWN - TRUNK - routine.crouch
+    hips = np.stack([nothing, height, nothing], axis=1)
+    root = hips + _at(trunk, 0, TRUNK, 0)
+    head = _turned(routine.turn, routine.nod, routine.tilt)
+    middle = (routine.heading + routine.turn) / 2
+    neck = _turned(middle, 0.5 * (routine.lean + routine.nod) + 0.2, routine.tilt / 2)
+    atlas = root + _at(neck, 0, NECK, 0)
+    skull = atlas + _at(head, 0, 0.045, 0.018)
+    axes, origins = [head, neck, trunk, trunk], [skull, root, root, hips]
+    upright = _turned(routine.heading, nothing, nothing)
+    uppers, lowers, hands = [], [], []
+    for hand, side in enumerate((1, -1)):
+        joint = root + _at(trunk, side * SHOULDER[0] * look.bulk, -SHOULDER[1], 0)
+        working = root + _dot(upright, routine.hands[:, hand])
+        at_face = skull + _at(head, side * 0.09, -0.015, 0.155)
+        share = routine.to_face[:, hand, None]
+        wrist = working + (at_face - working) * share
+        aside = _at(trunk, side * 0.6, -1, -0.35)
+        elbow, wrist = _bent(joint, wrist, aside)
+        forward = trunk[:, :, 2]
+        uppers.append((_along(joint - elbow, forward), joint))
+        lowers.append((_along(elbow - wrist, forward), elbow))
+        # A hand on its way to the face lies across the brow.
+        across = _along(
+            _unit(elbow - wrist) * (1 - 0.8 * share) + _at(head, side * 0.8, -0.35, 0) * share,
+            forward,
+        )
+        hands.append((across, wrist))
+    for frame, origin in [*uppers, *lowers, *hands]:
+        axes.append(frame)
+        origins.append(origin)
+    for side in (1, -1):
+        axes.append(upright)
+        origins.append(hips + _at(upright, side * 0.085 * look.bulk, 0, 0))
+    # The routine says where the head is; the rest follows.
+    places = np.stack(origins, axis=1)
+    there = np.stack([routine.x - skull[:, 0], nothing, routine.z - skull[:, 2]], axis=1)
+    return Bones(np.stack(axes, axis=1), places + there[:, None])
+
+
+def _turned(heading: Array, pitch: Array, roll: Array) -> Array:
+    """Axes of what faces a heading, is pitched down and rolled to the left; (n, 3, 3)."""
+    nothing = np.zeros_like(heading)
+    ahead = np.stack([np.cos(heading), nothing, -np.sin(heading)], axis=1)
+    left = np.stack([np.sin(heading), nothing, np.cos(heading)], axis=1)
+    up = np.array([0.0, 1.0, 0.0])
+    cos, sin = np.cos(pitch)[:, None], np.sin(pitch)[:, None]
+    ahead, up = cos * ahead - sin * up, sin * ahead + cos * up
+    cos, sin = np.cos(roll)[:, None], np.sin(roll)[:, None]
+    left, up = cos * left - sin * up, sin * left + cos * up
+    return np.stack([left, up, ahead], axis=2)
+
+
+def _dot(axes: Array, places: Array) -> Array:
+    return np.asarray((axes * places[:, None, :]).sum(axis=2))
+
+
+def _at(axes: Array, left: float, up: float, forward: float) -> Array:
+    return left * axes[:, :, 0] + up * axes[:, :, 1] + forward * axes[:, :, 2]
+
+
+def _unit(vectors: Array) -> Array:
+    return np.asarray(vectors / np.sqrt((vectors * vectors).sum(axis=1, keepdims=True)))
+
+
+def _along(up: Array, forward: Array) -> Array:
+    """Axes whose y is along `up`, and z as far along `forward` as that allows."""
+    up = _unit(up)
+    left = _unit(np.cross(forward, up))
+    return np.stack([left, up, np.cross(up, left)], axis=2)
+
+
+def _bent(joint: Array, wrist: Array, aside: Array) -> tuple[Array, Array]:
+    """Elbow and wrist of an arm that reaches for a place as far as it can."""
+    way = wrist - joint
+    length = np.sqrt((way * way).sum(axis=1, keepdims=True))
+    towards = way / length
+    length = np.clip(length, 0.12, 0.985 * (UPPER_ARM + FOREARM))
+    along = (length * length + UPPER_ARM**2 - FOREARM**2) / (2 * length)
+    off = np.sqrt(np.maximum(UPPER_ARM**2 - along * along, 0.0))
+    aside = _unit(aside - (aside * towards).sum(axis=1, keepdims=True) * towards)
+    return joint + along * towards + off * aside, joint + length * towards
+
+
 FULL = 255
 """Coverage of a pixel that is covered wholly."""
 
@@ -34,18 +140,8 @@ FULL = 255
 class Worker:
     """Somebody who goes through a routine before a camera.
 
-    Parameters
-    ----------
-    look : Look
-        Head and clothes.
-    routine : Routine
-        Pose in every frame.
-    camera : ndarray of float64, shape (4,)
-        Focal length, column and row of the optical axis [pixels], height [metres].
-    lamp : ndarray of float64, shape (4,)
-        Direction to the light, and the light where none of it falls.
-    seed : int
-        Of hair and folds.
+    `camera` is focal length, column and row of the optical axis [pixels], height [metres]; `lamp`
+    the direction to the light, and the light where none of it falls; `seed` that of hair and folds.
     """
 
     def __init__(self, look: Look, routine: Routine, camera: Array, lamp: Array, seed: int) -> None:
@@ -62,17 +158,10 @@ class Worker:
         self._parts = self._of[self._triangles[:, 0]]
 
     def draw(self, canvas: Picture, frame: int, gain: float, shutter: float) -> None:
-        """Draw him as he is seen in a frame, blurred by the motion of his head.
+        """Draw him over a canvas as he is seen in a frame, blurred by the motion of his head.
 
-        Parameters
-        ----------
-        canvas : ndarray of uint8, shape (height, width, 3)
-            Changed in place.
-        frame : int
-        gain : float
-            Light on him.
-        shutter : float
-            Part of the time between two frames for which the shutter is open.
+        `gain` is light on him, `shutter` the part of the time between two frames for which it is
+        open.
         """
         placed = self._placed(frame)
         left, top, width, height = _window(placed, canvas.shape)
@@ -113,14 +202,9 @@ class Worker:
         return np.concatenate([low, high - low])
 
     def head_seen(self, frame: int) -> tuple[int, int, Picture, Picture]:
-        """Silhouette of the head, and what of it nothing else hides.
+        """Left and top of a window [pixels], and in it the head, and what of it nothing else hides.
 
-        Returns
-        -------
-        left, top : int
-            Corner of their window [pixels]; it may lie outside the picture.
-        whole, seen : ndarray of uint8, shape (height, width)
-            Covered part of each pixel, in [0, 255].
+        The window may lie outside the picture; both coverages are in [0, 255].
         """
         placed = self._placed(frame)
         left, top, width, height = _window(placed[self._of == HEAD], None)

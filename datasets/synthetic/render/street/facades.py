@@ -33,22 +33,9 @@ FINE = 2  # it is painted at twice the size
 def backdrop(
     random: np.random.Generator, height: int, width: int, scale: float, base: float
 ) -> Picture:
-    """Paint houses side by side, with a sky above them.
+    """Paint houses side by side with a sky above them, shape (height, width, 3).
 
-    Parameters
-    ----------
-    random : numpy.random.Generator
-        Draws everything.
-    height, width : int
-        Of the picture [pixels].
-    scale : float
-        [pixels/metre].
-    base : float
-        Row where the houses stand [pixels].
-
-    Returns
-    -------
-    ndarray of uint8, shape (height, width, 3)
+    `scale` is in pixels/metre; the houses stand at the row `base` [pixels].
     """
     picture = _sky(random, FINE * height, FINE * width, FINE * base)
     grain = fractal(random, 512, 16, 256, 0.8)

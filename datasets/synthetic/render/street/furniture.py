@@ -1,4 +1,4 @@
-"""Things of a street: lamp posts, signs, bins; trees and bushes, which are clumps of leaves."""
+"""Things of a street: lamp posts, signs, bins, parked cars; trees and bushes, clumps of leaves."""
 
 import cv2
 import numpy as np
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.texture import fractal
 
-__all__ = ["bush", "litter_bin", "post", "sign", "tree"]
+__all__ = ["bush", "car", "litter_bin", "post", "sign", "tree"]
 
 Array = NDArray[np.float64]
 
@@ -15,18 +15,9 @@ Array = NDArray[np.float64]
 def post(
     random: np.random.Generator, x: float, z: float, scale: float, thickness: float | None = None
 ) -> Prop:
-    """Lamp post or pillar, higher than the picture.
+    """Lamp post or pillar, higher than the picture, at a place and of a thickness [metres].
 
-    Parameters
-    ----------
-    random : numpy.random.Generator
-        Draws its colour and, where none is given, its thickness.
-    x, z : float
-        Where it stands [metres].
-    scale : float
-        At its depth [pixels/metre].
-    thickness : float, optional
-        [metres].
+    `scale` is that at its depth [pixels/metre]; without a thickness it is a lamp post's.
     """
     thick = random.uniform(0.10, 0.18) if thickness is None else thickness
     colour, coverage = _upright(4.5 * scale, thick * scale, _metal(random))
@@ -95,17 +86,7 @@ _LIGHT = np.array([-0.45, -0.65, 0.6])
 
 
 def tree(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
-    """Street tree of 5 to 8 metres.
-
-    Parameters
-    ----------
-    random : numpy.random.Generator
-        Draws its growth.
-    x, z : float
-        Where it stands [metres].
-    scale : float
-        At its depth [pixels/metre].
-    """
+    """Street tree of 5 to 8 metres at a place [metres], at its depth's scale [pixels/metre]."""
     tall, wide = random.uniform(5.0, 7.5), random.uniform(2.8, 4.4)
     stem = random.uniform(2.0, 2.7)
     height, width = round((tall + 0.3) * scale), round((wide + 0.8) * scale)
@@ -208,3 +189,124 @@ def _trunk(
     tone = (0.92 - 0.30 * side) * (1 + 0.16 * bark[(rows // 3) % 256, (columns * 2) % 256])
     colour[:] = np.array([62.0, 76.0, 90.0]) * tone[..., None]
     coverage[:] = mask / 255
+
+
+PAINTS = (
+    (176, 180, 182),
+    (60, 58, 58),
+    (120, 84, 52),
+    (52, 44, 130),
+    (206, 210, 212),
+    (84, 96, 60),
+    (110, 110, 112),
+    (70, 120, 150),
+)
+FINE = 3
+"""Cars are painted larger by this, then made smaller."""
+
+Outline = list[tuple[float, float]]
+
+# Outlines in metres, forward to the right, up from the ground.
+_BODY = [(-2.05, 0.34), (-2.08, 0.62), (-2.0, 0.86), (-1.6, 0.94), (-1.05, 0.97), (-0.62, 1.38),
+         (-0.3, 1.44), (0.4, 1.43), (0.72, 1.34), (1.22, 0.96), (1.78, 0.86), (2.04, 0.68),
+         (2.1, 0.42), (2.06, 0.30), (-2.0, 0.28)]  # fmt: skip
+_GLASS = [[(-0.9, 0.98), (-0.55, 1.33), (-0.04, 1.37), (-0.04, 0.98)],
+          [(0.04, 0.98), (0.04, 1.37), (0.42, 1.36), (0.66, 1.28), (1.02, 0.97)]]  # fmt: skip
+_WHEELS, _SEAMS, _HANDLES = (-1.3, 1.32), (-0.95, 0.0, 0.98), (-0.82, 0.16)
+_LAMPS = (
+    ([(1.86, 0.62), (2.06, 0.60), (2.02, 0.72), (1.84, 0.76)], (216.0, 220.0, 222.0)),
+    ([(-2.06, 0.66), (-1.94, 0.66), (-1.92, 0.84), (-2.0, 0.84)], (40.0, 36.0, 150.0)),
+)
+
+_METAL = (
+    (0.28, 0.45, 0.55), (0.45, 0.62, 0.78), (0.80, 0.88, 1.16), (0.88, 0.99, 1.3),
+    (1.36, 1.5, 1.22),
+)  # fmt: skip
+"""Heights from and to, and gain: sheet metal mirrors sky above, dark street below."""
+
+
+def car(random: np.random.Generator, x: float, z: float, scale: float) -> Prop:
+    """A small car, parked along the kerb, either way round.
+
+    Its middle stands at (x, z) [metres], where things are seen at a scale [pixels/metre].
+    """
+    metre = scale * random.uniform(0.98, 1.1)
+    height, width = round(1.75 * metre), round(4.7 * metre)
+    foot = height - round(0.16 * metre)
+    picture, mask = _painted_car(random, (FINE * height, FINE * width), FINE * foot, FINE * metre)
+    colour = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA).astype(np.float64)
+    cover = cv2.resize(mask, (width, height), interpolation=cv2.INTER_AREA) / 255
+    # Painted edges hold black from outside the body: its colour is taken out again.
+    colour = colour / np.maximum(cover, 0.25)[..., None]
+    colour, cover = _over_shadow(np.minimum(colour, 255), cover, foot, metre)
+    if random.random() < 0.5:
+        colour, cover = colour[:, ::-1].copy(), cover[:, ::-1].copy()
+    return Prop(x, z, colour, cover, foot)
+
+
+def _painted_car(
+    random: np.random.Generator, size: tuple[int, int], foot: float, metre: float
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Picture and mask of a car that stands at the row `foot`; a `metre` in pixels."""
+    picture, mask = np.zeros((*size, 3), np.uint8), np.zeros(size, np.uint8)
+    stretch = np.array([1.0, random.uniform(0.95, 1.08)])
+
+    def at(points: Outline) -> NDArray[np.int32]:
+        placed = np.array(points) * stretch
+        columns, rows = size[1] / 2 + placed[:, 0] * metre, foot - placed[:, 1] * metre
+        return np.round(np.stack([columns, rows], 1)).astype(np.int32)
+
+    def paint(points: Outline, colour: NDArray[np.float64]) -> None:
+        cv2.fillPoly(picture, [at(points)], colour.tolist())
+
+    body = np.array(PAINTS[random.integers(len(PAINTS))], np.float64) * random.uniform(0.85, 1.1)
+    cv2.fillPoly(mask, [at(_BODY)], 255)
+    paint(_BODY, body)
+    for low, high, gain in _METAL:
+        top, bottom = at([(0, high)])[0, 1], at([(0, low)])[0, 1]
+        band = picture[top:bottom]
+        band[:] = np.clip(band * gain, 0, 255).astype(np.uint8)
+    for pane in _GLASS:
+        paint(pane, np.array([70.0, 62.0, 56.0]))
+        paint([(a, max(b, 1.17)) for a, b in pane], np.array([128.0, 118.0, 108.0]))
+    dark = body * 0.55
+    for place in _SEAMS:
+        start, end = at([(place, 0.4), (place, 0.97)]).tolist()
+        cv2.line(picture, start, end, dark.tolist(), FINE)
+    for place in _HANDLES:
+        paint([(place, 0.84), (place + 0.16, 0.84), (place + 0.16, 0.87), (place, 0.87)], dark)
+    for lamp, colour in _LAMPS:
+        paint(lamp, np.array(colour))
+    for place in _WHEELS:
+        _paint_wheel(random, picture, mask, at([(place, 0.31)])[0].tolist(), metre)
+    return picture, mask
+
+
+def _paint_wheel(
+    random: np.random.Generator,
+    picture: NDArray[np.uint8],
+    mask: NDArray[np.uint8],
+    hub: list[int],
+    metre: float,
+) -> None:
+    cv2.circle(picture, hub, round(0.385 * metre), (24, 22, 22), -1)
+    cv2.circle(mask, hub, round(0.31 * metre), 255, -1)
+    cv2.circle(picture, hub, round(0.31 * metre), (38, 36, 36), -1)
+    cv2.circle(picture, hub, round(0.2 * metre), (140, 142, 144), -1)
+    for spoke in np.arange(5) * 2 * np.pi / 5 + random.uniform(0, 1):
+        end = np.array(hub) + np.round(np.array([np.cos(spoke), np.sin(spoke)]) * 0.18 * metre)
+        cv2.line(picture, hub, end.astype(int).tolist(), (90, 90, 92), FINE)
+    cv2.circle(picture, hub, round(0.05 * metre), (60, 60, 60), -1)
+
+
+def _over_shadow(
+    colour: NDArray[np.float64], cover: NDArray[np.float64], foot: float, metre: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lay the body over the dark that it stands in."""
+    rows, columns = np.indices(cover.shape)
+    u = (columns + 0.5 - cover.shape[1] / 2) / (2.15 * metre)
+    v = (rows + 0.5 - foot + 0.02 * metre) / (0.15 * metre)
+    dark = 0.75 * np.clip(1.3 - 1.3 * (u**8 + v * v), 0, 1)
+    both = cover + dark * (1 - cover)
+    share = np.divide(cover, both, out=np.zeros_like(cover), where=both > 0)
+    return colour * share[..., None], both

@@ -9,7 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 from datasets.synthetic.render.texture import fractal, grass, paving, pebbles
 from datasets.synthetic.render.views import Camera
 
-__all__ = ["Band", "Light", "Shade", "ground_rows", "street_bands"]
+__all__ = [
+    "DEPTH", "PERIOD", "SIDE", "SLANT_X", "SLANT_Z", "Band", "Light", "Shade", "ground_rows",
+    "street_bands",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 
@@ -28,15 +31,7 @@ _SIZE = 512
 
 
 class Shade:
-    """Light at every place of the ground and above it.
-
-    Parameters
-    ----------
-    random : numpy.random.Generator
-        Draws the crowns that give shade.
-    light : {'even', 'dappled'}
-        Even light is 1 everywhere.
-    """
+    """Light at every place of the ground and above it: dappled under crowns, or 1 everywhere."""
 
     def __init__(self, random: np.random.Generator, light: Light) -> None:
         self.light = light
@@ -78,34 +73,17 @@ REACH = 40.0
 
 @dataclass(frozen=True)
 class Band:
-    """A strip of ground along the street.
+    """A strip of ground along the street."""
 
-    Attributes
-    ----------
-    start : float
-        Its nearer edge [metres from the camera]; it ends where the next begins.
-    texture : ndarray of float64, shape (SIDE, SIDE, 3)
-        Periodic.
-    side : float
-        That a texture's side covers [metres].
-    """
-
-    start: float
-    texture: Array
-    side: float
+    start: float  # its nearer edge [metres from the camera]; it ends where the next begins
+    texture: Array  # (SIDE, SIDE, 3), periodic
+    side: float  # that a texture's side covers [metres]
 
 
 def street_bands(random: np.random.Generator, kerb: float, end: float) -> list[Band]:
     """Pavement, kerb, road and pavement again.
 
-    Parameters
-    ----------
-    random : numpy.random.Generator
-        Draws what they are made of.
-    kerb : float
-        Where the road begins [metres].
-    end : float
-        Where the houses begin [metres].
+    The road begins at `kerb`, the houses begin at `end` [metres].
     """
     stones = paving(random, SIDE)
     worn = stones.mean(axis=(0, 1))
@@ -161,30 +139,11 @@ def ground_rows(
     widths: NDArray[np.int64],
     margin: float,
 ) -> NDArray[np.uint8]:
-    """Rows of ground, each stretched as its depth is seen.
+    """Rows of ground, each stretched as its depth is seen, shape (rows, max(widths), 3).
 
-    Parameters
-    ----------
-    random : numpy.random.Generator
-        Draws large spots.
-    bands : list of Band
-        From the nearest to the farthest.
-    shade : Shade
-        Light on the ground.
-    camera : Camera
-        Its eye and focal length.
-    scales : ndarray of float64, shape (rows,)
-        Of each row, in its middle [pixels/metre].
-    x_low : float
-        Place at `margin` pixels from the left end of every row [metres].
-    widths : ndarray of int64, shape (rows,)
-        Of each row [pixels]; the rest of the array stays 0.
-    margin : float
-        [pixels].
-
-    Returns
-    -------
-    ndarray of uint8, shape (rows, max(widths), 3)
+    `bands` go from the nearest to the farthest. Each row has its scale [pixels/metre] and its width
+    [pixels], beyond which the array stays 0; `x_low` is the place [metres] at `margin` pixels from
+    its left end.
     """
     spots = fractal(random, 256, 8, 64, 0.7)
     starts = np.array([band.start for band in bands])

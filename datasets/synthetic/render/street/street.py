@@ -6,16 +6,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.render.layers import draw_rows, instants
 from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.street.car import car
+from datasets.synthetic.render.sprite import draw_rows, instants
 from datasets.synthetic.render.street.facades import backdrop
-from datasets.synthetic.render.street.furniture import bush, litter_bin, post, sign, tree
+from datasets.synthetic.render.street.furniture import bush, car, litter_bin, post, sign, tree
 from datasets.synthetic.render.street.ground import Band, Light, Shade, ground_rows, street_bands
 from datasets.synthetic.render.views import Camera
 from datasets.synthetic.scene import part_generator
 
-__all__ = ["Reach", "Street"]
+__all__ = ["HOUSES", "Reach", "Street"]
 
 KERB = 10.6
 """Where the road begins [metres]."""
@@ -26,17 +25,10 @@ HOUSES = 18.0
 
 @dataclass(frozen=True)
 class Reach:
-    """What a camera does in a whole sequence: lowest and highest of each.
+    """What a camera does in a whole sequence: lowest and highest of each."""
 
-    Attributes
-    ----------
-    x : tuple of float
-        Lateral place [metres].
-    shift_x, shift_y : tuple of float
-        Shift of the picture [pixels].
-    """
-
-    x: tuple[float, float] = (0.0, 0.0)
+    x: tuple[float, float] = (0.0, 0.0)  # lateral place [metres]
+    # shift_x, shift_y: shift of the picture [pixels]
     shift_x: tuple[float, float] = (0.0, 0.0)
     shift_y: tuple[float, float] = (0.0, 0.0)
 
@@ -44,20 +36,8 @@ class Reach:
 class Street:
     """A street that runs from left to right, seen from the near pavement.
 
-    Nothing is painted before it is asked for.
-
-    Parameters
-    ----------
-    seed : int
-        Of all that is drawn at random.
-    size : tuple of int
-        Width and height of the images [pixels].
-    still : Camera
-        What does not change of the camera.
-    reach : Reach
-        What changes, and how far.
-    light : {'even', 'dappled'}
-        Overcast, or sun through trees.
+    Nothing is painted before it is asked for. `still` is what does not change of the camera,
+    `reach` what changes, and how far; `size` is width and height of the images [pixels].
     """
 
     def __init__(
@@ -76,19 +56,11 @@ class Street:
         motion: tuple[float, float] = (0.0, 0.0),
         travel: float = 0.0,
     ) -> None:
-        """Fill a picture with houses, sky and ground.
+        """Fill a picture with houses, sky and ground, in place.
 
-        Parameters
-        ----------
-        canvas : ndarray of uint8, shape (height, width, 3)
-            Changed in place.
-        camera : Camera
-            At mid-exposure, within the reach.
-        motion : tuple of float
-            Shift of the picture during the exposure [pixels]; what is blurred is the part
-            sideways.
-        travel : float
-            Of the camera during the exposure [metres].
+        The camera is that of mid-exposure, within the reach. During the exposure the picture shifts
+        by `motion` [pixels], of which the part sideways is blurred, and the camera moves by
+        `travel` [metres].
         """
         boundary = int(np.floor(camera.row(0.0, HOUSES) + 0.5))
         edge = min(max(boundary, 0), len(canvas))

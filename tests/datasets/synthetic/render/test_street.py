@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from datasets.synthetic.render.layers import draw_rows, instants
+from datasets.synthetic.render.sprite import draw_rows, instants
 from datasets.synthetic.render.street.ground import DEPTH, SLANT_X, SLANT_Z
 from datasets.synthetic.render.street.street import HOUSES, Reach, Street
 from datasets.synthetic.render.views import Camera

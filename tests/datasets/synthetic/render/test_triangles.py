@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from datasets.synthetic.render.soft_shadow import light_left
+from datasets.synthetic.render.lamp import light_left
 from datasets.synthetic.render.triangles import FINE, Mesh, grid, lay, seen
 
 SIZE = 16, 12
