@@ -4,7 +4,6 @@ The cup's foot stands at the origin.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from datasets.synthetic.render.colours import (
     ACCENTS,
@@ -16,9 +15,9 @@ from datasets.synthetic.render.colours import (
     any_but,
     nearly,
 )
-from datasets.synthetic.render.figure.look import COMPLEXIONS
+from datasets.synthetic.render.figure.look import drawn_skin
 from datasets.synthetic.render.finish import Finish, Pattern, Thing, grain, plain, tiles
-from datasets.synthetic.render.solids import bowl, box, half_space, limb
+from datasets.synthetic.render.solids import bowl, box, chain, half_space, limb, mirrored
 from datasets.synthetic.render.texture import lerp
 from datasets.synthetic.wang2010.cup.plan import SIZE, WALL, Cup, Plan
 
@@ -192,7 +191,7 @@ THICK = 1.1
 
 def held_cup(cup: Cup, colour: Array, random: np.random.Generator) -> list[Thing]:
     """The cup, the hand that holds it, its sleeve; `colour` is the cup's, BGR in [0, 255]."""
-    skin = np.asarray(COMPLEXIONS[random.integers(len(COMPLEXIONS))][0], np.float64)
+    skin = drawn_skin(random)
     cloth = any_but(random, CLOTHES, colour)
     slope = random.uniform(-0.34, 0.02)
     grip = random.uniform(0.46, 0.54) * cup.height
@@ -212,7 +211,7 @@ def _cup(cup: Cup) -> list[Array]:
     out = wall + (cup.handle - 1.1) * np.cos(angles) ** 0.7
     turn = 0.3  # towards the camera
     arc = np.stack([-cup.hand * out * np.cos(turn), height, out * np.sin(turn)], axis=1)
-    return [body, *_chain(arc, np.full(10, 1.1), 0.0)]
+    return [body, *chain(arc, np.full(10, 1.1), 0.0)]
 
 
 def _hand(cup: Cup, grip: float, slope: float) -> list[Array]:
@@ -226,36 +225,22 @@ def _hand(cup: Cup, grip: float, slope: float) -> list[Array]:
         root = wrist + np.array([-1.0, 2.4 - 1.6 * k, -0.6])
         around = np.array([0.55 * beside, knuckle[1] - 0.3, -beside - 1.6])
         tip = np.array([-0.55 * beside, knuckle[1] - 0.9, -beside - 0.9])
-        solids += _chain([root, knuckle, around, tip], (2.6, radius, radius, radius - 0.3), 1.2)
+        solids += chain([root, knuckle, around, tip], (2.6, radius, radius, radius - 0.3), 1.2)
     ball = np.array([beside + 6.0, grip + 0.2 + 4.0 * slope, 3.6])
     joint = np.array([0.80 * beside, grip + 1.6, 0.72 * beside + 1.6])
     tip = np.array([0.10 * beside, grip + 2.6, beside + 1.2])
-    solids += _chain([wrist, ball, joint, tip], (3.2, 2.7, 1.9, 1.45), 1.6)
+    solids += chain([wrist, ball, joint, tip], (3.2, 2.7, 1.9, 1.45), 1.6)
     arm = wrist + np.array([9.0, 9.0 * slope, 1.0])
-    solids += _chain([wrist, arm], (3.8, 4.6), 2.0)
-    return [_sided(solid, cup.hand) for solid in solids]
+    solids += chain([wrist, arm], (3.8, 4.6), 2.0)
+    return mirrored(solids, cup.hand)
 
 
 def _sleeve(cup: Cup, grip: float, slope: float) -> list[Array]:
     start = np.array([cup.rim + 20.5, grip + 20.5 * slope, 3.0])
     way = np.array([1.0, slope, 0.10])
-    cuff = _chain([start, start + 2.6 * way], (5.4, 5.5), 0.0)
-    arm = _chain([start + 1.5 * way, start + 30 * way, start + 110 * way], (5.0, 6.6, 9.5), 1.0)
-    return [_sided(solid, cup.hand) for solid in (*cuff, *arm)]
-
-
-def _chain(points: ArrayLike, radii: ArrayLike, blend: float) -> list[Array]:
-    joints, wide = np.asarray(points, np.float64), np.asarray(radii, np.float64).tolist()
-    return [
-        limb(joints[k], joints[k + 1], (wide[k], wide[k + 1]), blend)
-        for k in range(len(joints) - 1)
-    ]
-
-
-def _sided(solid: Array, side: int) -> Array:
-    """The same limb on the other side of the cup, if `side` is -1."""
-    solid[[3, 6]] *= side
-    return solid
+    cuff = chain([start, start + 2.6 * way], (5.4, 5.5), 0.0)
+    arm = chain([start + 1.5 * way, start + 30 * way, start + 110 * way], (5.0, 6.6, 9.5), 1.0)
+    return mirrored([*cuff, *arm], cup.hand)
 
 
 def _glaze(cup: Cup, inner: Array) -> Pattern:
