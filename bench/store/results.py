@@ -27,6 +27,7 @@ from bench.experiments.contestant import Identity
 from bench.metrics.regions import Segmentation
 from bench.metrics.times import Times
 from bench.store.asked import Asked, add_asked, read_asked, withdraw
+from bench.store.columns import as_columns
 from bench.store.files import (
     ResultsError,
     locked,
@@ -213,7 +214,7 @@ class Results:
 def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
     """A run as the sealed content of a Parquet file; `names` are its companions' by kind."""
     columns: dict[str, Any] = {"frame": np.arange(len(run.boxes), dtype=np.int32)}
-    columns |= dict(zip(BOX_COLUMNS, np.ascontiguousarray(run.boxes.T), strict=True))
+    columns |= dict(zip(BOX_COLUMNS, run.boxes.T, strict=True))
     columns |= {"visible": run.visible, "confidence": run.confidence}
     columns |= run.details
     metadata: dict[str, Any] = {
@@ -242,7 +243,7 @@ def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
             run.times.initialisation_wall,
             run.times.initialisation_cpu,
         ]
-    table = pa.table(columns).replace_schema_metadata(
+    table = as_columns(columns).replace_schema_metadata(
         {METADATA_KEY: json.dumps(metadata).encode(), SEAL_KEY: PLACEHOLDER.encode()}
     )
     sink = pa.BufferOutputStream()
@@ -318,8 +319,7 @@ def _read_arrays(file: Path) -> dict[int, dict[str, NDArray[Any]]]:
 
 
 def _boxes_file(boxes: NDArray[Any]) -> bytes:
-    table = pa.table(dict(zip(BOX_COLUMNS, np.ascontiguousarray(boxes.T), strict=True)))
-    return arrow_bytes(table)
+    return arrow_bytes(as_columns(dict(zip(BOX_COLUMNS, boxes.T, strict=True))))
 
 
 def _arrays_file(arrays: Mapping[int, Mapping[str, NDArray[Any]]]) -> bytes:

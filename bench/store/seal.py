@@ -28,6 +28,7 @@ __all__ = [
 
 _MARK = b"trackmark-sha256:"
 _BLANK = _MARK + b"0" * 64
+_ROWS = 1 << 16  # of a batch, as Feather files have them
 _SEAL = re.compile(re.escape(_MARK) + b"[0-9a-f]{64}")
 
 PLACEHOLDER = _BLANK.decode()
@@ -106,7 +107,10 @@ def arrow_bytes(table: pa.Table, metadata: Mapping[bytes, bytes] | None = None) 
     """A table as the sealed content of an Arrow file, with metadata of its own."""
     named = table.replace_schema_metadata({**(metadata or {}), SEAL_KEY: PLACEHOLDER.encode()})
     sink = pa.BufferOutputStream()
-    feather.write_feather(named, sink, compression="zstd")
+    # What pyarrow.feather writes, but without importing pandas to look at the table.
+    packed = pa.ipc.IpcWriteOptions(compression="zstd")
+    with pa.ipc.new_file(sink, named.schema, options=packed) as file:
+        file.write_table(named, _ROWS)
     return sealed(sink.getvalue().to_pybytes())
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from bench.store.columns import as_columns
 from bench.store.files import ResultsError, write_atomically
 from bench.store.layout import BOX_COLUMNS, METADATA_KEY, SCHEMA, check_schema, folder_name
 from bench.store.seal import DamagedError, arrow_bytes, read_arrow
@@ -55,7 +56,7 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
     columns: dict[str, Any] = {"visibility": sequence.visibility}
     for region, boxes in regions.items():
         for key, values in zip(BOX_COLUMNS, boxes.T, strict=True):
-            columns[f"{region}/{key}"] = np.ascontiguousarray(values)
+            columns[f"{region}/{key}"] = values
     for name, flags in sequence.attributes.items():
         columns[f"attribute/{name}"] = flags
     metadata = {
@@ -66,7 +67,7 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
         "attributes": list(sequence.attributes),
     }
     described = {METADATA_KEY: json.dumps(metadata).encode()}
-    write_atomically(path, arrow_bytes(pa.table(columns), described))
+    write_atomically(path, arrow_bytes(as_columns(columns), described))
 
 
 def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
