@@ -26,10 +26,7 @@ class NameClashError(ImportError):
 def check_place() -> None:
     """Check that the other packages lie beside this one.
 
-    Raises
-    ------
-    NameClashError
-        Naming the package that would be imported instead, and what to do.
+    Raises `NameClashError` naming the package that would be imported instead, and what to do.
     """
     home = Path(__file__).resolve().parents[1]
     for name in NAMES[1:]:
@@ -48,10 +45,7 @@ def check_ownership() -> None:
 
     This sees what `check_place` can't: two distributions written into one folder.
 
-    Raises
-    ------
-    NameClashError
-        Naming the distributions.
+    Raises `NameClashError` naming the distributions.
     """
     from importlib.metadata import distributions  # takes as long as all else that help needs
 

@@ -4,11 +4,8 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
 
 import pandas as pd
-from matplotlib.figure import Figure
 
-from reports.figures import write_figure
 from reports.files import write_file
-from reports.plots import frame_plot, precision_plot, speed_plot, success_plot
 from reports.renderers import FORMATS, to_markdown
 from reports.tables import Table
 
@@ -46,7 +43,11 @@ def write_plots(
 
     Parameters as those of the plots in `reports.plots`.
     """
-    figures: dict[str, Figure] = {}
+    # What draws is imported where something is drawn: tables are written without.
+    from reports.figures import write_figure
+    from reports.plots import frame_plot, precision_plot, speed_plot, success_plot
+
+    figures = {}
     if len(frames):
         figures["success"] = success_plot(frames, title, trackers, incomplete)
         figures["precision"] = precision_plot(frames, title, trackers, incomplete)

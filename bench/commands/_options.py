@@ -105,7 +105,7 @@ def engine_options(command: Callable[..., Any]) -> Callable[..., Any]:
         memory_limit: int | None,
         **others: Any,
     ) -> Any:
-        from bench.engine.limits import Limits
+        from bench.engine.unit import Limits
 
         given = {
             "frame_seconds": frame_limit,

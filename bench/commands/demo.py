@@ -28,7 +28,8 @@ def command(output: Path, jobs: int | None) -> int:
 
     What it runs is the experiment `demo`: bench/experiments/demo.toml.
     """
-    from bench.reporting.pictures import write_report
+    from bench.reporting.report import write_report
+    from bench.reporting.tables import tables
 
     experiment = read_experiment("demo")
     click.echo(
@@ -36,12 +37,13 @@ def command(output: Path, jobs: int | None) -> int:
         "then drawing tables, plots and film strips: about half a minute on two idle cores, "
         "twice that the first time, when kernels are compiled."
     )
-    results = output / "results"
-    status = execute(experiment, results, jobs)
+    results = output / "results" / experiment.name
+    status = execute(experiment, results.parent, jobs)
     if status:
         return status
     folder = output / "demo"
-    paths = write_report(results / experiment.name, folder, functools.partial(click.echo, err=True))
+    tell = functools.partial(click.echo, err=True)
+    paths = write_report(results, folder, tell, tables(results))
     click.echo(f"\nTables, plots and film strips are in {folder}:")
     for path in paths:
         if path.suffix == ".png":

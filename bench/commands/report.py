@@ -26,7 +26,7 @@ def command(results: Path, form: str | None, folder: Path | None, no_pictures: b
 
     Only that folder is read; film strips alone open the sequences, for their pixels.
     """
-    from bench.reporting.pictures import write_report
+    from bench.reporting.report import write_report
     from bench.reporting.tables import tables
     from bench.store.layout import experiment_folders
     from reports.renderers import FORMATS as RENDERERS
@@ -36,8 +36,9 @@ def command(results: Path, form: str | None, folder: Path | None, no_pictures: b
     for experiment in experiments:
         refresh_index(experiment)
         _, render = RENDERERS[form or "text"]
-        click.echo("\n".join(render(table) for table in tables(experiment)))
+        made = tables(experiment)
+        click.echo("\n".join(map(render, made)))
         if folder is not None:
             target = folder if len(experiments) == 1 else folder / experiment.name
-            for path in write_report(experiment, target, tell, pictures=not no_pictures):
+            for path in write_report(experiment, target, tell, made, pictures=not no_pictures):
                 click.echo(str(path), err=True)

@@ -35,10 +35,9 @@ def list_results(folder: Path, as_json: bool) -> None:
     Unfinished runs, whose frames are kept to see how far they got, are listed after them.
     With --json a line a run, with its scores.
     """
-    from bench.store.index import read_table
+    from bench.store.index import for_json, index_rows, read_table
     from bench.store.layout import experiment_folders
     from bench.store.results import Results
-    from bench.store.rows import for_json, index_rows
     from bench.store.unfinished import unfinished_runs
 
     for experiment in experiment_folders(folder):

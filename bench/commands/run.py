@@ -109,9 +109,8 @@ def execute(
 
     from bench.execution.plan import State
     from bench.execution.run import Execution
-    from bench.store.index import read_table
+    from bench.store.index import index_table, read_table
     from bench.store.results import Results
-    from bench.store.rows import index_table
 
     refresh_index(output / experiment.name)
     execution = Execution(experiment, output, jobs, retry_failed=retry_failed, **means)
@@ -170,7 +169,7 @@ def _remark(plan: "Plan") -> None:
 
 
 def _print_row(row: Mapping[str, Any]) -> None:
-    from bench.store.rows import for_json
+    from bench.store.index import for_json
 
     click.echo(json.dumps(for_json(row), allow_nan=False))
 
@@ -180,7 +179,7 @@ def _print_others(now: "Plan", index: "pa.Table", printed: "NDArray[np.bool_]") 
     import pyarrow as pa
 
     from bench.execution.plan import State
-    from bench.store.rows import index_rows
+    from bench.store.index import index_rows
 
     printed |= now.states.ravel() < State.FAILED
     runs = now.runs(index)

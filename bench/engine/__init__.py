@@ -14,8 +14,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from bench.engine.limits import Limits
-from bench.engine.unit import Unit
+from bench.engine.unit import Limits, Unit
 from bench.experiments.experiment import ExperimentError
 
 if TYPE_CHECKING:
@@ -31,30 +30,18 @@ _HERE = threading.local()
 
 @dataclass(frozen=True)
 class Job:
-    """What a worker needs to know to perform units of an experiment. It can be pickled.
+    """What a worker needs to know to perform units of an experiment. It can be pickled."""
 
-    Attributes
-    ----------
-    folder : Path
-        The experiment's folder of results, the same for all workers.
-    limits : Limits
-        What a tracker may take.
-    command : str
-        Which command it is for. Workers outlive commands; the children of one, with the
-        trackers that they have imported, must not perform the units of the next.
-    """
-
-    folder: Path
+    folder: Path  # the experiment's folder of results, the same for all workers
     limits: Limits = field(default_factory=Limits)
+    # Which command it is for. Workers outlive commands; the children of one, with the trackers that
+    # they have imported, must not perform the units of the next.
     command: str = field(default_factory=lambda: uuid.uuid4().hex)
 
     def __call__(self, unit: Unit) -> "Outcome":
         """Perform a unit under the supervisor of the calling thread, which is kept.
 
-        Raises
-        ------
-        SequenceError, ResultsError
-            As `bench.engine.worker.perform`.
+        Raises `SequenceError`, `ResultsError` as `bench.engine.worker.perform`.
         """
         from bench.engine.supervisor import Supervisor
 
@@ -79,20 +66,9 @@ class Engine(Protocol):
     ) -> "Iterator[tuple[Unit, Outcome | Exception]]":
         """Perform units, in any order.
 
-        Parameters
-        ----------
-        units : iterable of Unit
-            What to do. It is consumed as the work goes on.
-        job : Job
-            How.
-        progress : callable
-            Called now and then with the work (`Unit.work`) done so far.
-
-        Yields
-        ------
-        unit, outcome
-            As they end. An exception is one of the sequence or of the results: what is
-            wrong with trackers is recorded in their runs.
+        `units` are consumed as the work goes on; `progress` is called now and then with the work
+        (`Unit.work`) done so far. Units come with their outcomes as they end. An exception is one
+        of the sequence or of the results: what is wrong with trackers is recorded in their runs.
         """
         ...
 
@@ -100,15 +76,9 @@ class Engine(Protocol):
 def probe(unit: Unit, frames: int, limits: Limits) -> "Probed | None":
     """Find out, in a child process, how long a unit's trackers take for a frame.
 
-    Returns
-    -------
-    Probed or None
-        None where one of them stopped or killed the process.
+    None where one of them stopped or killed the process.
 
-    Raises
-    ------
-    SequenceError
-        Where the sequence can't be read.
+    Raises `SequenceError` where the sequence can't be read.
     """
     from bench.engine.supervisor import Supervisor
 
@@ -122,21 +92,11 @@ def probe(unit: Unit, frames: int, limits: Limits) -> "Probed | None":
 def engine(name: str = "local", *, jobs: int | None = None, address: str | None = None) -> Engine:
     """Give an engine.
 
-    Parameters
-    ----------
-    name : str
-        One of `ENGINES`.
-    jobs : int, optional
-        Units performed at once; by default as many as there are cores.
-    address : str, optional
-        Of a running cluster.
+    `name`: one of `ENGINES`. `jobs`: units performed at once; by default as many as there are
+    cores. `address`: of a running cluster.
 
-    Raises
-    ------
-    ExperimentError
-        For an unknown name, or an address that the engine has no use for.
-    ImportError
-        Where its library is not installed, with what to install.
+    Raises `ExperimentError` for an unknown name, or an address that the engine has no use for.
+    Raises `ImportError` where its library is not installed, with what to install.
     """
     if name not in ENGINES:
         close = get_close_matches(name, ENGINES, n=1)

@@ -67,10 +67,7 @@ class Sight(NamedTuple):
 class Board:
     """Memory that a supervisor and its child share.
 
-    Parameters
-    ----------
-    descriptor : int
-        Of a file of `SIZE` bytes that both have opened; it may be closed then.
+    `descriptor`: of a file of `SIZE` bytes that both have opened; it may be closed then.
     """
 
     SIZE = 8 * len(Slot)
@@ -94,17 +91,7 @@ _CALLS, _FRAME, _ENTRY, _SHOWN, _COPIED, _LOST, _COMPILED = map(int, Slot)
 
 
 class BoardWatch(Watch):
-    """The child's side: notes what a pass does, and what trackers do to the process.
-
-    Parameters
-    ----------
-    board : Board
-        Shared with the supervisor.
-    connected : callable
-        Whether the connection to the supervisor is still there.
-    output : Printed
-        Sorts what is printed.
-    """
+    """The child's side: notes what a pass does, and what trackers do to the process."""
 
     def __init__(self, board: Board, connected: Callable[[], bool], output: Printed) -> None:
         self._output = output

@@ -19,10 +19,9 @@ import cv2
 
 from bench.compilation import attend
 from bench.engine.board import Board, BoardWatch
-from bench.engine.limits import Limits
 from bench.engine.output import Printed
 from bench.engine.process import can_use_files, limit_memory
-from bench.engine.unit import Unit
+from bench.engine.unit import Limits, Unit
 from bench.engine.worker import Failure, Outcome, Probed, perform, probe, record_failure
 from bench.evaluation.watch import NotAttributableError, Watch
 from bench.store.files import ResultsError
@@ -83,17 +82,10 @@ class Probe:
 
 @dataclass(frozen=True)
 class Answer:
-    """What a child says.
+    """What a child says."""
 
-    Attributes
-    ----------
-    result : object
-        What the request gave, or the exception that it raised.
-    worn : bool
-        Whether trackers have left threads behind, so that the process should not be used again.
-    """
-
-    result: Any
+    result: Any  # what the request gave, or the exception that it raised
+    # Whether trackers have left threads behind, so that the process should not be used again.
     worn: bool = False
 
 

@@ -20,9 +20,9 @@ from typing import Any
 from bench.compilation import announce
 from bench.engine.board import ELSEWHERE, READING, Board, Sight
 from bench.engine.child import Answer
-from bench.engine.limits import Limits
 from bench.engine.output import Tail, drain
 from bench.engine.process import machine_memory
+from bench.engine.unit import Limits
 from bench.store.files import ResultsError
 
 __all__ = ["ChildProcess", "Death", "StartError"]
@@ -43,27 +43,14 @@ _CODE = (
 
 @dataclass(frozen=True)
 class Death:
-    """How a child ended, or why it was ended.
+    """How a child ended, or why it was ended."""
 
-    Attributes
-    ----------
-    reason : str
-        For the failure of the culprit.
-    sight : Sight
-        What its board showed last.
-    output : str
-        What it printed last.
-    outside : bool
-        Whether somebody else killed it: the user, or a machine that has no memory left.
-    stalled : bool
-        Whether it was ended for giving no sign of life.
-    """
-
-    reason: str
-    sight: Sight
-    output: str = ""
+    reason: str  # for the failure of the culprit
+    sight: Sight  # what its board showed last
+    output: str = ""  # what it printed last
+    # Whether somebody else killed it: the user, or a machine that has no memory left.
     outside: bool = False
-    stalled: bool = False
+    stalled: bool = False  # whether it was ended for giving no sign of life
 
 
 class StartError(ResultsError):
@@ -73,26 +60,13 @@ class StartError(ResultsError):
 class ChildProcess:
     """A child process, and the ways to and from it.
 
-    Parameters
-    ----------
-    limits : Limits
-        What a tracker may take.
-    go_on : callable
-        Called now and then while the process begins; what it raises ends that.
+    `limits`: what a tracker may take. `go_on`: called now and then while the process begins; what
+    it raises ends that.
 
-    Attributes
-    ----------
-    used : bool
-        Whether it has been asked anything.
-    board : Board
-        Shared with it.
-    tail : Tail
-        The end of what it has printed.
+    `used` tells whether it has been asked anything; `board` is shared with it; `tail` is the end of
+    what it has printed.
 
-    Raises
-    ------
-    StartError
-        Where it can't begin.
+    Raises `StartError` where it can't begin.
     """
 
     def __init__(self, limits: Limits, go_on: Callable[[], None]) -> None:

@@ -53,10 +53,7 @@ class Cluster(Protocol):
     def threads(self) -> int:
         """How many units the workers of this moment perform at once; 0 without workers.
 
-        Raises
-        ------
-        ClusterError
-            Where the cluster no longer answers.
+        Raises `ClusterError` where the cluster no longer answers.
         """
         ...
 
@@ -78,37 +75,20 @@ Opened: TypeAlias = AbstractContextManager[Cluster]
 
 @dataclass(frozen=True)
 class ClusterEngine:
-    """An engine that hands units to a cluster; see `bench.engine.Engine`.
+    """An engine that hands units to a cluster; see `bench.engine.Engine`."""
 
-    Attributes
-    ----------
-    name : str
-        What messages call the cluster.
-    workers : int
-        Units that are performed at once.
-    underway : int
-        Units that the cluster has at most, waiting ones among them.
-    open : callable
-        Gives the connection as a context, which ends when the work does.
-    patience : float
-        Seconds that it waits for a new worker when the last one is lost.
-    """
-
-    name: str
-    workers: int
-    underway: int
-    open: Callable[[], Opened]
-    patience: float = 300.0
+    name: str  # what messages call the cluster
+    workers: int  # units that are performed at once
+    underway: int  # units that the cluster has at most, waiting ones among them
+    open: Callable[[], Opened]  # gives the connection as a context, which ends when the work does
+    patience: float = 300.0  # seconds that it waits for a new worker when the last one is lost
 
     def perform(
         self, units: Iterable[Unit], job: Job, progress: Callable[[int], None]
     ) -> Iterator[tuple[Unit, Outcome | Exception]]:
         """See `bench.engine.Engine.perform`.
 
-        Raises
-        ------
-        ClusterError
-            Where workers can't do the work, or none is left.
+        Raises `ClusterError` where workers can't do the work, or none is left.
         """
         folder = job.folder.absolute()
         with _marked(folder) as mark, self.open() as cluster:
@@ -140,21 +120,11 @@ class ClusterEngine:
 
 @dataclass(frozen=True)
 class Task:
-    """A job on its way to workers: done only where folder and source are the command's.
-
-    Attributes
-    ----------
-    job : Job
-        What to do.
-    mark : str
-        Name of a file that the command keeps in the job's folder while it lasts.
-    source : str
-        The command's `source_digest`.
-    """
+    """A job on its way to workers: done only where folder and source are the command's."""
 
     job: Job
-    mark: str
-    source: str
+    mark: str  # name of a file that the command keeps in the job's folder while it lasts
+    source: str  # the command's `source_digest`
 
     def __call__(self, unit: Unit) -> Performed:
         """Perform a unit; errors of sequence and results are given, not raised.
@@ -185,10 +155,7 @@ class Task:
 def check_installed(library: str, extra: str) -> None:
     """Check that an engine's library is there.
 
-    Raises
-    ------
-    ImportError
-        Saying what to install.
+    Raises `ImportError` saying what to install.
     """
     try:
         import_module(library)
@@ -208,10 +175,7 @@ def local_engine(name: str, jobs: int | None, start: Callable[[int], Opened]) ->
 def remote_engine(name: str, jobs: int | None, open_: Callable[[], Opened]) -> ClusterEngine:
     """An engine that works on a cluster which others started; on all of it by default.
 
-    Raises
-    ------
-    ClusterError
-        Where it does not answer or has no workers.
+    Raises `ClusterError` where it does not answer or has no workers.
     """
     with open_() as cluster:
         threads = cluster.threads()

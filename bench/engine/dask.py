@@ -33,21 +33,12 @@ _SHORT_LOGS = {"distributed.admin.low-level-log-length": 50}
 def connect(jobs: int | None, address: str | None) -> Engine:
     """Give the engine that works on Dask.
 
-    Parameters
-    ----------
-    jobs : int, optional
-        Units performed at once; by default as many as the cluster has threads, or this
-        machine cores.
-    address : str, optional
-        A scheduler's (`tcp://host:8786`). Without it a cluster of `jobs` processes is started
-        on this machine, and ends with the work.
+    `jobs`: units performed at once; by default as many as the cluster has threads, or this machine
+    cores. `address`: a scheduler's (`tcp://host:8786`). Without it a cluster of `jobs` processes is
+    started on this machine, and ends with the work.
 
-    Raises
-    ------
-    ImportError
-        Where Dask is not installed.
-    ClusterError
-        Where no scheduler answers, or it has no workers.
+    Raises `ImportError` where Dask is not installed. Raises `ClusterError` where no scheduler
+    answers, or it has no workers.
     """
     check_installed("distributed", extra="dask")
     if address is None:

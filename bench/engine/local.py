@@ -20,17 +20,10 @@ _POLL_SECONDS = 0.2
 def connect(jobs: int | None, address: str | None) -> Engine:
     """Give the engine of this machine.
 
-    Parameters
-    ----------
-    jobs : int, optional
-        Worker processes; as many as there are cores by default.
-    address : str, optional
-        There is none to give.
+    `jobs`: worker processes; as many as there are cores by default. `address`: there is none to
+    give.
 
-    Raises
-    ------
-    ExperimentError
-        Where there is an address.
+    Raises `ExperimentError` where there is an address.
     """
     if address is not None:
         raise ExperimentError("--address goes with --engine dask or ray: local has none.")

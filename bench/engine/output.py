@@ -44,13 +44,6 @@ class Printed(io.TextIOBase):
     """Stands for `sys.stdout` and `sys.stderr` of a child: sorts what is printed by tracker.
 
     It is passed on too, so that the supervisor has it when the child dies.
-
-    Parameters
-    ----------
-    whose : callable
-        Tells which of the unit's entries is called.
-    through : text stream
-        The real one.
     """
 
     def __init__(self, whose: Callable[[], int], through: TextIO) -> None:

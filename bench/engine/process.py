@@ -26,22 +26,10 @@ _FORGET = Path("/proc/self/clear_refs")
 
 
 class Surroundings(NamedTuple):
-    """State of a process that one tracker could spoil for another.
+    """State of a process that one tracker could spoil for another."""
 
-    Attributes
-    ----------
-    numbers : tuple
-        Of the global random generators, which nobody may use.
-    arithmetic : mapping
-        How floating-point errors are handled.
-    folder : str
-        Working directory.
-    environment : mapping
-        Environment variables.
-    """
-
-    numbers: tuple[Any, ...]
-    arithmetic: Mapping[str, Any]
+    numbers: tuple[Any, ...]  # of the global random generators, which nobody may use
+    arithmetic: Mapping[str, Any]  # how floating-point errors are handled
     folder: str
     environment: Mapping[str, str]
 

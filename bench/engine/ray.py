@@ -28,21 +28,12 @@ _OBJECT_STORE_BYTES = 80 << 20  # hardly more than Ray demands: what comes back 
 def connect(jobs: int | None, address: str | None) -> Engine:
     """Give the engine that works on Ray.
 
-    Parameters
-    ----------
-    jobs : int, optional
-        Units performed at once; by default as many as the cluster has CPUs, or this
-        machine cores.
-    address : str, optional
-        As `ray.init` takes it: `auto`, `host:6379`, `ray://host:10001`. Without it a cluster
-        of `jobs` processes is started on this machine, and ends with the work.
+    `jobs`: units performed at once; by default as many as the cluster has CPUs, or this machine
+    cores. `address`: as `ray.init` takes it: `auto`, `host:6379`, `ray://host:10001`. Without it a
+    cluster of `jobs` processes is started on this machine, and ends with the work.
 
-    Raises
-    ------
-    ImportError
-        Where Ray is not installed.
-    ClusterError
-        Where no cluster answers, or it has no CPUs.
+    Raises `ImportError` where Ray is not installed. Raises `ClusterError` where no cluster
+    answers, or it has no CPUs.
     """
     check_installed("ray", extra="ray")
     if address is not None:

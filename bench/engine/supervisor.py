@@ -9,8 +9,7 @@ from typing import Any, TypeVar
 from bench.engine.board import NOBODY, READING, Sight
 from bench.engine.child import EscapedError, Perform, Probe, Record
 from bench.engine.child_process import ChildProcess, Death, StartError
-from bench.engine.limits import Limits
-from bench.engine.unit import Entry, Unit
+from bench.engine.unit import Entry, Limits, Unit
 from bench.engine.worker import Failure, Outcome, Probed
 from bench.evaluation.watch import NotAttributableError, Watch
 from datasets import SequenceError
@@ -25,13 +24,7 @@ class ClosedError(Exception):
 
 
 class Supervisor:
-    """Performs units, each in a child process that outlives it when all goes well.
-
-    Parameters
-    ----------
-    limits : Limits
-        What a tracker may take.
-    """
+    """Performs units, each in a child process that outlives it when all goes well."""
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
@@ -49,19 +42,10 @@ class Supervisor:
         that failed among others is repeated alone too: they may have been the cause. What fails
         alone, in a child that has done nothing else, is the culprit.
 
-        Parameters
-        ----------
-        unit : Unit
-            What to do.
-        folder : Path
-            The experiment's folder of results.
-        progress : callable, optional
-            Called now and then with the work done so far.
+        `unit`: what to do. `folder`: the experiment's folder of results. `progress`: called now and
+        then with the work done so far.
 
-        Raises
-        ------
-        SequenceError, ResultsError
-            As `bench.engine.worker.perform`.
+        Raises `SequenceError`, `ResultsError` as `bench.engine.worker.perform`.
         """
         parts = [_Part(unit)]
         outcomes: list[Outcome] = []
@@ -103,15 +87,9 @@ class Supervisor:
     def probe(self, unit: Unit, frames: int) -> Probed | None:
         """Find out how long a unit's trackers take for a frame.
 
-        Returns
-        -------
-        Probed or None
-            None where one of them stopped or killed the process.
+        None where one of them stopped or killed the process.
 
-        Raises
-        ------
-        SequenceError
-            Where the sequence can't be read.
+        Raises `SequenceError` where the sequence can't be read.
         """
         ended = self._ask(Probe(unit, frames), unit, 0, None)
         return None if isinstance(ended, Death) else ended
@@ -188,21 +166,11 @@ class Supervisor:
 
 @dataclass(frozen=True)
 class _Part:
-    """Some of a unit's runs.
-
-    Attributes
-    ----------
-    unit : Unit
-        The runs.
-    alone : bool
-        Whether they must have a child that has done nothing else.
-    said : str
-        Why the only run failed when others ran beside it; empty where it did not.
-    """
+    """Some of a unit's runs."""
 
     unit: Unit
-    alone: bool = False
-    said: str = ""
+    alone: bool = False  # whether they must have a child that has done nothing else
+    said: str = ""  # why the only run failed when others ran beside it; empty where it did not
 
 
 def _failed(unit: Unit, outcome: Outcome) -> list[_Part]:

@@ -1,54 +1,32 @@
-"""What is performed in one go: a pass over one sequence with some runs in lock step."""
+"""What is performed in one go, some runs on a sequence in lock step, and what these may take."""
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
 from bench.experiments.contestant import Protocol
-from bench.experiments.experiment import SequenceSource
+from bench.experiments.experiment import ExperimentError, SequenceSource
 
-__all__ = ["Entry", "Unit"]
+__all__ = ["LEAST_MEMORY", "Entry", "Limits", "Unit"]
 
 
 class Entry(NamedTuple):
-    """One run of a unit.
+    """One run of a unit."""
 
-    Attributes
-    ----------
-    tracker : str
-        Text form, as it was asked for.
-    repetition : int
-        From 0.
-    version : str
-        What was planned: `Identity.version` of the run.
-    replaces : str
-        Version of the stale or failed run that lies in its place and may be replaced;
-        empty where nothing lay there.
-    """
-
-    tracker: str
+    tracker: str  # text form, as it was asked for
     repetition: int
-    version: str
+    version: str  # what was planned: `Identity.version` of the run
+    # Version of the stale or failed run that lies in its place and may be replaced; empty where
+    # nothing lay there.
     replaces: str = ""
 
 
 @dataclass(frozen=True)
 class Unit:
-    """What one process does in one go.
-
-    Attributes
-    ----------
-    source : SequenceSource
-        The sequence.
-    entries : tuple of Entry
-        Its runs. Timing units hold a single one.
-    protocol : {'accuracy', 'timing'}
-        What is asked.
-    frames : int
-        Length of the sequence.
-    """
+    """What one process does in one go."""
 
     source: SequenceSource
+    # Its runs. Timing units hold a single one.
     entries: tuple[Entry, ...]
     protocol: Protocol
     frames: int
@@ -63,3 +41,29 @@ class Unit:
         parts = min(parts, len(self.entries))
         bounds = [len(self.entries) * i // parts for i in range(parts + 1)]
         return [replace(self, entries=self.entries[start:stop]) for start, stop in pairwise(bounds)]
+
+
+LEAST_MEMORY = 512 << 20
+"""Bytes without which no unit can be performed."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a tracker may take."""
+
+    frame_seconds: float = 60.0  # for one frame, and for its initialisation, by the wall clock
+    run_seconds: float = 6 * 3600.0  # for all frames of a run together
+    # For the process in which a unit runs; by default the machine's memory, shared equally by its
+    # cores.
+    memory_bytes: int | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("frame_seconds", "run_seconds", "memory_bytes"):
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise ExperimentError(f"the limit {name} is {value}; give more than 0.")
+        if self.memory_bytes is not None and self.memory_bytes < LEAST_MEMORY:
+            raise ExperimentError(
+                f"the limit memory_bytes is {self.memory_bytes}; a process with its libraries "
+                f"takes {LEAST_MEMORY >> 20} MB."
+            )

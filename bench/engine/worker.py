@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
-from bench.engine.limits import Limits
 from bench.engine.process import Surroundings, peak_memory, reset_peak
-from bench.engine.unit import Entry, Unit
+from bench.engine.unit import Entry, Limits, Unit
 from bench.evaluation.loop import run_in_lock_step
 from bench.evaluation.record import Run
 from bench.evaluation.recorder import COLUMNS
@@ -24,9 +23,9 @@ from bench.evaluation.reference import reference
 from bench.evaluation.timing import time_run
 from bench.evaluation.watch import UNWATCHED, NotAttributableError, Watch
 from bench.experiments.contestant import Contestant, Identity, contestants, identify
+from bench.store.index import index_row, row_of_file
 from bench.store.layout import UNFINISHED, beside
 from bench.store.results import Results
-from bench.store.rows import index_row, row_of_file
 from bench.store.truth import write_truth
 from bench.store.unfinished import map_rows, read_rows
 from datasets import Sequence, SequenceError
@@ -43,72 +42,35 @@ _GLOBAL_NUMBERS = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a unit, and what it cost.
+    """What became of a unit, and what it cost."""
 
-    Attributes
-    ----------
-    rows : list of dict
-        The index's rows of its runs, which lie on disk.
-    entries : list of Entry
-        What was asked for, by row.
-    overhead : float
-        The harness's own seconds per frame and tracker; NaN in timing runs.
-    seconds, cpu_seconds : float
-        From opening the sequence to the last file.
-    peak_memory : int
-        Most memory that its process has had, in bytes.
-    host : str
-        Where it was performed.
-    process : int
-        Number of the process there.
-    errors : list of str
-        Why some of its runs were not kept.
-    """
-
-    rows: list[dict[str, Any]]
-    entries: list[Entry]
-    overhead: float
-    seconds: float
+    rows: list[dict[str, Any]]  # the index's rows of its runs, which lie on disk
+    entries: list[Entry]  # what was asked for, by row
+    overhead: float  # the harness's own seconds per frame and tracker; NaN in timing runs
+    seconds: float  # from opening the sequence to the last file
     cpu_seconds: float
-    peak_memory: int
+    peak_memory: int  # most memory that its process has had, in bytes
     host: str
     process: int
-    errors: list[str] = field(default_factory=list)
+    errors: list[str] = field(default_factory=list)  # why some of its runs were not kept
 
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a run has failed that could not say so itself.
+    """Why a run has failed that could not say so itself."""
 
-    Attributes
-    ----------
-    frame : int or None
-        Where; None where it is not known.
-    reason : str
-        What happened.
-    output : str
-        What its process printed last.
-    """
-
-    frame: int | None
+    frame: int | None  # where; None where it is not known
     reason: str
     output: str
 
 
 @dataclass(frozen=True)
 class Probed:
-    """How long frames took.
+    """How long frames took."""
 
-    Attributes
-    ----------
-    seconds : tuple of float
-        A tracker's own time for a frame, by entry of the unit; NaN where it failed.
-    frame_seconds : float
-        Time to decode or render a frame.
-    """
-
+    # A tracker's own time for a frame, by entry of the unit; NaN where it failed.
     seconds: tuple[float, ...]
-    frame_seconds: float
+    frame_seconds: float  # time to decode or render a frame
 
 
 def perform(
@@ -116,25 +78,13 @@ def perform(
 ) -> Outcome:
     """Run a unit and write its runs.
 
-    Parameters
-    ----------
-    unit : Unit
-        What to run.
-    folder : Path
-        The experiment's folder of results.
-    limits : Limits, optional
-        Of these, the time of a whole run is kept here; the others are up to the supervisor.
-    watch : Watch
-        Told what is done.
+    `unit`: what to run. `folder`: the experiment's folder of results. `limits`: of these, the time
+    of a whole run is kept here; the others are up to the supervisor. `watch`: told what is done.
 
-    Raises
-    ------
-    SequenceError
-        Where the sequence can't be read to its end; none of the unit's runs is written.
-    ResultsError
-        Where the results can't be written.
-    NotAttributableError
-        Where one of several trackers harms the process; none of the unit's runs is written.
+    Raises `SequenceError` where the sequence can't be read to its end; none of the unit's runs is
+    written. Raises `ResultsError` where the results can't be written. Raises
+    `NotAttributableError`: where one of several trackers harms the process; none of the unit's runs
+    is written.
     """
     began = _Began()
     opened, changed = _open(unit, folder)
@@ -191,14 +141,7 @@ def record_failure(unit: Unit, folder: Path, failure: Failure) -> Outcome:
 def probe(unit: Unit, frames: int, watch: Watch = UNWATCHED) -> Probed:
     """Show a unit's trackers the first frames of its sequence.
 
-    Parameters
-    ----------
-    unit : Unit
-        Whose trackers.
-    frames : int
-        How many, at least 3.
-    watch : Watch
-        Told what is done.
+    `unit`: whose trackers. `frames`: how many, at least 3. `watch`: told what is done.
     """
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
     chosen = contestants(entry.tracker for entry in unit.entries)
@@ -252,17 +195,9 @@ class _Opened(NamedTuple):
 def _open(unit: Unit, folder: Path) -> tuple[_Opened, list[str]]:
     """Open those entries of a unit whose tracker and sequence are what was planned.
 
-    Returns
-    -------
-    opened : _Opened
-        With one of the entries at least.
-    changed : list of str
-        A sentence on each other one.
+    Gives them, one at least, and a sentence on each other one.
 
-    Raises
-    ------
-    SequenceError
-        Where the sequence can't be opened, or nothing is what was planned.
+    Raises `SequenceError` where the sequence can't be opened, or nothing is what was planned.
     """
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
     chosen = _contestants({entry.tracker for entry in unit.entries})

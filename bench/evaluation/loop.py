@@ -67,23 +67,14 @@ def evaluate(
 
 @dataclass(frozen=True)
 class Pass:
-    """What one pass over a sequence gave.
+    """What one pass over a sequence gave."""
 
-    Attributes
-    ----------
-    runs : list of Run
-        In the order of the contestants.
-    overhead : float
-        Seconds that the harness itself took, per frame and tracker: everything but
-        decoding and the trackers' own calls. The median over frames, which other load on
-        the machine hardly touches; NaN for a sequence of a single frame.
-    frame_seconds : float
-        Seconds that it took to decode or render a frame, on average.
-    """
-
-    runs: list[Run]
+    runs: list[Run]  # in the order of the contestants
+    # Seconds that the harness itself took, per frame and tracker: everything but decoding and the
+    # trackers' own calls. The median over frames, which other load on the machine hardly touches;
+    # NaN for a sequence of a single frame.
     overhead: float
-    frame_seconds: float
+    frame_seconds: float  # seconds that it took to decode or render a frame, on average
 
 
 def run_in_lock_step(
@@ -98,30 +89,14 @@ def run_in_lock_step(
 ) -> Pass:
     """Run several trackers through a sequence together.
 
-    Parameters
-    ----------
-    entries : iterable of (Contestant, int)
-        Trackers with their repetitions.
-    sequence : Sequence
-        With truth.
-    share : bool
-        Give trackers that can share work a common store for each frame. The boxes are the
-        same without.
-    keep_arrays : bool
-        Keep arrays and masks.
-    run_seconds : float
-        What a tracker may take for all frames together.
-    rows : collection of ndarray, optional
-        One a tracker; see `Recorder`.
-    watch : Watch
-        Told what is done.
+    `entries`: trackers with their repetitions. `sequence`: with truth. `share`: give trackers that
+    can share work a common store for each frame. The boxes are the same without. `keep_arrays`:
+    keep arrays and masks. `run_seconds`: what a tracker may take for all frames together. `rows`:
+    one a tracker; see `Recorder`. `watch`: told what is done.
 
-    Raises
-    ------
-    SequenceError
-        Where the sequence has no usable truth or an image can't be read. No run is kept then.
-    NotAttributableError
-        Where a tracker harms the process, and which of them did can't be told.
+    Raises `SequenceError` where the sequence has no usable truth or an image can't be read. No run
+    is kept then. Raises `NotAttributableError` where a tracker harms the process, and which of
+    them did can't be told.
     """
     sequence.check_runnable()
     entries = list(entries)
@@ -148,17 +123,11 @@ def run_in_lock_step(
 
 @dataclass
 class Clocks:
-    """What a walk took, in seconds.
+    """What a walk took, in seconds."""
 
-    Attributes
-    ----------
-    fetching : float
-        To decode or render frames and masks, from the frame of initialisation on.
-    own : list of float
-        Of the harness itself, by frame, for one tracker.
-    """
-
+    # To decode or render frames and masks, from the frame of initialisation on.
     fetching: float = 0.0
+    # Of the harness itself, by frame, for one tracker.
     own: list[float] = field(default_factory=list)
 
 
@@ -172,18 +141,9 @@ def walk(
 ) -> Clocks:
     """Show frames to trackers: those before the target is there to trackers that watch.
 
-    Parameters
-    ----------
-    recorders : sequence of Recorder
-        The trackers.
-    sequence : Sequence
-        With truth.
-    stop : int
-        Frame before which it ends.
-    watch : Watch
-        Told what is done.
-    to_the_end : bool
-        Go on when all have failed: a run is kept only where all frames can be read.
+    `recorders`: the trackers. `sequence`: with truth. `stop`: frame before which it ends. `watch`:
+    told what is done. `to_the_end`: go on when all have failed: a run is kept only where all frames
+    can be read.
     """
     first = sequence.first_frame
     watchers = []

@@ -54,37 +54,15 @@ class MalformedEstimateError(ValueError):
 class Recorder:
     """One tracker in a pass, and what it has said so far.
 
-    Parameters
-    ----------
-    chosen : Contestant
-        The tracker.
-    repetition : int
-        From 0.
-    sequence : Sequence
-        Its images are not asked for here.
-    protocol : {'accuracy', 'timing'}
-        What is asked.
-    share : bool
-        Let the tracker share work on a frame, where it can.
-    keep_arrays : bool
-        Keep arrays and masks.
-    alone : bool
-        Whether no other tracker runs in this process meanwhile. If one does, a lack of memory
-        may be its doing.
-    run_seconds : float
-        What the tracker may take for all frames together.
-    rows : ndarray of float64, shape (n, 6), optional
-        Where boxes, visibility and confidence are kept, frame by frame; see
-        `bench.store.unfinished`.
+    `chosen`: the tracker. `repetition`: from 0. `sequence`: its images are not asked for here.
+    `protocol`: what is asked. `share`: let the tracker share work on a frame, where it can.
+    `keep_arrays`: keep arrays and masks. `alone`: whether no other tracker runs in this process
+    meanwhile. If one does, a lack of memory may be its doing. `run_seconds`: what the tracker may
+    take for all frames together. `rows`: where boxes, visibility and confidence are kept, frame by
+    frame; see `bench.store.unfinished`, shape (n, 6).
 
-    Attributes
-    ----------
-    failure : str
-        Why the tracker is no longer asked; empty while it is.
-    seconds : float
-        What it has taken so far.
-    segments : bool
-        Whether it has given a mask so far that counts; none does in timing runs.
+    `failure` says why the tracker is no longer asked, and is empty while it is; `seconds` what it
+    has taken so far; `segments` whether it has given a mask that counts (none does in timing runs).
     """
 
     def __init__(
@@ -284,10 +262,8 @@ def _lacks_memory(error: BaseException) -> bool:
 def checked_box(box: Any) -> list[float]:
     """The four numbers of a box.
 
-    Raises
-    ------
-    MalformedEstimateError
-        Unless it is four finite numbers with positive width and height.
+    Raises `MalformedEstimateError` unless it is four finite numbers with positive width and
+    height.
     """
     if not isinstance(box, np.ndarray) or box.shape != (4,):
         raise MalformedEstimateError(f"the box is {box!r}, not an array [x, y, width, height]")

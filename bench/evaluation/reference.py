@@ -26,19 +26,11 @@ class Reference:
 def reference(truth: Truth, region: str, name: str = "the sequence") -> Truth:
     """The truth as seen by a run that is initialised with a region.
 
-    Parameters
-    ----------
-    truth : Truth
-        A sequence, or its stored truth.
-    region : str
-        `boxes`, or one of `truth.regions`.
-    name : str
-        The sequence's name, for messages.
+    `truth`: a sequence, or its stored truth. `region`: `boxes`, or one of `truth.regions`. `name`:
+    the sequence's name, for messages.
 
-    Raises
-    ------
-    SequenceError
-        For a region that the sequence has not, or that is absent where its boxes begin.
+    Raises `SequenceError` for a region that the sequence has not, or that is absent where its
+    boxes begin.
     """
     if region == BOXES:
         return truth

@@ -37,36 +37,16 @@ is hidden meanwhile, and a first mask. Few frames, as some trackers take a secon
 
 @dataclass(frozen=True)
 class Sealed:
-    """A scene or tracker that has a seal, or wants one.
+    """A scene or tracker that has a seal, or wants one."""
 
-    Attributes
-    ----------
-    name : str
-        Key in the `golden.json`.
-    file : Path
-        The `golden.json`.
-    tree : str
-        Digest of the syntax trees as they are.
-    seal : Seal or None
-        What stands in the file.
-    asked : list of str
-        What golden digests are of.
-    digests : callable
-        Gives the golden digests of one of `asked`, now.
-    libraries : list of str
-        Import names of the libraries that a tracker uses; empty for scenes.
-    described : list of str
-        Sequences of a scene whose descriptions are sealed beside it.
-    """
-
-    name: str
-    file: Path
-    tree: str
-    seal: Seal | None
-    asked: list[str]
-    digests: Callable[[str], dict[str, str]]
-    libraries: list[str]
-    described: list[str]
+    name: str  # key in the `golden.json`
+    file: Path  # the `golden.json`
+    tree: str  # digest of the syntax trees as they are
+    seal: Seal | None  # what stands in the file
+    asked: list[str]  # what golden digests are of
+    digests: Callable[[str], dict[str, str]]  # gives the golden digests of one of `asked`, now
+    libraries: list[str]  # import names of the libraries that a tracker uses; empty for scenes
+    described: list[str]  # sequences of a scene whose descriptions are sealed beside it
 
     def golden(self) -> Golden:
         """Golden digests as they are now."""

@@ -40,15 +40,9 @@ def time_run(
     for the pass, and so is Python's garbage collector. Parameters are those of
     `bench.evaluation.loop.run_in_lock_step`.
 
-    Returns
-    -------
-    Run
-        With `times`. `bench.metrics.times.is_disturbed` tells whether they can be printed as speed.
+    Gives a run with `times`; `bench.metrics.times.is_disturbed` tells whether they are a speed.
 
-    Raises
-    ------
-    SequenceError
-        As `bench.evaluation.loop.run_in_lock_step`.
+    Raises `SequenceError` as `bench.evaluation.loop.run_in_lock_step`.
     """
     sequence.check_runnable()
     first, n = sequence.first_frame, len(sequence)

@@ -27,10 +27,8 @@ class Watch:
     def shown(self, frames: int) -> None:
         """Tell that all trackers have seen so many frames.
 
-        Raises
-        ------
-        NotAttributableError
-            Where one of them has done something to the process that others would suffer from.
+        Raises `NotAttributableError` where one of them has done something to the process that
+        others would suffer from.
         """
 
     def has_called(self) -> bool:

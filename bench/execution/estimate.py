@@ -19,8 +19,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from bench.engine import probe
-from bench.engine.limits import Limits
-from bench.engine.unit import Entry, Unit
+from bench.engine.unit import Entry, Limits, Unit
 from bench.execution.plan import Plan
 from bench.execution.units import Units
 from bench.store.columns import codes
@@ -68,19 +67,11 @@ _RANGES = {
 
 @dataclass(frozen=True)
 class Estimate:
-    """How long the rest will take.
+    """How long the rest will take."""
 
-    Attributes
-    ----------
-    low, high : float
-        In seconds, by the wall clock.
-    bases : dict of Basis to int
-        Numbers of runs by what their time was estimated from.
-    """
-
-    low: float
+    low: float  # in seconds, by the wall clock
     high: float
-    bases: dict[Basis, int]
+    bases: dict[Basis, int]  # numbers of runs by what their time was estimated from
 
 
 def measured_before(output: Path) -> list[pa.Table]:
@@ -95,19 +86,10 @@ def measured_before(output: Path) -> list[pa.Table]:
 def estimate(units: Units, indexes: Sequence[pa.Table], limits: Limits) -> Estimate:
     """Estimate the time of what is left to do, once sequences and trackers have been settled.
 
-    Parameters
-    ----------
-    units : Units
-        What is left, and how it is shared out.
-    indexes : sequence of Table
-        What was measured before; see `bench.store.index.read_table`.
-    limits : Limits
-        Kept while trackers are probed.
+    `units`: what is left, and how it is shared out. `indexes`: what was measured before; see
+    `bench.store.index.read_table`. `limits`: kept while trackers are probed.
 
-    Raises
-    ------
-    SequenceError
-        Where the sequence to probe on can't be read.
+    Raises `SequenceError` where the sequence to probe on can't be read.
     """
     plan, wanted = units.plan, units.wanted
     runs = np.zeros(plan.versions.shape, np.int64)

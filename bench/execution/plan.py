@@ -45,31 +45,15 @@ class State(IntEnum):
 
 @dataclass(frozen=True)
 class PlannedSequence:
-    """What must be known of a sequence once it has been opened and checked.
-
-    Attributes
-    ----------
-    source : SequenceSource
-        Where from.
-    name, fingerprint : str
-        As `datasets.Sequence` has them.
-    frames : int
-        Its length.
-    images_beyond_truth : int
-        Images that nobody reads.
-    starts : frozenset of str
-        Truths that a run can start from; see `bench.evaluation.reference`.
-    opening_seconds : float
-        How long it took to open it.
-    """
+    """What must be known of a sequence once it has been opened and checked."""
 
     source: SequenceSource
-    name: str
+    name: str  # as `datasets.Sequence` has them
     fingerprint: str
     frames: int
-    images_beyond_truth: int
-    starts: frozenset[str]
-    opening_seconds: float
+    images_beyond_truth: int  # images that nobody reads
+    starts: frozenset[str]  # truths that a run can start from; see `bench.evaluation.reference`
+    opening_seconds: float  # how long it took to open it
 
 
 KnownSequences = dict[SequenceSource, PlannedSequence]
@@ -82,33 +66,16 @@ class Plan:
 
     On every sequence the same runs are asked for: those of the first tracker by repetition, then
     those of the second, …
-
-    Attributes
-    ----------
-    experiment : Experiment
-        What was asked for.
-    trackers : dict of str to Contestant
-        The trackers, by their texts; no two of the same.
-    repetitions : ndarray of int64, shape (trackers,)
-        How often each is run on a sequence.
-    sequences : list of PlannedSequence
-        The sequences; no two of the same.
-    versions : ndarray of bytes, shape (sequences, trackers)
-        `Identity.version` of the runs.
-    states : ndarray of uint8, shape (sequences, runs on a sequence)
-        By `State`.
-    replaced : ndarray of int32, shape (sequences, runs on a sequence)
-        Number of the version that lies in a run's place; -1 where nothing does.
-    replaced_versions : StringArray
-        These versions.
     """
 
     experiment: Experiment
-    trackers: dict[str, Contestant]
-    repetitions: NDArray[np.int64]
+    trackers: dict[str, Contestant]  # the trackers, by their texts; no two of the same
+    repetitions: NDArray[np.int64]  # how often each is run on a sequence, shape (trackers,)
     sequences: list[PlannedSequence]
-    versions: NDArray[np.bytes_]
-    states: NDArray[np.uint8]
+    versions: NDArray[np.bytes_]  # `Identity.version` of the runs, shape (sequences, trackers)
+    states: NDArray[np.uint8]  # by `State`, shape (sequences, runs on a sequence)
+    # Number of the version that lies in a run's place; -1 where nothing does, shape (sequences,
+    # runs on a sequence).
     replaced: NDArray[np.int32]
     replaced_versions: pa.StringArray
 
@@ -212,19 +179,11 @@ def make_plan(
 ) -> Plan:
     """Settle trackers and sequences, and look up which runs are there.
 
-    Parameters
-    ----------
-    experiment : Experiment
-        What is asked for.
-    results : Results
-        Where the runs lie, and go.
-    known : dict, optional
-        Sequences that were opened for another plan; those of this one are added.
+    `experiment`: what is asked for. `results`: where the runs lie, and go. `known`: sequences that
+    were opened for another plan; those of this one are added.
 
-    Raises
-    ------
-    TrackerError, SequenceError, ExperimentError, ResultsError
-        For anything that can be known to fail before the first run.
+    Raises `TrackerError`, `SequenceError`, `ExperimentError`, `ResultsError` for anything that can
+    be known to fail before the first run.
     """
     trackers = _distinct_trackers(experiment)
     repetitions = [

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.engine import Engine, Job, engine
-from bench.engine.limits import Limits
-from bench.engine.unit import Unit
+from bench.engine.unit import Limits, Unit
 from bench.engine.worker import Outcome
 from bench.execution.plan import KnownSequences, Plan, State, make_plan
 from bench.execution.units import Units, left_of
@@ -85,28 +84,20 @@ def run(
 class Execution:
     """One go at an experiment.
 
-    Attributes
-    ----------
-    experiment, output, jobs, retry_failed, engine, address, limits
-        As `run` has them.
-    known : dict
-        Sequences that were opened for another execution, and need not be again.
-    errors : list of str
-        Sequences that could not be read to their end; the other runs went on.
-    folder : Path
-        The experiment's results.
-    plan : Plan
-        What was there and what was left when it began.
+    `folder` holds the experiment's results; `plan` says what was there and what was left when it
+    began.
     """
 
-    experiment: Experiment
+    experiment: Experiment  # as `run` has them
     output: Path
     jobs: int | None = None
     retry_failed: bool = False
     engine: str = "local"
     address: str | None = None
     limits: Limits = field(default_factory=Limits)
+    # Sequences that were opened for another execution, and need not be again.
     known: KnownSequences = field(default_factory=dict)
+    # Sequences that could not be read to their end; the other runs went on.
     errors: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -141,10 +132,7 @@ class Execution:
     def rows(self, progress: Callable[[int], None] | None = None) -> Iterator[dict[str, Any]]:
         """Perform what is left; give the index's row of every run as it is finished.
 
-        Raises
-        ------
-        ResultsError
-            Where results can't be written.
+        Raises `ResultsError` where results can't be written.
         """
         units = self.units
         self._results.prepare(self.plan.asked())

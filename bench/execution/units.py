@@ -23,20 +23,11 @@ class Units:
     at the end for a long one that began late. No unit is larger than the share of one worker,
     unless it holds a single run; and the sequences of a last round, which are fewer than there
     are workers, are split among all of them.
-
-    Attributes
-    ----------
-    plan : Plan
-        Whose runs.
-    wanted : ndarray of bool, shape (sequences, runs on a sequence)
-        Which of them.
-    workers : int
-        How many units are performed at once.
     """
 
     plan: Plan
-    wanted: NDArray[np.bool_]
-    workers: int
+    wanted: NDArray[np.bool_]  # which of them, shape (sequences, runs on a sequence)
+    workers: int  # how many units are performed at once
 
     @property
     def runs(self) -> int:
@@ -105,13 +96,7 @@ class Units:
 def left_of(plan: Plan, *, workers: int = 1, retry_failed: bool = False) -> Units:
     """What is left to do of a plan.
 
-    Parameters
-    ----------
-    plan : Plan
-        With the states of its runs.
-    workers : int
-        How many units are performed at once.
-    retry_failed : bool
-        Whether runs that failed are left to do, too.
+    `plan`: with the states of its runs. `workers`: how many units are performed at once.
+    `retry_failed`: whether runs that failed are left to do, too.
     """
     return Units(plan, plan.states <= (State.FAILED if retry_failed else State.STALE), workers)

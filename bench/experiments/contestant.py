@@ -45,43 +45,21 @@ BOXES = "boxes"
 
 @dataclass(frozen=True)
 class Identity:
-    """Everything that determines a run. Equal identities give equal boxes.
+    """Everything that determines a run. Equal identities give equal boxes."""
 
-    Attributes
-    ----------
-    tracker : str
-        Canonical text form: name, preset unless it is the default, changed parameters.
-    tracker_name : str
-        The name alone; the seed depends on it.
-    preset : str
-        Where the parameters start from.
-    parameters : mapping of str to value
-        All parameters, the defaults too.
-    tracker_version : mapping
-        `source` (its sealed version, or a digest of the syntax trees of the tracker's file and
-        of the shared modules it imports) and `libraries` (version by distribution).
-    sequence : str
-        Canonical name.
-    fingerprint : str
-        The sequence's.
-    repetition : int
-        From 0.
-    protocol : {'accuracy', 'timing'}
-        What was asked: boxes, or times.
-    init : str
-        Truth that the tracker was initialised with and is scored by: `boxes`, or the name
-        of one of the sequence's regions.
-    """
-
-    tracker: str
-    tracker_name: str
-    preset: str
-    parameters: Mapping[str, Any]
+    tracker: str  # canonical text form: name, preset unless it is the default, changed parameters
+    tracker_name: str  # the name alone; the seed depends on it
+    preset: str  # where the parameters start from
+    parameters: Mapping[str, Any]  # all parameters, the defaults too
+    # `source` (its sealed version, or a digest of the syntax trees of the tracker's file and of the
+    # shared modules it imports) and `libraries` (version by distribution).
     tracker_version: Mapping[str, Any]
     sequence: str
     fingerprint: str
     repetition: int
-    protocol: Protocol
+    protocol: Protocol  # what was asked: boxes, or times
+    # Truth that the tracker was initialised with and is scored by: `boxes`, or the name of one of
+    # the sequence's regions.
     init: str = "boxes"
 
     @cached_property
@@ -102,34 +80,16 @@ def _digest(determining: Mapping[str, Any]) -> str:
 
 @dataclass(frozen=True)
 class Contestant:
-    """A tracker with settled parameters.
+    """A tracker with settled parameters."""
 
-    Attributes
-    ----------
-    label : str
-        Canonical text form, without what equals the defaults; `init` stands last in it.
-    name : str
-        Name without parameters.
-    preset, parameters
-        As in `Identity`.
-    randomness : Randomness
-        Where its random numbers come from.
-    make : callable
-        Gives a fresh tracker from a seed sequence.
-    file : Path or None
-        Source file; None for a callable without one.
-    init : str
-        Truth that it is initialised with: `boxes`, or the name of a region.
-    """
-
-    label: str
-    name: str
-    preset: str
+    label: str  # canonical text form, without what equals the defaults; `init` stands last in it
+    name: str  # name without parameters
+    preset: str  # as in `Identity`
     parameters: Mapping[str, Any]
-    randomness: Randomness
-    make: TrackerMaker
-    file: Path | None
-    init: str = BOXES
+    randomness: Randomness  # where its random numbers come from
+    make: TrackerMaker  # gives a fresh tracker from a seed sequence
+    file: Path | None  # source file; None for a callable without one
+    init: str = BOXES  # truth that it is initialised with: `boxes`, or the name of a region
 
     @cached_property
     def version(self) -> dict[str, Any]:
@@ -147,18 +107,11 @@ class Contestant:
 def contestant(tracker: str | TrackerMaker) -> Contestant:
     """Settle a tracker from its text form, or from a callable that makes it.
 
-    Parameters
-    ----------
-    tracker : str or callable
-        `name:key=value:…`, with `preset` and `init` among the keys;
-        `path/to/file.py:ClassName:…`; or a callable that takes a `numpy.random.SeedSequence`.
+    `tracker`: `name:key=value:…`, with `preset` and `init` among the keys;
+    `path/to/file.py:ClassName:…`; or a callable that takes a `numpy.random.SeedSequence`.
 
-    Raises
-    ------
-    TrackerError
-        For an unknown name, preset or parameter, or a malformed text.
-    TypeError
-        For a ready tracker, whose seed nobody knows.
+    Raises `TrackerError` for an unknown name, preset or parameter, or a malformed text. Raises
+    `TypeError`: for a ready tracker, whose seed nobody knows.
     """
     if isinstance(tracker, str):
         return _from_text(tracker)

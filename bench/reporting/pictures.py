@@ -1,6 +1,7 @@
 """Plots and film strips of stored results; film strips alone open sequences, for their pixels."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -9,78 +10,53 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import datasets
-from bench.evaluation.record import Trace
+from bench.evaluation.record import Run, Trace
 from bench.evaluation.reference import reference
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
-from bench.reporting.tables import tables, timing_runs, title_of
-from bench.store.files import ResultsError
+from bench.reporting.tables import timing_runs, title_of
 from bench.store.index import read_index
 from bench.store.layout import experiment_folders
 from bench.store.loading import load_results, ordered_rows
 from bench.store.results import Results
-from bench.store.truth import read_truth
+from bench.store.truth import StoredTruth, read_truth
 from datasets import Sequence
 from reports.film_strip import evenly_spaced, film_strip, write_film_strip
 from reports.overlay import TRUTH
 from reports.plots import TRACE_WORDS
 from reports.tables import complete
-from reports.write import file_name, write_plots, write_tables
+from reports.write import file_name, write_plots
 
-__all__ = ["boxes_of", "frame_table", "write_report"]
+__all__ = ["boxes_of", "frame_table", "write_pictures"]
+
+STRIP_FRAMES = 10
 
 
-def write_report(
-    experiment: Path, folder: Path, tell: Callable[[str], None], *, pictures: bool = True
-) -> list[Path]:
-    """Write a report of one experiment and give the files.
+def write_pictures(experiment: Path, folder: Path, tell: Callable[[str], None]) -> list[Path]:
+    """Draw plots and film strips of an experiment into a folder, and give the files.
 
-    Parameters
-    ----------
-    experiment : Path
-        Its results.
-    folder : Path
-        Where the files go.
-    tell : callable
-        Given a sentence on every sequence that can't be drawn.
-    pictures : bool
-        Whether plots and film strips are drawn beside the tables.
-
-    Raises
-    ------
-    ResultsError
-        Where results can't be read or the report can't be written.
+    Each run is read once. `tell` is given a sentence on every sequence that can't be drawn.
     """
-    try:
-        paths = write_tables(folder, tables(experiment))
-        if pictures:
-            runs = load_results(experiment)
-            scored = complete(runs[runs["protocol"] == "accuracy"])
-            paths += write_plots(
-                folder,
-                frame_table(experiment),
-                timing_runs(runs),
-                title_of(experiment),
-                trackers=list(scored["tracker"].unique()),
-                incomplete=set(scored[scored["status"] != "finished"]["tracker"]),
-            )
-            paths += _film_strips(experiment, folder, tell)
-    except OSError as error:
-        raise ResultsError(str(error.strerror or error)) from error
-    return paths
-
-
-def _film_strips(experiment: Path, folder: Path, tell: Callable[[str], None]) -> list[Path]:
-    """A strip of every sequence whose pixels can be had here as they were."""
-    paths = []
+    runs = load_results(experiment)
+    scored = complete(runs[runs["protocol"] == "accuracy"])
+    frames, boxes = _drawn(experiment)
+    paths = write_plots(
+        folder,
+        frames,
+        timing_runs(runs),
+        title_of(experiment),
+        trackers=list(scored["tracker"].unique()),
+        incomplete=set(scored[scored["status"] != "finished"]["tracker"]),
+    )
     rows = {str(row["sequence"]): row for row in read_index(Results(experiment))}
     for name, row in sorted(rows.items()):
         sequence = _opened(row)
         if sequence is None:
             tell(f"{name}: no film strip: it is not at {row['source']} as it was.")
             continue
-        numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, 10)
-        strip = film_strip(sequence.__getitem__, numbers, boxes_of(experiment, name), name)
+        numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, STRIP_FRAMES)
+        shown = boxes[name].labelled() if name in boxes else {}
+        strip = film_strip(sequence.__getitem__, numbers, shown, name)
         paths.append(write_film_strip(folder / f"strip-{file_name(name)}.png", strip))
     return paths
 
@@ -94,37 +70,68 @@ def _opened(row: dict[str, Any]) -> Sequence | None:
     return sequence if sequence.fingerprint == row["fingerprint"] else None
 
 
+def _read(folder: Path, **only: str) -> Iterator[tuple[Mapping[str, Any], Run, StoredTruth]]:
+    """Runs that were scored, each read once, with their rows and their truth."""
+    results = Results(folder)
+    truth = cache(partial(read_truth, folder))
+    for row in ordered_rows(results, protocol="accuracy", **only):
+        run = results.read(folder / row["path"])
+        yield row, run, truth(row["sequence"], row["fingerprint"])
+
+
+def _drawn(folder: Path) -> tuple[pd.DataFrame, "dict[str, _Boxes]"]:
+    """What plots show, and by sequence what film strips show."""
+    pieces = []
+    boxes: dict[str, _Boxes] = {}
+    for row, run, truth in _read(folder):
+        if row["status"] == "finished":
+            pieces.append(_frames(row, run, truth))
+        boxes.setdefault(row["sequence"], _Boxes(truth)).add(row, run)
+    return pd.concat(pieces, ignore_index=True) if pieces else pd.DataFrame(), boxes
+
+
 def frame_table(folder: Path) -> pd.DataFrame:
     """A row an evaluated frame of every finished run that was scored.
 
-    Returns
-    -------
-    DataFrame
-        `tracker`, `sequence`, `repetition`, `frame`, and of online boxes `overlap` in [0, 1] and
-        `centre_error` in pixels; `revised`, whether the run revised some of them later.
+    Columns: `tracker`, `sequence`, `repetition`, `frame`, and of online boxes `overlap` in [0, 1],
+    `centre_error` in pixels, and `revised`: whether the run revised some of them later.
     """
-    results = Results(folder)
-    pieces = []
-    for row in ordered_rows(results, status="finished", protocol="accuracy"):
-        run = results.read(folder / row["path"])
-        stored = read_truth(folder, row["sequence"], row["fingerprint"])
-        truth = reference(stored, run.identity.init, row["sequence"])
-        present = np.isfinite(truth.boxes).all(axis=1)
-        evaluated = np.flatnonzero(present)[1:]
-        pieces.append(
-            pd.DataFrame(
-                {
-                    "tracker": row["tracker"],
-                    "sequence": row["sequence"],
-                    "repetition": row["repetition"],
-                    "frame": evaluated,
-                    "overlap": overlap(truth.boxes[evaluated], run.boxes[evaluated]),
-                    "centre_error": centre_error(truth.boxes[evaluated], run.boxes[evaluated]),
-                    "revised": run.revised is not None,
-                }
-            )
-        )
-    return pd.concat(pieces, ignore_index=True) if pieces else pd.DataFrame()
+    return _drawn(folder)[0]
+
+
+def _frames(row: Mapping[str, Any], run: Run, stored: StoredTruth) -> pd.DataFrame:
+    truth = reference(stored, run.identity.init, row["sequence"]).boxes
+    evaluated = np.flatnonzero(np.isfinite(truth).all(axis=1))[1:]
+    return pd.DataFrame(
+        {
+            "tracker": row["tracker"],
+            "sequence": row["sequence"],
+            "repetition": row["repetition"],
+            "frame": evaluated,
+            "overlap": overlap(truth[evaluated], run.boxes[evaluated]),
+            "centre_error": centre_error(truth[evaluated], run.boxes[evaluated]),
+            "revised": run.revised is not None,
+        }
+    )
+
+
+class _Boxes:
+    """Boxes on a sequence: its truth, and of each tracker one repetition in one trace."""
+
+    def __init__(self, truth: StoredTruth, repetition: int = 0, trace: Trace = "online") -> None:
+        self._truth, self._repetition, self._trace = truth.boxes, repetition, trace
+        self._found: dict[str, tuple[str, NDArray[Any]]] = {}
+
+    def add(self, row: Mapping[str, Any], run: Run) -> None:
+        """Add a run; of a tracker whose repetition is not there (it never draws) the first."""
+        tracker = row["tracker"]
+        if row["repetition"] == self._repetition or tracker not in self._found:
+            said = "" if run.revised is None else f", {TRACE_WORDS[self._trace]}"
+            self._found[tracker] = f"{tracker}{said}", run.boxes_in(self._trace)
+
+    def labelled(self) -> dict[str, NDArray[Any]]:
+        """Boxes by label, the truth first."""
+        return {TRUTH: self._truth} | dict(self._found.values())
 
 
 def boxes_of(
@@ -135,16 +142,9 @@ def boxes_of(
     Labels are the trackers', and say which trace it is where a tracker revised boxes. A tracker
     whose `repetition` is not there (one that never draws) shows its first.
     """
-    truth: dict[str, NDArray[Any]] = {}
-    found: dict[str, tuple[str, NDArray[Any]]] = {}
+    boxes = None
     for experiment in experiment_folders(folder):
-        results = Results(experiment)
-        for row in ordered_rows(results, sequence=sequence, protocol="accuracy"):
-            if row["repetition"] != repetition and row["tracker"] in found:
-                continue
-            if not truth:
-                truth[TRUTH] = read_truth(experiment, sequence, row["fingerprint"]).boxes
-            run = results.read(experiment / row["path"])
-            said = "" if run.revised is None else f", {TRACE_WORDS[trace]}"
-            found[row["tracker"]] = f"{row['tracker']}{said}", run.boxes_in(trace)
-    return truth | dict(found.values())
+        for row, run, truth in _read(experiment, sequence=sequence):
+            boxes = boxes or _Boxes(truth, repetition, trace)
+            boxes.add(row, run)
+    return boxes.labelled() if boxes else {}

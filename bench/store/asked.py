@@ -30,10 +30,7 @@ _FILE = "plan.json"
 class Cells(Mapping[Cell, str]):
     """Versions by cell, in order; some twenty bytes a cell.
 
-    Parameters
-    ----------
-    table : Table
-        `tracker`, `sequence`, `protocol`, `version` and `repetition`; no cell twice.
+    `table`: `tracker`, `sequence`, `protocol`, `version` and `repetition`; no cell twice.
     """
 
     def __init__(self, table: pa.Table) -> None:
@@ -72,17 +69,10 @@ class Cells(Mapping[Cell, str]):
 
 @dataclass(frozen=True)
 class Asked:
-    """What an experiment was asked for.
+    """What an experiment was asked for."""
 
-    Attributes
-    ----------
-    title : str
-        Headline of its report.
-    cells : Cells
-        The version (`Identity.version`) that was asked for last, by cell; made of any mapping.
-    """
-
-    title: str
+    title: str  # headline of its report
+    # The version (`Identity.version`) that was asked for last, by cell; made of any mapping.
     cells: Mapping[Cell, str]
 
     def __post_init__(self) -> None:
@@ -121,10 +111,7 @@ class Asked:
 def read_asked(folder: Path) -> Asked:
     """What was asked for so far; empty for a new folder.
 
-    Raises
-    ------
-    ResultsError
-        Where the file is damaged or has another layout.
+    Raises `ResultsError` where the file is damaged or has another layout.
     """
     file = folder / _FILE
     if not file.is_file():

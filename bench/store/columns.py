@@ -86,17 +86,9 @@ def tidy(table: pa.Table) -> pa.Table:
 def numbered(tables: Sequence[pa.Table], columns: Iterable[str]) -> list[NDArray[np.int64]]:
     """A number for every row, the same wherever the columns say the same.
 
-    Parameters
-    ----------
-    tables : sequence of Table
-        Which hold the columns.
-    columns : iterable of str
-        Of text or whole numbers from 0.
+    `tables`: which hold the columns. `columns`: of text or whole numbers from 0.
 
-    Returns
-    -------
-    list of ndarray of int64, shape (n,)
-        By table.
+    Gives them by table, of shape (n,).
     """
     numbers = [np.zeros(len(table), np.int64) for table in tables]
     for name in columns:

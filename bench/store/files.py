@@ -44,19 +44,10 @@ class ResultsError(ValueError):
 def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> None:
     """Write a file, or replace it by another one.
 
-    Parameters
-    ----------
-    path : Path
-        The file; its folder is made.
-    content : bytes
-        What is to stand in it.
-    durable : bool
-        Whether it is forced to the disk before its name says that it is there.
+    `path`: the file; its folder is made. `content`: what is to stand in it. `durable`: whether it
+    is forced to the disk before its name says that it is there.
 
-    Raises
-    ------
-    ResultsError
-        Where the file can't be written; the old one is still there then.
+    Raises `ResultsError` where the file can't be written; the old one is still there then.
     """
     with _temporary(path, content, durable=durable) as temporary:
         os.replace(temporary, path)
@@ -65,24 +56,12 @@ def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> Non
 def write_once(path: Path, content: bytes, lock: AbstractContextManager[None]) -> bool:
     """Write a file unless there is one already; what is there is never touched.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    content : bytes
-        What is to stand in it.
-    lock : context manager
-        Entered where the file system has no hard links; see `locked`.
+    `path`: the file. `content`: what is to stand in it. `lock`: entered where the file system has
+    no hard links; see `locked`.
 
-    Returns
-    -------
-    bool
-        Whether it was written.
+    Gives whether it was written.
 
-    Raises
-    ------
-    ResultsError
-        Where the file can't be written.
+    Raises `ResultsError` where the file can't be written.
     """
     with _temporary(path, content) as temporary:
         try:
@@ -102,10 +81,7 @@ def write_once(path: Path, content: bytes, lock: AbstractContextManager[None]) -
 def append(path: Path, content: bytes) -> None:
     """Add to the end of a file, which is made where it is not there. Not forced to the disk.
 
-    Raises
-    ------
-    ResultsError
-        Where it can't be written; nothing was added then.
+    Raises `ResultsError` where it can't be written; nothing was added then.
     """
     try:
         descriptor = _open(path, os.O_APPEND)
@@ -142,10 +118,7 @@ def _temporary(path: Path, content: bytes, *, durable: bool = True) -> Iterator[
 def remove_file(path: Path, *, durable: bool = True) -> None:
     """Remove a file, if it is there; `durable` as in `write_atomically`.
 
-    Raises
-    ------
-    ResultsError
-        Where it can't be removed.
+    Raises `ResultsError` where it can't be removed.
     """
     try:
         os.unlink(path)
@@ -169,10 +142,7 @@ def locked(folder: Path) -> Iterator[None]:
 
     The lock goes with the process that holds it.
 
-    Raises
-    ------
-    ResultsError
-        Where the file system has no locks, or another process does not let go.
+    Raises `ResultsError` where the file system has no locks, or another process does not let go.
     """
     path = folder / _LOCK
     try:

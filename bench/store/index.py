@@ -6,13 +6,15 @@ be damaged, or be written by two at once: it is never wrong, only made anew.
 """
 
 import hashlib
+import json
 import os
 import re
 import time
 from array import array
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cache
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -20,13 +22,125 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from bench.store.columns import CELL, PLACE, coded, numbered, places, tidy, with_place
+from bench.evaluation.record import Run
+from bench.evaluation.scoring import score_both
+from bench.store.columns import CELL, PLACE, TEXT, coded, numbered, places, tidy, with_place
 from bench.store.files import ResultsError, write_atomically
+from bench.store.layout import run_path
 from bench.store.results import Results
-from bench.store.rows import BATCH, FIELDS, index_rows, index_table, row_of_file
 from bench.store.seal import arrow_bytes, read_arrow
+from bench.store.truth import read_truth
 
-__all__ = ["GrowingIndex", "list_runs", "read_index", "read_table"]
+__all__ = [
+    "BATCH",
+    "FIELDS",
+    "GrowingIndex",
+    "for_json",
+    "index_row",
+    "index_rows",
+    "index_table",
+    "list_runs",
+    "read_index",
+    "read_table",
+    "row_of_file",
+]
+
+_TEXTS = (
+    "tracker",
+    "tracker_name",
+    "preset",
+    "parameters",
+    "version",
+    "sequence",
+    "fingerprint",
+    "protocol",
+    "status",
+    "failure",
+    "source",
+    "truth",
+)
+FIELDS = pa.schema(
+    [
+        *((name, TEXT) for name in _TEXTS),
+        ("repetition", pa.int32()),
+        ("frames", pa.int32()),
+        ("size", pa.int64()),
+        ("mtime", pa.int64()),
+        ("seconds", pa.float64()),
+        ("frame_seconds", pa.float64()),
+    ]
+)
+BATCH = 4096
+"""Rows that are held as Python objects at a time."""
+
+
+def index_row(results: Results, path: Path, run: Run, truth: Any) -> dict[str, Any]:
+    """The index's row of a run that lies in `path`."""
+    key = run.identity
+    status = path.stat()
+    return {
+        "path": str(path.relative_to(results.folder)),
+        "tracker": key.tracker,
+        "tracker_name": key.tracker_name,
+        "preset": key.preset,
+        "parameters": json.dumps(key.parameters, sort_keys=True),
+        "version": key.version,
+        "sequence": key.sequence,
+        "fingerprint": key.fingerprint,
+        "protocol": key.protocol,
+        "status": run.status,
+        "failure": run.failure,
+        "source": run.circumstances.get("source", ""),
+        "truth": run.circumstances.get("truth", ""),
+        "repetition": key.repetition,
+        "frames": len(run.boxes),
+        "size": status.st_size,
+        "mtime": status.st_mtime_ns,
+        "seconds": run.circumstances.get("seconds"),
+        "frame_seconds": run.circumstances.get("frame_seconds"),
+        "scores": {} if run.failure else score_both(run, truth),
+    }
+
+
+def row_of_file(results: Results, file: Path) -> dict[str, Any]:
+    """The index's row of a run as it lies on disk, scored by the truth that it was made with.
+
+    Raises `ResultsError` naming a file that can't be read.
+    """
+    run = results.read(file)
+    truth = read_truth(results.folder, run.identity.sequence, run.identity.fingerprint)
+    return index_row(results, file, run, truth)
+
+
+def index_table(rows: Iterable[Mapping[str, Any]]) -> pa.Table:
+    """Rows as `index_row` makes them as a table."""
+    rows = list(rows)
+    columns = {
+        field.name: pa.array([row[field.name] for row in rows], field.type) for field in FIELDS
+    }
+    names = dict.fromkeys(name for row in rows for name in row["scores"])
+    columns |= {
+        name: pa.array([row["scores"].get(name) for row in rows], pa.float64()) for name in names
+    }
+    return pa.table(columns)
+
+
+def index_rows(table: pa.Table) -> Iterator[dict[str, Any]]:
+    """Rows of an index one by one: its columns, `path` (relative), and `scores` by name."""
+    names = set(FIELDS.names)
+    for batch in table.to_batches(max_chunksize=BATCH):
+        for row in batch.to_pylist():
+            fields = {name: row[name] for name in FIELDS.names}
+            path = run_path(row["tracker"], row["sequence"], row["repetition"], row["protocol"])
+            scores = {k: v for k, v in row.items() if k not in names and v is not None}
+            yield {"path": str(path), **fields, "scores": scores}
+
+
+def for_json(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A row for a script: null for a score that is no finite number, which JSON has not."""
+    scores = {key: value if isfinite(value) else None for key, value in row["scores"].items()}
+    return {k: v for k, v in row.items() if k not in ("size", "mtime")} | {"scores": scores}
+
 
 _FILE = "index.arrow"
 _SCORER_KEY = b"trackmark.scorer"
@@ -40,28 +154,17 @@ def read_table(
 ) -> pa.Table:
     """One row a finished or failed run, in the order of the files.
 
-    Parameters
-    ----------
-    results : Results
-        Of an experiment.
-    progress : callable, optional
-        Called with the numbers of files that were opened, and of all that must be.
+    `results`: of an experiment. `progress`: called with the numbers of files that were opened, and
+    of all that must be.
 
-    Returns
-    -------
-    Table
-        `tracker`, `tracker_name`, `preset`, `parameters` (JSON), `version`, `sequence`,
-        `fingerprint`, `protocol`, `status`, `failure`, `source` and `truth` (where the
-        sequence was opened from), `repetition`, `frames`, `size` [bytes] and `mtime`
-        [nanoseconds] of the file, `seconds` that the tracker took, `frame_seconds` that a
-        frame took to decode or render, and a column a score of
-        `bench.evaluation.scoring.score_both` (null where a run has it not, NaN where it is
-        undefined).
+    Columns: `tracker`, `tracker_name`, `preset`, `parameters` (JSON), `version`, `sequence`,
+    `fingerprint`, `protocol`, `status`, `failure`, `source` and `truth` (where the sequence was
+    opened from), `repetition`, `frames`, `size` [bytes] and `mtime` [nanoseconds] of the file,
+    `seconds` that the tracker took, `frame_seconds` that a frame took to decode or render, and a
+    column a score of `bench.evaluation.scoring.score_both` (null where a run has it not, NaN where
+    it is undefined).
 
-    Raises
-    ------
-    ResultsError
-        Naming a file that can't be read.
+    Raises `ResultsError` naming a file that can't be read.
     """
     listed = list_runs(results.folder)
     stored = _stored(results)
@@ -82,10 +185,7 @@ def read_table(
 def read_index(results: Results) -> list[dict[str, Any]]:
     """The rows of `read_table` as `index_rows` gives them: for a few thousand runs.
 
-    Raises
-    ------
-    ResultsError
-        Naming a file that can't be read.
+    Raises `ResultsError` naming a file that can't be read.
     """
     return list(index_rows(read_table(results)))
 
@@ -94,11 +194,6 @@ class GrowingIndex:
     """An index that is written now and then; that takes about a fiftieth of the time at most.
 
     What is not written yet when a command is killed is found by the next reader, on disk.
-
-    Parameters
-    ----------
-    results : Results
-        Of the experiment.
     """
 
     def __init__(self, results: Results) -> None:
@@ -119,10 +214,7 @@ class GrowingIndex:
     def write(self) -> None:
         """Write it, if it has grown.
 
-        Raises
-        ------
-        ResultsError
-            Where it can't be written.
+        Raises `ResultsError` where it can't be written.
         """
         self._pack()
         if not self._tables:
@@ -144,16 +236,10 @@ class GrowingIndex:
 def list_runs(folder: Path) -> pa.Table:
     """Runs in an experiment's folder, in order.
 
-    Returns
-    -------
-    Table
-        `tracker_folder`, `sequence_folder`, `repetition`, `size` [bytes] and `mtime`
-        [nanoseconds], a row a run.
+    Columns: `tracker_folder`, `sequence_folder`, `repetition`, `size` [bytes] and `mtime`
+    [nanoseconds], a row a run.
 
-    Raises
-    ------
-    ResultsError
-        For a Parquet file that is called like no run.
+    Raises `ResultsError` for a Parquet file that is called like no run.
     """
     sequences: dict[str, int] = {}
     trackers = sorted(_folders(folder))
@@ -223,10 +309,7 @@ def _with_rows(table: pa.Table, further: list[pa.Table]) -> pa.Table:
 def _write_index(results: Results, table: pa.Table) -> None:
     """Store the rows, in one piece.
 
-    Raises
-    ------
-    ResultsError
-        Where they can't be written.
+    Raises `ResultsError` where they can't be written.
     """
     content = arrow_bytes(table, {_SCORER_KEY: _scorer_version()})
     write_atomically(results.folder / _FILE, content)

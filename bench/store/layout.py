@@ -81,10 +81,7 @@ def run_of(path: Path) -> Path:
 def check_schema(file: Path, schema: object) -> None:
     """Refuse files of another layout.
 
-    Raises
-    ------
-    ResultsError
-        Naming the file and both versions.
+    Raises `ResultsError` naming the file and both versions.
     """
     if schema != SCHEMA:
         raise ResultsError(
@@ -96,10 +93,7 @@ def check_schema(file: Path, schema: object) -> None:
 def experiment_folders(folder: Path) -> list[Path]:
     """Experiments in a folder: itself, or those right below it.
 
-    Raises
-    ------
-    ResultsError
-        Where there are none.
+    Raises `ResultsError` where there are none.
     """
     candidates = [folder, *sorted(folder.glob("*/"))] if folder.is_dir() else []
     found = [path for path in candidates if (path / "plan.json").is_file()]

@@ -11,10 +11,9 @@ from pyarrow import compute
 from bench.evaluation.scoring import REVISED
 from bench.store.asked import Asked, Cells
 from bench.store.columns import CELL, coded, codes, numbered, places
-from bench.store.index import read_table
+from bench.store.index import index_rows, read_table
 from bench.store.layout import Cell, experiment_folders
 from bench.store.results import Results
-from bench.store.rows import index_rows
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -66,15 +65,9 @@ def load_results(folder: str | Path, cells: Collection[Cell] | None = None) -> "
 def as_revised(runs: "pd.DataFrame") -> "pd.DataFrame | None":
     """The same runs with the scores of their revised boxes, where they have any.
 
-    Parameters
-    ----------
-    runs : DataFrame
-        As `load_results` gives them: scores of online boxes, those of revised ones beside them.
+    `runs`: as `load_results` gives them: scores of online boxes, those of revised ones beside them.
 
-    Returns
-    -------
-    DataFrame or None
-        None where no tracker revised anything: there is only one trace then.
+    None where no tracker revised anything: there is only one trace then.
     """
     beside = [name for name in runs if str(name).startswith(REVISED)]
     if not runs[beside].notna().any(axis=None):
@@ -110,12 +103,7 @@ def with_asked(index: pa.Table, asked: Asked) -> pa.Table:
 def ordered_rows(results: Results, **only: str) -> Iterator[dict[str, Any]]:
     """Rows of runs that are there, one by one, in the order of `load_results`.
 
-    Parameters
-    ----------
-    results : Results
-        Of an experiment.
-    only : str
-        What their columns of text must say.
+    `results`: of an experiment. `only`: what their columns of text must say.
     """
     table = with_asked(read_table(results), results.asked())
     table = table.filter(compute.not_equal(table["status"], "missing"))

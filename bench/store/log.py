@@ -22,13 +22,7 @@ _FOLDER = "_log"
 
 
 class RunLog:
-    """Events of one command.
-
-    Parameters
-    ----------
-    folder : Path
-        The experiment's.
-    """
+    """Events of one command."""
 
     def __init__(self, folder: Path) -> None:
         now = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%f")
@@ -37,10 +31,7 @@ class RunLog:
     def write(self, event: str, **told: Any) -> None:
         """Add an event; `told` is what JSON can hold.
 
-        Raises
-        ------
-        ResultsError
-            Where it can't be written.
+        Raises `ResultsError` where it can't be written.
         """
         date = datetime.now(UTC).isoformat(timespec="milliseconds")
         append(self.path, _sealed(json.dumps({"event": event, "date": date, **told}).encode()))
@@ -54,10 +45,7 @@ def log_files(folder: Path) -> list[Path]:
 def read_log(path: Path) -> Iterator[Mapping[str, Any]]:
     """Events of a log, in order.
 
-    Raises
-    ------
-    ResultsError
-        Naming a line that is not what was written.
+    Raises `ResultsError` naming a line that is not what was written.
     """
     try:
         lines = path.read_bytes().split(b"\n")

@@ -64,10 +64,7 @@ _DIGITS = 16  # of a companion's digest, in its name
 class Results:
     """The results of one experiment.
 
-    Parameters
-    ----------
-    folder : Path
-        `results/<experiment>`. It need not exist yet.
+    `folder`: `results/<experiment>`. It need not exist yet.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -76,10 +73,7 @@ class Results:
     def prepare(self, asked: Asked) -> None:
         """Make the folder, and add to what was asked for so far.
 
-        Raises
-        ------
-        ResultsError
-            Where the folder can't be written, or has another layout.
+        Raises `ResultsError` where the folder can't be written, or has another layout.
         """
         add_asked(self.folder, asked)
         remove_leftovers(self.folder)
@@ -87,10 +81,7 @@ class Results:
     def asked(self) -> Asked:
         """What was asked for so far; empty for a new folder.
 
-        Raises
-        ------
-        ResultsError
-            Where the file is damaged or has another layout.
+        Raises `ResultsError` where the file is damaged or has another layout.
         """
         return read_asked(self.folder)
 
@@ -107,24 +98,14 @@ class Results:
     def write(self, run: Run, replaces: str = "") -> bool:
         """Write a run, unless another one was finished in its place meanwhile.
 
-        Parameters
-        ----------
-        run : Run
-            Finished or failed.
-        replaces : str
-            Version of the run that may be replaced; empty where nothing lay there when this
-            one was planned. A finished run of the same version is never replaced.
+        `run`: finished or failed. `replaces`: version of the run that may be replaced; empty where
+        nothing lay there when this one was planned. A finished run of the same version is never
+        replaced.
 
-        Returns
-        -------
-        bool
-            Whether it was written. If not, what lies there was written by another process,
-            and stays as it is.
+        Gives whether it was written. If not, what lies there was written by another process, and
+        stays as it is.
 
-        Raises
-        ------
-        ResultsError
-            Where it can't be written.
+        Raises `ResultsError` where it can't be written.
         """
         written = self._write(run, replaces)
         remove_file(beside(self.path(run.identity), UNFINISHED), durable=False)
@@ -135,10 +116,7 @@ class Results:
 
         They are no longer asked for, either.
 
-        Raises
-        ------
-        ResultsError
-            Where one can't be removed.
+        Raises `ResultsError` where one can't be removed.
         """
         withdraw(self.folder, paths)
         with locked(self.folder):
@@ -153,10 +131,7 @@ class Results:
     def read(self, path: Path) -> Run:
         """Read a run.
 
-        Raises
-        ------
-        ResultsError
-            Naming a file that is damaged or has another layout.
+        Raises `ResultsError` naming a file that is damaged or has another layout.
         """
         try:
             content = read_sealed(path)

@@ -45,10 +45,7 @@ class DamagedError(ResultsError):
 def sealed(content: bytes) -> bytes:
     """The content with its checksum in the place of `PLACEHOLDER`, wherever that stands.
 
-    Raises
-    ------
-    ValueError
-        Where the content has no place for it.
+    Raises `ValueError` where the content has no place for it.
     """
     if _BLANK not in content:
         raise ValueError("the content has no place for its checksum")
@@ -58,10 +55,7 @@ def sealed(content: bytes) -> bytes:
 def check(path: Path, content: bytes) -> None:
     """Check the content of a sealed file.
 
-    Raises
-    ------
-    DamagedError
-        Naming the file, where it is not what was written.
+    Raises `DamagedError` naming the file, where it is not what was written.
     """
     if _MARK not in content:
         raise DamagedError(
@@ -81,14 +75,9 @@ def check(path: Path, content: bytes) -> None:
 def read_sealed(path: Path) -> bytes:
     """Content of a sealed file, checked.
 
-    Raises
-    ------
-    DamagedError
-        Naming the file, where it is not what was written.
-    FileNotFoundError
-        Where it is not there.
-    ResultsError
-        Where it can't be read now, whatever stands in it.
+    Raises `DamagedError` naming the file, where it is not what was written. Raises
+    `FileNotFoundError`: where it is not there. Raises `ResultsError` where it can't be read now,
+    whatever stands in it.
     """
     try:
         content = path.read_bytes()
@@ -117,14 +106,8 @@ def arrow_bytes(table: pa.Table, metadata: Mapping[bytes, bytes] | None = None) 
 def read_arrow(path: Path) -> pa.Table:
     """Table of a sealed Arrow file.
 
-    Raises
-    ------
-    ResultsError
-        Naming the file, where it is not what was written.
-    FileNotFoundError
-        Where it is not there.
-    ResultsError
-        Where it can't be read now.
+    Raises `ResultsError` naming the file, where it is not what was written. Raises
+    `FileNotFoundError`: where it is not there. Raises `ResultsError` where it can't be read now.
     """
     return feather.read_table(pa.BufferReader(read_sealed(path)), use_threads=False)
 

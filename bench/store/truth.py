@@ -39,10 +39,7 @@ def truth_path(folder: Path, sequence: str, fingerprint: str) -> Path:
 def write_truth(folder: Path, sequence: Sequence) -> None:
     """Keep a sequence's truth in an experiment's folder, unless it is there already.
 
-    Raises
-    ------
-    ResultsError
-        Where it can't be written.
+    Raises `ResultsError` where it can't be written.
     """
     path = truth_path(folder, sequence.name, sequence.fingerprint)
     if path.is_file():
@@ -73,10 +70,7 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
 def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
     """Read the truth that runs on a sequence were made with.
 
-    Raises
-    ------
-    ResultsError
-        Naming a file that is missing or damaged.
+    Raises `ResultsError` naming a file that is missing or damaged.
     """
     path = truth_path(folder, sequence, fingerprint)
     try:

@@ -37,10 +37,7 @@ _COMPANION = re.compile(r"^(?P<run>\d+)\.[0-9a-f]{16}\.")
 def map_rows(path: Path, frames: int, columns: int) -> NDArray[np.float64]:
     """Make the file of a run, and map it into memory; an earlier one is replaced.
 
-    Raises
-    ------
-    ResultsError
-        Where it can't be written.
+    Raises `ResultsError` where it can't be written.
     """
     content = io.BytesIO()
     np.save(content, np.full((frames, columns), np.nan))
@@ -75,10 +72,7 @@ def remove_leftovers(folder: Path) -> None:
     These are temporary files of this machine's processes that are gone; companions that no
     run names; frames of an unfinished run that was finished after all; and empty folders.
 
-    Raises
-    ------
-    ResultsError
-        Where one can't be removed, or a run is damaged.
+    Raises `ResultsError` where one can't be removed, or a run is damaged.
     """
     orphans: list[tuple[Path, str]] = []
     for place, _, names in os.walk(folder, topdown=False):

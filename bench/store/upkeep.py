@@ -20,13 +20,7 @@ Check = Callable[[], object]
 
 
 def checks(folder: Path) -> list[Check]:
-    """A check of every file of an experiment, but those of unfinished runs.
-
-    Parameters
-    ----------
-    folder : Path
-        The experiment's folder.
-    """
+    """A check of every file of an experiment, but those of unfinished runs."""
     index = folder / "index.arrow"
     return [
         partial(read_asked, folder),
@@ -61,24 +55,13 @@ def _read_log(file: Path) -> None:
 def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     """Copy runs of experiments into an experiment.
 
-    Parameters
-    ----------
-    sources : list of Path
-        Folders of experiments, or folders that hold such.
-    target : Path
-        The experiment's folder; made where it is not there.
+    `sources`: folders of experiments, or folders that hold such. `target`: the experiment's folder;
+    made where it is not there.
 
-    Returns
-    -------
-    copied : int
-        Number of runs copied; 0 where there are conflicts.
-    conflicts : list of str
-        Runs that lie in two folders with different identities.
+    Gives the number of runs copied, and the conflicts: runs that lie in two folders with different
+    identities. Where there are some, nothing is copied.
 
-    Raises
-    ------
-    ResultsError
-        Where a folder holds no results or a file can't be read or written.
+    Raises `ResultsError` where a folder holds no results or a file can't be read or written.
     """
     into = Results(target)
     there = {row["path"]: (row["version"], row["status"], target) for row in read_index(into)}

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from bench.engine.limits import Limits
+from bench.engine.unit import Limits
 from bench.execution.estimate import Basis, Estimate, estimate, measured_before, words
 from bench.execution.plan import make_plan
 from bench.execution.run import Execution, run

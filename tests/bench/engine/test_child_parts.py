@@ -14,11 +14,10 @@ from hypothesis import strategies as st
 
 from bench.engine import engine, probe
 from bench.engine.board import ELSEWHERE, NOBODY, READING, Board, BoardWatch
-from bench.engine.limits import Limits
 from bench.engine.output import LONGEST, Printed, Tail
 from bench.engine.process import Surroundings, machine_memory, peak_memory, reset_peak
 from bench.engine.supervisor import _suspects
-from bench.engine.unit import Entry, Unit
+from bench.engine.unit import Entry, Limits, Unit
 from bench.experiments.experiment import ExperimentError, SequenceSource
 from bench.store.unfinished import map_rows, read_rows
 

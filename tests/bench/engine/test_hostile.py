@@ -16,7 +16,7 @@ from tests.bench.engine import hostile
 COMMAND = """
 import json, sys
 import bench
-from bench.engine.limits import Limits
+from bench.engine.unit import Limits
 from bench.experiments.experiment import SequenceSource
 
 trackers, sequences, output, jobs, limits = json.loads(sys.argv[1])

@@ -10,8 +10,8 @@ from dataclasses import replace
 import pytest
 
 import bench
-from bench.engine.limits import Limits
 from bench.engine.supervisor import ClosedError, Supervisor
+from bench.engine.unit import Limits
 from bench.execution.plan import make_plan
 from bench.execution.units import left_of
 from bench.experiments.experiment import Experiment, SequenceSource

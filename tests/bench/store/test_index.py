@@ -9,10 +9,16 @@ import bench
 from bench.store import index
 from bench.store.asked import Asked
 from bench.store.files import ResultsError
-from bench.store.index import GrowingIndex, list_runs, read_index, read_table
+from bench.store.index import (
+    GrowingIndex,
+    index_row,
+    index_table,
+    list_runs,
+    read_index,
+    read_table,
+)
 from bench.store.layout import run_path
 from bench.store.results import Results
-from bench.store.rows import index_row, index_table
 from bench.store.truth import write_truth
 
 
@@ -148,7 +154,7 @@ def test_an_index_of_other_scores_is_made_anew(results, sequence, monkeypatch):
     store(results, sequence)
     rows = read_index(results)
     monkeypatch.setattr(index, "_scorer_version", lambda: b"another")
-    monkeypatch.setattr("bench.store.rows.score_both", lambda run, truth: {"new": 1.0})
+    monkeypatch.setattr("bench.store.index.score_both", lambda run, truth: {"new": 1.0})
     (row,) = read_index(results)
     assert row["scores"] == {"new": 1.0}
     assert rows[0]["scores"] != row["scores"]

@@ -1,0 +1,34 @@
+"""A report in a folder: tables in every format, and pictures beside them."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from bench.store.files import ResultsError
+from reports.tables import Table
+from reports.write import write_tables
+
+__all__ = ["write_report"]
+
+
+def write_report(
+    experiment: Path,
+    folder: Path,
+    tell: Callable[[str], None],
+    made: Sequence[Table],
+    *,
+    pictures: bool = True,
+) -> list[Path]:
+    """Write the tables of an experiment into a folder, and pictures beside them; give the files.
+
+    `tell` is given a sentence on every sequence that can't be drawn. Raises `ResultsError` where
+    results can't be read or the report can't be written.
+    """
+    try:
+        paths = write_tables(folder, made)
+        if pictures:
+            from bench.reporting.pictures import write_pictures  # brings what draws
+
+            paths += write_pictures(experiment, folder, tell)
+    except OSError as error:
+        raise ResultsError(str(error.strerror or error)) from error
+    return paths
