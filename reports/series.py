@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from reports.figures import add_legend, line_style, new_figure
 from reports.palette import colour
 
-__all__ = ["appearance_plot", "draw_median", "series_grid", "series_plot"]
+__all__ = ["REPETITIONS", "appearance_plot", "draw_median", "series_grid", "series_plot"]
 
 QUARTILES = "median and quartiles over"
 REPETITIONS = "repetitions"

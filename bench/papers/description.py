@@ -179,8 +179,9 @@ class FigureEntry(Entry):
     """A figure of the report.
 
     A `strip` has frames for each tracker, in one row or so many `columns`; `frames` a series over
-    frames, a row a panel and a column a sequence; a `curve` the share of runs in which a measure is
-    so, across a parameter.
+    frames, a row a panel and a column a sequence, over all of its scenes, or a column for each of
+    some `scenes`, over repetitions and beside the series `truth`; a `curve` the share of runs in
+    which a measure is so, across a parameter.
     """
 
     kind: Literal["strip", "frames", "curve", "hook"] = "hook"
@@ -192,7 +193,9 @@ class FigureEntry(Entry):
     labels: tuple[Text, ...] = ()
     panels: dict[Text, dict[Text, Value]] = Field(default={})
     frames: tuple[int, ...] = ()
+    scenes: tuple[int, ...] = ()
     of: Text = "error"
+    truth: str = ""
     quantity: str = ""
     columns: int = 0
     shape: Literal["box", "ellipse"] = "box"

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +16,13 @@ from bench.metrics.centre_error import centre_error
 from bench.papers.context import Context
 from bench.papers.description import FigureEntry
 from bench.statistics.intervals import wilson_interval
-from datasets.text_form import parse_text
+from datasets.text_form import format_text, parse_text
 from reports.curves import curve_plot
 from reports.figures import write_figure
 from reports.film_strip import film_strip, write_film_strip
 from reports.overlay import TRUTH
 from reports.palette import colours
-from reports.series import series_grid
+from reports.series import REPETITIONS, series_grid
 
 __all__ = ["Drawn", "draw_figure", "write_pictures"]
 
@@ -90,50 +91,51 @@ def _strip(entry: FigureEntry, context: Context) -> Strip | None:
 
 
 def _frames(entry: FigureEntry, context: Context) -> Figure | None:
-    """A series over frames: a row a panel, a column a sequence; means over repetitions."""
-    panels = entry.panels or {"": {}}
-    pieces = [
-        _over_scenes(
-            context, experiment, sequence, _labelled(entry, entry.trackers), entry, panel
-        ).assign(reading=panel, scene=sequence.partition("/")[2])
-        for experiment, sequence in zip(entry.experiments, entry.sequences, strict=True)
-        for panel in panels
-    ]
-    found = [piece for piece in pieces if len(piece)]
-    if not found:
-        return None
-    series = pd.concat(found, ignore_index=True)
-    labels = list(entry.labels or entry.trackers)
-    return series_grid(series, entry.title, entry.quantity, labels, {}, "scenes", entry.height)
-
-
-def _over_scenes(
-    context: Context,
-    experiment: str,
-    sequence: str,
-    trackers: Mapping[str, str],
-    entry: FigureEntry,
-    panel: str,
-) -> pd.DataFrame:
-    """A series of the runs on all scenes of a sequence.
-
-    `repetition` is the scene's place, so that bands are over scenes.
-    """
-    name = context.description.experiment(experiment)
-    start = context.description.frames_from
-    pieces = [pd.DataFrame(columns=["label", "repetition", "frame", "value"])]
-    scenes = [text for text in context.stored.sequences(name) if _is_of(text, sequence)]
-    for label, tracker in trackers.items():
-        for place, text in enumerate(scenes):
-            told = context.text_of(tracker, sequence, entry.panels.get(panel, {}))
-            runs = context.stored.of(name, text, told) if told else []
-            if runs:
+    """A series over frames: a row a panel; a column a sequence over its scenes, or a scene."""
+    pieces: list[pd.DataFrame] = []
+    truths: dict[str, NDArray[np.float64]] = {}
+    for experiment, sequence in zip(entry.experiments, entry.sequences, strict=True):
+        name = context.description.experiment(experiment)
+        for (panel, further), (label, tracker), (column, texts) in product(
+            (entry.panels or {"": {}}).items(),
+            _labelled(entry, entry.trackers).items(),
+            _columns(entry, sequence, context.stored.sequences(name)).items(),
+        ):
+            told = context.text_of(tracker, sequence, further)
+            for place, text in enumerate(texts if told else ()):
+                runs = context.stored.of(name, text, told or "")
+                if not runs:
+                    continue
                 truth = context.stored.truth(name, runs[0])
                 values = [context.series(entry.of, run, truth, sequence) for run in runs]
-                rows = {"label": label, "repetition": place, "value": np.mean(values, axis=0)}
-                frame = pd.DataFrame(rows)
-                pieces.append(frame.assign(frame=np.arange(start, start + len(frame))))
-    return pd.concat(pieces[1:] or pieces, ignore_index=True)
+                if entry.truth:
+                    truths[column] = context.series(entry.truth, runs[0], truth, sequence)
+                repeated = enumerate(values) if entry.scenes else [(place, np.mean(values, axis=0))]
+                start = context.description.frames_from
+                pieces += [
+                    pd.DataFrame({"repetition": repetition, "value": value}).assign(
+                        frame=np.arange(start, start + len(value)),
+                        label=label,
+                        reading=panel,
+                        scene=column,
+                    )
+                    for repetition, value in repeated
+                ]
+    if not pieces:
+        return None
+    series, over = pd.concat(pieces, ignore_index=True), REPETITIONS if entry.scenes else "scenes"
+    labels = list(entry.labels or entry.trackers)
+    return series_grid(series, entry.title, entry.quantity, labels, truths, over, entry.height)
+
+
+def _columns(entry: FigureEntry, sequence: str, there: Sequence[str]) -> dict[str, list[str]]:
+    """Text forms of the scenes of a figure's columns, by what stands above these."""
+    if entry.scenes:
+        return {
+            f"scene {scene}": [format_text(sequence, {"scene": scene} if scene else {})]
+            for scene in entry.scenes
+        }
+    return {sequence.partition("/")[2]: [text for text in there if _is_of(text, sequence)]}
 
 
 def _is_of(text: str, sequence: str) -> bool:

@@ -14,8 +14,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
+import cv2
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 import datasets
 import trackers
@@ -35,6 +37,8 @@ __all__ = [
     "kept_tables",
     "measured_on_scenes",
     "short_runs",
+    "spaced",
+    "turned_about",
     "with_contrast",
     "with_gain",
     "with_noise",
@@ -243,6 +247,15 @@ def short_runs(sequence: datasets.Sequence, texts: Sequence[str]) -> list[Run]:
     return found
 
 
+def spaced(frames: NDArray[np.intp], most: int) -> list[int]:
+    """At most so many of the frames, evenly spaced."""
+    if len(frames) == 0:
+        return []
+    places = np.linspace(0, len(frames) - 1, most).round().astype(int)
+    chosen: list[int] = np.unique(frames[places]).tolist()
+    return chosen
+
+
 def with_gain(image: Image, gain: float) -> Image:
     """Brighter or darker; what exceeds the camera's range is cut off."""
     return _as_bytes(image * np.float32(gain))
@@ -258,6 +271,18 @@ def with_noise(image: Image, deviation: float, generator: np.random.Generator) -
     """With Gaussian noise of a sensor, of this deviation in grey levels, in every channel."""
     noise = generator.standard_normal(image.shape, np.float32) * np.float32(deviation)
     return _as_bytes(image + noise)
+
+
+def turned_about(image: Image, centre: NDArray[np.float64], degrees: float, way: int) -> Image:
+    """Turned about a point [pixels] against the clock; beyond its rim the image is mirrored.
+
+    `way` is how OpenCV interpolates.
+    """
+    x, y = (centre - 0.5).tolist()  # OpenCV puts pixel centres at whole numbers
+    rotation = cv2.getRotationMatrix2D((x, y), degrees, 1.0)
+    size = image.shape[1], image.shape[0]
+    found = cv2.warpAffine(image, rotation, size, flags=way, borderMode=cv2.BORDER_REFLECT)
+    return np.asarray(found, np.uint8)
 
 
 def _as_bytes(values: "np.ndarray[tuple[int, ...], np.dtype[np.floating]]") -> Image:

@@ -29,9 +29,13 @@ Update: TypeAlias = Callable[[Image], Any]
 
 
 def frame_times(
-    folder: Path, cells: Collection[Cell] | None = None, details: Collection[str] = ()
+    folder: Path,
+    cells: Collection[Cell] | None = None,
+    details: Collection[str] = (),
+    *,
+    disturbed: bool = False,
 ) -> pd.DataFrame:
-    """CPU time of every frame of the timing runs that no load disturbed.
+    """CPU time of every frame of the timing runs of an experiment.
 
     Parameters
     ----------
@@ -41,38 +45,39 @@ def frame_times(
         The runs that are meant; all by default.
     details : collection of str
         Of the tracker, which stand beside.
+    disturbed : bool
+        Whether runs that other load disturbed count, too.
 
     Returns
     -------
     DataFrame
-        `tracker` (its label), `sequence`, `repetition`, `frame`, `seconds` and the details.
+        `tracker` (its label), `sequence`, `repetition`, `disturbed` (1: it was), `frame`, `seconds`
+        and the details.
     """
-    columns = ["tracker", "sequence", "repetition", "frame", "seconds", *details]
-    pieces = [pd.DataFrame(columns=columns)]
-    for run in _undisturbed(folder, cells):
-        assert run.times is not None
+    labels = ["tracker", "sequence", "repetition", "disturbed"]
+    pieces = [pd.DataFrame(columns=[*labels, "frame", "seconds", *details])]
+    for run, load in _passes(folder, cells):
+        if (load and not disturbed) or run.times is None:
+            continue
         key, timed = run.identity, np.flatnonzero(np.isfinite(run.times.cpu))
         known = {"frame": timed, "seconds": run.times.cpu[timed]}
         rows = pd.DataFrame(known | {name: run.details[name][timed] for name in details})
-        rows = rows.assign(tracker=key.tracker, sequence=key.sequence, repetition=key.repetition)
-        pieces.append(rows[columns])
+        told = key.tracker, key.sequence, key.repetition, load
+        pieces.append(rows.assign(**dict(zip(labels, told, strict=True)))[[*pieces[0]]])
     return pd.concat(pieces[1:] or pieces, ignore_index=True)
 
 
-def _undisturbed(folder: Path, cells: Collection[Cell] | None) -> Iterator[Run]:
-    """Finished timing runs that no load disturbed; they have `times`."""
+def _passes(folder: Path, cells: Collection[Cell] | None) -> Iterator[tuple[Run, int]]:
+    """Finished timing runs, and whether load disturbed them."""
     results, runs = Results(folder), load_results(folder, cells)
-    finished = runs[runs["status"] == "finished"]
-    for _, run in (finished[finished["disturbed"] == 0] if len(finished) else finished).iterrows():
+    for _, run in runs[runs["status"] == "finished"].iterrows():
         path = run_path(run["tracker"], run["sequence"], run["repetition"], run["protocol"])
-        stored = results.read(folder / path)
-        if stored.times is not None:
-            yield stored
+        yield results.read(folder / path), run["disturbed"]
 
 
 def undisturbed_lacking(folder: Path, cells: Collection[Cell] | None = None) -> list[str]:
     """What a reader must know where there is no time to tell, in a line or none."""
-    if any(True for _ in _undisturbed(folder, cells)):
+    if any(not disturbed for _, disturbed in _passes(folder, cells)):
         return []
     return [f"{folder.name}: other load disturbed every run; time again on an idle machine."]
 

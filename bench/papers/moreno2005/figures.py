@@ -42,15 +42,8 @@ from reports.palette import colours
 from trackers.contours.chain import Hypotheses
 from trackers.contours.observation import colours_of
 
-__all__ = [
-    "colour_path_figure",
-    "density_figure",
-    "error_plot",
-    "film_strips",
-    "iteration",
-    "mean_colours",
-    "step_figures",
-]
+__all__ = ["colour_path_figure", "density_figure", "error_plot", "film_strips", "iteration"]
+__all__ += ["mean_colours", "step_figures"]
 
 Strip: TypeAlias = NDArray[np.uint8]
 Array: TypeAlias = NDArray[np.float64]
@@ -203,13 +196,7 @@ def colour_path_figure(context: Context) -> Figure:
 
 
 def mean_colours(sequence: datasets.Sequence) -> Array:
-    """Mean colour of what is seen of the target.
-
-    Returns
-    -------
-    ndarray of float64, shape (n, 3)
-        RGB in [0, 1] by frame; NaN where nothing is seen, or nothing is known of it.
-    """
+    """Mean RGB (n, 3) in [0, 1] of what is seen of the target by frame; NaN where nothing is."""
     path = np.full((len(sequence), 3), np.nan)
     for frame, image in enumerate(sequence):
         mask = sequence.mask(frame)

@@ -1,4 +1,4 @@
-"""What is measured of the paper's runs beside their scores, and tables that claims read."""
+"""What is measured of the runs beside their scores, and tables that claims read; equation 2."""
 
 import os
 from collections.abc import Mapping
@@ -9,14 +9,15 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.experiments.contestant import contestant
-from bench.papers.context import Context
 from bench.papers.measures import Course
-from bench.papers.moreno2005 import example_tables
+from bench.papers.moreno2005 import example
+from bench.papers.context import Context
 from bench.papers.runs import as_run
 from bench.papers.timing import frame_times
 from datasets.text_form import format_text, parse_text
 
-__all__ = ["SERIES", "deviations", "of_run", "patches", "scores", "tables"]
+__all__ = ["DEPENDENCES", "SERIES", "STATES", "deviations", "distance", "factorisation", "joint"]
+__all__ += ["of_run", "patches", "scores", "tables"]
 
 Values = NDArray[np.float64]
 
@@ -33,6 +34,13 @@ AFTER = 10
 
 PRESETS = {"as-written": "learnt", "recommended": "by hand"}
 """Where the deviations of a preset's dynamics come from; the experiment `learnt` exchanges them."""
+
+
+DEPENDENCES = ("equation 1 alone", "and p(x₁ | z₁, z₂) = p(x₁ | z₁)")
+"""What is assumed: as the paper writes, and what its proof needs besides."""
+
+STATES = 4  # of every feature and measurement
+MODELS = 100
 
 
 def similarity(course: Course) -> Values:
@@ -116,7 +124,7 @@ def tables(context: Context) -> dict[str, pd.DataFrame]:
     """The one-dimensional example; runs by patches, and by deviations; times of a frame."""
     effort = context.effort
     jobs = effort.jobs or os.cpu_count() or 1
-    found = example_tables.measure(context.folder, jobs, quick=effort.quick)
+    found = example.measure(context.folder, jobs, quick=effort.quick)
     association = found["one-dimensional-association"]
     # A course is what a scene is: the unit of evidence.
     found["one-dimensional-association"] = association.assign(
@@ -125,6 +133,7 @@ def tables(context: Context) -> dict[str, pd.DataFrame]:
     return found | {
         "mo-9": patches(context.scores),
         "mo-23": deviations(context.scores),
+        "one-dimensional-factorisation": factorisation(),
         "times": _times(context),
     }
 
@@ -166,3 +175,52 @@ def _times(context: Context) -> pd.DataFrame:
     times = by_run.agg(milliseconds="mean", median="median").reset_index()
     times[["milliseconds", "median"]] *= 1e3
     return times.assign(text=times["tracker"], tracker=times["tracker"].str.partition(":")[0])
+
+
+def factorisation() -> pd.DataFrame:
+    """Equation 2 on random discrete models, where all sums can be done: the greatest distances.
+
+    By equation 1 the second measurement depends on the first feature, z₂ = z₂(x₁, z₁). By Bayes'
+    rule p(x₁, x₂ | z₁, z₂) = p(x₂ | x₁, z₁, z₂) p(x₁ | z₁, z₂); the proof goes on with p(x₁ | z₁)
+    in the place of the latter. Nothing in equation 1 says so: what is measured of x₂ tells of x₁.
+    """
+    rows = []
+    for dependence in DEPENDENCES:
+        generator = np.random.default_rng(0)
+        models = (joint(generator, informs=dependence == DEPENDENCES[0]) for _ in range(MODELS))
+        rows.append({"dependence": dependence, "distance": max(map(distance, models))})
+    return pd.DataFrame(rows)
+
+
+def joint(generator: np.random.Generator, *, informs: bool) -> Values:
+    """A random p(x₁, x₂, z₁, z₂) with the dependences of equation 1, shape (4, 4, 4, 4).
+
+    `informs` is whether z₂ tells of x₁. Where not, x₂ depends on x₁, and z₂ on both, so that
+    p(z₂ | x₁, z₁) is the same for all x₁.
+    """
+    first = generator.dirichlet(np.ones(STATES))
+    measured = generator.dirichlet(np.ones(STATES), STATES)  # z₁ given x₁
+    if informs:
+        second = generator.dirichlet(np.ones(STATES), (STATES, STATES))  # x₂ given x₁, z₁
+        seen = generator.dirichlet(np.ones(STATES), (STATES,) * 3)  # z₂ given x₁, x₂, z₁
+        both = second[..., np.newaxis] * seen.transpose(0, 2, 1, 3)
+    else:
+        total = generator.dirichlet(np.ones(STATES), STATES)  # z₂ given z₁
+        shares = generator.dirichlet(np.ones(STATES), (STATES,) * 3)  # x₂ given x₁, z₁, z₂
+        both = (total[np.newaxis, ..., np.newaxis] * shares).transpose(0, 1, 3, 2)
+    # `both` is p(x₂, z₂ | x₁, z₁), axes x₁, z₁, x₂, z₂.
+    whole = (first[:, np.newaxis] * measured)[..., np.newaxis, np.newaxis] * both
+    return np.ascontiguousarray(whole.transpose(0, 2, 1, 3))
+
+
+def distance(model: Values) -> float:
+    """Greatest total variation, over measurements, of posterior and product of equation 2.
+
+    Of a model p(x₁, x₂, z₁, z₂), shape (n, n, n, n).
+    """
+    posterior = model / model.sum(axis=(0, 1))
+    of_first = model.sum(axis=(1, 3))
+    first = of_first / of_first.sum(axis=0)  # p(x₁ | z₁)
+    second = model / model.sum(axis=1, keepdims=True)  # p(x₂ | x₁, z₁, z₂)
+    product = first[:, np.newaxis, :, np.newaxis] * second
+    return float(0.5 * np.abs(posterior - product).sum(axis=(0, 1)).max())

@@ -38,22 +38,9 @@ from trackers.contours.plane_cue import discriminant_basis
 from trackers.contours.posterior import posterior
 from trackers.contours.snake import refined
 
-__all__ = [
-    "CHECKS",
-    "QUARTERS",
-    "by_contrast",
-    "chromaticity",
-    "contrast",
-    "drawn_colours",
-    "edges",
-    "frame_rows",
-    "masks",
-    "posterior_map",
-    "principal_basis",
-    "spaces",
-    "started",
-    "told_apart",
-]
+__all__ = ["CHECKS", "QUARTERS", "by_contrast", "chromaticity", "contrast", "drawn_colours"]
+__all__ += ["edges", "frame_rows", "masks", "posterior_map", "principal_basis", "spaces"]
+__all__ += ["started", "told_apart"]
 
 Array: TypeAlias = NDArray[np.float64]
 Space: TypeAlias = Callable[[Array], Array]
@@ -93,10 +80,7 @@ def masks(sequence: datasets.Sequence, quick: bool) -> dict[str, pd.DataFrame]:
 def frame_rows(sequence: datasets.Sequence, run: Run) -> pd.DataFrame:
     """J of every mask in every frame that a run with arrays has.
 
-    Returns
-    -------
-    DataFrame
-        `mask`, `frame`, `distance` (see `contrast`), `region_similarity`.
+    `mask`, `frame`, `distance` (see `contrast`), `region_similarity`.
     """
     rows = []
     for frame, arrays in run.arrays.items():
@@ -166,14 +150,7 @@ def _onto(basis: Array) -> Space:
 def told_apart(space: Space, known: Sets, asked: Sets, generator: np.random.Generator) -> float:
     """Share of colours, those of both classes counting alike, that mixtures assign to their class.
 
-    Parameters
-    ----------
-    space : callable
-        Takes colours (n, 3) to points (n, 2).
-    known, asked : tuple of ndarray of float64, shape (n, 3)
-        Colours of target and background: those to which mixtures are fitted, and others.
-    generator : Generator
-        Begins the fits.
+    A space takes colours (n, 3) to points (n, 2); mixtures are fitted to the known ones.
     """
     target, background = _fits((space(known[0]), space(known[1])), generator)
     inside, outside = (
@@ -245,17 +222,9 @@ def started(contour: Array, generator: np.random.Generator) -> Array:
 def drawn_colours(
     image: Image, mask: Mask, generator: np.random.Generator, share: float = 1.0
 ) -> Sets:
-    """Colours inside a mask and outside, at most so many as the tracker starts with.
+    """Colours of pixels inside a mask and outside, none of them twice.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (rows, columns, 3)
-    mask : ndarray of bool, shape (rows, columns)
-        With pixels inside and outside.
-    generator : Generator
-        Chooses pixels, none of them twice.
-    share : float
-        Times so many.
+    At most so many as the tracker starts with, `share` times.
     """
     colours = image[..., ::-1] / 255.0
     inside, outside = (

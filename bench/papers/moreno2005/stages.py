@@ -28,17 +28,8 @@ from trackers.contours.posterior import posterior
 from trackers.contours.snake import MARGIN, edge_map
 from trackers.moreno2005 import Moreno2005
 
-__all__ = [
-    "Step",
-    "colour_model_figure",
-    "hypotheses_figure",
-    "model_of",
-    "palettes_of",
-    "snake_figure",
-    "stages",
-    "step_of",
-    "true_contour",
-]
+__all__ = ["Step", "colour_model_figure", "hypotheses_figure", "model_of", "palettes_of"]
+__all__ += ["snake_figure", "stages", "step_of", "true_contour"]
 
 SEQUENCE = "moreno2005/leaf:jump=middle"
 """Its first scene; the paper's leaf of Fig. 3 is another."""
@@ -70,22 +61,10 @@ class KeepingChain(Chain[Observation]):
 class Step(NamedTuple):
     """What the tracker found in a frame.
 
-    Attributes
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-        The frame.
-    mask : ndarray of bool, shape (height, width)
-        What is seen of the target in it.
-    planes, colours, contours : Hypotheses
-        Of the three cues.
-    bases : ndarray of float64, shape (n, 3, 2)
-        Of the planes.
-    of_target : int
-        How many of a pair's components, the first ones, are the target's.
-    estimate : Estimate
-        With arrays.
-    cells : ndarray of int32, shape (height, width)
-        Cell of every pixel's colour: a column of the colours' evidence.
+    The image, and the mask of what is seen of the target in it; hypotheses of the three cues;
+    `bases` of the planes, shape (n, 3, 2); how many of a pair's components, the first ones, are the
+    target's; the estimate with arrays; and by pixel the cell of its colour, a column of the
+    colours' evidence.
     """
 
     image: Image
@@ -105,13 +84,7 @@ class Step(NamedTuple):
 
 
 def step_of(text: str) -> Step:
-    """Run the tracker through the first frames, as experiments do.
-
-    Parameters
-    ----------
-    text : str
-        Text form of `moreno2005`.
-    """
+    """Run the tracker of a text form through the first frames, as experiments do."""
     sequence = datasets.load(SEQUENCE)
     tracker = _begun(text, sequence)
     chain = KeepingChain(tracker.chain.cues, tracker.chain.association, tracker.chain.feedback)
@@ -148,13 +121,7 @@ def colour_model_figure(context: Context) -> Figure:
 
 
 def model_of(sequence: datasets.Sequence) -> ColourModel:
-    """The colour model that the tracker starts with, as written.
-
-    Parameters
-    ----------
-    sequence : Sequence
-        With a mask of the first frame.
-    """
+    """The colour model that the tracker starts with, as written, by the first frame's mask."""
     tracker = _begun("moreno2005:preset=as-written", sequence)
     first = sequence.first_frame
     image = sequence[first]
@@ -194,12 +161,9 @@ def _begun(text: str, sequence: datasets.Sequence) -> Moreno2005:
 
 
 def true_contour(sequence: datasets.Sequence, frame: int) -> Array:
-    """Outlines of all that is seen of the target, its parts set apart by rows of NaN.
+    """Outlines (points, 2) of all that is seen of the target, its parts set apart by rows of NaN.
 
-    Returns
-    -------
-    ndarray of float64, shape (points, 2)
-        In pixels; no rows where nothing is seen, or nothing is known of it.
+    In pixels; no rows where nothing is seen, or nothing is known of it.
     """
     mask = sequence.mask(frame)
     pieces = [np.empty((0, 2))]
@@ -214,15 +178,7 @@ def true_contour(sequence: datasets.Sequence, frame: int) -> Array:
 
 
 def hypotheses_figure(step: Step, label: str) -> Figure:
-    """Fig. 5: planes, contours, and the heaviest, the median and the lightest colours.
-
-    Parameters
-    ----------
-    step : Step
-        Of a frame.
-    label : str
-        What the tracker's parameters are called.
-    """
+    """Fig. 5: planes, contours, and the heaviest, the median and the lightest colours."""
     return hypotheses_plot(
         step.image,
         (step.bases, step.planes.weights),

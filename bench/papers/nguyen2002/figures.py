@@ -217,17 +217,9 @@ def sign(context: Context) -> Figure | None:
 
 
 def roc_points(frames: pd.DataFrame) -> pd.DataFrame:
-    """Hit and false rates of all thresholds between 0 and 1.
+    """Hit and false rates of `outliers` (share) above a threshold as a sign of `hidden` (1 or 0).
 
-    Parameters
-    ----------
-    frames : DataFrame
-        `hidden` (1 or 0) and `outliers` (share).
-
-    Returns
-    -------
-    DataFrame
-        `threshold`, `hit_rate`, `false_rate`, and `marked`, true of γ.
+    A row a `threshold` between 0 and 1: `hit_rate`, `false_rate`, and `marked`, true of γ.
     """
     thresholds = np.linspace(1, 0, 101)
     hidden = frames["hidden"] == 1

@@ -12,19 +12,18 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.claims.sides import run_key
-from bench.evaluation.record import Run, Trace
+from bench.evaluation.record import Trace
 from bench.metrics.centre_error import centres
-from bench.metrics.native import SUCCESS_OVERLAP, native
+from bench.metrics.native import SUCCESS_OVERLAP
 from bench.metrics.overlap import overlap
 from bench.papers.context import Context
 from bench.papers.measures import Course
 from bench.papers.nguyen2002.events import CLEAR, Declared, declared_in, hidden_in
 from bench.statistics.intervals import mean_interval
 from bench.store.truth import StoredTruth
-from datasets import Sequence
 from trackers.nguyen2002 import Nguyen2002
 
-__all__ = ["course_of", "failures_by_margin", "of_run", "published", "set_table", "tables"]
+__all__ = ["failures_by_margin", "of_run", "published", "set_table", "tables"]
 
 SUCCESS, LAST = 0.9, 5
 """A run succeeds with enough overlap in this share of clear frames, and in all of the last."""
@@ -57,46 +56,30 @@ SECONDS = 0.005
 
 _PAIRED = ["sequence", "scene", "trace", "preset", "clips", "pairs", "correlation"]
 
-Truth = StoredTruth | Sequence
 Flags = NDArray[np.bool_]
 
 
 def of_run(course: Course) -> dict[str, float]:
-    """What is known of a finished run by one of its traces; see `course_of`."""
-    first_loss = native(course.truth, course.boxes)["first_loss"]
-    return course_of(course.run, course.truth, course.trace, first_loss)
+    """What is known of a finished run by one of its traces.
 
-
-def course_of(run: Run, truth: Truth, trace: Trace, first_loss: float) -> dict[str, float]:
-    """What is known of a finished run.
-
-    Parameters
-    ----------
-    run : Run
-        Of `nguyen2002`.
-    truth : StoredTruth or Sequence
-        Of its sequence.
-    trace : {'online', 'revised'}
-        Which of its boxes are meant.
-    first_loss : float
-        First frame in which they are off the target for long; the number of frames for none. See
-        `bench.metrics.native`.
-
-    Returns
-    -------
-    dict of str to float
-        A yes or no is 1 or 0, NaN where what is asked did not arise. `on_target` (share of the
-        clear frames with enough overlap), `success`, `said_hidden` (share of the clear frames
-        in which the tracker said at once that the target is hidden, whatever the trace), `jitter`
-        (mean length of the second difference of the centre less the true one, over clear frames
-        [pixels]), `outliers` (mean share in frames that the tracker trusts), `never_lost`;
-        `occlusions`, `declared`, `detected` (numbers), `detected_share` (of the occlusions),
-        `false_occlusions` (number). Where a lamp is off for a while: `lost_at_switch`,
-        `lost_at_off` (at the moment of a change, or of the first), `lost_at_on`, `lost_elsewhere`
-        (at another alone, at none), `kept_after_off` (share of the clear ones
-        among the frames from the change on with enough overlap), `clear_after_off` (their number).
+    A yes or no is 1 or 0, NaN where what is asked did not arise. `on_target` (share of the clear
+    frames with enough overlap), `success`, `said_hidden` (share of the clear frames in which the
+    tracker said at once that the target is hidden, whatever the trace), `jitter` (mean length of
+    the second difference of the centre less the true one, over clear frames [pixels]), `outliers`
+    (mean share in frames that the tracker trusts), `never_lost`; `occlusions`, `declared`,
+    `detected` (numbers), `detected_share` (of the occlusions), `false_occlusions` (number). Where a
+    lamp is off for a while: `lost_at_switch`, `lost_at_off` (at the moment of a change, or of the
+    first), `lost_at_on`, `lost_elsewhere` (at another alone, at none), `kept_after_off` (share of
+    the clear ones among the frames from the change on with enough overlap), `clear_after_off`
+    (their number).
     """
-    boxes = run.boxes_in(trace)
+    run, truth, trace, first_loss = (
+        course.run,
+        course.truth,
+        course.trace,
+        course.scores["first_loss"],
+    )
+    boxes = course.boxes
     good = overlap(truth.boxes, boxes) >= SUCCESS_OVERLAP
     clear = truth.visibility >= CLEAR
     clear[0] = False  # the box is given
@@ -125,7 +108,7 @@ def _jitter(errors: NDArray[np.float64], clear: Flags) -> float:
 
 
 def _occlusions(
-    events: list[Declared], found: Flags, truth: Truth, trace: Trace
+    events: list[Declared], found: Flags, truth: StoredTruth, trace: Trace
 ) -> dict[str, float]:
     """How those that there were, and those that were declared, fit together.
 
@@ -188,20 +171,12 @@ def tables(context: Context) -> dict[str, pd.DataFrame]:
 
 
 def set_table(scores: pd.DataFrame) -> pd.DataFrame:
-    """Scores by set; a scene of the recording is a set of one.
+    """Scores by set of 20 clips; a scene of the recording is a set of one.
 
-    Parameters
-    ----------
-    scores : DataFrame
-        See `bench.papers.runs.tidy_runs`; a set of clips in which one failed, or is not there, is
-        left out.
-
-    Returns
-    -------
-    DataFrame
-        What is known of tracker and trace, `sequence` (`nguyen2002/clips` for all clips), `scene`;
-        `clips`, `tracked` (numbers), `tracked_share`; `occlusions`, `declared`, `detected`
-        (numbers), `detected_share`; means over the clips of what else is known of runs.
+    What is known of tracker and trace, `sequence` (`nguyen2002/clips` for all clips), `scene`;
+    `clips`, `tracked` (numbers), `tracked_share`; `occlusions`, `declared`, `detected` (numbers),
+    `detected_share`; means over the clips of what else is known of runs. A set of which a clip
+    failed, or is not there, is left out.
     """
     good = scores[scores["failure"] == ""]
     good = good.assign(sequence=[_together(one) for one in good["sequence"]])
@@ -236,22 +211,11 @@ def _together(sequence: str) -> str:
 def failures_by_margin(margins: pd.DataFrame, scores: pd.DataFrame) -> pd.DataFrame:
     """Rank correlation, over a set's clips, of what the invariants lose of margin and of target.
 
-    Both are differences to RGB: of the mean margin (`ng-9`), and of the share of clear frames on
-    the target.
-
-    Parameters
-    ----------
-    margins : DataFrame
-        `name`, `features`, `margin`; the clips that count.
-    scores : DataFrame
-        See `bench.papers.runs.tidy_runs`; those of presets as they are.
-
-    Returns
-    -------
-    DataFrame
-        By set, trace and preset: `sequence` (of all clips), `scene`, `trace`, `preset`, `clips`
-        (number), and in a row each `pairs` (`of a clip`, `by chance`) with their `correlation`,
-        which is 0 by chance. Without the sets in which all clips fare alike.
+    Both are differences to RGB: of the mean `margin` (`ng-9`, of the clips that count), and of the
+    share of clear frames on the target, of runs with presets as they are. By set, trace and preset:
+    `sequence` (of all clips), `scene`, `trace`, `preset`, `clips` (number), and in a row each
+    `pairs` (`of a clip`, `by chance`) with their `correlation`, which is 0 by chance. Without the
+    sets in which all clips fare alike.
     """
     by_clip = margins.pivot_table("margin", "name", "features")
     lost = by_clip["rgb"] - by_clip["invariants"]

@@ -8,8 +8,18 @@ import pandas as pd
 
 from bench.metrics.overlap import overlap
 from bench.papers.nguyen2002.events import CLEAR, Declared, hidden_in
-from bench.papers.nguyen2002.follower import FEATURES, Follower, View, true_pose
-from bench.papers.nguyen2002.made_up import Patch, few, pale, tried
+from bench.papers.nguyen2002.follower import (
+    COLOURS,
+    FEATURES,
+    Follower,
+    Patch,
+    View,
+    few,
+    pale,
+    tried,
+    true_pose,
+)
+from bench.papers.scenes import Tables
 from datasets import Sequence
 from trackers.base.interface import Box, Image
 from trackers.templates.appearance import Features
@@ -23,7 +33,6 @@ COVERED = 0.5
 IN_VIEW, MATCHED = 0.75, 0.5
 """Visible share and overlap from which on an occlusion's end is found."""
 
-COLOURS: tuple[Features, ...] = ("rgb", "invariants")  # in a quick look
 QUICK_BEFORE, QUICK_FRAMES = 10, 60
 
 BEFORE, SLIDING = 10, 20  # frames before something is slid over the target, and from there on
@@ -32,7 +41,6 @@ SPEEDS = (0.05, 0.06, 0.08)  # template widths a frame
 DARK_BLUE = (90, 0, 0)
 """Of no pixel whose levels are between 100 and 202, nor of any ratio or sum of these."""
 
-Tables = dict[str, pd.DataFrame]
 Row: TypeAlias = dict[str, str | float]
 
 
@@ -111,23 +119,9 @@ def slid_over(
 ) -> dict[str, float]:
     """Slide a patch over the target until an occlusion is declared, or everything is covered.
 
-    Parameters
-    ----------
-    images, boxes : list of ndarray
-        In which the target is wholly seen, and where it is.
-    patch : Patch
-        What is slid over it after `BEFORE` frames.
-    features, rule : str
-        Parameters of the tracker; `rule` is its `outlier_rule`.
-    speed : float
-        Share of the target that is covered more in every frame.
-    matched : bool
-        Whether the template is matched, or held at the target's true place.
-
-    Returns
-    -------
-    dict of str to float
-        The last columns of `ng-16`.
+    The target is wholly seen in the images, and is where the boxes say. After `BEFORE` frames a
+    share of it, `speed`, is covered more in each. The template is `matched`, or held at the true
+    place; `rule` is the tracker's `outlier_rule`. What is told are the last columns of `ng-16`.
     """
     follower = Follower(images[0], boxes[0], features, outlier_rule=rule)
     for frame, (image, box) in enumerate(zip(images[1:], boxes[1:], strict=True), 1):

@@ -19,9 +19,18 @@ from bench.evaluation.record import Trace
 from bench.metrics.overlap import overlap
 from bench.papers.nguyen2002 import occlusions, templates
 from bench.papers.nguyen2002.events import declared_in
-from bench.papers.nguyen2002.follower import FEATURES, Follower, true_pose
-from bench.papers.nguyen2002.made_up import clear_frames, mask_in, wholly_seen
-from bench.papers.scenes import SceneCheck, short_runs, with_noise
+from bench.papers.nguyen2002.follower import (
+    COLOURS,
+    FEATURES,
+    Follower,
+    clear_frames,
+    mask_in,
+    true_pose,
+    wholly_seen,
+)
+from bench.papers.scenes import SceneCheck, Tables, spaced
+from bench.papers.scenes import short_runs
+from bench.papers.scenes import with_noise
 from datasets.interface import Frames
 from trackers.base.interface import Box, Image
 from trackers.templates.appearance import Features, features_of
@@ -30,7 +39,6 @@ from trackers.templates.matching import Pose
 __all__ = ["CHECKS", "Noisy", "clutter", "clutter_places", "lines", "sensor", "shading"]
 
 Array = NDArray[np.float64]
-Tables = dict[str, pd.DataFrame]
 
 CLUTTER_FRAMES = 2
 LAG = 5  # frames from the template to what it is compared with
@@ -47,8 +55,6 @@ DEVIATIONS = (1.0, 2.0, 4.0, 8.0)  # of noise that is added [grey levels]
 NOISY_FRAMES, QUICK_NOISY_FRAMES = 100, 30
 """Nearly three times L, as an occlusion that is declared in vain may hide the next L frames."""
 
-COLOURS: tuple[Features, ...] = ("rgb", "invariants")  # in a quick look
-
 
 def clutter(sequence: datasets.Sequence, quick: bool) -> Tables:
     """How far the target's place stands out from clutter, by the cost of the match (NG-9).
@@ -60,12 +66,10 @@ def clutter(sequence: datasets.Sequence, quick: bool) -> Tables:
     of the template's pixels that are no outliers at that place in clutter).
     """
     clear = np.flatnonzero(clear_frames(sequence, LAG))
-    number = min(1 if quick else CLUTTER_FRAMES, len(clear))
-    places = np.linspace(0, len(clear) - 1, number).round().astype(int)
     return {
         "ng-9": pd.DataFrame(
             {"features": features, "frame": frame, **_margin(sequence, frame, features)}
-            for frame in clear[np.unique(places)].tolist()
+            for frame in spaced(clear, 1 if quick else CLUTTER_FRAMES)
             for features in FEATURES
         )
     }

@@ -1,11 +1,10 @@
 """What becomes of a template when something is done to the target: NG-11 to 14 and 19.
 
 The template is that of the tracker, kept on the target by its own parts (`follower`); no occlusion
-is handled, every view is taken. What is hidden of the target, or changed, is made up on frames in
-which it is wholly seen (`made_up`), so that it is known what it truly looks like. A template's
-error is |g - truth|, the mean over components, each in its standard deviations over the template,
-and over pixels; the truth is that of the next frame. Parameters are those of `as-written` unless
-they are columns. A share or a yes or no is a float in [0, 1].
+is handled, every view is taken. A template's error is |g - truth|, the mean over components, each
+in its standard deviations over the template, and over pixels; the truth is that of the next frame.
+Parameters are those of `as-written` unless they are columns. A share or a yes or no is a float in
+[0, 1].
 """
 
 from collections.abc import Callable, Iterator
@@ -16,29 +15,30 @@ from numpy.typing import NDArray
 
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
-from bench.papers.nguyen2002.follower import FEATURES, Follower, View
-from bench.papers.nguyen2002.made_up import (
+from bench.papers.nguyen2002.follower import (
+    COLOURS,
+    FEATURES,
+    Follower,
     Patch,
+    View,
     clear_frames,
-    dimmed,
     few,
     mask_in,
     tried,
     turned,
     wholly_seen,
 )
+from bench.papers.scenes import Tables
+from bench.papers.scenes import with_gain
 from datasets import Sequence
 from trackers.base.interface import Box, Image, Mask
 from trackers.templates.appearance import Features, Seen
 
 __all__ = ["adaptation", "by_norm", "changed", "corners", "gain_of", "gates"]
 
-Tables = dict[str, pd.DataFrame]
 Array = NDArray[np.float64]
 Shown = Callable[[int, Image, Box], tuple[Image, Mask]]
 """A frame with something on the target, and a mask of what."""
-
-COLOURS: tuple[Features, ...] = ("rgb", "invariants")  # in a quick look
 
 BEFORE = 10  # frames before something is slid over the target
 
@@ -66,7 +66,7 @@ MOST_TURN = 12.0  # degrees
 
 Change = Callable[[Image, Box, float], Image]
 CHANGES: dict[str, Change] = {
-    "dimming": lambda image, _, progress: dimmed(image, 1 - progress * (1 - LEAST_LIGHT)),
+    "dimming": lambda image, _, progress: with_gain(image, 1 - progress * (1 - LEAST_LIGHT)),
     "turning": lambda image, box, progress: turned(image, box, progress * MOST_TURN),
 }
 """A frame, the target's box and how far the change has gone."""
@@ -250,15 +250,7 @@ def _phases(
 
 
 def gain_of(seen: Seen, before: Array, after: Array) -> float:
-    """Mean eigenvalue of K (equation 9), by how far inliers moved towards what was seen.
-
-    Parameters
-    ----------
-    seen : Seen
-        What was taken into the template.
-    before, after : ndarray of float64, shape (height, width, d)
-        The template.
-    """
+    """Mean eigenvalue of K (equation 9), by how far a view moved the template's inliers to it."""
     inliers = ~seen.outliers
     residuals = (seen.features - before)[inliers]
     gain, *_ = np.linalg.lstsq(residuals, (after - before)[inliers])

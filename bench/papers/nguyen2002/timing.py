@@ -5,9 +5,7 @@ import pandas as pd
 
 from bench.experiments.contestant import contestant
 from bench.papers.context import Context
-from bench.store.layout import run_path
-from bench.store.loading import load_results
-from bench.store.results import Results
+from bench.papers.timing import frame_times
 
 __all__ = ["tables"]
 
@@ -22,39 +20,32 @@ def tables(context: Context) -> dict[str, pd.DataFrame]:
     ends, and the frames since are tracked again), `burst_in_usual` (its ratio to the second);
     `disturbed` (1 where other load disturbed all runs; else those that it did are left out).
     """
-    folder = context.results / EXPERIMENT
-    results, frames = Results(folder), []
-    runs = load_results(folder, context.asked[EXPERIMENT])
-    for row in runs[runs["status"] == "finished"].to_dict("records"):
-        place = row["tracker"], row["sequence"], row["repetition"], row["protocol"]
-        run = results.read(folder / run_path(*place))
-        assert run.times is not None
-        settled = contestant(run.identity.tracker)
-        ends, hidden = run.details["revision"] > 0, run.details["occluded"] == 1
-        kinds = np.select([ends, hidden], ["burst", "hidden"], "usual")
-        rows = pd.DataFrame({"milliseconds": 1e3 * run.times.cpu, "kind": kinds})
-        labels = {"preset": settled.preset, "features": settled.parameters["features"]}
-        frames.append(rows.dropna().assign(**labels, disturbed=row["disturbed"]))
-    if not frames:
+    frames = frame_times(
+        context.results / EXPERIMENT,
+        context.asked[EXPERIMENT],
+        ("revision", "occluded"),
+        disturbed=True,
+    )
+    if frames.empty:
         return {}
-    ways = pd.concat(frames).groupby(["preset", "features"], sort=False)
-    return {
-        "ng-10": pd.DataFrame(
-            {"preset": preset, "features": features} | _told(rows)
-            for (preset, features), rows in ways
+    ends, hidden = frames["revision"] > 0, frames["occluded"] == 1
+    frames["kind"] = np.select([ends, hidden], ["burst", "hidden"], "usual")
+    frames["milliseconds"] = 1e3 * frames["seconds"]
+    rows = []
+    for tracker, every in frames.groupby("tracker", sort=False):
+        settled, disturbed = contestant(str(tracker)), every["disturbed"].min()
+        chosen = every[every["disturbed"] == disturbed]
+        by_kind = chosen.groupby("kind")["milliseconds"]
+        usual, burst = by_kind.median().get("usual", np.nan), by_kind.mean().get("burst", np.nan)
+        rows.append(
+            {
+                "preset": settled.preset,
+                "features": settled.parameters["features"],
+                "milliseconds": chosen["milliseconds"].mean(),
+                "usual": usual,
+                "burst": burst,
+                "burst_in_usual": burst / usual,
+                "disturbed": disturbed,
+            }
         )
-    }
-
-
-def _told(rows: pd.DataFrame) -> dict[str, float]:
-    disturbed = rows["disturbed"].min()
-    rows = rows[rows["disturbed"] == disturbed]
-    by_kind = rows.groupby("kind")["milliseconds"]
-    usual, burst = by_kind.median().get("usual", np.nan), by_kind.mean().get("burst", np.nan)
-    return {
-        "milliseconds": rows["milliseconds"].mean(),
-        "usual": usual,
-        "burst": burst,
-        "burst_in_usual": burst / usual,
-        "disturbed": disturbed,
-    }
+    return {"ng-10": pd.DataFrame(rows)}

@@ -12,120 +12,48 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import datasets
-from bench.evaluation.record import Run
-from bench.papers.context import Context
-from bench.papers.nummiaro2003.courses import GONE, HIDDEN
+from bench.papers.nummiaro2003.measures import GONE, HIDDEN
 from bench.papers.nummiaro2003.particles import begun_empty
-from bench.papers.runs import StoredRuns, over_frames
+from bench.papers.context import Context
+from bench.papers.runs import over_frames
 from datasets import Sequence
-from datasets.text_form import format_text
 from reports.samples import Placed, Surface, Track, placement_plot, surface_plot, trajectory_plot
-from reports.series import appearance_plot, series_grid, series_plot
+from reports.series import appearance_plot, series_plot
 
-__all__ = [
-    "READINGS",
-    "appearances",
-    "by_update",
-    "entrance",
-    "half_axes",
-    "scale_grid",
-    "surface",
-    "times",
-    "trajectories",
-]
+__all__ = ["appearances", "entrance", "surface", "times", "trajectories"]
 
 Tables: TypeAlias = Mapping[str, pd.DataFrame]
 
-PERSON, CAR, STUDENTS, TRAFFIC = (
-    f"nummiaro2003/{name}" for name in ("person", "car", "students", "traffic")
-)
+PERSON, CAR, STUDENTS = (f"nummiaro2003/{name}" for name in ("person", "car", "students"))
 PRESET = "as-written"
-UPDATE = {"without update": False, "with update": True}
+WRITTEN = f"nummiaro2003:preset={PRESET}"
 
 EVERY = 25  # frames of Fig. 4
-_APART = {"axes": "apart", "scale_change": "multiplicative", "size_noise": 0.02}
-_DYNAMICS: Mapping[str, Mapping[str, object]] = {
-    "apart, damped": {**_APART, "scale_persistence": 0.9, "scale_noise": 0.008},
-    "apart": _APART,
-    "together, factors": {"scale_change": "multiplicative"},
-    "linear": {},
-}
-READINGS: Mapping[str, Mapping[str, object]] = {
-    f"{words}, σ {sigma}": {"update_reading": "coefficient", "sigma": sigma, **parameters}
-    for words, parameters in _DYNAMICS.items()
-    for sigma in (0.1, 0.05)
-}
-"""Those of the experiment on Fig. 9 that have the printed weights."""
-
-
-def half_axes(context: Context) -> dict[str, Figure | None]:
-    """Fig. 9, over several scenes, and over readings."""
-    presets = {"as written": {}, "recommended": {"preset": "recommended"}}
-    over_readings = "Fig. 9 over readings of the dynamics and of σ (update where ρ > 0.9; post hoc)"
-    stored, scenes = context.stored, (8, 9, 10, 11)
-    return {
-        "figure-9": _half_width(stored),
-        "figure-9-scenes": scale_grid(
-            stored, "figure-8", presets, (0, 1, 2, 3), "Fig. 9 on several scenes"
-        ),
-        "figure-9-readings": scale_grid(stored, "figure-9", READINGS, scenes, over_readings),
-    }
 
 
 def appearances(context: Context) -> dict[str, Figure | None]:
     """Fig. 7, with update of the model and without."""
     return {
-        "figure-7": _appearances(context.stored, update=True),
-        "figure-7-without-update": _appearances(context.stored, update=False),
+        "figure-7": _appearances(context, WRITTEN, "with update"),
+        "figure-7-without-update": _appearances(
+            context, f"{WRITTEN}:model_update=false", "without update"
+        ),
     }
 
 
-def by_update(
-    stored: StoredRuns, figure: str, sequence: str, **parameters: object
-) -> dict[str, list[Run]]:
-    """Runs without and with update of the model, by label.
-
-    Parameters
-    ----------
-    stored : StoredRuns
-        Where they are.
-    figure : str
-        Whose experiment.
-    sequence : str
-        Canonical name.
-    **parameters
-        Of the tracker, beside those of the preset `as-written` unless another is given.
-    """
-    return {
-        label: stored.of(
-            f"nummiaro2003-{figure}",
-            sequence,
-            format_text("nummiaro2003", {"preset": PRESET} | parameters | {"model_update": update}),
-        )
-        for label, update in UPDATE.items()
-    }
-
-
-def scale_grid(
-    stored: StoredRuns,
-    figure: str,
-    readings: Mapping[str, Mapping[str, object]],
-    scenes: tuple[int, ...],
-    title: str,
-) -> Figure | None:
-    """Hx of the mean state with and without update: a row a reading, a column a scene."""
-    pieces, truths = [], {}
-    for reading, parameters in readings.items():
-        for scene in scenes:
-            sequence = format_text(TRAFFIC, {"scene": scene} if scene else {})
-            found = _half_widths(stored, figure, sequence, **parameters)
-            if found is not None:
-                series, truths[f"scene {scene}"] = found
-                pieces.append(series.assign(reading=reading, scene=f"scene {scene}"))
-    if not pieces:
+def _appearances(context: Context, tracker: str, label: str) -> Figure | None:
+    runs = context.stored.of("nummiaro2003-figure-6", STUDENTS, tracker)
+    if not runs:
         return None
-    every = pd.concat(pieces, ignore_index=True)
-    return series_grid(every, title, "Hx [px]", list(UPDATE), truths)
+    truth = context.stored.truth("nummiaro2003-figure-6", runs[0])
+    parameters = runs[0].identity.parameters
+    visible = np.where(np.isfinite(truth.boxes).all(axis=1), truth.visibility, 0.0)
+    return appearance_plot(
+        over_frames({"": runs}, "positive_appearances", "mode"),
+        f"Fig. 7, as written, {STUDENTS}, {label}: samples that fulfil the appearance condition",
+        parameters["kick_off"] * parameters["particles"],
+        {"hidden by half": visible < HIDDEN, "hidden or gone": visible < GONE},
+    )
 
 
 def surface(context: Context) -> Figure | None:
@@ -185,7 +113,7 @@ def trajectories(context: Context) -> Figure | None:
     stored = context.stored
     tracks = []
     for name in (PERSON, CAR):
-        for run in by_update(stored, "figure-4", name)["with update"][:1]:
+        for run in stored.of("nummiaro2003-figure-4", name, WRITTEN)[:1]:
             truth = stored.truth("nummiaro2003-figure-4", run).boxes
             last = int(np.flatnonzero(np.isfinite(truth).all(axis=1))[-1])
             tracks.append(Track(datasets.load(name)[last], name, run.boxes, truth))
@@ -207,44 +135,6 @@ def times(context: Context) -> Figure | None:
     labels = [name for name in (PERSON, CAR) if name in set(times["sequence"])]
     title = "Fig. 5, as written: time per frame, 100 samples, one thread, compiled"
     return series_plot(series, title, "CPU time [ms]", labels)
-
-
-def _appearances(stored: StoredRuns, *, update: bool) -> Figure | None:
-    """Fig. 7."""
-    label = "with update" if update else "without update"
-    runs = by_update(stored, "figure-6", STUDENTS)[label]
-    if not runs:
-        return None
-    truth = stored.truth("nummiaro2003-figure-6", runs[0])
-    parameters = runs[0].identity.parameters
-    visible = np.where(np.isfinite(truth.boxes).all(axis=1), truth.visibility, 0.0)
-    return appearance_plot(
-        over_frames({"": runs}, "positive_appearances", "mode"),
-        f"Fig. 7, as written, {STUDENTS}, {label}: samples that fulfil the appearance condition",
-        parameters["kick_off"] * parameters["particles"],
-        {"hidden by half": visible < HIDDEN, "hidden or gone": visible < GONE},
-    )
-
-
-def _half_width(stored: StoredRuns) -> Figure | None:
-    """Fig. 9."""
-    found = _half_widths(stored, "figure-8", TRAFFIC)
-    if found is None:
-        return None
-    title = f"Fig. 9, as written, {TRAFFIC}: the half axis Hx of the mean state"
-    return series_plot(found[0], title, "Hx [px]", list(UPDATE), found[1])
-
-
-def _half_widths(
-    stored: StoredRuns, figure: str, sequence: str, **parameters: object
-) -> tuple[pd.DataFrame, NDArray[np.float64]] | None:
-    """Hx of the mean state over frames, and of the truth; None without runs."""
-    runs = by_update(stored, figure, sequence, **parameters)
-    every = [run for repetitions in runs.values() for run in repetitions]
-    if not every:
-        return None
-    truth = stored.truth(f"nummiaro2003-{figure}", every[0]).boxes[:, 2] / 2
-    return over_frames(runs, "half_width").rename(columns={"half_width": "value"}), truth
 
 
 def _ellipses(rows: pd.DataFrame) -> NDArray[np.float64]:

@@ -1,13 +1,13 @@
 """What the tracker's particles do on scenes: the claims on the mean state, doors, and own models.
 
 A function measures one thing on a scene, for the presets `as-written` and `recommended`, in fewer
-frames and repetitions where it is to be quick; it gives tables by name, as `appearance` does. Runs
+frames and repetitions where it is to be quick; it gives tables by name, as `scenes` does. Runs
 are not kept.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Any, TypeAlias, cast
+from itertools import product
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pandas as pd
@@ -18,7 +18,7 @@ import trackers
 from bench.evaluation.record import Run
 from bench.experiments.contestant import run_seed
 from bench.metrics.centre_error import centre_inside
-from bench.papers.nummiaro2003.ellipses import (
+from bench.papers.nummiaro2003.models import (
     Array,
     Model,
     clear_frames,
@@ -27,6 +27,7 @@ from bench.papers.nummiaro2003.ellipses import (
     first_model,
     grid,
 )
+from bench.papers.scenes import Tables
 from bench.papers.scenes import short_runs
 from datasets import Sequence, SequenceError
 from datasets.synthetic.nummiaro2003 import entries
@@ -37,8 +38,6 @@ from trackers.histograms.counting import ellipse_histograms
 from trackers.nummiaro2003 import Nummiaro2003
 
 __all__ = ["begun_empty", "entered", "entrance", "kick_offs", "maximum", "nearer", "own_models"]
-
-Tables: TypeAlias = Mapping[str, pd.DataFrame]
 
 NAME = "nummiaro2003"
 PRESETS = ("as-written", "recommended")
@@ -126,13 +125,12 @@ def own_models(sequence: Sequence, quick: bool) -> Tables:
     first = sequence.first_frame
     image, box = sequence[first], sequence.boxes[first]
     begun = []
-    for preset in PRESETS:
-        for repetition in range(1 if quick else 2):
-            tracker = _tracker(sequence, repetition, preset=preset, models="per-particle")
-            if first > 0:
-                tracker.watch(sequence[first - 1])
-            tracker.init(image, box)
-            begun.append(({"preset": preset, "repetition": repetition}, tracker))
+    for preset, repetition in product(PRESETS, range(1 if quick else 2)):
+        tracker = _tracker(sequence, repetition, preset=preset, models="per-particle")
+        if first > 0:
+            tracker.watch(sequence[first - 1])
+        tracker.init(image, box)
+        begun.append(({"preset": preset, "repetition": repetition}, tracker))
     original = begun[0][1].histogram_of(image, box)
     rows = []
     for frame in range(first + 1, first + 61 if quick else len(sequence)):
@@ -161,20 +159,12 @@ def entered(
 ) -> dict[str, float]:
     """What became of a run that waits for the target.
 
-    Parameters
-    ----------
-    tracking, inside : ndarray of bool, shape (n,)
-        In which frames it tracks, and the centre is inside; both false in the first.
-    visibility : ndarray of float64, shape (n,)
-        Of the target, 0 while it is absent; above .8 in some frame.
-
-    Returns
-    -------
-    dict of str to float
-        `false_start_rate` (switches to tracking before there is anything of the target, in a
-        hundred frames), `no_false_start`, `kept` (tracks with the centre inside ten frames after
-        the target is visible), `started` (likewise, or in some frame before then, where it began
-        to track with the target in view).
+    Of flags by frame: in which it tracks, and has the centre inside, both false in the first; and
+    of the target's visible fraction, 0 while it is absent, above .8 in some frame.
+    `false_start_rate`: switches to tracking before there is anything of the target, in a hundred
+    frames; `no_false_start`; `kept`: tracks with the centre inside ten frames after the target is
+    visible; `started`: likewise, or in some frame before then, where it began to track with the
+    target in view.
     """
     empty = int(np.flatnonzero(visibility > 0)[0])
     visible = int(np.flatnonzero(visibility > VISIBLE)[0])
@@ -193,19 +183,7 @@ def entered(
 
 
 def nearer(models: Array, original: Array, image: Image, around: Array) -> float:
-    """Share of the models whose coefficient with some ellipse exceeds that with the original.
-
-    Parameters
-    ----------
-    models : ndarray of float64, shape (n, bins)
-        Normalised histograms.
-    original : ndarray of float64, shape (bins,)
-        The first of them.
-    image : ndarray of uint8, shape (height, width, 3)
-        BGR.
-    around : ndarray of float64, shape (k, 4)
-        The ellipses.
-    """
+    """Share of the models (n, bins) whose ρ with some ellipse exceeds that with the original."""
     colours = JointBins()
     every = np.arange(colours.n_bins)
     found = ellipse_histograms(SharedFrame(image), around, "isotropic", colours, every)
@@ -252,13 +230,12 @@ def _ellipses(run: Run, frame: int, surface: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(drawn, columns=ELLIPSE).assign(kind=kinds)
 
 
-@dataclass
-class _Waiting:
+class _Waiting(NamedTuple):
     """A tracker that waits, and what it says from the second frame on."""
 
     labels: Mapping[str, Any]
     tracker: Nummiaro2003
-    estimates: list[Estimate] = field(default_factory=list)
+    estimates: list[Estimate]
 
 
 def _waited(
@@ -268,14 +245,11 @@ def _waited(
     known = _known(sequence)
     box, view, image = sequence.boxes[known], sequence[known], sequence[0]
     waited = []
-    for preset in PRESETS:
-        for kick_off in fractions:
-            for repetition in range(repetitions):
-                tracker = _tracker(sequence, repetition, preset=preset, kick_off=kick_off)
-                histogram = tracker.histogram_of(view, box)
-                tracker.init_by_histogram(image, histogram, box[2:] / 2, regions)
-                labels = {"preset": preset, "kick_off": kick_off, "repetition": repetition}
-                waited.append(_Waiting(labels, tracker))
+    for preset, kick_off, repetition in product(PRESETS, fractions, range(repetitions)):
+        tracker = _tracker(sequence, repetition, preset=preset, kick_off=kick_off)
+        tracker.init_by_histogram(image, tracker.histogram_of(view, box), box[2:] / 2, regions)
+        labels = {"preset": preset, "kick_off": kick_off, "repetition": repetition}
+        waited.append(_Waiting(labels, tracker, []))
     for frame in range(1, min(_visible_from(sequence) + WATCHED, len(sequence))):
         frame_shown = SharedFrame(sequence[frame], len(waited))
         for one in waited:

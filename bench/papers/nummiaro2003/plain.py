@@ -25,27 +25,10 @@ WHOLE = 65536  # weights of pixels are whole numbers of this part of the largest
 class PlainFilter:
     """RGB histograms, constant velocity and scale change, and the density in equation 11.
 
-    Parameters
-    ----------
-    seed : numpy.random.SeedSequence
-        Of the random numbers.
-    particles : int
-        N.
-    bins : int
-        A channel.
-    sigma : float
-        Deviation of the likelihood of a distance.
-    update_threshold : float
-        The likelihood of the mean state above which the model follows.
-
-    Attributes
-    ----------
-    mean : ndarray of float64, shape (7,)
-        E[S]: x, y, vx, vy, Hx, Hy, a' [pixels and frames].
-    positive : int
-        Samples that fulfil the appearance condition (equation 15).
-    threshold : float
-        Its μ + 2σ, with the model as it is now.
+    `mean` is E[S], shape (7,): x, y, vx, vy, Hx, Hy, a' [pixels and frames]; `positive` the number
+    of samples that fulfil the appearance condition (equation 15), `threshold` its μ + 2σ with the
+    model as it is now, which follows where the likelihood of the mean state is above
+    `update_threshold`.
     """
 
     def __init__(

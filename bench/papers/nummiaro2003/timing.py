@@ -24,17 +24,8 @@ from trackers.base.sharing import SharedFrame
 from trackers.histograms.bins import JointBins
 from trackers.histograms.target_model import Ellipses, Likelihood, TargetModel
 
-__all__ = [
-    "SWEEPS",
-    "clock_rate",
-    "compiled_filter",
-    "cost_slopes",
-    "cost_times",
-    "plain_filter",
-    "side_by_side",
-    "tables",
-    "weighting_times",
-]
+__all__ = ["SWEEPS", "clock_rate", "compiled_filter", "cost_slopes", "cost_times"]
+__all__ += ["plain_filter", "side_by_side", "tables", "weighting_times"]
 
 TIMED = "nummiaro2003-figure-5"
 SEQUENCES = ("nummiaro2003/person", "nummiaro2003/car")
@@ -136,20 +127,9 @@ def side_by_side(name: str, filters: Mapping[str, Any], frames: int) -> pd.DataF
 def cost_times(name: str, make: Callable[[int, int], Any], blocks: int) -> pd.DataFrame:
     """Times of updates on the first image of a sequence, for all settings in turn.
 
-    Parameters
-    ----------
-    name : str
-        Sequence.
-    make : callable
-        Makes a filter for a number of samples and of bins a channel.
-    blocks : int
-        How many medians are given of each setting.
-
-    Returns
-    -------
-    DataFrame
-        Medians of some rounds: `factor` (samples, area, bins), `value` (their number; pixels²;
-        the number of bins in all), `seconds`.
+    `make` gives a filter for a number of samples and of bins a channel. A row a block of some
+    rounds: `factor` (samples, area, bins), `value` (their number; pixels²; the number of bins in
+    all), `seconds` (the median).
     """
     (image, *_), box = beginning(name, 0)
     values, updates = {}, {}
@@ -173,13 +153,9 @@ def cost_times(name: str, make: Callable[[int, int], Any], blocks: int) -> pd.Da
 
 
 def cost_slopes(costs: pd.DataFrame) -> pd.DataFrame:
-    """Lines through the times of `cost_times`.
+    """Lines through the times of `cost_times`, a row a factor: `factor`, and what `slope` gives.
 
-    Returns
-    -------
-    DataFrame
-        A row a factor: `factor`, `slope`, `lower_limit` and `upper_limit` of its 95 % interval
-        [seconds a sample, a pixel² and a bin], `r_squared`.
+    In seconds a sample, a pixel² and a bin.
     """
     return pd.DataFrame(
         {"factor": factor} | slope(times["value"], times["seconds"])
@@ -188,19 +164,9 @@ def cost_slopes(costs: pd.DataFrame) -> pd.DataFrame:
 
 
 def weighting_times(names: Sequence[str], frames: int) -> pd.DataFrame:
-    """Observing and weighting the samples of an update once more, right after it.
+    """Updates, and observing and weighting their samples once more, on a sequence's first frames.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Sequences.
-    frames : int
-        How many of each, from the first.
-
-    Returns
-    -------
-    DataFrame
-        A row a frame: `sequence`, `implementation`, `update` and `weighting` [seconds].
+    A row a frame: `sequence`, `implementation`, `update` and `weighting` [seconds].
     """
     pieces = []
     for name in names:

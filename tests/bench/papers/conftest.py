@@ -29,7 +29,7 @@ from bench.papers import Effort
 from bench.papers.runs import labels_of
 from datasets.text_form import parse_text
 
-SCENES, REPETITIONS, FRAMES = 8, 2, 100
+SCENES, FRAMES = 8, 100
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ def tests_of(claims):
             yield claim.test
 
 
-def made_up_runs(paper, measures=()):
+def made_up_runs(paper, measures=(), repetitions=2):
     """Runs of all scored experiments, as `tidy_runs` has them; `measures` are those of Python."""
     description, rows = paper.description, []
     counts = {"success_frames", "frames_inside", "first_loss"}
@@ -70,7 +70,7 @@ def made_up_runs(paper, measures=()):
             if int(parse_text(source.text)[1].get("scene", 0)) >= SCENES:
                 continue
             for text, repetition, trace in product(
-                experiment.trackers, range(REPETITIONS), description.traces or ("online",)
+                experiment.trackers, range(repetitions), description.traces or ("online",)
             ):
                 labels = labels_of(text, source.text, description.apart)
                 place = labels["settled"], labels["sequence"], trace
@@ -116,8 +116,9 @@ def made_up_tables(paper):
             metrics.setdefault(line.table, set()).add(line.of)
             for column in line.each:
                 asked(line.table, column)
-            for column, values in line.where.items():
-                asked(line.table, column, values)
+            for one in (line, *entry.columns):
+                for column, values in one.where.items():
+                    asked(line.table, column, values)
         if entry.table != SCORES:
             metrics.setdefault(entry.table, set()).update(one.of for one in entry.columns)
             for column in entry.rows:
@@ -168,4 +169,8 @@ def told(report):
             lines += ["", f"{table.name}: {table.caption}", " | ".join(table.heads)]
             lines += [" | ".join(cell.text for cell in row) for row in table.rows]
             lines += [f"- {note}" for note in table.notes]
+    for row in report.rows:
+        known = (f"{value:.4g}" for value in [row["measured"], *(row["interval"] or ())] if value)
+        lines.append(f"{row['table']}: {row['label']}, {row['column']}: {row['published']} | ")
+        lines[-1] += ", ".join(known)
     return "\n".join(lines) + "\n"

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench.papers.moreno2005 import example_tables
+from bench.papers.moreno2005 import example
 from bench.papers.moreno2005.example import (
     COLOURS,
     FILTERS,
@@ -14,22 +14,22 @@ from bench.papers.moreno2005.example import (
     POSITIONS,
     SETTINGS,
     Setting,
+    best_pairs,
     chain,
     course,
-    estimates,
-)
-from bench.papers.moreno2005.example_tables import (
-    DEPENDENCES,
-    STATES,
-    best_pairs,
     differences,
-    distance,
-    factorisation,
-    joint,
+    estimates,
     measure,
     trends,
 )
 from bench.papers.moreno2005.figures import GRIDS, iteration
+from bench.papers.moreno2005.measures import (
+    DEPENDENCES,
+    STATES,
+    distance,
+    factorisation,
+    joint,
+)
 from trackers.contours.chain import Hypotheses
 
 
@@ -98,10 +98,10 @@ def test_dependent_filters_have_the_posterior_of_a_grid():
 
 @pytest.mark.slow
 def test_all_is_measured_and_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(example_tables, "SETTINGS", {name: SETTINGS[name] for name in ("B", "G")})
-    monkeypatch.setattr(example_tables, "QUICK_NUMBERS", (10, 500))
-    monkeypatch.setattr(example_tables, "QUICK_REPETITIONS", 3)
-    monkeypatch.setattr(example_tables, "QUICK_ASSOCIATIONS", 2)
+    monkeypatch.setattr(example, "SETTINGS", {name: SETTINGS[name] for name in ("B", "G")})
+    monkeypatch.setattr(example, "QUICK_NUMBERS", (10, 500))
+    monkeypatch.setattr(example, "QUICK_REPETITIONS", 3)
+    monkeypatch.setattr(example, "QUICK_ASSOCIATIONS", 2)
     found = measure(tmp_path, 1, quick=True)
     errors = found["one-dimensional-errors"]
     assert len(errors) == 2 * 2 * 3 * 4
@@ -184,7 +184,7 @@ def test_trends_compare_few_samples_with_many():
 def test_dependence_gains_with_tuned_weights_and_nothing_gains_on_accurate_observations():
     found = {}
     for name in ("A", "G"):
-        rows = pd.DataFrame(example_tables._error_rows(name, 100, 20))
+        rows = pd.DataFrame(example._error_rows(name, 100, 20))
         found[name] = rows.groupby("filter")["error"].mean()
     tuned, accurate = found["G"], found["A"]
     assert tuned["dependent"] + 0.02 < tuned["independent"] < tuned["observation"]
@@ -205,7 +205,7 @@ def test_the_best_pairs_are_those_of_the_best_tenth():
 
 
 def test_association_by_weight_brings_better_colours_together():
-    rows = pd.DataFrame(example_tables._association_rows("G", 1))
+    rows = pd.DataFrame(example._association_rows("G", 1))
     by_weight, uniform = (
         rows.set_index("association").loc[["by-weight", "uniform"]].to_dict("records")
     )

@@ -9,7 +9,7 @@ import pytest
 import bench
 from bench.experiments.contestant import contestant
 from bench.experiments.experiment import Experiment, SequenceSource, read_experiment
-from bench.papers.description import read_description
+from bench.papers import Effort, load_paper
 from bench.papers.measures import Course, measured
 from bench.papers.moreno2005.measures import (
     JUMP,
@@ -25,7 +25,7 @@ from bench.papers.runs import tidy_runs
 from bench.store.results import Results
 
 N = 40
-PAPER = read_description("moreno2005")
+PAPER = load_paper("moreno2005")
 
 
 def course(jumps=(), patched=(), **dips):
@@ -40,12 +40,12 @@ def course(jumps=(), patched=(), **dips):
     }
     run = SimpleNamespace(segmentation=SimpleNamespace(region_similarity=values), details={})
     truth = SimpleNamespace(attributes=attributes, boxes=np.zeros((N, 4)))
-    return Course(run, truth, "moreno2005/ellipse", PAPER.tolerance)
+    return Course(run, truth, "moreno2005/ellipse", PAPER.description.tolerance)
 
 
 def found(**what):
     seen = course(**what)
-    return measured(seen, PAPER, SERIES) | of_run(seen)
+    return measured(seen, PAPER.description, SERIES) | of_run(seen)
 
 
 def test_a_run_without_a_dip_is_tracked_and_nothing_arose():
@@ -100,7 +100,7 @@ def test_runs_are_rows_with_what_their_masks_show_and_failed_ones_have_no_measur
     results.remove([str(file.relative_to(folder))])
     results.write(bench.Run(**{**vars(run), "failure": "frame 3: it broke"}))
     results.prepare(results.asked())
-    runs = tidy_runs(folder, None, PAPER, SERIES, of_run).set_index("tracker")
+    runs = tidy_runs(folder, None, PAPER.description, SERIES, of_run).set_index("tracker")
     ours = runs.loc["moreno2005"]
     similarity = results.read(folder / ours["path"]).segmentation.region_similarity
     assert ours["mean_region_similarity"] == np.nanmean(similarity[1:])
@@ -159,3 +159,32 @@ def test_each_preset_runs_with_the_deviations_of_the_other_and_stands_among_its_
     table = deviations(runs.assign(settled="own"))
     assert table["deviations"].tolist() == ["learnt", "by hand", "by hand", "learnt"]
     assert table["text"].tolist() == ["moreno2005:preset=as-written", "moreno2005"] * 2
+
+
+def test_efforts_are_part_of_one_another_and_claims_have_their_experiments():
+    def names(**effort):
+        return [one.name.removeprefix("moreno2005-") for one in PAPER.experiments(Effort(**effort))]
+
+    quick = ["figure-7", "light", "figure-8", "figure-9", "figure-10", "time"]
+    assert names(quick=True) == quick
+    default, whole = names(), names(everything=True)
+    assert set(quick) < set(default) < set(whole)
+    for claim in PAPER.claims.values():
+        needed = {one.removeprefix("moreno2005-") for one in claim.experiment}
+        assert needed <= set(whole if claim.effort == "all" else default), claim.id
+    (light,) = (e for e in PAPER.experiments(Effort(quick=True)) if e.name.endswith("-light"))
+    assert [source.text for source in light.sequences] == [
+        "moreno2005/ellipse:light=jump:scene=0",
+        "moreno2005/ellipse:light=repeated:scene=0",
+    ]
+
+
+def test_every_variant_of_the_ledger_is_run():
+    told = {
+        contestant(text).label
+        for experiment in PAPER.experiments(Effort(everything=True))
+        for text in experiment.trackers
+    }
+    for variant in filter(None, PAPER.claims["MO-7"].readings.columns["variant"]):
+        texts = [f"moreno2005:preset={one}:{variant}" for one in ("as-written", "recommended")]
+        assert {contestant(text).label for text in texts} & told, variant

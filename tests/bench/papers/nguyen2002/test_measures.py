@@ -1,6 +1,8 @@
-"""Success, occlusions detected and losses of runs with known boxes; sets of them."""
+"""Success, occlusions detected and losses of runs with known boxes; sets of them; their times."""
 
 from itertools import product
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -8,7 +10,20 @@ import pytest
 
 from bench.claims.sides import run_key
 from bench.experiments.contestant import contestant
-from bench.papers.nguyen2002.measures import CLIPS, course_of, failures_by_margin, set_table
+from bench.papers import Effort, load_paper
+from bench.papers.measures import Course
+from bench.papers.nguyen2002 import timing
+from bench.papers.nguyen2002.measures import CLIPS, failures_by_margin, of_run, set_table
+from datasets.text_form import parse_text
+
+PAPER = load_paper("nguyen2002")
+
+
+def course_of(run, truth, trace, loss):
+    """What is known of a run whose boxes are off the target for long from a frame on."""
+    return of_run(
+        Course(run, truth, "made", PAPER.description.tolerance, trace, {"first_loss": loss})
+    )
 
 
 def courses(run, truth, loss=120):
@@ -198,3 +213,44 @@ def test_failures_go_with_what_the_invariants_lose_of_the_margin_set_by_set():
     none = failures_by_margin(margins, scores(fares, ALL[:6], ["rgb"]))
     assert none.empty
     assert list(none) == list(found)
+
+
+@pytest.mark.parametrize(
+    ("disturbed", "milliseconds"), [((0, 0), 3.0), ((0, 1), 2.0), ((1, 1), 3.0)]
+)
+def test_times_are_of_runs_that_no_load_disturbed_where_there_are_any(
+    made_run, monkeypatch, disturbed, milliseconds
+):
+    """One occlusion, at whose end a frame takes ten times as long; the second run is slower."""
+    details, frames = made_run((31, 50, 66)).details, []
+    for slower, load in zip((1.0, 2.0), disturbed, strict=True):
+        seconds = np.full(120, 2e-3 * slower)
+        seconds[66], seconds[31:66] = 20e-3 * slower, 1e-3 * slower
+        rows = {"seconds": seconds, "revision": details["revision"], "disturbed": load}
+        frames.append(pd.DataFrame(rows | {"occluded": details["occluded"]})[1:])
+    told = pd.concat(frames).assign(tracker="nguyen2002:preset=as-written:features=rgb")
+    asked = []
+    monkeypatch.setattr(
+        timing, "frame_times", lambda *_, disturbed: asked.append(disturbed) or told
+    )
+    context = SimpleNamespace(results=Path("r"), asked={timing.EXPERIMENT: set()})
+    (row,) = timing.tables(context)["ng-10"].to_dict("records")
+    assert asked == [True]
+    assert (row["preset"], row["features"]) == ("as-written", "rgb")
+    assert row["disturbed"] == min(disturbed)
+    kept = told.loc[told["disturbed"] == min(disturbed), "seconds"]
+    assert row["milliseconds"] == pytest.approx(1e3 * kept.mean())
+    assert row["usual"] == pytest.approx(milliseconds)
+    assert row["burst"] == pytest.approx(10 * milliseconds)
+    assert row["burst_in_usual"] == pytest.approx(10)
+    monkeypatch.setattr(timing, "frame_times", lambda *_, disturbed: told[:0])
+    assert timing.tables(context) == {}
+
+
+def test_quick_looks_take_whole_sets():
+    quick = {one.name: one for one in PAPER.experiments(Effort(quick=True))}
+    names = ("figure-1", "coloured-lamps", "table-1", "time")
+    assert list(quick) == [f"nguyen2002-{name}" for name in names]
+    assert [len(one.sequences) for one in quick.values()] == [2, 1, 40, 1]
+    clips = {parse_text(one.text)[0] for one in quick["nguyen2002-table-1"].sequences}
+    assert clips == set(ALL)

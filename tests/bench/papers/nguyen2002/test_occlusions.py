@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from bench.papers.nguyen2002 import occlusions
-from bench.papers.nguyen2002.follower import FEATURES
-from bench.papers.nguyen2002.made_up import Patch, pale
+from bench.papers.nguyen2002.follower import FEATURES, Patch, pale
 from datasets import Sequence
 from tests.bench.papers.nguyen2002.painted import HEIGHT, WIDTH, frame, occluded, sequence
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from bench.papers.nguyen2002 import templates
-from bench.papers.nguyen2002.follower import FEATURES, Follower
-from bench.papers.nguyen2002.made_up import pale
+from bench.papers.nguyen2002.follower import FEATURES, Follower, pale
 from datasets import Sequence
 from tests.bench.papers.nguyen2002.painted import DISC, HEIGHT, WIDTH, sequence
 

@@ -1,7 +1,5 @@
 """Figures from stored runs on short scenes: that they show these, and only what was asked for."""
 
-from types import SimpleNamespace
-
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -11,8 +9,10 @@ import datasets
 from bench.evaluation.loop import run_in_lock_step
 from bench.experiments.contestant import contestant
 from bench.experiments.experiment import read_experiment
+from bench.papers import Effort, load_paper
+from bench.papers.figures import draw_figure
 from bench.papers.nummiaro2003 import figures
-from bench.papers.nummiaro2003.figures import READINGS, by_update, scale_grid
+from bench.papers.context import Context
 from bench.papers.runs import StoredRuns
 from bench.store.asked import Asked
 from bench.store.results import Results
@@ -24,7 +24,12 @@ NAME = datasets.load("plain/target:length=60:occlusion=1:absence=12").name
 SCENES = "plain/target:length=20"
 WRITTEN = "nummiaro2003:preset=as-written"
 WITHOUT = f"{WRITTEN}:model_update=false"
-A_READING = format_text(WRITTEN, READINGS["together, factors, σ 0.05"])
+PAPER = load_paper("nummiaro2003")
+READING = "together, factors, σ 0.05"
+A_READING = format_text(
+    f"{WRITTEN}:update_reading=coefficient",
+    PAPER.description.figure["figure-9-readings"].panels[READING],
+)
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +59,6 @@ def stored(tmp_path_factory):
 def short_scenes(monkeypatch):
     for key in ("PERSON", "CAR", "STUDENTS"):
         monkeypatch.setattr(figures, key, NAME)
-    monkeypatch.setattr(figures, "TRAFFIC", SCENES)
     monkeypatch.setattr(figures, "begun_empty", datasets.load)
     yield
     plt.close("all")
@@ -92,62 +96,63 @@ def measured():
     return {**tables, "entrance_regions": pd.concat([regions.assign(name=NAME), elsewhere])}
 
 
+def known(stored=None, tables=None):
+    """What hooks are told, with these runs and tables."""
+    context = Context(PAPER.description, PAPER.claims, None, None, Effort(), {}, pd.DataFrame())
+    context.tables.update(tables or {})
+    vars(context)["stored"] = stored
+    return context
+
+
 def test_figures_without_runs_are_left_out(tmp_path):
-    context = SimpleNamespace(
-        stored=StoredRuns(tmp_path, {}), tables={"run_times": pd.DataFrame({"sequence": []})}
-    )
+    context = known(StoredRuns(tmp_path, {}), {"run_times": pd.DataFrame({"sequence": []})})
     for hook in ("surface", "entrance", "trajectories", "times"):
         assert getattr(figures, hook)(context) is None
-    for hook in ("half_axes", "appearances"):
-        assert set(getattr(figures, hook)(context).values()) == {None}
+    assert set(figures.appearances(context).values()) == {None}
+    for entry in PAPER.description.figure.values():
+        assert entry.hook or draw_figure(entry, context) is None
 
 
-def test_runs_are_told_apart_by_sequence_and_parameters_in_order_of_repetitions(stored):
-    runs = by_update(stored, "figure-8", f"{SCENES}:scene=2")
-    assert list(runs) == ["without update", "with update"]
-    for label, found in runs.items():
-        assert [run.identity.repetition for run in found] == [0, 1]
-        assert {run.identity.sequence for run in found} == {f"{SCENES}:scene=2"}
-        updates = {run.identity.parameters["model_update"] for run in found}
-        assert updates == {label == "with update"}
-    assert not any(by_update(stored, "figure-8", SCENES, sigma=0.2).values())
-    assert not any(by_update(stored, "figure-99", SCENES).values())
-
-
-def test_the_half_axis_is_that_of_the_runs_and_of_the_truth(stored):
-    (axes,) = figures.half_axes(SimpleNamespace(stored=stored))["figure-9"].axes
+def test_half_axes_over_frames_are_those_of_the_runs_and_of_the_truth(stored):
+    entry = PAPER.description.figure["figure-9"].model_copy(update={"sequences": (SCENES,)})
+    (axes,) = draw_figure(entry, known(stored)).axes
     truth, *lines = axes.lines
     np.testing.assert_allclose(truth.get_ydata(), datasets.load(SCENES).boxes[:, 2] / 2)
-    for line, runs in zip(lines, by_update(stored, "figure-8", SCENES).values(), strict=True):
+    for line, text in zip(lines, (WITHOUT, WRITTEN), strict=True):
+        runs = stored.of("nummiaro2003-figure-8", SCENES, text)
+        assert [run.identity.repetition for run in runs] == [0, 1]
         widths = np.median([run.boxes[1:, 2] / 2 for run in runs], axis=0)
-        assert line.get_xdata().tolist() == list(range(1, 20))
-        np.testing.assert_allclose(line.get_ydata(), widths)
+        np.testing.assert_allclose(line.get_ydata()[1:], widths)
 
 
-def test_small_multiples_are_of_the_readings_that_were_run(stored):
-    (axes,) = scale_grid(stored, "figure-9", READINGS, (8, 9), "a title").axes
-    assert axes.get_title() == "scene 9"
-    assert axes.get_ylabel() == "together, factors, σ 0.05\nHx [px]"
-    parameters = READINGS["together, factors, σ 0.05"]
-    runs = by_update(stored, "figure-9", f"{SCENES}:scene=9", **parameters)["with update"]
-    half_widths = runs[0].details["half_width"]
-    np.testing.assert_allclose(axes.lines[-1].get_ydata(), half_widths[1:])
-    plot = scale_grid(stored, "figure-8", {"as written": {}}, (0, 1, 2), "a title")
-    assert [axes.get_title() for axes in plot.axes] == ["scene 0", "scene 2"]
+def test_small_multiples_are_of_the_scenes_and_the_readings_that_were_run(stored):
+    def drawn(name, scenes):
+        told = {"sequences": (SCENES,), "scenes": scenes}
+        entry = PAPER.description.figure[name].model_copy(update=told)
+        return draw_figure(entry, known(stored)).axes
+
+    (axes,) = drawn("figure-9-readings", (8, 9))
+    assert (axes.get_title(), axes.get_ylabel()) == ("scene 9", f"{READING}\nHx [px]")
+    (run,) = stored.of("nummiaro2003-figure-9", f"{SCENES}:scene=9", A_READING)
+    np.testing.assert_allclose(axes.lines[-1].get_ydata()[1:], run.details["half_width"][1:])
+    assert [one.get_title() for one in drawn("figure-9-scenes", (0, 1, 2))] == [
+        "scene 0",
+        "scene 2",
+    ]
 
 
 def test_the_readings_are_those_that_the_experiment_runs():
     run = {contestant(text).label for text in read_experiment("nummiaro2003-figure-9").trackers}
-    for parameters in READINGS.values():
-        for update in ({}, {"model_update": False}):
-            wanted = {"preset": "as-written", **parameters, **update}
-            assert contestant(format_text("nummiaro2003", wanted)).label in run
+    entry = PAPER.description.figure["figure-9-readings"]
+    for further in entry.panels.values():
+        for tracker in entry.trackers:
+            assert known().text_of(tracker, SCENES, further) in run
 
 
 def test_appearances_have_the_threshold_and_the_shades_of_their_runs(stored):
-    plots = figures.appearances(SimpleNamespace(stored=stored))
+    plots = figures.appearances(known(stored))
     upper, lower = plots["figure-7"].axes
-    runs = by_update(stored, "figure-6", NAME)["with update"]
+    runs = stored.of("nummiaro2003-figure-6", NAME, WRITTEN)
     counts = np.median([run.details["positive_appearances"][1:] for run in runs], axis=0)
     np.testing.assert_allclose(upper.lines[0].get_ydata(), counts)
     assert set(upper.lines[1].get_ydata()) == {10.0}
@@ -164,7 +169,7 @@ def test_appearances_have_the_threshold_and_the_shades_of_their_runs(stored):
 
 
 def test_the_entrance_shows_samples_that_wait_and_the_first_that_track(measured):
-    waiting, tracking = figures.entrance(SimpleNamespace(tables=measured)).axes
+    waiting, tracking = figures.entrance(known(tables=measured)).axes
     assert waiting.get_title() == "frame 4: samples wait"
     assert tracking.get_title() == "frame 8: tracking"
     offsets = [axes.collections[0].get_offsets()[:, 0].tolist() for axes in (waiting, tracking)]
@@ -173,12 +178,12 @@ def test_the_entrance_shows_samples_that_wait_and_the_first_that_track(measured)
     assert (len(waiting.lines), len(tracking.lines)) == (1, 0)
     particles = measured["entrance_particles"]
     never = measured | {"entrance_particles": particles[particles["tracking"] == 0]}
-    axes = figures.entrance(SimpleNamespace(tables=never)).axes[1]
+    axes = figures.entrance(known(tables=never)).axes[1]
     assert axes.get_title() == "frame 6: not found yet"
 
 
 def test_the_surface_is_that_of_the_first_scene_as_written(measured):
     measured["surface"].loc[measured["surface"]["preset"] == "recommended", "coefficient"] = 7.0
-    left, right = figures.surface(SimpleNamespace(tables=measured)).axes
+    left, right = figures.surface(known(tables=measured)).axes
     assert len(left.collections[0].get_offsets()) == 4
     assert right.get_zlim()[1] < 1

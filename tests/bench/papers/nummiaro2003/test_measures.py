@@ -1,4 +1,4 @@
-"""What happened in a run, from boxes and details whose story is known; and what serves whom."""
+"""What happened in a run whose story is known, and the claims whose tests are the paper's own."""
 
 from types import SimpleNamespace
 
@@ -6,8 +6,19 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench.papers.nummiaro2003.courses import NAMES, Hiding, hidings, of_run
-from bench.papers.nummiaro2003.measures import scores, tables
+from bench.claims.conclusion import conclude
+from bench.claims.evaluation import judge
+from bench.claims.ledger import read_claims
+from bench.claims.sides import run_key
+from bench.papers.nummiaro2003.measures import (
+    CHECKS,
+    NAMES,
+    Hiding,
+    hidings,
+    of_run,
+    scores,
+    tables,
+)
 
 N, COMES, LEAVES = 240, 20, 230
 TREE = slice(100, 116)
@@ -229,3 +240,70 @@ def test_the_model_forgets_exponentially_and_entrances_are_counted_once():
     made = tables(SimpleNamespace(tables={"entrance": entrance, "kick_off": both}))
     assert made["forgetting"]["difference"].max() < 1e-9
     assert made["entrances"].groupby("kick_off").size().to_dict() == {0.1: 4, 0.4: 4}
+
+
+CLAIMS = read_claims("nummiaro2003")
+WOBBLE = np.arange(10) / 1000
+
+
+def runs_of(options="", sequence="nummiaro2003/traffic", **columns):
+    """Runs as written, with other options, in ten scenes."""
+    text = f"nummiaro2003:preset=as-written{options}"
+    usual = {
+        "tracker": "nummiaro2003",
+        "settled": run_key(text),
+        "light": "even",
+        "sequence": sequence,
+        "kept_scene": True,
+        "repetition": 0,
+        "frames": 100,
+        "failure": "",
+    }
+    return pd.DataFrame({"scene": range(10), **usual, **columns})
+
+
+def concluded(name, *scores, **tables):
+    found = judge(CLAIMS[name], pd.concat(scores or [runs_of()]), tables, CHECKS)
+    return conclude(CLAIMS[name], found)
+
+
+def updates(good, other, options="", others=50, **columns):
+    counts = {"good_frames": 100, "other_frames": others, "waiting_frames": 50}
+    return runs_of(options, good_updates=good, other_updates=other, **counts, **columns)
+
+
+@pytest.mark.parametrize(
+    ("good", "other", "verdict"),
+    [(50, 1, "holds"), (50, 30, "does-not-hold"), (4, 0, "does-not-hold")],
+)
+def test_an_update_has_its_place_in_good_frames(good, other, verdict):
+    found = concluded("NU-9", updates(good, other))
+    assert found.verdict == verdict
+    assert f"{other:.1f} % of the others with the 500 in" in found.reason
+    assert concluded("NU-9", updates(good, 0, others=0)).verdict == "undecided"
+
+
+def test_each_reading_of_the_condition_is_judged():
+    found = concluded(
+        "NU-9",
+        updates(50, 0),
+        updates(0, 0, ":update_reading=printed"),
+        updates(100, 50, ":update_reading=coefficient"),
+        updates(0, 0, ":model_update=false"),
+    )
+    assert (found.verdict, found.readings, found.post_hoc) == ("holds", "1 of 2", "0 of 1")
+
+
+@pytest.mark.parametrize(
+    ("fast", "verdict"), [(0.95, "holds"), (0.5, "does-not-hold"), (np.nan, "undecided")]
+)
+def test_fast_frames_are_set_against_nine_tenths_of_the_others(fast, verdict):
+    frame = runs_of(inside_fast=fast + WOBBLE, inside_otherwise=1.0)
+    assert concluded("NU-23", frame).verdict == verdict
+
+
+def test_time_and_area_rise_together():
+    area = np.linspace(1, 2, 30)
+    for seconds, verdict in ((area**3, "holds"), (-area, "does-not-hold"), (area[:0], "undecided")):
+        table = pd.DataFrame({"area": area[: len(seconds)], "seconds": seconds})
+        assert concluded("NU-14", frame_times=table).verdict == verdict

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 import trackers
-from bench.papers.nummiaro2003 import appearance, mixture
-from bench.papers.nummiaro2003.ellipses import Model, clear_frames, clutter, ellipses_in, grid
+from bench.papers.nummiaro2003 import models, scenes
+from bench.papers.nummiaro2003.models import Model, clear_frames, clutter, ellipses_in, grid
 from datasets import Sequence
 
 BOX = np.array([140.0, 80.0, 40.0, 60.0])
@@ -49,7 +49,7 @@ def test_a_model_is_the_weighted_histogram_of_the_text():
     counts = np.bincount(red * 64 + green * 8 + blue, weights[inside], 512)
     assert Model(image, ELLIPSE).histogram == pytest.approx(counts / counts.sum(), abs=1e-4)
     # The same ellipse, turned by nothing.
-    turned = appearance.turned_histogram(image, ELLIPSE, 0.0)
+    turned = scenes.turned_histogram(image, ELLIPSE, 0.0)
     assert turned == pytest.approx(counts / counts.sum(), abs=1e-9)
 
 
@@ -97,7 +97,7 @@ def test_clear_frames_are_after_the_first_and_show_the_target():
 
 
 def test_a_target_on_ground_of_another_colour_is_above_the_threshold_and_all_ground_below():
-    tables = appearance.background(sequence([ringed()] * 10), quick=False)
+    tables = scenes.background(sequence([ringed()] * 10), quick=False)
     assert tables["appearance"]["above_threshold"].tolist() == [1.0] * 9
     assert (tables["background"]["below_threshold"] == 1.0).all()
 
@@ -108,7 +108,7 @@ def test_ground_of_the_targets_colour_is_a_false_positive_in_frames_that_set_no_
     image[within(twin)] = BLUE
     image[within(twin, 0.6)] = RED
     shown = sequence([ringed(), *[image] * 9])
-    frames = appearance.background(shown, quick=False)["background"].set_index("frame")
+    frames = scenes.background(shown, quick=False)["background"].set_index("frame")
     first, *others = frames["below_threshold"]
     assert first == 1.0
     assert all(0.7 < below < 0.99 for below in others)
@@ -120,7 +120,7 @@ def test_the_threshold_is_two_deviations_above_the_mean_of_an_empty_frame():
     boxes = np.array([[np.nan] * 4, BOX, BOX])
     shown = sequence([half, ringed(), ringed()], boxes, [0.0, 1.0, 1.0])
     model = Model(ringed(), ELLIPSE)
-    frame, threshold = appearance.threshold(shown, model)
+    frame, threshold = scenes.threshold(shown, model)
     assert frame == 0
     blue = float(np.sqrt(model.histogram.max()))  # ρ of one half of the frame; 0 of the other
     assert threshold == pytest.approx(blue / 2 + 2 * blue / 2, rel=0.15)
@@ -135,7 +135,7 @@ def test_a_target_half_hidden_by_the_ground_has_the_root_of_what_is_seen():
     hidden = ringed(RED, RED)
     hidden[:, :160] = GREY
     images = [ringed(RED, RED), hidden, ringed(RED, RED)]
-    tables = appearance.occlusion(sequence(images, visibility=[1.0, 0.5, 0.9]), quick=False)
+    tables = scenes.occlusion(sequence(images, visibility=[1.0, 0.5, 0.9]), quick=False)
     (half,) = tables["occlusion"].to_dict("records")
     assert half["frame"] == 1
     assert half["coefficient"] == pytest.approx(np.sqrt(0.5), abs=0.01)
@@ -144,7 +144,7 @@ def test_a_target_half_hidden_by_the_ground_has_the_root_of_what_is_seen():
 
 
 def test_a_turned_ellipse_of_a_turned_image_looks_the_same_and_an_upright_one_does_not():
-    tables = appearance.turned_and_scaled(sequence([ringed()] * 3), quick=True)
+    tables = scenes.turned_and_scaled(sequence([ringed()] * 3), quick=True)
     whole, upright = tables["transformed"], tables["transformed_upright"]
     assert set(whole["transformation"]) == {"rotation", "scale"}
     shrunk = whole["amount"] < 1  # rims mix: a camera farther away sees that, too
@@ -160,14 +160,14 @@ def test_a_round_target_without_direction_is_the_same_upright():
     round_one = np.array([160.0, 110.0, 25.0, 25.0])
     boxes = np.tile([135.0, 85.0, 50.0, 50.0], (3, 1))
     shown = sequence([ringed(at=round_one)] * 3, boxes)
-    upright = appearance.turned_and_scaled(shown, quick=True)["transformed_upright"]
+    upright = scenes.turned_and_scaled(shown, quick=True)["transformed_upright"]
     assert upright["coefficient"].min() > 0.98
 
 
 def test_the_image_turns_against_the_clock():
     image = blank()
     image[105:115, 175:180] = RED  # to the right of the centre: goes up
-    assert (appearance.turned(image, ELLIPSE, 90)[90:95, 155:165] == RED).all()
+    assert (scenes.turned(image, ELLIPSE, 90)[90:95, 155:165] == RED).all()
 
 
 def test_weights_that_fall_to_the_rim_do_better_where_the_rim_is_hidden():
@@ -175,7 +175,7 @@ def test_weights_that_fall_to_the_rim_do_better_where_the_rim_is_hidden():
     hidden[within(ELLIPSE) & ~within(ELLIPSE, 0.85)] = GREEN
     hidden[:, 230:250] = BLUE  # clutter of the rim's colour
     shown = sequence([ringed(), *[hidden] * 5], visibility=[1.0] + [0.72] * 5)
-    found = appearance.kernels(shown, quick=False)["kernels"]
+    found = scenes.kernels(shown, quick=False)["kernels"]
     margin = found.groupby("kernel")["margin"].mean()
     assert margin["epanechnikov"] > margin["isotropic"] > margin["uniform"]
     assert (found["centre_error"] < 0.15).all()
@@ -183,13 +183,13 @@ def test_weights_that_fall_to_the_rim_do_better_where_the_rim_is_hidden():
 
 def test_the_centre_is_off_by_as_much_as_the_target_is():
     images = [ringed(), ringed(at=ELLIPSE + [10, 0, 0, 0])]
-    found = appearance.kernels(sequence(images), quick=True)["kernels"]
+    found = scenes.kernels(sequence(images), quick=True)["kernels"]
     assert found["centre_error"].to_numpy() == pytest.approx(0.5, abs=0.01)
 
 
 def test_hue_and_saturation_outlast_a_gain_that_moves_every_rgb_bin():
     shown = sequence([ringed((20, 20, 150), (20, 20, 150))] * 3)
-    by_gain = appearance.gains(shown, quick=True)["lighting"].set_index(["colour", "gain"])
+    by_gain = scenes.gains(shown, quick=True)["lighting"].set_index(["colour", "gain"])
     assert by_gain.loc[("rgb", 0.5), "coefficient"] == pytest.approx(0.0)
     assert by_gain.loc[("hsv", 1.25), "coefficient"] == pytest.approx(1.0)
 
@@ -197,7 +197,7 @@ def test_hue_and_saturation_outlast_a_gain_that_moves_every_rgb_bin():
 def test_fine_bins_suffer_from_noise_that_coarse_ones_do_not_see():
     image = ringed((48, 48, 208), (208, 48, 48), ground=(112, 112, 112))
     found, again = (
-        appearance.bins_and_noise(sequence([image] * 3), quick=True)["noise"] for _ in range(2)
+        scenes.bins_and_noise(sequence([image] * 3), quick=True)["noise"] for _ in range(2)
     )
     pd.testing.assert_frame_equal(found, again)
     by_bins = found.set_index(["bins", "noise"])["coefficient"]
@@ -214,7 +214,7 @@ def test_a_histogram_tells_one_of_two_colours_from_both_and_a_mixture_does_not()
         np.clip(means + random.normal(0, 3, means.shape), 0, 255).astype(np.uint8) for _ in "ab"
     )
     alone = later[:600]
-    histogram, blended = mixture.Histogram(target), mixture.Mixture(target)
+    histogram, blended = models.Histogram(target), models.Mixture(target)
     expected = -(1 - np.sqrt(0.6)) / (2 * 0.1**2)
     assert histogram.score(later) == pytest.approx(0.0, abs=0.6)
     assert histogram.score(alone) == pytest.approx(expected, abs=0.6)
@@ -224,15 +224,15 @@ def test_a_histogram_tells_one_of_two_colours_from_both_and_a_mixture_does_not()
 def test_a_mixture_of_gaussian_pixels_has_their_density():
     random = np.random.default_rng(1)
     pixels = np.clip(random.normal(128, 10, (4000, 3)), 0, 255).round().astype(np.uint8)
-    variance = 10**2 + mixture.FLOOR
+    variance = 10**2 + models.FLOOR
     expected = -1.5 * (np.log(2 * np.pi * variance) + 10**2 / variance)
-    assert mixture.Mixture(pixels).score(pixels) == pytest.approx(expected, abs=0.02)
+    assert models.Mixture(pixels).score(pixels) == pytest.approx(expected, abs=0.02)
 
 
 def test_the_separation_of_a_mixture_has_no_unit_and_that_of_a_histogram_is_greater():
     random = np.random.default_rng(2)
     image = np.clip(ringed() + random.normal(0, 3, (220, 320, 3)), 0, 255).astype(np.uint8)
-    found = mixture.one_of_two_colours(sequence([image] * 4), quick=True)["mixture"]
+    found = scenes.one_of_two_colours(sequence([image] * 4), quick=True)["mixture"]
     by_model = found.groupby("model")["separation"].mean()
     assert by_model["histogram"] > 0.1
     assert by_model["mixture"] < 0.05

@@ -1,11 +1,15 @@
-"""Histograms of ellipses as the tracker sees them, and where else in a scene to look."""
+"""What a target looks like: histograms and mixtures of ellipses, and where else to look for it."""
 
 from collections.abc import Iterable, Iterator
+from math import log, pi
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.cluster.vq import kmeans2
+from scipy.special import logsumexp
 
+from bench.papers.scenes import spaced
 from datasets import Sequence
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
@@ -13,42 +17,23 @@ from trackers.histograms.bins import JointBins
 from trackers.histograms.ellipses import Kernel, coefficients
 from trackers.histograms.target_model import Ellipses
 
-__all__ = [
-    "Array",
-    "Model",
-    "clear_frames",
-    "clutter",
-    "ellipses_in",
-    "first_model",
-    "grid",
-    "shown",
-    "spaced",
-]
+__all__ = ["Array", "Histogram", "Mixture", "Model", "clear_frames", "clutter", "ellipses_in"]
+__all__ += ["first_model", "grid", "shown"]
 
 Array: TypeAlias = NDArray[np.float64]
 
 CLEAR = 0.95  # visible fraction from which a target counts as not hidden
 WIDTHS = 3  # of the target, around which clutter lies
 
+SIGMA = 0.1  # of the likelihood
+COMPONENTS, ITERATIONS = 4, 20  # of the mixture, and of its fit
+FLOOR = 4.0  # added to variances: noise and rounding of the camera [grey levels²]
+
 
 class Model:
-    """Histogram of an ellipse, and coefficients of others with it.
+    """Normalised histogram of an ellipse as the tracker has it, and coefficients with it.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-        BGR.
-    ellipse : ndarray of float64, shape (4,)
-        Centre x and y, Hx and Hy [pixels].
-    colours : JointBins
-        How pixels are binned.
-    kernel : {'isotropic', 'epanechnikov', 'uniform'}
-        How they are weighted.
-
-    Attributes
-    ----------
-    histogram : ndarray of float64, shape (bins,)
-        Normalised.
+    An image is BGR, an ellipse its centre x and y, Hx and Hy in pixels; kernels are the tracker's.
     """
 
     def __init__(
@@ -98,20 +83,9 @@ def grid(ellipse: Array, reach: tuple[float, float], step: float) -> Array:
 
 
 def clutter(ellipse: Array, image: Image, steps_a_width: int = 4) -> Array:
-    """Ellipses of the same size within three widths that a score would call a miss.
+    """Ellipses (n, 4) of the true one's size, within three widths, that a score would call a miss.
 
-    Parameters
-    ----------
-    ellipse : ndarray of float64, shape (4,)
-        The true one; centres within its box count as on the target.
-    image : ndarray of uint8, shape (height, width, 3)
-        Centres are inside it.
-    steps_a_width : int
-        Of the grid.
-
-    Returns
-    -------
-    ndarray of float64, shape (n, 4)
+    Their centres are inside the image and outside the true box.
     """
     width = 2 * float(ellipse[2])
     around = grid(ellipse, (WIDTHS * width, WIDTHS * width), width / steps_a_width)
@@ -128,15 +102,6 @@ def clear_frames(sequence: Sequence, most: int, least: float = CLEAR) -> list[in
     return spaced(np.flatnonzero(shows), most)
 
 
-def spaced(frames: NDArray[np.intp], most: int) -> list[int]:
-    """At most so many of the frames, evenly spaced."""
-    if len(frames) == 0:
-        return []
-    places = np.linspace(0, len(frames) - 1, most).round().astype(int)
-    chosen: list[int] = np.unique(frames[places]).tolist()
-    return chosen
-
-
 def shown(sequence: Sequence, frames: Iterable[int]) -> Iterator[tuple[int, Image, Array]]:
     """Frames in order, with their images and true ellipses."""
     for frame in sorted(frames):
@@ -148,3 +113,55 @@ def _at_rest(ellipses: Array) -> Array:
     states = np.zeros((len(ellipses), 7))
     states[:, [0, 1, 4, 5]] = ellipses
     return states
+
+
+class Histogram:
+    """Of BGR pixels (n, 3), each counted alike: bins of the text, likelihood of Equation 10."""
+
+    def __init__(self, pixels: Image) -> None:
+        self._model = _histogram(pixels)
+
+    def score(self, pixels: Image) -> float:
+        """Logarithm of the likelihood, up to a constant."""
+        coefficient = float(np.sqrt(self._model * _histogram(pixels)).sum())
+        return -(1 - coefficient) / (2 * SIGMA**2)
+
+
+class Mixture:
+    """Gaussians of pixels (n, 3), fitted by expectation and maximisation from k-means."""
+
+    def __init__(self, pixels: Image) -> None:
+        values = pixels.astype(np.float64)
+        self._means, labels = kmeans2(values, COMPONENTS, minit="++", rng=0)
+        shares = (labels[:, np.newaxis] == np.arange(COMPONENTS)).astype(np.float64)
+        for _ in range(ITERATIONS):
+            self._fit(values, shares)
+            logs = self._logs(values)
+            shares = np.exp(logs - logsumexp(logs, axis=1, keepdims=True))
+
+    def score(self, pixels: Image) -> float:
+        """Mean logarithm of the pixels' densities."""
+        return float(logsumexp(self._logs(pixels.astype(np.float64)), axis=1).mean())
+
+    def _fit(self, values: Array, shares: Array) -> None:
+        totals = shares.sum(axis=0) + 1e-9
+        self._weights = totals / totals.sum()
+        self._means = shares.T @ values / totals[:, np.newaxis]
+        offsets = values - self._means[:, np.newaxis]
+        self._covariances = np.einsum("nk,kni,knj->kij", shares, offsets, offsets)
+        self._covariances /= totals[:, np.newaxis, np.newaxis]
+        self._covariances += FLOOR * np.eye(3)
+
+    def _logs(self, values: Array) -> Array:
+        """Logarithm of weight and density, shape (n, components)."""
+        offsets = values - self._means[:, np.newaxis]
+        inverse = np.linalg.inv(self._covariances)
+        squares = np.einsum("kni,kij,knj->nk", offsets, inverse, offsets)
+        spread = np.linalg.slogdet(self._covariances)[1] + 3 * log(2 * pi)
+        return np.asarray(np.log(self._weights) - (squares + spread) / 2)
+
+
+def _histogram(pixels: Image) -> Array:
+    colours = JointBins()
+    counts = np.bincount(colours.codes(pixels[np.newaxis])[0], minlength=colours.n_bins)
+    return np.asarray(counts / len(pixels))
