@@ -39,7 +39,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import trackers
-from bench.papers.examination import kept_tables
+from bench.papers.scenes import kept_tables
 from bench.statistics.intervals import mean_interval
 from datasets.source_digest import source_digest
 from trackers.contours.chain import Chain, Hypotheses, ParticleCue, Weighed

@@ -9,9 +9,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.experiments.contestant import contestant
+from bench.papers.context import Context
 from bench.papers.measures import Course
 from bench.papers.moreno2005 import example
-from bench.papers.context import Context
 from bench.papers.runs import as_run
 from bench.papers.timing import frame_times
 from datasets.text_form import format_text, parse_text

@@ -28,9 +28,7 @@ from bench.papers.nguyen2002.follower import (
     true_pose,
     wholly_seen,
 )
-from bench.papers.scenes import SceneCheck, Tables, spaced
-from bench.papers.scenes import short_runs
-from bench.papers.scenes import with_noise
+from bench.papers.scenes import SceneCheck, Tables, short_runs, spaced, with_noise
 from datasets.interface import Frames
 from trackers.base.interface import Box, Image
 from trackers.templates.appearance import Features, features_of

@@ -28,8 +28,7 @@ from bench.papers.nguyen2002.follower import (
     turned,
     wholly_seen,
 )
-from bench.papers.scenes import Tables
-from bench.papers.scenes import with_gain
+from bench.papers.scenes import Tables, with_gain
 from datasets import Sequence
 from trackers.base.interface import Box, Image, Mask
 from trackers.templates.appearance import Features, Seen

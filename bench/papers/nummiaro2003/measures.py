@@ -17,8 +17,8 @@ from bench.claims.measuring import CELL
 from bench.evaluation.record import Run
 from bench.metrics.centre_error import centre_error, centre_inside
 from bench.metrics.native import first_loss
-from bench.papers.measures import Course
 from bench.papers.context import Context
+from bench.papers.measures import Course
 from bench.papers.runs import as_run
 from bench.statistics.verdicts import check, order
 from bench.store.truth import StoredTruth

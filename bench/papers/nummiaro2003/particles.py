@@ -27,8 +27,7 @@ from bench.papers.nummiaro2003.models import (
     first_model,
     grid,
 )
-from bench.papers.scenes import Tables
-from bench.papers.scenes import short_runs
+from bench.papers.scenes import Tables, short_runs
 from datasets import Sequence, SequenceError
 from datasets.synthetic.nummiaro2003 import entries
 from trackers.base.interface import Estimate, Image

@@ -29,8 +29,7 @@ from bench.papers.nummiaro2003.models import (
     shown,
 )
 from bench.papers.nummiaro2003.particles import entrance, kick_offs, maximum, own_models
-from bench.papers.scenes import SceneCheck, Tables, spaced
-from bench.papers.scenes import turned_about, with_gain, with_noise
+from bench.papers.scenes import SceneCheck, Tables, spaced, turned_about, with_gain, with_noise
 from datasets import Sequence
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame

@@ -132,7 +132,17 @@ def test_a_report_of_made_up_runs_is_the_one_that_was_kept(name, made_up, tmp_pa
         ),
     )
     report = paper.report(tmp_path, tmp_path, Effort(everything=True), {})
-    text, file = made_up.told(report), FOLDER / f"{name}.txt"
+    text, file = efforts_of(paper) + made_up.told(report), FOLDER / f"{name}.txt"
     if os.environ.get("TRACKMARK_GOLDEN") == "write":
         file.write_text(text)
     assert text == file.read_text()
+
+
+def efforts_of(paper):
+    """What each effort runs: sequences, trackers and repetitions by experiment."""
+    efforts = {"quick": Effort(quick=True), "default": Effort(), "all": Effort(everything=True)}
+    return "".join(
+        f"{words}: {one.name}, {len(one.sequences)} x {len(one.trackers)} x {one.repetitions}\n"
+        for words, effort in efforts.items()
+        for one in paper.experiments(effort)
+    )

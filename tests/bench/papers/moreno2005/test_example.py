@@ -10,7 +10,6 @@ from bench.papers.moreno2005 import example
 from bench.papers.moreno2005.example import (
     COLOURS,
     FILTERS,
-    NUMBERS,
     POSITIONS,
     SETTINGS,
     Setting,
@@ -118,11 +117,6 @@ def test_all_is_measured_and_kept(tmp_path, monkeypatch):
     again = measure(tmp_path, 1, quick=True)
     pd.testing.assert_frame_equal(again["one-dimensional-errors"], errors)
     assert len(list((tmp_path / "one-dimensional").iterdir())) == 2 * (2 + 1)
-
-
-def test_the_papers_numbers_of_samples_are_its_ticks_and_fewer():
-    assert NUMBERS[3:] == tuple(range(50, 501, 50))
-    assert NUMBERS[:3] == (5, 10, 20)
 
 
 def made_errors(error):

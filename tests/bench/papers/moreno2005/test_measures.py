@@ -9,7 +9,7 @@ import pytest
 import bench
 from bench.experiments.contestant import contestant
 from bench.experiments.experiment import Experiment, SequenceSource, read_experiment
-from bench.papers import Effort, load_paper
+from bench.papers import load_paper
 from bench.papers.measures import Course, measured
 from bench.papers.moreno2005.measures import (
     JUMP,
@@ -159,32 +159,3 @@ def test_each_preset_runs_with_the_deviations_of_the_other_and_stands_among_its_
     table = deviations(runs.assign(settled="own"))
     assert table["deviations"].tolist() == ["learnt", "by hand", "by hand", "learnt"]
     assert table["text"].tolist() == ["moreno2005:preset=as-written", "moreno2005"] * 2
-
-
-def test_efforts_are_part_of_one_another_and_claims_have_their_experiments():
-    def names(**effort):
-        return [one.name.removeprefix("moreno2005-") for one in PAPER.experiments(Effort(**effort))]
-
-    quick = ["figure-7", "light", "figure-8", "figure-9", "figure-10", "time"]
-    assert names(quick=True) == quick
-    default, whole = names(), names(everything=True)
-    assert set(quick) < set(default) < set(whole)
-    for claim in PAPER.claims.values():
-        needed = {one.removeprefix("moreno2005-") for one in claim.experiment}
-        assert needed <= set(whole if claim.effort == "all" else default), claim.id
-    (light,) = (e for e in PAPER.experiments(Effort(quick=True)) if e.name.endswith("-light"))
-    assert [source.text for source in light.sequences] == [
-        "moreno2005/ellipse:light=jump:scene=0",
-        "moreno2005/ellipse:light=repeated:scene=0",
-    ]
-
-
-def test_every_variant_of_the_ledger_is_run():
-    told = {
-        contestant(text).label
-        for experiment in PAPER.experiments(Effort(everything=True))
-        for text in experiment.trackers
-    }
-    for variant in filter(None, PAPER.claims["MO-7"].readings.columns["variant"]):
-        texts = [f"moreno2005:preset={one}:{variant}" for one in ("as-written", "recommended")]
-        assert {contestant(text).label for text in texts} & told, variant

@@ -9,10 +9,8 @@ import pytest
 
 import datasets
 from bench.papers.moreno2005 import scenes
-from bench.papers.moreno2005.scenes import CHECKS, contrast, drawn_colours
+from bench.papers.moreno2005.scenes import contrast, drawn_colours
 from bench.papers.scenes import short_runs
-from trackers.contours.outline import outline
-from trackers.contours.snake import refined
 
 TARGET = "plain/target:length=12"
 
@@ -122,17 +120,6 @@ def test_both_images_of_edges_are_measured_from_the_same_starts():
     assert table["accepted"].between(0, 1).all()
 
 
-def test_an_unmoved_snake_on_a_plain_edge_finds_it():
-    image, mask = halves((255, 255, 255), (0, 0, 0), 100)
-    mask = np.zeros_like(mask)
-    mask[30:70, 30:70] = True
-    image[:] = np.where(mask[..., np.newaxis], 255, 0)
-    contour = outline(mask)
-    snake, taken = refined(contour, image, None)
-    assert taken
-    assert np.abs(snake - contour).max() < 5
-
-
 def test_masks_of_one_run_are_compared_frame_by_frame():
     sequence = datasets.load(TARGET)
     (run,) = short_runs(sequence, ["moreno2005:contour_samples=30:colour_samples=30"])
@@ -177,8 +164,3 @@ def test_quarters_are_taken_by_contrast_and_all_frames_beside():
         means = [rows.loc[name, "distance"] for name in scenes.QUARTERS]
         assert means == pytest.approx([0.5 / 8, 2.5 / 8, 4.5 / 8, 6.5 / 8])
         assert all(low < high for low, high in pairwise(means))
-
-
-def test_every_check_is_of_sequences_that_there_are():
-    names = set(datasets.names())
-    assert {sequence for check in CHECKS for sequence in check.sequences} <= names

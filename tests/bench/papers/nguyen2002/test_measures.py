@@ -10,11 +10,10 @@ import pytest
 
 from bench.claims.sides import run_key
 from bench.experiments.contestant import contestant
-from bench.papers import Effort, load_paper
+from bench.papers import load_paper
 from bench.papers.measures import Course
 from bench.papers.nguyen2002 import timing
 from bench.papers.nguyen2002.measures import CLIPS, failures_by_margin, of_run, set_table
-from datasets.text_form import parse_text
 
 PAPER = load_paper("nguyen2002")
 
@@ -245,12 +244,3 @@ def test_times_are_of_runs_that_no_load_disturbed_where_there_are_any(
     assert row["burst_in_usual"] == pytest.approx(10)
     monkeypatch.setattr(timing, "frame_times", lambda *_, disturbed: told[:0])
     assert timing.tables(context) == {}
-
-
-def test_quick_looks_take_whole_sets():
-    quick = {one.name: one for one in PAPER.experiments(Effort(quick=True))}
-    names = ("figure-1", "coloured-lamps", "table-1", "time")
-    assert list(quick) == [f"nguyen2002-{name}" for name in names]
-    assert [len(one.sequences) for one in quick.values()] == [2, 1, 40, 1]
-    clips = {parse_text(one.text)[0] for one in quick["nguyen2002-table-1"].sequences}
-    assert clips == set(ALL)

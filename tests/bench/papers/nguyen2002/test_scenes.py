@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import datasets
 from bench.claims.kinds import BoundTest, PartsTest, RatioTest, sides_of
 from bench.claims.ledger import read_claims
 from bench.claims.measuring import named_columns
@@ -24,13 +23,6 @@ from tests.bench.papers.nguyen2002.painted import (
 from trackers.templates.matching import Pose
 
 OWN = ("ng-9-failures", "ng-10")  # tables that are made of runs
-
-
-def test_sequences_that_are_measured_exist_and_further_claims_wait():
-    known = set(datasets.names())
-    assert {name for check in scenes.CHECKS for name in check.sequences} <= known
-    always = {check.measure for check in scenes.CHECKS if not check.everything}
-    assert always == {scenes.clutter, scenes.shading, occlusions.watched, occlusions.by_speed}
 
 
 def parts_on_tables():

@@ -8,11 +8,10 @@ import pytest
 import datasets
 from bench.evaluation.loop import run_in_lock_step
 from bench.experiments.contestant import contestant
-from bench.experiments.experiment import read_experiment
 from bench.papers import Effort, load_paper
+from bench.papers.context import Context
 from bench.papers.figures import draw_figure
 from bench.papers.nummiaro2003 import figures
-from bench.papers.context import Context
 from bench.papers.runs import StoredRuns
 from bench.store.asked import Asked
 from bench.store.results import Results
@@ -139,14 +138,6 @@ def test_small_multiples_are_of_the_scenes_and_the_readings_that_were_run(stored
         "scene 0",
         "scene 2",
     ]
-
-
-def test_the_readings_are_those_that_the_experiment_runs():
-    run = {contestant(text).label for text in read_experiment("nummiaro2003-figure-9").trackers}
-    entry = PAPER.description.figure["figure-9-readings"]
-    for further in entry.panels.values():
-        for tracker in entry.trackers:
-            assert known().text_of(tracker, SCENES, further) in run
 
 
 def test_appearances_have_the_threshold_and_the_shades_of_their_runs(stored):

@@ -1,0 +1,61 @@
+"""What the files of all papers name is there: experiments, what they run, and sequences."""
+
+import pandas as pd
+import pytest
+
+import datasets
+from bench.experiments.contestant import contestant
+from bench.experiments.experiment import read_experiment
+from bench.papers import Effort, load_paper, paper_names
+from bench.papers.context import Context, part_of
+from datasets.text_form import format_text, parse_text
+
+PAPERS = paper_names()
+
+
+def described(name):
+    paper = load_paper(name)
+    context = Context(paper.description, paper.claims, None, None, Effort(), {}, pd.DataFrame())
+    return paper, context
+
+
+def without_scene(text):
+    """A sequence's name with what of its knobs is unusual, but for the scene."""
+    name, options = parse_text(text)
+    usual = {knob["name"]: str(knob["default"]) for knob in datasets.options(name)}
+    told = {key: value for key, value in options.items() if value != usual[key]}
+    return format_text(name, dict(sorted(told.items() - {"scene": told.get("scene")}.items())))
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_efforts_are_part_of_one_another_and_claims_are_judged_by_what_they_run(name):
+    paper, _ = described(name)
+    quick, default, whole = (
+        {one.name for one in paper.experiments(effort)}
+        for effort in (Effort(quick=True), Effort(), Effort(everything=True))
+    )
+    assert quick <= default < whole
+    for claim in paper.claims.values():
+        assert set(claim.experiment) <= (whole if claim.effort == "all" else default), claim.id
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_figures_show_what_their_experiments_run(name):
+    paper, context = described(name)
+    for figure in paper.description.figure.values():
+        if figure.kind not in ("strip", "frames"):
+            continue
+        shown, run = set(), set()
+        for one, sequence in zip(figure.experiments, figure.sequences, strict=True):
+            experiment = read_experiment(paper.description.experiment(one))
+            assert sequence in {without_scene(source.text) for source in experiment.sequences}
+            run |= {contestant(text).label for text in experiment.trackers}
+            for panel in (figure.panels or {"": {}}).values():
+                shown |= {context.text_of(text, sequence, panel) for text in figure.trackers}
+        assert shown - {None} <= run
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_what_is_measured_on_scenes_is_measured_on_sequences_that_there_are(name):
+    checks = part_of(name, "CHECKS", "scenes") or ()
+    assert {one for check in checks for one in check.sequences} <= set(datasets.names())
