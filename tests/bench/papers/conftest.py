@@ -116,8 +116,11 @@ def made_up_tables(paper):
             metrics.setdefault(line.table, set()).add(line.of)
             for column in line.each:
                 asked(line.table, column)
-            for one in (line, *entry.columns):
-                for column, values in one.where.items():
+            for column, values in line.where.items():
+                asked(line.table, column, values)
+            known = set(columns[line.table])
+            for column, values in [pair for one in entry.columns for pair in one.where.items()]:
+                if column not in known:  # what claims name is enough
                     asked(line.table, column, values)
         if entry.table != SCORES:
             metrics.setdefault(entry.table, set()).update(one.of for one in entry.columns)
