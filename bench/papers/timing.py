@@ -54,16 +54,16 @@ def frame_times(
         `tracker` (its label), `sequence`, `repetition`, `disturbed` (1: it was), `frame`, `seconds`
         and the details.
     """
-    labels = ["tracker", "sequence", "repetition", "disturbed"]
-    pieces = [pd.DataFrame(columns=[*labels, "frame", "seconds", *details])]
+    columns = ["tracker", "sequence", "repetition", "disturbed", "frame", "seconds", *details]
+    pieces = [pd.DataFrame(columns=columns)]
     for run, load in _passes(folder, cells):
         if (load and not disturbed) or run.times is None:
             continue
         key, timed = run.identity, np.flatnonzero(np.isfinite(run.times.cpu))
         known = {"frame": timed, "seconds": run.times.cpu[timed]}
         rows = pd.DataFrame(known | {name: run.details[name][timed] for name in details})
-        told = key.tracker, key.sequence, key.repetition, load
-        pieces.append(rows.assign(**dict(zip(labels, told, strict=True)))[[*pieces[0]]])
+        rows = rows.assign(tracker=key.tracker, sequence=key.sequence, repetition=key.repetition)
+        pieces.append(rows.assign(disturbed=load)[columns])
     return pd.concat(pieces[1:] or pieces, ignore_index=True)
 
 
