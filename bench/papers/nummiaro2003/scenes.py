@@ -33,9 +33,9 @@ from bench.papers.scenes import SceneCheck, Tables, spaced, turned_about, with_g
 from datasets import Sequence
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
-from trackers.histograms.background import Background, spacing_of
 from trackers.histograms.bins import JointBins
 from trackers.histograms.ellipses import KERNELS
+from trackers.histograms.target_model import Background, spacing_of
 from trackers.nummiaro2003 import Nummiaro2003
 
 __all__ = ["CHECKS", "background", "bins_and_noise", "gains", "kernels", "occlusion"]
