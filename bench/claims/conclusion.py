@@ -59,15 +59,8 @@ class Conclusion:
     def under(self, choice: Mapping[str, str]) -> tuple[Outcome, str] | None:
         """Verdict and reason under a reading, over all lights and the scenes kept.
 
-        Parameters
-        ----------
-        choice : mapping of str to str
-            Options by axis of readings; axes that are not named are read as the headline.
-
-        Returns
-        -------
-        tuple of str, or None
-            None where the claim was not tested under it.
+        The reading is an option by axis; axes that are not named are read as the headline. None
+        where the claim was not tested under it.
         """
         readings = self.claim.readings
         wanted = {
@@ -105,15 +98,7 @@ class Conclusion:
 
 
 def conclude(claim: Claim, findings: Sequence[Finding]) -> Conclusion:
-    """Draw the conclusion from a claim's findings; see the module.
-
-    Parameters
-    ----------
-    claim : Claim
-        An entry of the ledger.
-    findings : sequence of Finding
-        What `judge` gave.
-    """
+    """Draw the conclusion from a claim's findings, which `judge` gave; see the module."""
     headline = [
         finding
         for finding in findings

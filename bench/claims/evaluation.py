@@ -260,7 +260,7 @@ def _judged(claim: Claim, tests: Mapping[str, PartTest], frames: Tables) -> Iter
                         light=light,
                         scenes=scenes,
                         group=group,
-                        post_hoc=claim.readings.is_post_hoc(reading),
+                        post_hoc=reading.post_hoc,
                     )
 
 
@@ -360,7 +360,7 @@ def _summary(claim: Claim, parts: Mapping[str, Conclusion]) -> list[Finding]:
                     conjunction(said, list(parts)),
                     reading=reading.names,
                     same=frozenset([readings.places(reading)]),
-                    post_hoc=readings.is_post_hoc(reading),
+                    post_hoc=reading.post_hoc,
                 )
             )
     return found or [Finding(claim.id, undecided(NOT_RUN + "."))]

@@ -112,7 +112,7 @@ class Evidence:
                 self.claim.id,
                 reading=reading.names,
                 same=same,
-                post_hoc=readings.is_post_hoc(reading),
+                post_hoc=reading.post_hoc,
             )
             yield partial(made, scenes="drawn"), rows
             yield partial(made, scenes="kept"), [one[one["kept_scene"]] for one in rows]

@@ -26,7 +26,6 @@ verdict is that all hold.
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    AliasChoices,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -123,8 +122,8 @@ class _TableTest(Entry):
 class _CellTest(_TableTest):
     """What tests by cells share; see the module."""
 
-    on: Names = Field(validation_alias=AliasChoices("on", "sequences"))
-    by: Names = Field(COUNTS, validation_alias=AliasChoices("by", "metrics"))
+    on: Names
+    by: Names = COUNTS
     groups: dict[str, Limits] = {}
     every: bool = False
 
@@ -170,7 +169,7 @@ class InteractionTest(_Comparison):
 class _OneSided(_CellTest):
     """What tests on one side share."""
 
-    of: Side = Field(validation_alias=AliasChoices("of", "rows"))
+    of: Side
 
 
 class AllTest(_OneSided):
@@ -203,7 +202,7 @@ class ShareTest(_OneSided):
     """Something is so in at least a share `least` of all rows, surely above `lower`."""
 
     kind: Literal["share"]
-    by: Names = Field(validation_alias=AliasChoices("by", "metrics"))
+    by: Names
     trials: Text | None = None
     least: float = Field(KEPT_SHARE, ge=0.0, le=1.0)
     lower: float = Field(KEPT_LIMIT, ge=0.0, le=1.0)

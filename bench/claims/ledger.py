@@ -1,4 +1,4 @@
-"""The ledger: claims of a paper as data, one TOML file a paper.
+"""The ledger: claims of a paper as data, a TOML file a paper.
 
     read_claims(paper) -> dict[str, Claim]          # by id, in the file's order
     judge(claim, scores, tables={}) -> list[Finding]            # bench.claims.evaluation
@@ -8,13 +8,25 @@
 version = 1
 retired = ["X-3"]                # ids that were in use once; none is ever given again
 
-[readings]                       # of the text, by columns of the scores; other rows are not judged
-initial = ["full", "tight", "body"]                      # the first one is the headline
-variant = ["", "uv_range=natural"]                       # likewise
-post_hoc = [{ initial = "body" }, { variant = "uv_range=natural" }]      # chosen after results
-rivals = []                      # columns of which the text names no value: none is the headline
+[usual."suite/sequence"]         # parameters of trackers there, under all others
+proposed = { particles = 15 }
+
+[readings.text]                  # an axis of what the text leaves open, its headline first
+over = ["proposed"]              # trackers whose parameters it sets; by default all that are named
+"as written" = { preset = "as-written" }
+"σ = 0.2" = { preset = "as-written", sigma = 0.2, post_hoc = true }      # chosen after results
+"r = 10" = { preset = "as-written", baseline = { radius = 10 } }         # of one tracker alone
+
+[readings.window]
+rivals = true                    # the text names none: none is the headline, all must agree
+fixed = { baseline = { window = "fixed" } }
+adaptive = { baseline = { window = "adaptive" } }
+
+[readings.light]
+even = { where = { light = "even" } }                    # rows, whatever tracker
 
 [claim.X-1]
+short = "the proposed filter is lost later"              # its line on the screen
 source = "Section 3, Table 1"    # place in the paper
 quote = "..."                    # its words
 says = "..."                     # what it claims, in ours
@@ -23,11 +35,13 @@ asserted = false                 # true where the paper has no experiment for it
 published = [{ label = "sequence 1, multi", value = 788, unit = "frames of 788" }]
 experiment = ["x-table-1"]       # whose results test it
 effort = "default"               # or "all": only with --all
-test = { kind = "order", better = { representation = "multi" }, worse = { ... }, sequences = [...] }
 falsifier = "..."                # written before the first run
+on = ["suite/sequence"]          # for all of its tests
+order = { better = "proposed", worse = ["baseline", "proposed:beta=0"], by = "first_loss" }
+# or several: parts."a name".share = { of = "proposed", by = "kept" }
 ```
 
-What kinds of tests there are, `bench.claims.kinds` says.
+What kinds of tests there are, `bench.claims.kinds` says; what a reading does, `readings`.
 """
 
 import tomllib
@@ -39,12 +53,11 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError, model_validator
 
 from bench.claims.kinds import KINDS, Entry, SummaryTest, Test, Text
-from bench.claims.readings import ANY, Readings
+from bench.claims.readings import Readings
 
-__all__ = ["ANY", "Claim", "LedgerError", "Published", "Readings", "claims_file", "read_claims"]
+__all__ = ["Claim", "LedgerError", "Published", "read_claims"]
 
-FOLDER = Path(__file__).parent
-PAPERS = FOLDER.parent / "papers"
+PAPERS = Path(__file__).parents[1] / "papers"
 
 MOST_LETTERS = 50
 """Of a claim in a few words: it has a line of a terminal with its verdict."""
@@ -92,8 +105,9 @@ class _Ledger(Entry):
         if not isinstance(table, dict) or not isinstance(table.get("claim"), dict):
             return table
         table = dict(table)
-        readings = {**table.get("readings", {}), "usual": table.pop("usual", {})}
-        known = Readings.model_validate(readings)
+        known = Readings.model_validate(
+            {"axes": table.get("readings", {}), "usual": table.pop("usual", {})}
+        )
         entries = {
             name: {"id": name, "readings": known, **_with_its_test(entry)}
             if isinstance(entry, dict)
@@ -118,8 +132,6 @@ class _Ledger(Entry):
 
 def _with_its_test(entry: Mapping[str, Any]) -> dict[str, Any]:
     """An entry whose test, keyed by its kind, stands in `test` with all of its parts."""
-    if "test" in entry:
-        return dict(entry)
     general = {key: entry[key] for key in _GENERAL if key in entry}
     named = entry.get("parts", {"": {key: entry[key] for key in KINDS if key in entry}})
     rest = {k: v for k, v in entry.items() if k not in (*KINDS, *_GENERAL, "parts")}
@@ -158,12 +170,6 @@ _GENERAL = ("on",)
 _WORDS = {"better": "", "worse": "than ", "of": ""}
 
 
-def claims_file(paper: str) -> Path:
-    """Where the claims of a paper that comes with trackmark stand, whether or not it is there."""
-    file = PAPERS / paper / "claims.toml"
-    return file if file.is_file() else FOLDER / f"{paper}.toml"
-
-
 def read_claims(paper: str | Path) -> dict[str, Claim]:
     """Read a paper's claims: one that comes with trackmark, or a TOML file.
 
@@ -179,13 +185,10 @@ def read_claims(paper: str | Path) -> dict[str, Claim]:
     """
     path = Path(paper)
     if path.suffix != ".toml":
-        path = claims_file(str(paper))
+        path = PAPERS / str(paper) / "claims.toml"
         if not path.is_file():
-            known = {file.parent.name for file in PAPERS.glob("*/claims.toml")}
-            known |= {file.stem for file in FOLDER.glob("*.toml")}
-            raise LedgerError(
-                f"there are no claims of {str(paper)!r}. Known: {', '.join(sorted(known))}."
-            )
+            known = ", ".join(sorted(file.parent.name for file in PAPERS.glob("*/claims.toml")))
+            raise LedgerError(f"there are no claims of {str(paper)!r}. Known: {known}.")
     try:
         table = tomllib.loads(path.read_text("utf-8"))
     except OSError as error:

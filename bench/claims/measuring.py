@@ -70,18 +70,9 @@ def named_columns(test: PartTest) -> list[str]:
 
 
 def verdict_of(claim: str, test: PartTest, sides: Sides, metric: str) -> Verdict:
-    """Verdict on the cells of these rows.
+    """Verdict on the cells of these rows, of each side under one reading, by one metric.
 
-    Parameters
-    ----------
-    claim : str
-        Its id, from which random numbers come: the same scores give the same verdict.
-    test : PartTest
-        What is tested.
-    sides : sequence of DataFrame
-        Rows of each side under one reading, in whatever cells are meant.
-    metric : str
-        Which of the test's.
+    Random numbers come from the claim's id: the same scores give the same verdict.
     """
     if isinstance(test, BoundTest):
         return _bound(test, sides[0])

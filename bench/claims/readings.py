@@ -91,51 +91,12 @@ class Reading:
             told |= option.of(tracker)
         return told
 
-    @cached_property
-    def limits(self) -> Limits:
-        """Rows of the scores that it is about."""
-        return {key: value for _, option in self.options for key, value in option.where.items()}
-
-    @cached_property
-    def columns(self) -> Limits:
-        """Rows of another table that it is about, as far as that has such columns."""
-        shared = {k: [v] for _, option in self.options for k, v in option.shared.items()}
-        return {**shared, **self.limits}
-
 
 class Readings(Entry):
-    """All axes of a ledger.
-
-    Attributes
-    ----------
-    axes : mapping of str to Axis
-    usual : mapping of str to mapping
-        Parameters by sequence and tracker, under whatever else is said of a tracker there.
-    """
+    """All axes of a ledger; `usual` are parameters by sequence and tracker, under all others."""
 
     axes: dict[Text, Axis] = Field(default={})
     usual: dict[Text, dict[Text, dict[Text, Value]]] = Field(default={})
-    choices: tuple[dict[str, str], ...] = ()
-
-    @model_validator(mode="before")
-    @classmethod
-    def _axes_stand_among_the_keys(cls, table: Any) -> Any:
-        if not isinstance(table, dict) or "axes" in table:
-            return table
-        rivals, choices = table.get("rivals", ()), table.get("post_hoc", ())
-        axes, usual = {}, {}
-        for name, axis in table.items():
-            if name == "usual":
-                usual = axis
-            elif isinstance(axis, list) and name not in ("rivals", "post_hoc"):
-                # A column and its values, the form before there were named readings.
-                axes[name] = {
-                    "rivals": name in rivals,
-                    **{value: {"where": {name: value}} for value in axis},
-                }
-            elif name not in ("rivals", "post_hoc"):
-                axes[name] = axis
-        return {"axes": axes, "usual": usual, "choices": choices}
 
     @property
     def columns(self) -> Mapping[str, tuple[str, ...]]:
@@ -154,7 +115,7 @@ class Readings(Entry):
         return frozenset(key for one in options for key in (*one.where, *one.shared))
 
     def all(
-        self, matters: Callable[[Axis], bool], has: Callable[[Option], bool]
+        self, matters: Callable[[Axis], bool], has: Callable[[Option], bool] = lambda _: True
     ) -> Iterator[Reading]:
         """Every reading by the axes that matter and the options that there are, headline first."""
         axes = {name: axis for name, axis in self.axes.items() if matters(axis)}
@@ -170,13 +131,6 @@ class Readings(Entry):
     def places(self, reading: Reading) -> tuple[str, ...]:
         """Options in the order of all axes; `NO_MATTER` for an axis that has none."""
         return tuple(reading.names.get(axis, NO_MATTER) for axis in self.axes)
-
-    def is_post_hoc(self, reading: Reading) -> bool:
-        """Whether a reading was chosen after seeing results."""
-        told = any(
-            all(reading.names.get(k) == v for k, v in choice.items()) for choice in self.choices
-        )
-        return told or reading.post_hoc
 
     def is_headline(self, names: Mapping[str, str]) -> bool:
         """Whether it is the first of all readings; rivals are equal."""

@@ -43,11 +43,6 @@ SETTLED = "settled"
 def run_key(text: str) -> str:
     """What runs are matched by: a tracker's name, settled parameters and what it starts from.
 
-    Parameters
-    ----------
-    text : str
-        Text form.
-
     Raises
     ------
     TrackerError
@@ -95,15 +90,7 @@ def light_rows(rows: Rows, columns: Collection[str]) -> Rows:
 
 
 class Table:
-    """A table in which sides are looked up many times.
-
-    Parameters
-    ----------
-    rows : DataFrame
-        Scores, or another table.
-    readings : Readings
-        Of the ledger.
-    """
+    """Scores, or another table, in which sides are looked up many times."""
 
     def __init__(self, rows: pd.DataFrame, readings: Readings) -> None:
         self.rows, self.readings = rows, readings
@@ -205,20 +192,9 @@ class Chosen:
 class Compared:
     """A side of a test, whose rows are asked for under many readings.
 
-    Parameters
-    ----------
-    table : Table
-        Where the rows are.
-    side : Side
-        Of the test.
-    sequences : sequence of str or None
-        Those that are asked for; None for whatever there is.
-    where : sequence of Limits
-        Rows beyond all of these are not asked for.
-    named : collection of str
-        Columns that the test itself limits: they are no readings here.
-    any_will_do : bool
-        Whether runs of one of several trackers are enough.
+    It is asked for on `sequences` (None: on whatever there is), and for rows within any of `where`.
+    Columns that are `named` the test itself limits: they are no readings here. `any_will_do` says
+    that runs of one of several trackers are enough.
     """
 
     def __init__(
@@ -325,14 +301,8 @@ Found = tuple[Reading, frozenset[tuple[str, ...]], list[Rows]]
 def rows_by_reading(sides: Sequence[Compared], readings: Readings) -> Iterator[Found]:
     """Readings that ask for different rows; only those with rows for all sides.
 
-    Yields
-    ------
-    reading : Reading
-        The first of those that ask the same.
-    same : frozenset of tuple of str
-        All of these, see `Readings.places`.
-    rows : list of DataFrame
-        Of each side.
+    Of those that ask the same the first, all of them (see `Readings.places`), and rows of each
+    side.
     """
 
     def has(option: Option) -> bool:

@@ -33,15 +33,7 @@ Drawn = Figure | Strip | None
 
 
 def draw_figure(entry: FigureEntry, context: Context) -> Drawn:
-    """A figure; None where its runs are not there.
-
-    Parameters
-    ----------
-    entry : FigureEntry
-        Of the description, no hook.
-    context : Context
-        What is known of the reproduction.
-    """
+    """A figure as its entry (no hook) says; None where its runs are not there."""
     if entry.kind == "strip":
         return _strip(entry, context)
     return _frames(entry, context) if entry.kind == "frames" else _curve(entry, context)

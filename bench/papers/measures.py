@@ -21,22 +21,10 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Course:
-    """A finished run beside the truth of its sequence, frame by frame.
+    """A finished run beside the truth of its sequence (named without variant), frame by frame.
 
-    Attributes
-    ----------
-    run : Run
-        With boxes in every frame.
-    truth : StoredTruth
-        Of its sequence.
-    sequence : str
-        The sequence's name without variant.
-    allowed : Tolerance
-        What `within` means.
-    trace : str
-        Which of the boxes are meant.
-    scores : mapping of str to float
-        What is known of them already: see `bench.papers.runs.tidy_runs`.
+    `allowed` is what `within` means; `trace` says which of the boxes are meant, and `scores` what
+    is known of them already: see `bench.papers.runs.tidy_runs`.
     """
 
     run: Run
@@ -98,17 +86,7 @@ _KNOWN: Mapping[str, Series] = {
 def measured(
     course: Course, description: Description, further: Mapping[str, Series]
 ) -> dict[str, float]:
-    """All `[measures]` of a run.
-
-    Parameters
-    ----------
-    course : Course
-        Of the run.
-    description : Description
-        Of the paper.
-    further : mapping of str to callable
-        Series of the paper's own; whatever else is named is a detail of the tracker.
-    """
+    """All `[measures]` of a run; `further` are series of the paper's own."""
     known: dict[str, Values] = {}
     found = {}
     for name, measure in description.measures.items():
@@ -126,17 +104,11 @@ def known_series(name: str, further: Mapping[str, Series]) -> Series:
 
 
 def summarised(series: Values, measure: Measure, frames_from: int = 0) -> float:
-    """One number of a series; NaN where nothing is known in the frames that are meant.
+    """One number of a series, shape (n,); NaN where nothing is known in the frames that are meant.
 
-    Parameters
-    ----------
-    series : ndarray of float64, shape (n,)
-        By frame.
-    measure : Measure
-        Which frames, and how: from the first to the last, both included; the first alone where
-        there is no last. Negative ones count from the end, -1 being the last of all.
-    frames_from : int
-        What the measure calls the first frame.
+    They are those from the measure's first to its last, both included; the first alone where there
+    is no last. The first of all is called `frames_from`; negative ones count from the end, -1 being
+    the last of all.
     """
     n = len(series)
     first = 0 if measure.first is None else measure.first

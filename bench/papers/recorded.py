@@ -35,16 +35,9 @@ Published = dict[tuple[str, str], tuple[float, float]]
 
 @dataclass(frozen=True)
 class Recorded:
-    """A paper's trackers on recorded sequences.
+    """A paper's trackers and simple baselines on recorded sequences.
 
-    Attributes
-    ----------
-    name, title : str
-        Of the experiment.
-    trackers : tuple of str
-        The paper's, and simple baselines.
-    others : tuple of str
-        Trackers whose published figures stand beside.
+    `name` and `title` are the experiment's; `others` trackers whose published figures stand beside.
     """
 
     name: str
@@ -210,13 +203,7 @@ def _parts(folder: Path, runs: pd.DataFrame, trace: Trace) -> tuple[float, float
 def shares_of_place_and_size(
     truth: NDArray[np.float64], boxes: NDArray[np.float64]
 ) -> tuple[float, float]:
-    """Mean overlap of boxes given the truth's size, and of boxes moved to the truth's centre.
-
-    Parameters
-    ----------
-    truth, boxes : ndarray of float64, shape (n, 4)
-        `[x, y, width, height]` in pixels.
-    """
+    """Mean overlap of boxes (n, 4) given the truth's size, and of boxes moved to its centre."""
     sizes, true_sizes = boxes[:, 2:], truth[:, 2:]
     of_true_size = np.hstack([centres(boxes) - true_sizes / 2, true_sizes])
     at_true_centre = np.hstack([centres(truth) - sizes / 2, sizes])

@@ -104,14 +104,9 @@ def labels_of(tracker: str, sequence: str, apart: Sequence[str] = ()) -> dict[st
 
 
 def as_run(rows: pd.DataFrame, **parameters: Any) -> pd.DataFrame:
-    """The same runs as those of trackers with other parameters, which would be the same.
+    """Runs (of `tidy_runs`) as those of trackers with other parameters, which would be the same.
 
-    Parameters
-    ----------
-    rows : DataFrame
-        Of `tidy_runs`.
-    parameters
-        What else the tracker's text form says: `preset`, or a parameter.
+    The parameters are what else the tracker's text form says, `preset` among them.
     """
     labels = []
     for text in rows["text"]:
@@ -225,31 +220,16 @@ def _measures(
 
 
 class StoredRuns:
-    """Finished runs that this call asked for.
-
-    Parameters
-    ----------
-    results : Path
-        Folder of all experiments.
-    asked : mapping of str to collection of Cell
-        Runs that are meant, by experiment.
-    """
+    """Finished runs that this call asked for, in the folder of all experiments."""
 
     def __init__(self, results: Path, asked: Asked) -> None:
         self._results, self._asked = results, asked
         self._listed = cache(self._list)
 
     def of(self, experiment: str, sequence: str, tracker: str) -> list[Run]:
-        """Runs on a sequence, in order of their repetitions; none where none was asked for.
+        """Runs of a tracker (text form) on a sequence (canonical name), by their repetitions.
 
-        Parameters
-        ----------
-        experiment : str
-            Name.
-        sequence : str
-            Canonical name.
-        tracker : str
-            Text form.
+        There are none where none was asked for.
         """
         label = contestant(tracker).label
         runs = self._listed(experiment)
@@ -283,19 +263,9 @@ class StoredRuns:
 
 
 def over_frames(runs: Mapping[str, list[Run]], *details: str) -> pd.DataFrame:
-    """Details of runs, a row a frame in which the tracker said something.
+    """Details of runs by label, a row a frame in which the tracker said something.
 
-    Parameters
-    ----------
-    runs : mapping of str to list of Run
-        By label.
-    *details : str
-        Names.
-
-    Returns
-    -------
-    DataFrame
-        `label`, `repetition`, `frame` and the details.
+    `label`, `repetition`, `frame` and the details.
     """
     pieces = [pd.DataFrame(columns=["label", "repetition", "frame", *details])]
     for label, repetitions in runs.items():

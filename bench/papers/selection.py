@@ -35,17 +35,9 @@ def affordable(
 ) -> list[Experiment]:
     """Experiments with the scenes and repetitions that an effort affords, in order.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Names of experiments that come with trackmark.
-    effort : Effort
-        A quick one takes the first of everything that is swept, of timing runs the last of
-        these; an experiment without any is left out.
-    quick_scenes : mapping of str to int, optional
-        By experiment, how many scenes a quick one takes; one of all others.
-    quick_knobs : mapping of str to object
-        Of which other knobs a quick one takes sequences.
+    A quick one takes of each experiment so many scenes (one of those not named), and of everything
+    else that is swept the sequences with `quick_knobs`; of timing runs the last of these. An
+    experiment without any is left out.
     """
     chosen = []
     for name in names:

@@ -58,20 +58,9 @@ def make_table(
     description: Description,
     lookup: Lookup,
 ) -> Table | None:
-    """A table as its entry says; None where there is nothing to put into it.
+    """A table as its entry (no hook) says; None where there is nothing to put into it.
 
-    Parameters
-    ----------
-    name : str
-        Of the entry.
-    entry : TableEntry
-        Without a hook.
-    frames : mapping of str to DataFrame
-        `scores` and all other tables.
-    description : Description
-        Of the paper.
-    lookup : Table
-        The scores, to look trackers up in.
+    `frames` are `scores` and all other tables by name; `lookup` has the scores, too.
     """
     wording = Wording(description)
     if entry.lines:
@@ -270,15 +259,7 @@ def _line_cell(rows: pd.DataFrame, line: Line, column: Column) -> str:
 
 
 def beside_ours(name: str, rows: Sequence[Mapping[str, Any]]) -> Table:
-    """Published numbers with ours beside them, a row a number.
-
-    Parameters
-    ----------
-    name : str
-        Of the table.
-    rows : sequence of mapping
-        See `bench.papers.Report.rows`.
-    """
+    """Published numbers with ours beside them, a row a number; see `bench.papers.Report.rows`."""
     data = [
         {
             "table": row["table"],

@@ -16,13 +16,7 @@ POST_HOC = " (post hoc)"
 
 
 class Wording:
-    """Words of a paper's `[names]` and `[settings]`.
-
-    Parameters
-    ----------
-    description : Description
-        Of the paper.
-    """
+    """Words of a paper's `[names]` and `[settings]`."""
 
     def __init__(self, description: Description) -> None:
         self._names = description.names
@@ -38,15 +32,9 @@ class Wording:
         return self._names.get(text, text.partition("/")[2] or text)
 
     def setting(self, text: str, without: Collection[str] = ()) -> str:
-        """How a tracker was run.
+        """How a tracker was run: what its text form says, and what the paper always tells of it.
 
-        Parameters
-        ----------
-        text : str
-            Its text form: what of its parameters is said in it is told, and what the paper
-            always tells of it.
-        without : collection of str
-            Parameters that stand elsewhere.
+        `without` are parameters that stand elsewhere.
         """
         name, options = parse_text(text)
         told = {key: self._value(text, key) for key in self._told.get(name, ())}

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,8 +13,10 @@ from bench.claims.measuring import CELL
 from bench.papers.context import Context
 from bench.papers.measures import Course
 from bench.papers.multipart.scenes import THRESHOLD, Appearance, states_of
-from bench.papers.multipart.timing import kernel_pairs
+from bench.papers.multipart.tables import published
+from bench.papers.multipart.timing import kernel_pairs, update_times
 from bench.papers.runs import as_run
+from bench.papers.timing import frame_times
 from bench.statistics.separation import auc, error_share, zero_error_thresholds
 from bench.statistics.verdicts import (
     all_kept,
@@ -26,7 +27,7 @@ from bench.statistics.verdicts import (
     ratio_above,
 )
 
-__all__ = ["CHECKS", "of_run", "scores", "tables"]
+__all__ = ["CHECKS", "of_run", "published", "scores", "tables"]
 
 SINGLE, MULTI = (f"multipart:representation={name}" for name in ("single", "multi"))
 
@@ -67,12 +68,15 @@ def tables(context: Context) -> dict[str, pd.DataFrame]:
     `identity`, a scene a row: `identical` (bool), whether the adaptive run's boxes are, to the bit,
     those of the representation that it picked. `layout`, a target a row, its halves swapped:
     `single`, `multi` (distances). `times`, a pair of measurements a row: `kernel` (`one pass`, `two
-    calls`), `single`, `multi` [seconds].
+    calls`), `single`, `multi` [seconds], `ratio`. `updates`: see `timing.update_times`.
     """
+    name = context.description.experiment("time")
+    frames = frame_times(context.results / name, context.asked.get(name))
     return {
         "identity": _identity(),
         "layout": _layout(),
         "times": kernel_pairs(quick=context.effort.quick),
+        "updates": update_times(frames),
     }
 
 
@@ -225,10 +229,3 @@ CHECKS: Mapping[str, Check] = {
     )
 }
 """By the name that the ledger gives."""
-
-
-def published(context: Context) -> list[dict[str, Any]]:
-    """Table 1 beside ours, for scripts."""
-    from bench.papers.multipart.tables import table_1_rows  # which needs what is measured here
-
-    return table_1_rows(context)

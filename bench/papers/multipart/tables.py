@@ -13,7 +13,7 @@ from bench.papers.multipart.scenes import INITIAL, KEPT_SHARE
 from bench.papers.tables import text_table
 from reports.tables import MISSING, Table
 
-__all__ = ["readings_table", "scene_table", "table_1", "table_1_rows"]
+__all__ = ["published", "readings_table", "scene_table", "table_1"]
 
 METRICS = {
     "success_frames": "frames with overlap ≥ 0.5",
@@ -34,7 +34,7 @@ PLAIN = tuple(f"multipart/{number}" for number in (3, 4, 7, 8))
 GROUPS = {"all": TWO_COLOURED + PLAIN, "two colours": TWO_COLOURED, "plain": PLAIN}
 
 
-def published() -> pd.DataFrame:
+def _printed() -> pd.DataFrame:
     """The paper's Table 1: `sequence`, `frames`, and counts by representation."""
     table = pd.read_csv(Path(__file__).with_name("table-1.csv"))
     return table.assign(sequence="multipart/" + table["sequence"].astype(str))
@@ -56,7 +56,7 @@ def table_1(context: Context) -> list[Table]:
     for light in LIGHTS:
         runs = _written(context, light)
         for metric, words in METRICS.items() if len(runs) else ():
-            data = [_row(runs, metric, line) for line in published().to_dict("records")]
+            data = [_row(runs, metric, line) for line in _printed().to_dict("records")]
             data += [_group_row(runs, metric, group) for group in GROUPS]
             caption = (
                 f"Table 1, other videos, {light} light: {words} (the paper's: one run on its own "
@@ -70,13 +70,13 @@ def table_1(context: Context) -> list[Table]:
     return tables
 
 
-def table_1_rows(context: Context) -> list[dict[str, Any]]:
+def published(context: Context) -> list[dict[str, Any]]:
     """Table 1 for scripts: a published number a row, ours beside it."""
     rows = []
     for light in LIGHTS:
         runs = _written(context, light)
         for metric in METRICS if len(runs) else ():
-            for line in published().to_dict("records"):
+            for line in _printed().to_dict("records"):
                 for name in REPRESENTATIONS:
                     here = _of(runs, line["sequence"], name)
                     values = here.iloc[:0][metric] if failed_words(here) else here[metric]
@@ -109,7 +109,7 @@ def _row(runs: pd.DataFrame, metric: str, line: Mapping[Any, Any]) -> dict[str, 
 
 def _group_row(runs: pd.DataFrame, metric: str, group: str) -> dict[str, str]:
     """Share of the length, averaged over a group of sequences: the paper's, and ours."""
-    printed = published()
+    printed = _printed()
     printed = printed[printed["sequence"].isin(GROUPS[group])]
     row = {"sequence": group, "frames": str(printed["frames"].sum())}
     for name in REPRESENTATIONS:

@@ -1,6 +1,5 @@
 """Time per frame of both representations (the paper's "10 milliseconds more")."""
 
-from dataclasses import replace
 from functools import cache
 from time import thread_time
 
@@ -9,11 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import datasets
-from bench.papers.context import Context
-from bench.papers.tables import text_table
-from bench.papers.timing import failed_passes, frame_times
 from datasets.text_form import parse_text
-from reports.tables import MISSING, Table
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
 from trackers.histograms.bins import N_BINS, LuvBins
@@ -21,7 +16,7 @@ from trackers.histograms.counting import region_counts
 from trackers.histograms.rectangles import bhattacharyya_distances, pixel_regions
 from trackers.multipart import LEAST_PIXELS, LEAST_SHARE
 
-__all__ = ["kernel_pairs", "time_table"]
+__all__ = ["kernel_pairs", "update_times"]
 
 _ROUNDS = 15
 _PARTICLES = 200
@@ -35,14 +30,15 @@ def kernel_pairs(*, quick: bool) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        `kernel`; `single` and `multi` [seconds], or, of `two calls`, 1 and the ratio.
+        `kernel`; `single` and `multi` [seconds], or, of `two calls`, 1 and the ratio; `ratio`.
     """
     timed = (8,) if quick else range(1, 9)  # opening a sequence takes longer than timing
     pairs = pd.concat([_kernel_times(f"multipart/{number}") for number in timed])
     plain = pd.DataFrame(
         {"kernel": "two calls", "single": 1.0, "multi": naive_ratios("multipart/8")}
     )
-    return pd.concat([pairs.assign(kernel="one pass"), plain], ignore_index=True)
+    both = pd.concat([pairs.assign(kernel="one pass"), plain], ignore_index=True)
+    return both.assign(ratio=both["multi"] / both["single"])
 
 
 def _kernel_times(name: str) -> pd.DataFrame:
@@ -118,44 +114,17 @@ def naive_ratios(sequence: str, seed: int = 0) -> NDArray[np.float64]:
     return np.array(ratios)
 
 
-def time_table(context: Context) -> Table:
-    """Milliseconds a frame, and the ratio of the two representations; what failed beneath."""
-    name = context.description.experiment("time")
-    folder, cells = context.results / name, context.asked.get(name)
-    frames = frame_times(folder, cells)
-    data = [_row(str(sequence), times) for sequence, times in frames.groupby("sequence")]
-    pairs = context.tables["times"]
-    ratios = {kernel: rows["multi"] / rows["single"] for kernel, rows in pairs.groupby("kernel")}
-    naive = ratios["two calls"]
-    table = text_table(
-        "time",
-        "Time a frame, CPU, median over frames, 200 particles, one thread (paper: multi takes 10 "
-        "ms more on a Pentium 4, 3.0 GHz; seconds of two machines are not compared)",
-        data,
-        n_labels=1,
+def update_times(frames: pd.DataFrame) -> pd.DataFrame:
+    """Whole updates, a frame that both were timed on a row, each the median of its repetitions.
+
+    `sequence`, `single`, `multi` [seconds], `difference` of them, and `ratio`.
+    """
+    names = [parse_text(text)[1]["representation"] for text in frames["tracker"]]
+    keys = ["sequence", "frame"]
+    seconds = frames["seconds"].astype(np.float64)
+    wide = frames.assign(name=names, seconds=seconds).pivot_table(
+        "seconds", keys, "name", aggfunc="median"
     )
-    notes = [
-        "passes that other load disturbed are left out; where none is left there is a dash",
-        "whole updates on tracks that differ; weighing the same rectangles takes multi "
-        f"{ratios['one pass'].median():.2f} times as long",
-        "with one library call a region and particle (NumPy bincount) the ratio is "
-        f"{np.median(naive):.2f} [{naive.min():.2f}–{naive.max():.2f}]",
-        *failed_passes(folder, cells),
-    ]
-    return replace(table, notes=notes)
-
-
-def _row(sequence: str, times: pd.DataFrame) -> dict[str, str]:
-    """Medians over the frames that both were timed on, each the median of its repetitions."""
-    names = [parse_text(text)[1]["representation"] for text in times["tracker"]]
-    wide = times.assign(name=names).pivot_table("seconds", ["frame"], "name", aggfunc="median")
-    wide = wide.reindex(columns=["single", "multi"]).dropna() * 1e3
-    row = {"sequence": sequence}
-    for head, values, form in (
-        ("single [ms]", wide["single"], ".2f"),
-        ("multi [ms]", wide["multi"], ".2f"),
-        ("multi − single [ms]", wide["multi"] - wide["single"], "+.3f"),
-        ("ratio", wide["multi"] / wide["single"], ".3f"),
-    ):
-        row[head] = f"{values.median():{form}}" if len(values) else MISSING
-    return row
+    wide = wide.reindex(columns=["single", "multi"]).dropna().reset_index()
+    difference, ratio = wide["multi"] - wide["single"], wide["multi"] / wide["single"]
+    return wide.assign(difference=difference, ratio=ratio)

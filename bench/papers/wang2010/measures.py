@@ -143,7 +143,7 @@ def _curves(
     lookup, sequences = Table(evidence.scores, readings), evidence.names("sequences")
     numbers = sorted(evidence.scores["particles"].dropna().unique())
     found: dict[object, tuple[dict[str, Any], dict[str, pd.Series[float]]]] = {}
-    for reading in readings.all(lambda axis: PROPOSED in axis.over, lambda _: True):
+    for reading in readings.all(lambda axis: PROPOSED in axis.over):
         curves, asked, scenes = {}, [], []
         for tracker in trackers:
             both = {"radius": reading.parameters(PROPOSED).get("radius", "rule")}
@@ -162,7 +162,7 @@ def _curves(
         labels = {
             "reading": reading.names,
             "same": frozenset([readings.places(reading)]),
-            "post_hoc": readings.is_post_hoc(reading),
+            "post_hoc": reading.post_hoc,
             "scenes_seen": min(scenes),
         }
         known = found.setdefault(tuple(asked), (labels, curves))

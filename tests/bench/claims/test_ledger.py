@@ -66,18 +66,18 @@ def test_an_entry_is_read_with_its_defaults(tmp_path):
 def test_readings_are_named_and_the_first_of_each_axis_is_the_headline_but_of_rivals(tmp_path):
     readings = read(tmp_path)["X-1"].readings
     assert readings.columns == {"text": ("as written", "robust"), "window": ("fixed", "adaptive")}
-    every = list(readings.all(lambda axis: True, lambda option: True))
+    every = list(readings.all(lambda axis: True))
     assert [tuple(one.names.values()) for one in every][:2] == [
         ("as written", "fixed"),
         ("as written", "adaptive"),
     ]
     assert [readings.is_headline(one.names) for one in every] == [True, True, False, False]
-    assert [readings.is_post_hoc(one) for one in every] == [False, False, True, True]
+    assert [one.post_hoc for one in every] == [False, False, True, True]
 
 
 def test_a_reading_sets_parameters_of_the_trackers_that_it_is_over_and_of_one_alone(tmp_path):
     readings = read(tmp_path)["X-1"].readings
-    first = next(readings.all(lambda axis: True, lambda option: True))
+    first = next(readings.all(lambda axis: True))
     assert first.parameters("a") == {"preset": "as-written"}
     assert first.parameters("b") == {"window": "fixed"}
 

@@ -52,6 +52,7 @@ TABLES = {
             "kernel": ["one pass", "two calls"] * 10,
             "single": [1.0 + i / 20 for i in range(20)],
             "multi": [1.3 + i / 20 for i in range(20)],
+            "ratio": [(1.3 + i / 20) / (1.0 + i / 20) for i in range(20)],
         },
         "switch": {
             "sequence": [f"multipart/{number}" for number in range(1, 9)] * 3,
