@@ -1,7 +1,6 @@
-"""Frames and truth are those that were sealed; see `datasets.seal`.
+"""Frames and truth of variants, and identities, are those that were sealed; see `datasets.seal`.
 
-A change here changes every result on these sequences. If it is meant, look at the pictures and
-give the scene a new version: `python -m bench.evaluation.seal --new NAME`.
+As they are by default, sequences are held to their seals in `tests/datasets/test_conformance.py`.
 """
 
 import itertools
@@ -10,27 +9,17 @@ import pytest
 
 import datasets
 from datasets.golden import golden_digests, look_difference
-from datasets.outline import known_of, outlined
+from datasets.outline import outlined
 from datasets.seal import Seal, read_seals, seal_of
 from datasets.synthetic.suite import Suite, suites
 from datasets.text_form import parse_text
 
 SUITES = suites()
 SEALS = [seal for suite in SUITES for seal in read_seals(suite.golden).values()]
-KNOWN = {name: known for seal in SEALS for name, known in seal.known.items()}
 GOLDEN = {text: golden for seal in SEALS for text, golden in seal.golden.items()}
-SLOW = {
-    text
-    for text in GOLDEN
-    if ":" in text and text.startswith(("multipart", "nummiaro2003", "wang2010", "nguyen2002"))
-} | {
-    "moreno2005/book:illuminant=constant:scene=1:shadow=none",
-    "moreno2005/leaf:jump=middle:scene=1",
-    "moreno2005/octopus:scene=1",
-    "nguyen2002/lights",
-    "plain/target:height=480:scene=1:width=640",
-}
-"""Further scenes of what is tested every day by one."""
+VARIANTS = [text for text in GOLDEN if ":" in text]
+DAILY = ("moreno2005/ellipse", "plain/target", "stress/twin")
+"""Of these every variant is rendered every day: they take no time, or show what no other does."""
 
 FIRST_VERSIONS = {
     "moreno2005/book": "81ba6aaf10fd73a1",
@@ -57,20 +46,16 @@ FIRST_VERSIONS = {
 
 
 @pytest.mark.parametrize(
-    "text", [pytest.param(text, marks=pytest.mark.slow if text in SLOW else ()) for text in GOLDEN]
+    "text",
+    [
+        pytest.param(text, marks=() if text.startswith(DAILY) else pytest.mark.slow)
+        for text in VARIANTS
+    ],
 )
-def test_frames_and_truth_are_the_sealed_ones(text):
-    sequence = datasets.load(text)
-    sealed, found = GOLDEN[text], golden_digests(sequence)
-    difference = look_difference(sealed["look"], found["look"])
-    assert difference <= 1, f"the pictures changed, tiles by up to {difference} grey levels"
-    assert found["truth"] == sealed["truth"], "the truth changed, though the pictures look alike"
-    assert found["images"] == sealed["images"], (
-        "the pictures look alike but differ in their bytes: another platform's arithmetic, or a "
-        "small change of the renderer"
-    )
-    if text in KNOWN:
-        assert known_of(sequence) == KNOWN[text]
+def test_variants_are_the_sealed_ones(text):
+    sealed, found = GOLDEN[text], golden_digests(datasets.load(text))
+    assert look_difference(sealed["look"], found["look"]) <= 1, "the pictures changed"
+    assert (found["truth"], found["images"]) == (sealed["truth"], sealed["images"])
 
 
 def test_a_description_opens_no_rendered_sequence_while_its_source_is_the_sealed_one(monkeypatch):
@@ -80,12 +65,6 @@ def test_a_description_opens_no_rendered_sequence_while_its_source_is_the_sealed
     monkeypatch.setattr(Suite, "tree", lambda *_: "edited")
     with pytest.raises(pytest.fail.Exception, match="it was opened"):
         datasets.outline("plain/target")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", datasets.names())
-def test_what_a_description_tells_is_what_the_opened_sequence_tells(name):
-    assert datasets.outline(name) == outlined(datasets.load(name))
 
 
 def asked(text):
