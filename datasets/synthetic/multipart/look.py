@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from datasets.synthetic.render.colours import BGR
-from datasets.synthetic.render.texture import fractal
+from datasets.synthetic.render.texture import creases, fractal
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["AROUND", "Look", "cover_part", "paint_part", "wrapped"]
@@ -165,9 +165,7 @@ class _Folds:
 
     def __init__(self, random: np.random.Generator) -> None:
         self._random = random
-        self._broad = fractal(random, AROUND, 4, 16, 0.6)
-        steep = fractal(random, AROUND, 8, 32, 0.7)
-        self._slope = steep - np.roll(steep, 2, axis=0)
+        self._broad, self._slope = creases(random, AROUND)
 
     def __call__(self, strength: float) -> Array:
         """Gain of light, shape (ROWS, AROUND)."""

@@ -32,7 +32,7 @@ def out_of_view(boxes: Array) -> Flags:
 
 def rescaled(sizes: Array, first: int = 0) -> Flags:
     """Where a size is outside 0.8 to 1.25 of what it is in the first frame that counts."""
-    size = sizes / sizes[first]
+    size: Array = sizes / sizes[first]
     return np.logical_or(size < SMALLER, size > LARGER)
 
 

@@ -7,7 +7,7 @@ Sizes are powers of two, of 256 pixels or more for the grounds.
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["fractal", "grass", "lerp", "noise", "paving", "pebbles", "ramp", "relief"]
+__all__ = ["creases", "fractal", "grass", "lerp", "noise", "paving", "pebbles", "ramp", "relief"]
 
 Array = NDArray[np.float64]
 
@@ -73,6 +73,13 @@ def relief(height: Array, strength: float) -> Array:
     """Gain of light that falls from the left top on a height map, around 1."""
     slope = height - np.roll(height, (1, 1), axis=(0, 1))
     return np.asarray(np.clip(1 - strength * slope, 0.35, 1.6))
+
+
+def creases(generator: np.random.Generator, size: int) -> tuple[Array, Array]:
+    """Folds of cloth: broad ones about in [-1, 1], and the slope of steep ones, down a texture."""
+    broad = fractal(generator, size, 4, 16, 0.6)
+    steep = fractal(generator, size, 8, 32, 0.7)
+    return broad, steep - np.roll(steep, 2, axis=0)
 
 
 def grass(generator: np.random.Generator, size: int) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.nummiaro2003.driving.facets import Facets, Lens, Pictures, Pose, blank
-from datasets.synthetic.nummiaro2003.driving.laying import lay_facets, lay_over, sprite_of
+from datasets.synthetic.nummiaro2003.driving.laying import lay_facets, sprite_of
 from datasets.synthetic.nummiaro2003.driving.paintwork import BGR, painted
 from datasets.synthetic.nummiaro2003.driving.shape import Shape, any_shape
 from datasets.synthetic.nummiaro2003.driving.things import NEAREST, Lighting, Window
@@ -94,22 +94,19 @@ class CarAt:
         laid = self._laid(self.car.facets, view, canvas.shape[1::-1], pictures, lighting.things)
         if laid is None:
             return
-        if self.motion == (0.0, 0.0):
-            lay_over(canvas, *laid)
-            return
-        colour, taken, shadow, left, top = laid
+        sprite, left, top = laid
         right, down = (np.multiply(self.moments, shift) for shift in self.motion)
         lefts = np.round((left + right) * 64).astype(np.int64)
         tops = np.round((top + down) * 64).astype(np.int64)
-        blend_sprite(canvas, sprite_of(colour, taken, shadow), lefts, tops, 65536)
+        blend_sprite(canvas, sprite, lefts, tops, 65536)
 
     def coverage(self, view: View, size: tuple[int, int]) -> Coverage:
         """Silhouette of what is in a picture of a size (width, height)."""
         laid = self._laid(self.car.body, view, size, _BLANK, _UNSHADED)
         if laid is None:
             return 0, 0, np.zeros((0, 0), np.uint8)
-        colour, taken, shadow, left, top = laid
-        return left, top, sprite_of(colour, taken, shadow)[1:-1, 1:-1, 3].copy()
+        sprite, left, top = laid
+        return left, top, sprite[1:-1, 1:-1, 3].copy()
 
     def _extents(self, facets: Facets, view: View) -> tuple[float, float, float, float, float]:
         pose = self._pose(facets, view)
@@ -121,8 +118,8 @@ class CarAt:
 
     def _laid(
         self, facets: Facets, view: View, size: tuple[int, ...], pictures: Pictures, shade: Pictures
-    ) -> tuple[NDArray[np.uint8], NDArray[np.uint16], NDArray[np.uint8], int, int] | None:
-        """What is in a picture or near it: colour, samples, shadow, left and top [pixels]."""
+    ) -> tuple[NDArray[np.uint8], int, int] | None:
+        """What is in a picture or near it: a sprite with its left and top [pixels]."""
         window = self.window(view)
         if window is None:
             return None
@@ -137,7 +134,7 @@ class CarAt:
         order = np.arange(len(facets.counts))
         pose = self._pose(facets, view)
         lay_facets(colour, taken, shadow, facets, pictures, shade, lens, pose, order)
-        return colour, taken, shadow, left, top
+        return sprite_of(colour, taken, shadow), left, top
 
 
 PAINTS: tuple[BGR, ...] = (

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.nummiaro2003.driving.facets import MOST, Facets, Lens, Pictures, Pose
 
-__all__ = ["FULL", "lay_facets", "lay_over", "lay_picture", "sprite_of"]
+__all__ = ["FULL", "lay_behind", "lay_facets", "sprite_of"]
 
 FULL = 0xFFFF
 """All samples of a pixel are taken."""
@@ -296,60 +296,24 @@ def lay_facets(
                     u, v, s, t = u + du, v + dv, s + ds, t + dt
 
 
-@njit(cache=True)
-def lay_over(
-    canvas: NDArray[np.uint8],
-    colour: NDArray[np.uint8],
-    taken: NDArray[np.uint16],
-    shadow: NDArray[np.uint8],
-    left: int,
-    top: int,
-) -> None:
-    """Lay what was laid in a window over a canvas; `left` and `top` are its place [pixels]."""
-    height, width = taken.shape
-    for y in range(max(0, -top), min(height, len(canvas) - top)):
-        for x in range(max(0, -left), min(width, canvas.shape[1] - left)):
-            bits = np.int64(taken[y, x])
-            if bits == FULL:
-                for c in range(3):
-                    canvas[top + y, left + x, c] = colour[y, x, c]
-            elif bits or shadow[y, x]:
-                rest = max(255 - _counted(bits) * 255 // 16 - shadow[y, x], 0)
-                for c in range(3):
-                    behind = (canvas[top + y, left + x, c] * rest + 127) // 255
-                    canvas[top + y, left + x, c] = min(colour[y, x, c] + behind, 255)
-
-
-@njit(cache=True)
 def sprite_of(
     canvas: NDArray[np.uint8], taken: NDArray[np.uint16], shadow: NDArray[np.uint8]
 ) -> NDArray[np.uint8]:
-    """Facets as a sprite: premultiplied colour and coverage, with a transparent border."""
-    height, width = taken.shape
-    sprite = np.zeros((height + 2, width + 2, 4), np.uint8)
-    for y in range(height):
-        for x in range(width):
-            bits = np.int64(taken[y, x])
-            if bits or shadow[y, x]:
-                for c in range(3):
-                    sprite[y + 1, x + 1, c] = canvas[y, x, c]
-                sprite[y + 1, x + 1, 3] = min(_counted(bits) * 255 // 16 + shadow[y, x], 255)
+    """What was laid as a sprite, see `blend_sprite`: premultiplied, with a transparent border."""
+    sprite = np.zeros((taken.shape[0] + 2, taken.shape[1] + 2, 4), np.uint8)
+    sprite[1:-1, 1:-1, :3] = canvas
+    coverage = np.bitwise_count(taken) * np.uint16(255) // np.uint16(16) + shadow
+    sprite[1:-1, 1:-1, 3] = np.minimum(coverage, 255)
     return sprite
 
 
 @njit(cache=True)
-def lay_picture(
-    canvas: NDArray[np.uint8], taken: NDArray[np.uint16], behind: NDArray[np.uint8], last: int
+def lay_behind(
+    canvas: NDArray[np.uint8], taken: NDArray[np.uint16], behind: NDArray[np.uint8]
 ) -> None:
-    """Lay the rows of a picture before `last` under what is there; no sample of them is left."""
-    width = taken.shape[1]
-    for y in range(last):
-        for x in range(width):
-            bits = np.int64(taken[y, x])
-            if bits == 0:
-                for c in range(3):
-                    canvas[y, x, c] = behind[y, x, c]
-            elif bits != FULL:
-                share = 16 - _counted(bits)
-                for c in range(3):
-                    canvas[y, x, c] += (np.int64(behind[y, x, c]) * share) >> 4
+    """Lay a picture under the first rows of a canvas, into the samples that are not taken yet."""
+    for y in range(len(behind)):
+        for x in range(taken.shape[1]):
+            left = 16 - _counted(np.int64(taken[y, x]))
+            for c in range(3):
+                canvas[y, x, c] += (np.int64(behind[y, x, c]) * left) >> 4

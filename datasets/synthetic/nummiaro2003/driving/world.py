@@ -18,7 +18,7 @@ from datasets.synthetic.nummiaro2003.driving.facets import (
     packed,
 )
 from datasets.synthetic.nummiaro2003.driving.house import House, Houses
-from datasets.synthetic.nummiaro2003.driving.laying import lay_facets, lay_picture
+from datasets.synthetic.nummiaro2003.driving.laying import lay_behind, lay_facets
 from datasets.synthetic.nummiaro2003.driving.things import (
     Cutout,
     Lighting,
@@ -208,7 +208,7 @@ class World:
             pose = posed(view, facets)
             lay_facets(canvas, taken, shadow, facets, pictures, shade, lens, pose, order)
         behind = np.empty_like(canvas)
-        lay_picture(canvas, taken, behind, self._panorama.draw(behind, view))
+        lay_behind(canvas, taken, behind[: self._panorama.draw(behind, view)])
 
     @cached_property
     def lighting(self) -> Lighting:

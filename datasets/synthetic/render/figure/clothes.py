@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.render.figure.look import Look
 from datasets.synthetic.render.figure.mesh import AROUND, Solid, loft, turns
-from datasets.synthetic.render.texture import fractal, lerp
+from datasets.synthetic.render.texture import creases, lerp
 
 __all__ = ["FOREARM", "NECK", "SHOULDER", "TRUNK", "UPPER_ARM", "body"]
 
@@ -82,9 +82,7 @@ class _Folds:
 
     def __init__(self, random: np.random.Generator) -> None:
         self._random = random
-        self._broad = fractal(random, AROUND, 4, 16, 0.6)
-        steep = fractal(random, AROUND, 8, 32, 0.7)
-        self._slope = steep - np.roll(steep, 2, axis=0)
+        self._broad, self._slope = creases(random, AROUND)
 
     def __call__(self, strength: float) -> Array:
         """Gain of light, shape (AROUND, AROUND); each call gives another piece of cloth."""

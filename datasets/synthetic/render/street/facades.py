@@ -10,6 +10,8 @@ __all__ = ["backdrop"]
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
+Box = tuple[float, float, float, float]
+"""Left, top, right and bottom."""
 
 WALLS = (
     (72, 84, 150),  # brick
@@ -38,16 +40,16 @@ def backdrop(
     `scale` is in pixels/metre; the houses stand at the row `base` [pixels].
     """
     picture = _sky(random, FINE * height, FINE * width, FINE * base)
-    grain = fractal(random, 512, 16, 256, 0.8)
     metre = FINE * scale
+    front = _Front(random, picture, FINE * base, metre)
     x = -random.uniform(0, 8) * metre
     while x < FINE * width:
         if random.random() < 0.1:  # a gap: a garden behind a wall
             wide = random.uniform(3, 5) * metre
-            _garden(random, picture, x, x + wide, FINE * base, metre, grain)
+            front.garden(x, x + wide)
         else:
             wide = random.uniform(5.5, 13) * metre
-            _house(random, picture, x, x + wide, FINE * base, metre, grain)
+            front.house(x, x + wide)
         x += wide
     small = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
     haze = np.array([188.0, 182.0, 174.0])
@@ -71,215 +73,189 @@ def _sky(random: np.random.Generator, height: int, width: int, base: float) -> P
     return picture
 
 
-def _fill(picture: Picture, box: tuple[float, float, float, float], colour: Array) -> None:
+def _fill(picture: Picture, box: Box, colour: Array) -> None:
     left, top, right, bottom = (round(v) for v in box)
     cv2.rectangle(picture, (left, top), (right - 1, bottom - 1), colour.tolist(), -1)
 
 
-def _shaded(
-    picture: Picture, box: tuple[float, float, float, float], gain: NDArray[np.float64] | float
-) -> None:
-    """Multiply a region by a gain; an array is cut or repeated to its size."""
-    height, width = picture.shape[:2]
-    left, right = max(round(box[0]), 0), min(round(box[2]), width)
-    top, bottom = max(round(box[1]), 0), min(round(box[3]), height)
-    if left >= right or top >= bottom:
-        return
-    here = picture[top:bottom, left:right]
-    if isinstance(gain, np.ndarray):
-        rows = np.arange(top, bottom) % gain.shape[0]
-        gain = gain[rows[:, None], np.arange(left, right) % gain.shape[1], None]
-    here[:] = np.clip(here * gain, 0, 255).astype(np.uint8)
+class _Front:
+    """The far side of a street, painted into a picture whose houses stand at the row `base`.
 
+    A `metre` is in pixels; places are columns and rows.
+    """
 
-def _house(
-    random: np.random.Generator,
-    picture: Picture,
-    left: float,
-    right: float,
-    base: float,
-    metre: float,
-    grain: Array,
-) -> None:
-    colour = np.array(WALLS[random.integers(len(WALLS))]) * random.uniform(0.82, 1.08)
-    floors, storey = int(random.integers(2, 5)), random.uniform(2.8, 3.3) * metre
-    ground = random.uniform(3.2, 3.9) * metre
-    top = base - ground - floors * storey
-    wall = (left, top, right, base)
-    _fill(picture, wall, colour)
-    _shaded(picture, wall, 1 + 0.09 * grain)
-    if colour[2] > 1.25 * colour[0]:  # brick has courses
-        courses = 1 - 0.10 * ((np.arange(512) % max(round(0.16 * metre), 3)) == 0)
-        _shaded(picture, wall, np.repeat(courses[:, None], 4, axis=1))
-    if top > 0:
-        _roof(random, picture, left, right, top, metre)
-    columns = max(1, int((right - left) / (random.uniform(1.7, 2.5) * metre)))
-    wide, high = random.uniform(0.85, 1.25) * metre, random.uniform(1.35, 1.85) * metre
-    trim = colour * 0.5 + 118 if random.random() < 0.6 else colour * 0.62
-    curtains = random.uniform(0.2, 0.7)
-    for floor in range(floors):
-        sill = base - ground - floor * storey - 0.75 * metre
-        for column in range(columns):
-            middle = left + (right - left) * (column + 0.5) / columns
-            box = (middle - wide / 2, sill - high, middle + wide / 2, sill)
-            _window(random, picture, box, trim, metre, curtains)
-    _ground_floor(random, picture, (left, base - ground, right, base), colour, metre)
-    band = (left, base - ground - 0.12 * metre, right, base - ground)
-    _fill(picture, band, trim)
-    _shaded(picture, (left, band[3], right, band[3] + 0.15 * metre), 0.7)
-    pipe = right - 0.12 * metre
-    _shaded(picture, (pipe, top, pipe + 0.09 * metre, base), 0.6)
-    _shaded(picture, (left, top, left + 0.06 * metre, base), 0.75)
+    def __init__(
+        self, random: np.random.Generator, picture: Picture, base: float, metre: float
+    ) -> None:
+        self._random, self._picture = random, picture
+        self._base, self._metre = base, metre
+        self._grain = fractal(random, 512, 16, 256, 0.8)
 
+    def _fill(self, box: Box, colour: Array) -> None:
+        _fill(self._picture, box, colour)
 
-def _roof(
-    random: np.random.Generator,
-    picture: Picture,
-    left: float,
-    right: float,
-    top: float,
-    metre: float,
-) -> None:
-    colour = np.array(ROOFS[random.integers(len(ROOFS))])
-    if random.random() < 0.6:
-        rise, inset = random.uniform(1.2, 2.4) * metre, random.uniform(0.1, 0.9) * metre
-        corners = [(left, top), (left + inset, top - rise), (right - inset, top - rise)]
-        shape = np.round([*corners, (right, top)]).astype(np.int32)
-        cv2.fillPoly(picture, [shape], colour.tolist())
+    def _shade(self, box: Box, gain: NDArray[np.float64] | float) -> None:
+        """Multiply a region by a gain; an array is cut or repeated to its size."""
+        height, width = self._picture.shape[:2]
+        left, right = max(round(box[0]), 0), min(round(box[2]), width)
+        top, bottom = max(round(box[1]), 0), min(round(box[3]), height)
+        if left >= right or top >= bottom:
+            return
+        here = self._picture[top:bottom, left:right]
+        if isinstance(gain, np.ndarray):
+            rows = np.arange(top, bottom) % gain.shape[0]
+            gain = gain[rows[:, None], np.arange(left, right) % gain.shape[1], None]
+        here[:] = np.clip(here * gain, 0, 255).astype(np.uint8)
+
+    def house(self, left: float, right: float) -> None:
+        random, metre, base = self._random, self._metre, self._base
+        colour = np.array(WALLS[random.integers(len(WALLS))]) * random.uniform(0.82, 1.08)
+        floors, storey = int(random.integers(2, 5)), random.uniform(2.8, 3.3) * metre
+        ground = random.uniform(3.2, 3.9) * metre
+        top = base - ground - floors * storey
+        wall = (left, top, right, base)
+        self._fill(wall, colour)
+        self._shade(wall, 1 + 0.09 * self._grain)
+        if colour[2] > 1.25 * colour[0]:  # brick has courses
+            courses = 1 - 0.10 * ((np.arange(512) % max(round(0.16 * metre), 3)) == 0)
+            self._shade(wall, np.repeat(courses[:, None], 4, axis=1))
+        if top > 0:
+            self._roof(left, right, top)
+        columns = max(1, int((right - left) / (random.uniform(1.7, 2.5) * metre)))
+        wide, high = random.uniform(0.85, 1.25) * metre, random.uniform(1.35, 1.85) * metre
+        trim = colour * 0.5 + 118 if random.random() < 0.6 else colour * 0.62
+        curtains = random.uniform(0.2, 0.7)
+        for floor in range(floors):
+            sill = base - ground - floor * storey - 0.75 * metre
+            for column in range(columns):
+                middle = left + (right - left) * (column + 0.5) / columns
+                box = (middle - wide / 2, sill - high, middle + wide / 2, sill)
+                self._window(box, trim, curtains)
+        self._ground_floor((left, base - ground, right, base), colour)
+        band = (left, base - ground - 0.12 * metre, right, base - ground)
+        self._fill(band, trim)
+        self._shade((left, band[3], right, band[3] + 0.15 * metre), 0.7)
+        pipe = right - 0.12 * metre
+        self._shade((pipe, top, pipe + 0.09 * metre, base), 0.6)
+        self._shade((left, top, left + 0.06 * metre, base), 0.75)
+
+    def _roof(self, left: float, right: float, top: float) -> None:
+        random, metre = self._random, self._metre
+        colour = np.array(ROOFS[random.integers(len(ROOFS))])
         if random.random() < 0.6:
-            x = random.uniform(left + inset, right - inset - 0.6 * metre)
-            chimney = (x, top - rise - 0.8 * metre, x + 0.6 * metre, top - rise * 0.4)
-            _fill(picture, chimney, colour * 1.15)
-    _fill(picture, (left, top - 0.1 * metre, right, top + 0.15 * metre), colour * 0.4 + 110)
-    _shaded(picture, (left, top + 0.15 * metre, right, top + 0.4 * metre), 0.72)
+            rise, inset = random.uniform(1.2, 2.4) * metre, random.uniform(0.1, 0.9) * metre
+            corners = [(left, top), (left + inset, top - rise), (right - inset, top - rise)]
+            shape = np.round([*corners, (right, top)]).astype(np.int32)
+            cv2.fillPoly(self._picture, [shape], colour.tolist())
+            if random.random() < 0.6:
+                x = random.uniform(left + inset, right - inset - 0.6 * metre)
+                chimney = (x, top - rise - 0.8 * metre, x + 0.6 * metre, top - rise * 0.4)
+                self._fill(chimney, colour * 1.15)
+        self._fill((left, top - 0.1 * metre, right, top + 0.15 * metre), colour * 0.4 + 110)
+        self._shade((left, top + 0.15 * metre, right, top + 0.4 * metre), 0.72)
 
-
-def _window(
-    random: np.random.Generator,
-    picture: Picture,
-    box: tuple[float, float, float, float],
-    trim: Array,
-    metre: float,
-    curtains: float,
-) -> None:
-    left, top, right, bottom = box
-    edge = 0.07 * metre
-    _fill(picture, (left - edge, top - edge, right + edge, bottom + edge), trim)
-    glass = np.array([96.0, 84.0, 74.0]) * random.uniform(0.5, 1.15)
-    _fill(picture, box, glass)
-    shine = random.uniform(0.3, 0.9)
-    _fill(picture, (left, top, right, top + (bottom - top) * shine * 0.6), glass * 1.35 + 12)
-    if random.random() < curtains:
-        cloth = np.array([196.0, 202.0, 206.0]) * random.uniform(0.55, 0.95)
-        drawn = (right - left) * random.uniform(0.15, 0.45)
-        _fill(picture, (left, top, left + drawn, bottom), cloth)
-        _fill(picture, (right - drawn, top, right, bottom), cloth * 0.9)
-    middle = (left + right) / 2
-    bar = 0.03 * metre
-    _fill(picture, (middle - bar, top, middle + bar, bottom), trim)
-    _fill(
-        picture, (left, top + (bottom - top) * 0.4 - bar, right, top + (bottom - top) * 0.4), trim
-    )
-    _shaded(picture, (left, top, right, top + 0.14 * metre), 0.55)
-    _shaded(picture, (left, top, left + 0.08 * metre, bottom), 0.7)
-    _fill(picture, (left - 0.12 * metre, bottom, right + 0.12 * metre, bottom + edge), trim * 1.1)
-    _shaded(picture, (left - edge, bottom + edge, right + edge, bottom + 2.2 * edge), 0.72)
-
-
-def _ground_floor(
-    random: np.random.Generator,
-    picture: Picture,
-    box: tuple[float, float, float, float],
-    colour: Array,
-    metre: float,
-) -> None:
-    left, top, right, base = box
-    if random.random() < 0.45:  # flats: a door, windows
-        at = random.uniform(left + 0.5 * metre, right - 1.6 * metre)
-        wood = np.array(SIGNS[random.integers(len(SIGNS))]) * 0.8 + 20
-        for middle in np.arange(left + 1.3 * metre, right - metre, 2.3 * metre):
-            if abs(middle - at - 0.5 * metre) > 1.4 * metre:
-                window = (middle - 0.5 * metre, top + 0.8 * metre, middle + 0.5 * metre,
-                          top + 2.3 * metre)  # fmt: skip
-                _window(random, picture, window, colour * 0.5 + 110, metre, 0.4)
-        _fill(
-            picture, (at - 0.12 * metre, base - 2.5 * metre, at + 1.12 * metre, base), colour * 0.7
+    def _window(self, box: Box, trim: Array, curtains: float) -> None:
+        random, metre = self._random, self._metre
+        left, top, right, bottom = box
+        edge = 0.07 * metre
+        self._fill((left - edge, top - edge, right + edge, bottom + edge), trim)
+        glass = np.array([96.0, 84.0, 74.0]) * random.uniform(0.5, 1.15)
+        self._fill(box, glass)
+        shine = random.uniform(0.3, 0.9)
+        self._fill((left, top, right, top + (bottom - top) * shine * 0.6), glass * 1.35 + 12)
+        if random.random() < curtains:
+            cloth = np.array([196.0, 202.0, 206.0]) * random.uniform(0.55, 0.95)
+            drawn = (right - left) * random.uniform(0.15, 0.45)
+            self._fill((left, top, left + drawn, bottom), cloth)
+            self._fill((right - drawn, top, right, bottom), cloth * 0.9)
+        middle = (left + right) / 2
+        bar = 0.03 * metre
+        self._fill((middle - bar, top, middle + bar, bottom), trim)
+        self._fill(
+            (left, top + (bottom - top) * 0.4 - bar, right, top + (bottom - top) * 0.4), trim
         )
-        _fill(picture, (at, base - 2.35 * metre, at + metre, base), wood)
-        _shaded(picture, (at, base - 2.35 * metre, at + 0.1 * metre, base), 0.6)
-        _shaded(picture, (left, base - 0.5 * metre, right, base), 0.82)
-        return
-    front = (left + 0.35 * metre, top + 0.75 * metre, right - 0.35 * metre, base - 0.5 * metre)
-    frame = np.array(SIGNS[random.integers(len(SIGNS))]) * 0.7 + 30
-    _fill(picture, (front[0] - 0.1 * metre, front[1], front[2] + 0.1 * metre, base), frame)
-    _fill(picture, front, np.array([70.0, 62.0, 58.0]) * random.uniform(0.6, 1.2))
-    for _ in range(int((right - left) / metre * 5)):  # what is shown behind the glass
-        x, y = random.uniform(front[0], front[2]), random.uniform(front[1] + 0.5 * metre, front[3])
-        size = random.uniform(0.06, 0.3, 2) * metre
-        goods = random.uniform(40, 190, 3)
-        shown = (x, y - size[1], min(x + size[0], front[2]), y)
-        _fill(picture, shown, goods * 0.7)
-    _shaded(picture, (front[0], front[1], front[2], front[1] + 0.5 * metre), 0.6)
-    for bar in np.arange(front[0], front[2], 2.1 * metre):
-        _fill(picture, (bar, front[1], bar + 0.08 * metre, base), frame)
-    sign = np.array(SIGNS[random.integers(len(SIGNS))], np.float64) * random.uniform(0.8, 1.3)
-    board = (left + 0.2 * metre, top + 0.1 * metre, right - 0.2 * metre, top + 0.75 * metre)
-    _fill(picture, board, sign)
-    ink = np.full(3, 226.0) if sign.mean() < 120 else np.full(3, 40.0)
-    x = board[0] + random.uniform(0.3, 1.5) * metre
-    while x < board[2] - 0.5 * metre and random.random() < 0.93:  # letters
-        wide = random.uniform(0.1, 0.24) * metre
-        tall = random.uniform(0.2, 0.32) * metre
-        middle = (board[1] + board[3]) / 2
-        _fill(picture, (x, middle - tall / 2, x + wide, middle + tall / 2), ink)
-        _fill(
-            picture,
-            (x + wide * 0.3, middle - tall * 0.2, x + wide * 0.75, middle + 0.1 * tall),
-            sign,
-        )
-        x += wide * 1.4
-    if random.random() < 0.5:
-        _awning(random, picture, front, top + 0.8 * metre, metre)
+        self._shade((left, top, right, top + 0.14 * metre), 0.55)
+        self._shade((left, top, left + 0.08 * metre, bottom), 0.7)
+        self._fill((left - 0.12 * metre, bottom, right + 0.12 * metre, bottom + edge), trim * 1.1)
+        self._shade((left - edge, bottom + edge, right + edge, bottom + 2.2 * edge), 0.72)
 
+    def _ground_floor(self, box: Box, colour: Array) -> None:
+        random, metre = self._random, self._metre
+        left, top, right, base = box
+        if random.random() < 0.45:  # flats: a door, windows
+            at = random.uniform(left + 0.5 * metre, right - 1.6 * metre)
+            wood = np.array(SIGNS[random.integers(len(SIGNS))]) * 0.8 + 20
+            for middle in np.arange(left + 1.3 * metre, right - metre, 2.3 * metre):
+                if abs(middle - at - 0.5 * metre) > 1.4 * metre:
+                    window = (middle - 0.5 * metre, top + 0.8 * metre, middle + 0.5 * metre,
+                              top + 2.3 * metre)  # fmt: skip
+                    self._window(window, colour * 0.5 + 110, 0.4)
+            self._fill(
+                (at - 0.12 * metre, base - 2.5 * metre, at + 1.12 * metre, base), colour * 0.7
+            )
+            self._fill((at, base - 2.35 * metre, at + metre, base), wood)
+            self._shade((at, base - 2.35 * metre, at + 0.1 * metre, base), 0.6)
+            self._shade((left, base - 0.5 * metre, right, base), 0.82)
+            return
+        front = (left + 0.35 * metre, top + 0.75 * metre, right - 0.35 * metre, base - 0.5 * metre)
+        frame = np.array(SIGNS[random.integers(len(SIGNS))]) * 0.7 + 30
+        self._fill((front[0] - 0.1 * metre, front[1], front[2] + 0.1 * metre, base), frame)
+        self._fill(front, np.array([70.0, 62.0, 58.0]) * random.uniform(0.6, 1.2))
+        for _ in range(int((right - left) / metre * 5)):  # what is shown behind the glass
+            x, y = (
+                random.uniform(front[0], front[2]),
+                random.uniform(front[1] + 0.5 * metre, front[3]),
+            )
+            size = random.uniform(0.06, 0.3, 2) * metre
+            goods = random.uniform(40, 190, 3)
+            shown = (x, y - size[1], min(x + size[0], front[2]), y)
+            self._fill(shown, goods * 0.7)
+        self._shade((front[0], front[1], front[2], front[1] + 0.5 * metre), 0.6)
+        for bar in np.arange(front[0], front[2], 2.1 * metre):
+            self._fill((bar, front[1], bar + 0.08 * metre, base), frame)
+        sign = np.array(SIGNS[random.integers(len(SIGNS))], np.float64) * random.uniform(0.8, 1.3)
+        board = (left + 0.2 * metre, top + 0.1 * metre, right - 0.2 * metre, top + 0.75 * metre)
+        self._fill(board, sign)
+        ink = np.full(3, 226.0) if sign.mean() < 120 else np.full(3, 40.0)
+        x = board[0] + random.uniform(0.3, 1.5) * metre
+        while x < board[2] - 0.5 * metre and random.random() < 0.93:  # letters
+            wide = random.uniform(0.1, 0.24) * metre
+            tall = random.uniform(0.2, 0.32) * metre
+            middle = (board[1] + board[3]) / 2
+            self._fill((x, middle - tall / 2, x + wide, middle + tall / 2), ink)
+            self._fill(
+                (x + wide * 0.3, middle - tall * 0.2, x + wide * 0.75, middle + 0.1 * tall),
+                sign,
+            )
+            x += wide * 1.4
+        if random.random() < 0.5:
+            self._awning(front, top + 0.8 * metre)
 
-def _awning(
-    random: np.random.Generator,
-    picture: Picture,
-    front: tuple[float, float, float, float],
-    top: float,
-    metre: float,
-) -> None:
-    colour = np.array(SIGNS[random.integers(len(SIGNS))], np.float64) * 1.1 + 10
-    other = np.full(3, 214.0) if random.random() < 0.6 else colour * 0.85
-    stripe = 0.32 * metre
-    for k, x in enumerate(np.arange(front[0], front[2] - stripe / 2, stripe)):
-        end = min(x + stripe, front[2])
-        shape = [(x, top), (end, top), (end + 0.12 * metre, top + 0.7 * metre),
-                 (x + 0.12 * metre, top + 0.7 * metre)]  # fmt: skip
-        shade = colour if k % 2 else other
-        cv2.fillPoly(picture, [np.round(shape).astype(np.int32)], shade.tolist())
-    _shaded(picture, (front[0], top + 0.7 * metre, front[2], top + 1.2 * metre), 0.6)
-    _shaded(picture, (front[0], top + 0.55 * metre, front[2], top + 0.7 * metre), 0.82)
+    def _awning(self, front: Box, top: float) -> None:
+        random, metre = self._random, self._metre
+        colour = np.array(SIGNS[random.integers(len(SIGNS))], np.float64) * 1.1 + 10
+        other = np.full(3, 214.0) if random.random() < 0.6 else colour * 0.85
+        stripe = 0.32 * metre
+        for k, x in enumerate(np.arange(front[0], front[2] - stripe / 2, stripe)):
+            end = min(x + stripe, front[2])
+            shape = [(x, top), (end, top), (end + 0.12 * metre, top + 0.7 * metre),
+                     (x + 0.12 * metre, top + 0.7 * metre)]  # fmt: skip
+            shade = colour if k % 2 else other
+            cv2.fillPoly(self._picture, [np.round(shape).astype(np.int32)], shade.tolist())
+        self._shade((front[0], top + 0.7 * metre, front[2], top + 1.2 * metre), 0.6)
+        self._shade((front[0], top + 0.55 * metre, front[2], top + 0.7 * metre), 0.82)
 
-
-def _garden(
-    random: np.random.Generator,
-    picture: Picture,
-    left: float,
-    right: float,
-    base: float,
-    metre: float,
-    grain: Array,
-) -> None:
-    for number in range(round((right - left) / metre * 90)):
-        x = random.uniform(left, right)
-        rise = 4.4 - 1.4 * np.sin(0.9 * x / metre)
-        y = base - random.uniform(0.8, rise) * metre
-        green = np.array([46.0, 92.0, 70.0]) * random.uniform(0.5, 0.7 + 0.5 * (number % 7) / 7)
-        radius = round(random.uniform(0.08, 0.26) * metre)
-        cv2.circle(picture, (round(x), round(y)), radius, green.tolist(), -1)
-    _shaded(picture, (left, base - 5 * metre, right, base), 1 + 0.16 * grain)
-    wall = np.array(WALLS[random.integers(len(WALLS))]) * 0.85
-    _fill(picture, (left, base - 1.4 * metre, right, base), wall)
-    _shaded(picture, (left, base - 1.4 * metre, right, base), 1 + 0.1 * grain)
-    _fill(picture, (left, base - 1.5 * metre, right, base - 1.4 * metre), wall * 1.15)
+    def garden(self, left: float, right: float) -> None:
+        random, metre, base = self._random, self._metre, self._base
+        for number in range(round((right - left) / metre * 90)):
+            x = random.uniform(left, right)
+            rise = 4.4 - 1.4 * np.sin(0.9 * x / metre)
+            y = base - random.uniform(0.8, rise) * metre
+            green = np.array([46.0, 92.0, 70.0]) * random.uniform(0.5, 0.7 + 0.5 * (number % 7) / 7)
+            radius = round(random.uniform(0.08, 0.26) * metre)
+            cv2.circle(self._picture, (round(x), round(y)), radius, green.tolist(), -1)
+        self._shade((left, base - 5 * metre, right, base), 1 + 0.16 * self._grain)
+        wall = np.array(WALLS[random.integers(len(WALLS))]) * 0.85
+        self._fill((left, base - 1.4 * metre, right, base), wall)
+        self._shade((left, base - 1.4 * metre, right, base), 1 + 0.1 * self._grain)
+        self._fill((left, base - 1.5 * metre, right, base - 1.4 * metre), wall * 1.15)

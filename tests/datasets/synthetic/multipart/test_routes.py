@@ -38,7 +38,7 @@ def test_heading_is_towards_the_camera_where_the_depth_falls(goal, heading):
     assert course.heading == pytest.approx(heading, abs=0.02)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(seed=SEEDS, design=st.sampled_from(FOLLOWED))
 def test_a_followed_target_stays_in_the_picture_and_in_his_depths_and_turns(seed, design):
     random = np.random.default_rng(seed)
@@ -56,14 +56,14 @@ def test_a_followed_target_stays_in_the_picture_and_in_his_depths_and_turns(seed
     assert np.ptp(course.heading) > np.pi / 2
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(seed=SEEDS, number=st.sampled_from(["1", "4"]))
 def test_the_size_of_the_followed_target_changes_by_half_or_more(seed, number):
     z = routes.along_the_street(np.random.default_rng(seed), DESIGNS[number]).z
     assert 1.45 < z.max() / z.min() < 2.3
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(seed=SEEDS, design=st.sampled_from(FIXED))
 def test_a_target_before_a_fixed_camera_stays_in_view_with_his_feet(seed, design):
     random = np.random.default_rng(seed)
@@ -77,7 +77,7 @@ def test_a_target_before_a_fixed_camera_stays_in_view_with_his_feet(seed, design
     assert seen[0] == seen[design.length - 1] == seen.still
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(seed=SEEDS, design=st.sampled_from(FIXED))
 def test_who_passes_before_the_target_hides_his_axis_when_it_was_asked(seed, design):
     random = np.random.default_rng(seed)
@@ -93,7 +93,7 @@ def test_who_passes_before_the_target_hides_his_axis_when_it_was_asked(seed, des
     assert course.z[near] < target.z[near] - 0.6
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(seed=SEEDS, distance=st.floats(0, 3))
 def test_the_twin_comes_as_near_as_asked_and_not_nearer(seed, distance):
     random = np.random.default_rng(seed)

@@ -54,8 +54,8 @@ def test_the_silhouette_is_that_of_mid_exposure_while_limbs_are_blurred(heading,
     assert (painted & whole[:255]).sum() / (painted | whole[:255]).sum() > 0.98
 
 
-@pytest.mark.parametrize("heading", np.linspace(-np.pi, np.pi, 7))
-@pytest.mark.parametrize("phase", np.linspace(0, 1, 6))
+@pytest.mark.parametrize("heading", np.linspace(-np.pi, np.pi, 5))
+@pytest.mark.parametrize("phase", [0.0, 0.3, 0.7])
 def test_head_and_feet_are_where_they_are_said_to_be(heading, phase):
     _, top, coverage = WALKER.coverage(160, 280, 240, Pose(phase, 1.0, heading))
     rows = top + np.flatnonzero((coverage > 127).any(axis=1))
@@ -100,7 +100,7 @@ def test_turning_changes_what_is_seen():
     assert faces[0] > 10 * max(faces[1], 1)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     x=st.floats(-200, 300),
     y=st.floats(-100, 500),

@@ -1,8 +1,5 @@
 """The street: geometry measured in the picture, light, and things that stand about."""
 
-import subprocess
-import sys
-import zlib
 from dataclasses import replace
 
 import cv2
@@ -78,7 +75,7 @@ def test_turning_and_nodding_move_everything_alike(street):
     np.testing.assert_array_equal(nodded[300:], first[292:-8])
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     x=st.floats(0, 3),
     right=st.floats(-40, 40),
@@ -190,28 +187,3 @@ def test_a_post_hides_what_is_behind_its_place(street):
     columns = left + np.flatnonzero((alpha[: len(alpha) // 2] > 127).any(axis=0))
     assert len(columns) == pytest.approx(0.3 * 140, abs=2)
     assert columns.mean() + 0.5 == pytest.approx(320, abs=1.5)
-
-
-def test_another_process_paints_the_same_bytes(street):
-    code = (
-        "import numpy as np, zlib\n"
-        "from datasets.synthetic.render.views import Camera\n"
-        "from datasets.synthetic.render.street.street import Reach, Street\n"
-        "still = Camera(focal=700.0, eye=1.6, horizon=190.0, centre=320.0)\n"
-        "s = Street(5, (640, 480), still, Reach((0.0, 3.0), (-40.0, 40.0), (-12.0, 12.0)))\n"
-        "c = np.zeros((480, 640, 3), np.uint8)\n"
-        "s.draw(c, still)\n"
-        "for p in s.props:\n    p.draw(c, still)\n"
-        "print(zlib.crc32(c.tobytes()))"
-    )
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    canvas = np.zeros((480, 640, 3), np.uint8)
-    street.draw(canvas, STILL)
-    for prop in street.props:
-        prop.draw(canvas, STILL)
-    assert int(told.stdout) == zlib.crc32(canvas.tobytes())
-
-
-def test_other_seeds_paint_other_streets():
-    pictures = [seen(Street(seed, (640, 480), STILL, Reach())) for seed in (1, 2)]
-    assert (pictures[0] != pictures[1]).mean() > 0.5
