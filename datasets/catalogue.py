@@ -1,14 +1,13 @@
 """Names of sequences, and where each comes from."""
 
 from collections.abc import Mapping
-from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import Any, Protocol, cast
 
 from datasets.interface import Sequence, SequenceError, Summary
 from datasets.outline import Outline, outlined
-from datasets.text_form import parse_text
+from datasets.text_form import close_match, parse_text
 
 __all__ = ["is_built_in", "load", "names", "options", "outline", "summary"]
 
@@ -147,8 +146,7 @@ def _path_and_choice(text: str) -> tuple[Path, dict[str, str]]:
 def _unknown(text: str, path: Path) -> SequenceError:
     beside = path.parent.iterdir() if path.parent.is_dir() else ()
     candidates = [*names(), *(str(sibling) for sibling in beside)]
-    close = get_close_matches(text.partition(":")[0], candidates, n=1)
-    hint = f" Did you mean {close[0]!r}?" if close else ""
+    hint = close_match(text.partition(":")[0], candidates)
     return SequenceError(
         f"unknown sequence {text!r}.{hint} It is no built-in name (`trackmark list` shows them) "
         f"and there is no file or folder {path.absolute()}."

@@ -3,9 +3,16 @@
 Trackers and sequences are both written so, on the command line, in labels and in results.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
 
-__all__ = ["format_text", "parse_text"]
+__all__ = ["close_match", "format_text", "parse_text"]
+
+
+def close_match(name: str, known: Iterable[str]) -> str:
+    """The end of a message about an unknown name: " Did you mean 'x'?", or nothing."""
+    close = get_close_matches(name, list(known), n=1)
+    return f" Did you mean {close[0]!r}?" if close else ""
 
 
 def parse_text(text: str) -> tuple[str, dict[str, str]]:

@@ -10,7 +10,6 @@ import threading
 import uuid
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -19,6 +18,7 @@ from bench.experiments.experiment import ExperimentError
 
 if TYPE_CHECKING:
     from bench.engine.worker import Outcome, Probed
+from datasets.text_form import close_match
 
 __all__ = ["ENGINES", "Engine", "Job", "engine", "probe"]
 
@@ -99,8 +99,7 @@ def engine(name: str = "local", *, jobs: int | None = None, address: str | None 
     Raises `ImportError` where its library is not installed, with what to install.
     """
     if name not in ENGINES:
-        close = get_close_matches(name, ENGINES, n=1)
-        hint = f" Did you mean {close[0]!r}?" if close else ""
+        hint = close_match(name, ENGINES)
         raise ExperimentError(f"unknown engine {name!r}.{hint} Known: {', '.join(ENGINES)}.")
     found: Engine = importlib.import_module(f"bench.engine.{name}").connect(jobs, address)
     return found

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 from bench.experiments.contestant import BOXES
 from bench.metrics.native import Truth
 from datasets import SequenceError
+from datasets.text_form import close_match
 
 __all__ = ["Reference", "reference"]
 
@@ -36,8 +36,7 @@ def reference(truth: Truth, region: str, name: str = "the sequence") -> Truth:
         return truth
     if region not in truth.regions:
         known = [BOXES, *sorted(truth.regions)]
-        close = get_close_matches(region, known, n=1)
-        hint = f" Did you mean {close[0]!r}?" if close else ""
+        hint = close_match(region, known)
         raise SequenceError(
             f"{name} has no region {region!r} to initialise with (init={region}).{hint} "
             f"Known: {', '.join(known)}."

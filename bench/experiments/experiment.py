@@ -19,12 +19,11 @@ sequences = [
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from itertools import product
 from pathlib import Path
 from typing import Any
 
-from datasets.text_form import format_text
+from datasets.text_form import close_match, format_text
 
 __all__ = ["Experiment", "ExperimentError", "SequenceSource", "experiment_names", "read_experiment"]
 
@@ -139,8 +138,7 @@ def read_experiment(name_or_path: str | Path) -> Experiment:
         path = files.get(str(name_or_path), path)
         if path.suffix != ".toml":
             known = sorted(files)
-            close = get_close_matches(str(name_or_path), known, n=1)
-            hint = f" Did you mean {close[0]!r}?" if close else ""
+            hint = close_match(str(name_or_path), known)
             raise ExperimentError(
                 f"unknown experiment {str(name_or_path)!r}.{hint} "
                 f"Known: {', '.join(known)}; or give a .toml file."

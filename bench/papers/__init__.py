@@ -6,7 +6,6 @@
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -16,6 +15,7 @@ from bench.store.layout import Cell
 if TYPE_CHECKING:
     from bench.papers.report import Paper
     from reports.tables import Table
+from datasets.text_form import close_match
 
 __all__ = ["Asked", "Effort", "Report", "load_paper", "paper_names"]
 
@@ -112,8 +112,7 @@ def load_paper(name: str) -> "Paper":
     """
     known = paper_names()
     if name not in known:
-        close = get_close_matches(name, known, n=1)
-        hint = f" Did you mean {close[0]!r}?" if close else ""
+        hint = close_match(name, known)
         raise ExperimentError(f"unknown paper {name!r}.{hint} Known: {', '.join(known)}.")
     from bench.papers.description import read_description
     from bench.papers.report import Paper

@@ -16,7 +16,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from bench.store.columns import CELL, PLACE, TEXT, coded, codes, numbered, with_place
-from bench.store.files import ResultsError, locked, write_atomically
+from bench.store.files import ResultsError, locked, unreadable, write_atomically
 from bench.store.layout import SCHEMA, Cell, check_schema
 from bench.store.seal import PLACEHOLDER, check, sealed
 
@@ -119,10 +119,7 @@ def read_asked(folder: Path) -> Asked:
     try:
         content = file.read_bytes()
     except OSError as error:
-        raise ResultsError(
-            f"{file} can't be read: {error.strerror}. Mend the permissions or the disk, and run "
-            "the same command again."
-        ) from error
+        raise unreadable(file, error) from error
     try:
         plan = json.loads(content)
         check_schema(file, plan["schema"])

@@ -25,6 +25,7 @@ __all__ = [
     "remove_empty_folder",
     "remove_file",
     "temporary_name",
+    "unreadable",
     "write_atomically",
     "write_once",
 ]
@@ -39,6 +40,14 @@ _LOCK_POLL_SECONDS = 0.02
 
 class ResultsError(ValueError):
     """Results that can't be read or written; the message names folder or file."""
+
+
+def unreadable(path: Path, error: OSError) -> ResultsError:
+    """What is said of a file or folder that can't be read now, whatever stands in it."""
+    return ResultsError(
+        f"{path} can't be read: {error.strerror}. Mend the permissions or the disk, and run the "
+        "same command again."
+    )
 
 
 def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> None:

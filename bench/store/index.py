@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from bench.evaluation.record import Run
 from bench.evaluation.scoring import score_both
 from bench.store.columns import CELL, PLACE, TEXT, coded, numbered, places, tidy, with_place
-from bench.store.files import ResultsError, write_atomically
+from bench.store.files import ResultsError, unreadable, write_atomically
 from bench.store.layout import run_path
 from bench.store.results import Results
 from bench.store.seal import arrow_bytes, read_arrow
@@ -292,10 +292,7 @@ def _entries(folder: Path) -> "Iterator[os.DirEntry[str]]":
     except (FileNotFoundError, NotADirectoryError):
         return
     except OSError as error:
-        raise ResultsError(
-            f"{folder} can't be read: {error.strerror}. Mend the permissions or the disk, and run "
-            "the same command again."
-        ) from error
+        raise unreadable(folder, error) from error
 
 
 def _with_rows(table: pa.Table, further: list[pa.Table]) -> pa.Table:

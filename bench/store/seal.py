@@ -13,7 +13,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.feather as feather
 
-from bench.store.files import ResultsError
+from bench.store.files import ResultsError, unreadable
 
 __all__ = [
     "PLACEHOLDER",
@@ -84,10 +84,7 @@ def read_sealed(path: Path) -> bytes:
     except FileNotFoundError:
         raise
     except OSError as error:
-        raise ResultsError(
-            f"{path} can't be read: {error.strerror}. Mend the permissions or the disk, and run "
-            "the same command again."
-        ) from error
+        raise unreadable(path, error) from error
     check(path, content)
     return content
 

@@ -182,6 +182,10 @@ BAD = {
     "returns NaN": (lambda i, t: Estimate(np.array([np.nan, 0, 1, 1])), "not finite"),
     "returns infinity": (lambda i, t: Estimate(np.array([0, 0, np.inf, 1])), "not finite"),
     "returns no size": (lambda i, t: Estimate(np.array([0, 0, 0.0, 1])), "positive size"),
+    "returns a negative size": (
+        lambda i, t: Estimate(np.array([0, 0, -1.0, 1])),
+        "positive size",
+    ),
     "returns three numbers": (lambda i, t: Estimate(np.array([0, 0, 1.0])), "not an array"),
     "returns a list": (lambda i, t: Estimate([0, 0, 1, 1]), "not an array"),
     "is too confident": (lambda i, t: Estimate(t.box, confidence=1.5), "confidence 1.5"),

@@ -7,7 +7,10 @@ import time
 from pathlib import Path
 from uuid import uuid4
 
+import pyarrow.parquet as parquet
 import pytest
+
+from bench.store.results import Results
 
 
 class Command:
@@ -109,3 +112,20 @@ def wait_until():
             time.sleep(0.05)
 
     return wait
+
+
+@pytest.fixture(scope="session")
+def contents():
+    """Everything that determines and says a run, by path."""
+
+    def of(folder):
+        results = Results(folder)
+        found = {}
+        for file in results.files():
+            run = results.read(file)
+            table = parquet.read_table(file)
+            columns = {name: table.column(name).to_numpy().tobytes() for name in table.column_names}
+            found[str(file.relative_to(folder))] = (run.identity, run.failure, columns)
+        return found
+
+    return of

@@ -11,7 +11,6 @@ from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
-import pyarrow.parquet as parquet
 import pytest
 
 from bench.engine import Job
@@ -105,18 +104,6 @@ def perform(*arguments, **options):
     return process.returncode, out, err
 
 
-def contents(folder):
-    """Everything that determines and says a run, by path."""
-    results = Results(folder)
-    found = {}
-    for file in results.files():
-        stored = results.read(file)
-        table = parquet.read_table(file)
-        columns = {name: table.column(name).to_numpy().tobytes() for name in table.column_names}
-        found[str(file.relative_to(folder))] = (stored.identity, stored.failure, columns)
-    return found
-
-
 def at_work(data):
     """Living processes that began in the folder of the data: command, workers, children."""
     found = []
@@ -139,7 +126,9 @@ def wait_until(condition, seconds=60):
 
 
 @pytest.mark.slow
-def test_two_workers_of_a_cluster_make_the_results_of_the_local_engine_to_the_bit(cluster, data):
+def test_two_workers_of_a_cluster_make_the_results_of_the_local_engine_to_the_bit(
+    cluster, data, contents
+):
     status, _, said = perform(data, "local", 1, "", "results/local")
     assert status == 0, said
     status, out, said = perform(data, cluster, 2, "", f"results/{cluster}")
@@ -255,7 +244,9 @@ def wait_for_workers(address):
 
 
 @pytest.mark.slow
-def test_a_worker_in_another_folder_finds_sequences_and_trackers_by_relative_paths(data, scheduler):
+def test_a_worker_in_another_folder_finds_sequences_and_trackers_by_relative_paths(
+    data, scheduler, contents
+):
     address, _ = scheduler
     wait_for_workers(address)
     status, _, said = perform(data, "local", 1, "", "results/local")

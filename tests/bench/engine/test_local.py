@@ -3,7 +3,6 @@
 import shutil
 
 import numpy as np
-import pyarrow.parquet as parquet
 import pytest
 
 import bench
@@ -38,19 +37,9 @@ def experiment(data, name="trial", trackers=("static", "{}/knob.py:Knob", "camsh
     )
 
 
-def contents(folder):
-    """Everything that determines and says a run, by path."""
-    results = Results(folder)
-    found = {}
-    for file in results.files():
-        stored = results.read(file)
-        table = parquet.read_table(file)
-        columns = {name: table.column(name).to_numpy().tobytes() for name in table.column_names}
-        found[str(file.relative_to(folder))] = (stored.identity, stored.failure, columns)
-    return found
-
-
-def test_one_process_or_two_make_the_results_of_evaluating_one_by_one_and_none_again(data):
+def test_one_process_or_two_make_the_results_of_evaluating_one_by_one_and_none_again(
+    data, contents
+):
     one = run(experiment(data, "one"), data / "results", jobs=1)
     execution = Execution(experiment(data), data / "results", jobs=2)
     seen = []
@@ -82,7 +71,9 @@ def test_one_process_or_two_make_the_results_of_evaluating_one_by_one_and_none_a
         pytest.param("import ctypes; ctypes.string_at(0)", marks=pytest.mark.slow),
     ],
 )
-def test_a_tracker_that_kills_its_process_costs_its_own_runs_alone(data, death, without_processes):
+def test_a_tracker_that_kills_its_process_costs_its_own_runs_alone(
+    data, death, without_processes, contents
+):
     source = (data / "knob.py").read_text()
     deadly = source.replace("return Estimate", f"{death}\n        return Estimate")
     (data / "deadly.py").write_text(deadly)
