@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import datasets
 from bench.claims.kinds import (
     SCORES,
     BoundTest,
@@ -25,8 +26,13 @@ from bench.claims.kinds import (
     sides_of,
 )
 from bench.claims.sides import trackers_of
+from bench.evaluation.loop import run_in_lock_step
+from bench.experiments.contestant import contestant
 from bench.papers import Effort
 from bench.papers.runs import labels_of
+from bench.store.asked import Asked
+from bench.store.results import Results
+from bench.store.truth import write_truth
 from datasets.text_form import parse_text
 
 SCENES, FRAMES = 8, 100
@@ -36,6 +42,26 @@ SCENES, FRAMES = 8, 100
 def made_up():
     """`runs(paper, measures)`, `tables(paper)`, and a report of them as text: `told(report)`."""
     return SimpleNamespace(runs=made_up_runs, tables=made_up_tables, told=told)
+
+
+@pytest.fixture(scope="session")
+def store_runs():
+    """`store_runs(folder, trackers, sequences, repetitions=1)`: an experiment's runs, made here."""
+    return stored_runs
+
+
+def stored_runs(folder, trackers, sequences, repetitions=1):
+    """Run trackers in this process, store the runs as those of an experiment; gives their cells."""
+    results, versions = Results(folder), {}
+    entries = [(contestant(text), one) for text in trackers for one in range(repetitions)]
+    for sequence in map(datasets.load, sequences):
+        write_truth(folder, sequence)
+        for run in run_in_lock_step(entries, sequence).runs:
+            assert results.write(run)
+            key = run.identity
+            versions[key.tracker, key.sequence, key.repetition, key.protocol] = key.version
+    results.prepare(Asked(folder.name, versions))
+    return set(versions)
 
 
 def uniform(*keys):

@@ -8,7 +8,7 @@ import pytest
 
 import bench
 from bench.experiments.contestant import contestant
-from bench.experiments.experiment import Experiment, SequenceSource, read_experiment
+from bench.experiments.experiment import read_experiment
 from bench.papers import load_paper
 from bench.papers.measures import Course, measured
 from bench.papers.moreno2005.measures import (
@@ -89,11 +89,12 @@ def test_patches_split_the_mean_of_the_frames():
     assert told["elsewhere"] == pytest.approx((0.3 + 36 * 0.9) / 37)
 
 
-def test_runs_are_rows_with_what_their_masks_show_and_failed_ones_have_no_measures(tmp_path):
+def test_runs_are_rows_with_what_their_masks_show_and_failed_ones_have_no_measures(
+    tmp_path, store_runs
+):
     texts = ("moreno2005:contour_samples=20:colour_samples=20", "contour-smooth-color:mixing=0.5")
-    folder = bench.run(
-        Experiment("trial", texts, (SequenceSource("plain/target:length=12"),)), tmp_path, jobs=1
-    )
+    folder = tmp_path / "trial"
+    store_runs(folder, texts, ["plain/target:length=12"])
     results = Results(folder)
     file = next(path for path in results.files() if "smooth" in str(path))
     run = results.read(file)

@@ -68,9 +68,9 @@ PLAIN = "plain/target:length=60:occlusion=0.9:noise=8"
 """By a low limit of outliers noise is taken for occlusions: they follow on one another."""
 
 
-def events_of_both(text):
+def events_of_both(text, length=60):
     """Occlusions of a run that have an end, by its rows and by the method in plain NumPy."""
-    sequence = datasets.load(PLAIN)
+    sequence = datasets.load(PLAIN)[:length]
     run = bench.evaluate(f"nguyen2002:{text}", sequence)
     assert not run.failure
     _, expected = track_offline(list(sequence), sequence.boxes[0], **run.identity.parameters)
@@ -80,13 +80,17 @@ def events_of_both(text):
 
 
 @pytest.mark.parametrize(
-    ("longest", "together"), [(11, 2), pytest.param(19, 3, marks=pytest.mark.slow)]
+    ("text", "length", "together"),
+    [
+        ("longest_occlusion=11:search_range=8", 40, 2),
+        pytest.param("longest_occlusion=19", 60, 3, marks=pytest.mark.slow),
+    ],
 )
 def test_occlusions_that_began_and_ended_within_what_was_looked_through_are_not_lost(
-    longest, together
+    text, length, together
 ):
-    text = f"features=rgb:end=first:gamma=0.08:longest_occlusion={longest}"
-    events, found, expected = events_of_both(text)
+    text = f"features=rgb:end=first:gamma=0.08:{text}"
+    events, found, expected = events_of_both(text, length)
     assert found == expected
     assert max(Counter(event.back for event in events if event.back).values()) == together
 

@@ -6,16 +6,11 @@ import pandas as pd
 import pytest
 
 import datasets
-from bench.evaluation.loop import run_in_lock_step
-from bench.experiments.contestant import contestant
 from bench.papers import Effort, load_paper
 from bench.papers.context import Context
 from bench.papers.figures import draw_figure
 from bench.papers.nummiaro2003 import figures
 from bench.papers.runs import StoredRuns
-from bench.store.asked import Asked
-from bench.store.results import Results
-from bench.store.truth import write_truth
 from datasets.text_form import format_text
 
 # The target is hidden about frame 20 and out of view about frame 40.
@@ -32,25 +27,15 @@ A_READING = format_text(
 
 
 @pytest.fixture(scope="module")
-def stored(tmp_path_factory):
+def stored(tmp_path_factory, store_runs):
     root, asked = tmp_path_factory.mktemp("results"), {}
     experiments = {
-        "figure-6": ((WRITTEN, WITHOUT), (NAME,), 3),
+        "figure-6": ((WRITTEN, WITHOUT), (NAME,), 2),
         "figure-8": ((WRITTEN, WITHOUT), (SCENES, f"{SCENES}:scene=2"), 2),
         "figure-9": ((A_READING, f"{A_READING}:model_update=false"), (f"{SCENES}:scene=9",), 1),
     }
-    for name, (trackers, sequences, repetitions) in experiments.items():
-        results, versions = Results(root / f"nummiaro2003-{name}"), {}
-        entries = [(contestant(text), i) for text in trackers for i in range(repetitions)]
-        for sequence in map(datasets.load, sequences):
-            write_truth(results.folder, sequence)
-            for run in run_in_lock_step(entries, sequence).runs:
-                assert results.write(run)
-                key = run.identity
-                cell = key.tracker, key.sequence, key.repetition, key.protocol
-                versions[cell] = key.version
-        results.prepare(Asked(name, versions))
-        asked[f"nummiaro2003-{name}"] = set(versions)
+    for name, told in experiments.items():
+        asked[f"nummiaro2003-{name}"] = store_runs(root / f"nummiaro2003-{name}", *told)
     return StoredRuns(root, asked)
 
 
