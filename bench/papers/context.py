@@ -17,7 +17,7 @@ from bench.claims.kinds import Value
 from bench.claims.ledger import Claim
 from bench.claims.readings import Readings
 from bench.claims.sides import Table as Lookup
-from bench.evaluation.record import Run
+from bench.evaluation.record import Run, Trace
 from bench.experiments.contestant import contestant
 from bench.experiments.experiment import ExperimentError
 from bench.papers import Asked, Effort
@@ -98,9 +98,11 @@ class Context:
         except TrackerError:
             return None
 
-    def series(self, name: str, run: Run, truth: StoredTruth, sequence: str) -> NDArray[np.float64]:
+    def series(
+        self, name: str, run: Run, truth: StoredTruth, sequence: str, trace: Trace = "online"
+    ) -> NDArray[np.float64]:
         """A series of a run by frame."""
-        course = Course(run, truth, sequence, self.description.tolerance)
+        course = Course(run, truth, sequence, self.description.tolerance, trace)
         return known_series(name, part_of(self.description.name, "SERIES"))(course)
 
     def across(

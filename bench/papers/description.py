@@ -180,8 +180,9 @@ class FigureEntry(Entry):
 
     A `strip` has frames for each tracker, in one row or so many `columns`; `frames` a series over
     frames, a row a panel and a column a sequence, over all of its scenes, or a column for each of
-    some `scenes`, over repetitions and beside the series `truth`; a `curve` the share of runs in
-    which a measure is so, across a parameter.
+    some `scenes`, over repetitions and beside the series `truth`, shaded where other series are
+    true, with a `level`; a panel may name the `trace`. A `curve` has the share of runs in which a
+    measure is so, across a parameter.
     """
 
     kind: Literal["strip", "frames", "curve", "hook"] = "hook"
@@ -196,6 +197,8 @@ class FigureEntry(Entry):
     scenes: tuple[int, ...] = ()
     of: Text = "error"
     truth: str = ""
+    shades: dict[Text, Text] = Field(default={})
+    level: dict[Text, float] = Field(default={})
     quantity: str = ""
     columns: int = 0
     shape: Literal["box", "ellipse"] = "box"

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import product
 from pathlib import Path
 
@@ -86,6 +87,7 @@ def _frames(entry: FigureEntry, context: Context) -> Figure | None:
     """A series over frames: a row a panel; a column a sequence over its scenes, or a scene."""
     pieces: list[pd.DataFrame] = []
     truths: dict[str, NDArray[np.float64]] = {}
+    shades: dict[str, dict[str, NDArray[np.bool_]]] = {}
     for experiment, sequence in zip(entry.experiments, entry.sequences, strict=True):
         name = context.description.experiment(experiment)
         for (panel, further), (label, tracker), (column, texts) in product(
@@ -93,15 +95,22 @@ def _frames(entry: FigureEntry, context: Context) -> Figure | None:
             _labelled(entry, entry.trackers).items(),
             _columns(entry, sequence, context.stored.sequences(name)).items(),
         ):
-            told = context.text_of(tracker, sequence, further)
+            parameters = {key: value for key, value in further.items() if key != "trace"}
+            told = context.text_of(tracker, sequence, parameters)
             for place, text in enumerate(texts if told else ()):
                 runs = context.stored.of(name, text, told or "")
                 if not runs:
                     continue
-                truth = context.stored.truth(name, runs[0])
-                values = [context.series(entry.of, run, truth, sequence) for run in runs]
+                of = partial(
+                    context.series,
+                    truth=context.stored.truth(name, runs[0]),
+                    sequence=sequence,
+                    trace="revised" if further.get("trace") == "revised" else "online",
+                )
+                values = [of(entry.of, run) for run in runs]
                 if entry.truth:
-                    truths[column] = context.series(entry.truth, runs[0], truth, sequence)
+                    truths[column] = of(entry.truth, runs[0])
+                shades[column] = {k: of(one, runs[0]) > 0 for k, one in entry.shades.items()}
                 repeated = enumerate(values) if entry.scenes else [(place, np.mean(values, axis=0))]
                 start = context.description.frames_from
                 pieces += [
@@ -115,9 +124,17 @@ def _frames(entry: FigureEntry, context: Context) -> Figure | None:
                 ]
     if not pieces:
         return None
-    series, over = pd.concat(pieces, ignore_index=True), REPETITIONS if entry.scenes else "scenes"
-    labels = list(entry.labels or entry.trackers)
-    return series_grid(series, entry.title, entry.quantity, labels, truths, over, entry.height)
+    return series_grid(
+        pd.concat(pieces, ignore_index=True),
+        entry.title,
+        entry.quantity,
+        list(entry.labels or entry.trackers),
+        truths,
+        REPETITIONS if entry.scenes else "scenes",
+        entry.height,
+        shades=shades,
+        level=next(iter(entry.level.items()), None),
+    )
 
 
 def _columns(entry: FigureEntry, sequence: str, there: Sequence[str]) -> dict[str, list[str]]:

@@ -17,7 +17,7 @@ from bench.papers.timing import frame_times
 from datasets.text_form import format_text, parse_text
 
 __all__ = ["DEPENDENCES", "SERIES", "STATES", "deviations", "distance", "factorisation", "joint"]
-__all__ += ["of_run", "patches", "scores", "tables"]
+__all__ += ["of_run", "patches", "scores", "tables", "times"]
 
 Values = NDArray[np.float64]
 
@@ -134,7 +134,7 @@ def tables(context: Context) -> dict[str, pd.DataFrame]:
         "mo-9": patches(context.scores),
         "mo-23": deviations(context.scores),
         "one-dimensional-factorisation": factorisation(),
-        "times": _times(context),
+        "times": times(context),
     }
 
 
@@ -167,14 +167,15 @@ def _spreads(parameters: Mapping[str, object]) -> dict[str, object]:
     return {key: value for key, value in parameters.items() if key.endswith("_spread")}
 
 
-def _times(context: Context) -> pd.DataFrame:
+def times(context: Context) -> pd.DataFrame:
     """CPU times of a frame, mean and median of a run that no load disturbed."""
     name = context.description.experiment("time")
     frames = frame_times(context.results / name, context.asked[name])
     by_run = frames.groupby(["tracker", "sequence", "repetition"], sort=False)["seconds"]
-    times = by_run.agg(milliseconds="mean", median="median").reset_index()
-    times[["milliseconds", "median"]] *= 1e3
-    return times.assign(text=times["tracker"], tracker=times["tracker"].str.partition(":")[0])
+    found = by_run.agg(milliseconds="mean", median="median").reset_index()
+    found[["milliseconds", "median"]] *= 1e3
+    names = [text.partition(":")[0] for text in found["tracker"]]
+    return found.assign(text=found["tracker"], tracker=names)
 
 
 def factorisation() -> pd.DataFrame:

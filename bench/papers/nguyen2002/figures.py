@@ -1,7 +1,6 @@
 """The paper's Fig. 1, and pictures of our own: boxes of all features, and numbers over frames."""
 
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
@@ -11,7 +10,6 @@ from numpy.typing import NDArray
 import datasets
 from bench.claims.sides import run_key
 from bench.evaluation.record import Run, Trace
-from bench.metrics.overlap import overlap
 from bench.papers.context import Context
 from bench.papers.nguyen2002.events import hidden_in
 from bench.store.truth import StoredTruth
@@ -20,7 +18,7 @@ from reports.film_strip import film_strip
 from reports.overlay import TRUTH
 from reports.series import series_grid
 
-__all__ = ["chosen_frames", "losses", "outliers", "overlaps", "roc_points", "sign", "strips"]
+__all__ = ["chosen_frames", "losses", "roc_points", "sign", "strips"]
 
 EXPERIMENT = "nguyen2002-figure-1"
 RECORDING = "nguyen2002/lights"
@@ -39,7 +37,6 @@ TRACES: dict[Trace, str] = {"online": "said at once (online)", "revised": "in th
 
 BEFORE, AFTER = 3, 10  # frames from an occlusion, and from the switching of a lamp
 GAMMA = 0.25
-HIDDEN = 0.5  # visible share of the target below which a frame is shaded
 
 Strip = NDArray[np.uint8]
 Values = NDArray[np.float64]
@@ -104,74 +101,6 @@ def chosen_frames(truth: StoredTruth) -> dict[int, str]:
         words = "d) lamp off" if lamp[frame] else "lamp on again"
         frames[min(last, frame + AFTER)] = words
     return dict(sorted(frames.items()))
-
-
-def overlaps(context: Context) -> Figure | None:
-    """Overlap over frames, in the end and at once."""
-    return _over_frames(
-        context,
-        {trace: partial(_overlap, trace=trace) for trace in ("revised", "online")},
-        f"Experiment 1, {RECORDING}, scene 0: overlap with the target, of all features",
-        "overlap",
-        2.0,
-    )
-
-
-def _overlap(run: Run, truth: StoredTruth, trace: Trace) -> Values:
-    return overlap(truth.boxes, run.boxes_in(trace))
-
-
-def outliers(context: Context) -> Figure | None:
-    """Share of outliers over frames in which no occlusion is declared."""
-    return _over_frames(
-        context,
-        {"share of": _outliers},
-        f"Section 2.4, {RECORDING}, scene 0: share of outliers in the frames that were compared "
-        "online; where an occlusion is declared there is a gap; a line that is missing is one of "
-        "features by which it is declared in all frames but few",
-        "outliers",
-        2.8,
-        ("γ", GAMMA),
-    )
-
-
-def _outliers(run: Run, truth: StoredTruth) -> Values:
-    return np.where(run.details["occluded"] == 1, np.nan, run.details["outliers"])
-
-
-def _over_frames(
-    context: Context,
-    values_of: Mapping[str, Callable[[Run, StoredTruth], Values]],
-    title: str,
-    quantity: str,
-    row_height: float,
-    level: tuple[str, float] | None = None,
-) -> Figure | None:
-    """Numbers over frames, a column a preset; None without runs."""
-    by_preset, truth = _first_runs(context)
-    if truth is None:
-        return None
-    pieces = []
-    for reading, value_of in values_of.items():
-        for words, runs in by_preset.items():
-            for label, run in runs.items():
-                rows = pd.DataFrame({"value": value_of(run, truth), "repetition": 0})
-                labels = {"label": label, "reading": reading, "scene": words}
-                pieces.append(rows.assign(frame=rows.index, **labels))
-    shades = {
-        "lamp off": truth.attributes["lamp off"],
-        "half hidden or more": truth.visibility < HIDDEN,
-    }
-    return series_grid(
-        pd.concat(pieces),
-        title,
-        quantity,
-        list(FEATURES),
-        {},
-        row_height=row_height,
-        shades=dict.fromkeys(by_preset, shades),
-        level=level,
-    )
 
 
 def losses(context: Context) -> Figure | None:

@@ -3,7 +3,7 @@
 A set of 20 clips is the unit of evidence, so that a table of sets stands beside the scores.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import nan
 from typing import Any
 
@@ -17,13 +17,13 @@ from bench.metrics.centre_error import centres
 from bench.metrics.native import SUCCESS_OVERLAP
 from bench.metrics.overlap import overlap
 from bench.papers.context import Context
-from bench.papers.measures import Course
+from bench.papers.measures import Course, Series
 from bench.papers.nguyen2002.events import CLEAR, Declared, declared_in, hidden_in
 from bench.statistics.intervals import mean_interval
 from bench.store.truth import StoredTruth
 from trackers.nguyen2002 import Nguyen2002
 
-__all__ = ["failures_by_margin", "of_run", "published", "set_table", "tables"]
+__all__ = ["SERIES", "failures_by_margin", "of_run", "published", "set_table", "tables"]
 
 SUCCESS, LAST = 0.9, 5
 """A run succeeds with enough overlap in this share of clear frames, and in all of the last."""
@@ -53,6 +53,17 @@ TABLE_1 = {"intensity": (16, 17), "rgb": (16, 17), "invariants": (11, 14)}
 
 SECONDS = 0.005
 """A frame of section 3, on a Pentium II of 400 MHz."""
+
+SERIES: Mapping[str, Series] = {
+    "compared_outliers": lambda course: np.where(
+        course.detail("occluded") == 1, nan, course.detail("outliers")
+    ),
+    "lamp_off": lambda course: np.asarray(course.truth.attributes[SWITCH], float),
+    "half_hidden": lambda course: np.asarray(course.truth.visibility < HIDDEN, float),
+}
+"""Share of outliers where no occlusion is declared; whether a lamp is off, the target hidden."""
+
+HIDDEN = 0.5  # visible share of the target below which it is half hidden or more
 
 _PAIRED = ["sequence", "scene", "trace", "preset", "clips", "pairs", "correlation"]
 

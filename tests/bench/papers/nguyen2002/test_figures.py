@@ -8,8 +8,13 @@ import pytest
 
 from bench.claims.sides import run_key
 from bench.metrics.overlap import overlap
+from bench.papers import Effort, load_paper
+from bench.papers.context import Context
+from bench.papers.figures import draw_figure
 from bench.papers.nguyen2002 import figures
 from reports.overlay import TRUTH
+
+PAPER = load_paper("nguyen2002")
 
 
 @pytest.fixture
@@ -34,9 +39,16 @@ def context(made_run, made_truth):
     signs = pd.DataFrame(
         {"features": "rgb", "hidden": [0.0, 0.0, 0.0, 1.0], "outliers": [0.1, 0.2, 0.3, 0.9]}
     )
-    stored = SimpleNamespace(of=of, truth=lambda *_: truth)
-    known = {"run": run, "beside": beside, "truth": truth}
-    return SimpleNamespace(stored=stored, scores=scores, tables={"ng-15": signs}, **known)
+    known = told_to_hooks(scores, of=of, truth=lambda *_: truth, sequences=lambda _: [])
+    known.tables["ng-15"] = signs
+    vars(known).update(run=run, truth=truth)
+    return known
+
+
+def told_to_hooks(scores, **stored):
+    known = Context(PAPER.description, PAPER.claims, None, None, Effort(), {}, scores)
+    vars(known)["stored"] = SimpleNamespace(**stored)
+    return known
 
 
 def test_the_strip_shows_an_occlusion_and_both_switches_of_the_lamp(made_truth):
@@ -70,21 +82,25 @@ def test_strips_have_a_row_for_each_kind_of_features_the_papers_first(context, m
     np.testing.assert_array_equal(boxes["in the end (revised)"], context.run.revised)
 
 
+def drawn(name, context):
+    return draw_figure(PAPER.description.figure[name], context)
+
+
 def test_overlap_is_that_of_the_runs_with_lamp_and_occlusion_shaded(context):
-    axes = figures.overlaps(context).axes
-    assert [one.get_title() for one in axes[:2]] == list(figures.PRESETS)
-    assert [one.get_ylabel().split("\n")[0] for one in axes[::2]] == ["revised", "online"]
-    intensity, rgb, *_ = axes[2].lines
-    expected = overlap(context.truth.boxes, context.run.boxes)
-    np.testing.assert_allclose(intensity.get_ydata(), expected)
-    assert (np.asarray(rgb.get_ydata())[80:90] == 0).all()
+    axes = drawn("lights-overlap", context).axes
+    said = [f"{words}, {trace}" for words in figures.PRESETS for trace in ("revised", "online")]
+    assert [one.get_ylabel().split("\n")[0] for one in axes] == said
+    for one, boxes in zip(axes, (context.run.revised, context.run.boxes), strict=False):
+        intensity, rgb, *_ = one.lines
+        np.testing.assert_allclose(intensity.get_ydata(), overlap(context.truth.boxes, boxes))
+        assert (np.asarray(rgb.get_ydata())[80:90] == 0).all()
     lamp, hidden = axes[0].patches
     assert (lamp.get_x(), lamp.get_width()) == (59.5, 40)
     assert (hidden.get_x(), hidden.get_width()) == (29.5, 16)
 
 
 def test_outliers_have_gaps_where_an_occlusion_is_declared(context):
-    *lines, level = figures.outliers(context).axes[0].lines
+    *lines, level = drawn("lights-outliers", context).axes[0].lines
     assert set(level.get_ydata()) == {0.25}
     gaps = np.isnan(np.asarray(lines[0].get_ydata()))
     np.testing.assert_array_equal(gaps[1:], context.run.details["occluded"][1:] == 1)
@@ -111,9 +127,9 @@ def test_a_sign_is_as_good_as_its_hits_and_false_alarms(context):
 
 
 def test_pictures_without_runs_are_none(context):
-    nothing = SimpleNamespace(
-        stored=SimpleNamespace(of=lambda *_: []), scores=context.scores[:0], tables={}
-    )
+    nothing = told_to_hooks(context.scores[:0], of=lambda *_: [], sequences=lambda _: [])
     assert set(figures.strips(nothing).values()) == {None}
-    for hook in (figures.overlaps, figures.outliers, figures.losses, figures.sign):
+    for hook in (figures.losses, figures.sign):
         assert hook(nothing) is None
+    for name in ("lights-overlap", "lights-outliers"):
+        assert drawn(name, nothing) is None
