@@ -10,24 +10,9 @@ from math import nan
 
 import pandas as pd
 
+from bench.claims import kinds
 from bench.claims.conclusion import Conclusion, conclude
 from bench.claims.findings import Check, Evidence, Finding
-from bench.claims.kinds import (
-    SCORES,
-    BoundTest,
-    CellTest,
-    CheckTest,
-    InteractionTest,
-    Limits,
-    LostTest,
-    NoTest,
-    NumberTest,
-    PartsTest,
-    PartTest,
-    RatioTest,
-    SummaryTest,
-    sides_of,
-)
 from bench.claims.ledger import Claim
 from bench.claims.measuring import CELL, named_columns, verdict_of
 from bench.claims.readings import NO_MATTER, Option, Reading, Readings
@@ -68,10 +53,10 @@ def judge_all(
     """
     known: dict[str, Conclusion] = {}
     for name, claim in claims.items():
-        if not isinstance(claim.test, SummaryTest):
+        if not isinstance(claim.test, kinds.SummaryTest):
             known[name] = conclude(claim, judge(claim, scores, tables, checks))
     for name, claim in claims.items():
-        if isinstance(claim.test, SummaryTest):
+        if isinstance(claim.test, kinds.SummaryTest):
             parts = {part: known[part] for part in claim.test.claims}
             known[name] = conclude(claim, _summary(claim, parts))
     return [known[name] for name in claims]
@@ -110,17 +95,17 @@ def judge(
         For a column or a check that is missing, naming it and the claim.
     """
     test = claim.test
-    if isinstance(test, NoTest):
+    if isinstance(test, kinds.NoTest):
         return [Finding(claim.id, Verdict("not-testable", nan, NOWHERE, 0, test.reason))]
-    if isinstance(test, SummaryTest):
+    if isinstance(test, kinds.SummaryTest):
         words = "a summary can't be judged without what it sums up."
         raise ValueError(f"claim {claim.id}: {words}")  # noqa: TRY004 - of the ledger, no type
-    if isinstance(test, CheckTest):
+    if isinstance(test, kinds.CheckTest):
         if test.check not in (checks or {}):
             raise ValueError(f"claim {claim.id}: there is no check {test.check!r}.")
         found = (checks or {})[test.check](Evidence(claim, scores, tables or {}))
     else:
-        parts = test.parts if isinstance(test, PartsTest) else {"": test}
+        parts = test.parts if isinstance(test, kinds.PartsTest) else {"": test}
         frames = {name: _frame(claim, part, scores, tables or {}) for name, part in parts.items()}
         there = {name: frame for name, frame in frames.items() if frame is not None}
         found = list(_judged(claim, parts, there)) if len(there) == len(parts) else []
@@ -128,21 +113,23 @@ def judge(
 
 
 def _frame(
-    claim: Claim, test: PartTest, scores: pd.DataFrame, tables: Tables
+    claim: Claim, test: kinds.PartTest, scores: pd.DataFrame, tables: Tables
 ) -> pd.DataFrame | None:
     """The table that a test is about; None where it was not made."""
-    table = scores if test.table == SCORES else tables.get(test.table)
+    table = scores if test.table == kinds.SCORES else tables.get(test.table)
     if table is None:
         return None
-    if test.table != SCORES:
+    if test.table != kinds.SCORES:
         table = table.copy(deep=False)
         for column, value in _DEFAULTS.items():
             if column not in table:
                 table[column] = value
-    general = COLUMNS if test.table == SCORES else ()
+    general = COLUMNS if test.table == kinds.SCORES else ()
     for column in (*general, *named_columns(test)):
         if column not in table:
-            words = f"the {'scores have' if test.table == SCORES else f'table {test.table} has'}"
+            words = (
+                f"the {'scores have' if test.table == kinds.SCORES else f'table {test.table} has'}"
+            )
             raise ValueError(f"claim {claim.id}: {words} no column {column!r}.")
     needed = {*COLUMNS, *named_columns(test), *claim.readings.limits, SETTLED, "failure", "tracker"}
     return light_rows(table, needed)
@@ -153,7 +140,7 @@ class _Part:
     """A test with the rows of its sides under one reading."""
 
     name: str
-    test: PartTest
+    test: kinds.PartTest
     sides: tuple[pd.DataFrame, ...]
 
     @property
@@ -164,7 +151,7 @@ class _Part:
     @property
     def n_metrics(self) -> int:
         """In how many ways it is judged."""
-        return 1 if isinstance(self.test, BoundTest | RatioTest) else len(self.test.by)
+        return 1 if isinstance(self.test, kinds.BoundTest | kinds.RatioTest) else len(self.test.by)
 
     @property
     def n_rows(self) -> int:
@@ -176,7 +163,7 @@ class _Part:
         """Lights of the scenes; none of what has no scenes."""
         return {light for side in self.sides if "light" in side for light in side["light"].unique()}
 
-    def limited(self, limits: Limits) -> "_Part":
+    def limited(self, limits: kinds.Limits) -> "_Part":
         """The same on fewer rows, where it has such a column at all."""
         known = {column: values for column, values in limits.items() if column in self.sides[0]}
         return replace(self, sides=tuple(limited(side, known) for side in self.sides))
@@ -190,7 +177,7 @@ class _Part:
 
 
 def _parts_by_reading(
-    readings: Readings, tests: Mapping[str, PartTest], frames: Tables
+    readings: Readings, tests: Mapping[str, kinds.PartTest], frames: Tables
 ) -> Iterator[tuple[Reading, frozenset[tuple[str, ...]], list[_Part]]]:
     """Readings that ask for different rows, what others ask for the same, and these rows."""
     named = {column for test in tests.values() for column in named_columns(test)}
@@ -203,9 +190,9 @@ def _parts_by_reading(
                 _sequences(test),
                 _limits(test),
                 named,
-                any_will_do=isinstance(test, NumberTest),
+                any_will_do=isinstance(test, kinds.NumberTest),
             )
-            for side in sides_of(test)
+            for side in kinds.sides_of(test)
         ]
         for name, test in tests.items()
     }
@@ -219,24 +206,24 @@ def _parts_by_reading(
         yield reading, same, parts
 
 
-def _sequences(test: PartTest) -> list[str] | None:
+def _sequences(test: kinds.PartTest) -> list[str] | None:
     """Sequences that a test looks at; None for whatever there is."""
-    if isinstance(test, BoundTest | RatioTest):
+    if isinstance(test, kinds.BoundTest | kinds.RatioTest):
         return None
-    against = test.against.get("sequence", []) if isinstance(test, InteractionTest) else []
+    against = test.against.get("sequence", []) if isinstance(test, kinds.InteractionTest) else []
     return [*test.on, *map(str, against)]
 
 
-def _limits(test: PartTest) -> list[Limits]:
+def _limits(test: kinds.PartTest) -> list[kinds.Limits]:
     """Where rows lie that a test looks at; its own groups are judged beside `where`."""
-    if isinstance(test, InteractionTest):
+    if isinstance(test, kinds.InteractionTest):
         return [test.where, test.against]
-    if isinstance(test, BoundTest | RatioTest):
+    if isinstance(test, kinds.BoundTest | kinds.RatioTest):
         return [test.where]
     return [{}] if test.groups else [test.where]
 
 
-def _judged(claim: Claim, tests: Mapping[str, PartTest], frames: Tables) -> Iterator[Finding]:
+def _judged(claim: Claim, tests: Mapping[str, kinds.PartTest], frames: Tables) -> Iterator[Finding]:
     """Findings by reading, light, and scenes."""
     for reading, same, whole in _parts_by_reading(claim.readings, tests, frames):
         parts = _without_failures(whole)
@@ -298,7 +285,7 @@ def _verdicts(claim: Claim, parts: list[_Part]) -> Iterator[tuple[str, str, Verd
 
 def _whole_and_groups(claim: Claim, part: _Part) -> Iterator[tuple[str, str, Verdict]]:
     test = part.test
-    if isinstance(test, BoundTest | RatioTest):
+    if isinstance(test, kinds.BoundTest | kinds.RatioTest):
         yield "", "", verdict_of(claim.id, test, part.sides, "")
         return
     groups = test.groups
@@ -308,7 +295,7 @@ def _whole_and_groups(claim: Claim, part: _Part) -> Iterator[tuple[str, str, Ver
         by_group = {
             name: verdict_of(claim.id, test, part.limited(limits).sides, metric)
             for name, limits in groups.items()
-            if not isinstance(test, InteractionTest)
+            if not isinstance(test, kinds.InteractionTest)
         }
         yield metric, "", _whole(claim, part, test, metric, by_group)
         for name, verdict in by_group.items():
@@ -316,17 +303,17 @@ def _whole_and_groups(claim: Claim, part: _Part) -> Iterator[tuple[str, str, Ver
 
 
 def _whole(
-    claim: Claim, part: _Part, test: CellTest, metric: str, by_group: Mapping[str, Verdict]
+    claim: Claim, part: _Part, test: kinds.CellTest, metric: str, by_group: Mapping[str, Verdict]
 ) -> Verdict:
-    if isinstance(test, LostTest):
+    if isinstance(test, kinds.LostTest):
         return _lost_verdict(test, by_group)
     if test.every:
         return conjunction(list(by_group.values()), list(by_group))
-    rows = part if isinstance(test, InteractionTest) else part.limited(test.where)
+    rows = part if isinstance(test, kinds.InteractionTest) else part.limited(test.where)
     return verdict_of(claim.id, test, rows.sides, metric)
 
 
-def _lost_verdict(test: LostTest, parts: Mapping[str, Verdict]) -> Verdict:
+def _lost_verdict(test: kinds.LostTest, parts: Mapping[str, Verdict]) -> Verdict:
     """Counts sequences: the claim is of each one's share, not of its interval."""
     lost = [name for name, part in parts.items() if part.statistic >= test.share]
     fewest = min(part.cells for part in parts.values())

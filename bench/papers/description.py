@@ -28,13 +28,12 @@ __all__ = [
     "Scenes",
     "Settings",
     "TableEntry",
-    "Tolerance",
     "read_description",
 ]
 
 FOLDER = Path(__file__).parent
 
-How = Literal["mean", "median", "min", "max", "all", "any", "count"]
+How = Literal["mean", "median", "min", "max", "all", "any"]
 Names = Annotated[tuple[Text, ...], BeforeValidator(listed)]
 """A list, or a single text in place of it."""
 
@@ -62,16 +61,6 @@ def _by_place(*keys: str) -> BeforeValidator:
         return dict(zip(keys, value, strict=False)) if isinstance(value, list) else value
 
     return BeforeValidator(named)
-
-
-class Tolerance(Entry):
-    """How near the truth's centre an estimate is `within`.
-
-    A share of the mean side, or of the mean width, of the sequence's boxes; or pixels.
-    """
-
-    of: Literal["side", "width", "pixels"]
-    share: float = Field(gt=0)
 
 
 class Experiments(Entry):
@@ -108,7 +97,6 @@ class Measure(Entry):
     first: int | None = None
     last: int | None = None
     how: How = "mean"
-    on: tuple[Text, ...] = ()
 
 
 class Column(Entry):
@@ -143,7 +131,6 @@ class Varied(Entry):
 
     base: Texts
     parameters: tuple[Text, ...] = ()
-    others: bool = False
 
 
 Columns = tuple[Annotated[Column, _by_place("head", "of", "as", "digits")], ...]
@@ -232,7 +219,12 @@ class Scenes(Entry):
 
 
 class Description(Entry):
-    """A paper; see the module."""
+    """A paper; see the module.
+
+    `tolerance` is the share of the mean side of a sequence's boxes up to which a centre error is
+    `within`; `frames_from` what the paper calls the first frame; `apart` are knobs that make
+    another sequence.
+    """
 
     name: Text
     version: Literal[1]
@@ -240,7 +232,7 @@ class Description(Entry):
     remarks: tuple[Text, ...] = ()
     main: tuple[Text, ...] = ()
     frames_from: int = 0
-    tolerance: Tolerance = Tolerance(of="side", share=0.5)
+    tolerance: float = Field(0.5, gt=0)
     traces: tuple[Literal["online", "revised"], ...] = ()
     apart: tuple[Text, ...] = ()
     experiments: Experiments

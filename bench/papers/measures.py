@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bench.evaluation.record import Run, Trace
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
-from bench.papers.description import Description, Measure, Tolerance
+from bench.papers.description import Description, Measure
 from bench.store.truth import StoredTruth
 
 __all__ = ["Course", "Series", "known_series", "measured", "summarised"]
@@ -23,14 +23,14 @@ Values = NDArray[np.float64]
 class Course:
     """A finished run beside the truth of its sequence (named without variant), frame by frame.
 
-    `allowed` is what `within` means; `trace` says which of the boxes are meant, and `scores` what
-    is known of them already: see `bench.papers.runs.tidy_runs`.
+    `allowed` is the share of the mean side up to which an error is `within`; `trace` says which of
+    the boxes are meant, and `scores` what is known of them: see `bench.papers.runs.tidy_runs`.
     """
 
     run: Run
     truth: StoredTruth
     sequence: str
-    allowed: Tolerance
+    allowed: float
     trace: Trace = "online"
     scores: Mapping[str, float] = field(default_factory=dict)
 
@@ -55,11 +55,7 @@ class Course:
     @cached_property
     def tolerance(self) -> float:
         """Greatest centre error that is within, in pixels."""
-        sides = self.truth.boxes[:, 2:]
-        if self.allowed.of == "pixels":
-            return self.allowed.share
-        means = np.nanmean(sides[:, 0] if self.allowed.of == "width" else sides)
-        return float(means * self.allowed.share)
+        return float(np.nanmean(self.truth.boxes[:, 2:]) * self.allowed)
 
     @cached_property
     def within(self) -> Values:
@@ -90,8 +86,6 @@ def measured(
     known: dict[str, Values] = {}
     found = {}
     for name, measure in description.measures.items():
-        if measure.on and course.sequence not in measure.on:
-            continue
         if measure.of not in known:
             known[measure.of] = known_series(measure.of, further)(course)
         found[name] = summarised(known[measure.of], measure, description.frames_from)
@@ -129,5 +123,4 @@ _HOW: Mapping[str, Callable[[Values], float]] = {
     "max": np.max,
     "all": np.all,
     "any": np.any,
-    "count": np.sum,
 }

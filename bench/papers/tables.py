@@ -183,8 +183,7 @@ def _varied(
     assert vary is not None
     for base in vary.base:
         changed = _changes(rows, base, lookup)
-        others = sorted({key for key, _ in changed.values()} - {"", *vary.parameters})
-        for parameter in ("", *vary.parameters, *(others if vary.others else ())):
+        for parameter in ("", *vary.parameters):
             values = {value for key, value in changed.values() if key == parameter}
             for value in sorted(values, key=_by_size):
                 here = [k for k, one in changed.items() if one == (parameter, value)]

@@ -1,7 +1,5 @@
 """From scores to findings and conclusions, on scores whose outcome is known."""
 
-import json
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -107,13 +105,6 @@ def test_a_cell_is_a_sequence_in_a_scene_averaged_over_repetitions():
     assert found[""].verdict.statistic == pytest.approx(expected)
 
 
-def test_a_scene_in_two_lights_stays_one_cell():
-    frame = scores(as_claimed)
-    both = pd.concat([frame, frame.assign(light="dusk")])
-    verdict = judge(CLAIMS["MP-4a"], both)[0].verdict
-    assert verdict.cells == 8
-
-
 def test_each_light_is_judged_and_four_scenes_of_one_sequence_decide_nothing():
     found = judge(CLAIMS["MP-4a"], scores(as_claimed))
     by_light = {f.light: f.verdict.verdict for f in found}
@@ -176,36 +167,6 @@ def test_a_variant_that_is_no_reading_is_ignored_but_by_the_claim_that_names_it(
     }
 
 
-def test_a_twin_is_judged_by_distance_and_by_what_is_near():
-    pieces = []
-    for distance in (0.0, 1.0, 2.0, 3.0):
-        for twin in ("same", "other"):
-            share = 0.5 if twin == "same" and distance < 2 else 1.0
-            frame = scores(lambda *_, share=share: share, distance=distance, twin=twin)
-            frame = frame[frame["sequence"] == "multipart/1"]
-            pieces.append(frame.assign(sequence="stress/twin"))
-    found = judge(CLAIMS["MP-16"], pd.concat(pieces))
-    headline = [f for f in found if f.light == "both" and f.scenes == "kept"]
-    assert {f.group: f.verdict.verdict for f in headline} == {
-        "": "holds",
-        "0 widths": "holds",
-        "1 width": "holds",
-        "2 widths": "does-not-hold",
-        "3 widths": "does-not-hold",
-    }
-    assert {f.verdict.cells for f in headline} == {8}
-
-
-def test_numbers_are_printed_and_not_judged():
-    found = concluded("MP-T1", scores(as_claimed))
-    assert found.verdict == "not-testable"
-    assert {f.group for f in found.findings} == {"", "single", "multi", "adaptive"}
-    for finding in found.findings:
-        if finding.group and finding.scenes == "kept" and finding.light == "both":
-            told = f"{finding.group} {finding.verdict.statistic:.3f} ("
-            assert not found.claim.readings.is_headline(finding.reading) or told in found.reason
-
-
 def test_a_scene_in_which_a_compared_run_failed_is_left_out_of_the_claim():
     frame = scores(as_claimed)
     failed = (frame["scene"] == 3) & (frame["sequence"] == "multipart/5")
@@ -229,17 +190,3 @@ def test_a_missing_column_is_named():
         judge(CLAIMS["MP-1"], scores(as_claimed).drop(columns="light"))
     with pytest.raises(ValueError, match="claim MP-16: the scores have no column 'distance'"):
         judge(CLAIMS["MP-16"], scores(as_claimed))
-
-
-def test_the_same_scores_give_the_same_findings():
-    frame = scores(as_claimed)
-    assert judge(CLAIMS["MP-5"], frame) == judge(CLAIMS["MP-5"], frame)
-
-
-def test_a_conclusion_is_json():
-    document = concluded("MP-4a", scores(as_claimed)).for_json()
-    assert json.loads(json.dumps(document, allow_nan=False)) == document
-    assert set(document) == {
-        *("id", "source", "text", "short"),
-        *("verdict", "readings", "evidence"),
-    }

@@ -13,13 +13,11 @@ from bench.papers.wang2010.plain import (
     PlainCamShift,
     PlainImprovedCamShift,
     PlainParticleFilter,
-    PlainWang2010,
 )
 from bench.papers.wang2010.plain_maps import (
     colour_bins,
     colour_map,
     grey,
-    joint_map,
     local_difference,
     make_template,
     mean_shift,
@@ -83,17 +81,6 @@ def test_the_template_counts_the_pixels_of_the_box():
     assert whole.hue[21] == 16 / (1500 - 16)
 
 
-def test_the_colour_map_weighs_hue_and_saturation():
-    image = noise(9, 11)
-    template = make_template(image, np.array([2.0, 1.0, 6.0, 7.0]), 8, 5)
-    hue, saturation = colour_bins(image, 8, 5)
-    found = colour_map(image, template, 0.6)
-    for row, column in np.ndindex(found.shape):
-        expected = 0.6 * template.hue[hue[row, column]]
-        expected += 0.4 * template.saturation[saturation[row, column]]
-        assert found[row, column] == pytest.approx(expected)
-
-
 @pytest.mark.parametrize(
     ("limits", "counts"),
     [
@@ -145,11 +132,6 @@ def test_what_moves_is_strictly_above_mean_and_deviations():
     assert moving(difference, 1.5).tolist() == [[False, False, False, True]]
     assert not moving(difference, 2).any()
     assert not moving(np.full((3, 4), 7)).any()  # 7 is not above 7
-
-
-def test_the_joint_map_is_the_colour_where_it_moves_and_a_fifth_of_it_elsewhere():
-    joint = joint_map(np.array([[0.5, 0.5, 0.0]]), np.array([[True, False, True]]))
-    assert joint.tolist() == [[pytest.approx(0.5), pytest.approx(0.1), 0]]
 
 
 def slow_mean_shift(values, x, y, width, height, stop_distance, most):
@@ -305,54 +287,6 @@ def test_the_first_two_frames_of_a_filter_are_those_of_the_equations(moved):
     steps = predicted[chosen] - first[chosen]
     expected = predicted[chosen] + steps + 2 * random.uniform(-1, 1, (16, 2))
     assert tracker.predicted == pytest.approx(expected)
-
-
-def test_every_particle_of_the_proposed_filter_drifts(moved):
-    images, box = moved
-    tracker = start(PlainWang2010, images, box)
-    for image in images[1:]:
-        tracker.update(image)
-        drifted = [mean_shift(tracker.maps.joint, x, y, 12, 12) for x, y in tracker.predicted]
-        assert tracker.particles.tolist() == [list(found[:2]) for found in drifted]
-        assert tracker.similarity == pytest.approx([found[3] / 144 for found in drifted])
-        assert tracker.iterations == pytest.approx(np.mean([found[2] for found in drifted]))
-
-
-def test_readings_of_the_estimate_and_of_the_velocity(moved):
-    images, box = moved
-    found = {
-        name: start(PlainWang2010, images, box, sigma=0.2, estimate=name)
-        for name in ("mean", "best", "resampled")
-    }
-    boxes = {name: tracker.update(images[1]) for name, tracker in found.items()}
-    best = found["best"]
-    assert centre(boxes["best"]).tolist() == best.particles[best.weights.argmax()].tolist()
-    mean = found["mean"]
-    assert centre(boxes["mean"]) == pytest.approx(mean.weights @ mean.particles)
-    assert centre(boxes["resampled"]) == pytest.approx(centre(boxes["mean"]), abs=0.5)
-    assert centre(boxes["resampled"]).tolist() != centre(boxes["mean"]).tolist()
-
-    together = start(PlainParticleFilter, images, box, particles=9, velocity="mean", radius=1.0)
-    together.update(images[1])
-    before = together._s.copy()
-    step = (together._s - together._s_before).mean(axis=0)
-    together.update(images[2])
-    assert np.abs(together.predicted - before - step).max() <= 1
-    apart = start(PlainParticleFilter, images, box, particles=9, radius=1.0)
-    apart.update(images[1])
-    apart.update(images[2])
-    assert apart.predicted.tolist() != together.predicted.tolist()
-
-
-def test_multinomial_resampling_draws_a_number_for_each_particle(moved):
-    images, box = moved
-    tracker = start(PlainParticleFilter, images, box, particles=8, resampling="multinomial")
-    tracker.update(images[1])
-    random = np.random.default_rng(7)
-    random.uniform(-1, 1, (2, 8, 2))
-    cumulative = tracker.weights.cumsum()
-    chosen = [int((cumulative <= u).sum()) for u in random.random(8)]
-    assert tracker._s.tolist() == tracker.particles[chosen].tolist()
 
 
 def test_predictions_stay_on_the_image():

