@@ -1,37 +1,18 @@
 """`moreno2005/book`: how the book bends, what shades it, what colour the light has."""
 
-from functools import lru_cache
-
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapely import area, box, intersection, polygons, union_all
 
 from datasets.synthetic.moreno2005.book.book import self_shadow
-from datasets.synthetic.moreno2005.book.scene import scene
 from datasets.synthetic.moreno2005.book.setting import AROUND, STRAIGHT, Setting
 from datasets.synthetic.moreno2005.book.sheet import Bending, bent, unshaded
-from datasets.synthetic.moreno2005.knobs import BookKnobs
 from datasets.synthetic.render.triangles import grid
+from tests.datasets.synthetic.scenes import SEEDS, covered_by, grown, scenes_of
 
 FRAMES = 100
-SEEDS = st.integers(0, 2**32 - 1)
-
-
-@lru_cache(maxsize=16)
-def opened(seed, illuminant="changing", shadow="self"):
-    return scene(BookKnobs(scene=seed, illuminant=illuminant, shadow=shadow))
-
-
-@lru_cache(maxsize=64)
-def image(seed, frame, illuminant="changing", shadow="self"):
-    return opened(seed, illuminant, shadow).render(frame).astype(float)
-
-
-def grown(mask, by):
-    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1))) > 0
+opened, image = scenes_of("moreno2005/book")
 
 
 def flat_places(half_width=40.0, height=100.0, rows=26, columns=21):
@@ -42,10 +23,7 @@ def flat_places(half_width=40.0, height=100.0, rows=26, columns=21):
 @pytest.mark.parametrize(("seed", "frame"), [(0, 22), (1, 51)])
 def test_the_mask_is_what_the_outline_of_the_triangles_covers_and_the_hand_leaves(seed, frame):
     one = opened(seed)
-    points = one.setting.surface(frame).points[:, :2]
-    outline = union_all(polygons(points[one.setting._mesh.triangles]))
-    columns, rows = np.meshgrid(np.arange(320), np.arange(240))
-    covered = area(intersection(outline, box(columns, rows, columns + 1, rows + 1)))
+    covered = covered_by(one.setting.surface(frame).points, one.setting._mesh.triangles)
     hand = one.setting.hand(frame)[..., 3]
     left = covered * (1 - hand)
     clear = np.abs(left - 0.5) > 0.13  # half a column of 4 x 4 samples
@@ -174,8 +152,8 @@ def test_without_shadow_nothing_else_changes():
 
 def test_the_light_turns_smoothly_from_natural_to_yellow_or_stays():
     corner = [image(0, frame)[:60, :80].mean(axis=(0, 1)) for frame in range(0, FRAMES, 33)]
-    stays = [image(0, f, "constant")[:60, :80].mean(axis=(0, 1)) for f in (0, 99)]
-    assert (image(0, 0) == image(0, 0, "constant")).all()
+    stays = [image(0, f, illuminant="constant")[:60, :80].mean(axis=(0, 1)) for f in (0, 99)]
+    assert (image(0, 0) == image(0, 0, illuminant="constant")).all()
     assert stays[0] == pytest.approx(stays[1], rel=0.01)
     blue, green, red = np.array(corner).T
     assert (np.diff(blue / red) < 0.01).all()

@@ -1,31 +1,17 @@
 """`moreno2005/ellipse`: what the ellipse does, what is seen of it, what light and patches do."""
 
-from functools import lru_cache
-
 import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 from shapely import affinity, contains_xy
 from shapely.geometry import Point, Polygon
 
 from datasets.synthetic.moreno2005.ellipse.plan import HALF_AXES, drawn_plan
-from datasets.synthetic.moreno2005.ellipse.scene import scene
-from datasets.synthetic.moreno2005.knobs import EllipseKnobs
+from tests.datasets.synthetic.scenes import SEEDS, grown, scenes_of
 
 FRAMES = 100
-SEEDS = st.integers(0, 2**32 - 1)
-
-
-@lru_cache(maxsize=32)
-def opened(seed, light="even", clutter="dense"):
-    return scene(EllipseKnobs(scene=seed, light=light, clutter=clutter))
-
-
-@lru_cache(maxsize=64)
-def image(seed, frame, light="even"):
-    return opened(seed, light).render(frame).astype(float)
+opened, image = scenes_of("moreno2005/ellipse")
 
 
 def region(plan, frame, samples=720):
@@ -87,7 +73,7 @@ def test_masks_and_boxes_are_those_of_the_ellipse_as_another_library_has_it(seed
 
 
 def test_pixels_on_the_outline_are_mixed_by_the_area_that_is_covered():
-    one = scene(EllipseKnobs(scene=1))
+    one = opened(101)  # it is changed below
     frame = 40
     black = np.zeros((240, 320, 3), np.uint8)
     one.plan.colour[frame] = 1.0
@@ -95,7 +81,7 @@ def test_pixels_on_the_outline_are_mixed_by_the_area_that_is_covered():
     one.plan.colour[frame] = 0.5
     inside = one.mask(frame)
     whole = cv2.erode(inside.astype(np.uint8), np.ones((3, 3))) > 0
-    edge = (cv2.dilate(inside.astype(np.uint8), np.ones((3, 3))) > 0) & ~whole
+    edge = grown(inside, 1) & ~whole
     rows, columns = np.nonzero(edge)
     fine = (np.arange(16) + 0.5) / 16
     errors, covered = [], []
@@ -157,7 +143,7 @@ def test_a_patch_of_the_ellipses_colour_touches_it_now_and_then(seed, clutter, l
         alike = [patch for patch in one.patches if np.linalg.norm(patch.colour - colour) <= 0.15]
         seen = one._backdrop[..., ::-1] / 255
         mask = one.mask(frame)
-        ring = (cv2.dilate(mask.astype(np.uint8), np.ones((3, 3))) > 0) & ~mask
+        ring = (grown(mask, 1)) & ~mask
         gap = np.linalg.norm(seen[ring] - colour, axis=1)
         assert alike
         assert (gap < 0.45).sum() >= 6  # shadows and texture make it differ more than its paint
@@ -186,12 +172,12 @@ def test_frames_without_the_attribute_have_no_patch_of_that_colour_beside():
 
 @pytest.mark.parametrize("seed", range(2))
 def test_one_jump_of_a_gain_and_a_cast_at_mid_sequence(seed):
-    one = opened(seed, "jump")
+    one = opened(seed, light="jump")
     (jump,) = np.flatnonzero(one.truth().attributes["light change"]).tolist()
     assert 45 <= jump <= 55
     ratios = []
     for frame in (jump - 1, jump):
-        plain, seen = image(seed, frame), image(seed, frame, "jump")
+        plain, seen = image(seed, frame), image(seed, frame, light="jump")
         fair = (plain > 60) & (plain < 235)
         ratios.append(
             [np.median(seen[..., k][fair[..., k]] / plain[..., k][fair[..., k]]) for k in range(3)]
@@ -202,7 +188,7 @@ def test_one_jump_of_a_gain_and_a_cast_at_mid_sequence(seed):
 
 
 def test_repeated_changes_are_kept_until_the_next():
-    one = opened(0, "repeated")
+    one = opened(0, light="repeated")
     changes = np.flatnonzero(one.truth().attributes["light change"])
     assert changes.min() >= 5
     assert 15 < len(changes) < 45
@@ -212,7 +198,7 @@ def test_repeated_changes_are_kept_until_the_next():
     gains = np.stack([one.lighting.at(frame) for frame in range(FRAMES)])
     assert 0.3 < gains.min() < 0.6
     assert gains.max() <= 1.2
-    plain, seen = (image(0, int(changes[-1]), light) for light in ("even", "repeated"))
+    plain, seen = (image(0, int(changes[-1]), light=light) for light in ("even", "repeated"))
     fair = (plain > 60) & (plain < 200)
     expected = (plain * one.lighting.at(int(changes[-1]))[::-1])[fair]
     assert np.median(np.abs(np.minimum(expected, 255) - seen[fair])) < 6
@@ -220,16 +206,16 @@ def test_repeated_changes_are_kept_until_the_next():
 
 @pytest.mark.parametrize("seed", range(2))
 def test_the_shadows_edge_changes_the_light_here_and_not_there(seed):
-    one = opened(seed, "shadow")
+    one = opened(seed, light="shadow")
     changes = np.flatnonzero(one.truth().attributes["light change"])
     assert len(changes) > 0
     assert changes[0] >= 5
     for frame in (int(changes[0]), int(changes[len(changes) // 2])):
-        plain, seen = image(seed, frame), image(seed, frame, "shadow")
+        plain, seen = image(seed, frame), image(seed, frame, light="shadow")
         loss = (plain - seen).mean(axis=2) / plain.mean(axis=2)
         loss = cv2.GaussianBlur(loss, (0, 0), 2)
         assert (np.abs(loss) < 0.05).mean() > 0.03
         assert (loss > 0.2).mean() > 0.03
         on_target = loss[one.mask(frame)]
         assert np.ptp(on_target) > 0.15
-    assert (image(seed, 0) == image(seed, 0, "shadow")).all()
+    assert (image(seed, 0) == image(seed, 0, light="shadow")).all()

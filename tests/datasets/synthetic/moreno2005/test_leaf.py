@@ -1,36 +1,16 @@
 """`moreno2005/leaf`: how the wind moves the leaf, what the sun does, what is like the leaf."""
 
-from functools import lru_cache
-
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
-from shapely import area, box, intersection, polygons, union_all
 
-from datasets.synthetic.moreno2005.knobs import LeafKnobs
 from datasets.synthetic.moreno2005.leaf.blade import Shape, drawn_blade, placed
 from datasets.synthetic.moreno2005.leaf.plan import drawn_shapes
-from datasets.synthetic.moreno2005.leaf.scene import scene
 from datasets.synthetic.moreno2005.leaf.setting import Setting, fallen
+from tests.datasets.synthetic.scenes import SEEDS, covered_by, grown, scenes_of
 
 FRAMES = 100
-SEEDS = st.integers(0, 2**32 - 1)
-
-
-@lru_cache(maxsize=16)
-def opened(seed, jump="start"):
-    return scene(LeafKnobs(scene=seed, jump=jump))
-
-
-@lru_cache(maxsize=64)
-def image(seed, frame, jump="start"):
-    return opened(seed, jump).render(frame).astype(float)
-
-
-def grown(mask, by):
-    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1))) > 0
+opened, image = scenes_of("moreno2005/leaf")
 
 
 def middles(seed):
@@ -41,10 +21,7 @@ def middles(seed):
 @pytest.mark.parametrize(("seed", "frame"), [(0, 44), (1, 61)])
 def test_the_mask_is_what_the_outline_of_the_triangles_covers(seed, frame):
     one = opened(seed)
-    points = one.setting.points(frame)[0][:, :2]
-    outline = union_all(polygons(points[one.setting._blade.mesh.triangles]))
-    columns, rows = np.meshgrid(np.arange(320), np.arange(240))
-    covered = area(intersection(outline, box(columns, rows, columns + 1, rows + 1)))
+    covered = covered_by(one.setting.points(frame)[0], one.setting._blade.mesh.triangles)
     clear = np.abs(covered - 0.5) > 0.13  # half a column of 4 x 4 samples
     assert 0.99 < clear.mean() < 1
     assert (one.mask(frame) == (covered >= 0.5))[clear].all()
@@ -58,7 +35,7 @@ def test_the_leaf_stays_in_view_and_jerks_by_up_to_15_pixels(seed):
     assert (steps > 7).sum() >= 4
     assert steps[:5].max() < 5
     assert 2.5 < steps.mean() < 7
-    boxes = scene(LeafKnobs(scene=seed)).truth().boxes
+    boxes = opened(seed).truth().boxes
     assert boxes[:, :2].min() > -8
     assert ((boxes[:, :2] + boxes[:, 2:]).max(axis=0) < (328, 248)).all()
     assert boxes[:, 2:].max(axis=1).min() > 30
@@ -125,20 +102,20 @@ def test_a_bent_and_folded_leaf_keeps_its_lengths():
 
 
 def test_the_light_changes_once_and_at_the_moment_asked_for():
-    start, middle, none = (opened(0, jump).truth() for jump in ("start", "middle", "none"))
+    start, middle, none = (opened(0, jump=jump).truth() for jump in ("start", "middle", "none"))
     assert np.flatnonzero(start.attributes["light change"]).tolist() == [1]
     assert np.flatnonzero(middle.attributes["light change"]).tolist() == [50]
     assert not none.attributes["light change"].any()
     for frame in (0, 1, 49, 50):
-        before, after = image(0, frame, "none"), image(0, frame, "start")
-        assert (image(0, frame, "middle") == (before if frame < 50 else after)).all()
+        before, after = image(0, frame, jump="none"), image(0, frame)
+        assert (image(0, frame, jump="middle") == (before if frame < 50 else after)).all()
         assert (before == after).all() == (frame == 0)
     assert {Setting(seed).sunny for seed in range(8)} == {True, False}  # it comes or goes
 
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_what_the_sun_shines_on_changes_strongly_and_what_is_in_the_shade_hardly(seed):
-    lights = [image(seed, 60, jump) ** 2 for jump in ("start", "none")]
+    lights = [image(seed, 60, jump=jump) ** 2 for jump in ("start", "none")]
     if not opened(seed).setting.sunny:  # at first
         lights.reverse()
     cloudy, sunny = lights

@@ -1,38 +1,19 @@
 """`moreno2005/octopus`: how the octopus moves, what is seen of it, when it looks like the floor."""
 
-from functools import lru_cache
-
 import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 from shapely import contains_xy, unary_union
 from shapely.geometry import Point
 
-from datasets.synthetic.moreno2005.knobs import OctopusKnobs
 from datasets.synthetic.moreno2005.octopus.looks import FLOOR_KINDS, SKINS, painted
 from datasets.synthetic.moreno2005.octopus.plan import OWN, drawn_plan
 from datasets.synthetic.moreno2005.octopus.relief import lit
-from datasets.synthetic.moreno2005.octopus.scene import scene
+from tests.datasets.synthetic.scenes import SEEDS, scenes_of
 
 FRAMES = 100
-SEEDS = st.integers(0, 2**32 - 1)
-
-
-@lru_cache(maxsize=16)
-def opened(seed):
-    return scene(OctopusKnobs(scene=seed))
-
-
-@lru_cache(maxsize=64)
-def image(seed, frame):
-    return opened(seed).render(frame).astype(float)
-
-
-def runs(flags):
-    """First frames, and those after the last, of every stretch that is true."""
-    return np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]]))).reshape(-1, 2)
+opened, image = scenes_of("moreno2005/octopus")
 
 
 def beside(mask, near=4, far=16):

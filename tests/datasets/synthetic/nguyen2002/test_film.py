@@ -16,20 +16,14 @@ from datasets.synthetic.nguyen2002.film.setting import SETTINGS
 from datasets.synthetic.nguyen2002.film.sheet import Rigid
 from datasets.synthetic.nguyen2002.film.targets import KINDS
 from datasets.synthetic.nguyen2002.knobs import FilmKnobs
+from tests.datasets.synthetic.scenes import SEEDS, runs
 
-SEEDS = st.integers(0, 2**32 - 1)
 NUMBERS = st.integers(1, CLIPS)
 
 
 @lru_cache(maxsize=32)
 def opened(seed, clip):
     return scene(FilmKnobs(scene=seed), clip)
-
-
-def stretches_of(flags):
-    """First frame, and the one after the last, of every stretch that is true."""
-    edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def first_clip(seed, wanted):
@@ -60,14 +54,14 @@ def test_occlusions_are_complete_and_end(seed):
     for clip, shot in enumerate(script(seed), 1):
         truth = opened(seed, clip).truth()
         seen = truth.visibility
-        stretches = stretches_of(seen < 0.9)
+        stretches = runs(seen < 0.9)
         least = [seen[start:stop].min() for start, stop in stretches]
         complete = [low <= 0.02 for low in least]
         assert sum(complete) == shot.occlusions
         assert all(low <= 0.02 or low >= 0.5 for low in least)
         assert (seen[:10] == 1).all()
         assert (seen[-10:] == 1).all()
-        hidden = stretches_of(truth.attributes["occluded"] | truth.attributes["partly occluded"])
+        hidden = runs(truth.attributes["occluded"] | truth.attributes["partly occluded"])
         passages = [seen[start:stop].min() <= 0.02 for start, stop in hidden]
         assert (passages.count(True), passages.count(False)) == (shot.occlusions, shot.partial)
         lengths += [

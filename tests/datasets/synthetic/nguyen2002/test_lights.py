@@ -1,50 +1,34 @@
 """`nguyen2002/lights`: what is true of the object, what hides it, what the lamps do; cards."""
 
 from dataclasses import replace
-from functools import lru_cache
 
-import cv2
 import numpy as np
 import pytest
 
-from datasets.synthetic.nguyen2002.knobs import LightsKnobs
 from datasets.synthetic.nguyen2002.lights.plan import KINDS
-from datasets.synthetic.nguyen2002.lights.scene import _passing, _pose, scene
+from datasets.synthetic.nguyen2002.lights.scene import LightsScene, _passing, _pose
 from datasets.synthetic.nguyen2002.lights.setting import Card, Pose, Setting
 from datasets.synthetic.nguyen2002.lights.things import HALF_HEIGHT, passer
 from datasets.synthetic.render.finish import Thing, looked_at
 from datasets.synthetic.render.solids import NOTHING
+from tests.datasets.synthetic.scenes import grown, runs, scenes_of
 
 FRAMES = 300
+opened, image = scenes_of("nguyen2002/lights")
 
 LONGEST = 35
 """Frames for which the paper's tracker looks for the end of an occlusion."""
 
 
-@lru_cache(maxsize=16)
-def opened(seed, lamps="white"):
-    return scene(LightsKnobs(scene=seed, lamps=lamps))
-
-
-@lru_cache(maxsize=32)
-def image(seed, frame, lamps="white"):
-    return opened(seed, lamps).render(frame).astype(float)
-
-
-def runs(flags):
-    """First frames, and those after the last, of every stretch that is true."""
-    return np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]]))).reshape(-1, 2)
-
-
 def around_the_switch(seed, lamps="white"):
     """The last frame with both lamps and the first with one, without what moves."""
-    one = opened(seed, lamps)
+    one = opened(seed, lamps=lamps)
     off = one.plan.off
-    before, after = image(seed, off - 1, lamps), image(seed, off, lamps)
+    before, after = image(seed, off - 1, lamps=lamps), image(seed, off, lamps=lamps)
     still = np.ones(before.shape[:2], bool)
     for frame in (off - 1, off):
         coverage = one.setting.carried.at(_pose(one.plan, frame))[0][..., 3]
-        still &= cv2.dilate(coverage, np.ones((25, 25))) == 0
+        still &= ~grown(coverage > 0, 12)
     return before, after, still
 
 
@@ -94,7 +78,7 @@ def test_visibility_is_the_masks_part_of_the_whole_object():
 
 @pytest.mark.slow
 def test_what_changes_with_the_objects_print_is_the_mask():
-    other = scene(LightsKnobs())
+    other = LightsScene(0, coloured=False)
     other.setting = Setting(0)
     thing, *rest = other.setting._things
     inverse = replace(thing.finish, pattern=lambda at: 1 - thing.finish.pattern(at))
@@ -106,7 +90,7 @@ def test_what_changes_with_the_objects_print_is_the_mask():
     for frame in (0, start - 2):
         changed = np.abs(other.render(frame) - image(0, frame)).max(axis=2) > 20
         mask = opened(0).mask(frame)
-        near = cv2.dilate(mask.astype(np.uint8), np.ones((5, 5))) > 0
+        near = grown(mask, 2)
         assert changed[mask].mean() > 0.93
         assert changed[~near].mean() < 1e-3
 

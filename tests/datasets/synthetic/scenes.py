@@ -1,0 +1,45 @@
+"""What tests of scenes share: scenes and images made once, stretches of frames, grown masks."""
+
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from hypothesis import strategies as st
+from shapely import area, box, intersection, polygons, union_all
+
+from datasets.synthetic.suite import suites
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def scenes_of(name):
+    """Make functions of a seed (and a frame) and knobs: the scene itself, and its images."""
+    (entry,) = (suite.entries[name] for suite in suites() if name in suite.names())
+
+    @lru_cache(maxsize=32)
+    def opened(seed, **knobs):
+        made, module = entry.opened({"scene": str(seed), **knobs})
+        return module.scene(made, *entry.which)
+
+    @lru_cache(maxsize=64)
+    def image(seed, frame, **knobs):
+        return opened(seed, **knobs).render(frame).astype(float)
+
+    return opened, image
+
+
+def runs(flags):
+    """First frames, and those after the last, of every stretch that is true."""
+    return np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]]))).reshape(-1, 2)
+
+
+def grown(mask, by):
+    """A mask with all pixels that are so near in either direction."""
+    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1))) > 0
+
+
+def covered_by(points, triangles, size=(320, 240)):
+    """Part of each pixel that triangles cover, as another library has it."""
+    outline = union_all(polygons(points[:, :2][triangles]))
+    columns, rows = np.meshgrid(*map(np.arange, size))
+    return area(intersection(outline, box(columns, rows, columns + 1, rows + 1)))
