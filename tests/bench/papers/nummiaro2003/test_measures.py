@@ -88,71 +88,72 @@ def test_a_run_as_the_paper_tells_it():
     assert found["update_share"] == found["good_frames"] / (N - COMES - 1 - 14)
 
 
-def test_lengths_and_losses_count_the_frames_alone_in_which_the_target_is_there():
-    assert measured(shifted(slice(50, N)))["first_loss"] == 30
-    assert measured(shifted(slice(0, N)))["first_loss"] == 1  # that of the given frame
-    assert measured(shifted(slice(50, N)))["frames"] == LEAVES - COMES
+FRAMES = np.arange(N)
+HIDDEN_FRAMES = 16 + 4 + 3 + 3
 
 
-def test_a_target_that_is_found_too_late_or_for_a_moment_is_not_recovered():
-    assert measured(shifted(slice(100, 151)))["recovered"] == 0.0
-    assert measured(shifted(slice(100, 140)))["recovered"] == 1.0
+def but(usual, frames, value):
+    """The same number in all frames but some."""
+    return np.where(np.isin(FRAMES, FRAMES[frames]), value, usual)
+
+
+def for_a_moment():
+    """Beside the target from the tree on, but for four frames in a row."""
     boxes = shifted(slice(100, N))
-    boxes[125:129] = truth().boxes[125:129]  # four frames in a row
-    found = measured(boxes)
-    assert (found["recovered"], found["right_at_end"]) == (0.0, 0.0)
-    assert np.isnan(found["bridged"])  # it was on the target before neither
-
-
-def test_a_target_that_walks_through_a_frozen_box_is_not_recovered():
-    waits = measured(mode=np.where(np.arange(N) >= 104, 0.0, 1.0))
-    assert waits["recovered"] == 0.0
-    assert np.isnan(waits["bridged"])  # followed it before neither
-    late = np.where((np.arange(N) >= 104) & (np.arange(N) < 140), 0.0, 1.0)
-    assert measured(mode=late)["recovered"] == 1.0
-
-
-def test_frames_in_which_nothing_can_be_updated_are_no_credit_to_the_condition():
-    hidden = np.arange(N) >= LEAVES
-    found = measured(updated=np.ones(N) - hidden, mode=1.0 - hidden)
-    assert found["other_updates"] == found["other_frames"] == 16 + 4 + 3 + 3
-    assert found["waiting_frames"] == N - LEAVES
-
-
-def test_a_count_that_falls_in_a_short_hiding_is_told_where_the_tracker_was_on_target():
-    low = np.full(N, 50.0)
-    low[SHORT[1]] = 9
-    assert measured(positive_appearances=low)["count_fell_shortly"] == 1.0
-    beside = measured(shifted(slice(190, 205)), positive_appearances=low)
-    assert beside["count_fell_shortly"] == 0.0
+    boxes[125:129] = truth().boxes[125:129]
+    return boxes
 
 
 @pytest.mark.parametrize(
-    ("changes", "bridged"),
+    ("changes", "expected"),
     [
-        ({}, 1.0),
-        ({"boxes": shifted(slice(181, 200))}, 0.0),  # off the target for too long
-        ({"boxes": shifted(slice(181, 190))}, 1.0),
-        ({"mode": np.where(np.arange(N) == 205, 0.0, 1.0)}, 0.0),  # initialises
-        ({"boxes": shifted(slice(170, 195))}, 1.0),  # was on the target before the second alone
+        # Lengths and losses count the frames alone in which the target is there.
+        ({"boxes": shifted(slice(50, N))}, {"first_loss": 30, "frames": LEAVES - COMES}),
+        ({"boxes": shifted(slice(0, N))}, {"first_loss": 1}),  # that of the given frame
+        # A target that is found too late, or for a moment, is not recovered,
+        ({"boxes": shifted(slice(100, 151))}, {"recovered": 0}),
+        ({"boxes": shifted(slice(100, 140))}, {"recovered": 1}),
+        ({"boxes": for_a_moment()}, {"recovered": 0, "right_at_end": 0, "bridged": np.nan}),
+        # nor is one that walks through a frozen box.
+        ({"mode": but(1, slice(104, N), 0)}, {"recovered": 0, "bridged": np.nan}),
+        ({"mode": but(1, slice(104, 140), 0)}, {"recovered": 1}),
+        # Frames in which nothing can be updated are no credit to the condition,
+        (
+            {"updated": but(1, slice(LEAVES, N), 0), "mode": but(1, slice(LEAVES, N), 0)},
+            {"other_updates": HIDDEN_FRAMES, "other_frames": HIDDEN_FRAMES}
+            | {"waiting_frames": N - LEAVES},
+        ),
+        # and updates beside the target or in its absence are no good.
+        (
+            {"boxes": shifted(slice(150, 160)), "updated": np.ones(N)},
+            dict.fromkeys(("other_updates", "other_frames"), HIDDEN_FRAMES + (N - LEAVES) + 10),
+        ),
+        # A count that falls in a short hiding is told where the tracker was on target,
+        ({"positive_appearances": but(50, SHORT[1], 9)}, {"count_fell_shortly": 1}),
+        (
+            {"positive_appearances": but(50, SHORT[1], 9), "boxes": shifted(slice(190, 205))},
+            {"count_fell_shortly": 0},
+        ),
+        # one that stays up falls nowhere.
+        (
+            {"positive_appearances": np.full(N, 10)},
+            {"count_fell": 0, "count_fell_at_end": 0},
+        ),
+        (
+            {"positive_appearances": but(50, slice(LEAVES + 9, LEAVES + 10), 9)},
+            {"count_fell_at_end": 1},
+        ),
+        # Short hidings are bridged by propagation alone.
+        ({}, {"bridged": 1}),
+        ({"boxes": shifted(slice(181, 200))}, {"bridged": 0}),  # off the target for too long
+        ({"boxes": shifted(slice(181, 190))}, {"bridged": 1}),
+        ({"mode": but(1, slice(205, 206), 0)}, {"bridged": 0}),  # initialises
+        ({"boxes": shifted(slice(170, 195))}, {"bridged": 1}),  # on it before the second alone
     ],
 )
-def test_short_hidings_are_bridged_by_propagation_alone(changes, bridged):
-    assert measured(**changes)["bridged"] == bridged
-
-
-def test_a_count_that_stays_up_falls_nowhere():
-    found = measured(positive_appearances=np.full(N, 10.0))
-    assert (found["count_fell"], found["count_fell_at_end"]) == (0.0, 0.0)
-    late = np.full(N, 50.0)
-    late[LEAVES + 9] = 9
-    assert measured(positive_appearances=late)["count_fell_at_end"] == 1.0
-
-
-def test_updates_beside_the_target_or_in_its_absence_are_no_good():
-    found = measured(shifted(slice(150, 160)), updated=np.ones(N))
-    assert found["other_updates"] == found["other_frames"]
-    assert found["other_frames"] == 16 + 4 + 3 + 3 + (N - LEAVES) + 10
+def test_what_happened_in_a_run(changes, expected):
+    found = measured(**changes)
+    assert {name: found[name] for name in expected} == pytest.approx(expected, nan_ok=True)
 
 
 def test_half_axes_are_told_by_error_bias_and_correlation():

@@ -19,8 +19,6 @@ from bench.papers.nummiaro2003.timing import (
     cost_slopes,
     cost_times,
     plain_filter,
-    side_by_side,
-    weighting_times,
 )
 from bench.store.loading import load_results
 from bench.store.results import Results
@@ -81,14 +79,6 @@ def test_an_ellipse_that_is_partly_outside_is_the_same_for_both(images):
     assert worst < 1e-6
 
 
-def test_filters_are_timed_in_turns_and_plain_code_takes_longer():
-    times = side_by_side(NAME, {"compiled": compiled_filter(), "plain": plain_filter()}, 12)
-    assert list(times) == ["compiled", "plain"]
-    assert len(times) == 11  # the first update warms up
-    assert (times > 0).all(axis=None)
-    assert (times["plain"] / times["compiled"]).median() > 1.5
-
-
 def test_slopes_are_those_of_lines_through_the_times():
     random = np.random.default_rng(1)
     values = np.repeat([50.0, 100, 200, 400], 6)
@@ -130,15 +120,6 @@ def test_costs_are_measured_by_samples_area_and_bins(short_sweeps):
     assert plain.loc[200, "seconds"] > 2 * plain.loc[20, "seconds"]
 
 
-def test_plain_code_spends_most_of_its_time_on_weighting():
-    parts = weighting_times([NAME], 8).groupby("implementation")
-    assert set(parts.groups) == {"compiled", "plain"}
-    for _, rows in parts:
-        assert (rows["weighting"] < 1.3 * rows["update"]).mean() > 0.5
-    plain = parts.get_group("plain")
-    assert (plain["weighting"] / plain["update"]).median() > 0.5
-
-
 def test_the_clock_of_a_core_is_between_half_and_ten_gigahertz():
     assert 0.5e9 < clock_rate() < 10e9
 
@@ -168,11 +149,14 @@ def test_all_that_the_ledger_asks_for_is_measured(folder, monkeypatch, short_swe
     assert len(tables["model_times"]) == 9
     ratio = tables["model_times"]["per_particle"] / tables["model_times"]["one"]
     assert ratio.median() > 1
+    profile = tables["profile"].set_index("implementation")["weighting_share"]
+    assert 0 < profile["compiled"] < 1.3
+    assert 0.5 < profile["plain"] < 1.3
     assert len(tables["time_slopes"]) == 6
-    assert len(tables["profile"]) == 2
     plain = tables["plain_times"].iloc[0]
     times = tables["times"].groupby("what")["value"].median()
     assert times["plain"] == pytest.approx(plain["milliseconds"])
+    assert times["plain"] > 1.5 * times["compiled"] or not len(clean)
     slower = times["clock"] * 1e9 / 800e6
     assert plain["milliseconds_at_800_mhz"] == pytest.approx(slower * plain["milliseconds"])
     assert {"models", "weighting, plain", "weighting, compiled"} <= set(times.index)
