@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import datasets
 from bench.papers.context import Context
 from bench.papers.nummiaro2003.measures import GONE, HIDDEN
-from bench.papers.nummiaro2003.particles import begun_empty
+from bench.papers.nummiaro2003.short_runs import begun_empty
 from bench.papers.runs import over_frames
 from datasets import Sequence
 from reports.samples import Placed, Surface, Track, placement_plot, surface_plot, trajectory_plot

@@ -4,7 +4,7 @@ A function measures one thing on a scene, in fewer frames where it is to be quic
 by name, in which a row is a frame and what is varied in it. Shares are in [0, 1]. ρ is the
 Bhattacharyya coefficient of an ellipse with the model of the true one in the first frame, with the
 text's bins, kernel and σ but for what is varied. "Clutter" are ellipses of the target's size within
-three widths that a score would call a miss. What needs the tracker's particles is in `particles`.
+three widths that a score would call a miss. What needs runs of the tracker is in `short_runs`.
 """
 
 from math import ceil
@@ -28,7 +28,7 @@ from bench.papers.nummiaro2003.models import (
     grid,
     shown,
 )
-from bench.papers.nummiaro2003.particles import entrance, kick_offs, maximum, own_models
+from bench.papers.nummiaro2003.short_runs import entrance, kick_offs, maximum, own_models
 from bench.papers.scenes import SceneCheck, Tables, spaced, turned_about, with_gain, with_noise
 from datasets import Sequence
 from trackers.base.interface import Image

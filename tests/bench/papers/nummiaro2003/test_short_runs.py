@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench.papers.nummiaro2003 import particles
+from bench.papers.nummiaro2003 import short_runs
 from datasets import Sequence, SequenceError
 
 RED, BLUE, GREY, GREEN = (40, 40, 200), (200, 60, 40), (128, 128, 128), (60, 160, 60)
@@ -38,8 +38,8 @@ def waited(monkeypatch):
     """Measures on a sequence where samples wait in a region."""
 
     def measured(measure, sequence, *region):
-        monkeypatch.setattr(particles, "entries", lambda name: np.array([region], float))
-        monkeypatch.setattr(particles, "begun_empty", lambda name: sequence)
+        monkeypatch.setattr(short_runs, "entries", lambda name: np.array([region], float))
+        monkeypatch.setattr(short_runs, "begun_empty", lambda name: sequence)
         return measure(sequence, quick=True)
 
     return measured
@@ -47,7 +47,7 @@ def waited(monkeypatch):
 
 @pytest.mark.slow
 def test_the_mean_of_the_particles_is_at_the_maximum_where_nothing_else_looks_like_the_target():
-    tables = particles.maximum(walking([40.0 + 2 * frame for frame in range(12)]), quick=True)
+    tables = short_runs.maximum(walking([40.0 + 2 * frame for frame in range(12)]), quick=True)
     found = tables["maximum"]
     assert set(found["preset"]) == {"as-written", "recommended"}
     assert (found["distance"] < 0.25).all()
@@ -69,7 +69,7 @@ def test_the_mean_of_the_particles_is_at_the_maximum_where_nothing_else_looks_li
 def test_the_distance_is_to_the_maximum_wherever_the_truth_is():
     xs = [40.0 + 2 * frame for frame in range(8)]
     ahead = walking(xs, [painted(40.0 + 3 * frame) for frame in range(8)])
-    last = particles.maximum(ahead, quick=True)["maximum"].groupby("preset").last()
+    last = short_runs.maximum(ahead, quick=True)["maximum"].groupby("preset").last()
     assert (last["distance"] < 0.25).all()  # the truth lies half a half axis behind
 
 
@@ -96,7 +96,7 @@ def switched(*lengths):
 )
 def test_what_becomes_of_a_run_that_waits(tracking, inside, visible, said):
     starts, started, kept = said
-    found = particles.entered(switched(*tracking), switched(*inside), 1.0 * switched(*visible))
+    found = short_runs.entered(switched(*tracking), switched(*inside), 1.0 * switched(*visible))
     assert found == {
         "false_start_rate": pytest.approx(100 * starts / visible[0]),
         "no_false_start": starts == 0,
@@ -107,7 +107,7 @@ def test_what_becomes_of_a_run_that_waits(tracking, inside, visible, said):
 
 @pytest.mark.slow
 def test_a_target_that_comes_in_where_particles_wait_is_found_in_all_runs(waited):
-    tables = waited(particles.entrance, walking(COMING), 0, 50, 24, 20)
+    tables = waited(short_runs.entrance, walking(COMING), 0, 50, 24, 20)
     found = tables["entrance"]
     assert len(found) == 4
     assert found[["started", "kept", "no_false_start"]].all(axis=None)
@@ -116,7 +116,7 @@ def test_a_target_that_comes_in_where_particles_wait_is_found_in_all_runs(waited
     assert waiting["x"].between(0, 24).all()
     assert waiting["y"].between(50, 70).all()
     assert tables["entrance_regions"].to_numpy().tolist() == [[0, 50, 24, 20]]
-    again = waited(particles.entrance, walking(COMING), 0, 50, 24, 20)["entrance"]
+    again = waited(short_runs.entrance, walking(COMING), 0, 50, 24, 20)["entrance"]
     pd.testing.assert_frame_equal(again, found)
 
 
@@ -126,25 +126,25 @@ def test_the_known_histogram_is_of_a_whole_target_in_the_light(waited):
     colours = {True: ((10, 10, 40), (40, 10, 10)), False: (RED, BLUE)}
     images = [painted(x, *colours[in_shade]) for x, in_shade in zip(COMING, dark, strict=True)]
     everywhere = 0, 0, 200, 120
-    plain = waited(particles.entrance, walking(COMING, images), *everywhere)["entrance"]
+    plain = waited(short_runs.entrance, walking(COMING, images), *everywhere)["entrance"]
     assert plain["started"].all()  # knows the dark one, which comes first
     shaded = walking(COMING, images, attributes={"shade": dark})
-    assert not waited(particles.entrance, shaded, *everywhere)["entrance"]["started"].any()
+    assert not waited(short_runs.entrance, shaded, *everywhere)["entrance"]["started"].any()
     with pytest.raises(SequenceError, match="never wholly visible in the light"):
-        waited(particles.entrance, walking([np.nan, *[3.0] * 60]), *everywhere)
+        waited(short_runs.entrance, walking([np.nan, *[3.0] * 60]), *everywhere)
 
 
 @pytest.mark.slow
 def test_a_target_that_comes_in_elsewhere_is_not_found(waited):
     sequence = walking([np.nan] * 12 + [206.0 - 2 * frame for frame in range(60)])
-    found = waited(particles.kick_offs, sequence, 0, 0, 24, 20)["kick_off"]
+    found = waited(short_runs.kick_offs, sequence, 0, 0, 24, 20)["kick_off"]
     assert not found["started"].any()
     assert found["kick_off"].tolist() == [0.05, 0.1, 0.2, 0.4] * 2
 
 
 def test_doors_are_those_of_the_scene_as_it_begins_without_the_target():
-    assert particles.begun_empty("nummiaro2003/person").first_frame > 0
-    scene = particles.begun_empty("nummiaro2003/person:scene=3").name
+    assert short_runs.begun_empty("nummiaro2003/person").first_frame > 0
+    scene = short_runs.begun_empty("nummiaro2003/person:scene=3").name
     assert scene == "nummiaro2003/person:scene=3:start=empty"
 
 
@@ -155,15 +155,15 @@ def test_a_model_counts_as_wrong_where_clutter_looks_more_like_it_than_the_first
     green[(60 >> 5) * 64 + (160 >> 5) * 8 + (60 >> 5)] = 1.0
     red[(200 >> 5) * 64 + (40 >> 5) * 8 + (40 >> 5)] = 1.0
     mixed = 0.7 * red + 0.3 * green
-    assert particles.nearer(green[np.newaxis], green, image, ellipse) == 0.0
-    assert particles.nearer(np.stack([red, mixed]), red, image, ellipse) == 0.0
-    assert particles.nearer(np.stack([red, green]), red, image, ellipse) == 0.5
-    assert particles.nearer(np.stack([mixed, green]), mixed, image, ellipse) == 0.5
+    assert short_runs.nearer(green[np.newaxis], green, image, ellipse) == 0.0
+    assert short_runs.nearer(np.stack([red, mixed]), red, image, ellipse) == 0.0
+    assert short_runs.nearer(np.stack([red, green]), red, image, ellipse) == 0.5
+    assert short_runs.nearer(np.stack([mixed, green]), mixed, image, ellipse) == 0.5
 
 
 @pytest.mark.slow
 def test_models_of_their_own_stay_with_a_target_that_nothing_looks_like():
     sequence = walking([40.0 + frame for frame in range(70)])
-    wrong = particles.own_models(sequence, quick=True)["wrong_models"]
+    wrong = short_runs.own_models(sequence, quick=True)["wrong_models"]
     assert wrong["frame"].unique().tolist() == list(range(5, 61, 5))
     assert (wrong["nearer_clutter"] < 0.5).all()

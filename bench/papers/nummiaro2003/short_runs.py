@@ -1,4 +1,4 @@
-"""What the tracker's particles do on scenes: the claims on the mean state, doors, and own models.
+"""What short runs of the tracker show on scenes: the mean state, doors, models of their own.
 
 A function measures one thing on a scene, for the presets `as-written` and `recommended`, in fewer
 frames and repetitions where it is to be quick; it gives tables by name, as `scenes` does. Runs
