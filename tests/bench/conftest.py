@@ -80,15 +80,25 @@ class Knob(TrackerPlugin):
 '''
 
 
+@pytest.fixture(scope="session")
+def otb():
+    """Lay down an OTB sequence: noise, whose target never moves."""
+
+    def laid(folder, frames, first=1):
+        (folder / "img").mkdir(parents=True)
+        for i in range(frames):
+            image = np.random.default_rng(i).integers(0, 256, (40, 50, 3), dtype=np.uint8)
+            cv2.imwrite(str(folder / "img" / f"{first + i:04}.png"), image)
+        (folder / "groundtruth_rect.txt").write_text("5,6,10,12\n" * frames)
+        return folder
+
+    return laid
+
+
 @pytest.fixture
-def here(tmp_path):
+def here(tmp_path, otb):
     """A folder with an OTB sequence and a tracker in a file."""
-    folder = tmp_path / "data" / "Small"
-    (folder / "img").mkdir(parents=True)
-    for i in range(5):
-        image = np.random.default_rng(i).integers(0, 256, (40, 50, 3), dtype=np.uint8)
-        cv2.imwrite(str(folder / "img" / f"{i + 1:04}.png"), image)
-    (folder / "groundtruth_rect.txt").write_text("5,6,10,12\n" * 5)
+    otb(tmp_path / "data" / "Small", 5)
     (tmp_path / "knob.py").write_text(KNOB_TRACKER)
     return tmp_path
 

@@ -2,7 +2,6 @@
 
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -67,15 +66,10 @@ def cluster(request):
 
 
 @pytest.fixture
-def data(here):
+def data(here, otb):
     """Four sequences of 12 frames, a tracker in a file, and the script above."""
-    small = here / "data" / "Small"
     for name in "ABCD":
-        folder = here / "data" / name
-        shutil.copytree(small, folder)
-        for i in range(12):
-            shutil.copy(small / "img" / f"{i % 5 + 1:04}.png", folder / "img" / f"{i + 1:04}.png")
-        (folder / "groundtruth_rect.txt").write_text("5,6,10,12\n" * 12)
+        otb(here / "data" / name, 12)
     (here / "perform.py").write_text(PERFORM)
     return here
 

@@ -4,7 +4,6 @@ import json
 import re
 import sys
 
-import cv2
 import numpy as np
 import pytest
 
@@ -71,16 +70,12 @@ class Draws(Watches):
 
 
 @pytest.fixture(scope="module")
-def ground(tmp_path_factory):
+def ground(tmp_path_factory, otb):
     """Two sequences and two calm trackers, in a folder."""
     folder = tmp_path_factory.mktemp("ground")
     (folder / "calm.py").write_text(CALM)
     for name in "AB":
-        (folder / name / "img").mkdir(parents=True)
-        for i in range(FRAMES):
-            image = np.random.default_rng(i).integers(0, 256, (40, 50, 3), dtype=np.uint8)
-            cv2.imwrite(str(folder / name / "img" / f"{i:04}.png"), image)
-        (folder / name / "groundtruth_rect.txt").write_text("5,6,10,12\n" * FRAMES)
+        otb(folder / name, FRAMES, first=0)
     return folder
 
 

@@ -1,7 +1,6 @@
 """Nobody is blamed for what another tracker did, in the same pass or before it."""
 
 import os
-import shutil
 import signal
 import threading
 import time
@@ -37,13 +36,9 @@ ACTS = {
 
 
 @pytest.fixture
-def ground(here):
+def ground(here, otb):
     for name in "AB":
-        folder = here / "data" / name
-        shutil.copytree(here / "data" / "Small", folder)
-        for i in range(5, 12):
-            shutil.copy(folder / "img" / "0001.png", folder / "img" / f"{i + 1:04}.png")
-        (folder / "groundtruth_rect.txt").write_text("5,6,10,12\n" * 12)
+        otb(here / "data" / name, 12)
     source = (here / "knob.py").read_text().replace("class Knob(", "class Base(")
     source += "    depth = lambda self, n: self.depth(n - 1) if n else 0\n\n"
     for name, act in ACTS.items():

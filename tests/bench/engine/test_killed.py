@@ -9,8 +9,6 @@ import signal
 import sys
 import time
 
-import cv2
-import numpy as np
 import pyarrow.parquet as parquet
 import pytest
 
@@ -57,16 +55,12 @@ class Draws(TrackerPlugin):
 
 
 @pytest.fixture(scope="module")
-def ground(tmp_path_factory):
+def ground(tmp_path_factory, otb):
     """Two sequences and a tracker in a file."""
     folder = tmp_path_factory.mktemp("ground")
     (folder / "walk.py").write_text(TRACKER)
     for name in SEQUENCES:
-        (folder / name / "img").mkdir(parents=True)
-        for i in range(FRAMES):
-            image = np.random.default_rng(i).integers(0, 256, (40, 50, 3), dtype=np.uint8)
-            cv2.imwrite(str(folder / name / "img" / f"{i:04}.png"), image)
-        (folder / name / "groundtruth_rect.txt").write_text("5,6,10,12\n" * FRAMES)
+        otb(folder / name, FRAMES)
     return folder
 
 

@@ -1,7 +1,5 @@
 """Processes: same boxes on one core and two, and a worker that dies."""
 
-import shutil
-
 import numpy as np
 import pytest
 
@@ -16,15 +14,10 @@ FRAMES = 30
 
 
 @pytest.fixture
-def data(here):
+def data(here, otb):
     """Two sequences, so that there is something to share out and to interrupt."""
-    small = here / "data" / "Small"
     for name in "AB":
-        folder = here / "data" / name
-        shutil.copytree(small, folder)
-        for i in range(5, FRAMES):
-            shutil.copy(small / "img" / f"{i % 5 + 1:04}.png", folder / "img" / f"{i + 1:04}.png")
-        (folder / "groundtruth_rect.txt").write_text("5,6,10,12\n" * FRAMES)
+        otb(here / "data" / name, FRAMES)
     return here
 
 

@@ -103,6 +103,33 @@ class Scenario:
 
 
 @pytest.fixture
+def results(tmp_path):
+    """Results of an experiment, of which nothing is there yet."""
+    results = Results(tmp_path / "trial")
+    results.prepare(Asked("Trial", {}))
+    return results
+
+
+@pytest.fixture
+def sequence(make_sequence):
+    """A short sequence whose target is absent once."""
+    return make_sequence(n=12, absent=(4,))
+
+
+@pytest.fixture
+def store():
+    """Evaluate a tracker and write the run with its truth; give it and its file."""
+
+    def stored(results, sequence, tracker="static", repetition=0):
+        run = bench.evaluate(tracker, sequence, repetition)
+        write_truth(results.folder, sequence)
+        assert results.write(run)
+        return run, results.path(run.identity)
+
+    return stored
+
+
+@pytest.fixture
 def scenarios(make_sequence):
     """What a store is disturbed in, by name."""
     sequence = make_sequence(n=12, absent=(4,))

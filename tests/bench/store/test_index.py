@@ -19,33 +19,13 @@ from bench.store.index import (
 )
 from bench.store.layout import run_path
 from bench.store.results import Results
-from bench.store.truth import write_truth
-
-
-@pytest.fixture
-def results(tmp_path):
-    results = Results(tmp_path / "trial")
-    results.prepare(Asked("Trial", {}))
-    return results
-
-
-@pytest.fixture
-def sequence(make_sequence):
-    return make_sequence(n=12, absent=(4,))
-
-
-def store(results, sequence, tracker="static", repetition=0):
-    run = bench.evaluate(tracker, sequence, repetition)
-    write_truth(results.folder, sequence)
-    assert results.write(run)
-    return run, results.path(run.identity)
 
 
 def asked_for(results, *cells):
     results.prepare(Asked("", {cell[:4]: cell[4] for cell in cells}))
 
 
-def test_the_index_is_made_anew_when_it_is_lost_damaged_or_old(results, sequence):
+def test_the_index_is_made_anew_when_it_is_lost_damaged_or_old(results, sequence, store):
     store(results, sequence)
     rows = read_index(results)
     index = results.folder / "index.arrow"
@@ -58,14 +38,14 @@ def test_the_index_is_made_anew_when_it_is_lost_damaged_or_old(results, sequence
     assert [row["tracker"] for row in read_index(results)] == ["camshift"]
 
 
-def test_an_index_that_is_up_to_date_opens_no_run(results, sequence, monkeypatch):
+def test_an_index_that_is_up_to_date_opens_no_run(results, sequence, monkeypatch, store):
     store(results, sequence)
     rows = read_index(results)
     monkeypatch.setattr(Results, "read", lambda *a: pytest.fail("a run was opened"))
     assert read_index(Results(results.folder)) == rows
 
 
-def test_scores_in_the_index_are_those_of_the_run(results, sequence):
+def test_scores_in_the_index_are_those_of_the_run(results, sequence, store):
     run, _ = store(results, sequence)
     (row,) = read_index(results)
     assert {k: v for k, v in row["scores"].items() if v == v} == {
@@ -73,7 +53,7 @@ def test_scores_in_the_index_are_those_of_the_run(results, sequence):
     }
 
 
-def test_load_results_gives_a_row_a_run_and_a_row_for_what_is_missing(results, sequence):
+def test_load_results_gives_a_row_a_run_and_a_row_for_what_is_missing(results, sequence, store):
     run, _ = store(results, sequence)
     asked_for(
         results,
@@ -95,7 +75,7 @@ def test_what_was_asked_for_is_not_forgotten_when_something_else_is(results, seq
     assert bench.load_results(results.folder)["tracker"].tolist() == ["a", "a", "b"]
 
 
-def test_runs_of_an_earlier_version_than_was_asked_for_last_are_stale(results, sequence):
+def test_runs_of_an_earlier_version_than_was_asked_for_last_are_stale(results, sequence, store):
     runs = [store(results, sequence, "static", repetition)[0] for repetition in (0, 1)]
     old = runs[0].identity.version
     asked_for(results, *(("static", "line", i, "accuracy", old) for i in (0, 1)))
@@ -104,14 +84,14 @@ def test_runs_of_an_earlier_version_than_was_asked_for_last_are_stale(results, s
     assert bench.load_results(results.folder)["status"].tolist() == ["stale"] * 2
 
 
-def test_a_run_that_was_removed_is_not_missing(results, sequence):
+def test_a_run_that_was_removed_is_not_missing(results, sequence, store):
     run, path = store(results, sequence)
     asked_for(results, ("static", "line", 0, "accuracy", run.identity.version))
     results.remove([str(path.relative_to(results.folder))])
     assert len(bench.load_results(results.folder)) == 0
 
 
-def test_results_that_can_only_be_read_are_read(results, sequence, monkeypatch):
+def test_results_that_can_only_be_read_are_read(results, sequence, monkeypatch, store):
     store(results, sequence)
 
     def refuse(path, content):
@@ -125,7 +105,7 @@ def names(results):
     return [(row["tracker"], row["repetition"]) for row in read_index(results)]
 
 
-def test_rows_stand_in_the_order_of_the_files_whenever_they_came(results, sequence):
+def test_rows_stand_in_the_order_of_the_files_whenever_they_came(results, sequence, store):
     for tracker, repetition in (("static", 10), ("static", 2), ("camshift", 0), ("static", 0)):
         store(results, sequence, tracker, repetition)
         read_index(results)
@@ -135,7 +115,7 @@ def test_rows_stand_in_the_order_of_the_files_whenever_they_came(results, sequen
     assert names(results) == expected
 
 
-def test_only_files_that_changed_are_opened(results, sequence, monkeypatch):
+def test_only_files_that_changed_are_opened(results, sequence, monkeypatch, store):
     paths = [store(results, sequence, "static", i)[1] for i in range(3)]
     read_index(results)
     opened = []
@@ -150,7 +130,7 @@ def test_only_files_that_changed_are_opened(results, sequence, monkeypatch):
     assert opened == [paths[1]]
 
 
-def test_an_index_of_other_scores_is_made_anew(results, sequence, monkeypatch):
+def test_an_index_of_other_scores_is_made_anew(results, sequence, monkeypatch, store):
     store(results, sequence)
     rows = read_index(results)
     monkeypatch.setattr(index, "_scorer_version", lambda: b"another")
@@ -160,7 +140,7 @@ def test_an_index_of_other_scores_is_made_anew(results, sequence, monkeypatch):
     assert rows[0]["scores"] != row["scores"]
 
 
-def test_an_index_of_another_folder_is_not_believed(results, sequence, tmp_path):
+def test_an_index_of_another_folder_is_not_believed(results, sequence, tmp_path, store):
     store(results, sequence)
     read_index(results)
     other = Results(tmp_path / "other")
@@ -171,7 +151,9 @@ def test_an_index_of_another_folder_is_not_believed(results, sequence, tmp_path)
     assert names(other) == [("camshift", 0)]
 
 
-def test_a_score_that_a_run_has_not_is_null_and_one_without_a_value_is_nan(results, make_sequence):
+def test_a_score_that_a_run_has_not_is_null_and_one_without_a_value_is_nan(
+    results, make_sequence, store
+):
     store(results, make_sequence(n=8))
     (row,) = read_index(results)
     assert np.isnan(row["scores"]["absence_reported"])
@@ -180,7 +162,7 @@ def test_a_score_that_a_run_has_not_is_null_and_one_without_a_value_is_nan(resul
     assert bare["absence_reported"][1].as_py() is None
 
 
-def test_files_that_are_no_runs_are_left_aside_or_named(results, sequence):
+def test_files_that_are_no_runs_are_left_aside_or_named(results, sequence, store):
     _, path = store(results, sequence)
     (path.parent / ".hidden.parquet.tmp").touch()
     (results.folder / "_truth" / "x").mkdir()
@@ -190,7 +172,7 @@ def test_files_that_are_no_runs_are_left_aside_or_named(results, sequence):
         read_table(results)
 
 
-def test_a_growing_index_is_on_disk_when_it_is_written(results, sequence, monkeypatch):
+def test_a_growing_index_is_on_disk_when_it_is_written(results, sequence, monkeypatch, store):
     growing = GrowingIndex(results)
     for repetition in (0, 1):
         run, path = store(results, sequence, "static", repetition)
@@ -200,14 +182,14 @@ def test_a_growing_index_is_on_disk_when_it_is_written(results, sequence, monkey
     assert names(results) == [("static", 0), ("static", 1)]
 
 
-def test_a_run_that_was_made_again_has_one_row(results, sequence):
+def test_a_run_that_was_made_again_has_one_row(results, sequence, store):
     run, path = store(results, sequence)
     row = index_row(results, path, run, sequence)
     table = index._with_rows(index_table([row]), [index_table([{**row, "failure": "later"}])])
     assert table["failure"].to_pylist() == ["later"]
 
 
-def test_text_in_a_frame_of_results_takes_a_number_a_run(results, sequence):
+def test_text_in_a_frame_of_results_takes_a_number_a_run(results, sequence, store):
     run, _ = store(results, sequence)
     asked_for(results, *(("static", "line", i, "accuracy", run.identity.version) for i in range(9)))
     frame = bench.load_results(results.folder)

@@ -28,25 +28,6 @@ from bench.store.truth import read_truth, truth_path, write_truth
 from bench.store.unfinished import remove_leftovers
 
 
-@pytest.fixture
-def results(tmp_path):
-    results = Results(tmp_path / "trial")
-    results.prepare(Asked("Trial", {}))
-    return results
-
-
-@pytest.fixture
-def sequence(make_sequence):
-    return make_sequence(n=12, absent=(4,))
-
-
-def store(results, sequence, tracker="static", repetition=0):
-    run = bench.evaluate(tracker, sequence, repetition)
-    write_truth(results.folder, sequence)
-    assert results.write(run)
-    return run, results.path(run.identity)
-
-
 def assert_same_run(a, b):
     assert a.identity == b.identity
     assert a.failure == b.failure
@@ -98,7 +79,7 @@ def test_what_lay_beside_an_earlier_run_goes_when_it_is_replaced(results, sequen
     assert list(path.parent.iterdir()) == [path]
 
 
-def test_runs_lie_where_the_contract_says(results, sequence):
+def test_runs_lie_where_the_contract_says(results, sequence, store):
     _, path = store(results, sequence, "camshift:window=adaptive")
     assert path.relative_to(results.folder).parts == (
         "camshift%3Awindow=adaptive",
@@ -219,14 +200,14 @@ def test_without_hard_links_what_is_there_is_never_replaced_either(results, sequ
     assert not results.write(full)
 
 
-def test_a_run_of_an_earlier_layout_is_refused_with_what_to_do(results, sequence):
+def test_a_run_of_an_earlier_layout_is_refused_with_what_to_do(results, sequence, store):
     _, path = store(results, sequence)
     parquet.write_table(pa.table({"x": [1.0]}), path)
     with pytest.raises(ResultsError, match=r"0\.parquet has no checksum.*another folder"):
         results.read(path)
 
 
-def test_a_damaged_truth_is_written_anew(results, sequence):
+def test_a_damaged_truth_is_written_anew(results, sequence, store):
     store(results, sequence)
     path = truth_path(results.folder, sequence.name, sequence.fingerprint)
     path.write_bytes(path.read_bytes()[:50])
@@ -255,7 +236,7 @@ def test_removing_a_run_takes_its_companions_and_empty_folders(results, sequence
     assert not path.parent.parent.exists()
 
 
-def test_a_missing_truth_file_is_named(results, sequence):
+def test_a_missing_truth_file_is_named(results, sequence, store):
     store(results, sequence)
     truth_path(results.folder, sequence.name, sequence.fingerprint).unlink()
     with pytest.raises(ResultsError, match=r"_truth.*missing or damaged"):

@@ -114,7 +114,7 @@ def test_boxes_are_the_sealed_ones(asked):
 
 def library_versions_of_constraints(libraries):
     """What `constraints.txt` says of them."""
-    lines = (Path(__file__).parents[2] / "constraints.txt").read_text().splitlines()
+    lines = (Path(__file__).parents[3] / "constraints.txt").read_text().splitlines()
     pinned = dict(line.split("==") for line in lines if "==" in line)
     return {name: pinned[name] for name in library_versions(set(libraries))}
 

@@ -7,8 +7,6 @@ import shutil
 from collections import Counter
 from itertools import count
 
-import cv2
-import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
@@ -310,15 +308,11 @@ class Experimenter(RuleBasedStateMachine):
 
 
 @pytest.fixture
-def experiment(tmp_path, store_calls, monkeypatch, evidence):
+def experiment(tmp_path, store_calls, monkeypatch, evidence, otb):
     """Let a number of experimenters do a number of things each."""
     monkeypatch.setenv("TRACKMARK_CACHE", str(tmp_path / "cache"))
     for name in SEQUENCES:
-        (tmp_path / name / "img").mkdir(parents=True)
-        for i in range(5):
-            image = np.random.default_rng(i).integers(0, 256, (16, 20, 3), dtype=np.uint8)
-            cv2.imwrite(str(tmp_path / name / "img" / f"{i:04}.png"), image)
-        (tmp_path / name / "groundtruth_rect.txt").write_text("5,6,6,5\n" * 5)
+        otb(tmp_path / name, 5)
 
     def done(examples, steps, **options):
         counted = Counter()
