@@ -272,8 +272,6 @@ class PlainSegmenter:
 
     def __init__(self, seed, **parameters):
         self.settings = self.tracker.Parameters(**parameters)
-        if self.settings.dynamics.values or self.settings.output != "snake":
-            raise ValueError("only parameters that are given one by one and output=snake are here")
         self.seed = seed
 
     def init(self, image, box, mask=None):
@@ -394,11 +392,6 @@ class PlainMoreno2005(PlainSegmenter):
     """Plane, colours and contour, each given what was seen of those before."""
 
     tracker = Moreno2005
-
-    def __init__(self, seed, **parameters):
-        super().__init__(seed, **parameters)
-        if self.settings.position != "particles":
-            raise ValueError("only contours whose place is that of particles are here")
 
     def begin(self, sets, mixtures):
         settings = self.settings

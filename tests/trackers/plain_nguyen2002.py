@@ -1,8 +1,8 @@
 """The method of Nguyen and Smeulders in plain NumPy, equation by equation.
 
 Written down from the text and not from the tracker's code, with which it shares its parameters and
-the Kalman filter of a place alone: boxes and events must be the same. `PlainNguyen2002` goes frame
-by frame, `track_offline` looks ahead as the paper does. Images are BGR, boxes are in coordinates
+the Kalman filter of a place alone: boxes must be the same. `track_offline` looks ahead as the
+paper does. Images are BGR, boxes are in coordinates
 where pixel centres are halves; features have the shape (rows, columns, d).
 """
 
@@ -412,8 +412,8 @@ def chosen_end(candidates, settings):
 def track_offline(images, box, **parameters):
     """Track a target through a sequence that is known as a whole, as the paper does.
 
-    Gives boxes (n, 4), and first frame and end of each occlusion; the sequence's length where it
-    found no end.
+    Gives boxes (n, 4); first frame and end of each occlusion, the sequence's length where it found
+    no end; and the covariances in the end.
     """
     settings = Settings(**parameters)
     target = Target(settings, images[0], box)
@@ -438,70 +438,4 @@ def track_offline(images, box, **parameters):
         poses += [*target.interpolated(end, n), end]
         target.take_again(images[frame + n], end, n)
         occlusions.append((frame, frame + n))
-    return np.array([target.box(pose) for pose in poses]), occlusions
-
-
-class PlainNguyen2002:
-    """The method frame by frame, which must wait for what comes after an occlusion's beginning."""
-
-    def __init__(self, **parameters):
-        self._settings = Settings(**parameters)
-
-    def init(self, image, box):
-        """Take the target from a box of the first frame."""
-        self.target = Target(self._settings, image, box)
-        self._latest, self._next = 0, 1
-        self._images = {}  # those that may be looked at again, by frame
-        self._t_o = None
-        self._candidates = {}
-
-    def update(self, image):
-        """Box in the next frame, whether the target is hidden in it, and boxes of frames before."""
-        self._latest += 1
-        self._images[self._latest] = image.copy()
-        said = self._catch_up()
-        boxes = {frame: self.target.box(pose) for frame, pose in said.items()}
-        return boxes.pop(self._latest), self._t_o is not None, boxes
-
-    def finish(self):
-        """Boxes of frames before, if the last one was the sequence's last."""
-        said = {}
-        while self._candidates:
-            said |= self._end_occlusion()
-            said |= self._catch_up()
-        return {frame: self.target.box(pose) for frame, pose in said.items()}
-
-    def _catch_up(self):
-        """See all frames that are there and were not seen by the target as it is now."""
-        said = {}
-        while self._next <= self._latest:
-            frame = self._next
-            self._next += 1
-            if self._t_o is None:
-                pose = self.target.follow(self._images[frame])
-                if pose is not None:
-                    said[frame] = pose
-                    del self._images[frame]
-                    continue
-                self._t_o = frame
-            n = frame - self._t_o
-            said[frame] = self.target.extrapolated(n + 1)
-            if n in self._settings.offsets:
-                found = self.target.look(self._images[frame], n)
-                self._candidates[n] = found
-                accepted = self._settings.end == "first" and found.share <= self._settings.accept
-                if accepted or n == self._settings.offsets[-1]:
-                    said |= self._end_occlusion()
-        return said
-
-    def _end_occlusion(self):
-        """Start anew at the best candidate; frames after it are to be seen once more."""
-        n = chosen_end(self._candidates, self._settings)
-        end = self._candidates[n].pose
-        frames = range(self._t_o, self._t_o + n + 1)
-        said = dict(zip(frames, [*self.target.interpolated(end, n), end], strict=True))
-        self.target.take_again(self._images[frames[-1]], end, n)
-        for frame in frames:
-            del self._images[frame]
-        self._t_o, self._next, self._candidates = None, frames[-1] + 1, {}
-        return said
+    return np.array([target.box(pose) for pose in poses]), occlusions, target.appearance

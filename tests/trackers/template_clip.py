@@ -61,9 +61,13 @@ def centre_errors(boxes, truth):
 
 def final(images, box, **parameters):
     """Boxes of all frames after all revisions."""
-    estimates, last = track(images, box, **parameters)
+    return revised(box, *track(images, box, **parameters))
+
+
+def revised(box, estimates, last):
+    """First box and estimates' boxes with what was said of them later."""
     boxes = np.array([box] + [estimate.box for estimate in estimates])
-    for revised in [*(estimate.revised or {} for estimate in estimates), last]:
-        for frame, better in revised.items():
-            boxes[frame] = better
+    for better in [*(estimate.revised or {} for estimate in estimates), last]:
+        for frame, known in better.items():
+            boxes[frame] = known
     return boxes

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from trackers.contours.colour_cue import ColourDynamics, Fit, Palettes, RefittedColours, blended
+from trackers.contours.colour_cue import ColourDynamics, Fit, Palettes, RefittedColours
 from trackers.contours.contour_cue import ContourCue, ContourDynamics, KalmanContourCue
 from trackers.contours.mixture import (
     Mixture,
@@ -15,7 +15,6 @@ from trackers.contours.mixture import (
 from trackers.contours.observation import (
     colour_cells,
     observe,
-    window_around,
 )
 from trackers.contours.plane_cue import PlaneCue
 
@@ -65,50 +64,6 @@ def test_cells_are_the_unique_rows_of_the_grid_and_have_their_pixels_mean(image,
     np.testing.assert_array_equal(cells.sizes, sizes)
     means = [rgb[numbers == cell].mean(axis=0) / 255 for cell in range(len(sizes))]
     np.testing.assert_allclose(cells.colours, means, rtol=1e-13)
-
-
-@given(
-    st.floats(-30, 100), st.floats(-30, 80), st.floats(0, 40), st.floats(0, 12), st.floats(0, 0.5)
-)
-def test_a_window_holds_the_contour_with_its_tolerance_as_far_as_the_image_goes(
-    x, y, side, margin, growth
-):
-    contour = np.array([[x, y], [x + side, y], [x + side, y + side], [x, y + side]])
-    x0, y0, x1, y1 = window_around(contour, margin, growth, 80, 60)
-    assert 0 <= x0 < x1 <= 80
-    assert 0 <= y0 < y1 <= 60
-    assert min(x1 - x0, y1 - y0) >= 8
-    more = margin + growth * side / 2
-    for column in range(80):
-        if x - more <= column and column + 1 <= x + side + more:
-            assert x0 <= column < x1
-    assert x1 - x0 <= max(8, side + 2 * more + 2)
-
-
-def test_contrast_is_the_mean_in_the_window_minus_the_mean_outside(image):
-    cells = colour_cells(image, 8)
-    table = np.random.default_rng(2).random(len(cells.colours))
-    values = table[cells.image]
-    within = np.zeros((60, 80), bool)
-    within[6:44, 16:54] = True
-    contrast = observe(cells, (16, 6, 54, 44)).contrast
-    assert table @ contrast == pytest.approx(values[within].mean() - values[~within].mean())
-    around = np.zeros_like(within)
-    around[0:60, 0:80] = True
-    ringed = observe(cells, (30, 20, 50, 40), ring=2.0).contrast
-    within[:] = False
-    within[20:40, 30:50] = True
-    around[:] = False
-    around[10:50, 20:60] = True
-    beside = around & ~within
-    assert table @ ringed == pytest.approx(values[within].mean() - values[beside].mean())
-
-
-def test_a_window_that_fills_the_image_has_nothing_to_be_compared_with(image):
-    cells = colour_cells(image, 8)
-    table = np.random.default_rng(2).random(len(cells.colours))
-    contrast = observe(cells, (0, 0, 80, 60)).contrast
-    assert table @ contrast == pytest.approx(table[cells.image].mean())
 
 
 # Cues.
@@ -168,17 +123,3 @@ def test_equal_weights_tell_the_kalman_filter_next_to_nothing():
     cue.receive(states, np.full(len(states), 1 / len(states)))
     np.testing.assert_allclose(cue.place.covariances[:, 0, 0], before, rtol=0.05)
     np.testing.assert_allclose(cue.place.position, SQUARE.mean(axis=0), atol=0.2)
-
-
-def test_blending_is_between_the_components_that_belong_together():
-    older, newer = pair()
-    shuffled = Mixture(*(part[[2, 0, 1]] for part in older))
-    one, other = blended(older, newer, 0.3), blended(shuffled, newer, 0.3)
-    for left, right in zip(one, other, strict=True):
-        np.testing.assert_allclose(left, right)
-    self_blend = blended(shuffled, older, 0.3)
-    for left, right in zip(self_blend, older, strict=True):
-        np.testing.assert_allclose(left, right)
-    for left, right in zip(blended(older, newer, 1.0), newer, strict=True):
-        np.testing.assert_allclose(left, right)
-    assert one.weights.sum() == pytest.approx(1.0)

@@ -1,6 +1,6 @@
 """The search from coarse to fine against looking everywhere."""
 
-from math import floor, inf, prod
+from math import inf, prod
 
 import cv2
 import numpy as np
@@ -58,27 +58,6 @@ def test_whole_pixels_are_those_of_an_exhaustive_search(seed, scale):
     assert found.pose.scale == pytest.approx(best.scale, abs=0.02)
     assert found.cost <= np.partition(all_costs, 9)[9]  # scales differ by little at this size
     assert found.cost == pytest.approx(costs(features, template, [found.pose])[0])
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_quarters_of_a_pixel_are_next_to_those_of_an_exhaustive_search(seed):
-    random = np.random.default_rng(10 + seed)
-    features = texture(seed=seed)
-    x, y = 45 + random.uniform(-3, 3), 35 + random.uniform(-3, 3)
-    template = plain.sample(features, plain.Pose(x, y, 1.0), 24, 28, bilinear=True)
-    template += random.normal(0, 2, template.shape)
-    found = search(whole(features), template, COVARIANCE, Pose(45, 35, 1.0), 16, CUTOFF, True)
-    assert (found.pose.x, found.pose.y) == pytest.approx((x, y), abs=0.26)
-    everywhere = [
-        plain.Pose(floor(x) + across / 4, floor(y) + down / 4, found.pose.scale)
-        for down in range(-8, 12)
-        for across in range(-8, 12)
-    ]
-    all_costs = costs(features, template, everywhere, bilinear=True)
-    best = everywhere[all_costs.argmin()]
-    assert (found.pose.x, found.pose.y) == pytest.approx((best.x, best.y), abs=0.25)
-    assert found.cost <= np.partition(all_costs, 3)[3]
-    assert found.cost == pytest.approx(costs(features, template, [found.pose], bilinear=True)[0])
 
 
 def on_flat_ground(pose, search_range, subpixel, ties="ascending"):

@@ -185,13 +185,3 @@ def test_also_where_the_target_leaves_the_image_they_are_those_of_plain_numpy(na
 def test_with_the_numbers_of_samples_that_are_recommended_they_are_those_of_plain_numpy():
     every = {"plane_samples": 20, "colour_samples": 300, "contour_samples": 500}
     assert_it_is_the_plain_reference("moreno2005", 3, **every)
-
-
-def test_what_is_not_written_down_plainly_is_refused():
-    for name, parameters in (
-        ("moreno2005", {"position": "kalman"}),
-        ("moreno2005", {"output": "mean"}),
-        ("contour-smooth-color", {"output": "posterior"}),
-    ):
-        with pytest.raises(ValueError, match="here"):
-            PLAIN[name](0, **parameters)

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from tests.trackers import plain_nguyen2002 as plain
-from tests.trackers.template_clip import HEIGHT, WIDTH, clip, made, texture, track
+from tests.trackers.template_clip import clip, made, texture, track
 from trackers.base.parameters import TrackerError
-from trackers.templates.appearance import features_of
 
 
 @pytest.mark.parametrize(
@@ -47,28 +46,6 @@ def test_in_whole_pixels_boxes_of_even_sides_stand_half_a_pixel_before_what_is_s
     whole = preset == "as-written"
     before = [0.5 * (whole and side % 2 == 0) for side in (width, height)]
     np.testing.assert_allclose(found, np.array(truth[1:]) - [*before, 0, 0], atol=1e-9)
-
-
-def test_a_template_begins_anew_with_what_is_between_pixels_as_it_began():
-    images, truth = clip(30)
-    parameters = {"preset": "as-written", "features": "rgb", "longest_occlusion": 5}
-    tracker = made(images, truth[0], **parameters)
-    for image in images[1:]:
-        estimate = tracker.update(image)
-        if estimate.revised:
-            break
-    # The end is the frame that was visited last: nothing has been seen since.
-    x, y = estimate.box[:2] + estimate.box[2:] / 2 - 0.5
-    pose = plain.Pose(x, y, estimate.box[2] / WIDTH)
-    between, nearest = (
-        plain.sample(features_of(image, "rgb"), pose, HEIGHT, WIDTH, bilinear=bilinear)
-        for bilinear in (True, False)
-    )
-    template = tracker._appearance.template
-    np.testing.assert_allclose(template, between, atol=1e-9)
-    assert np.abs(template - nearest).max() > 5
-    known = ("state_noise", "measurement_noise", "residual")
-    assert [estimate.details[name] > 0 for name in known] == [False, False, True]
 
 
 def test_details_say_what_the_estimate_says():

@@ -15,6 +15,8 @@ def test_an_occlusion_is_declared_bridged_and_revised():
     assert 10 < declared <= 14  # the board has begun to cover the target, not yet wholly
     assert decided == declared + 35
     assert hidden == list(range(declared, decided))
+    said = np.array([estimate.box for estimate in estimates[declared - 1 : decided - 1]])
+    np.testing.assert_allclose(np.diff(said, 2, axis=0), 0, atol=1e-9)  # as it went
     revised = estimates[decided - 1].revised
     assert sorted(revised) == hidden
     assert all(e.revised is None for frame, e in enumerate(estimates, 1) if frame != decided)

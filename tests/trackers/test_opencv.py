@@ -5,8 +5,6 @@ import ctypes
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import trackers
 from trackers.base.opencv import OpenCVTracker, factory, pixel_rectangle
@@ -63,21 +61,6 @@ def test_a_lost_target_or_a_box_without_area_is_the_last_good_box_not_visible(an
         assert lost.box.tolist() == [4.5, 4, 4, 4.25]
         assert not lost.visible
         lost.box[:] = -1  # the caller's own as well
-
-
-@given(st.tuples(*[st.floats(-99, 99)] * 2, *[st.floats(0.01, 120)] * 2))
-def test_the_first_box_becomes_whole_pixels_inside_the_image(box):
-    x, y, width, height = box
-    try:
-        left, top, columns, rows = pixel_rectangle(np.array(box), IMAGE)
-    except TrackerError:
-        assert x >= 80 or y >= 60 or x + width <= 0 or y + height <= 0
-        return
-    assert 0 <= left < left + columns <= 80
-    assert 0 <= top < top + rows <= 60
-    # Half a pixel at most from the visible part, unless that is narrower than a pixel.
-    assert abs(left - min(max(x, 0), 79)) <= 0.5
-    assert abs(left + columns - min(max(x + width, left + 1), 80)) <= 0.5
 
 
 @pytest.mark.parametrize(

@@ -43,11 +43,6 @@ def boxes_of(estimates):
     return np.array([estimate.box for estimate in estimates])
 
 
-def centre_errors(estimates, truth):
-    found = boxes_of(estimates)
-    return np.hypot(*(found[:, :2] + found[:, 2:] / 2 - truth[1:, :2] - truth[1:, 2:] / 2).T)
-
-
 CLOUDS = [
     {},
     {"sigma": 0.1, "radius": 10.0, "difference_window": 7},
@@ -83,14 +78,6 @@ def test_boxes_are_those_of_plain_numpy(name, parameters):
             for key in ("particles", "predicted", "weights", "similarity"):
                 expected = getattr(slow, key)
                 np.testing.assert_allclose(estimate.arrays[key], expected, rtol=1e-9, atol=1e-9)
-
-
-@pytest.mark.parametrize("name", ["wang2010", "particle-filter", "camshift-improved"])
-def test_a_slow_target_is_followed(name):
-    images, boxes = clip(20, shift=(1.0, 0.5))
-    errors = centre_errors(track(name, images, boxes[0]), boxes)
-    assert np.median(errors) < 2
-    assert errors.max() < 5.75  # half the mean side
 
 
 def test_without_any_weight_the_target_counts_as_not_visible():
