@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-import trackers
+from tests.trackers.following import track
 from trackers.base.parameters import TrackerError
 
 # In the middle of a hue bin each, so that sensor noise moves no pixel to the next.
@@ -24,12 +24,6 @@ def scene(centre, size=(24, 36), height=120, width=160):
     return image, np.array([left, top, *size], float)
 
 
-def track(images, box, **parameters):
-    tracker = trackers.create("camshift", **parameters)
-    tracker.init(images[0], np.asarray(box, float))
-    return [tracker.update(image) for image in images[1:]]
-
-
 def clean_sequence(n_frames=25):
     """Smooth motion of a target on ground of another hue, with sensor noise."""
     rng = np.random.default_rng(1)
@@ -44,14 +38,16 @@ def clean_sequence(n_frames=25):
 
 def test_a_fixed_window_follows_a_clean_target_with_the_boxs_own_size():
     images, boxes = clean_sequence()
-    found = np.array([estimate.box for estimate in track(images, boxes[0], stop_distance=0.1)])
+    found = np.array(
+        [estimate.box for estimate in track("camshift", images, boxes[0], stop_distance=0.1)]
+    )
     assert np.abs(found[:, :2] - boxes[1:, :2]).max() < 1
     np.testing.assert_array_equal(found[:, 2:], boxes[1:, 2:])
 
 
 def test_the_window_has_the_rounded_size_of_the_box():
     image, _ = scene((60, 60))  # columns 48 to 72
-    (estimate,) = track([image, image], [48, 42, 24.6, 35.5])
+    (estimate,) = track("camshift", [image, image], [48, 42, 24.6, 35.5])
     # 25 columns of 36 rows: one column is ground, whose hue has 36 pixels to red's 432.
     assert estimate.confidence == pytest.approx((24 * 36 + 36 * 36 / 432) / (25 * 36), abs=1e-9)
 
@@ -64,7 +60,7 @@ def test_the_centre_is_the_centroid_of_the_back_projection():
     moved = np.full((40, 40, 3), GREEN, np.uint8)
     moved[11, 12] = RED
     moved[13, 15] = BLUE
-    (estimate,) = track([template, moved], [10, 10, 6, 6], stop_distance=99)
+    (estimate,) = track("camshift", [template, moved], [10, 10, 6, 6], stop_distance=99)
     centre = estimate.box[:2] + estimate.box[2:] / 2
     expected = (np.array([12.5, 11.5]) + 0.5 * np.array([15.5, 13.5])) / 1.5
     assert centre == pytest.approx(expected, abs=1e-9)
@@ -76,14 +72,16 @@ def test_the_centre_is_the_centroid_of_the_back_projection():
 @pytest.mark.parametrize(("stop_distance", "iterations"), [(0.0, 3), (1.0, 1), (99.0, 1)])
 def test_a_step_shorter_than_the_stop_distance_is_still_taken(stop_distance, iterations):
     images = [scene((60, 60))[0], scene((60.5 + 0.25, 60))[0]]
-    (estimate,) = track(images, [48, 42, 24, 36], stop_distance=stop_distance, max_iterations=3)
+    (estimate,) = track(
+        "camshift", images, [48, 42, 24, 36], stop_distance=stop_distance, max_iterations=3
+    )
     assert estimate.details["iterations"] == iterations
     assert estimate.box[0] > 48  # moved all the same
 
 
 def test_bradskis_rule_sets_the_window_from_the_mass():
     image, box = scene((60, 60))
-    (estimate,) = track([image, image], box, window="adaptive")
+    (estimate,) = track("camshift", [image, image], box, window="adaptive")
     mass = 24 * 36  # both colours fill half the template: every pixel weighs 1
     ratio = 24 / 36
     expected = [2 * sqrt(mass * ratio), 2 * sqrt(mass / ratio)]  # 48 x 72
@@ -94,11 +92,11 @@ def test_bradskis_rule_sets_the_window_from_the_mass():
 
 def test_an_adaptive_window_stays_between_three_pixels_and_the_image():
     full = np.full((50, 40, 3), RED, np.uint8)
-    estimates = track([full] * 8, [10, 10, 20, 20], window="adaptive")
+    estimates = track("camshift", [full] * 8, [10, 10, 20, 20], window="adaptive")
     assert estimates[-1].box.tolist() == [0, 0, 40, 50]
     dot = np.full((50, 40, 3), GREEN, np.uint8)
     dot[20, 20] = RED
-    (estimate,) = track([full, dot], [15, 15, 10, 10], window="adaptive")
+    (estimate,) = track("camshift", [full, dot], [15, 15, 10, 10], window="adaptive")
     assert estimate.box.tolist() == [19, 19, 3, 3]
 
 
@@ -121,7 +119,7 @@ def test_an_adaptive_window_has_the_centre_of_opencvs():
         theirs.append(np.array(rotated[0]) + 0.5)
     ours = [
         estimate.box[:2] + estimate.box[2:] / 2
-        for estimate in track(images, boxes[0], window="adaptive", stop_distance=0.5)
+        for estimate in track("camshift", images, boxes[0], window="adaptive", stop_distance=0.5)
     ]
     truth = boxes[1:, :2] + boxes[1:, 2:] / 2
     assert np.abs(np.array(ours) - truth).max() < 1
@@ -131,7 +129,7 @@ def test_an_adaptive_window_has_the_centre_of_opencvs():
 def test_without_weight_the_window_stays_and_finds_a_target_that_comes_back():
     here, box = scene((60, 60))
     empty = np.full_like(here, GREEN)
-    gone, back = track([here, empty, here], box, window="adaptive")
+    gone, back = track("camshift", [here, empty, here], box, window="adaptive")
     assert not gone.visible
     assert gone.confidence == 0
     assert gone.box.tolist() == box.tolist()
@@ -149,9 +147,9 @@ def test_a_mask_hides_the_pale_the_dark_and_the_bright():
     for mask, (limit, patch) in (masks | {"maximum_value": (0.9, bright)}).items():
         distracted = clean.copy()
         distracted[60:70, 42:52] = patch
-        (plain,) = track([image, distracted], box)
-        (masked,) = track([image, distracted], box, **{mask: limit})
-        (expected,) = track([image, clean], box)
+        (plain,) = track("camshift", [image, distracted], box)
+        (masked,) = track("camshift", [image, distracted], box, **{mask: limit})
+        (expected,) = track("camshift", [image, clean], box)
         assert masked.box.tolist() == expected.box.tolist()
         assert plain.box[0] < masked.box[0] - 0.1
 
@@ -159,6 +157,6 @@ def test_a_mask_hides_the_pale_the_dark_and_the_bright():
 def test_a_target_without_a_usable_pixel_is_refused():
     image, box = scene((60, 60))
     with pytest.raises(TrackerError, match="minimum_saturation"):
-        track([image], box, minimum_saturation=0.95)
+        track("camshift", [image], box, minimum_saturation=0.95)
     with pytest.raises(TrackerError, match=r"\[200.0, 10.0, 20.0, 20.0\] lies in the image"):
-        track([image], [200, 10, 20, 20])
+        track("camshift", [image], [200, 10, 20, 20])

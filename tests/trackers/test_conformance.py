@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import trackers
+from tests.trackers.following import boxes_of
 from trackers.base import catalogue
 from trackers.base.parameters import TrackerError
 from trackers.base.sharing import SharedFrame, SharingTracker
@@ -62,10 +63,6 @@ def started(specification, clip, seed=SEED):
 
 def estimates(tracker, clip):
     return [tracker.update(image) for image in clip.images[1:]]
-
-
-def boxes(found):
-    return np.array([estimate.box for estimate in found])
 
 
 def assert_well_formed(estimate, image):
@@ -172,7 +169,7 @@ def test_details_have_the_same_names_in_every_frame(run):
 def test_the_same_seed_gives_the_same_boxes_to_the_bit(specification, clip, run):
     # An integer seed is its sequence.
     again = estimates(started(specification, clip, np.random.SeedSequence(SEED)), clip)
-    np.testing.assert_array_equal(boxes(again), boxes(run))
+    np.testing.assert_array_equal(boxes_of(again), boxes_of(run))
 
 
 def test_two_instances_share_nothing(specification, clip, other_clip, run):
@@ -188,14 +185,14 @@ def test_two_instances_share_nothing(specification, clip, other_clip, run):
         for frame, image in enumerate(clip.images[1:], start=1):
             other.update(other_clip.images[frame % len(other_clip.images)])
             found.append(one.update(image))
-    np.testing.assert_array_equal(boxes(found), boxes(run))
+    np.testing.assert_array_equal(boxes_of(found), boxes_of(run))
 
 
 def test_init_on_another_sequence_starts_afresh(specification, clip, other_clip, run):
     tracker = started(specification, other_clip)
     estimates(tracker, other_clip)
     tracker.init(clip.images[0], clip.boxes[0].copy())
-    np.testing.assert_array_equal(boxes(estimates(tracker, clip)), boxes(run))
+    np.testing.assert_array_equal(boxes_of(estimates(tracker, clip)), boxes_of(run))
 
 
 def test_nothing_that_went_in_is_changed_and_changing_it_later_changes_nothing(
@@ -215,7 +212,7 @@ def test_nothing_that_went_in_is_changed_and_changing_it_later_changes_nothing(
         np.testing.assert_array_equal(reused, image)
         found.append(estimate.box.copy())
         estimate.box[:] = -1
-    np.testing.assert_array_equal(found, boxes(run))
+    np.testing.assert_array_equal(found, boxes_of(run))
     assert pickle.dumps((np.random.get_state(), random.getstate())) == states  # noqa: NPY002
 
 
@@ -251,7 +248,7 @@ def test_a_shared_frame_gives_the_same_boxes_as_a_plain_one(
     tracker = specification.create(SEED)
     tracker.init_shared(shared[0], clip.boxes[0].copy())
     found = [tracker.update_shared(frame) for frame in shared[1:]]
-    np.testing.assert_array_equal(boxes(found), boxes(run))
+    np.testing.assert_array_equal(boxes_of(found), boxes_of(run))
     assert [estimate.details for estimate in found] == [estimate.details for estimate in run]
 
 

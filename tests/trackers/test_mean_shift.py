@@ -8,6 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import trackers
+from tests.trackers.following import boxes_of, centres_of, track
 from tests.trackers.slow_ellipses import codes_of, histogram_of, pixels_of
 from trackers.base.parameters import TrackerError
 from trackers.base.sharing import SharedFrame
@@ -67,21 +68,6 @@ def slow_track(images, box, **parameters):
     return np.array(estimates)
 
 
-def track(images, box, **parameters):
-    tracker = trackers.create("mean-shift", **parameters)
-    tracker.init(images[0], np.asarray(box, float))
-    return [tracker.update(image) for image in images[1:]]
-
-
-def boxes(estimates):
-    return np.array([estimate.box for estimate in estimates])
-
-
-def centres(estimates):
-    found = boxes(estimates)
-    return found[:, :2] + found[:, 2:] / 2
-
-
 def picture(centre, size=(24.0, 36.0), height=80, width=120, noise=None, fine=2):
     """Ellipses of three colours, one in the other, on green; edges blended of `fine` steps."""
     rows, columns = (np.indices((height * fine, width * fine)) + 0.5) / fine
@@ -122,9 +108,9 @@ READINGS = [
 @pytest.mark.parametrize("reading", READINGS, ids=str)
 def test_the_boxes_are_those_of_the_equations_written_out_slowly(clip, reading):
     images, box = clip
-    found = track(images, box, **reading)
+    found = track("mean-shift", images, box, **reading)
     expected = slow_track(images, box, **reading)
-    np.testing.assert_allclose(boxes(found), expected[:, :4], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(boxes_of(found), expected[:, :4], rtol=0, atol=1e-9)
     confidences = [estimate.confidence for estimate in found]
     np.testing.assert_allclose(confidences, expected[:, 4], rtol=0, atol=1e-9)
     assert [estimate.details["iterations"] for estimate in found] == expected[:, 5].tolist()
@@ -147,21 +133,23 @@ def test_so_they_are_wherever_the_ellipse_crosses_the_border(seed, box):
     box = np.array(box) + [0.1234, 0.2345, 0.3456, 0.4567]  # no pixel on the rim
     settings = {"bins": 2, "max_iterations": 2}
     try:
-        found = track(list(images), box, **settings)
+        found = track("mean-shift", list(images), box, **settings)
     except TrackerError as refusal:
         assert "in the image" in str(refusal)  # noqa: PT017  # or it is refused
         half = box[2:] / 2
         assert not len(pixels_of(images[0, ..., 0], (*(box[:2] + half), *half))[0])
         return
     expected = slow_track(images, box, **settings)
-    np.testing.assert_allclose(boxes(found), expected[:, :4], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(boxes_of(found), expected[:, :4], rtol=0, atol=1e-9)
     assert found[0].confidence == pytest.approx(expected[0, 4], abs=1e-9)
 
 
 def test_no_side_shrinks_below_three_pixels():
     full, spot = np.full((80, 120, 3), 90, np.uint8), np.full((80, 120, 3), GREEN, np.uint8)
     spot[39:41, 59:61] = 90  # the smaller the ellipse, the larger the share of the spot
-    found = boxes(track([full, *[spot] * 30], [50, 34, 20, 12], scale_smoothing=1.0))
+    found = boxes_of(
+        track("mean-shift", [full, *[spot] * 30], [50, 34, 20, 12], scale_smoothing=1.0)
+    )
     np.testing.assert_allclose(found[9, 2], 20 * 0.9**10)
     np.testing.assert_allclose(found[-1, 2:], np.array([20, 12]) * 0.9**13)  # 3.05 high
 
@@ -170,13 +158,15 @@ def test_no_side_grows_beyond_the_image():
     first, second = np.full((2, 80, 120, 3), GREEN, np.uint8)
     first[36:44, 56:64] = 90
     second[28:52, 48:72] = 90  # the larger the ellipse, the more ground it has
-    found = boxes(track([first, *[second] * 30], [45, 25, 30, 30], scale_smoothing=1.0))
+    found = boxes_of(
+        track("mean-shift", [first, *[second] * 30], [45, 25, 30, 30], scale_smoothing=1.0)
+    )
     np.testing.assert_allclose(found[-1, 2:], 30 * 1.1**10)  # 77.8 of 80
 
 
 def test_a_target_that_left_is_not_visible_and_is_found_when_it_comes_back():
     here, empty = picture((60, 40)), np.full((80, 120, 3), 0, np.uint8)
-    gone, back = track([here, empty, here], [48, 22, 24, 36])
+    gone, back = track("mean-shift", [here, empty, here], [48, 22, 24, 36])
     assert not gone.visible
     assert gone.confidence == 0
     assert gone.details["iterations"] == 0
@@ -192,8 +182,8 @@ def test_what_leads_beyond_the_pixels_first_looked_up_is_followed(turns):
     second[198:202, 210:380] = 255  # seen from the start, and leads away
     images = [np.ascontiguousarray(np.rot90(image, turns)) for image in (first, second)]
     settings = {"scale": "fixed", "max_iterations": 100, "stop_distance": 1e-3}
-    (alone,) = track(images, [180, 180, 40, 40], **settings)
-    assert np.abs(centres([alone]) - 200).max() > 25
+    (alone,) = track("mean-shift", images, [180, 180, 40, 40], **settings)
+    assert np.abs(centres_of([alone]) - 200).max() > 25
     tracker = trackers.create("mean-shift", **settings)
     tracker.init_shared(SharedFrame(images[0], 999), np.array([180.0, 180, 40, 40]))
     together = tracker.update_shared(SharedFrame(images[1], 999))

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import trackers
+from tests.trackers.following import boxes_of, track
 from tests.trackers.slow_ellipses import codes_of, histogram_of
 from trackers.mean_shift_kalman import _deviation
 
@@ -44,19 +45,9 @@ def picture(left, top, hidden=None, height=120, width=200):
     return np.clip(image, 0, 255).astype(np.uint8)
 
 
-def track(images, box, name="mean-shift-kalman", **parameters):
-    tracker = trackers.create(name, **parameters)
-    tracker.init(images[0], np.asarray(box, float))
-    return [tracker.update(image) for image in images[1:]]
-
-
-def boxes(estimates):
-    return np.array([estimate.box for estimate in estimates])
-
-
 def test_box_and_gain_are_the_filters_of_the_measured_places():
     images = [picture(20 + 4 * t, 40 + t) for t in range(8)]
-    found = track(images, [20, 40, 24, 30], acceleration_noise=3.0)
+    found = track("mean-shift-kalman", images, [20, 40, 24, 30], acceleration_noise=3.0)
     transition, noise = np.array([[1, 1], [0, 1]]), 9 * np.array([[0.25, 0.5], [0.5, 1]])
     for axis, start, half in (("x", 32.0, 12.0), ("y", 55.0, 15.0)):
         state, covariance = np.array([start, 0.0]), np.diag([0.0, half**2])
@@ -78,7 +69,7 @@ def test_box_and_gain_are_the_filters_of_the_measured_places():
 def test_the_first_gain_is_that_of_the_surface_of_the_coefficient():
     images = [picture(20, 40), picture(22, 41)]
     settings = {"scale": "fixed", "acceleration_noise": 3.0}
-    (estimate,) = track(images, [20, 40, 24, 30], **settings)
+    (estimate,) = track("mean-shift-kalman", images, [20, 40, 24, 30], **settings)
     x, y = estimate.details["measured_x"], estimate.details["measured_y"]
     peak = estimate.confidence
 
@@ -100,9 +91,9 @@ def test_it_bridges_an_occlusion_that_mean_shift_alone_does_not():
     lefts = [20 + 5 * t for t in range(26)]
     images = [picture(left, 40, hidden=(75, 100)) for left in lefts]
     start = [20, 40, 24, 30]
-    found = boxes(track(images, start))
+    found = boxes_of(track("mean-shift-kalman", images, start))
     assert np.abs(found[-3:, 0] - lefts[-3:]).max() < 8
-    alone = boxes(track(images, start, "mean-shift"))
+    alone = boxes_of(track("mean-shift", images, start))
     assert np.abs(alone[-3:, 0] - lefts[-3:]).min() > 30
 
 
@@ -110,11 +101,11 @@ def test_below_the_least_coefficient_the_prediction_stands():
     images = [picture(20 + 5 * t, 40) for t in range(8)] + [
         np.full((120, 200, 3), 128, np.uint8)
     ] * 3
-    found = track(images, [20, 40, 24, 30])
+    found = track("mean-shift-kalman", images, [20, 40, 24, 30])
     seen, hidden = found[:7], found[7:]
     assert all(estimate.visible for estimate in seen)
     assert not any(estimate.visible for estimate in hidden)
-    steps = np.diff(boxes([seen[-1], *hidden]), axis=0)
+    steps = np.diff(boxes_of([seen[-1], *hidden]), axis=0)
     np.testing.assert_allclose(steps, [steps[0]] * 3, atol=1e-9)  # its velocity, and its size
     assert steps[0, 0] == pytest.approx(5, abs=1)
     assert [estimate.details["gain_x"] for estimate in hidden] == [0, 0, 0]
@@ -122,12 +113,12 @@ def test_below_the_least_coefficient_the_prediction_stands():
 
 def test_a_place_is_believed_from_the_least_coefficient_on():
     images = [picture(20, 40), picture(22, 41)]
-    (estimate,) = track(images, [20, 40, 24, 30])
+    (estimate,) = track("mean-shift-kalman", images, [20, 40, 24, 30])
     for least, visible in (
         (estimate.confidence, True),
         (min(estimate.confidence + 1e-9, 1), False),
     ):
-        (again,) = track(images, [20, 40, 24, 30], least_coefficient=least)
+        (again,) = track("mean-shift-kalman", images, [20, 40, 24, 30], least_coefficient=least)
         assert again.visible is visible
 
 

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import trackers
+from tests.trackers.following import box_of
 from trackers import TrackerError
 from trackers.contours.outline import bounding_box, filled
 from trackers.contours.segmenter import surely
@@ -34,12 +35,6 @@ def made(frames=FRAMES, height=120, width=160):
         images.append(image)
         masks.append(mask)
     return images, masks, [box_of(mask) for mask in masks]
-
-
-def box_of(mask):
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    x, y = columns[0], rows[0]
-    return np.array([x, y, columns[-1] + 1 - x, rows[-1] + 1 - y], float)
 
 
 def similarity(one, other):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import trackers
+from tests.trackers.following import box_of
 from tests.trackers.plain_moreno2005 import PlainContourSmoothColor, PlainMoreno2005
 
 PLAIN = {"moreno2005": PlainMoreno2005, "contour-smooth-color": PlainContourSmoothColor}
@@ -90,12 +91,6 @@ def clip(frames, height=72, width=96, seed=5, step=3, axes=(15, 10)):
         images.append(np.clip(image, 0, 255).astype(np.uint8))
         masks.append(mask > 0)
     return images, masks
-
-
-def box_of(mask):
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    x, y = columns[0], rows[0]
-    return np.array([x, y, columns[-1] + 1 - x, rows[-1] + 1 - y], float)
 
 
 def pair(name, first, mask, seed=0, **parameters):

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import trackers
+from tests.trackers.following import boxes_of, track
 from trackers.histograms.bins import LuvBins
 
 RED, BLUE, GREEN = (20, 72, 200), (200, 56, 30), (60, 180, 40)
@@ -160,16 +161,6 @@ def clip():
     return images, np.array([24.0, 20.0, 12.0, 20.0])
 
 
-def track(images, box, seed=0, **parameters):
-    tracker = trackers.create("multipart", seed, **parameters)
-    tracker.init(images[0], np.asarray(box, float))
-    return [tracker.update(image) for image in images[1:]]
-
-
-def boxes(estimates):
-    return np.array([estimate.box for estimate in estimates])
-
-
 READINGS = [
     {"representation": "single"},
     {"representation": "multi"},
@@ -189,26 +180,26 @@ READINGS = [
 @pytest.mark.parametrize("reading", READINGS, ids=str)
 def test_the_boxes_are_those_of_the_equations_in_plain_loops(clip, reading):
     images, box = clip
-    found = track(images, box, 3, particles=24, **reading)
+    found = track("multipart", images, box, 3, particles=24, **reading)
     expected, part_distance = slow_track(images, box, 3, particles=24, **reading)
-    np.testing.assert_allclose(boxes(found), expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(boxes_of(found), expected, rtol=0, atol=1e-9)
     assert found[0].details["part_distance"] == pytest.approx(part_distance, abs=1e-12)
 
 
 def test_the_confidence_is_the_likelihood_of_the_distance(clip):
     images, box = clip
-    for estimate in track(images, box, sigma=0.2):
+    for estimate in track("multipart", images, box, sigma=0.2):
         distance = estimate.details["distance"]
         assert 0 < distance < 1
         assert estimate.confidence == pytest.approx(exp(-(distance**2) / (2 * 0.2**2)))
-    for estimate in track(images, box, sigma=0.2, sigma_meaning="variance"):
+    for estimate in track("multipart", images, box, sigma=0.2, sigma_meaning="variance"):
         distance = estimate.details["distance"]
         assert estimate.confidence == pytest.approx(exp(-(distance**2) / (2 * 0.2)))
 
 
 def test_the_box_is_the_weighted_mean_of_the_particles_in_the_first_boxs_shape(clip):
     images, box = clip
-    for estimate in track(images, box):
+    for estimate in track("multipart", images, box):
         particles, weights = estimate.arrays["particles"], estimate.arrays["weights"]
         assert particles.shape == (200, 3)
         assert weights.sum() == pytest.approx(1)
@@ -223,16 +214,16 @@ def test_the_box_is_the_weighted_mean_of_the_particles_in_the_first_boxs_shape(c
 @pytest.mark.parametrize("threshold", [0.0, 0.4, 1.0])
 def test_adaptive_is_to_the_bit_the_representation_that_it_picks(clip, threshold):
     images, box = clip
-    found = track(images, box, 5, threshold=threshold)
+    found = track("multipart", images, box, 5, threshold=threshold)
     part_distance = found[0].details["part_distance"]
     pick = "multi" if part_distance > threshold else "single"
     assert pick == {0.0: "multi", 0.4: "multi", 1.0: "single"}[threshold]
-    same = track(images, box, 5, representation=pick)
-    np.testing.assert_array_equal(boxes(same), boxes(found))
+    same = track("multipart", images, box, 5, representation=pick)
+    np.testing.assert_array_equal(boxes_of(same), boxes_of(found))
     for one, other in zip(same, found, strict=True):
         assert one.details == other.details
     for representation in ("single", "multi"):
-        estimates = track(images, box, 5, representation=representation)
+        estimates = track("multipart", images, box, 5, representation=representation)
         assert {e.details["part_distance"] for e in estimates} == {part_distance}
 
 
@@ -252,7 +243,9 @@ def test_particles_that_all_left_the_image_weigh_the_same(representation):
 
 def test_areas_stay_within_a_factor_of_the_first(clip):
     images, box = clip
-    estimates = track([*images] * 8, box, size_divisor=0.2, representation="single", sigma=5)
+    estimates = track(
+        "multipart", [*images] * 8, box, size_divisor=0.2, representation="single", sigma=5
+    )
     areas = np.concatenate([estimate.arrays["particles"][:, 2] for estimate in estimates])
     assert areas.min() == pytest.approx(240 / 25)
     assert areas.max() == pytest.approx(240 * 25)

@@ -7,6 +7,7 @@ import pytest
 
 import trackers
 from bench.papers.wang2010 import plain
+from tests.trackers.following import track
 from trackers.base.parameters import TrackerError
 
 ORANGE, SIMILAR, WALL = np.array([[40, 140, 230], [45, 120, 215], [120, 125, 130]])
@@ -31,16 +32,6 @@ def clip(n_frames=12, shift=(2.0, 1.0), rows=60, columns=80, seed=0):
         images.append(np.clip(image, 0, 255).astype(np.uint8))
         boxes.append([x, y, 10, 13])
     return images, np.array(boxes, float)
-
-
-def track(name, images, box, **parameters):
-    tracker = trackers.create(name, **{"seed": 3} | parameters)
-    tracker.init(images[0], np.asarray(box, float))
-    return [tracker.update(image) for image in images[1:]]
-
-
-def boxes_of(estimates):
-    return np.array([estimate.box for estimate in estimates])
 
 
 CLOUDS = [
@@ -69,7 +60,7 @@ WINDOWS = [
 def test_boxes_are_those_of_plain_numpy(name, parameters):
     images, boxes = clip(10, shift=(4.0, -1.5))
     first = boxes[0] + [0.3, -0.2, 0.4, 0.4]
-    found = track(name, images, first, preset="as-written", **parameters)
+    found = track(name, images, first, 3, preset="as-written", **parameters)
     slow = PLAIN[name](np.random.SeedSequence(3), **parameters)
     slow.init(images[0], first)
     for frame, estimate in zip(images[1:], found, strict=True):

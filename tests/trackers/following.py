@@ -1,0 +1,27 @@
+"""A tracker on images that a test made."""
+
+import numpy as np
+
+import trackers
+
+
+def track(name, images, box, seed=0, **parameters):
+    """Estimates from the second image on."""
+    tracker = trackers.create(name, seed, **parameters)
+    tracker.init(images[0], np.asarray(box, float))
+    return [tracker.update(image) for image in images[1:]]
+
+
+def boxes_of(estimates):
+    return np.array([estimate.box for estimate in estimates])
+
+
+def centres_of(estimates):
+    return np.array([estimate.box[:2] + estimate.box[2:] / 2 for estimate in estimates])
+
+
+def box_of(mask):
+    """The box around a mask's pixels."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    x, y = columns[0], rows[0]
+    return np.array([x, y, columns[-1] + 1 - x, rows[-1] + 1 - y], float)
