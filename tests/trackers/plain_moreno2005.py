@@ -2,9 +2,9 @@
 
 Written down from the paper's text: dynamics, weights, what is attached to what and what goes on,
 windows and regions pixel by pixel. What has a slow reference of its own stands only there, and
-is taken from the trackers here: Fisher planes (`test_discriminant`), mixtures and
+is taken from the trackers here: Fisher planes (`test_cues`), mixtures and
 posteriors (`test_mixture`, `test_posterior`), cells of colour space
-(`test_cells`), outlines, fillings and snakes (`test_outline`, `test_sums`,
+(`test_cues`), outlines, fillings and snakes (`test_outline`,
 `test_snake`). By agreement, as the text is
 silent, the order of the random numbers and the constants that have no parameter are the same.
 Contours whose place is a Kalman filter's are not here, nor are other answers than the snake's.
@@ -17,14 +17,7 @@ from scipy.ndimage import binary_dilation, binary_erosion
 from scipy.optimize import linear_sum_assignment
 
 from trackers.contour_smooth_color import ContourSmoothColor
-from trackers.contours.mixture import (
-    Mixture,
-    components_of,
-    fitted,
-    mixture_of,
-    projected,
-    refined,
-)
+from trackers.contours.mixture import Mixture, components_of, fitted, mixture_of, projected, refined
 from trackers.contours.observation import colour_cells
 from trackers.contours.outline import enclosed_area, filled, outline
 from trackers.contours.plane_cue import basis_of, discriminant_basis, plane_normal

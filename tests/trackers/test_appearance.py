@@ -7,14 +7,7 @@ import numpy as np
 import pytest
 
 from tests.trackers import plain_nguyen2002 as plain
-from trackers.templates.appearance import (
-    FLOORS,
-    Appearance,
-    Noise,
-    dimension,
-    features_of,
-    raised,
-)
+from trackers.templates.appearance import FLOORS, Appearance, Noise, dimension, features_of, raised
 
 LIMIT = {1: 6.6349, 3: 11.3449}
 

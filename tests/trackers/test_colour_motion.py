@@ -13,15 +13,7 @@ from bench.papers.wang2010.plain_maps import JointMaps, window_slices
 from trackers.base.parameters import TrackerError
 from trackers.base.sharing import SharedFrame
 from trackers.maps.differences import first_frame, frame_after, moving_share
-from trackers.maps.drift import (
-    Binning,
-    Region,
-    colour_bins,
-    drift,
-    summed,
-    weight_bits,
-    window_at,
-)
+from trackers.maps.drift import Binning, Region, colour_bins, drift, summed, weight_bits, window_at
 from trackers.maps.joint_map import ColourMotionModel, ModelParameters
 
 pictures = arrays.arrays(

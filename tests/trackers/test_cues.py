@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from trackers.contours.colour_cue import ColourDynamics, Fit, Palettes, RefittedColours
 from trackers.contours.contour_cue import ContourCue, ContourDynamics, KalmanContourCue
-from trackers.contours.mixture import (
-    Mixture,
-    components_of,
-    fitted,
+from trackers.contours.mixture import Mixture, components_of, fitted
+from trackers.contours.observation import colour_cells, observe
+from trackers.contours.plane_cue import (
+    PlaneCue,
+    basis_of,
+    discriminant_basis,
+    oriented,
+    plane_normal,
 )
-from trackers.contours.observation import (
-    colour_cells,
-    observe,
-)
-from trackers.contours.plane_cue import PlaneCue
 
 BASIS = np.linalg.qr(np.array([[1.0, 0.2], [0.1, 1.0], [-0.5, 0.3]]))[0]
 SQUARE = np.array([[20.0, 10.0], [50.0, 10.0], [50.0, 40.0], [20.0, 40.0]])
@@ -123,3 +123,101 @@ def test_equal_weights_tell_the_kalman_filter_next_to_nothing():
     cue.receive(states, np.full(len(states), 1 / len(states)))
     np.testing.assert_allclose(cue.place.covariances[:, 0, 0], before, rtol=0.05)
     np.testing.assert_allclose(cue.place.position, SQUARE.mean(axis=0), atol=0.2)
+
+
+# Fisher planes against the definition of discriminant analysis, and their bases.
+
+
+def colours(seed, n_target=40, n_background=70):
+    """Two unlike clouds that overlap."""
+    rng = np.random.default_rng(seed)
+    target = rng.normal([0.5, 0.4, 0.6], [0.05, 0.12, 0.03], (n_target, 3))
+    background = rng.uniform(0.2, 0.7, (n_background, 3)) + rng.normal(0, 0.05, (n_background, 3))
+    return target, background
+
+
+def slow_scatter(target, background, k, exponent):
+    """Whitening (rows are axes) and scatter between classes, every distance written out."""
+    within = 0.5 * np.cov(target.T, bias=True) + 0.5 * np.cov(background.T, bias=True)
+    values, axes = np.linalg.eigh(within + 1e-4 * np.eye(3))
+    whitening = np.diag(values**-0.5) @ axes.T
+    classes = [[whitening @ colour for colour in a_class] for a_class in (target, background)]
+    scatter = np.zeros((3, 3))
+    for own, other in ([0, 1], [1, 0]):
+        for i, colour in enumerate(classes[own]):
+            companions = [there for j, there in enumerate(classes[own]) if j != i]
+            near = sorted(np.linalg.norm(colour - there) for there in companions)[k - 1]
+            others = sorted(classes[other], key=lambda there: np.linalg.norm(colour - there))[:k]
+            far = np.linalg.norm(colour - others[k - 1])
+            weight = min(near**exponent, far**exponent) / (near**exponent + far**exponent)
+            difference = colour - sum(others) / k
+            scatter += 0.5 / len(classes[own]) * weight * np.outer(difference, difference)
+    return whitening, scatter
+
+
+@pytest.mark.parametrize(("k", "exponent"), [(3, 1.0), (1, 1.0), (5, 2.0), (3, 0.0)])
+def test_axes_are_those_of_every_distance_written_out(k, exponent):
+    target, background = colours(k)
+    whitening, scatter = slow_scatter(target, background, k, exponent)
+    values, vectors = np.linalg.eigh(scatter)
+    assert values[2] > 1.02 * values[1] > 1.02**2 * values[0], "axes must be distinct to compare"
+    first, second = (whitening.T @ vectors[:, column] for column in (2, 1))
+    first = first / np.linalg.norm(first)
+    second = second - (second @ first) * first
+    second = second / np.linalg.norm(second)
+    basis = discriminant_basis(target, background, k, exponent)
+    np.testing.assert_allclose(np.abs(basis.T @ np.stack([first, second]).T), np.eye(2), atol=1e-9)
+
+
+@settings(max_examples=30)
+@given(st.integers(0, 10**6))
+def test_bases_are_orthonormal_and_the_targets_mean_is_not_below(seed):
+    target, background = colours(seed, 12, 15)
+    basis = discriminant_basis(target, background)
+    np.testing.assert_allclose(basis.T @ basis, np.eye(2), atol=1e-12)
+    assert ((target.mean(axis=0) - background.mean(axis=0)) @ basis >= 0).all()
+
+
+def test_classes_of_one_colour_each_have_the_axis_between_them():
+    flat = discriminant_basis(np.full((9, 3), 0.2), np.tile([0.2, 0.2, 0.5], (9, 1)))
+    np.testing.assert_allclose(flat[:, 0], [0, 0, -1], atol=1e-9)
+    same = discriminant_basis(np.full((9, 3), 0.2), np.full((9, 3), 0.2))
+    np.testing.assert_allclose(same.T @ same, np.eye(2), atol=1e-12)
+
+
+def test_a_class_of_too_few_colours_is_an_error():
+    target, background = colours(0, 3, 20)
+    with pytest.raises(ValueError, match="3 colours of the target and 20 of the background"):
+        discriminant_basis(target, background)
+    with pytest.raises(ValueError, match="20 colours of the target and 3 of the background"):
+        discriminant_basis(background, target)
+
+
+def unit_vectors(seed, n):
+    vectors = np.random.default_rng(seed).normal(size=(n, 3))
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+REFERENCE = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 2)))[0]
+
+
+def test_oriented_normals_are_on_the_references_side_and_the_same_planes():
+    normals = unit_vectors(2, 50)
+    reference = plane_normal(REFERENCE)
+    found = oriented(normals, reference)
+    assert (found @ reference >= 0).all()
+    assert 5 < (found != normals).any(axis=1).sum() < 45
+    np.testing.assert_array_equal(np.abs(found), np.abs(normals))
+    np.testing.assert_array_equal(oriented(-normals, reference), found)
+
+
+def test_a_basis_is_the_references_turned_about_the_common_line_by_the_angle_between():
+    reference = plane_normal(REFERENCE)
+    normals = oriented(unit_vectors(5, 30), reference)
+    for normal, basis in zip(normals, basis_of(normals, REFERENCE), strict=True):
+        axis = np.cross(reference, normal)
+        angle = np.arccos(reference @ normal)
+        turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
+        np.testing.assert_allclose(basis, turn.apply(REFERENCE.T).T, atol=1e-12)
+        np.testing.assert_allclose(basis.T @ basis, np.eye(2), atol=1e-12)
+        np.testing.assert_allclose(plane_normal(basis), normal, atol=1e-12)

@@ -22,11 +22,6 @@ from trackers.histograms.target_model import (
 )
 
 
-@pytest.mark.parametrize("reading", ["printed", "variance"])
-def test_some_likelihoods_are_never_so_high(reading):
-    assert Likelihood(0.2, reading, 0.9).least_coefficient == np.inf
-
-
 @given(st.sampled_from(["peak", "printed", "density", "variance"]), st.floats(0.03, 0.15))
 def test_the_least_coefficient_solves_equations_10_and_11(reading, sigma):
     likelihood = Likelihood(sigma, reading, 0.9)
@@ -37,6 +32,10 @@ def test_the_least_coefficient_solves_equations_10_and_11(reading, sigma):
     square = sigma if reading == "variance" else sigma**2
     assert prefix * exp(-(1 - rho) / (2 * square)) == pytest.approx(0.9)
     assert prefix * exp(likelihood.log(rho)) == pytest.approx(0.9)
+    assert (
+        replace(likelihood, threshold=prefix).least_coefficient == np.inf
+    )  # no more than its peak
+    assert replace(likelihood, reading="always").least_coefficient == -np.inf
 
 
 def motion(**changes):
@@ -185,27 +184,33 @@ def placed(where, placement, n=4000, frame=0):
     return where.particles(placement, n, frame, np.random.default_rng(0))
 
 
-def test_a_target_that_was_never_seen_is_waited_for_at_the_borders():
-    for placement in ("last", "predicted", "borders"):
-        x, y = placed(whereabouts(), placement)[:, :2].T
-        assert ((x >= 5) & (x <= 15) | (x >= 625) & (x <= 635)).all()
-        assert 0.45 < (x < 320).mean() < 0.55
-        assert ((y >= 230) & (y <= 250)).all()
+BORDERS = np.array([[5.0, 230.0, 10.0, 20.0], [625.0, 230.0, 10.0, 20.0]])
+DOORS = np.array([[100.0, 50.0, 20.0, 40.0], [400.0, 60.0, 4.0, 8.0]])
+WHOLE = np.array([[10.0, 20.0, 620.0, 440.0]])
 
 
-def test_entries_that_are_given_take_the_place_of_the_borders():
-    entries = np.array([[100.0, 50.0, 20.0, 40.0], [400.0, 60.0, 4.0, 8.0]])
-    x, y = placed(whereabouts(entries=entries), "borders")[:, :2].T
-    first = (x >= 100) & (x <= 120) & (y >= 50) & (y <= 90)
-    second = (x >= 400) & (x <= 404) & (y >= 60) & (y <= 68)
-    assert (first | second).all()
-    assert 0.45 < first.mean() < 0.55
-
-
-def test_the_whole_image_is_where_ellipses_are_whole():
-    x, y = placed(whereabouts(), "image")[:, :2].T
-    assert (x.min(), x.max()) == pytest.approx((10, 630), abs=2)
-    assert (y.min(), y.max()) == pytest.approx((20, 460), abs=2)
+@pytest.mark.parametrize(
+    ("placement", "entries", "expected"),
+    [
+        *((placement, None, BORDERS) for placement in ("last", "predicted", "borders")),
+        ("borders", DOORS, DOORS),
+        ("image", DOORS, DOORS),
+        ("image", None, WHOLE),  # of centres of ellipses that are whole inside
+    ],
+)
+def test_a_target_that_was_never_seen_is_waited_for_evenly_where_it_may_enter(
+    placement, entries, expected
+):
+    places = placed(whereabouts(entries=entries), placement)[:, np.newaxis, :2]
+    inside = ((places >= expected[:, :2]) & (places <= expected[:, :2] + expected[:, 2:])).all(
+        axis=2
+    )
+    assert (inside.sum(axis=1) == 1).all()
+    np.testing.assert_allclose(inside.mean(axis=0), 1 / len(expected), atol=0.05)
+    for own, box in zip(inside.T, expected, strict=True):
+        middle, spread = box[:2] + box[2:] / 2, box[2:] / np.sqrt(12)
+        np.testing.assert_allclose(places[own, 0].mean(axis=0), middle, atol=spread.max() / 5)
+        np.testing.assert_allclose(places[own, 0].std(axis=0), spread, rtol=0.1)
 
 
 def test_half_of_the_particles_stay_where_the_target_was_last_seen():

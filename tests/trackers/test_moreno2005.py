@@ -167,3 +167,16 @@ def test_a_target_that_vanishes_costs_nothing_but_confidence(disc):
         estimate = tracker.update(empty)
         assert np.isfinite(estimate.box).all()
     assert estimate.confidence < 0.5 * before[-1].confidence
+
+
+def test_a_frame_segmented_into_nothing_teaches_nothing_and_has_the_contours_box(disc):
+    images, _, _ = disc
+    nothing = np.zeros((120, 160), bool)
+    tracker, _ = run("contour-smooth-color", disc, frames=1, output="posterior")
+    before = tracker.colours.fits
+    for inside in (nothing, ~nothing):
+        tracker.learn(images[1], inside, [])
+        assert tracker.colours.fits is before
+    box, mask = tracker._answer(tracker.contour, nothing, nothing.astype(np.float32))
+    np.testing.assert_array_equal(box, bounding_box(tracker.contour))
+    assert not mask.any()

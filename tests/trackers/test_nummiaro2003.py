@@ -113,12 +113,24 @@ def test_it_takes_some_frames_with_too_few_to_give_up(frames):
     assert modes == [1] * (frames - 1) + [0] * (9 - frames)
 
 
-def test_the_model_follows_a_target_that_fades_and_not_one_that_changes_at_once():
-    def fading(share):
-        speckled = np.random.default_rng(0).random(SIZE[::-1]) < share
-        target = np.where(speckled[..., None], BLUE, RED)
-        return with_target(40, colour=target)
+def fading(share):
+    speckled = np.random.default_rng(0).random(SIZE[::-1]) < share
+    return with_target(40, colour=np.where(speckled[..., None], BLUE, RED))
 
+
+def test_the_way_is_remembered_of_frames_in_which_the_target_is_surely_seen():
+    tracker = trackers.create("nummiaro2003", sigma=0.1, model_update=False, reinitialise=False)
+    tracker.watch(with_target(120, y=10, size=(30, 40)))  # reddish things are about
+    tracker.init(with_target(40), box_at(40))
+    noted = []
+    tracker._whereabouts.certain = lambda frame, centre: noted.append(frame)
+    found = follow(tracker, [fading(share) for share in np.linspace(0, 1, 20)])
+    sure = [e.details["coefficient"] > (1 + e.details["appearance_threshold"]) / 2 for e in found]
+    assert noted == [frame for frame, seen in enumerate(sure, 1) if seen]
+    assert 0 < len(noted) < 20
+
+
+def test_the_model_follows_a_target_that_fades_and_not_one_that_changes_at_once():
     updated = started(sigma=0.1, alpha=0.3, update_reading="coefficient")
     kept = started(sigma=0.1, model_update=False)
     slowly = [fading(share) for share in np.linspace(0, 1, 60)]
@@ -186,6 +198,8 @@ def test_what_is_no_histogram_no_size_or_no_region_is_refused():
     good, size = np.full(512, 1 / 512), np.array([10.0, 14.0])
     negative = good.copy()
     negative[:2] = -0.5, 0.5 + 2 / 512
+    with pytest.raises(TrackerError, match="too little"):
+        tracker.histogram_of(ground(), box_at(-60))
     for histogram in (np.ones(512), np.ones(10) / 10, negative):
         with pytest.raises(TrackerError, match="512 bins, none below 0, that sum to 1"):
             tracker.init_by_histogram(ground(), histogram, size)
