@@ -1,9 +1,11 @@
 """Smooth trajectories as functions of time."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Loop", "quantised", "random_loop", "smooth_step"]
+__all__ = ["Loop", "quantised", "random_loop", "smooth_step", "spaced"]
 
 POSITION_STEP = 1 / 64
 """Positions are multiples of it [pixels]: truth and image agree to the bit everywhere."""
@@ -69,3 +71,12 @@ def smooth_step(values: NDArray[np.float64], start: float, end: float) -> NDArra
     """Cubic transition from 0 (at `start` and before) to 1 (at `end` and after)."""
     u = np.clip((values - start) / (end - start), 0.0, 1.0)
     return u * u * (3 - 2 * u)
+
+
+def spaced(
+    random: np.random.Generator, start: float, end: float, gaps: tuple[float, float]
+) -> Iterator[float]:
+    """Places from a start on, before an end; each gap is drawn after its place was used."""
+    while start < end:
+        yield start
+        start += random.uniform(*gaps)

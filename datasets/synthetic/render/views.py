@@ -95,6 +95,11 @@ class Course:
             quantised(stride),
         )
 
+    def __getitem__(self, frames: slice | NDArray[np.int64]) -> Self:
+        """The course in some of its frames, or in frames of some numbers."""
+        columns = (self.x, self.z, self.heading, self.phase, self.stride)
+        return type(self)(*(column[frames] for column in columns))
+
 
 def straight(
     frames: int, at: int, place: tuple[float, float], velocity: tuple[float, float], phase: float
@@ -152,6 +157,12 @@ class Views:
     shift_x: Array
     shift_y: Array
 
+    @classmethod
+    def standing(cls, still: Camera, frames: int) -> Self:
+        """A camera that stands still in some frames."""
+        nothing = np.zeros(frames)
+        return cls(still, nothing, nothing, nothing)
+
     def __getitem__(self, frame: int) -> Camera:
         """Camera in a frame."""
         x, right, down = (float(a[frame]) for a in (self.x, self.shift_x, self.shift_y))
@@ -176,8 +187,7 @@ def fixed(random: np.random.Generator, frames: int) -> Views:
         horizon=random.uniform(115, 132),
         centre=SIZE[0] / 2,
     )
-    nothing = np.zeros(frames)
-    return Views(still, nothing, nothing, nothing)
+    return Views.standing(still, frames)
 
 
 def following(random: np.random.Generator, course: Course) -> Views:

@@ -4,12 +4,16 @@ Scenes with other knobs share all of the truth that doesn't tell of what they ch
 """
 
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
 import datasets
+from datasets.synthetic.nummiaro2003.driving.shape import SHADOW
+from datasets.synthetic.render.figure.head import ROWS
+from datasets.synthetic.wang2010.hand.cones import BLUE, MATERIAL, SKIN
 from tests.datasets.synthetic.scenes import grown
 
 
@@ -67,6 +71,54 @@ def other_target(scene, frame):
         yield
 
 
+@contextmanager
+def other_ball(scene, frame):
+    usual = scene._ball
+    scene._ball = usual.silhouette(0)
+    yield
+    scene._ball = usual
+
+
+@contextmanager
+def other_palm(scene, frame):
+    with kept(scene.hand.cones) as painted:
+        painted[painted[..., MATERIAL] == SKIN, BLUE : BLUE + 3] = (220, 60, 20)
+        yield
+
+
+@contextmanager
+def other_glaze(scene, frame):
+    setting = scene.setting
+    usual, (first, *others) = setting.carried, setting._held
+    glaze = replace(first.finish, colour=(40.0, 150.0, 230.0))
+    setting._held = [replace(first, finish=glaze), *others]
+    del setting.carried
+    yield
+    setting._held, setting.carried = [first, *others], usual
+
+
+@contextmanager
+def other_clothes(scene, frame):
+    with kept(scene.plan.walkers[0]._textures) as textures:
+        textures[:] = (40, 250, 40)
+        yield
+
+
+@contextmanager
+def other_paint(scene, frame):
+    pictures = scene.plan.cars[0][0].pictures
+    with kept(pictures.pixels[: pictures.starts[SHADOW, 0]]) as pixels:
+        pixels[:] = 0xF014F0
+        yield
+
+
+@contextmanager
+def other_head(scene, frame):
+    with kept(scene.worker._atlas[:ROWS]) as atlas:
+        atlas[:] = 255 - atlas
+        yield
+
+
 # Sequence, frame, what is drawn otherwise, least change that counts [grey levels], and for
 # what the lens, the film's coarse colour and soft edges blur.
 PAINTED = [
@@ -76,6 +128,19 @@ PAINTED = [
     ("moreno2005/leaf", 47, other_leaf, 15, 0.97, 2),
     ("nguyen2002/clip-01", 36, other_target, 16, 0.9, 4),
     ("nguyen2002/clip-20", 100, other_target, 16, 0.9, 4),
+    ("wang2010/table-tennis:scene=2", 4, other_ball, 20, 0.95, 1),
+    ("wang2010/table-tennis:scene=2", 11, other_ball, 20, 0.95, 3),
+    ("wang2010/hand:scene=2", 41, other_palm, 25, 0.97, 1),
+    ("wang2010/hand:background=plain:scene=2", 41, other_palm, 25, 0.97, 1),
+    ("wang2010/cup", 35, other_glaze, 20, 0.85, 1),
+    ("wang2010/cup:background=plain", 70, other_glaze, 20, 0.85, 1),
+    ("multipart/5", 100, other_clothes, 25, 0.93, 4),
+    ("multipart/8", 60, other_clothes, 25, 0.93, 4),
+    ("stress/twin", 20, other_clothes, 25, 0.93, 4),
+    ("nummiaro2003/students", 60, other_clothes, 25, 0.93, 4),
+    ("nummiaro2003/car:scene=1", 220, other_paint, 25, 0.97, 3),
+    ("nummiaro2003/traffic:scene=1", 180, other_paint, 25, 0.97, 3),
+    ("nummiaro2003/head:scene=3", 30, other_head, 12, 0.9, 2),
 ]
 
 
@@ -102,6 +167,10 @@ def test_what_changes_with_the_targets_paint_is_the_mask(name, frame, paint, lea
         ("moreno2005/leaf:scene=1", 2.6),
         ("nguyen2002/lights", 2.2),  # as tight as a tilt allows
         ("nguyen2002/lights:scene=1", 2.2),
+        ("wang2010/hand", 1.25),
+        ("wang2010/hand:scene=11", 1.25),
+        ("wang2010/table-tennis", 1.5),
+        ("nummiaro2003/head", 2.5),
     ],
 )
 def test_a_box_is_as_tight_as_pixels_allow(name, pixels):
@@ -125,13 +194,29 @@ def test_a_box_is_as_tight_as_pixels_allow(name, pixels):
         ("moreno2005/leaf", "jump=middle", "light change"),
         ("moreno2005/leaf", "jump=none", "light change"),
         ("nguyen2002/lights", "lamps=coloured", ""),
+        ("multipart/8", "light=dappled", "shade"),
+        ("stress/twin", "light=dappled", ""),
+        ("nummiaro2003/person", "light=dappled", "shade"),
+        ("nummiaro2003/students", "light=dappled", "shade"),
+        ("nummiaro2003/car", "light=dappled", "shade"),
+        ("nummiaro2003/traffic", "light=dappled", "shade"),
+        ("nummiaro2003/head", "light=lamps", ""),
     ],
 )
 def test_knobs_of_the_light_change_nothing_else_of_the_truth(name, options, told):
     one, other = (opened(text)[0] for text in (name, f"{name}:{options}"))
-    assert (one.boxes == other.boxes).all()
+    assert np.array_equal(one.boxes, other.boxes, equal_nan=True)
     assert (one.visibility == other.visibility).all()
     assert (one.mask(60) == other.mask(60)).all()
     for key, flags in one.attributes.items():
         assert np.array_equal(flags, other.attributes[key]) == (key != told)
     assert one.fingerprint != other.fingerprint
+
+
+@pytest.mark.parametrize(("name", "sky"), [("multipart/8", 150), ("nummiaro2003/car", 60)])
+def test_dappled_light_takes_light_from_the_ground_and_not_from_the_sky(name, sky):
+    even, dappled = (datasets.load(f"{name}:light={light}")[100] for light in ("even", "dappled"))
+    change = dappled.astype(int) - even
+    assert (change[300:] < -10).mean() > 0.1
+    assert (change > 3).mean() < 0.01
+    assert (change[:sky] == 0).mean() > 0.99

@@ -5,7 +5,7 @@ placed where people come in, "like doors and image borders". All the rest is our
 """
 
 from collections.abc import Iterator
-from dataclasses import fields
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -26,7 +26,7 @@ from datasets.synthetic.nummiaro2003.campus.setting import (
 )
 from datasets.synthetic.nummiaro2003.knobs import PersonKnobs
 from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.views import SIZE, Camera, Course, Views, straight, walk
+from datasets.synthetic.render.views import SIZE, Camera, Views, straight, walk
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["entries", "scene"]
@@ -70,12 +70,10 @@ def _plan(seed: int, empty: bool) -> VisitPlan:
     first, seen_whole = _coming(seed, things)
     people_there = [first, *_passers_by(seed, first)]
     frames = slice(0, EMPTY + WALK) if empty else slice(seen_whole, seen_whole + WALK)
-    there = [
-        Person(who.look, who.seed, who.stature, _cut(who.course, frames)) for who in people_there
-    ]
+    there = [replace(who, course=who.course[frames]) for who in people_there]
     street = int(_generator(seed, "street").integers(2**32))
     visit = slice(EMPTY if empty else 0, None)
-    views = _views(camera, frames.stop - frames.start)
+    views = Views.standing(camera, frames.stop - frames.start)
     return VisitPlan(street, views, there, visit, things, CarPark)
 
 
@@ -86,14 +84,13 @@ def _coming(seed: int, things: list[Prop]) -> tuple[Person, int]:
     start, points = _way(random, camera, _door(seed))
     course = walk(frames, start, points, random.uniform(1.15, 1.3), random.uniform())
     first = target_person(_generator(seed, "target"), course)
-    plan = VisitPlan(0, _views(camera, frames), [first], slice(0, None), things, CarPark)
+    plan = VisitPlan(0, Views.standing(camera, frames), [first], slice(0, None), things, CarPark)
     seen = np.array([plan.seen(f)[2].sum() / plan.coverage(0, f)[2].sum() for f in range(100)])
     comes = int(np.argmax(seen >= 0.1))
     outside = course.z[: len(seen)] < DOORSTEP - THRESHOLD
     whole = int(np.argmax((seen >= 0.995) & outside))
     waiting = np.arange(frames) - (EMPTY - comes)
-    course = Course(*(getattr(course, f.name)[np.maximum(waiting, 0)] for f in fields(course)))
-    return Person(first.look, first.seed, first.stature, course), EMPTY + whole - comes
+    return replace(first, course=course[np.maximum(waiting, 0)]), EMPTY + whole - comes
 
 
 def _way(
@@ -140,10 +137,6 @@ def _passers_by(seed: int, first: Person) -> list[Person]:
     return kept
 
 
-def _cut(course: Course, frames: slice) -> Course:
-    return Course(*(getattr(course, field.name)[frames] for field in fields(course)))
-
-
 def _generator(seed: int, part: str) -> np.random.Generator:
     return part_generator(seed, f"nummiaro2003/person {part}")
 
@@ -157,11 +150,6 @@ def _camera(seed: int) -> Camera:
         horizon=random.uniform(56, 70),
         centre=SIZE[0] / 2,
     )
-
-
-def _views(camera: Camera, frames: int) -> Views:
-    nothing = np.zeros(frames)
-    return Views(camera, nothing, nothing, nothing)
 
 
 def _door(seed: int) -> float:

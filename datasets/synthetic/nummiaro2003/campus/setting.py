@@ -5,10 +5,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from datasets.synthetic.render.path import smooth_step
+from datasets.synthetic.render.path import smooth_step, spaced
 from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.street.furniture import car
-from datasets.synthetic.render.street.ground import Band
+from datasets.synthetic.render.street.ground import SIDE, Band, asphalt, kerbstones
 from datasets.synthetic.render.street.street import HOUSES, Street
 from datasets.synthetic.render.texture import fractal, grass, paving, ramp
 from datasets.synthetic.render.views import SIZE, Camera
@@ -41,8 +41,6 @@ REACH = 16.0
 INSIDE = 0.55
 """Light that the porch takes."""
 
-SIDE = 512
-
 
 class CarPark(Street):
     """Asphalt with bays before a pavement and houses.
@@ -61,7 +59,20 @@ class CarPark(Street):
         return super().gains(x, z, heights) * (1 - INSIDE * float(inside))
 
     def _bands(self, random: np.random.Generator) -> list[Band]:
-        return _bands(random)
+        road = asphalt(random, (96.0, 96.0, 98.0), 0.07)
+        paint, kerb = road * 0.3 + 150, kerbstones(random)
+        stones = paving(random, SIDE)
+        worn = stones.mean(axis=(0, 1))
+        near, far = BAYS
+        return [
+            Band(0.0, grass(random, SIDE), 3.0),
+            Band(LAWN - 0.15, kerb, 4.0),
+            Band(LAWN, road, 3.0),
+            Band(near - 0.12, paint, 3.0),
+            Band(near, road, 3.0),
+            Band(far, kerb, 4.0),
+            Band(far + 0.15, (worn + 0.6 * (stones - worn)) * 1.1, 2.6),
+        ]
 
 
 def parked_cars(random: np.random.Generator, camera: Camera, door: float) -> list[Prop]:
@@ -69,12 +80,10 @@ def parked_cars(random: np.random.Generator, camera: Camera, door: float) -> lis
     z = sum(BAYS) / 2
     cars = []
     for side in (-1, 1):
-        x = KEPT_FREE + random.uniform(2.5, 2.9)
-        while x < REACH:
+        for x in spaced(random, KEPT_FREE + random.uniform(2.5, 2.9), REACH, (5.1, 5.8)):
             one = car(random, door + side * x, z, float(camera.scale(z)))
             if random.random() < 0.85:
                 cars.append(one)
-            x += random.uniform(5.1, 5.8)
     return cars
 
 
@@ -84,26 +93,6 @@ def entrance(random: np.random.Generator, camera: Camera, door: float) -> list[P
     return porch(
         random, door, (front, float(camera.scale(front))), (back, float(camera.scale(back)))
     )
-
-
-def _bands(random: np.random.Generator) -> list[Band]:
-    tone = 1 + 0.10 * fractal(random, SIDE, 32, 256, 0.9) + 0.07 * fractal(random, SIDE, 2, 16)
-    asphalt = np.array([96.0, 96.0, 98.0]) * random.uniform(0.85, 1.2) * tone[..., None]
-    paint = asphalt * 0.3 + 150
-    kerbstone = 168 * (1 + 0.05 * fractal(random, SIDE, 8, 256))[..., None] * np.ones(3)
-    kerbstone[:, :: SIDE // 4] *= 0.75
-    stones = paving(random, SIDE)
-    worn = stones.mean(axis=(0, 1))
-    near, far = BAYS
-    return [
-        Band(0.0, grass(random, SIDE), 3.0),
-        Band(LAWN - 0.15, kerbstone, 4.0),
-        Band(LAWN, asphalt, 3.0),
-        Band(near - 0.12, paint, 3.0),
-        Band(near, asphalt, 3.0),
-        Band(far, kerbstone, 4.0),
-        Band(far + 0.15, (worn + 0.6 * (stones - worn)) * 1.1, 2.6),
-    ]
 
 
 OPENING = 1.7, 2.35

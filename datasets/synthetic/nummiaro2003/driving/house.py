@@ -21,6 +21,8 @@ from datasets.synthetic.render.texture import fractal, noise
 __all__ = ["House", "Houses", "any_house"]
 
 Array = NDArray[np.float64]
+Box = tuple[float, float, float, float]
+"""Left, top, right and bottom [metres]."""
 
 LOOKS = 6
 """Kinds of walls and roofs in a place."""
@@ -136,63 +138,54 @@ def _look(random: np.random.Generator, bay: float) -> list[Array]:
     return [lower, lower, upper, upper, tiles]
 
 
-def _wall(random: np.random.Generator, colour: Array, grain: Array, bay: float,
-          ground: bool) -> Array:  # fmt: skip
+def _wall(
+    random: np.random.Generator, colour: Array, grain: Array, bay: float, ground: bool
+) -> Array:
     """Two storeys of windows side by side; on the ground floor some are doors."""
-    width, height = _SIZE
-    picture = np.ascontiguousarray(np.broadcast_to(colour, (height, width, 3)))
-    picture = picture * (1 + 0.07 * grain[..., None])
-    if colour[2] > 1.25 * colour[0]:  # brick has courses
-        picture[::7] *= 0.86
-    canvas = np.clip(picture, 0, 255).astype(np.uint8)
-    across, up = width / (_BAYS * bay), height / (2 * STOREY)
+    wall = _Sheet(colour, grain, bay)
     wide, tall = random.uniform(1.0, 1.5), random.uniform(1.25, 1.6)
-    trim = (colour * 0.5 + 116 if random.random() < 0.6 else colour * 0.6).tolist()
+    trim = colour * 0.5 + 116 if random.random() < 0.6 else colour * 0.6
     for storey in range(2):
         for number in range(_BAYS):
             middle, sill = (number + 0.5) * bay, storey * STOREY + 0.9
             if ground and number == 1:
-                _pane(canvas, across, up, (middle - 0.5, 2.3, middle + 0.5, storey * STOREY),
-                      trim, (colour * 0.35).tolist())  # fmt: skip
+                door = (middle - 0.5, 2.3, middle + 0.5, storey * STOREY)
+                wall.framed(door, trim, colour * 0.35)
                 continue
             glass = np.array([100.0, 90.0, 80.0]) * random.uniform(0.55, 1.1)
-            left, right = middle - wide / 2, middle + wide / 2
-            _pane(canvas, across, up, (left, sill + tall, right, sill), trim, glass.tolist())
+            left, right, top = middle - wide / 2, middle + wide / 2, sill + tall
+            wall.framed((left, top, right, sill), trim, glass)
             shine = sill + tall * random.uniform(0.4, 0.8)
-            _fill(
-                canvas, across, up, (left, sill + tall, right, shine), (glass * 1.4 + 14).tolist()
-            )
+            wall.fill((left, top, right, shine), glass * 1.4 + 14)
             if random.random() < 0.5:
-                cloth = [178.0 * random.uniform(0.7, 1.0)] * 3
+                cloth = np.full(3, 178.0 * random.uniform(0.7, 1.0))
                 drawn = wide * random.uniform(0.15, 0.35)
-                _fill(canvas, across, up, (left, sill + tall, left + drawn, sill), cloth)
-                _fill(canvas, across, up, (right - drawn, sill + tall, right, sill), cloth)
-            _fill(canvas, across, up, (middle - 0.03, sill + tall, middle + 0.03, sill), trim)
-            _fill(canvas, across, up, (left - 0.1, sill, right + 0.1, sill - 0.1), trim)
-    return canvas.astype(np.float64)
+                wall.fill((left, top, left + drawn, sill), cloth)
+                wall.fill((right - drawn, top, right, sill), cloth)
+            wall.fill((middle - 0.03, top, middle + 0.03, sill), trim)
+            wall.fill((left - 0.1, sill, right + 0.1, sill - 0.1), trim)
+    return wall.picture.astype(np.float64)
 
 
-def _pane(
-    canvas: NDArray[np.uint8],
-    across: float,
-    up: float,
-    box: tuple[float, float, float, float],
-    trim: list[float],
-    colour: list[float],
-) -> None:
-    left, top, right, bottom = box
-    _fill(canvas, across, up, (left - 0.07, top + 0.07, right + 0.07, bottom), trim)
-    _fill(canvas, across, up, box, colour)
+class _Sheet:
+    """Picture of a wall, painted in metres from its left lower corner."""
 
+    def __init__(self, colour: Array, grain: Array, bay: float) -> None:
+        width, height = _SIZE
+        picture = np.ascontiguousarray(np.broadcast_to(colour, (height, width, 3)))
+        picture = picture * (1 + 0.07 * grain[..., None])
+        if colour[2] > 1.25 * colour[0]:  # brick has courses
+            picture[::7] *= 0.86
+        self.picture = np.clip(picture, 0, 255).astype(np.uint8)
+        self._across, self._up = width / (_BAYS * bay), height / (2 * STOREY)
 
-def _fill(
-    canvas: NDArray[np.uint8],
-    across: float,
-    up: float,
-    box: tuple[float, float, float, float],
-    colour: list[float],
-) -> None:
-    """Rectangle from left top to right bottom [metres]."""
-    first = round(box[0] * across), round(len(canvas) - box[1] * up)
-    last = round(box[2] * across) - 1, round(len(canvas) - box[3] * up) - 1
-    cv2.rectangle(canvas, first, last, colour, -1)
+    def fill(self, box: Box, colour: Array) -> None:
+        height = len(self.picture)
+        first = round(box[0] * self._across), round(height - box[1] * self._up)
+        last = round(box[2] * self._across) - 1, round(height - box[3] * self._up) - 1
+        cv2.rectangle(self.picture, first, last, colour.tolist(), -1)
+
+    def framed(self, box: Box, trim: Array, colour: Array) -> None:
+        left, top, right, bottom = box
+        self.fill((left - 0.07, top + 0.07, right + 0.07, bottom), trim)
+        self.fill(box, colour)

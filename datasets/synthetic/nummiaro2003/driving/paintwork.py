@@ -17,6 +17,7 @@ from datasets.synthetic.nummiaro2003.driving.shape import (
     SIZES,
     TALL,
     TOP,
+    TYRE,
     WIDE,
     Shape,
 )
@@ -40,7 +41,7 @@ _RED, _AMBER, _CLEAR = (38.0, 30.0, 168.0), (40.0, 130.0, 214.0), (214.0, 216.0,
 class Sheet:
     """A drawing to scale: one of the car's pictures, on paper of a colour (BGR)."""
 
-    def __init__(self, kind: int, colour: BGR) -> None:
+    def __init__(self, kind: int, colour: Sequence[float]) -> None:
         self._size = SIZES[kind]
         half = REACH if kind in (SIDE, TOP) else WIDE
         self._scale = np.array([self._size[0] / (2 * half), self._size[1] / TALL]) * _FINE
@@ -149,12 +150,12 @@ def _side(shape: Shape, paint: BGR, style: _Style) -> Array:
         sheet.box((place + 0.05, place + 0.22), (0.77, 0.81), dark)
     for axle in shape.axles:
         sheet.disc(axle, 0.33, 0.385, (20.0, 18.0, 18.0))
-        sheet.disc(axle, 0.31, 0.335, _RUBBER)
-        sheet.disc(axle, 0.31, 0.215, _CHROME)
+        sheet.disc(axle, TYRE, 0.335, _RUBBER)
+        sheet.disc(axle, TYRE, 0.215, _CHROME)
         for angle in np.arange(style.spokes) * 2 * np.pi / style.spokes:
-            tip = (axle + 0.17 * np.cos(angle), 0.31 + 0.17 * np.sin(angle))
+            tip = (axle + 0.17 * np.cos(angle), TYRE + 0.17 * np.sin(angle))
             sheet.disc(*tip, 0.045, (84.0, 84.0, 84.0))
-        sheet.disc(axle, 0.31, 0.05, (96.0, 96.0, 96.0))
+        sheet.disc(axle, TYRE, 0.05, (96.0, 96.0, 96.0))
     # Lamps go round the corners.
     sheet.box((end - 0.26, REACH), (0.56, shape.bonnet - 0.02), _AMBER)
     sheet.box((-REACH, 0.2 - end), (0.58, 0.82), _RED)
@@ -185,13 +186,19 @@ def _pane(sheet: Sheet, outline: Points, low: float, high: float) -> None:
         _GLASS, _SKY, strict=True)])  # fmt: skip
 
 
-def _front(random: np.random.Generator, shape: Shape, paint: BGR, style: _Style) -> Array:
-    sheet = Sheet(FRONT, paint)
+def _end(kind: int, paint: BGR, style: _Style) -> Sheet:
+    """Front or rear: sheet metal above the dark below the car, and its bumper."""
+    sheet = Sheet(kind, paint)
     sheet.light(_METAL)
-    wide, edge = shape.width / 2, shape.bonnet
     sheet.box((-WIDE, WIDE), (0.0, 0.23), (26.0, 24.0, 24.0))
     if style.bumper:
         sheet.box((-WIDE, WIDE), (0.23, 0.5), style.bumper)
+    return sheet
+
+
+def _front(random: np.random.Generator, shape: Shape, paint: BGR, style: _Style) -> Array:
+    sheet = _end(FRONT, paint, style)
+    wide, edge = shape.width / 2, shape.bonnet
     sheet.box((-0.42, 0.42), (0.26, 0.34), (24.0, 22.0, 22.0))
     inner = random.uniform(0.4, 0.5)
     for side in (-1, 1):
@@ -218,12 +225,8 @@ def _front(random: np.random.Generator, shape: Shape, paint: BGR, style: _Style)
 
 
 def _rear(random: np.random.Generator, shape: Shape, paint: BGR, style: _Style) -> Array:
-    sheet = Sheet(REAR, paint)
-    sheet.light(_METAL)
+    sheet = _end(REAR, paint, style)
     wide = shape.width / 2
-    sheet.box((-WIDE, WIDE), (0.0, 0.23), (26.0, 24.0, 24.0))
-    if style.bumper:
-        sheet.box((-WIDE, WIDE), (0.23, 0.5), style.bumper)
     inner, low = wide - random.uniform(0.3, 0.42), 0.57
     tall = random.uniform(0.8, 0.88)
     for side in (-1, 1):
@@ -271,7 +274,7 @@ def _plate(sheet: Sheet, random: np.random.Generator, height: float, colour: BGR
 
 
 def _top(shape: Shape, paint: BGR, style: _Style) -> Array:
-    sheet = Sheet(TOP, _times_bgr(paint, 1.06))
+    sheet = Sheet(TOP, _times(paint, 1.06))
     dark = _times(paint, 0.55)
     foot = shape.cabin[0]
     for side in (-1, 1):
@@ -287,11 +290,6 @@ def _top(shape: Shape, paint: BGR, style: _Style) -> Array:
         sheet.box((front - 0.5, front), (-0.38, 0.38), _GLASS)
         sheet.box((front - 0.5, front - 0.3), (-0.38, 0.38), _times(_SKY, 0.7))
     return sheet.finished()
-
-
-def _times_bgr(colour: BGR, gain: float) -> BGR:
-    blue, green, red = _times(colour, gain)
-    return blue, green, red
 
 
 def _shadow(shape: Shape) -> Array:

@@ -38,6 +38,7 @@ from datasets.synthetic.nummiaro2003.driving.world import (
     dashes,
 )
 from datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
+from datasets.synthetic.render.path import spaced
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["entries", "parking_plan", "scene"]
@@ -228,14 +229,10 @@ def _houses(random: np.random.Generator) -> list[House]:
 def _plants(random: np.random.Generator) -> list[Plant]:
     plants = []
     for side in (-1, 1):
-        z = 8.0
-        while z < LAST + 4:
+        for z in spaced(random, 8.0, LAST + 4, (4, 10)):
             kind = "tree" if random.random() < 0.7 else "bush"
             plants.append(Plant(kind, side * (LANES + 9.6), z, random.uniform(0.8, 1.15)))
-            z += random.uniform(4, 10)
-    x = -40.0
-    while x < 40:
+    for x in spaced(random, -40.0, 40, (4, 9)):
         kind = ("tree", "tree", "bush", "post")[random.integers(4)]
         plants.append(Plant(kind, x, LAST + 10 + random.uniform(0, 3), random.uniform(0.8, 1.2)))
-        x += random.uniform(4, 9)
     return plants

@@ -18,8 +18,8 @@ from datasets.synthetic.nummiaro2003.driving.facets import (
 )
 
 __all__ = [
-    "BELT", "FRONT", "REACH", "REAR", "SHADOW", "SIDE", "SIZES", "TALL", "TOP", "WIDE", "Shape",
-    "any_shape",
+    "BELT", "FRONT", "REACH", "REAR", "SHADOW", "SIDE", "SIZES", "TALL", "TOP", "TYRE", "WIDE",
+    "Shape", "any_shape",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -42,8 +42,10 @@ SIZES = {SIDE: (512, 128), FRONT: (256, 128), REAR: (256, 128), TOP: (256, 128),
 BELT = 0.93
 """Height of the lower edge of the windows, without that of the sills [metres]."""
 
+TYRE = 0.31
+"""Radius of a tyre, and height of its hub [metres]."""
+
 _CUT = 0.16, 0.24  # corners of the body, across and along [metres]
-_TYRE = 0.31  # radius [metres]
 _DARK = 0.55  # reach of the shadow beyond the body [metres]
 
 
@@ -114,7 +116,7 @@ class Shape:
                 tread = [(side * inner, 0.0), (side * outer, 0.0), (side * outer, 0.4),
                          (side * inner, 0.4)]  # fmt: skip
                 rim = [
-                    (side * outer, _TYRE * (1 + 1.06 * np.sin(a)), axle + 1.06 * _TYRE * np.cos(a))
+                    (side * outer, TYRE * (1 + 1.06 * np.sin(a)), axle + 1.06 * TYRE * np.cos(a))
                     for a in angles
                 ]
                 yield Face(np.array(rim), np.array([side, 0.0, 0.0]), SIDE)

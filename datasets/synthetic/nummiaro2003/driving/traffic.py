@@ -37,7 +37,7 @@ from datasets.synthetic.nummiaro2003.driving.world import (
     dashes,
 )
 from datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
-from datasets.synthetic.render.path import smooth_step
+from datasets.synthetic.render.path import smooth_step, spaced
 from datasets.synthetic.render.views import QUICK, SLOW, wandering
 from datasets.synthetic.scene import part_generator
 
@@ -230,20 +230,16 @@ def _plants(random: np.random.Generator, crossing: float) -> list[Plant]:
     plants = []
     kinds = ("tree", "tree", "tree", "post", "bush", "sign")
     for side in (-1, 1):
-        z = random.uniform(5, 12)
-        while z < crossing + 80:
+        for z in spaced(random, random.uniform(5, 12), crossing + 80, (9, 17)):
             if abs(z - crossing) > PAVED + 2:
                 x = side * (PAVED + random.uniform(1.2, 2.8))
                 plants.append(Plant(kinds[random.integers(6)], x, z, random.uniform(0.8, 1.2)))
-            z += random.uniform(9, 17)
         for across in (-1, 1):
-            x = PAVED + random.uniform(4, 10)
-            while x < 110:
+            for x in spaced(random, PAVED + random.uniform(4, 10), 110, (9, 17)):
                 z = crossing + across * (PAVED + random.uniform(1.2, 2.8))
                 plants.append(
                     Plant(kinds[random.integers(6)], side * x, z, random.uniform(0.8, 1.2))
                 )
-                x += random.uniform(9, 17)
     return plants
 
 
@@ -252,19 +248,15 @@ def _parked(random: np.random.Generator, paints: tuple[BGR, ...], crossing: floa
     cars = []
     kerb = EDGE + 0.15
     for side in (-1, 1):
-        z = random.uniform(8, 20)
-        while z < crossing + 60:
+        for z in spaced(random, random.uniform(8, 20), crossing + 60, (7, 13)):
             car = any_car(random, paints)
             heading = 0.0 if side > 0 else np.pi
             if abs(z - crossing) > 16 and random.random() < 0.45:
                 cars.append(CarAt(car, side * kerb, z, heading))
-            z += random.uniform(7, 13)
         for across in (-1, 1):
-            x = random.uniform(20, 30)
-            while x < 90:
+            for x in spaced(random, random.uniform(20, 30), 90, (8, 14)):
                 car = any_car(random, paints)
                 heading = np.pi / 2 if across < 0 else -np.pi / 2
                 if random.random() < 0.4:
                     cars.append(CarAt(car, side * x, crossing + across * kerb, heading))
-                x += random.uniform(8, 14)
     return cars

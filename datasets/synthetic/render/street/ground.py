@@ -91,31 +91,35 @@ def street_bands(random: np.random.Generator, kerb: float, end: float) -> list[B
     kinds = (lambda: stones, lambda: pebbles(random, SIDE) * 0.5 + 62, lambda: _slabs(random))
     near = kinds[random.integers(3)]()
     side = float(random.uniform(2.2, 3.2))
-    asphalt = _asphalt(random)
-    kerbstone = (
-        np.full((SIDE, SIDE, 3), 168.0) * (1 + 0.05 * fractal(random, SIDE, 8, 256))[..., None]
-    )
-    kerbstone[:, :: SIDE // 4] *= 0.75
+    road, kerb_stones = asphalt(random, (92.0, 92.0, 94.0), 0.06), kerbstones(random)
     bands = [Band(0.0, near, side)]
     if random.random() < 0.5:
         bands.append(Band(kerb - random.uniform(0.9, 1.4), grass(random, SIDE), 3.0))
-    line = asphalt.copy()
+    line = road.copy()
     line[:, : SIDE // 2] = line[:, : SIDE // 2] * 0.3 + 150
     middle = (kerb + end - 2.6) / 2
     return [
         *bands,
-        Band(kerb - 0.2, kerbstone, 4.0),
-        Band(kerb, asphalt, 3.0),
+        Band(kerb - 0.2, kerb_stones, 4.0),
+        Band(kerb, road, 3.0),
         Band(middle - 0.12, line, 6.0),
-        Band(middle + 0.12, asphalt, 3.0),
-        Band(end - 2.6, kerbstone, 4.0),
+        Band(middle + 0.12, road, 3.0),
+        Band(end - 2.6, kerb_stones, 4.0),
         Band(end - 2.4, stones, side),
     ]
 
 
-def _asphalt(random: np.random.Generator) -> Array:
-    tone = 1 + 0.10 * fractal(random, SIDE, 32, 256, 0.9) + 0.06 * fractal(random, SIDE, 2, 16)
-    return np.array([92.0, 92.0, 94.0]) * random.uniform(0.85, 1.2) * tone[..., None]
+def asphalt(random: np.random.Generator, grey: tuple[float, float, float], blots: float) -> Array:
+    """Asphalt of about a grey (BGR), with grain and with blots of some strength."""
+    tone = 1 + 0.10 * fractal(random, SIDE, 32, 256, 0.9) + blots * fractal(random, SIDE, 2, 16)
+    return np.array(grey) * random.uniform(0.85, 1.2) * tone[..., None]
+
+
+def kerbstones(random: np.random.Generator) -> Array:
+    """Stones one after the other along a kerb."""
+    stones = np.full((SIDE, SIDE, 3), 168.0) * (1 + 0.05 * fractal(random, SIDE, 8, 256))[..., None]
+    stones[:, :: SIDE // 4] *= 0.75
+    return stones
 
 
 def _slabs(random: np.random.Generator) -> Array:

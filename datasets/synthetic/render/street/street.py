@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from datasets.synthetic.render.path import spaced
 from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.sprite import draw_rows, instants
 from datasets.synthetic.render.street.facades import backdrop
@@ -78,17 +79,14 @@ class Street:
         random = part_generator(self._seed, "street furniture")
         low, high = self._span(KERB)
         things: list[Prop] = []
-        x = low + random.uniform(0, 6)
-        while x < high:  # trees in a row before the kerb
+        for x in spaced(random, low + random.uniform(0, 6), high, (4.5, 9.5)):
+            # Trees in a row before the kerb.
             z = KERB - 0.5
             kind = tree if random.random() < 0.75 else post
             things.append(kind(random, x, z, self._at(z)))
-            x += random.uniform(4.5, 9.5)
-        x = low + random.uniform(0, 8)
-        while x < high:  # cars along it
-            if random.random() < 0.6:
-                things.append(car(random, x, KERB + 0.9, self._at(KERB + 0.9)))
-            x += random.uniform(5.2, 7.5)
+        along = spaced(random, low + random.uniform(0, 8), high, (5.2, 7.5))
+        parked = KERB + 0.9, self._at(KERB + 0.9)
+        things += [car(random, x, *parked) for x in along if random.random() < 0.6]
         for kind, spacing in ((litter_bin, 22.0), (sign, 16.0), (bush, 14.0)):
             x = low + random.uniform(0, spacing)
             while x < high:

@@ -1,7 +1,5 @@
 """Truth of the walking scenes: closed forms, silhouettes, and what is seen of them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,7 +8,6 @@ from hypothesis import strategies as st
 import datasets
 from datasets.synthetic.multipart.casting import multipart_plan
 from datasets.synthetic.multipart.designs import DESIGNS
-from datasets.synthetic.multipart.plan import Plan
 from datasets.synthetic.multipart.scene import WalkingScene
 from datasets.synthetic.render.prop import extents, visible
 
@@ -77,45 +74,6 @@ def test_sizes_change_by_half_or_more(number):
     sequence = datasets.load(f"multipart/{number}")
     assert sequence.attributes["scale_change"].any()
     assert np.ptp(np.log(sequence.boxes[:, 3])) > np.log(1.45)
-
-
-@pytest.fixture(scope="module", params=["1", "5", pytest.param("8", marks=pytest.mark.slow)])
-def painted_and_dark(request):
-    """A scene twice, the target wholly in one colour and wholly in another."""
-    plan = multipart_plan(request.param, 0)
-    target = plan.people[0]
-
-    def all_in(colour):
-        worn = dict.fromkeys(("shirt", "trousers", "hair", "skin", "shoes"), colour)
-        jacket = None if target.look.jacket is None else colour
-        bag = None if target.look.bag is None else colour
-        look = replace(target.look, **worn, jacket=jacket, bag=bag)
-        people = [replace(target, look=look), *plan.people[1:]]
-        return WalkingScene(Plan(plan.seed, plan.views, people), "even")
-
-    return all_in((200, 40, 230)), all_in((20, 20, 20))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("when", ["first", "later", "most hidden"])
-def test_what_changes_with_the_targets_colours_is_where_truth_says(painted_and_dark, when):
-    painted = painted_and_dark[0]
-    plan, truth = painted.plan, painted.truth()
-    hidden = int(truth.visibility.argmin())
-    frame = {"first": 0, "later": len(plan) // 3, "most hidden": hidden}[when]
-    one, other = (scene.render(frame).astype(int) for scene in painted_and_dark)
-    changed = np.abs(one - other).max(axis=2) > 25
-    rows, columns = np.nonzero(changed)
-    x, y, width, height = truth.regions["tight"][frame]
-    reach = 6  # of the blur
-    assert (columns >= x - reach).all()
-    assert (columns < x + width + reach).all()
-    assert (rows >= y - 3).all()
-    assert (rows < y + height + 3).all()
-    mask = painted.mask(frame)
-    assert (changed & mask).sum() >= 0.93 * mask.sum()
-    whole = (plan.coverage(0, frame)[2] / 255).sum()
-    assert changed.sum() / whole == pytest.approx(truth.visibility[frame], abs=0.12)
 
 
 @pytest.mark.parametrize("name", ["multipart/5", "multipart/7:scene=1"])

@@ -28,8 +28,8 @@ def changed(**options):
     return (light.astype(int) - dark).min(axis=2) < 250
 
 
-@pytest.mark.parametrize("heading", [RIGHT, FRONT, LEFT, BACK, 0.8])
-@pytest.mark.parametrize("phase", [0.0, 0.2, 0.45, 0.7])
+@pytest.mark.parametrize("heading", [RIGHT, FRONT, BACK, 0.8])
+@pytest.mark.parametrize("phase", [0.2, 0.7])
 def test_the_silhouette_is_what_is_drawn_while_nothing_moves(heading, phase):
     pose = {"phase": phase, "stride": 0.0, "heading": heading}
     dark, light = drawn(ground=0, **pose), drawn(ground=255, **pose)
@@ -43,7 +43,7 @@ def test_the_silhouette_is_what_is_drawn_while_nothing_moves(heading, phase):
 
 
 @pytest.mark.parametrize("heading", [RIGHT, FRONT, 2.5])
-@pytest.mark.parametrize("phase", [0.1, 0.4, 0.8])
+@pytest.mark.parametrize("phase", [0.1, 0.8])
 def test_the_silhouette_is_that_of_mid_exposure_while_limbs_are_blurred(heading, phase):
     pose = {"phase": phase, "heading": heading}
     dark, light = drawn(ground=0, **pose), drawn(ground=255, **pose)
@@ -63,14 +63,6 @@ def test_head_and_feet_are_where_they_are_said_to_be(heading, phase):
     assert -1 <= rows[0] - 40 <= 0.05 * 240  # a wide step lowers the head
     standing = WALKER.coverage(160, 280, 240, Pose(phase, 0.0, heading))
     assert abs(standing[1] + np.flatnonzero((standing[2] > 127).any(axis=1))[0] - 40) <= 2
-
-
-@pytest.mark.parametrize("height", [60, 130, 250])
-def test_a_person_scales_with_his_height(height):
-    _, _, coverage = WALKER.coverage(160, 280, height, Pose(0.2, 1.0, RIGHT))
-    _, _, large = WALKER.coverage(160, 280, 500, Pose(0.2, 1.0, RIGHT))
-    share = coverage.sum() / height**2
-    assert share == pytest.approx(large.sum() / 500**2, rel=0.03)
 
 
 def test_light_scales_what_is_seen_and_shade_can_lie_on_the_legs_alone():

@@ -1,17 +1,13 @@
 """`nummiaro2003/car` and `nummiaro2003/traffic`: what their truth says, and what is seen."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import datasets
-from datasets.synthetic.nummiaro2003.driving.car import Car
-from datasets.synthetic.nummiaro2003.driving.facets import packed
 from datasets.synthetic.nummiaro2003.driving.parking import parking_plan
-from datasets.synthetic.nummiaro2003.driving.scene import DrivingScene, driving_truth
+from datasets.synthetic.nummiaro2003.driving.scene import driving_truth
 from datasets.synthetic.nummiaro2003.driving.things import from_far
 from datasets.synthetic.nummiaro2003.driving.traffic import traffic_plan
 
@@ -84,59 +80,6 @@ def test_cars_do_not_drive_through_one_another(seed, name):
         assert np.hypot(course.x - other.x, course.z - other.z).min() > 2.6
     for at in plan.layout.parked:
         assert np.hypot(course.x - at.x, course.z - at.z).min() > 2.2
-
-
-class Painted(Car):
-    """A car in one grey level with all that is on it."""
-
-    level = 0.0
-
-    @property
-    def pictures(self):
-        return packed([np.full((1, 1, 3), self.level)] * 4 + [np.zeros((1, 1, 3))])
-
-
-class White(Painted):
-    level = 255.0
-
-
-@pytest.fixture(scope="module", params=NAMES)
-def black_and_white(request):
-    plan = PLANS[request.param](1)
-    car, course = plan.cars[0]
-    still = request.param == "nummiaro2003/car"
-    return [
-        DrivingScene(
-            replace(plan, cars=[(kind(car.shape, car.paint, 0), course), *plan.cars[1:]]),
-            "even",
-            still,
-        )
-        for kind in (Painted, White)
-    ]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("share", [0.0, 0.55, 0.8])
-def test_what_changes_with_the_targets_paint_is_where_truth_says(black_and_white, share):
-    plan = black_and_white[0].plan
-    frame = round(share * (len(plan) - 1))
-    one, other = (scene.render(frame).astype(int) for scene in black_and_white)
-    changed = (other - one).max(axis=2)
-    mask = black_and_white[0].mask(frame)
-    x, y, width, height = plan.boxes[frame]
-    rows, columns = np.nonzero(changed > 25)
-    reach = 3  # of the blur
-    assert columns.min() >= x - reach
-    assert columns.max() < x + width + reach
-    assert rows.min() >= y - reach
-    assert rows.max() < y + height + reach
-    assert (changed[mask] > 60).mean() > 0.97
-    full = changed[mask].max()
-    assert ((changed > 0.6 * full) & ~mask).sum() < 0.06 * mask.sum()
-    rows, columns = np.nonzero(mask)
-    if plan.visibility[frame] == 1:
-        extents = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
-        assert extents == pytest.approx([x, y, x + width, y + height], abs=2.5)
 
 
 def test_what_stands_still_is_the_same_around_moving_cars():

@@ -18,11 +18,6 @@ def test_a_random_loop_stays_in_its_rectangle_at_its_speed(seed, speed):
     assert way.mean() > 0.9 * speed
 
 
-def test_a_loop_of_no_speed_stands_still():
-    loop = random_loop(np.random.default_rng(0), [0, 0], [100, 100], 0.0)
-    assert (loop.at(np.arange(50)) == loop.at(0)).all()
-
-
 def test_a_loop_closes_and_does_not_jump():
     square = np.array([[0.0, 0.0], [60.0, 0.0], [60.0, 60.0], [0.0, 60.0]])
     loop = Loop(square, 1.0)
@@ -30,9 +25,3 @@ def test_a_loop_closes_and_does_not_jump():
     np.testing.assert_allclose(loop.at(round_trip + 5.0), loop.at(5.0), atol=1e-9)
     # a uniform cubic B-spline passes (a + 4 b + c) / 6 at its knots
     np.testing.assert_allclose(loop.at(0.0), (square[0] + 4 * square[1] + square[2]) / 6)
-
-
-def test_a_position_depends_on_its_own_time_alone():
-    loop = random_loop(np.random.default_rng(1), [0, 0], [100, 100], 3.3)
-    times = np.linspace(0, 900, 77)
-    assert (np.array([loop.at(time) for time in times]) == loop.at(times)).all()

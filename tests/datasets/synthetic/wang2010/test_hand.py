@@ -1,6 +1,5 @@
 """`wang2010/hand`: where the hand is, when it is before the face, and what has its colour."""
 
-from dataclasses import replace
 from functools import lru_cache
 
 import cv2
@@ -9,9 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from datasets.synthetic.wang2010.hand import cones
 from datasets.synthetic.wang2010.hand import hand as palm
-from datasets.synthetic.wang2010.hand.hand import drawn_way
 from datasets.synthetic.wang2010.hand.scene import scene
 from datasets.synthetic.wang2010.knobs import HandKnobs
 
@@ -91,32 +88,6 @@ def test_the_frames_that_the_paper_shows(seed):
     assert (truth.visibility == 1).all()
 
 
-@pytest.mark.parametrize("seed", [0, 11])
-def test_a_box_is_as_tight_as_pixels_allow(seed):
-    hand = opened(seed)
-    for frame in range(0, 100, 9):
-        rows, columns = np.nonzero(hand.mask(frame))
-        x, y, width, height = hand.truth().boxes[frame]
-        found = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
-        assert found == pytest.approx([x, y, x + width, y + height], abs=1.25)
-
-
-@pytest.mark.parametrize("background", ["face", "plain"])
-def test_what_changes_with_the_hands_skin_is_the_mask(background):
-    one = scene(HandKnobs(scene=2, background=background))  # it is changed below
-    frame = 41
-    before = one.render(frame).astype(int)
-    painted = one.hand.cones.copy()
-    skin = painted[..., cones.MATERIAL] == cones.SKIN
-    painted[skin, cones.BLUE : cones.BLUE + 3] = (220, 60, 20)
-    one.hand = replace(one.hand, cones=painted)
-    changed = np.abs(one.render(frame).astype(int) - before).max(axis=2) > 25
-    mask = one.mask(frame)
-    assert changed[mask].mean() > 0.97
-    assert not changed[~grown(mask, 1)].any()
-    assert changed[~mask].sum() < 0.25 * mask.sum()  # its soft edge
-
-
 @pytest.mark.parametrize("seed", range(2))
 def test_the_face_has_the_hands_colour_and_the_plain_wall_has_not(seed):
     mask = opened(seed).mask(5)
@@ -131,16 +102,6 @@ def test_the_face_has_the_hands_colour_and_the_plain_wall_has_not(seed):
 @pytest.mark.parametrize("seed", range(4))
 def test_nothing_else_in_the_office_has_the_hue_of_skin(seed):
     assert in_the_hue_of_skin(opened(seed)._room).mean() < 0.01
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_the_way_is_neither_straight_nor_even(seed):
-    step = np.diff(drawn_way(np.random.default_rng(seed), 1), axis=0)
-    along, down = step.T
-    assert along[43:53].mean() > 1.1 * along[[*range(10), *range(89, 99)]].mean()
-    assert (along[:CENTRED][::-1] - along[CENTRED : 2 * CENTRED]).std() > 0.04
-    assert down.min() < -0.1
-    assert down.max() > 0.1
 
 
 @pytest.mark.parametrize("side", [-1, 1])
