@@ -9,8 +9,8 @@ from datasets.synthetic.multipart import casting, routes
 from datasets.synthetic.multipart.designs import DESIGNS
 from datasets.synthetic.render import views
 from datasets.synthetic.render.views import FRAMES_PER_SECOND, Camera, straight, walk
+from tests.datasets.synthetic.scenes import SEEDS
 
-SEEDS = st.integers(0, 2**32 - 1)
 FOLLOWED = [design for design in DESIGNS.values() if design.follows]
 FIXED = [design for design in DESIGNS.values() if not design.follows]
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import datasets
+from tests.datasets.synthetic.scenes import SEEDS
 
 NAME = "nummiaro2003/head"
 
@@ -49,7 +49,7 @@ def test_a_box_holds_the_mask_and_its_ellipse_is_the_head(seed):
 
 @pytest.mark.slow
 @settings(max_examples=4, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1))
+@given(seed=SEEDS)
 def test_every_scene_shows_the_head_whole_and_from_all_sides(seed):
     sequence = datasets.load(f"{NAME}:scene={seed}")
     facing = sequence.frames.worker.facing

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import datasets
 from datasets.synthetic import nummiaro2003
@@ -13,9 +12,9 @@ from datasets.synthetic.nummiaro2003.campus import person, students
 from datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene
 from datasets.synthetic.nummiaro2003.knobs import PersonKnobs, StudentsKnobs
 from datasets.synthetic.render.views import fixed, straight
+from tests.datasets.synthetic.scenes import SEEDS
 
 PERSON, STUDENTS = "nummiaro2003/person", "nummiaro2003/students"
-SEEDS = st.integers(0, 2**32 - 1)
 
 
 def opened(name, **knobs):

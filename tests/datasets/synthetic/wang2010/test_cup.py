@@ -1,17 +1,15 @@
 """`wang2010/cup`: where the cup is, what hides it, and what has its colour."""
 
-from functools import lru_cache
-
 import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from datasets.synthetic.wang2010.cup.scene import scene
-from datasets.synthetic.wang2010.knobs import CupKnobs
+from tests.datasets.synthetic.scenes import SEEDS, grown, scenes_of
 
 NAME = "wang2010/cup"
+
+opened, _ = scenes_of(NAME)
 
 EVENT = 35
 """Frame 36 of the paper."""
@@ -20,17 +18,8 @@ MORE, SLOW = range(1, 8), pytest.mark.slow
 """Other scenes: to paint one takes seconds."""
 
 
-@lru_cache(maxsize=32)
-def opened(seed, background="cluttered"):
-    return scene(CupKnobs(scene=seed, background=background))
-
-
 def middles(boxes):
     return boxes[:, :2] + boxes[:, 2:] / 2
-
-
-def grown(mask, by):
-    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1))) > 0
 
 
 def shrunk(mask, by):
@@ -59,7 +48,7 @@ def hue_of_cup(cup):
 
 
 @settings(max_examples=4, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1))
+@given(seed=SEEDS)
 def test_the_frames_that_the_paper_shows(seed):
     """18: in the clear; 36: hidden in part, before its own colour; 44: still; 51: coming out."""
     truth = opened(seed).truth()
@@ -80,7 +69,7 @@ def test_the_frames_that_the_paper_shows(seed):
 
 
 @settings(max_examples=4, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1))
+@given(seed=SEEDS)
 def test_the_cup_is_carried_smoothly_from_one_side_to_the_other(seed):
     x, y, width, height = opened(seed).truth().boxes.T
     assert x.min() > 1
@@ -135,7 +124,7 @@ def test_the_thing_behind_and_the_box_have_the_cups_hue(seed):
     [(0, "cluttered"), (0, "plain"), *(pytest.param(k, "cluttered", marks=SLOW) for k in MORE)],
 )
 def test_nothing_else_has_the_cups_hue(seed, background):
-    cup = opened(seed, background)
+    cup = opened(seed, background=background)
     image = cup.render(0)
     own = cup.mask(0) | (sided(cup, cup.setting.similar + cup.setting.hidden) > 0)
     near = hue_apart(coloured(image), hue_of_cup(cup)) < 7

@@ -1,26 +1,19 @@
 """`wang2010/hand`: where the hand is, when it is before the face, and what has its colour."""
 
-from functools import lru_cache
-
 import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from datasets.synthetic.wang2010.hand import hand as palm
-from datasets.synthetic.wang2010.hand.scene import scene
-from datasets.synthetic.wang2010.knobs import HandKnobs
+from tests.datasets.synthetic.scenes import SEEDS, grown, scenes_of
 
 NAME = "wang2010/hand"
 
+opened, _ = scenes_of(NAME)
+
 CENTRED = 48
 """Frame 49 of the paper."""
-
-
-@lru_cache(maxsize=16)
-def opened(seed, background="face"):
-    return scene(HandKnobs(scene=seed, background=background))
 
 
 def middles(boxes):
@@ -31,10 +24,6 @@ def in_the_hue_of_skin(image):
     """Pixels with a clear colour between red and orange."""
     hue, saturation, _ = np.moveaxis(cv2.cvtColor(image, cv2.COLOR_BGR2HSV).astype(int), 2, 0)
     return (hue >= 4) & (hue <= 18) & (saturation > 50)
-
-
-def grown(mask, by):
-    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1))) > 0
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -52,7 +41,7 @@ def test_the_hand_is_centred_on_the_face_in_frame_49_of_the_paper(seed):
 
 
 @settings(max_examples=10, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1))
+@given(seed=SEEDS)
 def test_the_hand_crosses_the_face_once_and_stays_in_view(seed):
     truth = opened(seed).truth()
     x, y, width, height = truth.boxes.T
@@ -71,7 +60,7 @@ def test_the_hand_crosses_the_face_once_and_stays_in_view(seed):
 
 
 @settings(max_examples=10, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1))
+@given(seed=SEEDS)
 def test_the_frames_that_the_paper_shows(seed):
     """10: far from the face; 38: comes near; 49: on it; 58: leaves it, on the other side."""
     truth = opened(seed).truth()
@@ -93,7 +82,7 @@ def test_the_face_has_the_hands_colour_and_the_plain_wall_has_not(seed):
     mask = opened(seed).mask(5)
     away = ~grown(mask, 2)
     with_face = in_the_hue_of_skin(opened(seed).render(5))
-    plain = in_the_hue_of_skin(opened(seed, "plain").render(5))
+    plain = in_the_hue_of_skin(opened(seed, background="plain").render(5))
     assert with_face[mask].mean() > 0.8
     assert with_face[away].sum() > 0.8 * mask.sum()
     assert plain[away].mean() < 0.001

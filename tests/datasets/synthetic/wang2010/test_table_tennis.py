@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import datasets
 from datasets.synthetic.render.sprite import blend_sprite
@@ -11,12 +10,10 @@ from datasets.synthetic.wang2010.knobs import TableTennisKnobs
 from datasets.synthetic.wang2010.table_tennis import scene as table_tennis
 from datasets.synthetic.wang2010.table_tennis.play import Play
 from datasets.synthetic.wang2010.table_tennis.player import blend_swung
+from tests.datasets.synthetic.scenes import SEEDS
 
 NAME = "wang2010/table-tennis"
 STROKE = 11  # the paper's frame 12
-
-
-seeds = st.integers(0, 2**32 - 1)
 
 
 def centres(sequence):
@@ -40,7 +37,7 @@ def play():
 
 
 @settings(max_examples=15, deadline=None)
-@given(seed=seeds)
+@given(seed=SEEDS)
 def test_in_every_scene_the_ball_stays_in_the_picture_and_is_struck_in_frame_12(seed):
     sequence = datasets.load(f"{NAME}:scene={seed}")
     x, y, width, height = sequence.boxes.T
@@ -71,7 +68,7 @@ def test_gravity_is_that_of_a_ball_of_40_millimetres_at_25_frames_a_second(play)
 
 
 @settings(max_examples=8, deadline=None)
-@given(seed=seeds)
+@given(seed=SEEDS)
 def test_the_ball_is_never_in_the_bat_and_leaves_it_with_the_restitution(seed):
     play = Play(seed, *table_tennis.SIZE)
     times = np.arange(0, 49, 1 / 64)
