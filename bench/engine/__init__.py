@@ -74,12 +74,7 @@ class Engine(Protocol):
 
 
 def probe(unit: Unit, frames: int, limits: Limits) -> "Probed | None":
-    """Find out, in a child process, how long a unit's trackers take for a frame.
-
-    None where one of them stopped or killed the process.
-
-    Raises `SequenceError` where the sequence can't be read.
-    """
+    """See `Supervisor.probe`; nothing else is done by that supervisor."""
     from bench.engine.supervisor import Supervisor
 
     supervisor = Supervisor(limits)

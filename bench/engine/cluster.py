@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Protocol, TypeAlias
 
 from bench.engine import Job
-from bench.engine.unit import Entry, Unit
+from bench.engine.unit import Unit
 from bench.engine.worker import Outcome
 from bench.store.files import ResultsError, remove_file, temporary_name, write_atomically
 from datasets import SequenceError
@@ -227,11 +227,9 @@ def _outcome(future: Future[Performed], unit: Unit, cluster: Cluster) -> Outcome
 
 def _from_anywhere(unit: Unit) -> Unit:
     """The same unit for a process with another working directory."""
-    entries = tuple(entry._replace(tracker=_absolute(entry)) for entry in unit.entries)
-    return replace(unit, source=unit.source.absolute(), entries=entries)
-
-
-def _absolute(entry: Entry) -> str:
-    """Text form of a tracker; one in a file is `path/to/file.py:ClassName`."""
-    file, separator, rest = entry.tracker.partition(".py:")
-    return f"{Path(file).expanduser().absolute()}.py:{rest}" if separator else entry.tracker
+    entries = []
+    for entry in unit.entries:
+        file, separator, rest = entry.tracker.partition(".py:")  # `path/to/file.py:ClassName`
+        absolute = f"{Path(file).expanduser().absolute()}.py:{rest}"
+        entries.append(entry._replace(tracker=absolute) if separator else entry)
+    return replace(unit, source=unit.source.absolute(), entries=tuple(entries))

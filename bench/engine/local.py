@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 
 from bench.engine import Engine, Job
@@ -48,8 +49,8 @@ class _Local:
                 while True:
                     for unit in islice(remaining, len(idle)):
                         supervisor = idle.pop()
-                        task = _noting(partly, supervisor)
-                        future = pool.submit(supervisor.perform, unit, job.folder, task)
+                        note = partial(partly.__setitem__, supervisor)
+                        future = pool.submit(supervisor.perform, unit, job.folder, note)
                         running[future] = unit, supervisor
                     if not running:
                         return
@@ -68,12 +69,3 @@ class _Local:
                 # Also on Ctrl-C and when the consumer stops early: nothing runs on unattended.
                 for supervisor in [*idle, *(busy for _, busy in running.values())]:
                     supervisor.close()
-
-
-def _noting(partly: dict[Supervisor, int], supervisor: Supervisor) -> Callable[[int], None]:
-    """Progress of one supervisor."""
-
-    def note(work: int) -> None:
-        partly[supervisor] = work
-
-    return note

@@ -115,7 +115,12 @@ def run_in_lock_step(
         for (chosen, repetition), own in zip(entries, kept, strict=True)
     ]
     clocks = walk(recorders, sequence, len(sequence), watch)
-    _finish(recorders, len(sequence) - 1, watch)
+    last = len(sequence) - 1
+    for number, recorder in enumerate(recorders):
+        if not recorder.failure:
+            watch.calling(number, last)
+            recorder.finish(last)
+            watch.called(number)
     overhead = median(clocks.own) if clocks.own else nan
     runs = [recorder.result() for recorder in recorders]
     return Pass(runs, overhead, clocks.fetching / (len(sequence) - sequence.first_frame))
@@ -197,14 +202,6 @@ def _follow(
     clocks.fetching += fetched - began + reading_masks
     if running:
         clocks.own.append((perf_counter() - fetched - in_trackers - reading_masks) / running)
-
-
-def _finish(recorders: Sized[Recorder], last: int, watch: Watch) -> None:
-    for number, recorder in enumerate(recorders):
-        if not recorder.failure:
-            watch.calling(number, last)
-            recorder.finish(last)
-            watch.called(number)
 
 
 def _compare(recorders: Sized[Recorder], sequence: Sequence, frame: int, watch: Watch) -> float:

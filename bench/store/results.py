@@ -155,7 +155,10 @@ class Results:
     def _write(self, run: Run, replaces: str) -> bool:
         path = self.path(run.identity)
         belonging = _companions(run)
-        names = {kind: _companion_name(path, kind, content) for kind, content in belonging.items()}
+        names = {
+            kind: f"{path.stem}.{hashlib.sha256(content).hexdigest()[:_DIGITS]}.{kind}"
+            for kind, content in belonging.items()
+        }
         content = _run_file(run, names)
         if belonging or not write_once(path, content, locked(self.folder)):
             with locked(self.folder):
@@ -242,15 +245,17 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
     belonging = {
         kind: path.with_name(name) for kind, name in sorted(metadata["companions"].items())
     }
+    revised = belonging.get("revised.arrow")
+    arrays = belonging.get("arrays.npz")
     return Run(
         identity=Identity(**metadata["identity"]),
-        boxes=_boxes(columns),
+        boxes=_boxes(table),
         visible=columns["visible"],
         confidence=columns["confidence"],
         details={name: columns[name] for name in metadata["details"]},
         failure=metadata["failure"],
-        revised=_read_boxes(belonging["revised.arrow"]) if "revised.arrow" in belonging else None,
-        arrays=_read_arrays(belonging["arrays.npz"]) if "arrays.npz" in belonging else {},
+        revised=_boxes(read_arrow(revised)) if revised else None,
+        arrays=_read_arrays(arrays) if arrays else {},
         segmentation=segmentation,
         times=times,
         circumstances=metadata["circumstances"],
@@ -258,29 +263,20 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
     )
 
 
-def _boxes(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
-    return np.column_stack([columns[name] for name in BOX_COLUMNS])
+def _boxes(table: pa.Table) -> NDArray[np.float64]:
+    """Boxes of a run or of its companion, shape (n, 4)."""
+    return np.column_stack([table.column(name).to_numpy() for name in BOX_COLUMNS])
 
 
 def _companions(run: Run) -> dict[str, bytes]:
     """Sealed content of what belongs to a run, by kind: `revised.arrow`, `arrays.npz`."""
     found = {}
     if run.revised is not None:
-        found["revised.arrow"] = _boxes_file(run.revised)
+        boxes = dict(zip(BOX_COLUMNS, run.revised.T, strict=True))
+        found["revised.arrow"] = arrow_bytes(as_columns(boxes))
     if run.arrays:
         found["arrays.npz"] = _arrays_file(run.arrays)
     return found
-
-
-def _companion_name(run: Path, kind: str, content: bytes) -> str:
-    """File name of a run's companion."""
-    return f"{run.stem}.{hashlib.sha256(content).hexdigest()[:_DIGITS]}.{kind}"
-
-
-def _read_boxes(file: Path) -> NDArray[np.float64]:
-    """Revised boxes, (n, 4)."""
-    table = read_arrow(file)
-    return np.column_stack([table.column(name).to_numpy() for name in BOX_COLUMNS])
 
 
 def _read_arrays(file: Path) -> dict[int, dict[str, NDArray[Any]]]:
@@ -291,10 +287,6 @@ def _read_arrays(file: Path) -> dict[int, dict[str, NDArray[Any]]]:
             frame, _, name = key.partition("/")
             arrays.setdefault(int(frame), {})[name] = archive[key]
     return arrays
-
-
-def _boxes_file(boxes: NDArray[Any]) -> bytes:
-    return arrow_bytes(as_columns(dict(zip(BOX_COLUMNS, boxes.T, strict=True))))
 
 
 def _arrays_file(arrays: Mapping[int, Mapping[str, NDArray[Any]]]) -> bytes:
