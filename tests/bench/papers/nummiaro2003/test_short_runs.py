@@ -45,7 +45,6 @@ def waited(monkeypatch):
     return measured
 
 
-@pytest.mark.slow
 def test_the_mean_of_the_particles_is_at_the_maximum_where_nothing_else_looks_like_the_target():
     tables = short_runs.maximum(walking([40.0 + 2 * frame for frame in range(12)]), quick=True)
     found = tables["maximum"]
@@ -65,7 +64,6 @@ def test_the_mean_of_the_particles_is_at_the_maximum_where_nothing_else_looks_li
         assert away / 12 == pytest.approx(last["distance"])
 
 
-@pytest.mark.slow
 def test_the_distance_is_to_the_maximum_wherever_the_truth_is():
     xs = [40.0 + 2 * frame for frame in range(8)]
     ahead = walking(xs, [painted(40.0 + 3 * frame) for frame in range(8)])
@@ -105,7 +103,6 @@ def test_what_becomes_of_a_run_that_waits(tracking, inside, visible, said):
     }
 
 
-@pytest.mark.slow
 def test_a_target_that_comes_in_where_particles_wait_is_found_in_all_runs(waited):
     tables = waited(short_runs.entrance, walking(COMING), 0, 50, 24, 20)
     found = tables["entrance"]
@@ -120,7 +117,6 @@ def test_a_target_that_comes_in_where_particles_wait_is_found_in_all_runs(waited
     pd.testing.assert_frame_equal(again, found)
 
 
-@pytest.mark.slow
 def test_the_known_histogram_is_of_a_whole_target_in_the_light(waited):
     dark = np.arange(len(COMING)) < 30
     colours = {True: ((10, 10, 40), (40, 10, 10)), False: (RED, BLUE)}
@@ -134,7 +130,6 @@ def test_the_known_histogram_is_of_a_whole_target_in_the_light(waited):
         waited(short_runs.entrance, walking([np.nan, *[3.0] * 60]), *everywhere)
 
 
-@pytest.mark.slow
 def test_a_target_that_comes_in_elsewhere_is_not_found(waited):
     sequence = walking([np.nan] * 12 + [206.0 - 2 * frame for frame in range(60)])
     found = waited(short_runs.kick_offs, sequence, 0, 0, 24, 20)["kick_off"]
@@ -161,7 +156,6 @@ def test_a_model_counts_as_wrong_where_clutter_looks_more_like_it_than_the_first
     assert short_runs.nearer(np.stack([mixed, green]), mixed, image, ellipse) == 0.5
 
 
-@pytest.mark.slow
 def test_models_of_their_own_stay_with_a_target_that_nothing_looks_like():
     sequence = walking([40.0 + frame for frame in range(70)])
     wrong = short_runs.own_models(sequence, quick=True)["wrong_models"]

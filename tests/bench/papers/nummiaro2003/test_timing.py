@@ -23,8 +23,6 @@ from bench.papers.nummiaro2003.timing import (
 from bench.store.loading import load_results
 from bench.store.results import Results
 
-pytestmark = pytest.mark.slow
-
 NAME = "plain/target"
 
 
@@ -106,6 +104,7 @@ def short_sweeps(monkeypatch):
     monkeypatch.setattr(timing, "ROUNDS", 3)
 
 
+@pytest.mark.slow
 def test_costs_are_measured_by_samples_area_and_bins(short_sweeps):
     found = cost_times(NAME, compiled_filter, 2)
     by_factor = found.groupby("factor")["value"].unique()
@@ -120,6 +119,7 @@ def test_costs_are_measured_by_samples_area_and_bins(short_sweeps):
     assert plain.loc[200, "seconds"] > 2 * plain.loc[20, "seconds"]
 
 
+@pytest.mark.slow
 def test_the_clock_of_a_core_is_between_half_and_ten_gigahertz():
     assert 0.5e9 < clock_rate() < 10e9
 
@@ -131,6 +131,7 @@ def folder(tmp_path_factory):
     return bench.run(experiment, tmp_path_factory.mktemp("results"), jobs=1)
 
 
+@pytest.mark.slow
 def test_all_that_the_ledger_asks_for_is_measured(folder, monkeypatch, short_sweeps):
     monkeypatch.setattr(timing, "SEQUENCES", (NAME,))
     monkeypatch.setattr(timing, "STUDENTS", NAME)
