@@ -49,7 +49,7 @@ def _summary(name: str) -> str:
 def trackmark() -> None:
     """A benchmark harness for classic visual trackers.
 
-    Exit status: 0 fine; 1 the answer is no (failed runs, a regression); 2 wrong usage or input.
+    Exit status: 0 fine; 1 the answer is no (failed runs, say); 2 wrong usage or input.
     """
 
 

@@ -1,1 +1,1 @@
-"""What is asked for: experiment files, trackers with settled parameters, the plan and its cost."""
+"""What is asked for: experiment files, and trackers with settled parameters and a version."""

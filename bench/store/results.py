@@ -238,7 +238,7 @@ def _libraries() -> dict[str, str]:
 def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
     columns = {name: table.column(name).to_numpy() for name in table.column_names}
     segmentation = times = None
-    if metadata.get("segmented"):  # files from before there were masks do not say
+    if metadata.get("segmented"):  # older files do not say
         segmentation = Segmentation(columns["region_similarity"], columns["contour_accuracy"])
     if "initialisation" in metadata:
         times = Times(columns["wall_seconds"], columns["cpu_seconds"], *metadata["initialisation"])

@@ -104,7 +104,7 @@ def _read(path: Path) -> pd.DataFrame:
     if not path.is_file():
         return pd.DataFrame()
     log = pd.read_csv(path, dtype=str).drop(columns="kept", errors="ignore")
-    log = log.rename(columns={"sequence": "name"})  # as logs of version 0.1.0 have it
+    log = log.rename(columns={"sequence": "name"})  # as older logs have it
     numbers = [column for column in log if column not in ("name", "fingerprint")]
     for column in numbers:
         log[column] = log[column].map(float)  # exactly
