@@ -8,7 +8,15 @@ import pandas as pd
 from bench.papers.description import Column
 from reports.tables import MISSING
 
-__all__ = ["STATISTICS", "failed_words", "median_quartiles", "number_words", "share_words"]
+__all__ = ["cell_words", "failed_words", "median_quartiles"]
+
+
+def cell_words(rows: pd.DataFrame, column: Column) -> str:
+    """What a column says of the rows of a cell; a dash where there are none."""
+    statistic, digits = STATISTICS[column.how]
+    if not len(rows):
+        return MISSING
+    return statistic(rows, column, digits if column.digits is None else column.digits)
 
 
 def failed_words(runs: pd.DataFrame) -> str:
@@ -30,21 +38,28 @@ def median_quartiles(runs: pd.DataFrame, metric: str, scale: float = 1.0, digits
     return f"{middle:.{digits}f} [{low:.{digits}f}–{high:.{digits}f}]"
 
 
-def share_words(runs: pd.DataFrame, metric: str, digits: int = 0) -> str:
-    """In %, mean over scenes, of what is known."""
-    if lacking := failed_words(runs):
-        return lacking
-    scenes = [key for key in ("sequence", "scene", "light") if key in runs]
-    return number_words(100 * runs.groupby(scenes)[metric].mean().mean(), digits)
-
-
-def number_words(value: float, digits: int) -> str:
-    """A number, or a dash for what is not known."""
+def _number(value: float, digits: int) -> str:
     return f"{value:.{digits}f}" if np.isfinite(value) else MISSING
 
 
-def _mean(runs: pd.DataFrame, column: Column, digits: int) -> str:
-    return failed_words(runs) or number_words(column.scale * runs[column.of].mean(), digits)
+Told = Callable[[pd.DataFrame, Column, int], str]
+
+
+def _of_values(reduced: Callable[["pd.Series[float]"], float], *, failing: bool) -> Told:
+    """A number of the values; that some runs failed is told in its place where it is `failing`."""
+
+    def told(runs: pd.DataFrame, column: Column, digits: int) -> str:
+        lacking = failed_words(runs) if failing else ""
+        return lacking or _number(column.scale * reduced(runs[column.of]), digits)
+
+    return told
+
+
+def _share(runs: pd.DataFrame, column: Column, digits: int) -> str:
+    """In %, mean over scenes, of what is known."""
+    scenes = [key for key in ("sequence", "scene", "light") if key in runs]
+    share = 100 * runs.groupby(scenes)[column.of].mean().mean()
+    return failed_words(runs) or _number(share, digits)
 
 
 def _mean_error(runs: pd.DataFrame, column: Column, digits: int) -> str:
@@ -59,35 +74,21 @@ def _scene_means(runs: pd.DataFrame, column: Column, digits: int) -> str:
     if lacking := failed_words(runs):
         return lacking
     means = column.scale * runs.groupby(["sequence", "scene"])[column.of].mean()
-    low, high = (number_words(float(means.quantile(q)), digits) for q in (0.25, 0.75))
-    return f"{number_words(float(means.mean()), digits)} [{low}–{high}]"
-
-
-def _median(runs: pd.DataFrame, column: Column, digits: int) -> str:
-    return failed_words(runs) or number_words(column.scale * runs[column.of].median(), digits)
-
-
-def _least(runs: pd.DataFrame, column: Column, digits: int) -> str:
-    return number_words(column.scale * runs[column.of].min(), digits)
-
-
-def _greatest(runs: pd.DataFrame, column: Column, digits: int) -> str:
-    return number_words(column.scale * runs[column.of].max(), digits)
+    low, high = (_number(float(means.quantile(q)), digits) for q in (0.25, 0.75))
+    return f"{_number(float(means.mean()), digits)} [{low}–{high}]"
 
 
 def _ratio(runs: pd.DataFrame, column: Column, digits: int) -> str:
     """One measure's sum to another's."""
     whole = runs[column.to].sum()
-    return number_words(column.scale * runs[column.of].sum() / whole, digits) if whole else MISSING
+    return _number(column.scale * runs[column.of].sum() / whole, digits) if whole else MISSING
 
 
 def _range(runs: pd.DataFrame, column: Column, digits: int) -> str:
     """Mean (least–greatest)."""
     values = column.scale * runs[column.of].dropna()
-    if not len(values):
-        return MISSING
-    low, high = number_words(values.min(), 0), number_words(values.max(), 0)
-    return f"{number_words(values.mean(), digits)} ({low}–{high})"
+    low, high = _number(values.min(), 0), _number(values.max(), 0)
+    return f"{_number(values.mean(), digits)} ({low}–{high})" if len(values) else MISSING
 
 
 def _count(runs: pd.DataFrame, column: Column, digits: int) -> str:
@@ -95,15 +96,15 @@ def _count(runs: pd.DataFrame, column: Column, digits: int) -> str:
     return f"{known.sum():.0f} of {len(known)}" if len(known) else MISSING
 
 
-STATISTICS: Mapping[str, tuple[Callable[[pd.DataFrame, Column, int], str], int]] = {
-    "share": (lambda runs, column, digits: share_words(runs, column.of, digits), 0),
+STATISTICS: Mapping[str, tuple[Told, int]] = {
+    "share": (_share, 0),
     "quartiles": (lambda r, c, digits: median_quartiles(r, c.of, c.scale, digits), 1),
-    "mean": (_mean, 2),
-    "median": (_median, 1),
+    "mean": (_of_values(pd.Series.mean, failing=True), 2),
+    "median": (_of_values(pd.Series.median, failing=True), 1),
     "mean-error": (_mean_error, 2),
     "scene-means": (_scene_means, 3),
-    "least": (_least, 1),
-    "greatest": (_greatest, 1),
+    "least": (_of_values(pd.Series.min, failing=False), 1),
+    "greatest": (_of_values(pd.Series.max, failing=False), 1),
     "range": (_range, 1),
     "ratio": (_ratio, 2),
     "count": (_count, 0),

@@ -16,7 +16,6 @@ from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from bench.claims.kinds import Entry, Limits, Text, Texts, Value, listed
 from bench.experiments.experiment import ExperimentError
-from bench.papers.selection import FIRST
 
 __all__ = [
     "Column",
@@ -72,7 +71,7 @@ class Experiments(Entry):
     timed: tuple[Text, ...] = ()
     thorough: dict[Text, int] = Field(default={})
     quick_scenes: dict[Text, int] = Field(default={})
-    quick_knobs: dict[Text, Value] = Field(default=dict(FIRST))
+    quick_knobs: dict[Text, Value] = Field(default={"light": "even", "distance": 0})
 
 
 class Recording(Entry):

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,7 @@ from bench.papers.figures import Drawn, draw_figure, write_pictures
 from bench.papers.recorded import Recorded, read_published
 from bench.papers.runs import tidy_runs
 from bench.papers.scenes import measured_on_scenes
-from bench.papers.selection import affordable, with_recorded
+from bench.papers.selection import affordable, experiments_of, with_recorded
 from bench.papers.tables import beside_ours, make_table, text_table
 from bench.papers.timing import failed_passes, undisturbed_lacking
 from datasets.text_form import parse_text
@@ -54,20 +53,8 @@ class Paper:
         ExperimentError, SequenceError
             For anything asked for that can be known to fail.
         """
-        entry = self.description.experiments
-        names = entry.always + (entry.all if effort.everything else ())
-        if effort.quick:
-            names = tuple(name for name in names if name not in entry.not_quick)
-        chosen = self._affordable(names, effort)
-        if effort.everything and not effort.quick:
-            least = {self.description.experiment(k): v for k, v in entry.thorough.items()}
-            chosen = [_thorough(one, least.get(one.name, 1), effort) for one in chosen]
+        chosen = experiments_of(self.description, effort)
         return with_recorded(chosen, effort, self.recorded) if self.recorded else chosen
-
-    def _affordable(self, names: Sequence[str], effort: Effort) -> list[Experiment]:
-        full, entry = self.description.experiment, self.description.experiments
-        scenes = {full(name): number for name, number in entry.quick_scenes.items()}
-        return affordable([full(name) for name in names], effort, scenes, entry.quick_knobs)
 
     def prepare(self, folder: Path, effort: Effort) -> None:
         """Measure on scenes what no run shows, before any tracker runs; the report's folder."""
@@ -157,7 +144,8 @@ class Paper:
             return {}
         asked = {*self.description.experiments.always}
         asked |= {*self.description.experiments.all} if effort.everything else set()
-        chosen = self._affordable([one for one in entry.of if one in asked], effort)
+        named = [one for one in entry.of if one in asked]
+        chosen = affordable(self.description, named, effort)
         texts = [source.text for one in chosen for source in one.sequences]
         if effort.quick and entry.quick:
             texts = [text for text in texts if parse_text(text)[0] in entry.quick]
@@ -228,11 +216,6 @@ def _made(key: str, entry: TableEntry, context: Context, paper: str) -> list[Tab
     frames = {"scores": context.scores, **context.tables}
     table = make_table(key, entry, frames, context.description, context.lookup)
     return [] if table is None else [table]
-
-
-def _thorough(experiment: Experiment, least: int, effort: Effort) -> Experiment:
-    repetitions = min(least, effort.seeds or least)
-    return replace(experiment, repetitions=max(experiment.repetitions, repetitions))
 
 
 def verdicts_table(

@@ -1,55 +1,79 @@
-"""Which experiments of a paper an effort affords."""
+"""Which of a paper's experiments an effort affords, and what of each."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
-from functools import partial
 
 import datasets
 from bench.experiments.experiment import Experiment, read_experiment
 from bench.papers import Effort
+from bench.papers.description import Description
 from bench.papers.recorded import Recorded, read_published
 from datasets.text_form import parse_text
 
-__all__ = ["FIRST", "affordable", "is_first", "with_recorded"]
+__all__ = ["affordable", "experiments_of", "with_recorded"]
 
 RECORDED_REPETITIONS = 20
 QUICK_REPETITIONS = 1
 
 
-FIRST: Mapping[str, str | int] = {"light": "even", "distance": 0}
-"""Knobs of what is first of all that is swept but scenes, as far as a sequence has them."""
+def experiments_of(description: Description, effort: Effort) -> list[Experiment]:
+    """All experiments of a paper on synthetic sequences, as far as an effort goes, in order."""
+    entry = description.experiments
+    names = entry.always + (entry.all if effort.everything else ())
+    if effort.quick:
+        names = tuple(name for name in names if name not in entry.not_quick)
+    chosen = affordable(description, names, effort)
+    if effort.quick or not effort.everything:
+        return chosen
+    least = {description.experiment(name): number for name, number in entry.thorough.items()}
+    return [_thorough(one, least.get(one.name, 1), effort) for one in chosen]
 
 
-def is_first(text: str, scenes: int = 1, knobs: Mapping[str, object] = FIRST) -> bool:
-    """Whether a sequence is of the first scenes, and has these knobs where it says any."""
-    _, options = parse_text(text)
-    has_knobs = all(options.get(key, str(value)) == str(value) for key, value in knobs.items())
-    return has_knobs and int(options.get("scene", 0)) < scenes
+def _thorough(experiment: Experiment, least: int, effort: Effort) -> Experiment:
+    repetitions = min(least, effort.seeds or least)
+    return replace(experiment, repetitions=max(experiment.repetitions, repetitions))
 
 
-def affordable(
-    names: Sequence[str],
-    effort: Effort,
-    quick_scenes: Mapping[str, int] | None = None,
-    quick_knobs: Mapping[str, object] = FIRST,
-) -> list[Experiment]:
-    """Experiments with the scenes and repetitions that an effort affords, in order.
+def affordable(description: Description, names: Iterable[str], effort: Effort) -> list[Experiment]:
+    """Experiments (named as the description does) with the scenes and repetitions it affords.
 
-    A quick one takes of each experiment so many scenes (one of those not named), and of everything
-    else that is swept the sequences with `quick_knobs`; of timing runs the last of these. An
-    experiment without any is left out.
+    A quick effort takes of each so many scenes as `quick_scenes` says (one of those not named), and
+    of everything else that is swept the sequences with `quick_knobs`; of timing runs the last of
+    these. An experiment without any is left out.
     """
-    chosen = []
-    for name in names:
-        scenes = (quick_scenes or {}).get(name, 1)
-        among_first = partial(is_first, scenes=scenes, knobs=quick_knobs)
-        experiment = _scaled(read_experiment(name), effort, among_first)
-        chosen += [] if experiment is None else [experiment]
-    return chosen
+    scaled = (_scaled(description, name, effort) for name in names)
+    return [one for one in scaled if one is not None]
+
+
+def _scaled(description: Description, name: str, effort: Effort) -> Experiment | None:
+    experiment = read_experiment(description.experiment(name))
+    most, sequences = effort.seeds, experiment.sequences
+    if effort.quick:
+        most = min(most or QUICK_REPETITIONS, QUICK_REPETITIONS)
+        sequences = tuple(one for one in sequences if _is_quick(description, name, one.text))
+        sequences = sequences[-1:] if experiment.timing else sequences
+        if not sequences:
+            return None
+    if most is None:
+        return experiment
+    return replace(
+        experiment,
+        sequences=sequences,
+        repetitions=min(experiment.repetitions, most),
+        repeated={text: min(number, most) for text, number in experiment.repeated.items()},
+    )
+
+
+def _is_quick(description: Description, name: str, text: str) -> bool:
+    """Whether a sequence is of the first scenes, and has the right knobs where it says any."""
+    entry, (_, options) = description.experiments, parse_text(text)
+    knobs = entry.quick_knobs.items()
+    has_knobs = all(options.get(key, str(value)) == str(value) for key, value in knobs)
+    return has_knobs and int(options.get("scene", 0)) < entry.quick_scenes.get(name, 1)
 
 
 def with_recorded(
-    experiments: Sequence[Experiment], effort: Effort, recorded: Recorded
+    experiments: list[Experiment], effort: Effort, recorded: Recorded
 ) -> list[Experiment]:
     """The same, and the paper's trackers on the recorded sequences that are asked for.
 
@@ -63,31 +87,9 @@ def with_recorded(
     if effort.published is not None:
         read_published(effort.published)
     if not effort.recorded:
-        return list(experiments)
+        return experiments
     most = effort.seeds or (QUICK_REPETITIONS if effort.quick else RECORDED_REPETITIONS)
-    repetitions = min(RECORDED_REPETITIONS, most)
-    added = recorded.experiment(effort.recorded, repetitions)
+    added = recorded.experiment(effort.recorded, min(RECORDED_REPETITIONS, most))
     for source in added.sequences:
         datasets.load(source.text).check_runnable()
     return [*experiments, added]
-
-
-def _scaled(
-    experiment: Experiment, effort: Effort, is_quick: Callable[[str], bool]
-) -> Experiment | None:
-    most = effort.seeds
-    sequences = experiment.sequences
-    if effort.quick:
-        most = min(most or QUICK_REPETITIONS, QUICK_REPETITIONS)
-        sequences = tuple(source for source in sequences if is_quick(source.text))
-        sequences = sequences[-1:] if experiment.timing else sequences
-        if not sequences:
-            return None
-    if most is None:
-        return experiment
-    return replace(
-        experiment,
-        sequences=sequences,
-        repetitions=min(experiment.repetitions, most),
-        repeated={text: min(number, most) for text, number in experiment.repeated.items()},
-    )

@@ -9,7 +9,7 @@ import pandas as pd
 
 from bench.claims.sides import Table as Lookup
 from bench.claims.sides import light_rows, limited, run_key
-from bench.papers.cells import STATISTICS
+from bench.papers.cells import cell_words
 from bench.papers.description import Column, Description, Line, TableEntry
 from bench.papers.wording import POST_HOC, Wording
 from datasets.text_form import format_text, parse_text
@@ -42,13 +42,7 @@ def text_table(name: str, caption: str, data: Sequence[Mapping[str, str]], n_lab
 
 def _cell(rows: pd.DataFrame, column: Column) -> str:
     """What a cell says of these rows."""
-    rows = limited(rows, column.where)
-    statistic, digits = STATISTICS[column.how]
-    return (
-        statistic(rows, column, digits if column.digits is None else column.digits)
-        if len(rows)
-        else MISSING
-    )
+    return cell_words(limited(rows, column.where), column)
 
 
 def make_table(
