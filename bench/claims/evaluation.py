@@ -14,7 +14,7 @@ from bench.claims import kinds
 from bench.claims.conclusion import Conclusion, conclude
 from bench.claims.findings import Check, Evidence, Finding
 from bench.claims.ledger import Claim
-from bench.claims.measuring import CELL, named_columns, verdict_of
+from bench.claims.measuring import CELL, verdict_of
 from bench.claims.readings import NO_MATTER, Option, Reading, Readings
 from bench.claims.sides import SETTLED, Compared, Table, light_rows, limited, rows_by_reading
 from bench.statistics.verdicts import (
@@ -125,13 +125,13 @@ def _frame(
             if column not in table:
                 table[column] = value
     general = COLUMNS if test.table == kinds.SCORES else ()
-    for column in (*general, *named_columns(test)):
+    for column in (*general, *sorted(test.columns)):
         if column not in table:
             words = (
                 f"the {'scores have' if test.table == kinds.SCORES else f'table {test.table} has'}"
             )
             raise ValueError(f"claim {claim.id}: {words} no column {column!r}.")
-    needed = {*COLUMNS, *named_columns(test), *claim.readings.limits, SETTLED, "failure", "tracker"}
+    needed = {*COLUMNS, *test.columns, *claim.readings.limits, SETTLED, "failure", "tracker"}
     return light_rows(table, needed)
 
 
@@ -180,19 +180,19 @@ def _parts_by_reading(
     readings: Readings, tests: Mapping[str, kinds.PartTest], frames: Tables
 ) -> Iterator[tuple[Reading, frozenset[tuple[str, ...]], list[_Part]]]:
     """Readings that ask for different rows, what others ask for the same, and these rows."""
-    named = {column for test in tests.values() for column in named_columns(test)}
+    named = {column for test in tests.values() for column in test.columns}
     tables = {id(frame): Table(frame, readings) for frame in frames.values()}
     sides = {
         name: [
             Compared(
                 tables[id(frames[name])],
                 side,
-                _sequences(test),
-                _limits(test),
+                test.sequences,
+                test.limits,
                 named,
                 any_will_do=isinstance(test, kinds.NumberTest),
             )
-            for side in kinds.sides_of(test)
+            for side in test.sides
         ]
         for name, test in tests.items()
     }
@@ -204,23 +204,6 @@ def _parts_by_reading(
             for name, test in tests.items()
         ]
         yield reading, same, parts
-
-
-def _sequences(test: kinds.PartTest) -> list[str] | None:
-    """Sequences that a test looks at; None for whatever there is."""
-    if isinstance(test, kinds.BoundTest | kinds.RatioTest):
-        return None
-    against = test.against.get("sequence", []) if isinstance(test, kinds.InteractionTest) else []
-    return [*test.on, *map(str, against)]
-
-
-def _limits(test: kinds.PartTest) -> list[kinds.Limits]:
-    """Where rows lie that a test looks at; its own groups are judged beside `where`."""
-    if isinstance(test, kinds.InteractionTest):
-        return [test.where, test.against]
-    if isinstance(test, kinds.BoundTest | kinds.RatioTest):
-        return [test.where]
-    return [{}] if test.groups else [test.where]
 
 
 def _judged(claim: Claim, tests: Mapping[str, kinds.PartTest], frames: Tables) -> Iterator[Finding]:
@@ -291,13 +274,18 @@ def _whole_and_groups(claim: Claim, part: _Part) -> Iterator[tuple[str, str, Ver
     groups = test.groups
     if not groups and len(test.on) > 1:
         groups = {name: {**test.where, "sequence": [name]} for name in test.on}
+    whole = part
+    if isinstance(test, kinds.InteractionTest):
+        groups = {}  # it has two of its own
+    else:
+        whole = part.limited(test.where)
+    limited_parts = {name: part.limited(limits) for name, limits in groups.items()}
     for metric in test.by:
         by_group = {
-            name: verdict_of(claim.id, test, part.limited(limits).sides, metric)
-            for name, limits in groups.items()
-            if not isinstance(test, kinds.InteractionTest)
+            name: verdict_of(claim.id, test, one.sides, metric)
+            for name, one in limited_parts.items()
         }
-        yield metric, "", _whole(claim, part, test, metric, by_group)
+        yield metric, "", _whole(claim, whole, test, metric, by_group)
         for name, verdict in by_group.items():
             yield metric, name, verdict
 
@@ -309,8 +297,7 @@ def _whole(
         return _lost_verdict(test, by_group)
     if test.every:
         return conjunction(list(by_group.values()), list(by_group))
-    rows = part if isinstance(test, kinds.InteractionTest) else part.limited(test.where)
-    return verdict_of(claim.id, test, rows.sides, metric)
+    return verdict_of(claim.id, test, part.sides, metric)
 
 
 def _lost_verdict(test: kinds.LostTest, parts: Mapping[str, Verdict]) -> Verdict:

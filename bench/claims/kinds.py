@@ -23,7 +23,7 @@ it, with limits of their own (each sequence by `where`, where there are none); w
 verdict is that all hold.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     BaseModel,
@@ -34,6 +34,7 @@ from pydantic import (
 )
 
 from bench.statistics.verdicts import KEPT_LIMIT, KEPT_SHARE, MARGIN
+from datasets.text_form import parse_text
 
 __all__ = [
     "COUNTS",
@@ -66,7 +67,7 @@ __all__ = [
     "Texts",
     "Value",
     "listed",
-    "sides_of",
+    "trackers_of",
 ]
 
 COUNTS = ("success_frames", "frames_inside", "first_loss")
@@ -112,20 +113,82 @@ class Entry(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
 
 
+Options = dict[str, Value]
+
+
+def trackers_of(side: Side) -> tuple[list[tuple[str, Options]], Limits]:
+    """A side's trackers, each with its own parameters, and what it says of columns."""
+    columns: Limits = {}
+    texts: list[Value] = [side] if isinstance(side, str) else []
+    for key, value in side.items() if isinstance(side, dict) else ():
+        values = value if isinstance(value, list) else [value]
+        if key == "tracker":
+            texts = values
+        else:
+            columns[key] = values
+    trackers: list[tuple[str, Options]] = []
+    for text in texts:
+        name, options = parse_text(str(text))
+        trackers.append((name, {**options}))
+    return trackers, columns
+
+
 class _TableTest(Entry):
     """What tests on tables share; see the module."""
 
+    naming: ClassVar[tuple[str, ...]] = ()
+    """Keys that name columns."""
+
     table: Text = SCORES
     where: Limits = {}
+
+    @property
+    def sides(self) -> list[Side]:
+        """What is compared; one side of no name where no cells are needed."""
+        return [{}]
+
+    @property
+    def sequences(self) -> list[str] | None:
+        """Those that it looks at; None for whatever there is."""
+        return None
+
+    @property
+    def limits(self) -> list[Limits]:
+        """Where rows lie that it looks at: within any of these."""
+        return [self.where]
+
+    @property
+    def columns(self) -> set[str]:
+        """Columns that it needs beside those that every table has."""
+        named = {*self.where}
+        for key in self.naming:
+            value = getattr(self, key)
+            named |= {value} if isinstance(value, str) else {*(value or ())}
+        return named
 
 
 class _CellTest(_TableTest):
     """What tests by cells share; see the module."""
 
+    naming = ("by",)
     on: Names
     by: Names = COUNTS
     groups: dict[str, Limits] = {}
     every: bool = False
+
+    @property
+    def sequences(self) -> list[str]:
+        return [*self.on]
+
+    @property
+    def limits(self) -> list[Limits]:
+        return [{}] if self.groups else [self.where]  # groups are judged beside `where`
+
+    @property
+    def columns(self) -> set[str]:
+        named = {column for limits in self.groups.values() for column in limits}
+        of_sides = {column for side in self.sides for column in trackers_of(side)[1]}
+        return super().columns | named | of_sides
 
 
 class _Comparison(_CellTest):
@@ -135,6 +198,10 @@ class _Comparison(_CellTest):
     worse: Side
     margin: float = Field(MARGIN, ge=0.0)
 
+    @property
+    def sides(self) -> list[Side]:
+        return [self.better, self.worse]
+
 
 class OrderTest(_Comparison):
     """A is better than B.
@@ -143,6 +210,7 @@ class OrderTest(_Comparison):
     the same, and there is nothing to compare.
     """
 
+    naming = ("by", "needs")
     kind: Literal["order"]
     needs: dict[Text, float] = {}
 
@@ -162,14 +230,29 @@ class NoWorseTest(_Comparison):
 class InteractionTest(_Comparison):
     """A is better than B on some cells by more than on others."""
 
+    naming = ("by", "against")
     kind: Literal["interaction"]
     against: Limits
+
+    @property
+    def sequences(self) -> list[str]:
+        """Those of either group of rows."""
+        return [*self.on, *map(str, self.against.get("sequence", []))]
+
+    @property
+    def limits(self) -> list[Limits]:
+        """Those of either group of rows."""
+        return [self.where, self.against]
 
 
 class _OneSided(_CellTest):
     """What tests on one side share."""
 
     of: Side
+
+    @property
+    def sides(self) -> list[Side]:
+        return [self.of]
 
 
 class AllTest(_OneSided):
@@ -197,10 +280,16 @@ class BestTest(_OneSided):
     least: float = Field(ge=0.0, le=1.0)
     lower: float = Field(ge=0.0, le=1.0)
 
+    @property
+    def sides(self) -> list[Side]:
+        """What is judged, and all others."""
+        return [self.of, *self.others]
+
 
 class ShareTest(_OneSided):
     """Something is so in at least a share `least` of all rows, surely above `lower`."""
 
+    naming = ("by", "trials")
     kind: Literal["share"]
     by: Names
     trials: Text | None = None
@@ -217,6 +306,7 @@ class NumberTest(_OneSided):
 class BoundTest(_TableTest):
     """No row lies beyond a limit: a criterion that leaves nothing to chance."""
 
+    naming = ("metric",)
     kind: Literal["bound"]
     metric: Text
     least: float | None = None
@@ -232,6 +322,7 @@ class BoundTest(_TableTest):
 class RatioTest(_TableTest):
     """One thing takes longer than another by a factor; a row is a pair measured side by side."""
 
+    naming = ("longer", "shorter")
     kind: Literal["ratio"]
     longer: Text
     shorter: Text
@@ -285,12 +376,3 @@ KINDS = (
     *("bound", "ratio", "summary", "check", "none"),
 )
 """By which a claim's or a part's test is keyed."""
-
-
-def sides_of(test: PartTest) -> list[Side]:
-    """What a test compares; one side of no name for a test that needs no cells."""
-    if isinstance(test, Comparison):
-        return [test.better, test.worse]
-    if isinstance(test, BoundTest | RatioTest):
-        return [{}]
-    return [test.of, *test.others] if isinstance(test, BestTest) else [test.of]

@@ -44,7 +44,6 @@ order = { better = "proposed", worse = ["baseline", "proposed:beta=0"], by = "fi
 What kinds of tests there are, `bench.claims.kinds` says; what a reading does, `readings`.
 """
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from itertools import product
 from pathlib import Path
@@ -54,6 +53,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from bench.claims.kinds import KINDS, Entry, SummaryTest, Test, Text
 from bench.claims.readings import Readings
+from bench.experiments.experiment import read_toml
 
 __all__ = ["Claim", "LedgerError", "Published", "read_claims"]
 
@@ -189,12 +189,7 @@ def read_claims(paper: str | Path) -> dict[str, Claim]:
         if not path.is_file():
             known = ", ".join(sorted(file.parent.name for file in PAPERS.glob("*/claims.toml")))
             raise LedgerError(f"there are no claims of {str(paper)!r}. Known: {known}.")
-    try:
-        table = tomllib.loads(path.read_text("utf-8"))
-    except OSError as error:
-        raise LedgerError(f"{path}: {error.strerror}.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise LedgerError(f"{path}: {error}.") from None
+    table = read_toml(path, LedgerError)
     try:
         return _Ledger.model_validate(table).claim
     except ValidationError as error:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from bench.claims import kinds
-from bench.claims.sides import limited, trackers_of
+from bench.claims.sides import limited
 from bench.statistics.verdicts import (
     Verdict,
     all_kept,
@@ -23,32 +23,12 @@ from bench.statistics.verdicts import (
     undecided,
 )
 
-__all__ = ["CELL", "named_columns", "verdict_of"]
+__all__ = ["CELL", "verdict_of"]
 
 CELL = ["sequence", "scene"]
 
 Sides = Sequence[pd.DataFrame]
-"""Rows of each side of a test, in the order of `bench.claims.kinds.sides_of`."""
-
-
-def named_columns(test: kinds.PartTest) -> list[str]:
-    """Columns that a test needs beside those that every table has."""
-    named = set(test.where)
-    if isinstance(test, kinds.BoundTest):
-        return sorted(named | {test.metric})
-    if isinstance(test, kinds.RatioTest):
-        return sorted(named | {test.longer, test.shorter})
-    named |= {column for limits in test.groups.values() for column in limits}
-    for side in kinds.sides_of(test):
-        named |= set(trackers_of(side)[1])
-    named |= set(test.by)
-    if isinstance(test, kinds.InteractionTest):
-        named |= set(test.against)
-    if isinstance(test, kinds.OrderTest):
-        named |= set(test.needs)
-    if isinstance(test, kinds.ShareTest) and test.trials:
-        named.add(test.trials)
-    return sorted(named)
+"""Rows of each side of a test, in its own order."""
 
 
 def verdict_of(claim: str, test: kinds.PartTest, sides: Sides, metric: str) -> Verdict:

@@ -16,10 +16,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.claims.kinds import Limits, Side, Value
+from bench.claims.kinds import Limits, Side, Value, trackers_of
 from bench.claims.readings import ANY, Axis, Option, Reading, Readings
 from bench.experiments.contestant import contestant
-from datasets.text_form import format_text, parse_text
+from datasets.text_form import format_text
 from trackers import TrackerError
 
 __all__ = [
@@ -30,7 +30,6 @@ __all__ = [
     "limited",
     "rows_by_reading",
     "run_key",
-    "trackers_of",
 ]
 
 Rows: TypeAlias = pd.DataFrame
@@ -50,26 +49,6 @@ def run_key(text: str) -> str:
     """
     settled = contestant(text)
     return json.dumps([settled.name, settled.parameters, settled.init], sort_keys=True)
-
-
-Options = dict[str, Value]
-
-
-def trackers_of(side: Side) -> tuple[list[tuple[str, Options]], Limits]:
-    """A side's trackers, each with its own parameters, and what it says of columns."""
-    columns: Limits = {}
-    texts: list[Value] = [side] if isinstance(side, str) else []
-    for key, value in side.items() if isinstance(side, dict) else ():
-        values = value if isinstance(value, list) else [value]
-        if key == "tracker":
-            texts = values
-        else:
-            columns[key] = values
-    trackers: list[tuple[str, Options]] = []
-    for text in texts:
-        name, options = parse_text(str(text))
-        trackers.append((name, {**options}))
-    return trackers, columns
 
 
 def limited(rows: pd.DataFrame, limits: Limits) -> pd.DataFrame:

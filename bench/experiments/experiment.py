@@ -25,7 +25,14 @@ from typing import Any
 
 from datasets.text_form import close_match, format_text
 
-__all__ = ["Experiment", "ExperimentError", "SequenceSource", "experiment_names", "read_experiment"]
+__all__ = [
+    "Experiment",
+    "ExperimentError",
+    "SequenceSource",
+    "experiment_names",
+    "read_experiment",
+    "read_toml",
+]
 
 FOLDER = Path(__file__).parent
 PAPERS = FOLDER.parent / "papers"
@@ -143,13 +150,17 @@ def read_experiment(name_or_path: str | Path) -> Experiment:
                 f"unknown experiment {str(name_or_path)!r}.{hint} "
                 f"Known: {', '.join(known)}; or give a .toml file."
             )
+    return _experiment(path, read_toml(path, ExperimentError))
+
+
+def read_toml(path: Path, error: type[ValueError]) -> dict[str, Any]:
+    """What a TOML file says; one that can't be read is told as this error, with its name."""
     try:
-        table = tomllib.loads(path.read_text("utf-8"))
-    except OSError as error:
-        raise ExperimentError(f"{path}: {error.strerror}.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ExperimentError(f"{path}: {error}.") from None
-    return _experiment(path, table)
+        return tomllib.loads(path.read_text("utf-8"))
+    except OSError as reason:
+        raise error(f"{path}: {reason.strerror}.") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as reason:
+        raise error(f"{path}: {reason}.") from None
 
 
 _KINDS: Mapping[str, type] = {

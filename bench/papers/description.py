@@ -7,7 +7,6 @@ example of nearly everything. What TOML can't say plainly is a function of one o
 modules, named as `module.function`.
 """
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -15,7 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from bench.claims.kinds import Entry, Limits, Text, Texts, Value, listed
-from bench.experiments.experiment import ExperimentError
+from bench.experiments.experiment import ExperimentError, read_toml
 
 __all__ = [
     "Column",
@@ -281,12 +280,7 @@ def read_description(name: str, path: Path | None = None) -> Description:
         Naming the file and the entry that is missing, unknown or of the wrong kind.
     """
     path = path or FOLDER / name / "paper.toml"
-    try:
-        table = tomllib.loads(path.read_text("utf-8"))
-    except OSError as error:
-        raise ExperimentError(f"{path}: {error.strerror}.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ExperimentError(f"{path}: {error}.") from None
+    table = read_toml(path, ExperimentError)
     try:
         return Description.model_validate({"name": name, **table})
     except ValidationError as error:

@@ -1,5 +1,7 @@
 """From scores to findings and conclusions, on scores whose outcome is known."""
 
+from itertools import product
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -31,28 +33,17 @@ def scores(shares, *, initials=("full",), variants=("",), kept=lambda scene: Tru
     and gives the share of the length, of all metrics or by metric.
     """
     rows = []
-    for number in range(1, 9):
-        for scene in range(8):
-            for initial in initials:
-                for variant in variants:
-                    for representation in ("single", "multi", "adaptive"):
-                        light = "even" if scene < 4 else "dappled"
-                        share = shares(representation, number, scene, initial, variant, light)
-                        share = share if isinstance(share, dict) else dict.fromkeys(METRICS, share)
-                        rows += [
-                            {
-                                **run(representation, initial, variant),
-                                "sequence": f"multipart/{number}",
-                                "scene": scene,
-                                "light": light,
-                                "repetition": repetition,
-                                "frames": LENGTH,
-                                "kept_scene": kept(scene),
-                                **{name: LENGTH * value for name, value in share.items()},
-                                **columns,
-                            }
-                            for repetition in (0, 1)
-                        ]
+    for number, scene, initial, variant, representation in product(
+        range(1, 9), range(8), initials, variants, ("single", "multi", "adaptive")
+    ):
+        light = "even" if scene < 4 else "dappled"
+        share = shares(representation, number, scene, initial, variant, light)
+        share = share if isinstance(share, dict) else dict.fromkeys(METRICS, share)
+        known = {"sequence": f"multipart/{number}", "scene": scene, "light": light}
+        known |= {"frames": LENGTH, "kept_scene": kept(scene)}
+        known |= {name: LENGTH * value for name, value in share.items()}
+        told = {**run(representation, initial, variant), **known, **columns}
+        rows += [{**told, "repetition": repetition} for repetition in (0, 1)]
     return pd.DataFrame(rows)
 
 

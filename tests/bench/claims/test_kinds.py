@@ -1,5 +1,7 @@
 """Kinds of tests beyond the orders of two rows: on tables, with parts, of errors and shares."""
 
+from itertools import product
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -44,30 +46,14 @@ def claim(tmp_path):
 def scores(share=lambda **_: 1.0, preset=("as-written",), light=("even",), **columns):
     """Runs of two trackers on a sequence, ten scenes, two repetitions; a metric of one's own."""
     rows = []
-    for tracker in ("ours", "theirs"):
-        for one in preset:
-            for shade in light:
-                for scene in range(10):
-                    told = share(tracker=tracker, preset=one, light=shade, scene=scene)
-                    rows += [
-                        {
-                            "tracker": tracker,
-                            "preset": one,
-                            "sequence": "s",
-                            "scene": scene,
-                            "light": shade,
-                            "repetition": repetition,
-                            "frames": 100,
-                            "kept_scene": True,
-                            "success_frames": 100 * told,
-                            "frames_inside": 100 * told,
-                            "first_loss": 100 * told,
-                            "size_error": told,
-                            "found": told,
-                            **columns,
-                        }
-                        for repetition in (0, 1)
-                    ]
+    for tracker, one, shade, scene, repetition in product(
+        ("ours", "theirs"), preset, light, range(10), (0, 1)
+    ):
+        told = share(tracker=tracker, preset=one, light=shade, scene=scene)
+        where = {"sequence": "s", "scene": scene, "light": shade, "repetition": repetition}
+        counts = dict.fromkeys(("success_frames", "frames_inside", "first_loss"), 100 * told)
+        known = {"tracker": tracker, "preset": one, "frames": 100, "kept_scene": True}
+        rows.append({**known, **where, **counts, "size_error": told, "found": told, **columns})
     return pd.DataFrame(rows)
 
 

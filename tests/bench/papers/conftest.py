@@ -23,9 +23,8 @@ from bench.claims.kinds import (
     PartsTest,
     RatioTest,
     SummaryTest,
-    sides_of,
+    trackers_of,
 )
-from bench.claims.sides import trackers_of
 from bench.evaluation.loop import run_in_lock_step
 from bench.experiments.contestant import contestant
 from bench.papers import Effort
@@ -123,7 +122,7 @@ def made_up_tables(paper):
     for test in tests_of(paper.claims):
         if test.table == SCORES:
             continue
-        limits = [test.where, *(trackers_of(side)[1] for side in sides_of(test))]
+        limits = [test.where, *(trackers_of(side)[1] for side in test.sides)]
         if isinstance(test, BoundTest):
             metrics.setdefault(test.table, set()).add(test.metric)
         elif isinstance(test, RatioTest):
@@ -131,7 +130,7 @@ def made_up_tables(paper):
         else:
             limits += [*test.groups.values(), {"sequence": test.on, "scene": range(SCENES)}]
             metrics.setdefault(test.table, set()).update(test.by)
-            for side in sides_of(test):
+            for side in test.sides:
                 names = [name for name, _ in trackers_of(side)[0]]
                 asked(test.table, *(["tracker", names] if names else ["sequence"]))
         for one in limits:

@@ -4,9 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench.claims.kinds import BoundTest, PartsTest, RatioTest, sides_of
+from bench.claims.kinds import BoundTest, PartsTest, RatioTest
 from bench.claims.ledger import read_claims
-from bench.claims.measuring import named_columns
 from bench.claims.sides import limited
 from bench.papers.nguyen2002 import occlusions, scenes, templates
 from bench.papers.nguyen2002.follower import FEATURES
@@ -43,10 +42,10 @@ def test_what_claims_compare_is_what_is_measured():
     for name, test in parts_on_tables():
         names.add(name)
         table = tables[test.table]
-        assert set(named_columns(test)) <= {*table, "sequence", "scene"}, name
+        assert set(test.columns) <= {*table, "sequence", "scene"}, name
         if not isinstance(test, BoundTest | RatioTest):
             where = {key: values for key, values in test.where.items() if key != "features"}
-            for side in sides_of(test):
+            for side in test.sides:
                 rows = limited(table, where | {column: [value] for column, value in side.items()})
                 assert len(rows), (name, side)
     assert names == {"NG-9", *(f"NG-{n}" for n in range(11, 18)), "NG-19", "NG-21", "NG-22"}
