@@ -170,7 +170,7 @@ class _TableTest(Entry):
 class _CellTest(_TableTest):
     """What tests by cells share; see the module."""
 
-    naming = ("by",)
+    naming: ClassVar[tuple[str, ...]] = ("by",)
     on: Names
     by: Names = COUNTS
     groups: dict[str, Limits] = {}
