@@ -1,5 +1,6 @@
 """What the pages show works as shown."""
 
+import ast
 import re
 import tomllib
 from pathlib import Path
@@ -26,6 +27,23 @@ def blocks(page, language):
 def test_every_file_that_a_page_links_or_shows_is_there(page):
     for target in re.findall(r"\]\(([^)#]+)\)", page.read_text()):
         assert target.startswith("http") or (page.parent / target).is_file(), target
+
+
+def docstrings():
+    for package in ("bench", "datasets", "reports", "trackers"):
+        for file in (ROOT / package).rglob("*.py"):
+            for node in ast.walk(ast.parse(file.read_text())):
+                if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+                    yield file, ast.get_docstring(node) or ""
+
+
+def test_every_file_that_a_page_or_a_docstring_names_is_there():
+    there = [file for kind in ("py", "toml", "md") for file in ROOT.rglob(f"*.{kind}")]
+    ends = {"/".join(file.parts[-n:]) for file in there for n in range(1, 6)}
+    ends |= {"trackers/nearest_colour.py", "tests/trackers/test_nearest_colour.py"}  # a recipe's
+    for file, text in [*((page, page.read_text()) for page in PAGES), *docstrings()]:
+        named = set(re.findall(r"`([\w./-]+\.(?:py|toml|md))`", text))
+        assert not named - ends, f"{file}: {named - ends}"
 
 
 def test_the_tracker_of_the_recipe_runs(tmp_path):

@@ -4,11 +4,12 @@
     order_of_groups(first, second, margin, generator)    the same of two groups: an interaction
     equal(differences, margin)          "A is comparable to B"
     all_kept(kept_runs, runs)           "tracks the whole sequence", counts a cell
+    no_worse(differences, margin)       "A is at least as good as B"
     share_at_least(successes, trials, least, lower)      the same with limits of its own
     ratio_above(numerator, denominator, least)           times measured side by side
     check(passed, statistic, reason)    any other stated criterion, without chance
     number(values, published, same_setting)              a published number beside ours
-    conjunction(verdicts)               a claim with several parts
+    conjunction(verdicts, names)        a claim with several parts
     undecided(reason)                   nothing was run that tests it
 
 Each returns a `Verdict`. Differences and margins have the same unit, here shares of the
@@ -43,6 +44,7 @@ __all__ = [
     "check",
     "conjunction",
     "equal",
+    "no_worse",
     "number",
     "order",
     "order_of_groups",
@@ -53,10 +55,18 @@ __all__ = [
 
 Outcome = Literal["reproduced", "holds", "does-not-hold", "undecided", "not-testable"]
 
+# Set before anything was run, and the same for all papers; a claim may state another margin.
 LEAST_CELLS = 8
-MARGIN = 0.02  # of a sequence's length
-SIGN_SHARE = 0.75  # of the cells that must show an order
-KEPT_SHARE, KEPT_LIMIT = 0.90, 0.75  # of runs, and for the interval's lower limit
+"""Below this many, intervals are wider than what is claimed."""
+
+MARGIN = 0.02
+"""Difference that means nothing in practice: a fiftieth of a sequence's length, or of overlap."""
+
+SIGN_SHARE = 0.75
+"""Of the cells that must show an order, so that no single scene makes it."""
+
+KEPT_SHARE, KEPT_LIMIT = 0.90, 0.75
+"""Of runs that keep the target where a text says "tracks", and the least that chance may leave."""
 
 NOWHERE = Interval(nan, nan)
 
