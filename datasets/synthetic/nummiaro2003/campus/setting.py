@@ -170,10 +170,7 @@ def old_tree(
     It stands at a place [metres] where things are seen at a `scale` [pixels/metre]; all stems
     together are `width` wide where people pass [pixels], and hide what passes behind them.
     """
-    return [
-        _trunk(random, x, z, scale, width, stems),
-        _twigs(random, x, z - 0.01, scale, width),
-    ]
+    return [_trunk(random, x, z, scale, width, stems), _twigs(random, x, z - 0.01, scale, width)]
 
 
 def _trunk(

@@ -26,17 +26,7 @@ from datasets.synthetic.nummiaro2003.driving.plan import (
 from datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
 from datasets.synthetic.nummiaro2003.driving.things import meet
 from datasets.synthetic.nummiaro2003.driving.view import View
-from datasets.synthetic.nummiaro2003.driving.world import (
-    ASPHALT,
-    GRASS,
-    KERB,
-    PAINT,
-    PAVING,
-    Layout,
-    Plant,
-    Strip,
-    dashes,
-)
+from datasets.synthetic.nummiaro2003.driving.world import Layout, Plant, Strip, dashes
 from datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
 from datasets.synthetic.render.path import spaced
 from datasets.synthetic.scene import part_generator
@@ -184,13 +174,13 @@ def _parked(
 def _strips() -> list[Strip]:
     edge = LANES + 8.2
     lines = [
-        Strip(PAINT, (row - 2.5, row + 2.5), (z - 0.05, z + 0.05))
+        Strip("paint", (row - 2.5, row + 2.5), (z - 0.05, z + 0.05))
         for row in ROWS
         for z in np.arange(FIRST, LAST + 0.1, BAY).tolist()
     ]
-    mouths = [Strip(ASPHALT, (lane - 3.4, lane + 3.4), (ROAD, 5.4)) for lane in (-LANES, LANES)]
+    mouths = [Strip("asphalt", (lane - 3.4, lane + 3.4), (ROAD, 5.4)) for lane in (-LANES, LANES)]
     give_way = [
-        Strip(PAINT, (lane + a, lane + a + 0.6), (ROAD + 0.05, ROAD + 0.25))
+        Strip("paint", (lane + a, lane + a + 0.6), (ROAD + 0.05, ROAD + 0.25))
         for lane in (-LANES, LANES)
         for a in np.arange(-3.0, 3.0, 0.9).tolist()
     ]
@@ -199,13 +189,13 @@ def _strips() -> list[Strip]:
         *give_way,
         *dashes(-90.0, 90.0, 0.0, along_x=True),
         *mouths,
-        Strip(ASPHALT, (-edge, edge), (5.4, LAST + 7.0)),
-        Strip(ASPHALT, (-200.0, 200.0), (-ROAD, ROAD)),
-        Strip(KERB, (-200.0, 200.0), (-ROAD - 0.2, ROAD + 0.2)),
-        Strip(KERB, (-edge - 0.2, edge + 0.2), (5.2, LAST + 7.2)),
-        Strip(PAVING, (-200.0, 200.0), (ROAD, 5.2)),
-        Strip(PAVING, (-200.0, 200.0), (-5.2, -ROAD)),
-        Strip(GRASS, (-4000.0, 4000.0), (-100.0, 4000.0)),
+        Strip("asphalt", (-edge, edge), (5.4, LAST + 7.0)),
+        Strip("asphalt", (-200.0, 200.0), (-ROAD, ROAD)),
+        Strip("kerb", (-200.0, 200.0), (-ROAD - 0.2, ROAD + 0.2)),
+        Strip("kerb", (-edge - 0.2, edge + 0.2), (5.2, LAST + 7.2)),
+        Strip("paving", (-200.0, 200.0), (ROAD, 5.2)),
+        Strip("paving", (-200.0, 200.0), (-5.2, -ROAD)),
+        Strip("grass", (-4000.0, 4000.0), (-100.0, 4000.0)),
     ]
 
 

@@ -25,17 +25,7 @@ from datasets.synthetic.nummiaro2003.driving.plan import (
 )
 from datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
 from datasets.synthetic.nummiaro2003.driving.view import View
-from datasets.synthetic.nummiaro2003.driving.world import (
-    ASPHALT,
-    GRASS,
-    KERB,
-    PAINT,
-    PAVING,
-    Layout,
-    Plant,
-    Strip,
-    dashes,
-)
+from datasets.synthetic.nummiaro2003.driving.world import Layout, Plant, Strip, dashes
 from datasets.synthetic.nummiaro2003.knobs import DrivingKnobs
 from datasets.synthetic.render.path import smooth_step, spaced
 from datasets.synthetic.render.views import QUICK, SLOW, wandering
@@ -190,18 +180,18 @@ def _strips(crossing: float) -> list[Strip]:
             )
         ),
         *(
-            Strip(PAINT, (min(side * (EDGE + 0.3), side * (EDGE + 0.6)),
+            Strip("paint", (min(side * (EDGE + 0.3), side * (EDGE + 0.6)),
                           max(side * (EDGE + 0.3), side * (EDGE + 0.6))),
                   (crossing + lane - 1.6, crossing + lane + 1.6))
             for side, lane in ((1, LANE), (-1, -LANE))
         ),
-        Strip(ASPHALT, (-EDGE, EDGE), (near, far)),
-        Strip(ASPHALT, (-260.0, 260.0), open_to),
-        Strip(KERB, (-EDGE - 0.2, EDGE + 0.2), (near, far)),
-        Strip(KERB, (-260.0, 260.0), (open_to[0] - 0.2, open_to[1] + 0.2)),
-        Strip(PAVING, (-PAVED, PAVED), (near, far)),
-        Strip(PAVING, (-260.0, 260.0), (crossing - PAVED, crossing + PAVED)),
-        Strip(GRASS, (-4000.0, 4000.0), (-4000.0, 4000.0)),
+        Strip("asphalt", (-EDGE, EDGE), (near, far)),
+        Strip("asphalt", (-260.0, 260.0), open_to),
+        Strip("kerb", (-EDGE - 0.2, EDGE + 0.2), (near, far)),
+        Strip("kerb", (-260.0, 260.0), (open_to[0] - 0.2, open_to[1] + 0.2)),
+        Strip("paving", (-PAVED, PAVED), (near, far)),
+        Strip("paving", (-260.0, 260.0), (crossing - PAVED, crossing + PAVED)),
+        Strip("grass", (-4000.0, 4000.0), (-4000.0, 4000.0)),
     ]  # fmt: skip
 
 

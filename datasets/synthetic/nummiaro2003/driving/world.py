@@ -34,9 +34,7 @@ from datasets.synthetic.render.street.ground import Light
 from datasets.synthetic.render.texture import fractal, grass, paving
 from datasets.synthetic.scene import part_generator
 
-__all__ = [
-    "ASPHALT", "GRASS", "KERB", "PAINT", "PAVING", "Layout", "Plant", "Strip", "World", "dashes",
-]  # fmt: skip
+__all__ = ["Layout", "Plant", "Strip", "World", "dashes"]
 
 Array = NDArray[np.float64]
 
@@ -92,11 +90,8 @@ def _with_trees(
     return np.asarray(picture + (green - picture) * cover[..., None]).astype(np.uint8)
 
 
-ASPHALT, PAVING, GRASS, KERB, PAINT = range(5)
-"""What the ground is made of."""
-
-_DENSITIES = (96.0, 128.0, 64.0, 64.0, 64.0)
-"""Pixels a metre."""
+GROUND = {"asphalt": 96.0, "paving": 128.0, "grass": 64.0, "kerb": 64.0, "paint": 64.0}
+"""What the ground is made of, and how many pixels its picture has a metre."""
 
 _SIZE = 512
 
@@ -105,7 +100,7 @@ _SIZE = 512
 class Strip:
     """A rectangle along the axes."""
 
-    kind: int  # what it is made of
+    kind: str  # what it is made of, one of GROUND
     # x, z: from and to [metres]
     x: tuple[float, float]
     z: tuple[float, float]
@@ -113,10 +108,11 @@ class Strip:
 
 def laid(strips: Sequence[Strip]) -> Facets:
     """Facets of strips; where two overlap, the one that comes first is seen."""
-    densities = np.array(_DENSITIES)
-    projections = np.zeros((len(_DENSITIES), 2, 4))
-    projections[:, 0, 0] = projections[:, 1, 2] = densities
-    return assembled([flat(0.0, strip.x, strip.z, strip.kind) for strip in strips], projections)
+    kinds = list(GROUND)
+    projections = np.zeros((len(GROUND), 2, 4))
+    projections[:, 0, 0] = projections[:, 1, 2] = list(GROUND.values())
+    faces = [flat(0.0, strip.x, strip.z, kinds.index(strip.kind)) for strip in strips]
+    return assembled(faces, projections)
 
 
 def dashes(
@@ -125,13 +121,13 @@ def dashes(
     """Broken line along an axis; all in metres."""
     width = (across - 0.06, across + 0.06)
     return [
-        Strip(PAINT, (s, s + line), width) if along_x else Strip(PAINT, width, (s, s + line))
+        Strip("paint", (s, s + line), width) if along_x else Strip("paint", width, (s, s + line))
         for s in np.arange(start, end, line + gap).tolist()
     ]
 
 
 def surfaces(random: np.random.Generator) -> Pictures:
-    """Pictures of all that the ground is made of."""
+    """Pictures of all that the ground is made of, in the order of GROUND."""
     grain = fractal(random, _SIZE, 32, _SIZE // 2, 0.95)
     blots = fractal(random, _SIZE, 4, 16)
     tone = 1 + 0.11 * grain + 0.035 * blots

@@ -128,10 +128,9 @@ def _tool(wall: Painting, random: np.random.Generator, x: float, y: float, lengt
         wall.plate(x - 0.045, y, 0.09, 0.035, (96, 96, 96), 0.008)
     else:  # pliers
         for side in (-1, 1):
-            wall.line([(x, y), (x - 0.010 * side, y + 0.4 * length)], 0.012, (110, 110, 110))
-            wall.line(
-                [(x - 0.010 * side, y + 0.4 * length), (x + 0.025 * side, y + length)], 0.014, grip
-            )
+            joint = x - 0.010 * side, y + 0.4 * length
+            wall.line([(x, y), joint], 0.012, (110, 110, 110))
+            wall.line([joint, (x + 0.025 * side, y + length)], 0.014, grip)
 
 
 def _notices(wall: Painting, random: np.random.Generator, width: float, height: float) -> None:
@@ -142,23 +141,12 @@ def _notices(wall: Painting, random: np.random.Generator, width: float, height: 
         wide = min(wide, width - x)
         paper = any_of(random, PAPERS)
         wall.plate(x, y, wide, high, paper, 0.006)
-        wall.label(
-            random,
-            x + 0.1 * wide,
-            y + 0.1 * high,
-            0.8 * wide,
-            0.35 * high,
-            paper,
-            any_of(random, SIGNALS),
-        )
+        start, span, tall = x + 0.1 * wide, 0.8 * wide, 0.35 * high
+        ink = any_of(random, SIGNALS)
+        wall.label(random, start, y + 0.1 * high, span, tall, paper, ink)
         if random.random() < 0.6:
-            wall.patch(
-                x + 0.1 * wide,
-                y + 0.55 * high,
-                0.8 * wide,
-                0.35 * high,
-                any_of(random, (*SIGNALS, *MACHINES)),
-            )
+            picture = any_of(random, (*SIGNALS, *MACHINES))
+            wall.patch(start, y + 0.55 * high, span, tall, picture)
     for x in np.cumsum(random.uniform(0.08, 0.3, 4)):
         if x > width - 0.03:
             break
@@ -223,13 +211,8 @@ def _overhead(painting: Painting, random: np.random.Generator, width: float) -> 
     for _ in range(8):
         start = random.uniform(0, width), random.uniform(0.1, 0.28)
         end = start[0] + random.uniform(-0.5, 0.5), random.uniform(0.25, 0.8)
-        painting.wire(
-            start,
-            end,
-            random.uniform(0.02, 0.2),
-            random.uniform(0.005, 0.012),
-            any_of(random, (*CABLES, *SIGNALS)),
-        )
+        sag, thick = random.uniform(0.02, 0.2), random.uniform(0.005, 0.012)
+        painting.wire(start, end, sag, thick, any_of(random, (*CABLES, *SIGNALS)))
 
 
 def _used(random: np.random.Generator, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
