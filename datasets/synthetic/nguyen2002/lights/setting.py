@@ -8,13 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from datasets.synthetic.nguyen2002.lights.plan import SIZE, drawn_plan
-from datasets.synthetic.nguyen2002.lights.things import (
-    HALF_HEIGHT,
-    HALF_WIDTH,
-    drawn_printed,
-    held,
-    passer,
-)
+from datasets.synthetic.nguyen2002.lights.things import HALF_HEIGHT, HALF_WIDTH, held, passer
 from datasets.synthetic.render.desk import seen_room
 from datasets.synthetic.render.finish import Surface, Thing, looked_at
 from datasets.synthetic.scene import part_generator
@@ -161,8 +155,7 @@ class Setting:
     @cached_property
     def _things(self) -> list[Thing]:
         """What is held, and hand and arm."""
-        random = self._random("object")
-        return held(drawn_printed(random), random)
+        return held(self._random("object"))
 
     @cached_property
     def _outlines(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

@@ -3,8 +3,6 @@
 The middle of each is the origin; what passes reaches over the picture's whole height.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,7 +13,7 @@ from datasets.synthetic.render.prints import KINDS, printed
 from datasets.synthetic.render.solids import box, chain, limb, mirrored
 from datasets.synthetic.render.texture import fractal
 
-__all__ = ["HALF_HEIGHT", "HALF_WIDTH", "drawn_printed", "held", "passer"]
+__all__ = ["HALF_HEIGHT", "HALF_WIDTH", "held", "passer"]
 
 Array = NDArray[np.float64]
 
@@ -25,41 +23,27 @@ PRINT_FINE = 6  # dots of the print in a pixel, in either direction
 DEPTHS = {"book": 5.0, "tea": 11.0, "toy": 13.0}  # half the thickness of things of a kind [pixels]
 
 
-@dataclass(frozen=True)
-class Printed:
-    """A box with a print."""
-
-    kind: str  # of `prints.KINDS`
-    half: Array  # (3,): half its width, height and depth [pixels]
-    lean: float  # how far it leans backwards [radians]; it faces the camera, or nearly
-
-
-def drawn_printed(random: np.random.Generator) -> Printed:
-    """A thing to hold, drawn at random."""
+def held(random: np.random.Generator) -> list[Thing]:
+    """A printed thing, the hand that holds it, its sleeve; it leans backwards a little."""
     kind = KINDS[int(random.integers(len(KINDS)))]
     wide = random.uniform(28, 31)
     half = np.array([wide, wide * random.uniform(1.28, 1.36), DEPTHS[kind]])
-    return Printed(kind, half, random.uniform(0.06, 0.2))
-
-
-def held(thing: Printed, random: np.random.Generator) -> list[Thing]:
-    """The thing, the hand that holds it, its sleeve."""
-    width, height = (round(2 * PRINT_FINE * side) for side in thing.half[:2])
-    print_ = printed(random, thing.kind, width, height)
-    solid = box(np.zeros(3), thing.half, 0.8, lean=-thing.lean)
-    face = picture_on(print_, (0.0, 0.0), thing.half[:2], thing.lean)
+    lean = random.uniform(0.06, 0.2)
+    width, height = (round(2 * PRINT_FINE * side) for side in half[:2])
+    face = picture_on(printed(random, kind, width, height), (0.0, 0.0), half[:2], lean)
     skin, cloth = drawn_skin(random), one_of(random, CLOTHES, 0.06)
     side, slope = float(random.choice([-1, 1])), random.uniform(-0.1, 0.4)
+    solid = box(np.zeros(3), half, 0.8, lean=-lean)
     return [
         Thing(Finish(np.full(3, 255.0), 0.05, face), [solid]),
-        Thing(Finish(skin, 0.03, grain(random, 0.035)), _hand(thing, side, slope)),
-        Thing(Finish(cloth, 0.0, _knitted(random)), _sleeve(thing, side, slope)),
+        Thing(Finish(skin, 0.03, grain(random, 0.035)), _hand(half, side, slope)),
+        Thing(Finish(cloth, 0.0, _knitted(random)), _sleeve(half[1], side, slope)),
     ]
 
 
-def _hand(thing: Printed, side: float, slope: float) -> list[Array]:
-    """Thumb before the thing, fingers behind it, the palm below."""
-    _, high, deep = thing.half
+def _hand(half: Array, side: float, slope: float) -> list[Array]:
+    """Thumb before a thing of half a width, height and depth, fingers behind it, palm below."""
+    _, high, deep = half
     low = -high
     wrist = np.array([8.0 + 26 * slope, low - 40, 4.0])
     solids = []
@@ -78,8 +62,8 @@ def _hand(thing: Printed, side: float, slope: float) -> list[Array]:
     return mirrored(solids, side)
 
 
-def _sleeve(thing: Printed, side: float, slope: float) -> list[Array]:
-    start = np.array([8.0 + 40 * slope, -thing.half[1] - 56, 4.0])
+def _sleeve(high: float, side: float, slope: float) -> list[Array]:
+    start = np.array([8.0 + 40 * slope, -high - 56, 4.0])
     way = np.array([0.9 * slope, -1.0, 0.0])
     cuff = chain([start, start + 7 * way], (15.5, 16.0), 0.0)
     arm = chain([start + 4 * way, start + 60 * way, start + 200 * way], (14.5, 17.5, 25), 2.0)
@@ -201,24 +185,15 @@ def _back(random: np.random.Generator) -> list[Thing]:
     checks = _checked(random) if random.random() < 0.6 else grain(random, 0.06)
     wide = random.uniform(52, 58)
     hem = random.uniform(-96, -84)
+    thick = 0.6 * wide, 0.56 * wide
     torso = [
-        limb(
-            (side * 0.42 * wide, 150, 0),
-            (side * 0.36 * wide, hem, 4),
-            (0.6 * wide, 0.56 * wide),
-            12,
-        )
+        limb((side * 0.42 * wide, 150, 0), (side * 0.36 * wide, hem, 4), thick, 12)
         for side in (-1, 1)
     ]
     spine = [limb((0, 150, 22), (0, hem + 6, 26), (13, 12), 14.0)]
     arms = [
-        limb(
-            (side * (wide + 6), 120, 0),
-            (side * (wide + 19), random.uniform(-30, 0), 4),
-            (20, 15),
-            6,
-        )
-        for side in (-1, 1)
+        limb((side * (wide + 6), 120, 0), (side * (wide + 19), hand, 4), (20, 15), 6)
+        for side, hand in ((side, random.uniform(-30, 0)) for side in (-1, 1))
     ]
     arms += [limb(arm[6:9], arm[6:9] + np.array([0.0, -95.0, 22.0]), (15, 11), 6) for arm in arms]
     hips = [
