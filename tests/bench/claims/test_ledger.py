@@ -4,7 +4,7 @@ import pytest
 
 from bench.claims.kinds import OrderTest, PartsTest
 from bench.claims.ledger import LedgerError, read_claims
-from bench.papers import Effort, load_paper, paper_names
+from bench.papers import paper_names
 
 GOOD = """
 version = 1
@@ -157,19 +157,11 @@ IDS = {
 
 
 @pytest.mark.parametrize("paper", paper_names())
-def test_a_paper_has_all_its_claims_and_their_experiments(paper):
-    module, claims = load_paper(paper), read_claims(paper)
+def test_a_paper_has_all_its_claims_in_sentences(paper):
+    claims = read_claims(paper)
     suite, ids = IDS[paper]
     assert list(claims) == [f"{suite}-{name}" for name in ids]
-    whole = {e.name for e in module.experiments(Effort(everything=True))}
-    default = {e.name for e in module.experiments(Effort())}
-    for claim in claims.values():
-        assert claim.says.endswith((".", ".)"))
-        assert set(claim.experiment) <= whole, claim.id
-        if claim.effort == "default" and claim.experiment:
-            assert set(claim.experiment) & default, claim.id
-        if claim.effort == "all" and claim.experiment:
-            assert set(claim.experiment) - default, claim.id
+    assert all(claim.says.endswith((".", ".)")) for claim in claims.values())
 
 
 def test_the_published_numbers_of_table_1_add_up():

@@ -35,11 +35,12 @@ def painted(upper, lower, ground, twin_at=None):
     return image
 
 
-def sequence(images):
+def sequence(images, visibility=1.0):
     n = len(images)
     boxes, whole = np.tile(BOX, (n, 1)), np.tile(WHOLE, (n, 1))
+    seen = np.broadcast_to(visibility, n)
     return Sequence(
-        "painted", images, boxes, fingerprint="p", regions={"full": whole}, visibility=np.ones(n)
+        "painted", images, boxes, fingerprint="p", regions={"full": whole}, visibility=seen
     )
 
 
@@ -83,15 +84,7 @@ def test_two_colours_the_wrong_way_round_nearby_confuse_a_single_histogram_alone
 
 def test_occluded_frames_are_not_examined():
     images = [painted(RED, BLUE, GREY)] * 60 + [painted(GREEN, GREEN, GREEN)] * 60
-    hidden = np.repeat([1.0, 0.4], 60)
-    opened = Sequence(
-        "p",
-        images,
-        np.tile(BOX, (120, 1)),
-        fingerprint="p",
-        regions={"full": np.tile(WHOLE, (120, 1))},
-        visibility=hidden,
-    )
+    opened = sequence(images, np.repeat([1.0, 0.4], 60))
     assert separability(opened) == (FRAMES, 1.0, 1.0)
 
 
