@@ -142,7 +142,7 @@ class Look:
 
 
 def wrapped(look: Look, seed: int) -> NDArray[np.uint8]:
-    """Textures of the parts in the order of `body.PARTS`, shape (9, 128, 256, 3)."""
+    """Textures of the parts in the order of `walker.PARTS`, shape (9, 128, 256, 3)."""
     random = part_generator(seed, "clothes")
     rows = np.arange(ROWS)[:, None] / ROWS
     turn = np.arange(AROUND, dtype=np.float64)[None, :]

@@ -91,7 +91,7 @@ class VisitScene(WalkingScene):
         super().__init__(plan, kind)
 
     def truth(self) -> Truth:
-        """See `Scene.truth`, and `walking_truth` for what there is where the target is.
+        """See `Scene.truth`, and `WalkingScene` for what there is where he is.
 
         Sizes are compared with the first in which he is there.
         """
