@@ -73,7 +73,8 @@ def events_of_both(text, length=60):
     sequence = datasets.load(PLAIN)[:length]
     run = bench.evaluate(f"nguyen2002:{text}", sequence)
     assert not run.failure
-    _, expected = track_offline(list(sequence), sequence.boxes[0], **run.identity.parameters)
+    settings = run.identity.parameters
+    _, expected, _ = track_offline(list(sequence), sequence.boxes[0], **settings)
     events = declared_in(run)
     found = [event[:2] for event in events if event.end is not None]
     return events, found, [event for event in expected if event[1] < len(sequence)]
