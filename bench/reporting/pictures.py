@@ -27,7 +27,7 @@ from reports.plots import TRACE_WORDS
 from reports.tables import complete
 from reports.write import file_name, write_plots
 
-__all__ = ["boxes_of", "frame_table", "write_pictures"]
+__all__ = ["boxes_of", "frames_and_boxes", "write_pictures"]
 
 STRIP_FRAMES = 10
 
@@ -39,7 +39,7 @@ def write_pictures(experiment: Path, folder: Path, tell: Callable[[str], None]) 
     """
     runs = load_results(experiment)
     scored = complete(runs[runs["protocol"] == "accuracy"])
-    frames, boxes = _drawn(experiment)
+    frames, boxes = frames_and_boxes(experiment)
     paths = write_plots(
         folder,
         frames,
@@ -79,8 +79,13 @@ def _read(folder: Path, **only: str) -> Iterator[tuple[Mapping[str, Any], Run, S
         yield row, run, truth(row["sequence"], row["fingerprint"])
 
 
-def _drawn(folder: Path) -> tuple[pd.DataFrame, "dict[str, _Boxes]"]:
-    """What plots show, and by sequence what film strips show."""
+def frames_and_boxes(folder: Path) -> tuple[pd.DataFrame, "dict[str, _Boxes]"]:
+    """What plots show, and by sequence what film strips show.
+
+    Plots are of a row an evaluated frame of every finished run: `tracker`, `sequence`,
+    `repetition`, `frame`, and of online boxes `overlap` in [0, 1], `centre_error` in pixels, and
+    `revised`: whether the run revised some of them later.
+    """
     pieces = []
     boxes: dict[str, _Boxes] = {}
     for row, run, truth in _read(folder):
@@ -88,15 +93,6 @@ def _drawn(folder: Path) -> tuple[pd.DataFrame, "dict[str, _Boxes]"]:
             pieces.append(_frames(row, run, truth))
         boxes.setdefault(row["sequence"], _Boxes(truth)).add(row, run)
     return pd.concat(pieces, ignore_index=True) if pieces else pd.DataFrame(), boxes
-
-
-def frame_table(folder: Path) -> pd.DataFrame:
-    """A row an evaluated frame of every finished run that was scored.
-
-    Columns: `tracker`, `sequence`, `repetition`, `frame`, and of online boxes `overlap` in [0, 1],
-    `centre_error` in pixels, and `revised`: whether the run revised some of them later.
-    """
-    return _drawn(folder)[0]
 
 
 def _frames(row: Mapping[str, Any], run: Run, stored: StoredTruth) -> pd.DataFrame:

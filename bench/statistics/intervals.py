@@ -13,7 +13,6 @@ from scipy.special import ndtri, stdtrit
 
 __all__ = [
     "Interval",
-    "bootstrap_t_interval",
     "difference_interval",
     "mean_interval",
     "prediction_interval",
@@ -77,20 +76,6 @@ def prediction_interval(values: ArrayLike, confidence: float = 0.95) -> Interval
     return Interval(mean - half, mean + half)
 
 
-def bootstrap_t_interval(
-    values: ArrayLike,
-    generator: np.random.Generator,
-    confidence: float = 0.95,
-    resamples: int = RESAMPLES,
-) -> Interval:
-    """Bootstrap-t interval of a mean: quantiles of the studentised mean of resampled cells.
-
-    Parameters, errors: see `mean_interval`; see `difference_interval` for resamples that have
-    no spread.
-    """
-    return _studentised([_checked(values)], generator, confidence, resamples)
-
-
 def difference_interval(
     first: ArrayLike,
     second: ArrayLike,
@@ -119,7 +104,28 @@ def difference_interval(
     ValueError
         For fewer than two values in a group or one that is not finite.
     """
-    return _studentised([_checked(first), _checked(second)], generator, confidence, resamples)
+    groups = [_checked(first), _checked(second)]
+    signs = (1, -1)
+    mean = sum(sign * float(group.mean()) for sign, group in zip(signs, groups, strict=False))
+    error = sqrt(sum(_standard_error(group) ** 2 for group in groups))
+    if error == 0.0:
+        return Interval(mean, mean)
+    shift = np.full(resamples, -mean)
+    square = np.zeros(resamples)
+    for sign, group in zip(signs, groups, strict=False):
+        n = len(group)
+        drawn = group[generator.integers(0, n, (resamples, n))]
+        shift += sign * drawn.mean(axis=1)
+        square += drawn.var(axis=1, ddof=1) / n
+    # Rounding leaves a spread of 1e-17 where there is none.
+    flat = square < (1e-12 * error) ** 2
+    far = np.where(np.abs(shift) < 1e-12 * error, 0.0, np.copysign(np.inf, shift))
+    ratios = np.sort(np.where(flat, far, shift / np.sqrt(np.where(flat, 1.0, square))))
+    tail = (1 - confidence) / 2
+    lowest = int(np.floor(tail * resamples))
+    return Interval(
+        float(mean - error * ratios[resamples - 1 - lowest]), float(mean - error * ratios[lowest])
+    )
 
 
 def wilson_interval(share: float, trials: float, confidence: float = 0.95) -> Interval:
@@ -146,36 +152,6 @@ def wilson_interval(share: float, trials: float, confidence: float = 0.95) -> In
     spread = sqrt(square * (share * (1 - share) + square / (4 * trials)) / trials)
     half = spread / (1 + square / trials)
     return Interval(max(0.0, centre - half), min(1.0, centre + half))
-
-
-def _studentised(
-    groups: list[NDArray[np.float64]],
-    generator: np.random.Generator,
-    confidence: float,
-    resamples: int,
-) -> Interval:
-    """Interval of the first group's mean, less the second's."""
-    signs = (1, -1)
-    mean = sum(sign * float(group.mean()) for sign, group in zip(signs, groups, strict=False))
-    error = sqrt(sum(_standard_error(group) ** 2 for group in groups))
-    if error == 0.0:
-        return Interval(mean, mean)
-    shift = np.full(resamples, -mean)
-    square = np.zeros(resamples)
-    for sign, group in zip(signs, groups, strict=False):
-        n = len(group)
-        drawn = group[generator.integers(0, n, (resamples, n))]
-        shift += sign * drawn.mean(axis=1)
-        square += drawn.var(axis=1, ddof=1) / n
-    # Rounding leaves a spread of 1e-17 where there is none.
-    flat = square < (1e-12 * error) ** 2
-    far = np.where(np.abs(shift) < 1e-12 * error, 0.0, np.copysign(np.inf, shift))
-    ratios = np.sort(np.where(flat, far, shift / np.sqrt(np.where(flat, 1.0, square))))
-    tail = (1 - confidence) / 2
-    lowest = int(np.floor(tail * resamples))
-    return Interval(
-        float(mean - error * ratios[resamples - 1 - lowest]), float(mean - error * ratios[lowest])
-    )
 
 
 def _checked(values: ArrayLike) -> NDArray[np.float64]:

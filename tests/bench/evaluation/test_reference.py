@@ -7,7 +7,7 @@ import bench
 from bench.evaluation.loop import run_in_lock_step
 from bench.evaluation.timing import time_run
 from bench.experiments.contestant import contestant
-from bench.reporting.pictures import frame_table
+from bench.reporting.pictures import frames_and_boxes
 from bench.store.loading import load_results
 from bench.store.results import Results
 from bench.store.truth import write_truth
@@ -81,7 +81,7 @@ def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
     for run in runs:
         results.write(run)
     stored = load_results(results.folder).set_index("tracker")
-    frames = frame_table(results.folder).groupby("tracker")["overlap"].mean()
+    frames = frames_and_boxes(results.folder)[0].groupby("tracker")["overlap"].mean()
     for run in runs:
         expected = bench.score(run, sequence)["mean_overlap"]
         assert stored.loc[run.identity.tracker, "mean_overlap"] == expected

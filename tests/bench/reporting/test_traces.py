@@ -10,7 +10,7 @@ import datasets
 from bench.evaluation.scoring import REVISED, score_both
 from bench.experiments.experiment import Experiment, SequenceSource
 from bench.papers.recorded import Recorded
-from bench.reporting.pictures import frame_table
+from bench.reporting.pictures import frames_and_boxes
 from bench.reporting.tables import tables
 from bench.store.loading import as_revised, load_results
 from reports.film_strip import film_strip
@@ -120,7 +120,7 @@ def test_recorded_sequences_have_a_row_of_each_trace_where_they_differ(stored):
 
 
 def test_a_row_a_frame_tells_whether_its_run_was_revised(stored):
-    frames = frame_table(stored)
+    frames, _ = frames_and_boxes(stored)
     assert set(frames["tracker"][frames["revised"]]) == set(frames["tracker"]) - {"static"}
 
 
