@@ -26,15 +26,9 @@ Boxes = NDArray[np.float64]
 class Declared(NamedTuple):
     """An occlusion that a tracker declared, by frames.
 
-    Attributes
-    ----------
-    beginning : int
-        First frame that the tracker did not trust: t_o.
-    end : int or None
-        Where it found the target again: t_e; None where the sequence ended too early for that.
-    back : int or None
-        When it said so: the first frame whose box is tracked again online; None where the sequence
-        was over by then.
+    The first that it did not trust (t_o); where it found the target again (t_e), None where the
+    sequence ended too early for that; and when it said so, the first frame whose box is tracked
+    again online, None where the sequence was over by then.
     """
 
     beginning: int
@@ -54,13 +48,7 @@ class Hidden(NamedTuple):
 
 
 def hidden_in(visibility: NDArray[np.float64]) -> list[Hidden]:
-    """Complete occlusions of a sequence, in order.
-
-    Parameters
-    ----------
-    visibility : ndarray of float64, shape (n,)
-        Visible part of the target in each frame.
-    """
+    """Complete occlusions of a sequence, in order, by the target's visible part (n,)."""
     return [
         Hidden(first, last)
         for first, last in _stretches(visibility < CLEAR)
