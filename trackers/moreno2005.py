@@ -67,20 +67,6 @@ class Moreno2005Parameters(SegmenterParameters):
         "particles", "what yields mixtures: particles, or fits to the last frame"
     )
 
-    def colour_steps(self) -> ColourDynamics:
-        """How mixtures go on."""
-        return ColourDynamics(
-            kind=self.colour_dynamics,
-            mean=self.mean_spread,
-            shift=self.class_spread,
-            gain=self.gain_spread,
-            jump_probability=self.jump_probability,
-            jump=self.jump_spread,
-            weight=self.prior_spread,
-            eigenvalue=self.eigenvalue_spread,
-            angle=self.angle_spread,
-        )
-
 
 class Moreno2005(Segmenter):
     """Fusion of conditionally dependent cues: plane, colours, contour.
@@ -163,9 +149,8 @@ class Moreno2005(Segmenter):
             settings.colour_floor,
         )
         self.refitted = RefittedColours(start.fit, settings.colour_samples, 1.0, palettes)
-        particles = ColourCue(
-            start.components, settings.colour_samples, settings.colour_steps(), palettes
-        )
+        steps = ColourDynamics(**settings.model_dump(include={*ColourDynamics.__annotations__}))
+        particles = ColourCue(start.components, settings.colour_samples, steps, palettes)
         colours = particles if settings.colour_model == "particles" else self.refitted
         kind = ContourCue if settings.position == "particles" else KalmanContourCue
         contours = self.contour_cue(start, kind)

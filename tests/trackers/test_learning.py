@@ -70,12 +70,10 @@ def test_a_round_contour_is_taken_not_to_turn():
     assert shift == pytest.approx([3, 3], abs=0.05)
 
 
-def walked(kind, **deviations):
+def walked(kind, **spreads):
     """Steps by the trackers' own dynamics of colours, which have no deviation but these."""
-    numbers = dict.fromkeys(
-        ("mean", "shift", "gain", "jump_probability", "jump", "weight", "eigenvalue", "angle"), 0.0
-    )
-    dynamics = ColourDynamics(kind, **{**numbers, **deviations})
+    of_colours = (name for name in ColourDynamics.__annotations__ if name != "colour_dynamics")
+    dynamics = ColourDynamics(kind, **{**dict.fromkeys(of_colours, 0.0), **spreads})
     steps = still(N)
     before = steps.components[:, 0]
     after = dynamics.propagated(before, COMPONENTS[0], np.random.default_rng(4))
@@ -83,23 +81,22 @@ def walked(kind, **deviations):
 
 
 def test_deviations_of_components_that_go_on_apart_are_found():
-    steps = walked("diagonal", mean=0.03, weight=0.12, eigenvalue=0.15, angle=0.2)
+    spreads = {"mean_spread": 0.03, "prior_spread": 0.12}
+    spreads |= {"eigenvalue_spread": 0.15, "angle_spread": 0.2}
+    steps = walked("diagonal", **spreads)
     angles = steps.components[:, 1, :, 5]
     angles[:] = (angles + np.pi / 2) % np.pi - np.pi / 2  # as mixtures have them
     values = learnt([steps], "diagonal")
-    assert values["mean_spread"] == pytest.approx(0.03, rel=0.03)
-    assert values["prior_spread"] == pytest.approx(0.12, rel=0.05)
-    assert values["eigenvalue_spread"] == pytest.approx(0.15, rel=0.03)
-    assert values["angle_spread"] == pytest.approx(0.2, rel=0.03)
+    assert {name: values[name] for name in spreads} == pytest.approx(spreads, rel=0.05)
     assert "gain_spread" not in values
 
 
 def test_what_a_class_shares_is_told_apart_from_what_its_components_do():
-    values = learnt([walked("shared", mean=0.02, shift=0.03)], "shared")
+    values = learnt([walked("shared", mean_spread=0.02, class_spread=0.03)], "shared")
     assert values["mean_spread"] == pytest.approx(0.02, rel=0.06)
     # Of seven centroids' moves in common, a part is taken for a gain.
     assert values["class_spread"] == pytest.approx(0.03, rel=0.2)
-    assert learnt([walked("shared", mean=0.02)], "shared")["class_spread"] < 0.005
+    assert learnt([walked("shared", mean_spread=0.02)], "shared")["class_spread"] < 0.005
 
 
 def test_gains_and_their_jumps_are_found():
@@ -221,7 +218,7 @@ def test_steps_to_and_from_frames_without_a_mask_are_left_out(walk):
 
 def test_what_was_written_is_read_again(tmp_path):
     file = tmp_path / "dynamics.toml"
-    values = learnt([still(5), walked("shared", mean=0.02, gain=0.1)], "shared")
+    values = learnt([still(5), walked("shared", mean_spread=0.02, gain_spread=0.1)], "shared")
     sequence = {"name": 'a "clip"\\näh', "steps": 3}
     file.write_text(dynamics_text(values, {"colour_dynamics": "shared"}, [sequence]))
     read = read_dynamics(file)

@@ -44,15 +44,15 @@ class ColourDynamics:
     gain, as light has it that falls on all.
     """
 
-    kind: MixtureScale
-    mean: float  # of a centroid
-    shift: float  # of all centroids of a class together (`shared` alone)
-    gain: float  # of the gain's logarithm (`shared` alone); half of it of the map's other parts
+    colour_dynamics: MixtureScale
+    mean_spread: float  # of a centroid
+    class_spread: float  # of all centroids of a class together (`shared` alone)
+    gain_spread: float  # of the gain's logarithm (`shared` alone); half of it of the map's rest
     jump_probability: float  # how often that logarithm has the next deviation besides: in abrupt
-    jump: float  # changes of the light
-    weight: float  # of the logarithm of a component's weight
-    eigenvalue: float  # and of its eigenvalues
-    angle: float  # of its first direction [radians]
+    jump_spread: float  # changes of the light
+    prior_spread: float  # of the logarithm of a component's weight
+    eigenvalue_spread: float  # and of its eigenvalues
+    angle_spread: float  # of its first direction [radians]
 
     def propagated(self, states: Array, of_target: int, generator: np.random.Generator) -> Array:
         """Draw mixtures of the next frame; the first `of_target` components are the target's.
@@ -61,23 +61,23 @@ class ColourDynamics:
         """
         count, components, _ = states.shape
         moved = states.copy()
-        if self.kind == "shared":
-            gains = generator.normal(0.0, self.gain, count)
+        if self.colour_dynamics == "shared":
+            gains = generator.normal(0.0, self.gain_spread, count)
             jumps = generator.random(count) < self.jump_probability
-            gains += jumps * generator.normal(0.0, self.jump, count)
-            maps = generator.normal(0.0, self.gain / 2, (count, 2, 2))
+            gains += jumps * generator.normal(0.0, self.jump_spread, count)
+            maps = generator.normal(0.0, self.gain_spread / 2, (count, 2, 2))
             maps += np.exp(gains)[:, np.newaxis, np.newaxis] * np.eye(2)
             moved[:, :, MEAN] = np.einsum("nij,nmj->nmi", maps, states[:, :, MEAN])
-            shifts = generator.normal(0.0, self.shift, (count, 2, 2))
+            shifts = generator.normal(0.0, self.class_spread, (count, 2, 2))
             moved[:, :of_target, MEAN] += shifts[:, :1]
             moved[:, of_target:, MEAN] += shifts[:, 1:]
             moved[:, :, EIGENVALUES] *= np.exp(gains)[:, np.newaxis, np.newaxis]
-        moved[:, :, MEAN] += generator.normal(0.0, self.mean, (count, components, 2))
+        moved[:, :, MEAN] += generator.normal(0.0, self.mean_spread, (count, components, 2))
         moved[:, :, EIGENVALUES] *= np.exp(
-            generator.normal(0.0, self.eigenvalue, (count, components, 2))
+            generator.normal(0.0, self.eigenvalue_spread, (count, components, 2))
         )
-        moved[:, :, WEIGHT] *= np.exp(generator.normal(0.0, self.weight, (count, components)))
-        moved[:, :, ANGLE] += generator.normal(0.0, self.angle, (count, components))
+        moved[:, :, WEIGHT] *= np.exp(generator.normal(0.0, self.prior_spread, (count, components)))
+        moved[:, :, ANGLE] += generator.normal(0.0, self.angle_spread, (count, components))
         np.clip(
             moved[:, :, EIGENVALUES],
             SMALLEST_EIGENVALUE,

@@ -34,7 +34,6 @@ Tables: TypeAlias = NDArray[np.float32]
 Cells: TypeAlias = NDArray[np.int32]
 Indices: TypeAlias = NDArray[np.intp]
 Array: TypeAlias = NDArray[np.float64]
-Contour = NDArray[np.float64]
 
 Outside: TypeAlias = Literal["window", "image"]
 
@@ -170,7 +169,7 @@ def _row(
     return ceil(y) if y < height else height
 
 
-def outline(mask: Mask, points: int = 32) -> Contour:
+def outline(mask: Mask, points: int = 32) -> Array:
     """The outer boundary of a mask's largest part, (points, 2) [pixels].
 
     It passes half-way between the centres of neighbours of which one is inside: filled, it would be
@@ -193,13 +192,13 @@ def outline(mask: Mask, points: int = 32) -> Contour:
     return equally_spaced(np.roll(chain, -first, axis=0) / 2, points)
 
 
-def filled(contour: Contour, height: int, width: int) -> Mask:
+def filled(contour: Array, height: int, width: int) -> Mask:
     """Pixels of an image whose centres are inside a contour (points, 2), by the rule above."""
     inside: Mask = windings(contour, height, width) != 0
     return inside
 
 
-def bounding_box(contour: Contour) -> Box:
+def bounding_box(contour: Array) -> Box:
     """The least box around a contour."""
     least = contour.min(axis=0)
     return np.concatenate([least, contour.max(axis=0) - least])
@@ -215,7 +214,7 @@ def inscribed_ellipse(box: Box, height: int, width: int) -> Mask:
     return inside
 
 
-def enclosed_area(contour: Contour) -> float:
+def enclosed_area(contour: Array) -> float:
     """Area of what a contour encloses, in square pixels.
 
     Examples
@@ -227,7 +226,7 @@ def enclosed_area(contour: Contour) -> float:
     return float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2)
 
 
-def crosses_itself(contour: Contour) -> bool:
+def crosses_itself(contour: Array) -> bool:
     """Whether two sides of a contour that aren't neighbours have a point in common."""
     n = len(contour)
     a, b = np.triu_indices(n, 2)
@@ -240,7 +239,7 @@ def crosses_itself(contour: Contour) -> bool:
     return bool((_parted(contour, ends, a, b) & _parted(contour, ends, b, a)).any())
 
 
-def _parted(starts: Contour, ends: Contour, a: NDArray[np.intp], b: NDArray[np.intp]) -> Mask:
+def _parted(starts: Array, ends: Array, a: NDArray[np.intp], b: NDArray[np.intp]) -> Mask:
     """Whether the line through each side a has the two ends of side b not on one side of it."""
     x, y = (ends[a] - starts[a]).T
     start, end = starts[b] - starts[a], ends[b] - starts[a]
@@ -248,7 +247,7 @@ def _parted(starts: Contour, ends: Contour, a: NDArray[np.intp], b: NDArray[np.i
     return parted
 
 
-def equally_spaced(contour: Contour, points: int) -> Contour:
+def equally_spaced(contour: Array, points: int) -> Array:
     """So many points at equal distances along a closed contour (n, 2), the first its own first."""
     closed = np.concatenate([contour, contour[:1]])
     lengths = np.hypot(*np.diff(closed, axis=0).T)
