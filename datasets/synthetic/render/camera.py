@@ -4,10 +4,10 @@ from statistics import NormalDist
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from datasets.interface import Image
-from datasets.synthetic.render.sprite import develop
 from datasets.synthetic.render.views import wandering
 
 __all__ = [
@@ -46,7 +46,7 @@ class Camera:
 
         The noise is a function of seed and frame alone; `gain` is that of all columns, or of each.
         """
-        develop(
+        _develop(
             canvas,
             fixed_point(self._rows),
             fixed_point(self._columns * gain),
@@ -107,3 +107,27 @@ def noise_table(deviation: float) -> NDArray[np.int32]:
     quantiles = np.array([normal.inv_cdf((byte + 0.5) / 256) for byte in range(256)])
     unit = quantiles / float(np.sqrt(np.mean(quantiles * quantiles)))
     return np.round(unit * deviation * LEVEL_STEPS).astype(np.int32)
+
+
+@njit(cache=True)
+def _develop(
+    canvas: NDArray[np.uint8],
+    row_gain: NDArray[np.int32],
+    column_gain: NDArray[np.int32],
+    table: NDArray[np.int32],
+    random: NDArray[np.uint8],
+) -> None:
+    """Apply light and sensor noise to a canvas, in place.
+
+    `row_gain` and `column_gain` are gains times 1024, whose product applies; `table` is the noise
+    of each random byte in 1/16 grey level; `random` has a byte for every value of the canvas.
+    """
+    height, width = canvas.shape[:2]
+    for y in range(height):
+        out = canvas[y].ravel()
+        dice = random[3 * width * y : 3 * width * (y + 1)]
+        for x in range(width):
+            gain = row_gain[y] * column_gain[x]
+            for i in range(3 * x, 3 * x + 3):
+                value = ((out[i] * gain) >> 16) + table[dice[i]]
+                out[i] = min(max((value + 8) >> 4, 0), 255)

@@ -10,6 +10,11 @@ from datasets.synthetic.render.views import SIZE, Camera
 
 __all__ = ["Coverage", "Prop", "extents", "visible"]
 
+Array = NDArray[np.float64]
+
+Coverage = tuple[int, int, NDArray[np.uint8]]
+"""Left and top [pixels], and how far each pixel is covered, in [0, 255]."""
+
 
 class Prop:
     """A thing that stands at a place (x, z) [metres].
@@ -18,14 +23,7 @@ class Prop:
     depth; `foot` is the row at which it stands [pixels from its upper end].
     """
 
-    def __init__(
-        self,
-        x: float,
-        z: float,
-        colour: NDArray[np.float64],
-        coverage: NDArray[np.float64],
-        foot: float,
-    ) -> None:
+    def __init__(self, x: float, z: float, colour: Array, coverage: Array, foot: float) -> None:
         self.x, self.z = x, z
         self._sprite = Sprite(colour, coverage)
         self._alpha = np.round(coverage * 255).astype(np.uint8)
@@ -55,17 +53,11 @@ class Prop:
         centres = np.stack([x + moments * displacement, np.full(len(moments), y)], axis=1)
         self._sprite.draw(canvas, centres, 1.0)
 
-    def coverage(self, camera: Camera) -> tuple[int, int, NDArray[np.uint8]]:
-        """Silhouette to the nearest pixel: left, top [pixels], covered part in [0, 255]."""
+    def coverage(self, camera: Camera) -> Coverage:
+        """Silhouette to the nearest pixel."""
         x, y = self.middle(camera)
         height, width = self._alpha.shape
         return round(x - width / 2), round(y - height / 2), self._alpha
-
-
-Array = NDArray[np.float64]
-
-Coverage = tuple[int, int, NDArray[np.uint8]]
-"""Left and top [pixels], and how far each pixel is covered, in [0, 255]."""
 
 
 def extents(coverage: Coverage) -> Array:

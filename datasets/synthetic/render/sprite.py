@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 __all__ = [
-    "Sprite", "blend_sprite", "blurred", "develop", "draw_rows", "instants", "superellipse",
+    "Sprite", "blend_sprite", "blurred", "draw_rows", "instants", "superellipse",
     "window",
 ]  # fmt: skip
 
@@ -185,30 +185,6 @@ def blend_sprite(
             for c in range(3):
                 value = canvas[y, x, c] * (65280 - cover) + 255 * (sums[4 * x + c] >> shift)
                 canvas[y, x, c] = (value + 32640) // 65280
-
-
-@njit(cache=True)
-def develop(
-    canvas: NDArray[np.uint8],
-    row_gain: NDArray[np.int32],
-    column_gain: NDArray[np.int32],
-    table: NDArray[np.int32],
-    random: NDArray[np.uint8],
-) -> None:
-    """Apply light and sensor noise to a canvas, in place.
-
-    `row_gain` and `column_gain` are gains times 1024, whose product applies; `table` is the noise
-    of each random byte in 1/16 grey level; `random` has a byte for every value of the canvas.
-    """
-    height, width = canvas.shape[:2]
-    for y in range(height):
-        out = canvas[y].ravel()
-        dice = random[3 * width * y : 3 * width * (y + 1)]
-        for x in range(width):
-            gain = row_gain[y] * column_gain[x]
-            for i in range(3 * x, 3 * x + 3):
-                value = ((out[i] * gain) >> 16) + table[dice[i]]
-                out[i] = min(max((value + 8) >> 4, 0), 255)
 
 
 def instants(displacement: float) -> NDArray[np.float64]:

@@ -86,7 +86,7 @@ def test_light_multiplies_and_noise_adds():
     random = camera.random_bytes(3, 4, canvas.size)
     expected = 200 * np.outer(rows, columns)[:, :, None] / 1024**2
     expected = expected + table[random].reshape(canvas.shape) / camera.LEVEL_STEPS
-    sprite.develop(canvas, rows, columns, table, random)
+    camera._develop(canvas, rows, columns, table, random)
     assert np.abs(canvas - expected).max() <= 0.5 + 1 / 16
 
 
