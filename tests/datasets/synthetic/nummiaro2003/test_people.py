@@ -12,7 +12,7 @@ from datasets.synthetic.nummiaro2003.campus import person, students
 from datasets.synthetic.nummiaro2003.campus.scene import VisitPlan, VisitScene
 from datasets.synthetic.nummiaro2003.knobs import PersonKnobs, StudentsKnobs
 from datasets.synthetic.render.views import fixed, straight
-from tests.datasets.synthetic.scenes import SEEDS
+from tests.datasets.synthetic.scenes import SEEDS, runs
 
 PERSON, STUDENTS = "nummiaro2003/person", "nummiaro2003/students"
 
@@ -28,8 +28,7 @@ def planned(module, knobs, **values):
 
 def spells(flags):
     """First frame and length of every run of True."""
-    edges = np.flatnonzero(np.diff(flags.astype(int), prepend=0, append=0))
-    return [(int(start), int(end - start)) for start, end in edges.reshape(-1, 2)]
+    return [(start, end - start) for start, end in runs(flags).tolist()]
 
 
 def check_the_story_of_the_students(sequence):
