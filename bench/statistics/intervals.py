@@ -106,13 +106,13 @@ def difference_interval(
     """
     groups = [_checked(first), _checked(second)]
     signs = (1, -1)
-    mean = sum(sign * float(group.mean()) for sign, group in zip(signs, groups, strict=False))
+    mean = sum(sign * float(group.mean()) for sign, group in zip(signs, groups, strict=True))
     error = sqrt(sum(_standard_error(group) ** 2 for group in groups))
     if error == 0.0:
         return Interval(mean, mean)
     shift = np.full(resamples, -mean)
     square = np.zeros(resamples)
-    for sign, group in zip(signs, groups, strict=False):
+    for sign, group in zip(signs, groups, strict=True):
         n = len(group)
         drawn = group[generator.integers(0, n, (resamples, n))]
         shift += sign * drawn.mean(axis=1)
