@@ -12,21 +12,13 @@ from datasets.synthetic.suite import Entry, Suite
 
 __all__ = ["SUITE"]
 
-MODULE = "datasets.synthetic.nguyen2002"
+MODULE, NAME = "datasets.synthetic.nguyen2002", "nguyen2002/clip"
 SIZE = 320, 240
 
-LENGTHS = (115, 119, 143, 134, 124, 155, 180, 146, 156, 164) + (
-    157,
-    166,
-    126,
-    178,
-    140,
-    148,
-    168,
-    183,
-    115,
-    183,
-)
+LENGTHS = (
+    115, 119, 143, 134, 124, 155, 180, 146, 156, 164,
+    157, 166, 126, 178, 140, 148, 168, 183, 115, 183,
+)  # fmt: skip
 """Frames of the twenty clips in the first scene, where they are drawn at random."""
 
 SUITE = Suite(
@@ -34,14 +26,7 @@ SUITE = Suite(
     [
         Entry("nguyen2002/lights", LightsKnobs, f"{MODULE}.lights.scene", 300, SIZE),
         *(
-            Entry(
-                f"nguyen2002/clip-{clip:02}",
-                FilmKnobs,
-                f"{MODULE}.film.scene",
-                length,
-                SIZE,
-                (clip,),
-            )
+            Entry(f"{NAME}-{clip:02}", FilmKnobs, f"{MODULE}.film.scene", length, SIZE, (clip,))
             for clip, length in enumerate(LENGTHS, 1)
         ),
     ],
