@@ -15,6 +15,7 @@ from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from bench.claims.kinds import Entry, Limits, Text, Texts, Value, listed
 from bench.experiments.experiment import ExperimentError, read_toml
+from bench.papers.recorded import Recorded
 
 __all__ = [
     "Column",
@@ -71,14 +72,6 @@ class Experiments(Entry):
     thorough: dict[Text, int] = Field(default={})
     quick_scenes: dict[Text, int] = Field(default={})
     quick_knobs: dict[Text, Value] = Field(default={"light": "even", "distance": 0})
-
-
-class Recording(Entry):
-    """What is run on recorded sequences, and whose published figures stand beside."""
-
-    title: Text
-    trackers: Texts
-    others: tuple[Text, ...] = ()
 
 
 class Settings(Entry):
@@ -234,7 +227,7 @@ class Description(Entry):
     traces: tuple[Literal["online", "revised"], ...] = ()
     apart: tuple[Text, ...] = ()
     experiments: Experiments
-    recorded: Recording | None = None
+    recorded: Recorded | None = None
     verdicts: dict[Text, dict[Text, str]] = Field(default={})
     names: dict[Text, Text] = Field(default={})
     settings: Settings = Settings()

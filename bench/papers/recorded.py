@@ -2,7 +2,6 @@
 
 import csv
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from bench.claims.kinds import Entry, Text, Texts
 from bench.evaluation.record import Trace
 from bench.evaluation.scoring import REVISED
 from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
@@ -22,33 +22,36 @@ from bench.store.results import Results
 from bench.store.truth import read_truth
 from reports.tables import Cell, Table
 
-__all__ = ["Published", "Recorded", "read_published", "shares_of_place_and_size"]
+__all__ = ["RECORDED", "Published", "Recorded", "read_published", "shares_of_place_and_size"]
 
 _COLUMNS = ("eval", "tracker", "sequence", "mean_iou_overlapScores", "success_at_0.5_from_errorNum")
 
 MASK_SCORES = {"J": "mean_region_similarity", "F": "mean_contour_accuracy"}
 """DAVIS's, by the heads of their columns; frames after the first count."""
 
+RECORDED = "recorded"
+"""Name of the experiment on recorded sequences."""
+
 Published = dict[tuple[str, str], tuple[float, float]]
 """Mean overlap and share of frames with overlap ≥ 0.5, by tracker and sequence."""
 
 
-@dataclass(frozen=True)
-class Recorded:
+class Recorded(Entry):
     """A paper's trackers and simple baselines on recorded sequences.
 
-    `name` and `title` are the experiment's; `others` trackers whose published figures stand beside.
+    `others` are trackers whose published figures stand beside.
     """
 
-    name: str
-    title: str
-    trackers: tuple[str, ...]
-    others: tuple[str, ...]
+    title: Text
+    trackers: Texts
+    others: tuple[Text, ...] = ()
 
-    def experiment(self, sequences: Sequence[SequenceSource], repetitions: int) -> Experiment:
+    def experiment(
+        self, name: str, sequences: Sequence[SequenceSource], repetitions: int
+    ) -> Experiment:
         """The runs."""
         return Experiment(
-            name=self.name,
+            name=name,
             title=self.title,
             trackers=self.trackers,
             sequences=tuple(sequences),

@@ -16,7 +16,7 @@ from bench.papers import Asked, Effort, Report
 from bench.papers.context import Context, hook, own_module, part_of
 from bench.papers.description import Description, TableEntry
 from bench.papers.figures import Drawn, draw_figure, write_pictures
-from bench.papers.recorded import Recorded, read_published
+from bench.papers.recorded import RECORDED, read_published
 from bench.papers.runs import tidy_runs
 from bench.papers.scenes import measured_on_scenes
 from bench.papers.selection import affordable, experiments_of, with_recorded
@@ -36,15 +36,6 @@ class Paper:
         self.description = description
         self.claims = read_claims(description.name)
 
-    @property
-    def recorded(self) -> Recorded | None:
-        """What is run on recorded sequences."""
-        entry = self.description.recorded
-        if entry is None:
-            return None
-        name = self.description.experiment("recorded")
-        return Recorded(name=name, title=entry.title, trackers=entry.trackers, others=entry.others)
-
     def experiments(self, effort: Effort) -> Sequence[Experiment]:
         """Experiments to run, in order.
 
@@ -53,8 +44,7 @@ class Paper:
         ExperimentError, SequenceError
             For anything asked for that can be known to fail.
         """
-        chosen = experiments_of(self.description, effort)
-        return with_recorded(chosen, effort, self.recorded) if self.recorded else chosen
+        return with_recorded(experiments_of(self.description, effort), self.description, effort)
 
     def prepare(self, folder: Path, effort: Effort) -> None:
         """Measure on scenes what no run shows, before any tracker runs; the report's folder."""
@@ -64,7 +54,7 @@ class Paper:
         """Judge the runs in `results` that were asked for now, write pictures into `folder`."""
         name = self.description.name
         timed = [self.description.experiment(one) for one in self.description.experiments.timed]
-        left = {*timed, self.recorded.name if self.recorded else ""}
+        left = {*timed, self.description.experiment(RECORDED)}
         scores = self._scores(results, {k: v for k, v in asked.items() if k not in left})
         measured = self._on_scenes(folder, effort)
         if gate := part_of(name, "kept", "scenes"):
@@ -175,12 +165,11 @@ class Paper:
             if entry.effort == "all" and not context.effort.everything:
                 continue
             tables += _made(key, entry, context, name)
-        recorded = self.recorded
-        if recorded and recorded.name in context.asked:
+        recorded, runs = self.description.recorded, self.description.experiment(RECORDED)
+        if recorded and runs in context.asked:
             path = context.effort.published
             published = {} if path is None else read_published(path)
-            cells = context.asked[recorded.name]
-            tables.append(recorded.table(context.results / recorded.name, published, cells))
+            tables.append(recorded.table(context.results / runs, published, context.asked[runs]))
         return tables
 
     def _remarks(

@@ -7,7 +7,7 @@ import datasets
 from bench.experiments.experiment import Experiment, read_experiment
 from bench.papers import Effort
 from bench.papers.description import Description
-from bench.papers.recorded import Recorded, read_published
+from bench.papers.recorded import RECORDED, read_published
 from datasets.text_form import parse_text
 
 __all__ = ["affordable", "experiments_of", "with_recorded"]
@@ -73,7 +73,7 @@ def _is_quick(description: Description, name: str, text: str) -> bool:
 
 
 def with_recorded(
-    experiments: list[Experiment], effort: Effort, recorded: Recorded
+    experiments: list[Experiment], description: Description, effort: Effort
 ) -> list[Experiment]:
     """The same, and the paper's trackers on the recorded sequences that are asked for.
 
@@ -86,10 +86,11 @@ def with_recorded(
     """
     if effort.published is not None:
         read_published(effort.published)
-    if not effort.recorded:
+    if not effort.recorded or description.recorded is None:
         return experiments
     most = effort.seeds or (QUICK_REPETITIONS if effort.quick else RECORDED_REPETITIONS)
-    added = recorded.experiment(effort.recorded, min(RECORDED_REPETITIONS, most))
+    name, repetitions = description.experiment(RECORDED), min(RECORDED_REPETITIONS, most)
+    added = description.recorded.experiment(name, effort.recorded, repetitions)
     for source in added.sequences:
         datasets.load(source.text).check_runnable()
     return [*experiments, added]

@@ -9,7 +9,6 @@ import pytest
 
 import bench
 from bench.experiments.experiment import Experiment, SequenceSource
-from bench.papers import load_paper
 from bench.papers.description import read_description
 from bench.papers.recorded import read_published, shares_of_place_and_size
 from bench.papers.runs import as_run, tidy_runs
@@ -104,9 +103,10 @@ def test_times_come_from_the_passes_that_no_load_disturbed(tmp_path):
 
 
 def test_recorded_runs_stand_beside_published_figures_with_the_first_frame_counted(here):
-    recorded = replace(load_paper("multipart").recorded, trackers=("static", "camshift"))
+    recorded = read_description("multipart").recorded
+    recorded = recorded.model_copy(update={"trackers": ("static", "camshift")})
     source = SequenceSource(str(here / "data" / "Small"))
-    experiment = recorded.experiment([source], 2)
+    experiment = recorded.experiment("small", [source], 2)
     folder = bench.run(experiment, here / "results", jobs=1)
     figures = here / "figures.csv"
     figures.write_text(

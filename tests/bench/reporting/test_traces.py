@@ -110,7 +110,7 @@ def test_tables_say_which_trace_they_show_where_a_tracker_revised(
 
 
 def test_recorded_sequences_have_a_row_of_each_trace_where_they_differ(stored):
-    table = Recorded("trial", "Trial", (), ()).table(stored, {})
+    table = Recorded(title="Trial", trackers=("static",)).table(stored, {})
     assert table.heads[:3] == ["sequence", "tracker", "trace"]
     rows = [[cell.text for cell in row] for row in table.rows]
     assert [row[2] for row in rows] == ["both", "online", "revised"] * 2
