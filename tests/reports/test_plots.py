@@ -193,7 +193,9 @@ def test_write_plots_draws_what_the_data_allow(tmp_path):
 
 def test_a_report_keeps_colours_and_counts_runs_in_every_plot(tmp_path, monkeypatch):
     drawn = {}
-    monkeypatch.setattr("reports.write.write_figure", lambda path, fig: drawn.setdefault(path, fig))
+    monkeypatch.setattr(
+        "reports.figures.write_figure", lambda path, fig: drawn.setdefault(path, fig)
+    )
     table = pd.concat([frame_table([0.5], tracker="b"), frame_table([0.5], tracker="c")])
     passes = timing(["t", "c"], 0.1, 0.2)
     write_plots(tmp_path, table, passes, "T", ["a", "b", "c"], incomplete={"a", "b"})

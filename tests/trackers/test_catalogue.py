@@ -188,12 +188,6 @@ def test_describe_gives_parameters_with_default_type_and_meaning(plugin):
     assert trackers.summary("static") == "Keeps the first box for ever: the floor of every table."
 
 
-def test_a_seed_may_be_a_number_or_its_sequence():
-    assert trackers.create("static", seed=5).seed.entropy == 5
-    sequence = np.random.SeedSequence(5, spawn_key=(1, 2))
-    assert trackers.create("static", seed=sequence).seed is sequence
-
-
 def test_listing_imports_no_tracker_and_no_heavy_library():
     program = (
         "import sys, trackers\n"

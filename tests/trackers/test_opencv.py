@@ -16,6 +16,13 @@ def boxes_of(tracker, clip):
     return np.array([tracker.update(image).box for image in clip.images[1:]])
 
 
+def usable(name):
+    try:
+        return trackers.resolve(name)
+    except TrackerError as error:
+        pytest.skip(str(error))
+
+
 class Scripted(OpenCVTracker):
     """Says what a test wants of it."""
 
@@ -109,10 +116,7 @@ def test_every_opencv_tracker_is_listed_and_either_there_or_says_what_to_install
 
 @pytest.mark.parametrize("name", ["opencv-mil", "opencv-tld", "opencv-boosting"])
 def test_the_seed_alone_decides_whatever_the_process_drew_before(name, moving_target):
-    try:
-        specification = trackers.resolve(name)
-    except TrackerError as error:
-        pytest.skip(str(error))
+    specification = usable(name)
     assert specification.randomness is trackers.Randomness.PROCESS
     # Fast enough to be nearly lost: on an easy clip every seed of Boosting gives the same.
     clip = moving_target(12, 140, 200, velocity=(10, 5), seed=4)
@@ -128,10 +132,7 @@ def test_the_seed_alone_decides_whatever_the_process_drew_before(name, moving_ta
     "name", ["opencv-kcf", "opencv-csrt", "opencv-mosse", "opencv-median-flow"]
 )
 def test_a_tracker_that_declares_no_randomness_ignores_the_process(name, moving_target):
-    try:
-        specification = trackers.resolve(name)
-    except TrackerError as error:
-        pytest.skip(str(error))
+    specification = usable(name)
     assert specification.randomness is trackers.Randomness.NONE
     clip = moving_target(12, velocity=(3, 1), seed=3)
     found = boxes_of(specification.create(1), clip)

@@ -63,8 +63,3 @@ def test_an_unknown_parameter_lists_the_known_and_the_closest():
 def test_a_tracker_without_parameters_says_so():
     with pytest.raises(TrackerError, match="Known: none"):
         Parameters.checked("static", {"speed": 1})
-
-
-def test_parameters_are_frozen():
-    with pytest.raises(ValueError, match="frozen"):
-        Example.checked("example", {}).count = 3

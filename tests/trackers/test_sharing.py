@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from trackers.base.interface import Estimate
-from trackers.base.parameters import Parameters, TrackerError
-from trackers.base.sharing import SharedFrame, SharingTracker
+from trackers.base.parameters import TrackerError
+from trackers.base.sharing import SharedFrame
 
 IMAGE = np.arange(60, dtype=np.uint8).reshape(4, 5, 3)
 
@@ -41,21 +40,6 @@ def test_the_image_is_handed_on_read_only_and_the_callers_stays_as_it_was():
         frame.image[0, 0, 0] = 1
     assert np.shares_memory(frame.image, image)
     assert image.flags.writeable
-
-
-def test_plain_calls_go_through_the_shared_ones_with_a_frame_of_their_own():
-    class Brightness(SharingTracker):
-        def init_shared(self, frame, box, mask=None):
-            self.seen = [frame]
-
-        def update_shared(self, frame):
-            self.seen.append(frame)
-            return Estimate(np.full(4, frame.image.mean()))
-
-    tracker = Brightness(Parameters(), np.random.SeedSequence(0))
-    tracker.init(IMAGE, np.zeros(4))
-    assert tracker.update(IMAGE).box[0] == IMAGE.mean()
-    assert len({id(frame) for frame in tracker.seen}) == 2
 
 
 @pytest.mark.parametrize(
