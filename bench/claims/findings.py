@@ -65,7 +65,7 @@ class Evidence:
     claim : Claim
         The claim, with the settings of its test.
     scores : DataFrame
-        As for `bench.claims.evaluation.judge`.
+        As for `bench.claims.judging.judge`.
     tables : mapping of str to DataFrame
         What else was measured, by name.
     """

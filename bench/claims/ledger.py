@@ -1,7 +1,7 @@
 """The ledger: claims of a paper as data, a TOML file a paper.
 
     read_claims(paper) -> dict[str, Claim]          # by id, in the file's order
-    judge(claim, scores, tables={}) -> list[Finding]            # bench.claims.evaluation
+    judge(claim, scores, tables={}) -> list[Finding]            # bench.claims.judging
     conclude(claim, findings) -> Conclusion                     # bench.claims.conclusion
 
 ```toml

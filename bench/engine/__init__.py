@@ -17,7 +17,7 @@ from bench.engine.unit import Limits, Unit
 from bench.experiments.experiment import ExperimentError
 
 if TYPE_CHECKING:
-    from bench.engine.worker import Outcome, Probed
+    from bench.engine.performing import Outcome, Probed
 from datasets.text_form import close_match
 
 __all__ = ["ENGINES", "Engine", "Job", "engine", "probe"]
@@ -41,7 +41,7 @@ class Job:
     def __call__(self, unit: Unit) -> "Outcome":
         """Perform a unit under the supervisor of the calling thread, which is kept.
 
-        Raises `SequenceError`, `ResultsError` as `bench.engine.worker.perform`.
+        Raises `SequenceError`, `ResultsError` as `bench.engine.performing.perform`.
         """
         from bench.engine.supervisor import Supervisor
 

@@ -20,9 +20,9 @@ import cv2
 from bench.compilation import attend
 from bench.engine.board import Board, BoardWatch
 from bench.engine.output import Printed
+from bench.engine.performing import Failure, Outcome, Probed, perform, probe, record_failure
 from bench.engine.process import can_use_files, limit_memory
 from bench.engine.unit import Limits, Unit
-from bench.engine.worker import Failure, Outcome, Probed, perform, probe, record_failure
 from bench.evaluation.watch import NotAttributableError, Watch
 from bench.store.files import ResultsError
 from datasets import SequenceError

@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Protocol, TypeAlias
 
 from bench.engine import Job
+from bench.engine.performing import Outcome
 from bench.engine.unit import Unit
-from bench.engine.worker import Outcome
 from bench.store.files import ResultsError, remove_file, temporary_name, write_atomically
 from datasets import SequenceError
 

@@ -8,9 +8,9 @@ from functools import partial
 from itertools import islice
 
 from bench.engine import Engine, Job
+from bench.engine.performing import Outcome
 from bench.engine.supervisor import Supervisor
 from bench.engine.unit import Unit
-from bench.engine.worker import Outcome
 from bench.experiments.experiment import ExperimentError
 
 __all__ = ["connect"]

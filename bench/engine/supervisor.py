@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 from bench.engine.board import NOBODY, READING, Sight
 from bench.engine.child import EscapedError, Perform, Probe, Record
 from bench.engine.child_process import ChildProcess, Death, StartError
+from bench.engine.performing import Failure, Outcome, Probed
 from bench.engine.unit import Entry, Limits, Unit
-from bench.engine.worker import Failure, Outcome, Probed
 from bench.evaluation.watch import NotAttributableError, Watch
 from datasets import SequenceError
 
@@ -45,7 +45,7 @@ class Supervisor:
         `unit`: what to do. `folder`: the experiment's folder of results. `progress`: called now and
         then with the work done so far.
 
-        Raises `SequenceError`, `ResultsError` as `bench.engine.worker.perform`.
+        Raises `SequenceError`, `ResultsError` as `bench.engine.performing.perform`.
         """
         parts = [_Part(unit)]
         outcomes: list[Outcome] = []

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from bench.engine import Engine, Job, engine
+from bench.engine.performing import Outcome
 from bench.engine.unit import Limits, Unit
-from bench.engine.worker import Outcome
 from bench.execution.plan import KnownSequences, Plan, State, make_plan
 from bench.execution.units import Units, left_of
 from bench.experiments.experiment import Experiment, read_experiment

@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from bench.claims.conclusion import Conclusion
-from bench.claims.evaluation import NOT_RUN, judge_all
+from bench.claims.judging import NOT_RUN, judge_all
 from bench.claims.ledger import read_claims
 from bench.claims.readings import Readings
 from bench.experiments.experiment import Experiment

@@ -24,11 +24,11 @@ from numpy.typing import NDArray
 
 from bench.evaluation.record import Run
 from bench.evaluation.scoring import score_both
+from bench.store.checksum import arrow_bytes, read_arrow
 from bench.store.columns import CELL, PLACE, TEXT, coded, numbered, places, tidy, with_place
 from bench.store.files import ResultsError, unreadable, write_atomically
 from bench.store.layout import run_path
 from bench.store.results import Results
-from bench.store.seal import arrow_bytes, read_arrow
 from bench.store.truth import read_truth
 
 __all__ = [

@@ -27,6 +27,14 @@ from bench.experiments.contestant import Identity
 from bench.metrics.regions import Segmentation
 from bench.metrics.times import Times
 from bench.store.asked import Asked, add_asked, read_asked, withdraw
+from bench.store.checksum import (
+    PLACEHOLDER,
+    SEAL_KEY,
+    arrow_bytes,
+    read_arrow,
+    read_sealed,
+    sealed,
+)
 from bench.store.columns import as_columns
 from bench.store.files import (
     ResultsError,
@@ -44,14 +52,6 @@ from bench.store.layout import (
     beside,
     check_schema,
     run_path,
-)
-from bench.store.seal import (
-    PLACEHOLDER,
-    SEAL_KEY,
-    arrow_bytes,
-    read_arrow,
-    read_sealed,
-    sealed,
 )
 from bench.store.unfinished import remove_leftovers
 from datasets.source_digest import library_versions

@@ -10,10 +10,10 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from bench.store.checksum import DamagedError, arrow_bytes, read_arrow
 from bench.store.columns import as_columns
 from bench.store.files import ResultsError, write_atomically
 from bench.store.layout import BOX_COLUMNS, METADATA_KEY, SCHEMA, check_schema, folder_name
-from bench.store.seal import DamagedError, arrow_bytes, read_arrow
 from datasets import Sequence
 
 __all__ = ["StoredTruth", "read_truth", "truth_path", "write_truth"]

@@ -19,6 +19,7 @@ import pyarrow.parquet as parquet
 from numpy.lib.format import open_memmap
 from numpy.typing import NDArray
 
+from bench.store.checksum import read_sealed
 from bench.store.files import (
     is_abandoned,
     locked,
@@ -27,7 +28,6 @@ from bench.store.files import (
     write_atomically,
 )
 from bench.store.layout import METADATA_KEY, UNFINISHED
-from bench.store.seal import read_sealed
 
 __all__ = ["map_rows", "read_rows", "remove_leftovers", "unfinished_runs"]
 

@@ -5,12 +5,12 @@ from functools import partial
 from pathlib import Path
 
 from bench.store.asked import read_asked
+from bench.store.checksum import read_sealed
 from bench.store.files import ResultsError, write_atomically
 from bench.store.index import read_index
 from bench.store.layout import experiment_folders
 from bench.store.log import log_files, read_log
 from bench.store.results import Results
-from bench.store.seal import read_sealed
 from bench.store.truth import read_truth, truth_path
 
 __all__ = ["Check", "checks", "damage", "merge_results"]

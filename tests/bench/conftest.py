@@ -17,7 +17,7 @@ import pytest
 import datasets
 from bench.cli import main
 from bench.compilation import SENTENCE
-from bench.engine import worker
+from bench.engine import performing
 from trackers.base import catalogue
 
 
@@ -113,11 +113,11 @@ class Here:
 
     def perform(self, unit, folder, progress=None):
         with self.at_work:
-            return worker.perform(unit, folder, self.limits)
+            return performing.perform(unit, folder, self.limits)
 
     def probe(self, unit, frames):
         with self.at_work:
-            return worker.probe(unit, frames)
+            return performing.probe(unit, frames)
 
     def close(self):
         """Nothing is left to end."""

@@ -9,7 +9,7 @@ import pandas as pd
 import bench
 import datasets
 from bench.claims.findings import Check, Evidence, Finding
-from bench.claims.measuring import CELL
+from bench.claims.verdicts import CELL
 from bench.papers.context import Context
 from bench.papers.measures import Course
 from bench.papers.multipart.scenes import THRESHOLD, Appearance, states_of

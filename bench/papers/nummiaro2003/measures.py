@@ -13,7 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.claims.findings import Check, Evidence, Finding
-from bench.claims.measuring import CELL
+from bench.claims.verdicts import CELL
 from bench.evaluation.record import Run
 from bench.metrics.centre_error import centre_error, centre_inside
 from bench.metrics.native import first_loss

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from bench.claims.conclusion import conclude
-from bench.claims.evaluation import judge
+from bench.claims.judging import judge
 from bench.claims.ledger import LedgerError, read_claims
 
 HEAD = """

@@ -22,10 +22,10 @@ from bench.metrics.regions import (
 )
 from bench.papers.recorded import Recorded
 from bench.reporting.tables import tables
+from bench.store.checksum import PLACEHOLDER, SEAL_KEY, sealed
 from bench.store.layout import METADATA_KEY
 from bench.store.loading import load_results
 from bench.store.results import Results
-from bench.store.seal import PLACEHOLDER, SEAL_KEY, sealed
 from trackers import Estimate
 
 SHAPE = (24, 32)

@@ -19,11 +19,11 @@ from bench.evaluation.record import Run
 from bench.experiments.contestant import contestant, identify
 from bench.metrics.times import Times
 from bench.store.asked import Asked
+from bench.store.checksum import PLACEHOLDER, check, sealed
 from bench.store.files import ResultsError, _host, write_atomically
 from bench.store.index import read_index
 from bench.store.layout import folder_name, run_path
 from bench.store.results import Results
-from bench.store.seal import PLACEHOLDER, check, sealed
 from bench.store.truth import read_truth, truth_path, write_truth
 from bench.store.unfinished import remove_leftovers
 

@@ -19,7 +19,7 @@ from hypothesis.stateful import (
 )
 
 import bench
-from bench.engine.worker import perform
+from bench.engine.performing import perform
 from bench.execution.run import Execution
 from bench.experiments.contestant import contestant, identify
 from bench.experiments.experiment import Experiment, SequenceSource

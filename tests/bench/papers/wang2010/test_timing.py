@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench.claims.evaluation import judge
+from bench.claims.judging import judge
 from bench.claims.ledger import read_claims
 from bench.experiments.contestant import contestant
 from bench.papers import Effort

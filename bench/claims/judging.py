@@ -14,9 +14,9 @@ from bench.claims import kinds
 from bench.claims.conclusion import Conclusion, conclude
 from bench.claims.findings import Check, Evidence, Finding
 from bench.claims.ledger import Claim
-from bench.claims.measuring import CELL, verdict_of
 from bench.claims.readings import NO_MATTER, Option, Reading, Readings
 from bench.claims.sides import SETTLED, Compared, Table, light_rows, limited, rows_by_reading
+from bench.claims.verdicts import CELL, verdict_of
 from bench.statistics.verdicts import (
     LEAST_CELLS,
     NOWHERE,
