@@ -188,7 +188,7 @@ class _Entry:
 
 
 def _numbers(runs: pd.DataFrame) -> list[tuple[NDArray[np.int64], list[str]]]:
-    """Of trackers and of sequences: numbers by row, and names in the order of appearance."""
+    """Numbers of trackers and of sequences by row, and names in the order of appearance."""
     found = [pd.factorize(runs[column]) for column in ("tracker", "sequence")]
     return [(numbers.astype(np.int64), [str(name) for name in names]) for numbers, names in found]
 

@@ -164,7 +164,7 @@ class Chosen:
 
     @property
     def rows(self) -> Rows:
-        """Themselves."""
+        """The rows that are compared."""
         return self.among[self.chosen]
 
 

@@ -51,7 +51,7 @@ class Perform:
     limits: Limits
 
     def __call__(self, watch: Watch) -> Outcome:
-        """Do it."""
+        """Perform the unit."""
         return perform(self.unit, self.folder, self.limits, watch)
 
 
@@ -64,7 +64,7 @@ class Record:
     failure: Failure
 
     def __call__(self, watch: Watch) -> Outcome:
-        """Do it."""
+        """Record the failure."""
         return record_failure(self.unit, self.folder, self.failure)
 
 
@@ -76,7 +76,7 @@ class Probe:
     frames: int
 
     def __call__(self, watch: Watch) -> Probed:
-        """Do it."""
+        """Time the trackers."""
         return probe(self.unit, self.frames, watch)
 
 

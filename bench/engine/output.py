@@ -21,7 +21,7 @@ class Tail:
         self._lock = threading.Lock()
 
     def clear(self) -> None:
-        """Forget it."""
+        """Forget what was printed."""
         with self._lock:
             self._pieces.clear()
             self._length = 0

@@ -68,7 +68,7 @@ class Context:
 
     @property
     def readings(self) -> Readings:
-        """Of the ledger."""
+        """The readings under which the ledger's claims are judged."""
         return next(iter(self.claims.values())).readings
 
     @cached_property

@@ -49,7 +49,7 @@ class Recorded(Entry):
     def experiment(
         self, name: str, sequences: Sequence[SequenceSource], repetitions: int
     ) -> Experiment:
-        """The runs."""
+        """Experiment of all trackers on the recorded sequences."""
         return Experiment(
             name=name,
             title=self.title,

@@ -76,7 +76,7 @@ class Smoother:
 
     @property
     def value(self) -> float:
-        """The latest."""
+        """The latest estimate."""
         return float(self._state[0])
 
     @property

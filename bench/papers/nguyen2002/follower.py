@@ -115,7 +115,7 @@ class Follower(Nguyen2002):
         self._taken = True
 
     def box(self, pose: Pose) -> Box:
-        """Of a pose, in pixels."""
+        """Box of a pose [pixels]."""
         return self._box(pose)
 
     def truth(self, image: Image, box: Box) -> Array:

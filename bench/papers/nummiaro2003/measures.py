@@ -340,7 +340,7 @@ CHECKS: Mapping[str, Check] = {
 
 
 def _nearer(runs: pd.DataFrame) -> "pd.Series[float]":
-    """Of runs with update: 1 in scenes in which the mean error of Hx is smaller than without."""
+    """Among runs with update, 1 in scenes in which the mean error of Hx is smaller than without."""
     pairs = runs.assign(pair=runs["text"].str.replace(":model_update=false", ""))
     errors = pairs.pivot_table("size_error", ["pair", "name"], "model_update")
     errors = errors.reindex(columns=[False, True]).dropna()

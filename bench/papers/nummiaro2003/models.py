@@ -62,7 +62,7 @@ class Model:
 def first_model(
     sequence: Sequence, colours: JointBins | None = None, kernel: Kernel = "isotropic"
 ) -> Model:
-    """That of the true ellipse in the first frame."""
+    """Model of the true ellipse in the first frame."""
     first = sequence.first_frame
     return Model(sequence[first], ellipses_in(sequence.boxes[first]), colours, kernel)
 
@@ -116,7 +116,7 @@ def _at_rest(ellipses: Array) -> Array:
 
 
 class Histogram:
-    """Of BGR pixels (n, 3), each counted alike: bins of the text, likelihood of Equation 10."""
+    """Histogram of BGR pixels (n, 3), each counted alike: bins of the text, likelihood of Equation 10."""
 
     def __init__(self, pixels: Image) -> None:
         self._model = _histogram(pixels)

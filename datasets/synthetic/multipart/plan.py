@@ -108,7 +108,7 @@ class Plan:
 
     @cached_property
     def measured(self) -> tuple[Array, Array]:
-        """Of the target: extents of its silhouette, shape (n, 4), and the fraction seen, (n,)."""
+        """Extents of the target's silhouette, shape (n, 4), and the fraction seen, (n,)."""
         boxes, fractions = np.empty((len(self), 4)), np.empty(len(self))
         for frame in range(len(self)):
             whole = self.coverage(0, frame)

@@ -30,7 +30,7 @@ def plain(places: Array) -> Array:
 
 @dataclass(frozen=True)
 class Finish:
-    """Of a surface."""
+    """How a surface takes light: its colour, gloss and pattern."""
 
     colour: ArrayLike  # (3,), BGR in [0, 255], as it is seen in full light
     gloss: float = 0.0  # how much of the lamp it reflects

@@ -109,7 +109,7 @@ def drawn_lighting(seed: int, kind: Literal["even", "jump", "repeated", "shadow"
 
 
 def _drawn_shadow(random: np.random.Generator) -> Shadow:
-    """It comes in from outside, some frames after the first."""
+    """A shadow that comes in from outside, some frames after the first."""
     direction = random.uniform(0, 2 * np.pi)
     pace, width = random.uniform(*PACE), random.uniform(*WIDTH)
     reach = (abs(np.cos(direction)) * SIZE[0] + abs(np.sin(direction)) * SIZE[1]) / 2

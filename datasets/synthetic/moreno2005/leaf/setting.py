@@ -72,7 +72,7 @@ class Layer:
     straight: Floats
 
     def lit(self, share: float) -> Floats:
-        """It in the light of the sky and in a share of the sun's."""
+        """The surface in the light of the sky and in a share of the sun's."""
         sky, sun = np.append(SKY, 1), np.append(share * SUN, 0)
         return np.asarray(self.around * sky + self.straight * sun, np.float32)
 

@@ -113,7 +113,7 @@ def _balls(places: Array, radii: Array, height: float, flat: float) -> Array:
 
 
 def _wave(waves: Array, time: float) -> Array:
-    """Of each row: size times the sine of time."""
+    """Offset of each row: size times the sine of time."""
     size, period, phase = waves.T
     return np.asarray(size * np.sin(2 * np.pi * time / period + phase))
 

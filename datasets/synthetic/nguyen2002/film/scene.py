@@ -134,7 +134,7 @@ class FilmScene(Scene):
 
     @cached_property
     def _hiders(self) -> list[tuple[Sprite, Array]]:
-        """Of each passage: the picture, and where its middle is from its anchor [pixels]."""
+        """Pictures that pass before the target, and their middles from their anchors [pixels]."""
         hiders = []
         for number, passage in enumerate(self.plan.passages):
             random, size = self._random(f"hider {number}"), np.array(passage.size) / UNIT

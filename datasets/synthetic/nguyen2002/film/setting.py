@@ -117,7 +117,7 @@ class Place:
 
     @cached_property
     def _scales(self) -> Array:
-        """Of every row of the ground [pixels/metre]."""
+        """Scale of every row of the ground [pixels/metre]."""
         rows = np.arange(self._first, self._size[1] + self._shake + 2) + 0.5
         return np.asarray((rows - self._still.horizon) / self._still.eye)
 

@@ -175,7 +175,7 @@ def _unwound(facings: list[float], random: np.random.Generator) -> list[float]:
 def _headings(
     random: np.random.Generator, operations: list[_Operation], headings: list[float]
 ) -> tuple[Array, Array]:
-    """Of the body and of the head, which turns first and faster."""
+    """Headings of the body and of the head, which turns first and faster."""
     time = np.arange(FRAMES, dtype=np.float64)
     body, head = np.full(FRAMES, headings[0]), np.full(FRAMES, headings[0])
     for (before, after), (old, new) in zip(pairwise(operations), pairwise(headings), strict=True):

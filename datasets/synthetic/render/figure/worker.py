@@ -184,7 +184,7 @@ class Worker:
         return np.asarray((forward * way).sum(axis=1) / np.sqrt((way * way).sum(axis=1)))
 
     def motion(self, frame: int) -> Array:
-        """Of the head around a frame, right and down [pixels/frame], shape (2,)."""
+        """Motion of the head around a frame, right and down [pixels/frame], shape (2,)."""
         around = max(frame - 1, 0), min(frame + 1, len(self._bones.origins) - 1)
         first, last = (self.head_place(k) for k in around)
         return np.asarray((last - first) / (around[1] - around[0]))

@@ -143,7 +143,7 @@ class Street:
 
     @cached_property
     def _scales(self) -> NDArray[np.float64]:
-        """Of every row of the ground, without shift [pixels/metre]."""
+        """Scale of every row of the ground, without shift [pixels/metre]."""
         last = self._size[1] - self._reach.shift_y[0] + 2
         rows = np.arange(self._first_row, last) + 0.5
         return np.asarray((rows - self._still.horizon) / self._still.eye)
