@@ -116,7 +116,7 @@ def _at_rest(ellipses: Array) -> Array:
 
 
 class Histogram:
-    """Histogram of BGR pixels (n, 3), each counted alike: bins of the text, likelihood of Equation 10."""
+    """Histogram of BGR pixels (n, 3), all of one weight: the text's bins, and Equation 10."""
 
     def __init__(self, pixels: Image) -> None:
         self._model = _histogram(pixels)
