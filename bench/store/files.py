@@ -214,7 +214,11 @@ def _runs(process: int) -> bool:
         return False
     except PermissionError:  # it runs, as another user
         return True
-    return True
+    try:  # killed, and nobody has asked yet how it ended: Linux
+        state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
+    except (OSError, IndexError):
+        return True
+    return state != "Z"
 
 
 def _make_folder(path: Path) -> None:

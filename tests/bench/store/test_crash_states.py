@@ -6,12 +6,14 @@ forgets what was not forced to it: names of files, whole contents, or half of th
 
 import os
 import shutil
+import subprocess
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 
-from bench.store.files import ResultsError
+from bench.store.files import ResultsError, is_abandoned, temporary_name
 
 
 @dataclass(eq=False)
@@ -305,3 +307,15 @@ def contents_of(folder, path):
         else:
             found |= contents_of(node, path / name)
     return found
+
+
+@pytest.mark.skipif(not hasattr(os, "waitid"), reason="tells a process's end without taking it")
+def test_what_a_killed_process_left_is_abandoned_though_nobody_waited_for_it():
+    with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as process:
+        name = temporary_name("run").replace(f"~{os.getpid()}~", f"~{process.pid}~")
+        assert not is_abandoned(name)
+        process.kill()
+        os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+        assert is_abandoned(name)
+    assert is_abandoned(name)
+    assert not is_abandoned(temporary_name("run"))
