@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from bench.papers import Effort, Report
-from bench.papers.screen import claim_count
+from bench.papers.screen import claim_count, outcome
 from bench.store.files import ResultsError
 from reports.files import write_file
 from reports.renderers import to_markdown
@@ -69,7 +69,7 @@ def _results(report: Report, paper: str, effort: Effort) -> str:
     if report.main is not None:
         parts.append(to_markdown(report.main).rstrip("\n"))
     rows = [
-        f"| {claim['id']} | {_plain(claim['text'])} | {claim['verdict']} "
+        f"| {claim['id']} | {_plain(claim['text'])} | {outcome(claim)} "
         f"| {claim['readings'].partition(';')[0] or '—'} |"
         for claim in report.claims
     ]

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from bench.claims.judging import NOT_RUN
 from bench.papers import Effort, Report
 from reports.renderers import to_text
 
-__all__ = ["WIDTH", "claim_count", "screen"]
+__all__ = ["WIDTH", "claim_count", "outcome", "screen"]
 
 WIDTH = 100
 """Columns of a terminal that every line fits into [characters]; a main table is made to."""
@@ -23,7 +24,7 @@ def screen(report: Report, paper: str, effort: Effort, folder: Path) -> str:
     if report.main is not None:
         caption, _, body = to_text(report.main).partition("\n")
         parts += ["", *textwrap.wrap(caption, WIDTH), body.rstrip("\n")]
-    parts += ["", claim_count(report.claims), ""]
+    parts += ["", claim_count(report.claims), "", _row("claim", "", "verdict", "holds in")]
     parts += [_line(claim) for claim in report.claims]
     parts += ["", f"Why, in which readings, all tables and figures: {folder / 'report.md'}"]
     return "\n".join([*parts, *_further(paper, effort)])
@@ -31,24 +32,36 @@ def screen(report: Report, paper: str, effort: Effort, folder: Path) -> str:
 
 def claim_count(claims: list[dict[str, Any]]) -> str:
     """How many claims there are, by verdict: `30 claims: 7 holds, …`, most frequent first."""
-    counts = Counter(claim["verdict"] for claim in claims)
+    counts = Counter(map(outcome, claims))
     return f"{len(claims)} claims: " + ", ".join(
         f"{count} {verdict}" for verdict, count in counts.most_common()
     )
 
 
+def outcome(claim: Mapping[str, Any]) -> str:
+    """A claim's verdict, or that nothing was run which tests it."""
+    return "not run" if claim["evidence"]["reason"].startswith(NOT_RUN) else str(claim["verdict"])
+
+
 def _line(claim: Mapping[str, Any]) -> str:
     words = claim.get("short") or textwrap.shorten(claim["text"], _SHORT, placeholder=" …")
     fragile = ", fragile" if claim["evidence"]["fragile"] else ""
-    readings = claim["readings"].partition(";")[0]
-    holds = f"{readings} readings{fragile}" if readings else ""
-    return f"{claim['id']:<7} {words:<{_SHORT}} {claim['verdict']:<13} {holds}".rstrip()
+    readings, said = claim["readings"].partition(";")[0], outcome(claim)
+    holds = f"{readings} readings{fragile}" if readings and said == claim["verdict"] else ""
+    return _row(claim["id"], words, said, holds)
+
+
+def _row(name: str, words: str, verdict: str, holds: str) -> str:
+    return f"{name:<7} {words:<{_SHORT}} {verdict:<13} {holds}".rstrip()
 
 
 def _further(paper: str, effort: Effort) -> list[str]:
     """What to run for more."""
     if effort.quick:
-        return [f"Evidence, from all scenes and seeds: trackmark reproduce {paper}"]
+        return [
+            "A quick look decides few claims: a verdict needs eight scenes or more.",
+            f"Evidence, from all scenes and seeds: trackmark reproduce {paper}",
+        ]
     if not effort.everything:
         return [f"Sensitivities, ablations and asserted claims: trackmark reproduce {paper} --all"]
     return []

@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from bench.claims.judging import NOT_RUN
 from bench.papers import Effort, Report
 from bench.papers.page import BEGIN, END, write_page
 from bench.papers.screen import screen
@@ -22,7 +23,7 @@ def claim(
         "text": text,
         "verdict": verdict,
         "readings": readings,
-        "evidence": {"fragile": False, **evidence},
+        "evidence": {"fragile": False, "reason": "", **evidence},
     }
 
 
@@ -41,6 +42,7 @@ def report():
         claim("NG-2", "does-not-hold", "word " * 30, fragile=True) | {"short": "lost | at once"},
         claim("NG-T1", "not-testable", readings=""),
         claim("NG-4", "holds", "word " * 30),
+        claim("NG-5", "undecided", reason=f"{NOT_RUN}."),
     ]
     return Report("Template tracking", ["a remark"], [table], [], claims, main=table)
 
@@ -49,13 +51,14 @@ def test_the_screen_has_the_main_table_a_line_a_claim_and_where_the_rest_is(repo
     lines = screen(report, "nguyen2002", Effort(), Path("results/nguyen2002")).splitlines()
     assert lines[0] == "Template tracking"
     assert ["RGB", "17.7", "16"] in [line.split() for line in lines]
-    assert "4 claims: 2 holds, 1 does-not-hold, 1 not-testable" in lines
-    (first, second, third, fourth) = (line for line in lines if line.startswith("NG-"))
+    assert "5 claims: 2 holds, 1 does-not-hold, 1 not-testable, 1 not run" in lines
+    (first, second, third, fourth, fifth) = (line for line in lines if line.startswith("NG-"))
     assert re.fullmatch(r"NG-1 +The target is tracked\. +holds +7 of 9 readings", first)
     assert second.split("does-not-hold ")[-1] == "7 of 9 readings, fragile"
     assert "lost | at once" in second
     assert third.endswith("not-testable")
     assert "word …" in fourth
+    assert fifth.endswith("not run")
     assert max(map(len, lines)) <= 100
     assert any("results/nguyen2002/report.md" in line for line in lines)
     assert lines[-1].endswith("trackmark reproduce nguyen2002 --all")
