@@ -1,6 +1,8 @@
 """The page of a paper: its prose is somebody's, its table and verdicts are what was run."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from bench.papers import Effort, Report
 from bench.papers.screen import claim_count, outcome
@@ -69,12 +71,17 @@ def _results(report: Report, paper: str, effort: Effort) -> str:
     if report.main is not None:
         parts.append(to_markdown(report.main).rstrip("\n"))
     rows = [
-        f"| {claim['id']} | {_plain(claim['text'])} | {outcome(claim)} "
-        f"| {claim['readings'].partition(';')[0] or '—'} |"
+        f"| {claim['id']} | {_plain(claim['text'])} | {outcome(claim)} | {_readings(claim)} |"
         for claim in report.claims
     ]
     heads = ["| claim | what it says | verdict | holds in readings |", "|---|---|---|---|"]
     return "\n\n".join([*parts, f"{claim_count(report.claims)}.", "\n".join(heads + rows)]) + "\n"
+
+
+def _readings(claim: Mapping[str, Any]) -> str:
+    """In how many readings a claim holds; none for one that was not tested."""
+    tested = outcome(claim) == claim["verdict"]
+    return claim["readings"].partition(";")[0] if tested and claim["readings"] else "—"
 
 
 def _plain(text: str) -> str:
