@@ -150,6 +150,8 @@ class ChildProcess:
                     answer: Answer = pickle.loads(  # noqa: S301  # our child's
                         self._connection.recv_bytes(_LONGEST_ANSWER)
                     )
+                    if self.board.look().compiled:  # since the last look, too
+                        announce()
                     return answer
             except (EOFError, OSError, pickle.UnpicklingError):
                 return self._death()
@@ -160,7 +162,7 @@ class ChildProcess:
             # What this process itself slept through (stopped, suspended) does not count.
             waited += min(now - last, 2 * _POLL_SECONDS)
             last = now
-            if sight.compiled > seen.compiled:
+            if sight.compiled:
                 announce()
             if sight.sign_of_life != seen.sign_of_life:
                 waited = 0.0
