@@ -20,6 +20,7 @@ __all__ = [
     "SEAL_KEY",
     "DamagedError",
     "arrow_bytes",
+    "arrow_table",
     "check",
     "read_arrow",
     "read_sealed",
@@ -106,7 +107,12 @@ def read_arrow(path: Path) -> pa.Table:
     Raises `ResultsError` naming the file, where it is not what was written. Raises
     `FileNotFoundError`: where it is not there. Raises `ResultsError` where it can't be read now.
     """
-    return feather.read_table(pa.BufferReader(read_sealed(path)), use_threads=False)
+    return arrow_table(read_sealed(path))
+
+
+def arrow_table(content: bytes) -> pa.Table:
+    """Table of an Arrow file's content."""
+    return feather.read_table(pa.BufferReader(content), use_threads=False)
 
 
 def _digest(content: bytes) -> bytes:

@@ -31,7 +31,7 @@ from bench.store.checksum import (
     PLACEHOLDER,
     SEAL_KEY,
     arrow_bytes,
-    read_arrow,
+    arrow_table,
     read_sealed,
     sealed,
 )
@@ -156,8 +156,7 @@ class Results:
         path = self.path(run.identity)
         belonging = _companions(run)
         names = {
-            kind: f"{path.stem}.{hashlib.sha256(content).hexdigest()[:_DIGITS]}.{kind}"
-            for kind, content in belonging.items()
+            kind: f"{path.stem}.{_digits(content)}.{kind}" for kind, content in belonging.items()
         }
         content = _run_file(run, names)
         if belonging or not write_once(path, content, locked(self.folder)):
@@ -243,7 +242,7 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
     if "initialisation" in metadata:
         times = Times(columns["wall_seconds"], columns["cpu_seconds"], *metadata["initialisation"])
     belonging = {
-        kind: path.with_name(name) for kind, name in sorted(metadata["companions"].items())
+        kind: _companion(path, name) for kind, name in sorted(metadata["companions"].items())
     }
     revised = belonging.get("revised.arrow")
     arrays = belonging.get("arrays.npz")
@@ -254,7 +253,7 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
         confidence=columns["confidence"],
         details={name: columns[name] for name in metadata["details"]},
         failure=metadata["failure"],
-        revised=_boxes(read_arrow(revised)) if revised else None,
+        revised=_boxes(arrow_table(revised)) if revised else None,
         arrays=_read_arrays(arrays) if arrays else {},
         segmentation=segmentation,
         times=times,
@@ -279,10 +278,26 @@ def _companions(run: Run) -> dict[str, bytes]:
     return found
 
 
-def _read_arrays(file: Path) -> dict[int, dict[str, NDArray[Any]]]:
+def _digits(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:_DIGITS]
+
+
+def _companion(run: Path, name: str) -> bytes:
+    """Sealed content of what belongs to a run, whose seal covers the name: it says which."""
+    file = run.with_name(name)
+    content = read_sealed(file)
+    if f".{_digits(content)}." not in name:
+        raise ResultsError(
+            f"{file} is not what belongs to {run.name}: files were exchanged. Put back the right "
+            "one, or remove the run (`trackmark results remove`) and run the same command again."
+        )
+    return content
+
+
+def _read_arrays(content: bytes) -> dict[int, dict[str, NDArray[Any]]]:
     """Arrays and masks by frame and name."""
     arrays: dict[int, dict[str, NDArray[Any]]] = {}
-    with np.load(io.BytesIO(read_sealed(file)), allow_pickle=False) as archive:
+    with np.load(io.BytesIO(content), allow_pickle=False) as archive:
         for key in archive.files:
             frame, _, name = key.partition("/")
             arrays.setdefault(int(frame), {})[name] = archive[key]

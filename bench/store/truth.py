@@ -10,13 +10,13 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from bench.store.checksum import DamagedError, arrow_bytes, read_arrow
+from bench.store.checksum import DamagedError, arrow_bytes, read_arrow, read_sealed
 from bench.store.columns import as_columns
 from bench.store.files import ResultsError, write_atomically
 from bench.store.layout import BOX_COLUMNS, METADATA_KEY, SCHEMA, check_schema, folder_name
 from datasets import Sequence
 
-__all__ = ["StoredTruth", "read_truth", "truth_path", "write_truth"]
+__all__ = ["StoredTruth", "check_truth", "copy_truth", "read_truth", "truth_path", "write_truth"]
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,8 @@ class StoredTruth:
 
 def truth_path(folder: Path, sequence: str, fingerprint: str) -> Path:
     """File that holds the truth of a sequence with this fingerprint."""
-    return folder / "_truth" / folder_name(sequence) / f"{fingerprint[:32]}.arrow"
+    # Encoded like a label: no text that stands in a file leads out of the folder.
+    return folder / "_truth" / folder_name(sequence) / f"{folder_name(fingerprint[:32])}.arrow"
 
 
 def write_truth(folder: Path, sequence: Sequence) -> None:
@@ -59,6 +60,7 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
     metadata = {
         "schema": SCHEMA,
         "name": sequence.name,
+        "fingerprint": sequence.fingerprint,
         "fps": sequence.fps,
         "regions": list(regions),
         "attributes": list(sequence.attributes),
@@ -67,16 +69,48 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
     write_atomically(path, arrow_bytes(as_columns(columns), described))
 
 
+def copy_truth(source: Path, target: Path, sequence: str, fingerprint: str) -> None:
+    """Copy a truth from one experiment's folder to another's, unless it is there already.
+
+    Raises `ResultsError` naming a file that is missing, damaged or not what its name says.
+    """
+    there, copy = (truth_path(folder, sequence, fingerprint) for folder in (source, target))
+    if not copy.is_file():
+        read_truth(source, sequence, fingerprint)
+        write_atomically(copy, read_sealed(there))
+
+
+def check_truth(path: Path) -> tuple[pa.Table, Mapping[str, Any]]:
+    """Read a file of truth as its columns and what is said of them.
+
+    It must be the truth that its place says, which its seal covers: its sequence, and its
+    fingerprint. Files of trackmark before this was kept do not say their fingerprint, and are
+    known by their sequence alone.
+
+    Raises `ResultsError` naming a file that is not what was written there, or can't be read now,
+    and `FileNotFoundError`.
+    """
+    try:
+        table = read_arrow(path)
+        metadata: dict[str, Any] = json.loads(table.schema.metadata[METADATA_KEY])
+        name, schema = metadata["name"], metadata["schema"]
+    except (pa.ArrowException, KeyError, TypeError) as error:  # whole, and something else
+        raise DamagedError(f"{path} holds no truth: files were exchanged") from error
+    check_schema(path, schema)
+    place = truth_path(path.parents[2], name, metadata.get("fingerprint", ""))
+    if path.parent != place.parent or ("fingerprint" in metadata and path != place):
+        raise DamagedError(f"{path} holds another truth, of {name}: files were exchanged")
+    return table, metadata
+
+
 def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
     """Read the truth that runs on a sequence were made with.
 
-    Raises `ResultsError` naming a file that is missing or damaged.
+    Raises `ResultsError` naming a file that is missing, damaged or not what its name says.
     """
     path = truth_path(folder, sequence, fingerprint)
     try:
-        table = read_arrow(path)
-        metadata = json.loads(table.schema.metadata[METADATA_KEY])
-        check_schema(path, metadata["schema"])
+        table, metadata = check_truth(path)
         columns = {name: table.column(name).to_numpy() for name in table.column_names}
         regions = {
             region: np.column_stack([columns[f"{region}/{key}"] for key in BOX_COLUMNS])

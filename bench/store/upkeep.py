@@ -1,17 +1,18 @@
 """Looking after stored results: whether they are what was written, and bringing them together."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from bench.store.asked import read_asked
 from bench.store.checksum import read_sealed
-from bench.store.files import ResultsError, write_atomically
+from bench.store.files import ResultsError
 from bench.store.index import read_index
 from bench.store.layout import experiment_folders
 from bench.store.log import log_files, read_log
 from bench.store.results import Results
-from bench.store.truth import read_truth, truth_path
+from bench.store.truth import check_truth, copy_truth, read_truth, truth_path
 
 __all__ = ["Check", "checks", "damage", "merge_results"]
 
@@ -25,7 +26,7 @@ def checks(folder: Path) -> list[Check]:
     return [
         partial(read_asked, folder),
         *(partial(_read_run, Results(folder), file) for file in Results(folder).files()),
-        *(partial(read_sealed, file) for file in sorted(folder.glob("_truth/*/*.arrow"))),
+        *(partial(check_truth, file) for file in sorted(folder.glob("_truth/*/*.arrow"))),
         *(partial(_read_log, file) for file in log_files(folder)),
         *([partial(read_sealed, index)] if index.is_file() else []),
     ]
@@ -66,7 +67,7 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     into = Results(target)
     there = {row["path"]: (row["version"], row["status"], target) for row in read_index(into)}
     asked = into.asked()
-    wanted: list[tuple[Results, Path, Path]] = []
+    wanted: list[tuple[Results, Mapping[str, Any]]] = []
     conflicts: list[str] = []
     for folder in [found for source in sources for found in experiment_folders(source)]:
         results = Results(folder)
@@ -80,14 +81,12 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
                 if status == "finished" or row["status"] == "failed":
                     continue
             there[path] = (row["version"], row["status"], folder)
-            truth = truth_path(folder, row["sequence"], row["fingerprint"])
-            wanted.append((results, truth.relative_to(folder), Path(path)))
+            wanted.append((results, row))
     if conflicts:
         return 0, conflicts
     into.prepare(asked)
-    for results, truth, run in wanted:
-        if not (target / truth).is_file():
-            write_atomically(target / truth, read_sealed(results.folder / truth))
-        into.write(results.read(results.folder / run))
+    for results, row in wanted:
+        copy_truth(results.folder, target, row["sequence"], row["fingerprint"])
+        into.write(results.read(results.folder / row["path"]))
     read_index(into)
-    return len({run for _, _, run in wanted}), []
+    return len({row["path"] for _, row in wanted}), []

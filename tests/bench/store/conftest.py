@@ -158,6 +158,25 @@ def scratch(tmp_path):
 
 
 @pytest.fixture
+def several(make_sequence, scratch):
+    """Results with three files of every kind that are alike; two truths are of one name."""
+    results = Results(scratch / "trial")
+    made = []
+    for number, (name, absent) in enumerate([("line", (4,)), ("line", (5,)), ("other", (4,))]):
+        sequence = make_sequence(n=12, absent=absent, name=name)
+        run = bench.evaluate("static", sequence, repetition=number)
+        made.append((sequence, with_companions(run, number)))
+    keys = [run.identity for _, run in made]
+    results.prepare(
+        Asked("", {(k.tracker, k.sequence, k.repetition, k.protocol): k.version for k in keys})
+    )
+    for sequence, run in made:
+        write_truth(results.folder, sequence)
+        assert results.write(run)
+    return results
+
+
+@pytest.fixture
 def snapshot():
     """What a reader learns from the results in `trial`, by path; the plan is among it.
 

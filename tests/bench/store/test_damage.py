@@ -1,6 +1,7 @@
-"""A flipped bit in any stored file is detected, and the file named."""
+"""A flipped bit in any stored file, or another file in its place, is detected and named."""
 
 import errno
+import json
 import os
 import re
 from pathlib import Path
@@ -9,11 +10,15 @@ import numpy as np
 import pytest
 
 import bench
+from bench.store.asked import Asked
+from bench.store.checksum import arrow_bytes, arrow_table
 from bench.store.files import ResultsError
 from bench.store.index import read_index
+from bench.store.layout import METADATA_KEY
 from bench.store.log import log_files, read_log
 from bench.store.results import Results
-from bench.store.truth import read_truth
+from bench.store.truth import read_truth, write_truth
+from bench.store.upkeep import checks, damage, merge_results
 
 KINDS = ["run", "revised", "arrays", "truth", "plan"]
 
@@ -135,11 +140,59 @@ def test_a_file_cut_anywhere_is_named(stored, kind):
             read()
 
 
-def test_runs_that_are_swapped_are_noticed(stored):
-    """Each is whole by itself, but says that it belongs elsewhere."""
-    a, b = stored.files()
-    one, other = a.read_bytes(), b.read_bytes()
-    a.write_bytes(other)
-    b.write_bytes(one)
-    with pytest.raises(ResultsError, match=r"0\.parquet"):
-        bench.load_results(stored.folder)
+def test_files_that_are_exchanged_are_named_by_readers_and_by_the_check(several):
+    """Each is whole by itself, but what it is (run, sequence, fingerprint) is inside its seal."""
+    patterns = ("[!_]*/*/*.parquet", "*/*/*.revised.arrow", "*/*/*.npz", "_truth/*/*")
+    kinds = [sorted(several.folder.glob(pattern)) for pattern in patterns]
+    whole = {file: file.read_bytes() for kind in kinds for file in kind}
+    assert len(set(whole.values())) == 4 * 3
+    for kind in kinds:
+        for place in kind:
+            for other in {*kind, *(files[0] for files in kinds)} - {place}:
+                place.write_bytes(whole[other])
+                (said,) = filter(None, map(damage, checks(several.folder)))
+                assert str(place) in said
+                assert "\n" not in said
+            with pytest.raises(ResultsError, match=re.escape(place.name)):
+                bench.load_results(several.folder)  # which has no index
+            place.write_bytes(whole[place])
+    assert not any(map(damage, checks(several.folder)))
+    assert len(bench.load_results(several.folder)) == 3
+
+
+def without_fingerprint(content):
+    """A truth as it was stored before its fingerprint was kept in it."""
+    table = arrow_table(content)
+    described = dict(table.schema.metadata)
+    told = json.loads(described[METADATA_KEY])
+    del told["fingerprint"]
+    return arrow_bytes(table, described | {METADATA_KEY: json.dumps(told).encode()})
+
+
+def test_a_truth_of_before_is_read_and_known_by_its_sequence_alone(several):
+    truths = sorted(several.folder.glob("_truth/*/*"))
+    for file in truths:
+        file.write_bytes(without_fingerprint(file.read_bytes()))
+    assert not any(map(damage, checks(several.folder)))
+    line, _, other = (file.read_bytes() for file in truths)
+    truths[0].write_bytes(other)
+    assert "another truth, of other" in " ".join(map(damage, checks(several.folder)))
+    truths[0].write_bytes(line)
+    assert len(bench.load_results(several.folder)) == 3
+
+
+def test_no_text_in_a_file_leads_out_of_its_folder(make_sequence, tmp_path):
+    """A fingerprint may say anything; what is copied by it stays in the target."""
+    results = Results(tmp_path / "deep" / "inside" / "trial")
+    sequence = make_sequence(n=12)
+    sequence._fingerprint = "../../../outside"
+    run = bench.evaluate("static", sequence)
+    key = run.identity
+    cell = (key.tracker, key.sequence, key.repetition, key.protocol)
+    results.prepare(Asked("", {cell: key.version}))
+    write_truth(results.folder, sequence)
+    assert results.write(run)
+    merge_results([results.folder], tmp_path / "deep" / "merged")
+    top = {file.relative_to(tmp_path).parts[:2] for file in tmp_path.rglob("*.*")}
+    assert top == {("deep", "inside"), ("deep", "merged")}
+    assert len(bench.load_results(tmp_path / "deep" / "merged")) == 1
