@@ -293,7 +293,7 @@ def _shown(entry: _Entry, measure: Measure) -> str:
 
 
 def _notes(runs: pd.DataFrame) -> list[str]:
-    """Every failure with its reason, then what is missing by tracker."""
+    """Every failure with its reason, then what is missing or malformed by tracker."""
     failed = runs[runs["status"] == "failed"]
     notes = [
         f"failed: {run.tracker} on {run.sequence}, repetition {run.repetition}: "
@@ -305,6 +305,12 @@ def _notes(runs: pd.DataFrame) -> list[str]:
         counts = here.groupby("tracker", sort=False, observed=True).size()
         notes += [
             f"{status}: {tracker}, {count} {_WORDS[status]}" for tracker, count in counts.items()
+        ]
+    if "malformed" in runs:
+        sums = runs.groupby("tracker", sort=False, observed=True)["malformed"].sum()
+        notes += [
+            f"malformed: {tracker}, {count:.0f} boxes are not finite with a positive size: misses"
+            for tracker, count in sums[sums > 0].items()
         ]
     return notes
 

@@ -19,7 +19,7 @@ from bench.evaluation.record import Run
 from bench.evaluation.recorder import Recorder
 from bench.evaluation.watch import UNWATCHED, Watch
 from bench.experiments.contestant import Contestant, TrackerMaker, contestant
-from datasets import Sequence
+from datasets import Sequence, SequenceError
 from trackers.base.sharing import SharedFrame
 
 __all__ = ["Clocks", "Pass", "evaluate", "run_in_lock_step", "walk"]
@@ -151,6 +151,7 @@ def walk(
     can be read.
     """
     first = sequence.first_frame
+    images = _Images(sequence)
     watchers = []
     for number, recorder in enumerate(recorders if first else ()):
         watch.calling(number, first)
@@ -159,7 +160,7 @@ def walk(
         watch.called(number)
     for frame in range(first if watchers else 0):
         watch.reading(frame)
-        shown = SharedFrame(sequence[frame], len(watchers))
+        shown = SharedFrame(images.read(frame), len(watchers))
         for number, recorder in watchers:
             watch.calling(number, frame)
             recorder.show(shown, frame)
@@ -167,7 +168,7 @@ def walk(
     clocks = Clocks()
     began = perf_counter()
     watch.reading(first)
-    shown = SharedFrame(sequence[first])
+    shown = SharedFrame(images.read(first))
     mask = sequence.mask(first)
     clocks.fetching = perf_counter() - began
     for number, recorder in enumerate(recorders):
@@ -178,16 +179,40 @@ def walk(
     for frame in range(first + 1, stop):
         if not to_the_end and all(recorder.failure for recorder in recorders):
             break
-        _follow(recorders, sequence, frame, watch, clocks)
+        _follow(recorders, images, frame, watch, clocks)
     return clocks
 
 
+class _Images:
+    """Images of a sequence, which are all of one size: what trackers rely on."""
+
+    def __init__(self, sequence: Sequence) -> None:
+        self.sequence = sequence
+        self._first: tuple[int, tuple[int, ...]] | None = None
+
+    def read(self, frame: int) -> NDArray[np.uint8]:
+        """Image of a frame.
+
+        Raises `SequenceError` where it can't be read, or is of another size than the first.
+        """
+        image = self.sequence[frame]
+        first, shape = self._first = self._first or (frame, image.shape)
+        if image.shape != shape:
+            raise SequenceError(
+                f"{self.sequence.name}: {self.sequence.frame_name(frame)} has "
+                f"{image.shape[1]}x{image.shape[0]} pixels, "
+                f"{self.sequence.frame_name(first)} {shape[1]}x{shape[0]}. Make them equal."
+            )
+        return image
+
+
 def _follow(
-    recorders: Sized[Recorder], sequence: Sequence, frame: int, watch: Watch, clocks: Clocks
+    recorders: Sized[Recorder], images: _Images, frame: int, watch: Watch, clocks: Clocks
 ) -> None:
+    sequence = images.sequence
     began = perf_counter()
     watch.reading(frame)
-    image = sequence[frame]
+    image = images.read(frame)
     fetched = perf_counter()
     shown = SharedFrame(image, len(recorders))
     in_trackers, running = 0.0, 0

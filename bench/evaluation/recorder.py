@@ -41,6 +41,8 @@ LONGEST_REASON = 1_000
 LONGEST_TRACEBACK = 20_000
 """Characters that are kept of what a tracker raises."""
 
+_NUMBERS = "fiubO"  # kinds of arrays: real numbers, or objects that become some
+
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
 
 # Ctrl-C is the user's; everything else that escapes a tracker, sys.exit too, is its own.
@@ -99,6 +101,7 @@ class Recorder:
         self._mask: Mask | None = None
         self._segmentation: Segmentation | None = None
         self._revisions: dict[int, Box] = {}
+        self._first_seen = 0
         self._update: Callable[[SharedFrame], Estimate]
         self._made: Tracker | None = None
 
@@ -117,6 +120,9 @@ class Recorder:
         box = self._given[frame]
         self._rows[frame] = (*box, True, nan)
         if not self.failure:
+            # A tracker counts the frames that it is shown, and of those before its first box only
+            # one that watches is shown any.
+            self._first_seen = 0 if isinstance(self._made, Watcher) else frame
             self._try(frame, lambda: self._initialise(shown, box.copy(), mask))
 
     def follow(self, shown: SharedFrame, frame: int) -> float:
@@ -228,12 +234,14 @@ class Recorder:
             self._arrays[frame] = kept
 
     def _take_revision(self, frame: int, revised: Mapping[int, Box]) -> None:
+        last = frame - self._first_seen
         for earlier, box in revised.items():
-            if not 0 <= earlier <= frame:
+            whole = isinstance(earlier, int | np.integer) and not isinstance(earlier, bool)
+            if not (whole and 0 <= earlier <= last):
                 raise MalformedEstimateError(
-                    f"revised frame {earlier} is not one of the frames 0 to {frame}"
+                    f"revised frame {earlier!r} is not one of the frames 0 to {last} seen so far"
                 )
-            self._revisions[earlier] = np.array(checked_box(box))
+            self._revisions[self._first_seen + int(earlier)] = np.array(checked_box(box))
 
     def fail(self, frame: int, reason: str) -> None:
         """Count the run as failed, for what the tracker did elsewhere than in its answers."""
@@ -265,9 +273,11 @@ def checked_box(box: Any) -> list[float]:
     Raises `MalformedEstimateError` unless it is four finite numbers with positive width and
     height.
     """
-    if not isinstance(box, np.ndarray) or box.shape != (4,):
+    plain = np.asarray(box) if isinstance(box, np.ndarray) else None
+    if plain is None or plain.shape != (4,) or plain.dtype.kind not in _NUMBERS:
         raise MalformedEstimateError(f"the box is {box!r}, not an array [x, y, width, height]")
-    numbers: list[float] = box.tolist()
+    # Checked as it is kept: what is finite in another type need not be as float64.
+    numbers = [float(number) for number in plain.tolist()]
     x, y, width, height = numbers
     # A NaN fails every comparison, so these also tell finite from not.
     if not (-inf < x < inf and -inf < y < inf and 0 < width < inf and 0 < height < inf):

@@ -78,6 +78,13 @@ def test_a_tracker_that_lacks_a_sequence_has_no_mean_and_no_row_of_it():
     assert texts(sequences(rows[1:])) == [["t", "a", "0.200"], ["s", "b", "0.900"]]
 
 
+def test_malformed_boxes_are_counted_by_tracker():
+    frame = runs(done("a", "s", 0, 0.5), done("a", "s", 1, 0.5), done("b", "s", 0, 0.5))
+    frame["malformed"] = [2.0, 1.0, 0.0]
+    (note,) = summary_table(frame, (OVERLAP,), "T", "native").notes
+    assert note == "malformed: a, 3 boxes are not finite with a positive size: misses"
+
+
 def test_a_missing_score_is_not_passed_over():
     assert texts(summary([done("a", "s", 0, np.nan), done("a", "s", 1, 0.5)])) == [["a", "—"]]
 

@@ -1,12 +1,14 @@
 """The loop over frames: who is called when, what is kept, what a bad tracker costs."""
 
 import sys
+from decimal import Decimal
 
 import numpy as np
 import pytest
 
 import bench
 from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.timing import time_run
 from bench.experiments.contestant import contestant
 from datasets import SequenceError
 from trackers import Estimate
@@ -163,6 +165,17 @@ def raise_error(image, tracker):
     raise ZeroDivisionError("of my own making")
 
 
+class Lying(np.ndarray):
+    def tolist(self):
+        return [0.0, 0.0, 1.0, 1.0]
+
+
+HUGE = np.array(["1e4000", "0", "1", "1"], np.longdouble)
+TINY = np.array(["0", "0", "1e-4000", "1"], np.longdouble)
+DECIMALS = np.array([Decimal("1e4000"), 0, 1, 1], object)
+LYING = np.full(4, np.nan).view(Lying)
+
+
 class UnprintableError(Exception):
     def __str__(self):
         raise ZeroDivisionError
@@ -192,6 +205,19 @@ BAD = {
     "details a word": (lambda i, t: Estimate(t.box, details={"k": "word"}), "ValueError"),
     "calls a column x": (lambda i, t: Estimate(t.box, details={"x": 1.0}), "'x'"),
     "revises the future": (lambda i, t: Estimate(t.box, revised={9: t.box}), "revised frame 9"),
+    "revises frame true": (lambda i, t: Estimate(t.box, revised={True: t.box}), "frame True"),
+    "revises between": (lambda i, t: Estimate(t.box, revised={1.5: t.box}), "frame 1.5 is not one"),
+    "revises a word": (lambda i, t: Estimate(t.box, revised={"1": t.box}), "frame '1' is not one"),
+    "is finite as longdouble": (lambda i, t: Estimate(HUGE), "[inf, 0.0, 1.0, 1.0] is not finite"),
+    "is wide as longdouble": (lambda i, t: Estimate(TINY), "0.0, 1.0] is not finite with a pos"),
+    "is finite as Decimal": (lambda i, t: Estimate(DECIMALS), "[inf, 0.0, 1.0, 1.0] is not"),
+    "says that it is finite": (lambda i, t: Estimate(LYING), "[nan, nan, nan, nan] is not finite"),
+    "is in words": (lambda i, t: Estimate(np.array(list("1234"))), "not an array"),
+    "is complex": (lambda i, t: Estimate(t.box + 1j), "not an array"),
+    "revises to longdouble": (
+        lambda i, t: Estimate(t.box, revised={1: HUGE}),
+        "[inf, 0.0, 1.0, 1.0] is not finite",
+    ),
     "revises badly": (lambda i, t: Estimate(t.box, revised={1: t.box * 0}), "positive size"),
     "writes to the image": (lambda i, t: i.fill(0), "read-only"),
 }
@@ -277,6 +303,25 @@ def test_revisions_are_kept_beside_what_was_said_online(make_sequence):
         "absence_reported": online["absence_reported"]
     }
     assert bench.score(run, sequence, trace="revised")["centre_error"] != online["centre_error"]
+
+
+def test_a_tracker_counts_the_frames_that_it_was_shown(make_sequence):
+    def revise(image, tracker):
+        return Estimate(tracker.box, revised={np.int64(0): tracker.box, 3: tracker.box})
+
+    run = bench.evaluate(misbehaving(revise), make_sequence(n=8, absent=(0, 1)))
+    assert np.isnan(run.revised[:2]).all(), "it has not seen these"
+    np.testing.assert_array_equal(run.revised[[2, 5]], run.boxes[[5, 5]])
+
+
+@pytest.mark.parametrize(
+    "protocol", [bench.evaluate, lambda name, sequence: time_run(contestant(name), 0, sequence)]
+)
+def test_a_frame_of_another_size_is_an_error_of_the_sequence(make_sequence, protocol):
+    sequence = make_sequence(n=8)
+    sequence.frames = [np.zeros((24, 32 + (frame == 5), 3), np.uint8) for frame in range(8)]
+    with pytest.raises(SequenceError, match="line: frame 5 has 33x24 pixels, frame 0 32x24"):
+        protocol("static", sequence)
 
 
 def finishing(last_word, at=99, act=None):
