@@ -72,6 +72,11 @@ class Identity:
         """16 hexadecimal digits over all but the repetition: what a mean may be taken over."""
         return _digest({key: value for key, value in asdict(self).items() if key != "repetition"})
 
+    @cached_property
+    def tracker_digest(self) -> str:
+        """16 hexadecimal digits over the tracker's source and libraries, wherever it ran."""
+        return _digest(self.tracker_version)
+
 
 def _digest(determining: Mapping[str, Any]) -> str:
     text = json.dumps(determining, sort_keys=True)

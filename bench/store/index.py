@@ -51,6 +51,7 @@ _TEXTS = (
     "preset",
     "parameters",
     "version",
+    "tracker_version",
     "sequence",
     "fingerprint",
     "protocol",
@@ -85,6 +86,7 @@ def index_row(results: Results, path: Path, run: Run, truth: Any) -> dict[str, A
         "preset": key.preset,
         "parameters": json.dumps(key.parameters, sort_keys=True),
         "version": key.version,
+        "tracker_version": key.tracker_digest,
         "sequence": key.sequence,
         "fingerprint": key.fingerprint,
         "protocol": key.protocol,
@@ -157,12 +159,13 @@ def read_table(
     `results`: of an experiment. `progress`: called with the numbers of files that were opened, and
     of all that must be.
 
-    Columns: `tracker`, `tracker_name`, `preset`, `parameters` (JSON), `version`, `sequence`,
-    `fingerprint`, `protocol`, `status`, `failure`, `source` and `truth` (where the sequence was
-    opened from), `repetition`, `frames`, `size` [bytes] and `mtime` [nanoseconds] of the file,
-    `seconds` that the tracker took, `frame_seconds` that a frame took to decode or render, and a
-    column a score of `bench.evaluation.scoring.score_both` (null where a run has it not, NaN where
-    it is undefined).
+    Columns: `tracker`, `tracker_name`, `preset`, `parameters` (JSON), `version` (of tracker,
+    parameters and sequence together), `tracker_version` (of the tracker's code and libraries alone,
+    the same on every sequence), `sequence`, `fingerprint`, `protocol`, `status`, `failure`,
+    `source` and `truth` (where the sequence was opened from), `repetition`, `frames`, `size`
+    [bytes] and `mtime` [nanoseconds] of the file, `seconds` that the tracker took, `frame_seconds`
+    that a frame took to decode or render, and a column a score of
+    `bench.evaluation.scoring.score_both` (null where a run has it not, NaN where it is undefined).
 
     Raises `ResultsError` naming a file that can't be read.
     """

@@ -45,6 +45,20 @@ def test_an_index_that_is_up_to_date_opens_no_run(results, sequence, monkeypatch
     assert read_index(Results(results.folder)) == rows
 
 
+def test_a_trackers_own_version_is_a_column_also_where_an_older_index_lacks_it(
+    results, sequence, make_sequence, store
+):
+    store(results, sequence)
+    store(results, make_sequence(name="other"))
+    table = read_table(results)
+    assert len(set(table["version"].to_pylist())) == 2
+    assert len(set(table["tracker_version"].to_pylist())) == 1
+    index._write_index(results, table.drop_columns("tracker_version"))
+    assert read_table(results)["tracker_version"].equals(table["tracker_version"])
+    frame = bench.load_results(results.folder)
+    assert frame.groupby(["tracker", "tracker_version"], observed=True).size().tolist() == [2]
+
+
 def test_scores_in_the_index_are_those_of_the_run(results, sequence, store):
     run, _ = store(results, sequence)
     (row,) = read_index(results)
