@@ -7,6 +7,7 @@ on a sequence, and units of work are made when they are asked for.
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property, partial
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
@@ -20,6 +21,7 @@ from bench.experiments.experiment import Experiment, ExperimentError, SequenceSo
 from bench.store.asked import Asked, Cells
 from bench.store.columns import coded, codes
 from bench.store.index import read_table
+from bench.store.recordings import Recording, different, recordings
 from bench.store.results import Results
 from datasets import Sequence, SequenceError
 from trackers import Randomness
@@ -214,7 +216,9 @@ def make_plan(
         np.zeros(shape, np.int32),
         pa.array([], pa.string()),
     )
-    return plan.seen_in(read_table(results))
+    index = read_table(results)
+    _check_names(plan, index, results.folder)
+    return plan.seen_in(index)
 
 
 def _numbers(column: pa.ChunkedArray, known: dict[str, int]) -> NDArray[np.int64]:
@@ -251,6 +255,21 @@ def _distinct_sequences(experiment: Experiment, known: KnownSequences) -> list[P
                 "them. Rename a folder or a file."
             )
     return list(found.values())
+
+
+def _check_names(plan: Plan, index: pa.Table, folder: Path) -> None:
+    """Refuse sequences called like others whose runs lie there: those runs would be replaced."""
+    known = recordings(index)
+    for sequence in plan.sequences:
+        if sequence.name not in known:
+            continue
+        origin = sequence.source.absolute()
+        here = Recording(sequence.fingerprint, origin.text, str(origin.truth or ""))
+        if other := different(here, known[sequence.name]):
+            raise ExperimentError(
+                f"{folder} holds runs on other data that are called {sequence.name!r}, too: "
+                f"{other}. Keep runs on {here} elsewhere, with --name or --output."
+            )
 
 
 def _planned(source: SequenceSource) -> PlannedSequence:

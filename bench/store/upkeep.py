@@ -8,9 +8,10 @@ from typing import Any
 from bench.store.asked import read_asked
 from bench.store.checksum import read_sealed
 from bench.store.files import ResultsError
-from bench.store.index import read_index
+from bench.store.index import index_rows, read_table
 from bench.store.layout import experiment_folders
 from bench.store.log import log_files, read_log
+from bench.store.recordings import different, recordings
 from bench.store.results import Results
 from bench.store.truth import check_truth, copy_truth, read_truth, truth_path
 
@@ -65,14 +66,25 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     Raises `ResultsError` where a folder holds no results or a file can't be read or written.
     """
     into = Results(target)
-    there = {row["path"]: (row["version"], row["status"], target) for row in read_index(into)}
+    present = read_table(into)
+    there = {row["path"]: (row["version"], row["status"], target) for row in index_rows(present)}
+    known = recordings(present)
     asked = into.asked()
     wanted: list[tuple[Results, Mapping[str, Any]]] = []
     conflicts: list[str] = []
     for folder in [found for source in sources for found in experiment_folders(source)]:
         results = Results(folder)
         asked = results.asked().and_then(asked)
-        for row in read_index(results):
+        index = read_table(results)
+        for name, data in recordings(index).items():
+            others = known.setdefault(name, set())
+            conflicts += [
+                f"{name} is {one} in {folder}, and {other} in another folder"
+                for one in sorted(data)
+                if (other := different(one, others))
+            ]
+            others |= data
+        for row in index_rows(index):
             path = row["path"]
             if path in there:
                 version, status, other = there[path]
@@ -88,5 +100,5 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     for results, row in wanted:
         copy_truth(results.folder, target, row["sequence"], row["fingerprint"])
         into.write(results.read(results.folder / row["path"]))
-    read_index(into)
+    read_table(into)
     return len({row["path"] for _, row in wanted}), []

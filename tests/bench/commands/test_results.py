@@ -42,6 +42,18 @@ def test_merging_runs_that_differ_is_refused_and_copies_nothing(trackmark, here)
     assert bench.load_results(here / "results" / "a")["tracker"].tolist() == ["knob.py:Knob"]
 
 
+def test_merging_different_data_of_one_name_is_refused(trackmark, here, otb):
+    for number, name in enumerate("ab"):
+        otb(here / name / "clip", 4 + number)
+        trackmark(*STATIC, f"{name}/clip", "--name", name)
+    trackmark("run", "--trackers", "camshift", "--sequences", "a/clip", "--name", "c")
+    assert "Copied 2 runs" in trackmark("results", "merge", "results/a", "results/c", "all").stdout
+    said = trackmark("results", "merge", "results/c", "results/b", "both", status=1).stderr
+    assert str(here / "a" / "clip") in said
+    assert str(here / "b" / "clip") in said
+    assert not (here / "both").exists()
+
+
 def test_a_log_tells_what_was_done_and_who_failed(trackmark, one_line, here, spoil):
     spoil()
     trackmark(*KNOB, status=1)

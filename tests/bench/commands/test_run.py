@@ -221,6 +221,23 @@ def test_runs_of_an_older_tracker_are_announced_replaced_and_never_averaged(trac
     assert "1 of 3 stale" in trackmark("report", "results/adhoc").stdout
 
 
+def test_runs_on_other_data_of_the_same_name_are_kept(trackmark, one_line, here, otb):
+    """They would be taken for runs on an older state of the same data, and replaced."""
+    for number, name in enumerate("ab"):
+        otb(here / name / "clip", 4 + number)
+    shutil.copytree(here / "a", here / "copy of a")
+    mine = ("--name", "mine")
+    trackmark(*RUN, "a/clip", *mine)
+    line = one_line(trackmark(*RUN, "b/clip", *mine, status=2))
+    assert str(here / "a" / "clip") in line
+    assert "--name" in line
+    assert bench.load_results(here / "results")["frames"].tolist() == [4]
+    assert "done again" not in trackmark(*RUN, "copy of a/clip", *mine).stderr
+    (here / "a" / "clip" / "groundtruth_rect.txt").write_text("5,6,10,11\n" * 4)
+    assert "1 stored runs" in trackmark(*RUN, "a/clip", *mine).stderr, "the same data, changed"
+    trackmark(*RUN, "b/clip")
+
+
 def test_a_tracker_file_may_begin_with_an_underscore(trackmark, here):
     shutil.copy(here / "knob.py", here / "_knob.py")
     chosen = ("run", "--trackers", "_knob.py:Knob", *SMALL)
