@@ -116,7 +116,7 @@ def test_the_python_of_the_pages_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     bench.run(
         bench.Experiment(
-            "adhoc", ("static",), (bench.experiments.experiment.SequenceSource("samples/face"),)
+            "windows", ("static",), (bench.experiments.experiment.SequenceSource("samples/face"),)
         )
     )
     sequence = datasets.load("samples/face")

@@ -1,8 +1,10 @@
 """Run trackers on sequences and keep the results."""
 
+import hashlib
 import json
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = ["command", "execute"]
 
-DEFAULT_NAME = "adhoc"
+_LONGEST = 24  # letters of a tracker's or a sequence's name in that of a folder
 
 
 @click.command("run")
@@ -45,7 +47,7 @@ DEFAULT_NAME = "adhoc"
 @truth_option
 @click.option("--seeds", type=click.IntRange(1), help="Repetitions of trackers that draw.")
 @click.option("--timing", is_flag=True, help="Time the trackers, one by one, instead.")
-@click.option("--name", help=f"Name of the results' folder.  [default: {DEFAULT_NAME}]")
+@click.option("--name", help="Name of the results' folder.  [default: made from what is asked]")
 @click.option("--retry-failed", is_flag=True, help="Also repeat runs that failed.")
 @click.option("--dry-run", is_flag=True, help="Run nothing; print what would be run.")
 @output_option
@@ -87,12 +89,28 @@ def command(
     if seeds:
         given["repeated"] = {}  # also for trackers that have a number of their own
     if base is None:
-        chosen = Experiment(**{"name": DEFAULT_NAME} | given)
+        named = _name_of(given["trackers"], split_list(sequences or ""), truth)
+        chosen = Experiment(**{"name": named} | given)
     else:
         chosen = replace(base, **given)
     if dry_run:
         return _show_plan(chosen, output, retry_failed=retry_failed, as_json=as_json, **means)
     return execute(chosen, output, retry_failed=retry_failed, as_json=as_json, **means)
+
+
+def _name_of(trackers: Sequence[str], sequences: Sequence[str], truth: Path | None) -> str:
+    """A name of what was asked: equal for the same trackers, sequences and truth, as typed."""
+    trackers, sequences = sorted(trackers), sorted(sequences)
+    asked = json.dumps([trackers, sequences, str(truth or "")])
+    digest = hashlib.sha256(asked.encode()).hexdigest()[:6]
+    return f"{_in_short(trackers)}-on-{_in_short(sequences)}-{digest}"
+
+
+def _in_short(texts: Sequence[str]) -> str:
+    """The first text's last part that has letters, and how many there are besides: `static+2`."""
+    parts = [re.sub(r"[^\w.=]+", "-", part).strip("-._") for part in texts[0].split("/")]
+    name = next(filter(None, reversed(parts)), "any")[:_LONGEST]
+    return f"{name}+{len(texts) - 1}" if len(texts) > 1 else name
 
 
 def execute(
@@ -130,20 +148,20 @@ def execute(
     index = read_table(Results(execution.folder))
     now = plan.seen_in(index)
     failed = now.count(State.FAILED)
-    there = now.count(State.DONE) + failed
+    there = f"{now.count(State.DONE)} of {len(plan)} runs are in {execution.folder}"
+    there += f", {failed} failed." if failed else "."
     if stopped:
-        click.echo(
-            f"Stopped: {there} of {len(plan)} runs are done and kept in "
-            f"{execution.folder}. The same command goes on from there.",
-            err=True,
-        )
+        click.echo(f"Stopped: {there} The same command goes on from there.", err=True)
         return EXIT_INTERRUPTED
     for error in execution.errors:
         click.echo(f"trackmark: {error}", err=True)
     if as_json:
         _print_others(now, index, printed)
+        click.echo(there, err=True)
     else:
-        _print_tables(execution, there, failed)
+        _print_tables(execution)
+        click.echo(there)
+        _print_remarks(execution, failed)
     if execution.errors:
         return EXIT_WRONG_INPUT
     return EXIT_ANSWER_IS_NO if failed else 0
@@ -187,11 +205,13 @@ def _print_others(now: "Plan", index: "pa.Table", printed: "NDArray[np.bool_]") 
         _print_row(row)
 
 
-def _print_tables(execution: "Execution", there: int, failed: int) -> None:
+def _print_tables(execution: "Execution") -> None:
     from bench.reporting.tables import summary_text
 
     click.echo(summary_text(execution.folder, execution.plan.asked().cells))
-    click.echo(f"{there} of {len(execution.plan)} runs are in {execution.folder}.")
+
+
+def _print_remarks(execution: "Execution", failed: int) -> None:
     if failed:
         click.echo(f"`trackmark results failures {execution.folder}` tells why runs failed.")
     if math.isfinite(execution.overhead):
@@ -243,7 +263,7 @@ def _show_plan(
         click.echo(f"{label:{width}}" + "".join(f"{counts[state]:9}" for state in states))
     click.echo(
         f"\n{units.runs} of {len(plan)} runs on {len(plan.sequences)} sequences are to be run, in "
-        f"{len(units)} units of work on {units.workers} workers."
+        f"{len(units)} units of work on {units.workers} workers.\nRuns go to {execution.folder}."
     )
     if units.runs:
         click.echo(f"This will take {words(found)}, estimated from:")

@@ -8,8 +8,9 @@ import pytest
 import bench
 
 SMALL = ("--sequences", "data/Small")
-STATIC = ("run", "--trackers", "static", "--sequences")
-KNOB = ("run", "--trackers", "static,knob.py:Knob", *SMALL)
+MINE = ("run", "--name", "mine", "--trackers")
+STATIC = (*MINE, "static", "--sequences")
+KNOB = (*MINE, "static,knob.py:Knob", *SMALL)
 
 
 def rows(done):
@@ -58,7 +59,7 @@ def test_a_log_tells_what_was_done_and_who_failed(trackmark, one_line, here, spo
     spoil()
     trackmark(*KNOB, status=1)
     said = trackmark("results", "log").stdout
-    assert "start of adhoc: 2 runs (0 done, 0 failed, 0 stale, 2 left)" in said
+    assert "start of mine: 2 runs (0 done, 0 failed, 0 stale, 2 left)" in said
     assert "failed: knob.py:Knob, repetition 0: 0002.png: ValueError: no idea" in said
     assert "finished after" in said
     events = rows(trackmark("results", "log", "--json"))
@@ -68,7 +69,7 @@ def test_a_log_tells_what_was_done_and_who_failed(trackmark, one_line, here, spo
     for unit in units:
         assert unit["peak_memory"] > 1e6
         assert unit["seconds"] > 0
-    (log,) = (here / "results" / "adhoc" / "_log").iterdir()
+    (log,) = (here / "results" / "mine" / "_log").iterdir()
     log.write_text(log.read_text().replace("static", "statix"))
     assert "is damaged" in one_line(trackmark("results", "log", status=2))
 
@@ -78,7 +79,7 @@ def test_results_that_failed_or_never_ended_are_listed(trackmark, here, spoil):
 
     spoil()
     trackmark(*KNOB, status=1)
-    frames = map_rows(here / "results" / "adhoc" / "static" / "Small" / "7.unfinished.npy", 5, 6)
+    frames = map_rows(here / "results" / "mine" / "static" / "Small" / "7.unfinished.npy", 5, 6)
     frames[:2] = 1.0
     said = trackmark("results", "list").stdout
     assert "knob.py:Knob on Small: 1, 1 failed" in said
@@ -87,12 +88,12 @@ def test_results_that_failed_or_never_ended_are_listed(trackmark, here, spoil):
 
 def test_report_writes_tables_in_every_format_and_plots(trackmark, here):
     trackers = "static,camshift,knob.py:Knob"
-    trackmark("run", "--trackers", trackers, "--sequences", "data/Small,samples/face")
-    said = trackmark("report", "results/adhoc", "--folder", "report").stdout
+    trackmark(*MINE, trackers, "--sequences", "data/Small,samples/face")
+    said = trackmark("report", "results/mine", "--folder", "report").stdout
     suffixes = {file.suffix for file in (here / "report").rglob("*") if file.is_file()}
     assert {".txt", ".md", ".csv", ".tex", ".png"} <= suffixes
     assert "camshift" in said
-    markdown = trackmark("report", "results/adhoc", "--format", "markdown").stdout
+    markdown = trackmark("report", "results/mine", "--format", "markdown").stdout
     assert markdown.count("|") > 10
 
 
@@ -102,7 +103,7 @@ def test_a_report_of_tables_alone_opens_no_sequence_and_no_run(trackmark, monkey
     monkeypatch.setattr(
         "bench.store.results.Results.read", lambda *_: pytest.fail("a run was opened")
     )
-    trackmark("report", "results/adhoc", "--folder", "report", "--no-pictures")
+    trackmark("report", "results/mine", "--folder", "report", "--no-pictures")
     assert {file.suffix for file in (here / "report").iterdir()} == {".txt", ".md", ".csv", ".tex"}
 
 
@@ -110,12 +111,12 @@ def test_a_report_draws_strips_of_recorded_data_and_only_while_they_are_the_same
     trackmark, one_line, here
 ):
     trackmark(*STATIC, "data/Small,samples/face")
-    trackmark("report", "results/adhoc", "--folder", "first")
+    trackmark("report", "results/mine", "--folder", "first")
     assert (here / "first" / "strip-Small.png").is_file()
     assert (here / "first" / "strip-samples-face.png").is_file()
     truth = here / "data" / "Small" / "groundtruth_rect.txt"
     truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
-    said = trackmark("report", "results/adhoc", "--folder", "second").stderr
+    said = trackmark("report", "results/mine", "--folder", "second").stderr
     assert "Small: no film strip" in said
     assert not (here / "second" / "strip-Small.png").exists()
     done = trackmark("show", "data/Small", "--results", "results", "--output", "a.png", status=2)
@@ -124,8 +125,8 @@ def test_a_report_draws_strips_of_recorded_data_and_only_while_they_are_the_same
 
 def test_a_report_of_failed_timing_runs_alone_is_written(trackmark, spoil):
     spoil()
-    trackmark("run", "--trackers", "knob.py:Knob", *SMALL, "--timing", status=1)
-    said = trackmark("report", "results/adhoc", "--folder", "report").stdout
+    trackmark(*MINE, "knob.py:Knob", *SMALL, "--timing", status=1)
+    said = trackmark("report", "results/mine", "--folder", "report").stdout
     assert "1 of 1 failed" in said
 
 
@@ -133,7 +134,7 @@ def test_show_makes_a_film_strip_and_an_h264_video(trackmark, here):
     import av
 
     trackmark(*STATIC, "samples/face")
-    shown = ("show", "samples/face", "--results", "results/adhoc", "--output")
+    shown = ("show", "samples/face", "--results", "results/mine", "--output")
     trackmark(*shown, "strip.png")
     assert cv2.imread(str(here / "strip.png")).shape[1] > 800
     trackmark(*shown, "video.mp4", "--last", 29)

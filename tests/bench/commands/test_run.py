@@ -1,6 +1,7 @@
 """`trackmark run`: what it says, what it leaves, its exit status, and what is wrong with input."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -11,17 +12,53 @@ import pytest
 import bench
 
 SMALL = ("--sequences", "data/Small")
-RUN = ("run", "--trackers", "static", "--sequences")
-KNOB = ("run", "--trackers", "static,knob.py:Knob", *SMALL)
+MINE = ("run", "--name", "mine", "--trackers")
+RUN = (*MINE, "static", "--sequences")
+KNOB = (*MINE, "static,knob.py:Knob", *SMALL)
 
 
 def test_it_prints_a_table_and_says_where_the_results_are(trackmark, here):
-    said = trackmark("run", "--trackers", "static,camshift", *SMALL).stdout
+    said = trackmark(*MINE, "static,camshift", *SMALL).stdout
     assert "camshift" in said
     assert "native" in said
-    assert "2 of 2 runs are in results/adhoc" in said
+    assert "2 of 2 runs are in results/mine" in said
     assert "µs a frame and tracker" in said
     assert len(bench.load_results(here / "results")) == 2
+
+
+def folder_of(done):
+    """Where a command says that its runs are."""
+    return re.search(r"uns (?:are in|go to) ([^ ]+?)\.\s", done.stdout + done.stderr)[1]
+
+
+def test_runs_that_are_asked_for_without_a_name_get_one_made_of_what_was_asked(
+    trackmark, here, otb
+):
+    """Else the next run would widen the last one's report, and another truth replace its runs."""
+    otb(here / "b" / "Small", 7)
+    (here / "truth.csv").write_text("frame,x,y,width,height\n0,5,6,10,12\n4,5,6,10,12\n")
+    run = ("run", "--trackers", "static,knob.py:Knob", "--sequences")
+    asked = [
+        ("data/Small",),
+        ("b/Small",),
+        ("data/Small/img", "--truth", "truth.csv"),
+        ("data/Small", "--trackers", "camshift"),
+        ("samples/*,data/Small",),
+    ]
+    folders = [folder_of(trackmark(*run, *words, "--dry-run")) for words in asked]
+    assert len(set(folders)) == len(folders)
+    assert [re.sub(r"-[0-9a-f]{6}$", "", folder) for folder in folders] == [
+        "results/knob.py-Knob+1-on-Small",
+        "results/knob.py-Knob+1-on-Small",
+        "results/knob.py-Knob+1-on-img",
+        "results/camshift-on-Small",
+        "results/knob.py-Knob+1-on-Small+1",
+    ]
+    assert folder_of(trackmark(*run, "data/Small")) == folders[0]
+    turned = ("run", "--trackers", "knob.py:Knob,static", *SMALL, "--seeds", 2, "--json")
+    assert folder_of(trackmark(*turned)) == folders[0], "the same, more often"
+    trackmark(*run, "b/Small", "--output", "elsewhere", "--name", "mine")
+    assert [file.name for file in (here / "elsewhere").iterdir()] == ["mine"]
 
 
 def refuse(constant):
@@ -40,7 +77,7 @@ def test_json_is_a_line_a_finished_run_with_its_scores(trackmark):
     assert static["scores"]["mean_overlap"] == 1.0
     assert static["scores"]["absence_reported"] is None
     assert "stamp" not in static
-    again = trackmark("run", "--trackers", "static", *SMALL, "--json").stdout
+    again = trackmark(*RUN, "data/Small", "--json").stdout
     assert [json.loads(line) for line in again.splitlines()] == [static]
 
 
@@ -82,20 +119,21 @@ def test_failed_runs_are_shown_and_make_the_exit_status_one(typed, trackmark, sp
     done = typed(*KNOB, status=1)
     assert "0002.png: ValueError: no idea" in done.stdout
     assert "last words" not in done.stdout + done.stderr
-    assert "results failures results/adhoc" in done.stdout
+    assert "results failures results/mine" in done.stdout
     told = typed("results", "failures").stdout
     assert "knob.py:Knob on Small, repetition 0: boxes of 1 of 5 frames" in told
     assert "in update" in told
     assert "| last words" in told
     (line,) = trackmark("results", "failures", "--json").stdout.splitlines()
     assert json.loads(line)["output"] == "last words\n"
-    assert "1 of 1 failed" in trackmark("report", "results/adhoc").stdout
+    assert "1 of 1 failed" in trackmark("report", "results/mine").stdout
 
 
 def test_what_failed_makes_the_status_one_again_and_is_counted_once(trackmark, spoil):
     spoil()
     for more in ((), (), ("--retry-failed",)):
-        assert "2 of 2 runs" in trackmark(*KNOB, *more, status=1).stdout
+        said = trackmark(*KNOB, *more, status=1).stdout
+        assert "1 of 2 runs are in results/mine, 1 failed." in said
 
 
 @pytest.mark.parametrize(
@@ -202,23 +240,23 @@ def test_a_damaged_result_is_named(trackmark, one_line, here):
 def test_a_table_shows_what_was_asked_for_now_and_the_report_everything(trackmark, here):
     shutil.copytree(here / "data" / "Small", here / "data" / "Other")
     trackmark(*RUN, "data/Small")
-    said = trackmark("run", "--trackers", "camshift", "--sequences", "data/Other").stdout
+    said = trackmark(*MINE, "camshift", "--sequences", "data/Other").stdout
     assert "static" not in said
     assert "1 of 1 runs" in said
-    said = trackmark("report", "results/adhoc").stdout
+    said = trackmark("report", "results/mine").stdout
     assert "not run: static" in said
     assert "not run: camshift" in said
 
 
 def test_runs_of_an_older_tracker_are_announced_replaced_and_never_averaged(trackmark, here):
-    knob = ("run", "--trackers", "knob.py:Knob", *SMALL, "--seeds")
+    knob = (*MINE, "knob.py:Knob", *SMALL, "--seeds")
     trackmark(*knob, 3)
     with (here / "knob.py").open("a") as file:
         file.write("CHANGED = True\n")
     said = trackmark(*knob, 2)
     assert "2 stored runs were made with another version" in said.stderr
     assert "2 of 2 runs" in said.stdout
-    assert "1 of 3 stale" in trackmark("report", "results/adhoc").stdout
+    assert "1 of 3 stale" in trackmark("report", "results/mine").stdout
 
 
 def test_runs_on_other_data_of_the_same_name_are_kept(trackmark, one_line, here, otb):
@@ -226,16 +264,14 @@ def test_runs_on_other_data_of_the_same_name_are_kept(trackmark, one_line, here,
     for number, name in enumerate("ab"):
         otb(here / name / "clip", 4 + number)
     shutil.copytree(here / "a", here / "copy of a")
-    mine = ("--name", "mine")
-    trackmark(*RUN, "a/clip", *mine)
-    line = one_line(trackmark(*RUN, "b/clip", *mine, status=2))
+    trackmark(*RUN, "a/clip")
+    line = one_line(trackmark(*RUN, "b/clip", status=2))
     assert str(here / "a" / "clip") in line
     assert "--name" in line
     assert bench.load_results(here / "results")["frames"].tolist() == [4]
-    assert "done again" not in trackmark(*RUN, "copy of a/clip", *mine).stderr
+    assert "done again" not in trackmark(*RUN, "copy of a/clip").stderr
     (here / "a" / "clip" / "groundtruth_rect.txt").write_text("5,6,10,11\n" * 4)
-    assert "1 stored runs" in trackmark(*RUN, "a/clip", *mine).stderr, "the same data, changed"
-    trackmark(*RUN, "b/clip")
+    assert "1 stored runs" in trackmark(*RUN, "a/clip").stderr, "the same data, changed"
 
 
 def test_a_tracker_file_may_begin_with_an_underscore(trackmark, here):

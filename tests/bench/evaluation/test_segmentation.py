@@ -334,18 +334,18 @@ def test_tables_of_runs_without_masks_say_nothing_of_them(stored):
 def test_as_a_user_types_it(trackmark, here):
     (here / "segmenter.py").write_text(SEGMENTER)
     arguments = ("--trackers", "static,segmenter.py:Segmenter", "--sequences", SEQUENCES[0])
-    lines = trackmark("run", *arguments, "--json").stdout.splitlines()
+    lines = trackmark("run", *arguments, "--name", "mine", "--json").stdout.splitlines()
     scores = {row["tracker_name"]: row["scores"] for row in map(json.loads, lines)}
     assert not set(NAMES) & scores.pop("static").keys()
     (found,) = scores.values()
     assert set(NAMES) <= found.keys()
-    said = trackmark("report", "results/adhoc").stdout
+    said = trackmark("report", "results/mine").stdout
     assert "region similarity J" in said
     assert f"{found['mean_region_similarity']:.3f}" in said
     assert f"{found['contour_decay']:.3f}" in said
-    listed = trackmark("results", "list", "results/adhoc", "--json").stdout.splitlines()
+    listed = trackmark("results", "list", "results/mine", "--json").stdout.splitlines()
     assert found in [json.loads(line)["scores"] for line in listed]
-    trackmark("results", "check", "results/adhoc")
+    trackmark("results", "check", "results/mine")
     wrong = SEGMENTER.replace("mask=self.mask)", "mask=self.mask.astype(float))")
     (here / "segmenter.py").write_text(wrong)
     failed = trackmark("run", *arguments, status=1).stdout

@@ -129,7 +129,7 @@ def ran(trackmark, here):
     """A folder in which a tracker that revises and one that does not have run."""
     (here / "second_thoughts.py").write_text(SECOND_THOUGHTS)
     chosen = "static,second_thoughts.py:SecondThoughts"
-    trackmark("run", "--trackers", chosen, "--sequences", "data/Small")
+    trackmark("run", "--trackers", chosen, "--sequences", "data/Small", "--name", "mine")
     return here
 
 
@@ -142,7 +142,7 @@ def pictured(here, words, steps):
     return film_strip(sequence.__getitem__, range(5), boxes, "Small")
 
 
-SHOW = ("show", "data/Small", "--results", "results/adhoc", "--output")
+SHOW = ("show", "data/Small", "--results", "results/mine", "--output")
 
 
 def test_show_draws_the_trace_asked_for_and_says_which(trackmark, ran):
@@ -155,7 +155,7 @@ def test_show_draws_the_trace_asked_for_and_says_which(trackmark, ran):
 
 
 def test_strips_of_a_report_say_that_boxes_are_online(trackmark, ran):
-    trackmark("report", "results/adhoc", "--folder", "report")
+    trackmark("report", "results/mine", "--folder", "report")
     strip = cv2.imread(str(ran / "report" / "strip-Small.png"))
     np.testing.assert_array_equal(strip, pictured(ran, "said at once (online)", [0] * 5))
 

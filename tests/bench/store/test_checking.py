@@ -14,13 +14,15 @@ from bench.store.layout import UNFINISHED
 from bench.store.results import Results
 from bench.store.upkeep import checks, damage
 
+MINE = ("--sequences", "data/Small", "--name", "mine")
+RUN = ("run", "--trackers", "static,camshift", *MINE)
 SLOW = "__import__('time').sleep(0.05)\n        return Estimate"
 
 
 @pytest.fixture
 def stored(trackmark, here):
-    trackmark("run", "--trackers", "static,camshift", "--sequences", "data/Small")
-    return here / "results" / "adhoc"
+    trackmark(*RUN)
+    return here / "results" / "mine"
 
 
 def damages(folder):
@@ -54,7 +56,7 @@ def test_a_truth_that_is_gone_is_named_once_and_the_status_is_1(stored, trackmar
     (said,) = answer["damages"]
     assert truth.name in said
     trackmark("results", "remove", "--yes", "--sequence", "Small")  # as is advised
-    trackmark("run", "--trackers", "static,camshift", "--sequences", "data/Small")
+    trackmark(*RUN)
     assert damages(stored) == []
 
 
@@ -66,11 +68,11 @@ def test_a_killed_run_leaves_its_frames_until_it_is_finished(here, trackmark):
     for number in range(6, 121):
         (img / f"{number:04}.png").write_bytes((img / "0001.png").read_bytes())
     (here / "data" / "Small" / "groundtruth_rect.txt").write_text("5,6,10,12\n" * 120)
-    options = ["run", "--trackers", f"{file}:Knob", "--sequences", "data/Small"]
+    options = ["run", "--trackers", f"{file}:Knob", *MINE]
     process = subprocess.Popen(
         [sys.executable, "-c", "from bench.cli import main; main()", *options], cwd=here
     )
-    results = here / "results" / "adhoc"
+    results = here / "results" / "mine"
     deadline = time.monotonic() + 60
     rows = np.empty((0, 6))
     while np.isfinite(rows[:, 0]).sum() < 5:
