@@ -1,11 +1,13 @@
 """What a table looks like: as plain text, Markdown, CSV and LaTeX."""
 
+import re
 import unicodedata
 from collections.abc import Callable, Mapping
 
+from reports.printable import one_line
 from reports.tables import Table
 
-__all__ = ["FORMATS", "to_csv", "to_latex", "to_markdown", "to_text"]
+__all__ = ["FORMATS", "in_markdown", "to_csv", "to_latex", "to_markdown", "to_text"]
 
 _LATEX = {
     "\\": r"\textbackslash{}",
@@ -28,18 +30,25 @@ _LATEX = {
     "…": r"\ldots{}",
 }
 
+_FORMULA = re.compile("'*[=+@-]")
+
 
 def to_csv(table: Table) -> str:
-    """Render a table's data for machines: a row a value, at full precision, gaps left empty."""
-    return table.data.to_csv(index=False, lineterminator="\n")
+    """Render a table's data for machines: a row a value, at full precision, gaps left empty.
+
+    A spreadsheet would compute a text that begins with `=`, `+`, `-` or `@`: it gets an apostrophe
+    before it, as one types it there (and so does what begins with apostrophes and such a sign, so
+    that taking one away gives the text). Numbers are left alone.
+    """
+    return table.data.map(_in_csv).to_csv(index=False, lineterminator="\n")
 
 
 def to_markdown(table: Table) -> str:
     """Render a table in Markdown (pipe table); the best of a column is bold."""
     alignment = ["---" if column < table.n_labels else "---:" for column in range(len(table.heads))]
-    caption, *heads = map(_in_markdown, [table.caption, *table.heads])
-    rows = [heads, alignment, *_cells(table, _in_markdown, "**{}**")]
-    notes = [f"- {_in_markdown(note)}" for note in table.notes]
+    caption, *heads = map(in_markdown, [table.caption, *table.heads])
+    rows = [heads, alignment, *_cells(table, in_markdown, "**{}**")]
+    notes = [f"- {in_markdown(note)}" for note in table.notes]
     lines = [caption, "", *(f"| {' | '.join(row)} |" for row in rows)]
     return "\n".join([*lines, *([""] if notes else []), *notes]) + "\n"
 
@@ -53,9 +62,9 @@ def to_latex(table: Table) -> str:
         rf"\caption{{{_in_latex(table.caption)}}}",
         rf"\begin{{tabular}}{{{columns}}}",
         r"\toprule",
-        " & ".join(map(_in_latex, table.heads)) + r" \\",
+        _latex_row(list(map(_in_latex, table.heads))),
         r"\midrule",
-        *(" & ".join(row) + r" \\" for row in _cells(table, _in_latex, r"\textbf{{{}}}")),
+        *map(_latex_row, _cells(table, _in_latex, r"\textbf{{{}}}")),
         r"\bottomrule",
         r"\end{tabular}",
         *(rf"\par\footnotesize {_in_latex(note)}" for note in table.notes),
@@ -66,12 +75,15 @@ def to_latex(table: Table) -> str:
 
 def to_text(table: Table) -> str:
     """Render a table as aligned text; the best of a column is followed by `*`."""
-    body = [[f"{cell.text}{'*' if cell.best else ' '}" for cell in row] for row in table.rows]
+    body = [
+        [f"{one_line(cell.text)}{'*' if cell.best else ' '}" for cell in row] for row in table.rows
+    ]
     for row in body:
         for column in range(table.n_labels):
             row[column] = row[column].rstrip()
     heads = [
-        head if column < table.n_labels else f"{head} " for column, head in enumerate(table.heads)
+        head if column < table.n_labels else f"{head} "
+        for column, head in enumerate(map(one_line, table.heads))
     ]
     widths = [max(_width(row[column]) for row in [heads, *body]) for column in range(len(heads))]
 
@@ -83,7 +95,8 @@ def to_text(table: Table) -> str:
         return "  ".join(cells).rstrip()
 
     rule = "  ".join("-" * width for width in widths)
-    lines = [table.caption, "", line(heads), rule, *map(line, body), *table.notes]
+    caption, *notes = map(one_line, [table.caption, *table.notes])
+    lines = [caption, "", line(heads), rule, *map(line, body), *notes]
     return "\n".join(lines) + "\n"
 
 
@@ -108,14 +121,36 @@ def _cells(table: Table, escaped: Callable[[str], str], bold: str) -> list[list[
     ]
 
 
-def _in_markdown(text: str) -> str:
-    for sign in "\\|*_`<":
-        text = text.replace(sign, f"\\{sign}")
-    return text
+def _in_csv(value: object) -> object:
+    """A number as it is; a text so that it is data for a spreadsheet, too."""
+    if not isinstance(value, str):
+        return value
+    text = one_line(value)
+    return f"'{text}" if _FORMULA.match(text) and not _is_number(text) else text
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def in_markdown(text: str) -> str:
+    """Text as Markdown shows it, in a cell or elsewhere on a line."""
+    # No link without what begins a line or follows a bracket: those of units are left to be read.
+    return re.sub(r"(^\[|[\\|*_`<~]|&(?=[#\w]+;)|\](?=[(\[]))", r"\\\1", one_line(text))
 
 
 def _in_latex(text: str) -> str:
-    return "".join(_LATEX.get(sign, sign) for sign in text)
+    return "".join(_LATEX.get(sign, sign) for sign in one_line(text))
+
+
+def _latex_row(cells: list[str]) -> str:
+    r"""Join cells to a row; after `\\` LaTeX would take a bracket or an asterisk for an option."""
+    shield = "{}" if cells[0].startswith(("[", "*")) else ""
+    return shield + " & ".join(cells) + r" \\"
 
 
 FORMATS: Mapping[str, tuple[str, Callable[[Table], str]]] = {

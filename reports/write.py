@@ -1,12 +1,14 @@
 """A whole report in a folder: tables in every format, plots and film strips."""
 
+import re
 from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
 
 import pandas as pd
 
 from reports.files import write_file
-from reports.renderers import FORMATS, to_markdown
+from reports.printable import one_line
+from reports.renderers import FORMATS, in_markdown, to_markdown
 from reports.tables import Table
 
 __all__ = ["file_name", "report_page", "write_plots", "write_tables"]
@@ -64,8 +66,12 @@ def write_plots(
 def report_page(
     title: str, remarks: Sequence[str], tables: Sequence[Table], pictures: Sequence[Path]
 ) -> str:
-    """A whole report as one page of Markdown; pictures are linked by their file names."""
-    parts = [f"# {title}", "\n".join(f"- {remark}" for remark in remarks)]
+    """A whole report as one page of Markdown; pictures are linked by their file names.
+
+    Remarks may be set in Markdown, but what a tracker raised may stand in them: they have no links.
+    """
+    told = (re.sub(r"<|\](?=[(\[])", r"\\\g<0>", one_line(remark)) for remark in remarks)
+    parts = [f"# {in_markdown(title)}", "\n".join(f"- {remark}" for remark in told)]
     parts += [to_markdown(table).rstrip("\n") for table in tables]
     parts += [f"![{picture.stem}]({picture.name})" for picture in pictures]
     return "\n\n".join(parts) + "\n"

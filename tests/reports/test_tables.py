@@ -1,6 +1,7 @@
 """The table model and its four renderers, against sums done by hand."""
 
 import io
+import re
 import shutil
 import subprocess
 
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 
 from reports.renderers import to_csv, to_latex, to_markdown, to_text
 from reports.tables import Measure, complete, sequence_table, summary_table
+from reports.write import report_page
 
 OVERLAP = Measure("overlap", "overlap", direction="higher", decimals=3)
 ERROR = Measure("error", "error", "px", "lower", 1)
@@ -173,6 +175,56 @@ def test_csv_comes_back_at_full_precision_with_preset_and_what_a_count_is_out_of
     assert back["tracker"].tolist() == ["a,b"] * 2
     assert back["preset"].tolist() == ["native"] * 2
     np.testing.assert_array_equal(back["out_of"], [np.nan, 100])
+
+
+NAMES = ["=1+1", "@SUM(A1)", "-2 px", "+x", "'=1", "''-x", "-3", "'quoted'", "a-b", "-1e5", "—"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_csv_has_no_formulas_and_names_come_back_as_docs_say(name):
+    table = summary([done(name, "s", 0, -0.5)])
+    text = to_csv(table)
+    row = text.splitlines()[1]
+    assert not row.lstrip('"').startswith(("=", "@", "+"))
+    assert ",-0.5," in row
+    back = pd.read_csv(io.StringIO(text), dtype={"tracker": str})
+    (tracker,) = back["tracker"].str.replace(r"^'(?='*[=+@-])", "", regex=True)
+    assert tracker == name
+    assert back["mean"].tolist() == [-0.5]
+
+
+@pytest.mark.parametrize("render", [to_csv, to_latex, to_markdown, to_text])
+def test_a_name_stays_on_its_line_and_in_its_cell(render):
+    plain, odd = (
+        render(summary([done(name, "s", 0, 0.5)], title=f"T {name}"))
+        for name in ("name", "na\nme\r| \x1b[2J\u2028")
+    )
+    assert len(odd.splitlines()) == len(plain.splitlines())
+    assert odd.isprintable() or set(filter(lambda sign: not sign.isprintable(), odd)) == {"\n"}
+    assert r"\u000a".replace("\\", r"\textbackslash{}" if render is to_latex else "\\") in odd
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [
+        ("[x](javascript:alert)", r"\[x\](javascript:alert)"),
+        ("a [x][y]", r"a [x\][y]"),
+        ("<script>&lt; & ~~x~~", r"\<script>\&lt; & \~\~x\~\~"),
+        ("![x](y)", r"![x\](y)"),
+        ("error [px]", "error [px]"),
+    ],
+)
+def test_markdown_of_a_name_is_no_markup(name, shown):
+    assert f"| {shown} |" in to_markdown(summary([done(name, "s", 0, 0.5)]))
+    page = report_page(name, [f"failed: {name}"], [], [])
+    assert page.startswith(f"# {shown}\n")
+    assert not re.search(r"(?<!\\)(\]\(|<)", page)
+
+
+@pytest.mark.parametrize("name", ["[x]", "*x"])
+def test_latex_does_not_take_a_name_for_an_option_of_the_row_before(name):
+    rows = to_latex(summary([done(name, "s", 0, 0.5)])).splitlines()
+    assert f"{{}}{name} & 0.500 \\\\" in rows
 
 
 def test_latex_escapes_what_latex_would_read_as_commands(table):

@@ -1,0 +1,38 @@
+"""Texts of others (names, what a tracker raised) as they may be shown.
+
+A terminal obeys control characters: such a text could move the cursor, hide lines or set the
+window's title. They are shown by their numbers instead, as JSON writes them, so that a JSON text
+stays the same JSON.
+"""
+
+import re
+
+__all__ = ["one_line", "printable"]
+
+# What moves or hides text: controls, the marks that turn the direction of writing round, and
+# halves of characters, which no encoding has (file names that are not UTF-8 hold them).
+_CONTROLS = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff"
+_CONTROL = re.compile(f"[{_CONTROLS}]")
+_CONTROL_OR_BREAK = re.compile(rf"[{_CONTROLS}\t\n\u2028\u2029]")
+
+
+def printable(text: str) -> str:
+    r"""Give the text with control characters as `\u001b`; lines and tabs stay.
+
+    >>> printable("\x1b[31mred\n")
+    '\\u001b[31mred\n'
+    """
+    return _CONTROL.sub(_number, text)
+
+
+def one_line(text: str) -> str:
+    r"""Give the text with tabs and ends of lines shown so, too.
+
+    >>> one_line("two\nlines")
+    'two\\u000alines'
+    """
+    return _CONTROL_OR_BREAK.sub(_number, text)
+
+
+def _number(found: re.Match[str]) -> str:
+    return f"\\u{ord(found[0]):04x}"
