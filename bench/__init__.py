@@ -6,8 +6,19 @@
 True
 """
 
-import importlib
+import signal
 import sys
+
+if (
+    sys.argv[:1]
+    and sys.argv[0].endswith("trackmark")
+    and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+):
+    # The command: until `main` takes Ctrl-C as a wish, that ends it at once, as out of an import
+    # it would be a traceback.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 

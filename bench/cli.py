@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from bench.commands import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
+from bench.commands._terminal import complain, interruptible, outlets
 from bench.compilation import announce, attend
 from bench.packages import check_ownership
 
@@ -44,7 +45,8 @@ def _summary(name: str) -> str:
     return (ast.get_docstring(ast.parse(source)) or "").partition("\n")[0]
 
 
-@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+# With `color` click takes nothing out of what is written: our outlets show control characters.
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "color": True})
 @click.version_option(package_name="trackmark", message="%(prog)s %(version)s")
 def trackmark() -> None:
     """A benchmark harness for classic visual trackers.
@@ -56,41 +58,46 @@ def trackmark() -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit.
 
-    What is wrong with the input is said in one line; a traceback is a defect of ours.
+    What is wrong with the input, or the machine, is said in one line; a traceback is a defect of
+    ours.
     """
     attend(announce)
-    try:
+    with outlets() as output, interruptible():
         status = _invoke(arguments)
-    except ImportError as error:
-        click.echo(f"trackmark: {error}", err=True)
-        status = EXIT_WRONG_INPUT
+        if output is not None:
+            output.flush()
+            status = EXIT_WRONG_INPUT if output.failed else status
     sys.exit(status)
 
 
 def _invoke(arguments: Sequence[str] | None) -> int:
     try:
         answer: Any = trackmark.main(arguments, prog_name="trackmark", standalone_mode=False)
-    except click.exceptions.Abort:
+    except (click.exceptions.Abort, KeyboardInterrupt):
         return EXIT_INTERRUPTED
     except click.ClickException as error:
         error.show()
         return error.exit_code
-    except BrokenPipeError:  # the reader of our output went away: `trackmark list | head`
-        sys.stderr.close()
-        return 0
-    except ValueError as error:
-        if not _is_input_error(error):
+    except (ImportError, OSError, ValueError) as error:
+        told = _told(error)
+        if told is None:
             raise
-        click.echo(f"trackmark: {error}", err=True)
+        complain(told)
         return EXIT_WRONG_INPUT
     return answer if isinstance(answer, int) else 0
 
 
-def _is_input_error(error: ValueError) -> bool:
-    """Whether it is one of our errors about the user's input, not a defect."""
+def _told(error: Exception) -> str | None:
+    """What to say of an error about the user's input or machine; nothing of a defect."""
+    if isinstance(error, OSError):
+        # Wherever it comes from: a name of 5000 characters, say, can't even be looked for.
+        return f"{error.filename}: {error.strerror}." if error.filename is not None else None
+    if isinstance(error, ImportError):
+        return str(error)
     from bench.experiments.experiment import ExperimentError
     from bench.store.files import ResultsError
     from datasets import SequenceError
     from trackers import TrackerError
 
-    return isinstance(error, (ExperimentError, ResultsError, SequenceError, TrackerError))
+    ours = (ExperimentError, ResultsError, SequenceError, TrackerError)
+    return str(error) if isinstance(error, ours) else None

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 import click
 
+from bench.commands._terminal import progress_outlet
 from bench.experiments.experiment import ExperimentError, SequenceSource
 
 __all__ = [
@@ -161,7 +162,9 @@ def progress_bar(total: int | None, unit: str) -> Iterator[Progress]:
     """A progress bar with the time left; none where the output is no terminal."""
     from tqdm import tqdm
 
-    with tqdm(total=total, unit=unit, unit_scale=True, disable=None, delay=1.0) as bar:
+    with tqdm(
+        total=total, file=progress_outlet(), unit=unit, unit_scale=True, disable=None, delay=1.0
+    ) as bar:
 
         def show(done: int, total: int | None = None) -> None:
             bar.total = total or bar.total

@@ -22,6 +22,7 @@ from bench.commands._options import (
     split_list,
     truth_option,
 )
+from bench.commands._terminal import complain
 from bench.experiments.experiment import Experiment, ExperimentError, read_experiment
 
 if TYPE_CHECKING:
@@ -154,7 +155,7 @@ def execute(
         click.echo(f"Stopped: {there} The same command goes on from there.", err=True)
         return EXIT_INTERRUPTED
     for error in execution.errors:
-        click.echo(f"trackmark: {error}", err=True)
+        complain(error)
     if as_json:
         _print_others(now, index, printed)
         click.echo(there, err=True)

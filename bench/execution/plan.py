@@ -4,6 +4,7 @@ There may be millions of them: what is known of a run is a byte in an array of s
 on a sequence, and units of work are made when they are asked for.
 """
 
+import math
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property, partial
@@ -27,6 +28,10 @@ from datasets import Sequence, SequenceError
 from trackers import Randomness
 
 __all__ = ["KnownSequences", "Plan", "PlannedSequence", "State", "make_plan"]
+
+
+MOST_RUNS = 10_000_000
+"""Of an experiment: some gigabytes of memory."""
 
 
 class State(IntEnum):
@@ -206,6 +211,11 @@ def make_plan(
             [identify(entry, found, 0, protocol).version.encode() for entry in trackers.values()]
         )
     shape = len(sequences), sum(repetitions)
+    if math.prod(shape) > MOST_RUNS:
+        raise ExperimentError(
+            f"{math.prod(shape)} runs are asked for; {MOST_RUNS} are the most of an experiment. "
+            "Ask for fewer seeds, or share the sequences out among several."
+        )
     plan = Plan(
         experiment,
         trackers,

@@ -156,11 +156,13 @@ def read_experiment(name_or_path: str | Path) -> Experiment:
 def read_toml(path: Path, error: type[ValueError]) -> dict[str, Any]:
     """What a TOML file says; one that can't be read is told as this error, with its name."""
     try:
-        return tomllib.loads(path.read_text("utf-8"))
+        return tomllib.loads(path.read_text("utf-8-sig"))  # editors of Windows begin it with a mark
     except OSError as reason:
         raise error(f"{path}: {reason.strerror}.") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as reason:
         raise error(f"{path}: {reason}.") from None
+    except RecursionError:
+        raise error(f"{path}: lists or tables are nested too deeply.") from None
 
 
 _KINDS: Mapping[str, type] = {
