@@ -12,6 +12,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from bench.engine.output import Printed
+from bench.engine.process import keeping_umask
 from bench.evaluation.watch import Watch
 
 __all__ = ["ELSEWHERE", "NOBODY", "READING", "Board", "BoardWatch", "Sight", "Slot"]
@@ -98,6 +99,8 @@ class BoardWatch(Watch):
         self._slots = board.slots
         self._connected = connected
         self._process = os.getpid()
+        with keeping_umask() as self._mask:
+            pass
         self._forks = 0
         os.register_at_fork(after_in_parent=self._count_fork)
 
@@ -119,6 +122,7 @@ class BoardWatch(Watch):
         if os.getpid() != self._process:
             self._slots[_COPIED] = entry + 1
             os._exit(0)
+        os.umask(self._mask)  # files are written between calls
         self._slots[_ENTRY] = NOBODY
 
     def shown(self, frames: int) -> None:

@@ -4,18 +4,20 @@ Nothing but `bench.engine.child_process` starts it.
 """
 
 import ctypes
+import json
 import os
 import signal
 import sys
 import threading
 import time
 import traceback
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, cast
 
 import cv2
+from pydantic import TypeAdapter
 
 from bench.compilation import attend
 from bench.engine.board import Board, BoardWatch
@@ -27,19 +29,25 @@ from bench.evaluation.watch import NotAttributableError, Watch
 from bench.store.files import ResultsError
 from datasets import SequenceError
 
-__all__ = ["Answer", "DefectError", "EscapedError", "Perform", "Probe", "Record", "main"]
+__all__ = [
+    "Answer",
+    "DefectError",
+    "Perform",
+    "Probe",
+    "Record",
+    "main",
+    "read_answer",
+]
 
 _PARENT_SECONDS = 1.0
 _IDLE_SECONDS = 60.0  # a worker of a cluster outlives the command that it worked for
 _DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
+_SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
+_LONGEST_SAID = 20_000
 
 
 class DefectError(RuntimeError):
     """An error of ours; the message holds its traceback."""
-
-
-class EscapedError(Exception):
-    """Something escaped from a tracker that ends a process, such as a KeyboardInterrupt."""
 
 
 @dataclass(frozen=True)
@@ -82,11 +90,33 @@ class Probe:
 
 @dataclass(frozen=True)
 class Answer:
-    """What a child says."""
+    """What a child says: a line of JSON, since whoever reads a pickle does what it says."""
 
-    result: Any  # what the request gave, or the exception that it raised
+    result: Outcome | Probed | None = None  # what the request gave
+    # What it raised instead: one of the supervisor's errors; `harm` where one of several trackers
+    # did harm, `escaped` where the one that was called raised what ends a process.
+    raised: str = ""
+    said: str = ""  # the exception's text
     # Whether trackers have left threads behind, so that the process should not be used again.
     worn: bool = False
+
+    def line(self) -> bytes:
+        """For `read_answer`."""
+        return json.dumps(asdict(self)).encode() + b"\n"
+
+
+_ANSWERS = TypeAdapter(Answer)
+
+
+def read_answer(line: bytes) -> Answer:
+    """An answer from its line.
+
+    Raises `ValueError` for anything else.
+    """
+    try:
+        return _ANSWERS.validate_python(json.loads(line))
+    except RecursionError as error:
+        raise ValueError("it is nested too deep") from error
 
 
 def main() -> None:
@@ -117,36 +147,45 @@ def main() -> None:
     watch = BoardWatch(board, connected, output)
     attend(watch.compiling)
     limit_memory(memory)
-    connection.send(Answer(None))
+    _send(descriptor, Answer())
     while connection.poll(_IDLE_SECONDS):
         try:
             request = connection.recv()
         except EOFError:
             return
         before = threading.active_count()
-        result = _result(request, watch)
+        answer = _answer(request, watch)
         watch.printed()
-        connection.send(Answer(result, worn=threading.active_count() > before))
+        _send(descriptor, replace(answer, worn=threading.active_count() > before))
 
 
-def _result(request: Any, watch: Watch) -> Any:
+def _send(descriptor: int, answer: Answer) -> None:
+    rest = memoryview(answer.line())
+    while rest:
+        rest = rest[os.write(descriptor, rest) :]
+
+
+def _answer(request: Any, watch: Watch) -> Answer:
     try:
-        return request(watch)
+        return Answer(request(watch))
     except (SequenceError, ResultsError) as error:
         if can_use_files():
-            return error.with_traceback(None)
-        return NotAttributableError("it used up, or forbade, the files that its process needs")
+            kind = "ResultsError" if isinstance(error, ResultsError) else "SequenceError"
+            return Answer(raised=kind, said=str(error))
+        return Answer(
+            raised="harm", said="it used up, or forbade, the files that its process needs"
+        )
     except NotAttributableError as error:
-        return error.with_traceback(None)
+        return Answer(raised="harm", said=str(error))
     except MemoryError:
-        return NotAttributableError("the memory is exhausted")
+        return Answer(raised="harm", said="the memory is exhausted")
     except Exception as error:  # noqa: BLE001  # ours; trackers' own are caught where they are called
         if watch.has_called():  # or a tracker has changed what the harness uses
-            said = "".join(traceback.format_exception_only(error)).strip()
-            return NotAttributableError(f"the harness fails after it: {said}")
-        return DefectError(traceback.format_exc())
+            said = "".join(traceback.format_exception_only(error)).strip()[:_LONGEST_SAID]
+            return Answer(raised="harm", said=f"the harness fails after it: {said}")
+        return Answer(raised="DefectError", said=traceback.format_exc())
     except BaseException as error:  # noqa: BLE001  # only a tracker raises such a thing here
-        return EscapedError(f"it raised {type(error).__name__}")
+        return Answer(raised="escaped", said=f"it raised {type(error).__name__}")
 
 
 def _end_with(parent: int) -> None:
@@ -154,6 +193,8 @@ def _end_with(parent: int) -> None:
     if sys.platform == "linux":
         # At once, and even when a tracker lets no thread run.
         ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGKILL)
+        # What a tracker starts and abandons stays this process's own, and is ended with it.
+        ctypes.CDLL(None).prctl(_SUBREAPER, 1)
     threading.Thread(target=_watch_parent, args=(parent,), daemon=True).start()
 
 

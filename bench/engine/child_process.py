@@ -1,7 +1,6 @@
 """The supervisor's side of a child process: starting it, asking it, watching it, ending it."""
 
 import os
-import pickle
 import signal
 import socket
 import subprocess
@@ -15,11 +14,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from bench.compilation import announce
 from bench.engine.board import ELSEWHERE, READING, Board, Sight
-from bench.engine.child import Answer
+from bench.engine.child import Answer, read_answer
 from bench.engine.output import Tail, drain
 from bench.engine.process import machine_memory
 from bench.engine.unit import Limits
@@ -30,8 +29,11 @@ __all__ = ["ChildProcess", "Death", "StartError"]
 _POLL_SECONDS = 0.1
 _START_SECONDS = 300.0
 _END_SECONDS = 10.0
-_LONGEST_ANSWER = 1 << 28
+_LONGEST_ANSWER = 1 << 26  # bytes
+_PIECE = 1 << 16
+_READING_SECONDS = 300.0  # a frame, which no tracker can help
 _ELSEWHERE_SECONDS = 3600.0  # opening a sequence for the first time may take long
+_LONG_SECONDS = {READING: _READING_SECONDS, ELSEWHERE: _ELSEWHERE_SECONDS}
 _MARK = "TRACKMARK_CHILD"
 _HOME = str(Path(__file__).parents[2])
 # These very packages, wherever the child would look for them first.
@@ -74,9 +76,7 @@ class ChildProcess:
         self.used = False
         self._mark = uuid.uuid4().hex
         ours, theirs = socket.socketpair()
-        # The file has no name: nothing is left of it, however this process ends.
-        with tempfile.TemporaryFile() as shared, theirs:
-            shared.truncate(Board.SIZE)
+        with _shared_file() as shared, theirs:
             self.board = Board(shared.fileno())
             given = [theirs.fileno(), shared.fileno()]
             memory = limits.memory_bytes or machine_memory() // (os.cpu_count() or 1)
@@ -114,7 +114,9 @@ class ChildProcess:
 
     def lives(self) -> bool:
         """Whether it can be asked."""
-        return self._process.poll() is None and not self._connection.closed
+        if self._connection.closed or self._process.poll() is not None:
+            return False
+        return not self._connection.poll(0)  # it has said more than it was asked
 
     def ask(self, request: Any, look: Callable[[Sight], None]) -> "Answer | Death":
         """Send a request and wait for the answer, or for the child's end."""
@@ -129,9 +131,11 @@ class ChildProcess:
 
     def end(self) -> None:
         """Kill it, and what it has started, wherever that has gone."""
-        for process in {self._process.pid, *_marked(self._mark)}:
+        self._process.send_signal(signal.SIGSTOP)  # nothing more is started from now on
+        for process in _started_by(self._process.pid, self._mark):
             with suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)
+        self._process.kill()
         with suppress(subprocess.TimeoutExpired):  # one that waits for a lost disk can't end
             self._process.wait(_END_SECONDS)
         self._reader.join(_POLL_SECONDS)
@@ -140,21 +144,23 @@ class ChildProcess:
 
     def _hear(self, look: Callable[[Sight], None], limit: float) -> "Answer | Death":
         seen = self.board.look()
+        heard = bytearray()
         waited = 0.0
         last = time.monotonic()
         while True:
             try:
+                piece = None
                 if self._connection.poll(_POLL_SECONDS):
-                    # A tracker may have written into the connection, too: such a message
-                    # claims to be longer than any, or is no pickle.
-                    answer: Answer = pickle.loads(  # noqa: S301  # our child's
-                        self._connection.recv_bytes(_LONGEST_ANSWER)
-                    )
-                    if self.board.look().compiled:  # since the last look, too
-                        announce()
-                    return answer
-            except (EOFError, OSError, pickle.UnpicklingError):
+                    piece = os.read(self._connection.fileno(), _PIECE)
+                    heard += piece
+            except OSError:
                 return self._death()
+            if piece == b"":
+                return self._death()
+            if heard.endswith(b"\n") or len(heard) > _LONGEST_ANSWER:
+                if self.board.look().compiled:  # since the last look, too
+                    announce()
+                return self._read(bytes(heard))
             if self._process.poll() is not None and not self._connection.poll(0):
                 return self._death()
             now = time.monotonic()
@@ -168,10 +174,18 @@ class ChildProcess:
                 waited = 0.0
             seen = sight
             look(sight)
-            bound = _ELSEWHERE_SECONDS if sight.entry == ELSEWHERE else limit
+            bound = _LONG_SECONDS.get(sight.entry, limit)
             if waited > bound:
                 said = self.tail.text()
                 return Death(f"no answer within {bound:g} s", sight, said, stalled=True)
+
+    def _read(self, line: bytes) -> "Answer | Death":
+        """An answer, unless a tracker has written into the connection, too."""
+        try:
+            return read_answer(line[:_LONGEST_ANSWER])
+        except ValueError:
+            reason = "it wrote into file descriptors that are not its own"
+            return Death(reason, self.board.look(), self.tail.text())
 
     def _death(self) -> Death:
         """How the child ended, once it is known that it did."""
@@ -199,12 +213,38 @@ def _signal_name(number: int) -> str:
         return f"signal {number}"
 
 
-def _marked(mark: str) -> list[int]:
-    """Numbers of the processes that inherited a mark in their environment, where one can see."""
-    found = []
+def _shared_file() -> IO[bytes]:
+    """A file for a board; it has no name: nothing is left of it, however this process ends.
+
+    Raises `ResultsError` where there is no room for it.
+    """
+    try:
+        shared = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # the caller closes it
+        shared.write(bytes(Board.SIZE))  # on a full disk a write fails, a mapping is fatal
+    except OSError as error:
+        raise ResultsError(
+            f"there is no room for temporary files ({error.strerror or error}). Make some, or name "
+            "another folder by the environment variable TMPDIR."
+        ) from error
+    return shared
+
+
+def _started_by(parent: int, mark: str) -> list[int]:
+    """Numbers of a process's descendants, and of those that inherited its mark, where one can see.
+
+    What has neither its mark in its environment nor a living ancestor in it can't be found.
+    """
+    parents: dict[int, int] = {}
+    found: set[int] = set()
     wanted = f"{_MARK}={mark}".encode()
-    for file in Path("/proc").glob("[0-9]*/environ"):
+    for folder in Path("/proc").glob("[0-9]*"):
         with suppress(OSError):  # it has just ended, or is somebody else's
-            if wanted in file.read_bytes().split(b"\0"):
-                found.append(int(file.parent.name))
-    return found
+            number = int(folder.name)
+            state = (folder / "stat").read_text("utf-8", "replace")
+            parents[number] = int(state.rpartition(")")[2].split()[1])
+            if wanted in (folder / "environ").read_bytes().split(b"\0"):
+                found.add(number)
+    newer = {parent, *found}
+    while newer := {child for child, of in parents.items() if of in newer} - found:
+        found |= newer
+    return sorted(found - {parent})

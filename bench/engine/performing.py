@@ -1,4 +1,8 @@
-"""What a child process does: one unit of work, from opening the sequence to the files."""
+"""What a child process does: one unit of work, from opening the sequence to the files.
+
+What others are judged by, truth and scores, is written and made where no tracker has run:
+`keep_truth` and `scored` are called by the supervisor.
+"""
 
 import os
 import socket
@@ -14,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
-from bench.engine.process import Surroundings, peak_memory, reset_peak
+from bench.engine.process import Surroundings, keeping_umask, peak_memory, reset_peak
 from bench.engine.unit import Entry, Limits, Unit
 from bench.evaluation.loop import run_in_lock_step
 from bench.evaluation.record import Run
@@ -23,7 +27,8 @@ from bench.evaluation.reference import reference
 from bench.evaluation.timing import time_run
 from bench.evaluation.watch import UNWATCHED, NotAttributableError, Watch
 from bench.experiments.contestant import Contestant, Identity, contestants, identify
-from bench.store.index import index_row, row_of_file
+from bench.store.files import ResultsError
+from bench.store.index import row_of_file
 from bench.store.layout import UNFINISHED, beside
 from bench.store.results import Results
 from bench.store.truth import write_truth
@@ -31,7 +36,16 @@ from bench.store.unfinished import map_rows, read_rows
 from datasets import Sequence, SequenceError
 from trackers import Randomness, TrackerError
 
-__all__ = ["Failure", "Outcome", "Probed", "perform", "probe", "record_failure"]
+__all__ = [
+    "Failure",
+    "Outcome",
+    "Probed",
+    "keep_truth",
+    "perform",
+    "probe",
+    "record_failure",
+    "scored",
+]
 
 _SHORTEST = 2  # frames of a pass
 _GLOBAL_NUMBERS = (
@@ -44,7 +58,7 @@ _GLOBAL_NUMBERS = (
 class Outcome:
     """What became of a unit, and what it cost."""
 
-    rows: list[dict[str, Any]]  # the index's rows of its runs, which lie on disk
+    rows: list[dict[str, Any]]  # the index's rows of its runs, which lie on disk; see `scored`
     entries: list[Entry]  # what was asked for, by row
     overhead: float  # the harness's own seconds per frame and tracker; NaN in timing runs
     seconds: float  # from opening the sequence to the last file
@@ -64,6 +78,27 @@ class Failure:
     output: str
 
 
+def keep_truth(unit: Unit, folder: Path) -> None:
+    """Write the truth that a unit's runs are scored by, unless it is there.
+
+    Raises `SequenceError`, `ResultsError` as `perform`.
+    """
+    write_truth(folder, datasets.load(unit.source.text, truth=unit.source.truth))
+
+
+def scored(outcome: Outcome, unit: Unit, folder: Path) -> Outcome:
+    """An outcome of `perform`, which knows no more than paths, with whole rows.
+
+    Raises `ResultsError` where a run can't be read, or is none of the unit's.
+    """
+    results = Results(folder)
+    asked = len(outcome.rows) == len(outcome.entries) and set(outcome.entries) <= set(unit.entries)
+    if not asked:
+        raise ResultsError("these are runs that nobody asked for.")
+    rows = [row_of_file(results, folder / str(row.get("path"))) for row in outcome.rows]
+    return replace(outcome, rows=rows)
+
+
 @dataclass(frozen=True)
 class Probed:
     """How long frames took."""
@@ -78,8 +113,11 @@ def perform(
 ) -> Outcome:
     """Run a unit and write its runs.
 
-    `unit`: what to run. `folder`: the experiment's folder of results. `limits`: of these, the time
-    of a whole run is kept here; the others are up to the supervisor. `watch`: told what is done.
+    `unit`: what to run. `folder`: the experiment's folder of results, with the sequence's truth.
+    `limits`: of these, the time of a whole run is kept here; the others are up to the supervisor.
+    `watch`: told what is done.
+
+    The outcome's rows hold the paths of the runs alone; see `scored`.
 
     Raises `SequenceError` where the sequence can't be read to its end; none of the unit's runs is
     written. Raises `ResultsError` where the results can't be written. Raises
@@ -200,7 +238,8 @@ def _open(unit: Unit, folder: Path) -> tuple[_Opened, list[str]]:
     Raises `SequenceError` where the sequence can't be opened, or nothing is what was planned.
     """
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
-    chosen = _contestants({entry.tracker for entry in unit.entries})
+    with keeping_umask():
+        chosen = _contestants({entry.tracker for entry in unit.entries})
     results = Results(folder)
     entries: list[Entry] = []
     opened = _Opened(unit, sequence, [], [], [], results)
@@ -279,16 +318,13 @@ def _checked_surroundings(runs: list[Run], before: Surroundings, opened: _Opened
 
 
 def _store(runs: list[tuple[Run, Entry]], opened: _Opened) -> list[dict[str, Any]]:
-    results, sequence = opened.results, opened.sequence
-    write_truth(results.folder, sequence)
+    results = opened.results
     origin = opened.unit.source.absolute()
     source = {"source": origin.text, "truth": str(origin.truth or "")}
     rows = []
     for run, entry in runs:
         told = replace(run, circumstances={**run.circumstances, **source})
         path = results.path(told.identity)
-        if results.write(told, entry.replaces):
-            rows.append(index_row(results, path, told, sequence))
-        else:  # another process was quicker: its run stands
-            rows.append(row_of_file(results, path))
+        results.write(told, entry.replaces)  # unless another process was quicker: its run stands
+        rows.append({"path": str(path.relative_to(results.folder))})
     return rows

@@ -6,17 +6,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from bench.engine.board import NOBODY, READING, Sight
-from bench.engine.child import EscapedError, Perform, Probe, Record
+from bench.engine.board import NOBODY, READING, Sight, Slot
+from bench.engine.child import DefectError, Perform, Probe, Record
 from bench.engine.child_process import ChildProcess, Death, StartError
-from bench.engine.performing import Failure, Outcome, Probed
+from bench.engine.performing import Failure, Outcome, Probed, keep_truth, scored
 from bench.engine.unit import Entry, Limits, Unit
-from bench.evaluation.watch import NotAttributableError, Watch
+from bench.store.files import ResultsError
 from datasets import SequenceError
 
 __all__ = ["Supervisor"]
 
-_Result = TypeVar("_Result")
+_Result = TypeVar("_Result", Outcome, Probed)
+
+_ERRORS = {kind.__name__: kind for kind in (SequenceError, ResultsError, DefectError)}
+_NOWHERE = Sight(*(0,) * len(Slot))._replace(entry=NOBODY)
 
 
 class ClosedError(Exception):
@@ -24,11 +27,16 @@ class ClosedError(Exception):
 
 
 class Supervisor:
-    """Performs units, each in a child process that outlives it when all goes well."""
+    """Performs units, each in a child process that outlives it when all goes well.
+
+    A child is kept for the next unit of the same owner; see `Unit`. Truth is written and runs are
+    scored here, where no tracker has run.
+    """
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
         self._child: ChildProcess | None = None
+        self._owner = ""  # of the units that the child has performed
         self._closed = False
         self._lock = threading.Lock()
 
@@ -47,6 +55,10 @@ class Supervisor:
 
         Raises `SequenceError`, `ResultsError` as `bench.engine.performing.perform`.
         """
+        keep_truth(unit, folder)
+        if unit.owner != self._owner:
+            self._end_child()
+            self._owner = unit.owner
         parts = [_Part(unit)]
         outcomes: list[Outcome] = []
         spared: set[Entry] = set()
@@ -60,8 +72,7 @@ class Supervisor:
             if part.alone:
                 self._end_child()
             done = unit.frames * len(_rows(outcomes))
-            request = Perform(part.unit, folder, self.limits)
-            ended = self._ask(request, part.unit, done, progress)
+            ended = self._runs(Perform(part.unit, folder, self.limits), done, progress)
             if isinstance(ended, Outcome):
                 outcomes.append(ended)
                 parts = _failed(part.unit, ended) + parts if others else parts
@@ -69,8 +80,8 @@ class Supervisor:
                     confirmed |= {(entry.tracker, said) for said in _reasons(ended)}
             elif ended.stalled and ended.sight.entry == READING:
                 raise SequenceError(
-                    f"{unit.source.text}: frame {ended.sight.frame} could not be read within "
-                    f"{self.limits.frame_seconds:g} s."
+                    f"{unit.source.text}: frame {ended.sight.frame} could not be read: "
+                    f"{ended.reason}."
                 )
             elif others:
                 parts = _suspects(part.unit, ended.sight.entry) + parts
@@ -91,7 +102,7 @@ class Supervisor:
 
         Raises `SequenceError` where the sequence can't be read.
         """
-        ended = self._ask(Probe(unit, frames), unit, 0, None)
+        ended = self._ask(Probe(unit, frames), Probed, 0, None)
         return None if isinstance(ended, Death) else ended
 
     def close(self) -> None:
@@ -103,7 +114,7 @@ class Supervisor:
     def _record(self, unit: Unit, folder: Path, death: Death) -> Outcome:
         frame = death.sight.frame if death.sight.calls else None
         failure = Failure(frame, death.reason, death.output)
-        ended = self._ask(Record(unit, folder, failure), unit, 0, None)
+        ended = self._runs(Record(unit, folder, failure), 0, None)
         if isinstance(ended, Death):
             raise SequenceError(
                 f"{unit.source.text}: the process dies when it opens the sequence or the tracker "
@@ -111,42 +122,56 @@ class Supervisor:
             )
         return ended
 
+    def _runs(
+        self, request: Perform | Record, done: int, progress: Callable[[int], None] | None
+    ) -> Outcome | Death:
+        """Ask for runs, and score what has come of it."""
+        ended = self._ask(request, Outcome, done, progress)
+        if isinstance(ended, Death):
+            return ended
+        try:
+            return scored(ended, request.unit, request.folder)
+        except ResultsError as error:
+            if isinstance(request, Record):
+                raise SequenceError(f"{request.unit.source.text}: {error}") from error
+            self._end_child()
+            return Death(f"what it has left can't be read: {error}", _NOWHERE)
+
     def _ask(
         self,
-        request: Callable[[Watch], _Result],
-        unit: Unit,
+        request: Perform | Record | Probe,
+        kind: type[_Result],
         done: int,
         progress: Callable[[int], None] | None,
-    ) -> "_Result | Death":
+    ) -> _Result | Death:
         with self._lock:
             self._go_on()
             if self._child is None or not self._child.lives():
+                self._end_child()  # what it has started may live
                 self._child = self._new_child()
             child = self._child
 
         def look(sight: Sight) -> None:
             self._go_on()
             if progress is not None:
-                progress(done + sight.shown * len(unit.entries))
+                progress(done + sight.shown * len(request.unit.entries))
 
         answer = child.ask(request, look)
         self._go_on()
+        if isinstance(answer, Death) or answer.worn:
+            self._end_child()
         if isinstance(answer, Death):
-            self._end_child()
             return answer
-        if answer.worn:
-            self._end_child()
-        result = answer.result
-        if isinstance(result, EscapedError | NotAttributableError):
-            sight = child.board.look()
-            self._end_child()
+        if answer.raised in _ERRORS:
+            raise _ERRORS[answer.raised](answer.said)
+        if isinstance(answer.result, kind):
+            return answer.result
+        self._end_child()
+        sight = child.board.look()
+        if answer.raised != "escaped":
             # Nobody can tell which one needed so much memory, or changed what they share.
-            known = sight if isinstance(result, EscapedError) else sight._replace(entry=NOBODY)
-            return Death(str(result), known, child.tail.text())
-        if isinstance(result, Exception):
-            raise result
-        given: _Result = result
-        return given
+            sight = sight._replace(entry=NOBODY)
+        return Death(answer.said or "it answers for its process", sight, child.tail.text())
 
     def _new_child(self) -> ChildProcess:
         try:

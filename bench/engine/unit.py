@@ -30,6 +30,9 @@ class Unit:
     entries: tuple[Entry, ...]
     protocol: Protocol
     frames: int
+    # What a process that performs it is kept for: it performs no unit of another owner, then or
+    # later. Empty for trackers of the package, which share processes.
+    owner: str = ""
 
     @property
     def work(self) -> int:

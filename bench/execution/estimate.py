@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from bench.engine import probe
 from bench.engine.unit import Entry, Limits, Unit
 from bench.execution.plan import Plan
-from bench.execution.units import Units
+from bench.execution.units import Units, owner_of
 from bench.store.columns import codes
 from bench.store.files import ResultsError
 from bench.store.index import read_table
@@ -214,7 +214,8 @@ def _probed(plan: Plan, trackers: list[int], limits: Limits) -> tuple[NDArray[np
     texts = list(plan.trackers)
     groups: list[list[int]] = [[]]
     for number in trackers:
-        if plan.trackers[texts[number]].randomness is Randomness.PROCESS:
+        chosen = plan.trackers[texts[number]]
+        if owner_of(chosen) or chosen.randomness is Randomness.PROCESS:
             groups.append([number])
         else:
             groups[0].append(number)

@@ -3,26 +3,37 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bench.engine.unit import Entry, Unit
 from bench.execution.plan import Plan, State
+from bench.experiments.contestant import PACKAGE, Contestant
 from trackers import Randomness
 
-__all__ = ["Units", "left_of"]
+__all__ = ["Units", "left_of", "owner_of"]
+
+
+class _Group(NamedTuple):
+    """Runs that may share a process."""
+
+    owner: str  # see `Unit`
+    alone: bool  # whether each has a unit to itself
+    runs: NDArray[np.bool_]  # which they are, shape (runs on a sequence,)
 
 
 @dataclass(frozen=True, eq=False)
 class Units:
     """Units of a plan, made one after another as they are asked for.
 
-    Trackers whose random numbers live in the process never share one with others; they come
-    first, since they are the slow ones. Then come sequences, the longest first: no core waits
-    at the end for a long one that began late. No unit is larger than the share of one worker,
-    unless it holds a single run; and the sequences of a last round, which are fewer than there
-    are workers, are split among all of them.
+    Trackers whose random numbers live in the process never share one with others; nor do
+    trackers that are timed, or that are none of the package: what such a one does to its process
+    must not show in others. These come first, one after the other. Within a group that may share
+    a process come sequences, the longest first: no core waits at the end for a long one that began
+    late. No unit is larger than the share of one worker, unless it holds a single run; and the
+    sequences of a last round, which are fewer than there are workers, are split among all of them.
     """
 
     plan: Plan
@@ -40,33 +51,45 @@ class Units:
         return int((self.wanted.sum(axis=1) * self.plan.frames).sum())
 
     def __len__(self) -> int:
-        alone = self.wanted & self._alone
-        shared = (self.wanted & ~self._alone).sum(axis=1)
-        return int(alone.sum() + np.minimum(self._parts(shared), shared).sum())
+        return sum(
+            int(np.minimum(self._parts(group), (self.wanted & group.runs).sum(axis=1)).sum())
+            for group in self._groups
+        )
 
     def __iter__(self) -> Iterator[Unit]:
-        frames = self.plan.frames
-        alone, shared = self.wanted & self._alone, self.wanted & ~self._alone
-        for sequence in np.argsort(-frames, kind="stable").tolist():
-            for run in np.flatnonzero(alone[sequence]).tolist():
-                yield self._unit(sequence, [run])
-        parts = self._parts(shared.sum(axis=1))
-        for sequence in np.argsort(-frames * shared.sum(axis=1), kind="stable").tolist():
-            runs = np.flatnonzero(shared[sequence]).tolist()
-            if runs:
-                yield from self._unit(sequence, runs).split(int(parts[sequence]))
+        for group in self._groups:
+            wanted = self.wanted & group.runs
+            parts = self._parts(group)
+            work = self.plan.frames * wanted.sum(axis=1)
+            for sequence in np.argsort(-work, kind="stable")[: np.count_nonzero(work)].tolist():
+                runs = np.flatnonzero(wanted[sequence]).tolist()
+                whole = self._unit(sequence, runs, group.owner)
+                yield from whole.split(int(parts[sequence]))
 
     @cached_property
-    def _alone(self) -> NDArray[np.bool_]:
-        """Whether a run on a sequence has its process to itself."""
-        chosen = self.plan.trackers.values()
-        apart = [entry.randomness is Randomness.PROCESS for entry in chosen]
-        return np.array(apart)[self.plan.run_trackers] | self.plan.experiment.timing
+    def _groups(self) -> list[_Group]:
+        """Runs by what may share a process; those of the package's trackers come last."""
+        timing = self.plan.experiment.timing
+        keys = [
+            (
+                chosen.label if timing else owner_of(chosen),
+                timing or chosen.randomness is Randomness.PROCESS,
+            )
+            for chosen in self.plan.trackers.values()
+        ]
+        of = self.plan.run_trackers
+        return [
+            _Group(*key, np.array([other == key for other in keys])[of])
+            for key in sorted(dict.fromkeys(keys), key=lambda key: key == ("", False))
+        ]
 
-    def _parts(self, runs: NDArray[np.int64]) -> NDArray[np.int64]:
+    def _parts(self, group: _Group) -> NDArray[np.int64]:
         """Into how many units the runs of each sequence go."""
+        runs: NDArray[np.int64] = (self.wanted & group.runs).sum(axis=1)
+        if group.alone:
+            return runs
         most = np.maximum(self.work // (self.workers * self.plan.frames), 1)
-        parts = -(-runs // most)
+        parts: NDArray[np.int64] = -(-runs // most)
         # What is left over for a last round goes to all workers: else some would only wait.
         longest_first = np.argsort(-self.plan.frames * runs, kind="stable")
         busy = longest_first[: np.count_nonzero(runs)]
@@ -74,7 +97,7 @@ class Units:
         parts[last] = np.maximum(parts[last], self.workers)
         return parts
 
-    def _unit(self, sequence: int, runs: list[int]) -> Unit:
+    def _unit(self, sequence: int, runs: list[int], owner: str) -> Unit:
         plan = self.plan
         texts = list(plan.trackers)
         entries = []
@@ -90,7 +113,17 @@ class Units:
                 )
             )
         found = plan.sequences[sequence]
-        return Unit(found.source, tuple(entries), plan.protocol, found.frames)
+        return Unit(found.source, tuple(entries), plan.protocol, found.frames, owner)
+
+
+def owner_of(chosen: Contestant) -> str:
+    """Who has the process of a tracker to itself: a tracker that is none of the package.
+
+    Empty for the others, whose source is ours: they leave to others what is the process's.
+    """
+    if chosen.file is not None and chosen.file.parent == PACKAGE:
+        return ""
+    return f"{chosen.file}:{chosen.name}"
 
 
 def left_of(plan: Plan, *, workers: int = 1, retry_failed: bool = False) -> Units:

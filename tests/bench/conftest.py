@@ -113,7 +113,8 @@ class Here:
 
     def perform(self, unit, folder, progress=None):
         with self.at_work:
-            return performing.perform(unit, folder, self.limits)
+            performing.keep_truth(unit, folder)
+            return performing.scored(performing.perform(unit, folder, self.limits), unit, folder)
 
     def probe(self, unit, frames):
         with self.at_work:

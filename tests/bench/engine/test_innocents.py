@@ -5,6 +5,7 @@ import signal
 import threading
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -15,10 +16,13 @@ from bench.execution.plan import make_plan
 from bench.execution.units import left_of
 from bench.experiments.experiment import Experiment, SequenceSource
 from bench.store.index import read_index
+from bench.store.log import log_files, read_log
 from bench.store.results import Results
 from bench.store.truth import write_truth
 from bench.store.upkeep import merge_results
+from tests.bench.engine.conftest import command_line, send
 
+NAMELESS = "subprocess.Popen(['sleep', '86413.5'], env={}, start_new_session=True)"
 ACTS = {
     "Alarms": "signal.alarm(1)",
     "Dawdles": "time.sleep(0.3)",
@@ -32,6 +36,15 @@ ACTS = {
     "Forks": "os.fork()",
     "ForksToo": "os.fork()",
     "Raises": "raise ValueError('no wish')",
+    "Reads": "self.box = self.box + [np.mean([1.0]), 0, 0, 0]",
+    "Spoils": "np.mean = sys.modules['bench.metrics.native']._mean = lambda *a: 0.5;"
+    " truth.as_columns = lambda columns: pa.table({name: [0.0] * 12 for name in columns});"
+    " os.umask(0o777)",
+    "LeavesThread": "_thread.start_new_thread(time.sleep, (1e6,))",  # `threading` knows of none
+    "DelaysReading": "waits, read = [3.0], cv2.imdecode;"
+    " cv2.imdecode = lambda *a: (time.sleep(waits.pop() if waits else 0), read(*a))[1]",
+    "LeavesNameless": NAMELESS,
+    "AbandonsNameless": f"{NAMELESS}; os._exit(3)",
 }
 
 
@@ -54,22 +67,27 @@ class {name}(Base):
             {act}
         return super().update(image)
 """
-    head = "import os, signal, sys, time\nimport numpy as np\n"
-    head += "from bench.evaluation import recorder\n"
+    head = "import _thread, os, signal, subprocess, sys, time\n"
+    head += "import cv2, pyarrow as pa, numpy as np\n"
+    head += "from bench.evaluation import recorder\nfrom bench.store import truth\n"
     (here / "acts.py").write_text(source.replace("from pydantic", head + "from pydantic", 1))
     return here
 
 
-def failures(ground, *names, sequences="A", timing=False, seeds=1, limits=None):
+def perform(ground, *names, sequences="A", timing=False, seeds=1, limits=None):
     chosen = Experiment(
-        "trial",
-        tuple(f"{ground}/acts.py:{name}" for name in names),
+        f"trial-{len(names)}",
+        tuple(f"{ground}/acts.py:{name}" if name[0].isupper() else name for name in names),
         tuple(SequenceSource(str(ground / "data" / name)) for name in sequences),
         repetitions=seeds,
         timing=timing,
     )
     folder = bench.run(chosen, ground / "results", jobs=1, limits=limits or Limits())
-    rows = read_index(Results(folder))
+    return folder, read_index(Results(folder))
+
+
+def failures(ground, *names, sequences="A", seeds=1, **options):
+    _, rows = perform(ground, *names, sequences=sequences, seeds=seeds, **options)
     assert len(rows) == len(names) * len(sequences) * seeds
     return {
         (row["tracker"].partition(":")[2], row["sequence"], row["repetition"]): row["failure"]
@@ -123,7 +141,50 @@ def test_repetitions_that_fail_for_one_reason_are_confirmed_once(ground, monkeyp
     )
     found = failures(ground, "Raises", "Dawdles", seeds=5)
     assert set(found) == {("Raises", "A", seed) for seed in range(5)}
-    assert [len(request.unit.entries) for request in asked] == [10, 1]
+    assert [len(request.unit.entries) for request in asked] == [5, 1, 5]
+
+
+def test_what_a_tracker_spoils_in_its_process_shows_nowhere_else(ground, contents):
+    """Not in boxes, truth and scores, nor in who may read them: before it, after it, beside it."""
+    names = ("Reads", "static", "camshift")
+    plain, rows = perform(ground, *names, sequences="AB")
+    spoilt, found = perform(ground, "Spoils", *names, sequences="AB")
+    boxes = contents(spoilt)
+    assert {key: boxes[key] for key in contents(plain)} == contents(plain)
+    for row in rows:
+        assert row["status"] == "finished"
+        (same,) = (other for other in found if other["path"] == row["path"])
+        assert repr(same["scores"]) == repr(row["scores"])
+    modes = {file.stat().st_mode & 0o777 for file in spoilt.rglob("*") if file.is_file()}
+    assert modes == {(plain / "plan.json").stat().st_mode & 0o777}
+
+
+def test_each_tracker_is_timed_in_a_process_of_its_own(ground):
+    folder, rows = perform(ground, "LeavesThread", "static", "Reads", sequences="AB", timing=True)
+    assert {row["status"] for row in rows} == {"finished"}
+    processes = {}
+    for entry in read_log(log_files(folder)[0]):
+        if entry["event"] == "unit":
+            (tracker,) = entry["runs"]
+            processes.setdefault(tracker, set()).add(entry["process"])
+    assert [len(of) for of in processes.values()] == [1, 1, 1]
+    assert len(set.union(*processes.values())) == 3
+
+
+@pytest.mark.slow
+def test_how_long_a_frame_takes_to_read_is_not_the_trackers_time(ground):
+    assert failures(ground, "DelaysReading", limits=Limits(frame_seconds=2.0)) == {}
+
+
+@pytest.mark.parametrize(("name", "left"), [("LeavesNameless", 0), ("AbandonsNameless", 1)])
+def test_what_a_tracker_has_started_ends_unless_its_process_did(ground, name, left):
+    """With no mark in its environment and no living ancestor nobody knows whose it is."""
+    failures(ground, name)
+    numbers = [int(place.name) for place in Path("/proc").glob("[0-9]*")]
+    started = [number for number in numbers if "sleep 86413.5" in command_line(number)]
+    for number in started:
+        send(number, signal.SIGKILL)
+    assert len(started) == left
 
 
 def test_a_worker_that_is_killed_while_it_begins_is_begun_again(ground, monkeypatch):

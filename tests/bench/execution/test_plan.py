@@ -1,6 +1,7 @@
 """Plans: what is done, what is stale, and how the rest is shared out."""
 
 import shutil
+from itertools import groupby
 from pathlib import Path
 
 import cv2
@@ -142,6 +143,22 @@ def test_a_unit_is_a_sequence_with_all_trackers_that_may_share_a_process(here):
     ]
 
 
+def test_a_tracker_from_outside_shares_no_process_and_no_tracker_that_is_timed_does(here):
+    """Its own runs follow one another, so that it has use for its process."""
+    (here / "Twin.py").write_text((here / "knob.py").read_text())
+    texts = ("static", f"{here}/knob.py:Knob", "camshift", f"{here}/Twin.py:Knob", "opencv-mil")
+    plan = small_plan(here, 2, trackers=texts, repetitions=1)
+    units = [(unit.owner, *(entry.tracker for entry in unit.entries)) for unit in left_of(plan)]
+    knob, twin = ((f"{text.partition(':')[0]}:{Path(text).name}", text) for text in texts[1:4:2])
+    mil, shared = ("", texts[4]), ("", texts[0], texts[2])
+    assert units == [knob, knob, twin, twin, mil, mil, shared, shared]
+    timed = small_plan(here, trackers=texts, repetitions=2, timing=True)
+    owners = [unit.owner for unit in left_of(timed)]
+    assert len(owners) == 5 * 2 * 2
+    assert [own for own, _ in groupby(owners)] == list(dict.fromkeys(owners))
+    assert len(set(owners)) == 5
+
+
 def test_what_is_the_same_tracker_is_planned_once(here):
     chosen = ("camshift", "camshift:window=fixed", "camshift:hue_bins=32")
     assert list(states(here, trackers=chosen)) == [("camshift", 0)]
@@ -201,7 +218,7 @@ def test_no_unit_is_larger_than_a_workers_share_and_every_run_is_in_one(here, se
     runs = {(unit.source, *entry[:2]) for unit in made for entry in unit.entries}
     assert len(runs) == units.runs
     if sequences % workers == 0:
-        assert len(made) == sequences, "what leaves no core idle is not split"
+        assert len(made) == 2 * sequences, "static apart; what leaves no core idle is not split"
     # As a pool takes them: none has more to do than its share and one run.
     busy = [0] * workers
     for unit in made:

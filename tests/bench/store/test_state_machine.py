@@ -19,7 +19,7 @@ from hypothesis.stateful import (
 )
 
 import bench
-from bench.engine.performing import perform
+from bench.engine.performing import keep_truth, perform, scored
 from bench.execution.run import Execution
 from bench.experiments.contestant import contestant, identify
 from bench.experiments.experiment import Experiment, SequenceSource
@@ -94,7 +94,8 @@ class Here:
 
     def perform(self, units, job, progress):
         for unit in units:
-            yield unit, perform(unit, job.folder)
+            keep_truth(unit, job.folder)
+            yield unit, scored(perform(unit, job.folder), unit, job.folder)
 
 
 def said(run):
