@@ -5,6 +5,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Protocol, cast
 
+from datasets.decoding import brief, check_name
 from datasets.interface import Sequence, SequenceError, Summary
 from datasets.outline import Outline, outlined
 from datasets.text_form import close_match, parse_text
@@ -50,7 +51,7 @@ def summary(name: str) -> Summary:
         For a name that is none of them.
     """
     if name not in _suites():
-        raise _unknown(name, Path(name).expanduser())
+        raise _unknown(name, _path(name))
     return _suites()[name].summary(name)
 
 
@@ -125,7 +126,7 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     path, chosen = _path_and_choice(text)
     if not path.exists() and not readers.knows(path):
         raise _unknown(text, Path(text).expanduser())
-    truth_file = None if truth is None else Path(truth).expanduser()
+    truth_file = None if truth is None else _path(str(truth))
     if truth_file is not None and not truth_file.is_file():
         raise SequenceError(f"{truth_file}: there is no such truth file.")
     return readers.read(path, truth_file, chosen)
@@ -133,7 +134,7 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
 
 def _path_and_choice(text: str) -> tuple[Path, dict[str, str]]:
     """Path of recorded data, and what the text chooses of them; a path may itself hold colons."""
-    path = Path(text).expanduser()
+    path = _path(text)
     if path.exists() or ":" not in path.name:
         return path, {}
     try:
@@ -143,13 +144,27 @@ def _path_and_choice(text: str) -> tuple[Path, dict[str, str]]:
     return path.parent / name, chosen
 
 
+def _path(text: str) -> Path:
+    """A path that can be asked whether something is there, and whose name results can hold."""
+    try:
+        path = Path(text).expanduser()
+        check_name(path.absolute())
+        path.resolve()
+        path.exists()
+    except RuntimeError as error:  # no such user's home, or links that run in a circle
+        raise SequenceError(f"{brief(text)}: {error}") from None
+    except OSError as error:
+        raise SequenceError(f"{brief(text)}: this can't be read ({error.strerror}).") from None
+    return path
+
+
 def _unknown(text: str, path: Path) -> SequenceError:
     beside = path.parent.iterdir() if path.parent.is_dir() else ()
     candidates = [*names(), *(str(sibling) for sibling in beside)]
     hint = close_match(text.partition(":")[0], candidates)
     return SequenceError(
-        f"unknown sequence {text!r}.{hint} It is no built-in name (`trackmark list` shows them) "
-        f"and there is no file or folder {path.absolute()}."
+        f"unknown sequence {brief(text)}.{hint} It is no built-in name (`trackmark list` shows "
+        f"them) and there is no file or folder {brief(str(path.absolute()))}."
     )
 
 

@@ -1,20 +1,37 @@
 """Images in files, decoded strictly: damaged data are an error, never grey pixels."""
 
 import re
+from collections.abc import Callable, Mapping
 from collections.abc import Sequence as SequenceOf
+from io import BytesIO
 from pathlib import Path
 
 import cv2
 import numpy as np
 import simplejpeg
+from PIL.BmpImagePlugin import BmpImageFile
+from PIL.ImageFile import ImageFile
+from PIL.PngImagePlugin import PngImageFile
+from PIL.PpmImagePlugin import PpmImageFile
+from PIL.TiffImagePlugin import TiffImageFile
 
-from datasets.interface import Image, SequenceError
+from datasets.decoding import check_name, check_pixels, decoding
+from datasets.interface import Image
 
-__all__ = ["SUFFIXES", "ImageFiles", "decode_image", "image_files"]
+__all__ = ["SUFFIXES", "ImageFiles", "decode_image", "image_files", "image_size", "natural_order"]
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".tif", ".tiff")
 
 _JPEG_START = b"\xff\xd8"
+
+# What reads no more than a header, by how a file begins.
+_HEADERS: Mapping[bytes, Callable[[BytesIO], ImageFile]] = {
+    b"\x89PNG": PngImageFile,
+    b"BM": BmpImageFile,
+    b"P": PpmImageFile,
+    b"II": TiffImageFile,
+    b"MM": TiffImageFile,
+}
 
 # The pixels as they are stored, whatever a camera noted about how it was held: JPEG data
 # are decoded so, and a truth made elsewhere counts from the stored corner.
@@ -22,49 +39,57 @@ _COLOUR = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 
 
 class ImageFiles:
-    """Frames that lie in image files of one size.
+    """Frames that lie in image files.
 
     Parameters
     ----------
     files : sequence of Path
         In the order of the frames; nothing is read before a frame is asked for.
+    most_pixels : int, optional
+        See `decode_image`.
     """
 
-    def __init__(self, files: SequenceOf[Path]) -> None:
+    def __init__(self, files: SequenceOf[Path], most_pixels: int | None = None) -> None:
         self._files = files
-        self._shape: tuple[int, ...] | None = None
+        self._most_pixels = most_pixels
 
     def __len__(self) -> int:
         return len(self._files)
 
     def __getitem__(self, frame: int) -> Image:
         """See `Frames`."""
-        if self._shape is None:
-            self._shape = self._read(0).shape
-        image = self._read(frame)
-        if image.shape != self._shape:
-            height, width = image.shape[:2]
-            raise SequenceError(
-                f"{self._files[frame]}: frame {frame} has {width}x{height} pixels, the first "
-                f"image {self._shape[1]}x{self._shape[0]}. All images must be of one size."
-            )
-        return image
-
-    def _read(self, frame: int) -> Image:
         file = self._files[frame]
-        try:
-            return decode_image(file.read_bytes())
-        except (OSError, ValueError) as error:
-            raise SequenceError(
-                f"{file}: frame {frame} can't be read ({error}). "
-                "Get the file anew, or end the truth before this frame."
-            ) from error
+        advice = "Get the file anew, or end the truth before this frame."
+        with decoding(f"{file}: frame {frame} can't be read", advice):
+            return decode_image(file.read_bytes(), self._most_pixels)
 
 
-def decode_image(data: bytes) -> Image:
+def image_size(data: bytes) -> tuple[int, int] | None:
+    """Width and height of an image by its header; None where that can't be read."""
+    try:
+        if data.startswith(_JPEG_START):
+            height, width, *_ = simplejpeg.decode_jpeg_header(data)
+            return width, height
+        for start, plugin in _HEADERS.items():
+            if data.startswith(start):
+                return plugin(BytesIO(data)).size
+    # Pillow raises anything of a damaged header; whoever decodes the image says what is wrong.
+    except Exception:  # noqa: BLE001
+        return None
+    return None
+
+
+def decode_image(data: bytes, most_pixels: int | None = None) -> Image:
     """Decode an image file's bytes to 8-bit BGR.
 
     Grey images get three equal channels, 16-bit ones keep the upper byte, alpha is dropped.
+
+    Parameters
+    ----------
+    data : bytes
+        Of the file.
+    most_pixels : int, optional
+        A larger image is refused by its header; see `datasets.decoding.pixel_limit`.
 
     Returns
     -------
@@ -73,27 +98,46 @@ def decode_image(data: bytes) -> Image:
     Raises
     ------
     ValueError
-        For data that are damaged, cut short, or no image.
+        For data that are damaged, cut short, or no image, and for an image that is too large.
+    MemoryError
+        Where decoding takes more memory than there is.
     """
+    size = image_size(data)
+    if size is not None:
+        check_pixels(*size, most_pixels)
     if data.startswith(_JPEG_START):
         return np.asarray(simplejpeg.decode_jpeg(data, "BGR"), dtype=np.uint8)
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), _COLOUR) if data else None
+    try:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), _COLOUR) if data else None
+    except cv2.error as error:
+        if error.code == cv2.Error.StsNoMem:
+            raise MemoryError from None
+        image = None
     if image is None:
         raise ValueError("damaged, cut short, or not an image")
     return np.asarray(image, dtype=np.uint8)
 
 
 def image_files(folder: Path) -> list[Path]:
-    """Image files directly in a folder, in natural order: `img2.png` before `img10.png`."""
+    """Image files directly in a folder, in natural order: `img2.png` before `img10.png`.
+
+    Raises
+    ------
+    SequenceError
+        For a name that is no UTF-8: it could stand in no message and no result.
+    """
     files = [
         file
         for file in folder.iterdir()
         if file.suffix.lower() in SUFFIXES and not file.name.startswith(".")
     ]
-    return sorted(files, key=_natural_order)
+    for file in files:
+        check_name(file)
+    return sorted(files, key=natural_order)
 
 
-def _natural_order(file: Path) -> tuple[list[str | int], str]:
+def natural_order(file: Path) -> tuple[list[str | int], str]:
+    """A key to sort by: numbers in names count as such, `img2` comes before `img10`."""
     # Splitting at digits gives text and numbers in turn, so that like meets like.
     parts = re.split(r"([0-9]+)", file.name)
     return [int(part) if i % 2 else part for i, part in enumerate(parts)], file.name

@@ -7,10 +7,13 @@ from typing import Protocol, TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Frames", "Image", "Mask", "Sequence", "SequenceError", "Summary"]
+__all__ = ["LARGEST", "Frames", "Image", "Mask", "Sequence", "SequenceError", "Summary"]
 
 Image: TypeAlias = NDArray[np.uint8]
 Mask: TypeAlias = NDArray[np.bool_]
+
+LARGEST = 1e7
+"""Greatest coordinate of a truth box [pixels]: images end long before."""
 
 
 class SequenceError(ValueError):
@@ -78,6 +81,8 @@ class Sequence:
         What a reader of a message knows a frame by (a file name); `frame i` by default.
     truth_source : str
         File or generator that the truth comes from, for messages.
+    truth_missing : str
+        Why there is none, though a file looks like one: a sentence.
     image_size : tuple of int, optional
         Width and height in pixels, where they are known without reading an image.
 
@@ -92,7 +97,8 @@ class Sequence:
     Raises
     ------
     SequenceError
-        For truth that does not fit the images: more rows than images, wrong shapes.
+        For truth that does not fit the images: more rows than images, wrong shapes, boxes that
+        no image reaches.
     """
 
     def __init__(
@@ -109,11 +115,13 @@ class Sequence:
         masks: Callable[[int], Mask | None] | None = None,
         frame_names: list[str] | None = None,
         truth_source: str = "",
+        truth_missing: str = "",
         image_size: tuple[int, int] | None = None,
     ) -> None:
         self.name = name
         self.fps = fps
         self.truth_source = truth_source or name
+        self.truth_missing = truth_missing
         self.frames = frames
         self._masks = masks
         self._frame_names = frame_names
@@ -134,6 +142,7 @@ class Sequence:
                 )
             self.boxes = _column(rows, len(rows), 4, "boxes", name)
         n = len(self.boxes)
+        self._check_reach()
         self.images_beyond_truth = n_images - n
         self.regions = {
             key: _column(np.asarray(value, np.float64), n, 4, f"region {key}", name)
@@ -159,13 +168,26 @@ class Sequence:
     def __getitem__(self, index: slice) -> "Sequence": ...
 
     def __getitem__(self, index: int | slice) -> "Image | Sequence":
-        """Image of a frame (read-only), or the sequence of a slice of the frames."""
+        """Image of a frame (read-only), or the sequence of a slice of the frames.
+
+        Raises `SequenceError` for an image that can't be read, or is of another size than those
+        before it.
+        """
         if isinstance(index, slice):
             return self._slice(index)
         frame = index + len(self) if index < 0 else index
         if not 0 <= frame < len(self):
             raise IndexError(f"{self.name}: no frame {index}; there are {len(self)}.")
         image = self.frames[frame]
+        height, width = image.shape[:2]
+        if self._image_size is None:
+            self._image_size = width, height
+        if self._image_size != (width, height):
+            expected = "x".join(map(str, self._image_size))
+            raise SequenceError(
+                f"{self.name}: {self.frame_name(frame)} has {width}x{height} pixels, others have "
+                f"{expected}. Bring all to one size, or end the truth before this frame."
+            )
         image.flags.writeable = False
         return image
 
@@ -199,8 +221,9 @@ class Sequence:
         """
         present = np.flatnonzero(self.present)
         if len(present) == 0:
+            missing = f" {self.truth_missing}" if self.truth_missing else ""
             raise SequenceError(
-                f"{self.name}: there is no truth, so no tracker can be started or scored. "
+                f"{self.name}: there is no truth, so no tracker can be started or scored.{missing} "
                 "Give a truth file (--truth FILE, CSV frame,x,y,width,height), or make one "
                 "with `trackmark annotate`."
             )
@@ -239,6 +262,16 @@ class Sequence:
         """What a reader of a message knows a frame by."""
         return f"frame {frame}" if self._frame_names is None else self._frame_names[frame]
 
+    def _check_reach(self) -> None:
+        """Refuse boxes where no image is: areas of such are no numbers."""
+        beyond = np.flatnonzero((np.abs(self.boxes) > LARGEST).any(axis=1))
+        if len(beyond):
+            box = ", ".join(f"{value:g}" for value in self.boxes[beyond[0]])
+            raise SequenceError(
+                f"{self.truth_source}: the box of {self.frame_name(int(beyond[0]))}, {box}, lies "
+                f"beyond {LARGEST:g} pixels, where no image is. Mend it there."
+            )
+
     def _slice(self, index: slice) -> "Sequence":
         chosen = range(len(self))[index]
         numbers = list(chosen)
@@ -255,6 +288,7 @@ class Sequence:
             masks=None if masks is None else lambda frame: masks(chosen[frame]),
             frame_names=[self.frame_name(frame) for frame in numbers],
             truth_source=self.truth_source,
+            truth_missing=self.truth_missing,
             image_size=self._image_size,
         )
 

@@ -35,6 +35,8 @@ class Outline:
         Images after the last row of the truth, which are not read.
     fingerprint : str
         As `Sequence.fingerprint`.
+    truth_missing : str
+        Why there is no truth, though a file looks like one; else empty.
     """
 
     name: str
@@ -47,6 +49,7 @@ class Outline:
     truth_source: str
     images_beyond_truth: int
     fingerprint: str
+    truth_missing: str = ""
 
 
 def known_of(sequence: Sequence) -> dict[str, Any]:
@@ -71,6 +74,7 @@ def outlined(sequence: Sequence, size: tuple[int, int] | None = None) -> Outline
         length=len(sequence),
         size=size,
         truth_source=sequence.truth_source,
+        truth_missing=sequence.truth_missing,
         images_beyond_truth=sequence.images_beyond_truth,
         fingerprint=sequence.fingerprint,
         **known_of(sequence),

@@ -22,6 +22,7 @@ def recorded(
     truth: Truth | None,
     truth_source: Path | None,
     *,
+    truth_missing: str = "",
     fps: float | None = None,
     frame_names: list[str] | None = None,
     attributes: Mapping[str, NDArray[np.bool_]] | None = None,
@@ -42,7 +43,7 @@ def recorded(
         What is known of the target.
     truth_source : Path or None
         File that the truth comes from.
-    fps, frame_names, attributes, masks
+    truth_missing, fps, frame_names, attributes, masks
         As for `Sequence`.
     digests : callable
         Gives the digests of the files that were read; those of masks must be among them.
@@ -63,6 +64,7 @@ def recorded(
         masks=masks,
         frame_names=frame_names,
         truth_source=str(truth_source or ""),
+        truth_missing=truth_missing,
     )
     return sequence
 

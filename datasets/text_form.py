@@ -6,6 +6,8 @@ Trackers and sequences are both written so, on the command line, in labels and i
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 
+from datasets.decoding import brief
+
 __all__ = ["close_match", "format_text", "parse_text"]
 
 
@@ -33,9 +35,9 @@ def parse_text(text: str) -> tuple[str, dict[str, str]]:
     for part in parts:
         key, equals, value = part.partition("=")
         if not (key and equals):
-            raise ValueError(f"{text!r}: {part!r} is not key=value.")
+            raise ValueError(f"{brief(text)}: {brief(part)} is not key=value.")
         if key in options:
-            raise ValueError(f"{text!r}: {key!r} is given twice.")
+            raise ValueError(f"{brief(text)}: {brief(key)} is given twice.")
         options[key] = value
     return name, options
 

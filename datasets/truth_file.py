@@ -7,6 +7,7 @@ whether a box was `marked` by somebody or `interpolated`. Lines beginning with `
 comments.
 """
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import isfinite, nan
@@ -16,14 +17,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.decoding import brief
 from datasets.interface import SequenceError
 
-__all__ = ["Truth", "given_or_own", "read", "read_text", "write"]
+__all__ = ["Truth", "given_or_own", "missing", "read", "read_text", "write"]
 
 COLUMNS = ["frame", "x", "y", "width", "height"]
 OPTIONAL = ["visibility", "source"]
 HEADER = f"{','.join(COLUMNS)} (then {', '.join(OPTIONAL)} where wanted)"
 SOURCES = ["marked", "interpolated", ""]
+
+# What truth files of other formats are called: `groundtruth.txt`, `cup_gt.txt`, `boxes.json`, …
+_LIKELY = re.compile(r"truth|rect|annot|bbox|boxes|(^|[^a-z])gt([^a-z]|$)")
+_LIKELY_SUFFIXES = (".txt", ".csv", ".json", ".xml", ".mat", ".tsv")
 
 # 90 hours at 30 frames a second: a greater number is no frame's, and would fill the memory.
 MOST_FRAMES = 10_000_000
@@ -52,6 +58,30 @@ def given_or_own(given: Path | None, own: Path) -> tuple[Truth | None, Path | No
     """Truth and its file: the given one, else the data's own where it exists."""
     path = given or (own if own.is_file() else None)
     return (None, None) if path is None else (read(path), path)
+
+
+def missing(own: Path, stem: str = "") -> str:
+    """A sentence on a file beside, of a name such as truth has, that isn't read.
+
+    Parameters
+    ----------
+    own : Path
+        The truth file that would be read.
+    stem : str
+        Files of this name count, too, whatever their suffix among those of truths.
+    """
+    if own.is_file():
+        return ""
+    likely = sorted(
+        file
+        for file in own.parent.iterdir()
+        if file.suffix.lower() in _LIKELY_SUFFIXES
+        and (file.stem == stem or _LIKELY.search(file.name.lower()))
+    )
+    if not likely:
+        return ""
+    columns = ",".join(COLUMNS)
+    return f"{likely[0]} is of a format that isn't read; expected is {own.name} with {columns}."
 
 
 def read(path: Path) -> Truth:
@@ -117,7 +147,7 @@ def write(path: Path, truth: Truth, comments: Iterable[str] = ()) -> None:
 
 
 def read_text(path: Path) -> str:
-    """Text of a truth file, whatever byte order mark and line ends it has.
+    """Text of a file of truth or attributes, whatever byte order mark and line ends it has.
 
     Raises
     ------
@@ -127,9 +157,9 @@ def read_text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise SequenceError(f"{path}: the truth can't be read ({error}).") from error
+        raise SequenceError(f"{path}: this can't be read ({error.strerror}).") from error
     except UnicodeDecodeError:
-        raise SequenceError(f"{path}: this is no text, so no truth file.") from None
+        raise SequenceError(f"{path}: this is no text in UTF-8. Save it as such.") from None
 
 
 class _Row(NamedTuple):
@@ -142,7 +172,7 @@ class _Row(NamedTuple):
 def _header(cells: list[str]) -> list[str]:
     extra = cells[len(COLUMNS) :]
     if cells[: len(COLUMNS)] != COLUMNS or extra not in ([], *([x] for x in OPTIONAL), OPTIONAL):
-        raise ValueError(f"{','.join(cells)!r} is not the header; expected is {HEADER}")
+        raise ValueError(f"{brief(','.join(cells))} is not the header; expected is {HEADER}")
     return cells
 
 
@@ -150,9 +180,10 @@ def _row(header: list[str], cells: list[str], after: int) -> _Row:
     if len(cells) != len(header):
         raise ValueError(f"{len(cells)} values for the {len(header)} columns {','.join(header)}")
     values: Mapping[str, str] = dict(zip(header, cells, strict=True))
-    if not (values["frame"].isdecimal() and int(values["frame"]) < MOST_FRAMES):
-        raise ValueError(f"{values['frame']!r} is not a frame number; they count from 0")
-    frame = int(values["frame"])
+    number = values["frame"]
+    if not (number.isdecimal() and len(number) < 20 and int(number) < MOST_FRAMES):
+        raise ValueError(f"{brief(number)} is not a frame number; they count from 0")
+    frame = int(number)
     if frame <= after:
         raise ValueError(f"frame {frame} follows frame {after}; each stands once, in rising order")
     texts = [values[column] for column in COLUMNS[1:]]
@@ -164,7 +195,7 @@ def _row(header: list[str], cells: list[str], after: int) -> _Row:
         raise ValueError(f"visibility {visibility} of frame {frame} is not in [0, 1]")
     source = values.get("source", "")
     if source not in SOURCES:
-        raise ValueError(f"source {source!r} of frame {frame} is not marked or interpolated")
+        raise ValueError(f"source {brief(source)} of frame {frame} is not marked or interpolated")
     return _Row(frame, box, visibility, source)
 
 
@@ -174,7 +205,7 @@ def _number(text: str) -> float:
     except ValueError:
         number = nan
     if not isfinite(number):
-        raise ValueError(f"{text!r} is not a number")
+        raise ValueError(f"{brief(text)} is not a number")
     return number
 
 

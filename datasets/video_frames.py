@@ -6,9 +6,11 @@ from pathlib import Path
 
 import av
 import numpy as np
+from av.container import InputContainer
 from av.video.frame import VideoFrame
 from av.video.reformatter import VideoReformatter
 
+from datasets.decoding import check_pixels, decoding, pixel_limit
 from datasets.interface import Image, SequenceError
 
 __all__ = ["VideoFrames"]
@@ -30,6 +32,8 @@ class VideoFrames:
     ----------
     file : Path
         The video file.
+    most_pixels : int, optional
+        A video of larger images is refused; see `datasets.decoding.pixel_limit`.
 
     Attributes
     ----------
@@ -39,20 +43,19 @@ class VideoFrames:
     Raises
     ------
     SequenceError
-        For a file that holds no video.
+        For a file that holds no video, or none that can be decoded.
     """
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file: Path, most_pixels: int | None = None) -> None:
         self._file = file
+        self._most_pixels = most_pixels
         self._times: list[int] = []
         self._keys = [0]
         self._next = 0
         self._decoding: Iterator[VideoFrame] = iter(())
         self._converter = VideoReformatter()
-        try:
+        with decoding(f"{file}: this can't be read as video"):
             self._index()
-        except (av.FFmpegError, _DecodeError) as error:
-            raise SequenceError(f"{file}: this can't be read as video ({error}).") from error
 
     def __len__(self) -> int:
         return self._count
@@ -62,28 +65,31 @@ class VideoFrames:
         key = self._keys[bisect_right(self._keys, frame) - 1]
         if not key <= self._next <= frame:
             self._start(key)
-        try:
+        advice = "Get the file anew, or end the truth before this frame."
+        with decoding(f"{self._file}: frame {frame} can't be decoded", advice):
             try:
                 decoded = self._advance(frame)
             except (av.FFmpegError, _DecodeError):
                 # Not every container finds a key frame by its time.
                 self._start(0)
                 decoded = self._advance(frame)
-        except (av.FFmpegError, _DecodeError) as error:
-            raise SequenceError(
-                f"{self._file}: frame {frame} can't be decoded ({error}). "
-                "Get the file anew, or end the truth before this frame."
-            ) from error
-        image = self._converter.reformat(decoded, format="bgr24").to_ndarray()
-        # A telephone held upright stores frames that lie on their side, and says so.
-        return np.ascontiguousarray(np.rot90(image, round(decoded.rotation / 90)), dtype=np.uint8)
+            image = self._converter.reformat(decoded, format="bgr24").to_ndarray()
+            # A telephone held upright stores frames that lie on their side, and says so.
+            upright = np.rot90(image, round(decoded.rotation / 90))
+            return np.ascontiguousarray(upright, dtype=np.uint8)
 
     def _index(self) -> None:
         """Find out how many frames there are, when each is shown, and which are key frames."""
-        with av.open(self._file) as container:
+        with self._opened() as container:
             if not container.streams.video:
                 raise SequenceError(f"{self._file}: there is no video in this file.")
             stream = container.streams.video[0]
+            if stream.codec_context is None:
+                raise SequenceError(
+                    f"{self._file}: no decoder is known for this video's codec. Convert it, "
+                    "to H.264 for example."
+                )
+            check_pixels(stream.codec_context.width, stream.codec_context.height, self._most_pixels)
             rate = stream.average_rate
             self.fps = float(rate) if rate else None
             reordered = stream.codec_context.has_b_frames
@@ -100,6 +106,10 @@ class VideoFrames:
         self._times = sorted(times)
         self._keys = sorted({0, *(bisect_left(self._times, time) for time in keys)})
         self._count = len(self._times)
+
+    def _opened(self) -> InputContainer:
+        # A title in Latin-1 is no reason to refuse a video.
+        return av.open(self._file, metadata_errors="replace")
 
     def _start(self, key: int) -> None:
         """Decode from a key frame on."""
@@ -118,11 +128,15 @@ class VideoFrames:
 
     def _decode(self, key: int) -> Iterator[VideoFrame]:
         """Frames in order from a key frame on."""
-        with av.open(self._file) as container:
+        with self._opened() as container:
             stream = container.streams.video[0]
             stream.thread_type = "NONE"
             # Else frames that refer to a damaged one, but are shown before it, come as if whole.
-            stream.codec_context.options = {"err_detect": "explode"}
+            stream.codec_context.options = {
+                "err_detect": "explode",
+                # Of a stream that grows; twice, for the margins that decoders count.
+                "max_pixels": str(2 * pixel_limit(self._most_pixels)),
+            }
             if key:
                 container.seek(self._times[key], stream=stream)
             expected = key

@@ -67,7 +67,7 @@ def _sequence(name: str, truth: Path | None) -> dict[str, Any]:
         "frames": found.length,
         "size": f"{width}x{height} pixels",
         "fps": found.fps,
-        "truth": f"{found.present} of {found.length} frames" if found.present else "none",
+        "truth": f"{found.present} of {found.length} frames" if found.present else f"none {found.truth_missing}".strip(),
         "truth from": found.truth_source if found.present else "",
         "not read": beyond if found.images_beyond_truth else "",
         "regions": ", ".join(found.regions),

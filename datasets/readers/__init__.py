@@ -1,14 +1,17 @@
 """Readers of recorded data: a file here is a format."""
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any, Protocol, cast, runtime_checkable
 
+from datasets.decoding import brief
+from datasets.image_files import natural_order
 from datasets.interface import Sequence, SequenceError
 
-__all__ = ["Choosing", "Reader", "knows", "options", "read"]
+__all__ = ["Choosing", "Reader", "knows", "options", "read", "sequences_in"]
 
 
 class Reader(Protocol):
@@ -49,9 +52,34 @@ class Choosing(Protocol):
         ...
 
 
+@runtime_checkable
+class Collecting(Protocol):
+    """What a reader offers besides, whose sequences don't lie directly in their folder."""
+
+    def members(self, folder: Path) -> list[Path]:
+        """Paths of the sequences in a folder of this format; none where it is of another."""
+        ...
+
+
 def knows(path: Path) -> bool:
     """Whether a reader knows the path; some know names of what lies elsewhere."""
     return _reader(path) is not None
+
+
+def sequences_in(folder: Path) -> list[Path]:
+    """Paths of the sequences that lie in a folder, in natural order of their names.
+
+    Raises
+    ------
+    SequenceError
+        For a folder that can't be read.
+    """
+    for reader in _readers():
+        if isinstance(reader, Collecting) and (members := reader.members(folder)):
+            return members
+    with _looking(folder):
+        inside = sorted(folder.iterdir(), key=natural_order) if folder.is_dir() else []
+    return [path for path in inside if knows(path)]
 
 
 def options(path: Path) -> list[dict[str, Any]]:
@@ -63,7 +91,8 @@ def options(path: Path) -> list[dict[str, Any]]:
         Where the data can't be read.
     """
     reader = _reader(path)
-    return reader.options(path) if isinstance(reader, Choosing) else []
+    with _looking(path):
+        return reader.options(path) if isinstance(reader, Choosing) else []
 
 
 def read(
@@ -90,19 +119,34 @@ def read(
         expected = "; ".join(reader.EXPECTS for reader in _readers())
         raise SequenceError(f"{path}: this is nothing that a reader knows. Expected is {expected}.")
     if not chosen:
-        return reader.read(path, truth)
+        with _looking(path):
+            return reader.read(path, truth)
     known = [option["name"] for option in options(path)]
     unknown = sorted(chosen.keys() - known)
     if unknown or not isinstance(reader, Choosing):
         raise SequenceError(
-            f"{path}: unknown option {unknown[0]!r}. Known: {', '.join(known) or 'none'}."
+            f"{path}: unknown option {brief(unknown[0])}. Known: {', '.join(known) or 'none'}."
         )
-    return reader.read(path, truth, chosen)
+    with _looking(path):
+        return reader.read(path, truth, chosen)
 
 
 def _reader(path: Path) -> Reader | None:
     """The reader that knows a path."""
-    return next((reader for reader in _readers() if reader.recognises(path)), None)
+    with _looking(path):
+        return next((reader for reader in _readers() if reader.recognises(path)), None)
+
+
+@contextmanager
+def _looking(path: Path) -> Iterator[None]:
+    """Tell what can't be looked at, or goes away meanwhile, in the path's name."""
+    try:
+        yield
+    except OSError as error:
+        where = error.filename or path
+        raise SequenceError(
+            f"{brief(str(where))}: this can't be read ({error.strerror})."
+        ) from None
 
 
 @cache

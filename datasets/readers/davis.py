@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from datasets import truth_file
+from datasets.decoding import brief, check_pixels, decoding
 from datasets.file_digest import file_digests
-from datasets.image_files import ImageFiles, image_files
+from datasets.image_files import ImageFiles, image_files, image_size
 from datasets.interface import Mask, Sequence, SequenceError
 from datasets.recorded import recorded
 
-__all__ = ["EXPECTS", "GENERAL", "options", "read", "recognises"]
+__all__ = ["EXPECTS", "GENERAL", "members", "options", "read", "recognises"]
 
 IMAGES, MASKS = "JPEGImages", "Annotations"
 USUAL_RESOLUTION = "480p"
@@ -37,6 +38,16 @@ _VOID = 255
 def recognises(path: Path) -> bool:
     """Whether it is a sequence's folder of images, or its name in the folder that holds all."""
     return _folders(path) is not None
+
+
+def members(folder: Path) -> list[Path]:
+    """Sequences in a folder of the whole benchmark, of its usual resolution; see `Collecting`."""
+    images = folder / IMAGES
+    resolutions = [file.name for file in images.iterdir()] if images.is_dir() else []
+    for resolution in sorted(resolutions, key=_preference):
+        names = sorted(file.name for file in (images / resolution).iterdir())
+        return [folder / name for name in names if recognises(folder / name)]
+    return []
 
 
 def options(path: Path) -> list[dict[str, Any]]:
@@ -63,7 +74,7 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     asked = (chosen or {}).get("object", str(first))
     if asked not in map(str, objects):
         known = ", ".join(map(str, objects))
-        raise SequenceError(f"{path}: there is no object {asked!r}. There are: {known}.")
+        raise SequenceError(f"{path}: there is no object {brief(asked)}. There are: {known}.")
     target = objects[int(asked)]
     return recorded(
         name if int(asked) == first else f"{name}:object={asked}",
@@ -92,8 +103,10 @@ class _Object:
 
 def _objects(images: list[Path], masks: list[Path]) -> dict[int, _Object]:
     """Objects by number, in order; all masks are read for it."""
-    with Image.open(images[0]) as image:  # no more than its head
-        width, height = image.size
+    size = image_size(images[0].read_bytes())  # no more than its head is decoded
+    if size is None:
+        raise SequenceError(f"{images[0]}: this is no image, or damaged. Get the file anew.")
+    width, height = size
     boxes: dict[int, NDArray[np.float64]] = {}
     for frame, file in enumerate(masks):
         values = _values(file)
@@ -114,16 +127,15 @@ def _objects(images: list[Path], masks: list[Path]) -> dict[int, _Object]:
 
 def _values(file: Path) -> NDArray[np.uint8]:
     """Values of a mask's pixels: of a palette image, which colours they are."""
-    try:
+    with decoding(f"{file}: the mask can't be read"):
         data = file.read_bytes()
+        size = image_size(data)
+        if size is not None:
+            check_pixels(*size)
         with Image.open(io.BytesIO(data)) as image:
             image.verify()  # its checksums, which decoding passes over
         with Image.open(io.BytesIO(data)) as image:
             mode, values = image.mode, np.asarray(image)
-    except (OSError, SyntaxError) as error:  # the latter is Pillow's for a broken PNG
-        raise SequenceError(
-            f"{file}: the mask can't be read ({error}). Get the file anew."
-        ) from error
     if mode not in ("1", "L", "P"):
         raise SequenceError(
             f"{file}: the mask is an image of colours ({mode}); expected are 8-bit grey values or "
@@ -140,14 +152,17 @@ def _folders(path: Path) -> tuple[Path, Path] | None:
     else:
         root = whole.parent
         there = (root / IMAGES).iterdir() if (root / IMAGES).is_dir() else ()
-        candidates = sorted(
-            (folder.name for folder in there), key=lambda name: (name != USUAL_RESOLUTION, name)
-        )
+        candidates = sorted((folder.name for folder in there), key=_preference)
     for resolution in candidates:
         images, masks = (root / kind / resolution / whole.name for kind in (IMAGES, MASKS))
         if images.is_dir() and masks.is_dir():
             return images, masks
     return None
+
+
+def _preference(resolution: str) -> tuple[bool, str]:
+    """A key to sort by: the usual resolution first."""
+    return resolution != USUAL_RESOLUTION, resolution
 
 
 def _images(path: Path) -> tuple[list[Path], Path]:

@@ -26,5 +26,6 @@ def read(path: Path, truth: Path | None) -> Sequence:
         ImageFiles(files),
         files,
         *truth_file.given_or_own(truth, path / "truth.csv"),
+        truth_missing=truth_file.missing(path / "truth.csv"),
         frame_names=[file.name for file in files],
     )

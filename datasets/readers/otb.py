@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from datasets import truth_file
+from datasets.decoding import brief
 from datasets.image_files import ImageFiles, image_files
 from datasets.interface import Sequence, SequenceError
 from datasets.recorded import recorded
@@ -25,14 +26,20 @@ IMAGES_BEFORE_TRUTH = {"david": 299}
 
 
 def recognises(path: Path) -> bool:
-    """Whether the folder holds `img/` and `groundtruth_rect.txt`."""
-    return (path / "img").is_dir() and (path / TRUTH).is_file()
+    """Whether the folder holds `img/` and a `groundtruth_rect.txt`, be it of one of several."""
+    return (path / "img").is_dir() and any(path.glob("groundtruth_rect*.txt"))
 
 
 def read(path: Path, truth: Path | None) -> Sequence:
     """Open the folder; tags in its `attrs.txt` hold for the whole sequence."""
     name = path.resolve().name
     files = image_files(path / "img")
+    if truth is None and not (path / TRUTH).is_file():
+        there = sorted(file.name for file in path.glob("groundtruth_rect*.txt"))
+        raise SequenceError(
+            f"{path}: there is {', '.join(there[:3])}, a truth of one of several targets, but no "
+            f"{TRUTH}. Copy the one that you want to {TRUTH}."
+        )
     if truth is None:
         rows, source = _truth(path / TRUTH), path / TRUTH
         skipped = IMAGES_BEFORE_TRUTH.get(name.lower(), 0)
@@ -41,7 +48,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
     else:
         rows, source = truth_file.read(truth), truth
     attrs = path / "attrs.txt"
-    tags = attrs.read_text(encoding="utf-8-sig").replace(",", " ").split() if attrs.exists() else []
+    tags = truth_file.read_text(attrs).replace(",", " ").split() if attrs.exists() else []
     return recorded(
         name,
         ImageFiles(files),
@@ -80,7 +87,7 @@ def _box(line: str, path: Path, number: int) -> list[float]:
         box = []
     if len(box) != 4 or any(isinf(value) for value in box):
         raise SequenceError(
-            f"{path}: line {number}: {line.strip()!r} is not a box; expected are four numbers, "
-            "x y width height."
+            f"{path}: line {number}: {brief(line.strip())} is not a box; expected are four "
+            "numbers, x y width height."
         )
     return box

@@ -27,5 +27,6 @@ def read(path: Path, truth: Path | None) -> Sequence:
         frames,
         [path],
         *truth_file.given_or_own(truth, path.with_suffix(".csv")),
+        truth_missing=truth_file.missing(path.with_suffix(".csv"), path.stem),
         fps=frames.fps,
     )

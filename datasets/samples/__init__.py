@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from datasets import truth_file
+from datasets.decoding import brief
 from datasets.file_digest import file_digests
 from datasets.interface import Sequence, SequenceError, Summary
 from datasets.outline import Outline, outlined
@@ -50,7 +51,7 @@ def outline(name: str) -> Outline:
 def load(name: str, options: Mapping[str, str]) -> Sequence:
     """See `datasets.catalogue.Suite`; there are no options."""
     if options:
-        raise SequenceError(f"{name} takes no options, but was given {', '.join(options)}.")
+        raise SequenceError(f"{name} takes no options, but was given {brief(next(iter(options)))}.")
     from datasets.recorded import recorded  # a decoder is loaded only where a clip is opened
     from datasets.video_frames import VideoFrames
 

@@ -52,16 +52,19 @@ def write_images():
 def write_video():
     """Writes a video file of n frames that differ, key frames every 12, with B-frames."""
 
-    def write(path, codec="libx264", n=40, b_frames=2, rotation=0, options=()):
+    def write(
+        path, codec="libx264", n=40, b_frames=2, rotation=0, options=(), title="", size=(96, 64)
+    ):
         with av.open(path, "w") as container:
+            container.metadata["title"] = title
             stream = container.add_stream(codec, rate=Fraction(25), options=dict(options))
-            stream.width, stream.height, stream.pix_fmt = 96, 64, "yuv420p"
+            (stream.width, stream.height), stream.pix_fmt = size, "yuv420p"
             stream.codec_context.gop_size = 12
             stream.codec_context.max_b_frames = b_frames
             if rotation:
                 stream.set_display_rotation(rotation)
             for i in range(n):
-                image = picture(i, 96, 64)
+                image = picture(i, *size)
                 frame = av.VideoFrame.from_ndarray(image, format="bgr24")
                 container.mux(stream.encode(frame))
             container.mux(stream.encode())

@@ -1,5 +1,10 @@
 """Images in files."""
 
+import re
+import struct
+import zlib
+from unittest.mock import Mock
+
 import cv2
 import numpy as np
 import pytest
@@ -85,11 +90,58 @@ def test_a_file_that_went_away_is_named(tmp_path, write_images):
         frames[1]
 
 
-def test_the_image_of_another_size_is_blamed_whichever_is_asked_for_first(tmp_path, write_images):
-    write_images(tmp_path, ["1.png", "2.png"])
-    write_images(tmp_path / "x", ["3.png"], size=(20, 10))
-    (tmp_path / "x" / "3.png").rename(tmp_path / "3.png")
+def claiming(suffix, width, height):
+    """An image whose header claims another size."""
+    data = bytearray(encoded(suffix))
+    if suffix == ".png":
+        head = b"IHDR" + struct.pack(">II", width, height) + bytes(data[24:29])
+        data[12:33] = head + struct.pack(">I", zlib.crc32(head))
+    elif suffix == ".bmp":
+        data[18:26] = struct.pack("<ii", width, height)
+    elif suffix == ".ppm":
+        data = data.replace(b"60 40", f"{width} {height}".encode())
+    elif suffix == ".jpg":
+        at = data.index(b"\xff\xc0")
+        data[at + 5 : at + 9] = struct.pack(">HH", height, width)
+    else:  # two entries of TIFF's directory: tag, type, count, value
+        for tag, value in ((256, width), (257, height)):
+            entry = re.search(struct.pack("<H", tag) + b"[\3\4]\0\1\0\0\0", data)
+            data[entry.start() + 2 : entry.start() + 12] = struct.pack("<HII", 4, 1, value)
+    return bytes(data)
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".png", ".bmp", ".ppm", ".tif"])
+def test_an_image_that_claims_too_many_pixels_is_refused_by_its_header(
+    tmp_path, suffix, monkeypatch
+):
+    monkeypatch.setattr(cv2, "imdecode", lambda *args: pytest.fail("it was decoded"))
+    monkeypatch.setattr("simplejpeg.decode_jpeg", lambda *args: pytest.fail("it was decoded"))
+    (tmp_path / f"1{suffix}").write_bytes(claiming(suffix, 60000, 60000))
     frames = ImageFiles(image_files(tmp_path))
-    with pytest.raises(SequenceError, match=r"3\.png: frame 2 has 20x10 pixels, .* 48x32"):
-        frames[2]
-    assert frames[1].shape == (32, 48, 3)
+    with pytest.raises(SequenceError, match=r"1\.\w+: frame 0 .*60000x60000 .*MOST_PIXELS"):
+        frames[0]
+
+
+def test_how_many_pixels_are_decoded_is_a_parameter(monkeypatch):
+    data = encoded(".png")
+    assert decode_image(data, most_pixels=2400).shape == (40, 60, 3)
+    with pytest.raises(ValueError, match="60x40 pixels, more than the 2399"):
+        decode_image(data, most_pixels=2399)
+    monkeypatch.setenv("TRACKMARK_MOST_PIXELS", "2399")
+    with pytest.raises(ValueError, match="60x40 pixels, more than the 2399"):
+        decode_image(data)
+    monkeypatch.setenv("TRACKMARK_MOST_PIXELS", "many")
+    with pytest.raises(SequenceError, match="TRACKMARK_MOST_PIXELS is 'many'"):
+        decode_image(data)
+
+
+def test_a_lack_of_memory_is_told_in_the_name_of_the_file(tmp_path, write_images, monkeypatch):
+    write_images(tmp_path, ["1.png", "2.jpg"])
+    no_memory = cv2.error("Failed to allocate 99 bytes")
+    no_memory.code = cv2.Error.StsNoMem
+    monkeypatch.setattr(cv2, "imdecode", Mock(side_effect=no_memory))
+    monkeypatch.setattr("simplejpeg.decode_jpeg", Mock(side_effect=MemoryError))
+    frames = ImageFiles(image_files(tmp_path))
+    for i in range(2):
+        with pytest.raises(SequenceError, match=rf"{i + 1}\.\w+: frame {i} .*more memory"):
+            frames[i]

@@ -99,5 +99,5 @@ def test_another_clip_under_the_same_name_is_refused(monkeypatch, tmp_path):
 
 
 def test_options_are_refused():
-    with pytest.raises(SequenceError, match="samples/face takes no options, but was given speed"):
+    with pytest.raises(SequenceError, match="samples/face takes no options, but was given 'speed'"):
         datasets.load("samples/face:speed=2")

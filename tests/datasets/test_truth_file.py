@@ -114,5 +114,5 @@ def test_a_file_that_is_no_text_is_named(tmp_path):
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(SequenceError, match=r"gone\.csv: the truth can't be read"):
+    with pytest.raises(SequenceError, match=r"gone\.csv: this can't be read"):
         read(tmp_path / "gone.csv")

@@ -54,7 +54,7 @@ def test_reading_in_order_opens_the_file_twice_and_a_jump_decodes_from_a_key_fra
     opened = []
     open_ = av.open
     video = write_video(tmp_path / "clip.mkv", n=60)
-    monkeypatch.setattr(av, "open", lambda *args: opened.append(1) or open_(*args))
+    monkeypatch.setattr(av, "open", lambda *args, **how: opened.append(1) or open_(*args))
     frames = VideoFrames(video)
     for i in range(60):
         frames[i]
@@ -76,7 +76,7 @@ def test_a_seek_that_lands_early_costs_no_second_one(tmp_path, write_video, monk
     class Early:
         """A container that goes to its start whatever it is asked for."""
 
-        def __init__(self, path):
+        def __init__(self, path, **how):
             opened.append(path)
             self.container = open_(path)
 
@@ -227,3 +227,27 @@ def test_a_file_with_sound_alone_is_named(tmp_path):
         container.mux(stream.encode())
     with pytest.raises(SequenceError, match=r"sound\.mkv: there is no video"):
         VideoFrames(path)
+
+
+def test_a_title_in_another_encoding_is_no_obstacle(tmp_path, write_video):
+    path = write_video(tmp_path / "clip.avi", "mpeg4", n=3, title="Caf~ du port")
+    expected = decoded_in_order(path)
+    path.write_bytes(path.read_bytes().replace(b"Caf~", "Café".encode("latin-1")))
+    np.testing.assert_array_equal(VideoFrames(path)[2], expected[2])
+
+
+def test_a_codec_that_no_decoder_knows_is_named_as_the_reason(tmp_path, write_video):
+    path = write_video(tmp_path / "clip.avi", "mpeg4", n=3)
+    path.write_bytes(path.read_bytes().replace(b"FMP4", b"ZZZZ"))
+    with pytest.raises(SequenceError, match=r"clip\.avi: no decoder is known .* Convert it"):
+        VideoFrames(path)
+
+
+def test_a_video_of_too_many_pixels_is_refused_before_a_frame_is_decoded(
+    tmp_path, write_video, monkeypatch
+):
+    path = write_video(tmp_path / "clip.mp4", n=3)
+    assert VideoFrames(path, most_pixels=128 * 64)[0].shape == (64, 96, 3)
+    monkeypatch.setattr(VideoFrames, "_decode", lambda *args: pytest.fail("decoded"))
+    with pytest.raises(SequenceError, match=r"clip\.mp4: .* 96x64 pixels, more than the 6143"):
+        VideoFrames(path, most_pixels=6143)

@@ -1,0 +1,91 @@
+"""What all decoding keeps to: a limit of pixels, and errors that are told in the file's name."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from reprlib import Repr
+
+from datasets.interface import SequenceError
+
+__all__ = ["MOST_PIXELS", "brief", "check_name", "check_pixels", "decoding", "pixel_limit"]
+
+MOST_PIXELS = 100_000_000
+"""Pixels of the largest image that is decoded; `$TRACKMARK_MOST_PIXELS` sets another number."""
+
+_LONGEST_REASON = 300
+_BRIEF = Repr()
+_BRIEF.maxstring = 200
+
+
+def brief(text: str) -> str:
+    """A text in quotes for a message: of a long one its two ends."""
+    return _BRIEF.repr(text)
+
+
+def check_name(path: Path) -> None:
+    """Refuse a name that is no text: results and messages could not hold it.
+
+    Raises
+    ------
+    SequenceError
+        For a name that is not UTF-8.
+    """
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        said = str(path).encode(errors="backslashreplace").decode()
+        raise SequenceError(f"{said}: this name is not UTF-8. Rename the file or folder.") from None
+
+
+@contextmanager
+def decoding(what: str, advice: str = "Get the file anew.") -> Iterator[None]:
+    """Have whatever a decoder raises told as a `SequenceError`: `WHAT (REASON). ADVICE`.
+
+    Only a decoder's own calls belong into it: what else is raised there is a defect of ours.
+    """
+    try:
+        yield
+    except SequenceError:
+        raise
+    # Decoders raise, of damaged files, what their authors didn't think of either: SyntaxError,
+    # struct.error, UnicodeDecodeError, cv2.error, …, and MemoryError where the limit is high.
+    except Exception as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        if isinstance(error, MemoryError):
+            reason = "decoding it takes more memory than there is"
+        raise SequenceError(f"{what} ({reason[:_LONGEST_REASON]}). {advice}") from error
+
+
+def pixel_limit(most: int | None = None) -> int:
+    """Pixels of the largest image that is decoded: so many, or what holds where none is given.
+
+    Raises
+    ------
+    SequenceError
+        Where `$TRACKMARK_MOST_PIXELS` is no number.
+    """
+    if most is not None:
+        return most
+    own = os.environ.get("TRACKMARK_MOST_PIXELS", str(MOST_PIXELS))
+    if not (own.isdecimal() and len(own) < 20):
+        raise SequenceError(f"TRACKMARK_MOST_PIXELS is {brief(own)}; give a number of pixels.")
+    return int(own)
+
+
+def check_pixels(width: int, height: int, most: int | None = None) -> None:
+    """Refuse an image before memory is taken for it.
+
+    `width` and `height` are what its header says [pixels]; `most` is as for `pixel_limit`.
+
+    Raises
+    ------
+    ValueError
+        For a larger image.
+    """
+    most = pixel_limit(most)
+    if width * height > most:
+        raise ValueError(
+            f"it claims {width}x{height} pixels, more than the {most} that are decoded; "
+            "TRACKMARK_MOST_PIXELS sets another limit"
+        )

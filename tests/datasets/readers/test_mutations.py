@@ -1,0 +1,146 @@
+"""Damaged files: right data, or an error that names the file; never a traceback of another kind."""
+
+import numpy as np
+import pytest
+
+import datasets
+from datasets import SequenceError
+
+EVERYDAY, ALL, LARGEST = 100, 10_000, 1e7
+BOXES = "frame,x,y,width,height,visibility,source\n0,1,2,8,9,0.5,marked\n1,2,2,8,9,,\n2,,,,,,\n"
+STRAY = [
+    b"\0",
+    b"\xff",
+    b"\xe9",
+    b"-",
+    b"9",
+    b"1e300",
+    b"nan",
+    b",",
+    b"\n",
+    b"\r",
+    b'"',
+    b"\xc2\xb2",
+]
+
+
+def images(folder, write_images, write_video):
+    write_images(folder, ["1.png", "2.jpg", "3.bmp", "4.tif", "5.ppm"], size=(24, 16))
+    (folder / "truth.csv").write_text(BOXES)
+    return folder
+
+
+def otb(folder, write_images, write_video):
+    write_images(folder / "img", ["0001.png", "0002.jpg", "0003.png"], size=(24, 16))
+    (folder / "groundtruth_rect.txt").write_text("2,3,8,9\n3\t3\t8\t9\n4 3 8 9\n")
+    (folder / "attrs.txt").write_text("OCC, SV\n")
+    return folder
+
+
+def davis(folder, write_images, write_video):
+    shown, masks = (folder / kind / "480p" / "walk" for kind in ("JPEGImages", "Annotations"))
+    write_images(shown, ["00000.jpg", "00001.jpg"], size=(24, 16))
+    masks.mkdir(parents=True)
+    from PIL import Image
+
+    for i in range(2):
+        mask = np.zeros((16, 24), np.uint8)
+        mask[4:9, 3 + i : 8 + i] = 1
+        image = Image.fromarray(mask, "P")
+        image.putpalette([0, 0, 0, 128, 0, 0])
+        image.save(masks / f"{i:05}.png")
+    return shown
+
+
+def mp4(folder, write_images, write_video):
+    folder.mkdir(parents=True)
+    (folder / "walk.csv").write_text(BOXES)
+    return write_video(folder / "walk.mp4", n=3, b_frames=0)
+
+
+def avi(folder, write_images, write_video):
+    folder.mkdir(parents=True)
+    return write_video(folder / "walk.avi", "mpeg4", n=4, b_frames=1)
+
+
+READERS = [images, otb, davis, mp4, avi]
+
+
+def mutated(data, random):
+    """The bytes with one to three things wrong."""
+    data = bytearray(data)
+    for _ in range(random.integers(1, 4)):
+        # Half of the hits are in the head, where sizes and counts stand.
+        at = int(
+            random.integers(0, len(data) + 1 if random.random() < 0.5 else 80) % (len(data) + 1)
+        )
+        kind = random.integers(0, 7)
+        if kind == 0:
+            data[at : at + 1] = bytes([random.integers(0, 256)])
+        elif kind == 1 and at < len(data):
+            data[at] ^= 1 << int(random.integers(0, 8))
+        elif kind == 2:
+            del data[at:]
+        elif kind == 3:
+            data[at:at] = STRAY[random.integers(0, len(STRAY))]
+        elif kind == 4:
+            del data[at : at + int(random.integers(1, 9))]
+        elif kind == 5:
+            data[at : at + 4] = bytes(random.choice([0, 127, 255], 4).tolist())
+        else:
+            other = int(random.integers(0, len(data) + 1))
+            data[at : at + 8] = data[other : other + 8]
+    return bytes(data)
+
+
+def check_all(path):
+    """Read everything there is of a sequence; what is told must be well-formed."""
+    sequence = datasets.load(path)
+    assert sequence.fingerprint
+    datasets.options(str(path))
+    boxes = sequence.boxes[sequence.present]
+    assert np.isfinite(boxes).all()
+    assert (np.abs(boxes) <= LARGEST).all()
+    if sequence.present.any():
+        sequence.check_runnable()
+    shapes = set()
+    for i in range(len(sequence)):
+        image = sequence[i]
+        assert image.dtype == np.uint8
+        shapes.add(image.shape)
+        mask = sequence.mask(i)
+        assert mask is None or mask.shape == image.shape[:2]
+    assert len(shapes) == 1
+    assert len(shapes.pop()) == 3
+
+
+@pytest.mark.parametrize("make", READERS, ids=lambda make: make.__name__)
+@pytest.mark.parametrize(
+    "numbers",
+    [range(EVERYDAY), pytest.param(range(EVERYDAY, ALL), marks=pytest.mark.slow)],
+    ids=["everyday", "all"],
+)
+def test_damaged_files_are_told_in_their_name(make, numbers, tmp_path, write_images, write_video):
+    path = make(tmp_path / "data" / "walk", write_images, write_video)
+    files = sorted(file for file in (tmp_path / "data").rglob("*") if file.is_file())
+    whole = {file: file.read_bytes() for file in files}
+    check_all(path)
+    refused = 0
+    for number in numbers:
+        random = np.random.default_rng([READERS.index(make), number])
+        file = files[number % len(files)]
+        file.write_bytes(mutated(whole[file], random))
+        try:
+            check_all(path)
+        except SequenceError as error:
+            refused += 1
+            said = str(error)
+            assert file.name in said or str(tmp_path / "data") in said, (number, said)
+            assert len(said) < 1000, (number, said)
+            assert "\n" not in said, (number, said)
+        except BaseException as error:
+            error.add_note(f"mutation {number} of {make.__name__}, of {file.name}")
+            raise
+        finally:
+            file.write_bytes(whole[file])
+    assert 0 < refused < len(numbers)
