@@ -61,13 +61,14 @@ def _sequence(name: str, truth: Path | None) -> dict[str, Any]:
 
     found = datasets.outline(name, truth)
     width, height = found.size
+    none = f"none {found.truth_missing}".strip()
     beyond = f"{found.images_beyond_truth} images beyond the last truth row"
     return {
         "name": found.name,
         "frames": found.length,
         "size": f"{width}x{height} pixels",
         "fps": found.fps,
-        "truth": f"{found.present} of {found.length} frames" if found.present else f"none {found.truth_missing}".strip(),
+        "truth": f"{found.present} of {found.length} frames" if found.present else none,
         "truth from": found.truth_source if found.present else "",
         "not read": beyond if found.images_beyond_truth else "",
         "regions": ", ".join(found.regions),
