@@ -49,6 +49,8 @@ class Measure:
     decimals: int = 2  # digits shown after the point
     scale: float = 1.0  # shown is the score times this (1000 shows seconds as milliseconds)
     out_of: str = ""  # column with the number that a count is out of; shown as `k of n`
+    never: str = ""  # what is shown, instead of `n of n`, where the score is that number
+    rank: int = 0  # a narrow page leaves out those of the highest rank first
 
     @property
     def head(self) -> str:
@@ -75,6 +77,7 @@ class Table:
     rows: list[list[Cell]]
     notes: list[str] = field(default_factory=list)  # beneath it: failures, what is missing
     data: pd.DataFrame = field(default_factory=pd.DataFrame)  # at full precision, a row a value
+    ranks: list[int] = field(default_factory=list)  # of the columns of scores, see `Measure`
 
 
 def complete(runs: pd.DataFrame) -> pd.DataFrame:
@@ -135,6 +138,7 @@ def summary_table(
         rows=_rows([[tracker] for tracker in trackers], entries, measures),
         notes=_notes(runs),
         data=_tidy([{"tracker": tracker} for tracker in trackers], entries, measures, preset),
+        ranks=[measure.rank for measure in measures],
     )
 
 
@@ -173,6 +177,7 @@ def sequence_table(
             measures,
             preset,
         ),
+        ranks=[measure.rank for measure in measures],
     )
 
 
@@ -283,11 +288,13 @@ def _shown(entry: _Entry, measure: Measure) -> str:
         return f"{MISSING} ({entry.lacking})"
     if np.isnan(entry.mean):
         return MISSING
+    if measure.never and entry.mean == entry.out_of:
+        return measure.never
     digits = measure.decimals
     text = f"{entry.mean * measure.scale:.{digits}f}"
     if np.isfinite(entry.spread):
         text += f" ±{entry.spread * measure.scale:.{digits}f}"
-    if np.isfinite(entry.out_of):
+    if np.isfinite(entry.out_of) and not measure.never:
         text += f" of {entry.out_of * measure.scale:.0f}"
     return text
 

@@ -20,15 +20,19 @@ FORMATS = ("text", "markdown", "csv", "latex")
     type=click.Path(path_type=Path),
     help="Write tables in every format, plots and film strips into this folder.",
 )
+@click.option("--wide", is_flag=True, help="Print all columns, however wide the tables are.")
 @click.option("--no-pictures", is_flag=True, help="Write tables alone.")
-def command(results: Path, form: str | None, folder: Path | None, no_pictures: bool) -> None:
+def command(
+    results: Path, form: str | None, folder: Path | None, wide: bool, no_pictures: bool
+) -> None:
     """Report on RESULTS (the folder of an experiment, or one that holds several).
 
     Only that folder is read; film strips alone open the sequences, for their pixels.
     """
     from bench.reporting.report import write_report
-    from bench.reporting.tables import tables
+    from bench.reporting.tables import tables, title_of
     from bench.store.layout import experiment_folders
+    from reports.fitting import on_terminal
     from reports.renderers import FORMATS as RENDERERS
 
     tell = functools.partial(click.echo, err=True)
@@ -36,9 +40,14 @@ def command(results: Path, form: str | None, folder: Path | None, no_pictures: b
     for experiment in experiments:
         refresh_index(experiment)
         _, render = RENDERERS[form or "text"]
-        made = tables(experiment)
+        title = title_of(experiment, named=len(experiments) > 1)
+        made = tables(experiment, title=title)
+        if form is None and not wide:
+            render = functools.partial(on_terminal, render=render, more=" (--wide)")
         click.echo("\n".join(map(render, made)))
         if folder is not None:
             target = folder if len(experiments) == 1 else folder / experiment.name
-            for path in write_report(experiment, target, tell, made, pictures=not no_pictures):
+            for path in write_report(
+                experiment, target, tell, made, title=title, pictures=not no_pictures
+            ):
                 click.echo(str(path), err=True)

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,8 +31,9 @@ if TYPE_CHECKING:
     import pyarrow as pa
     from numpy.typing import NDArray
 
-    from bench.execution.plan import Plan
+    from bench.execution.plan import KnownSequences, Plan
     from bench.execution.run import Execution
+    from bench.reporting.replaced import Replaced
 
 __all__ = ["command", "execute"]
 
@@ -49,6 +51,11 @@ _LONGEST = 24  # letters of a tracker's or a sequence's name in that of a folder
 @click.option("--seeds", type=click.IntRange(1), help="Repetitions of trackers that draw.")
 @click.option("--timing", is_flag=True, help="Time the trackers, one by one, instead.")
 @click.option("--name", help="Name of the results' folder.  [default: made from what is asked]")
+@click.option(
+    "--keep",
+    is_flag=True,
+    help="Replace no stored run of another version: put all into NAME-2, NAME-3, …",
+)
 @click.option("--retry-failed", is_flag=True, help="Also repeat runs that failed.")
 @click.option("--dry-run", is_flag=True, help="Run nothing; print what would be run.")
 @output_option
@@ -62,6 +69,7 @@ def command(
     seeds: int | None,
     timing: bool,
     name: str | None,
+    keep: bool,
     retry_failed: bool,
     dry_run: bool,
     output: Path,
@@ -94,6 +102,8 @@ def command(
         chosen = Experiment(**{"name": named} | given)
     else:
         chosen = replace(base, **given)
+    if keep:
+        chosen, means["known"] = _kept_apart(chosen, output)
     if dry_run:
         return _show_plan(chosen, output, retry_failed=retry_failed, as_json=as_json, **means)
     return execute(chosen, output, retry_failed=retry_failed, as_json=as_json, **means)
@@ -114,6 +124,19 @@ def _in_short(texts: Sequence[str]) -> str:
     return f"{name}+{len(texts) - 1}" if len(texts) > 1 else name
 
 
+def _kept_apart(experiment: Experiment, output: Path) -> tuple[Experiment, "KnownSequences"]:
+    """The experiment by the first name under which it replaces no run, and what it opened."""
+    from bench.execution.plan import State, make_plan
+    from bench.store.results import Results
+
+    known: KnownSequences = {}
+    names = chain([experiment.name], (f"{experiment.name}-{number}" for number in count(2)))
+    plans = (
+        make_plan(replace(experiment, name=name), Results(output / name), known) for name in names
+    )
+    return next(plan.experiment for plan in plans if not plan.count(State.STALE)), known
+
+
 def execute(
     experiment: Experiment,
     output: Path,
@@ -128,13 +151,15 @@ def execute(
 
     from bench.execution.plan import State
     from bench.execution.run import Execution
+    from bench.reporting.replaced import Replaced
     from bench.store.index import index_table, read_table
     from bench.store.results import Results
 
     refresh_index(output / experiment.name)
     execution = Execution(experiment, output, jobs, retry_failed=retry_failed, **means)
     plan = execution.plan
-    _remark(plan)
+    replaced = Replaced(plan, read_table(Results(execution.folder)))
+    _remark(plan, replaced)
     stopped = False
     printed = np.zeros(len(plan), bool)
     try:
@@ -148,6 +173,8 @@ def execute(
     # Counted on disk: a worker may have finished a run that nobody heard of any more.
     index = read_table(Results(execution.folder))
     now = plan.seen_in(index)
+    if compared := replaced.compared(now, index):
+        click.echo(compared, err=True)
     failed = now.count(State.FAILED)
     there = f"{now.count(State.DONE)} of {len(plan)} runs are in {execution.folder}"
     there += f", {failed} failed." if failed else "."
@@ -168,10 +195,8 @@ def execute(
     return EXIT_ANSWER_IS_NO if failed else 0
 
 
-def _remark(plan: "Plan") -> None:
+def _remark(plan: "Plan", replaced: "Replaced") -> None:
     """Say what of the input is not read, and what is done again."""
-    from bench.execution.plan import State
-
     for sequence in plan.sequences:
         if sequence.images_beyond_truth:
             click.echo(
@@ -179,12 +204,12 @@ def _remark(plan: "Plan") -> None:
                 "row are not read.",
                 err=True,
             )
-    if stale := plan.count(State.STALE):
-        click.echo(
-            f"{stale} stored runs were made with another version of their tracker or sequence "
-            "and are done again.",
-            err=True,
+    if replaced:
+        announced = (
+            f"{len(replaced)} stored runs were made with another version of their tracker or "
+            "sequence and are done again (--keep: in a folder of their own). Their scores so far:"
         )
+        click.echo(replaced.before(announced), err=True)
 
 
 def _print_row(row: Mapping[str, Any]) -> None:

@@ -32,7 +32,9 @@ __all__ = ["boxes_of", "frames_and_boxes", "write_pictures"]
 STRIP_FRAMES = 10
 
 
-def write_pictures(experiment: Path, folder: Path, tell: Callable[[str], None]) -> list[Path]:
+def write_pictures(
+    experiment: Path, folder: Path, tell: Callable[[str], None], title: str = ""
+) -> list[Path]:
     """Draw plots and film strips of an experiment into a folder, and give the files.
 
     Each run is read once. `tell` is given a sentence on every sequence that can't be drawn.
@@ -44,7 +46,7 @@ def write_pictures(experiment: Path, folder: Path, tell: Callable[[str], None]) 
         folder,
         frames,
         timing_runs(runs),
-        title_of(experiment),
+        title or title_of(experiment),
         trackers=list(scored["tracker"].unique()),
         incomplete=set(scored[scored["status"] != "finished"]["tracker"]),
     )

@@ -16,19 +16,21 @@ def write_report(
     tell: Callable[[str], None],
     made: Sequence[Table],
     *,
+    title: str = "",
     pictures: bool = True,
 ) -> list[Path]:
     """Write the tables of an experiment into a folder, and pictures beside them; give the files.
 
-    `tell` is given a sentence on every sequence that can't be drawn. Raises `ResultsError` where
-    results can't be read or the report can't be written.
+    `title` heads plots; it is the experiment's own by default. `tell` is given a sentence on every
+    sequence that can't be drawn. Raises `ResultsError` where results can't be read or the report
+    can't be written.
     """
     try:
         paths = write_tables(folder, made)
         if pictures:
             from bench.reporting.pictures import write_pictures  # brings what draws
 
-            paths += write_pictures(experiment, folder, tell)
+            paths += write_pictures(experiment, folder, tell, title)
     except OSError as error:
         raise ResultsError(str(error.strerror or error)) from error
     return paths

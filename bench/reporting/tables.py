@@ -9,10 +9,11 @@ import pandas as pd
 from bench.store.layout import Cell
 from bench.store.loading import as_revised, load_results
 from bench.store.results import Results
+from reports.fitting import on_terminal
 from reports.renderers import to_text
 from reports.tables import Measure, Table, sequence_table, summary_table
 
-__all__ = ["summary_text", "tables", "timing_runs", "title_of"]
+__all__ = ["PRESET", "SUMMARY", "TIMES", "summary_text", "tables", "timing_runs", "title_of"]
 
 PRESET = "native"
 
@@ -28,10 +29,12 @@ SUMMARY = (
 PER_SEQUENCE = (
     Measure("mean_overlap", "mean overlap", direction="higher", decimals=3),
     Measure("success_frames", "success", "frames", "higher", 1, out_of="evaluated_frames"),
-    Measure("frames_inside", "inside", "frames", "higher", 1, out_of="evaluated_frames"),
-    Measure("first_loss", "first loss", "frame", "higher", 1),
+    Measure("frames_inside", "inside", "frames", "higher", 1, out_of="evaluated_frames", rank=2),
+    Measure(
+        "first_loss", "first loss", "frame", "higher", 1, out_of="frames", never="none", rank=1
+    ),
     Measure("centre_error", "centre error", "px", "lower", 2),
-    Measure("centre_error_p90", "90th percentile", "px", "lower", 2),
+    Measure("centre_error_p90", "90th percentile", "px", "lower", 2, rank=3),
 )
 """On one sequence: counts of frames, as papers give them."""
 
@@ -44,38 +47,40 @@ MASKS = (
 SEGMENTATION = (
     Measure("mean_region_similarity", "J, mean", direction="higher", decimals=3),
     Measure("region_recall", "J, recall", "%", "higher", 1, scale=100),
-    Measure("region_decay", "J, decay", direction="lower", decimals=3),
+    Measure("region_decay", "J, decay", direction="lower", decimals=3, rank=1),
     Measure("mean_contour_accuracy", "F, mean", direction="higher", decimals=3),
     Measure("contour_recall", "F, recall", "%", "higher", 1, scale=100),
-    Measure("contour_decay", "F, decay", direction="lower", decimals=3),
+    Measure("contour_decay", "F, decay", direction="lower", decimals=3, rank=1),
 )
 """Of the same runs: all that DAVIS tells of region similarity J and contour accuracy F."""
 
 TIMES = (
     Measure("cpu_seconds_median", "CPU a frame, median", "ms", "lower", 4, scale=1e3),
     Measure("cpu_seconds_p95", "95th percentile", "ms", "lower", 4, scale=1e3),
-    Measure("cpu_seconds_p99", "99th percentile", "ms", "lower", 4, scale=1e3),
-    Measure("wall_seconds_median", "wall, median", "ms", "lower", 4, scale=1e3),
-    Measure("initialisation_seconds", "initialisation", "ms", "lower", 3, scale=1e3),
-    Measure("disturbed", "disturbed passes", "share", None, 2),
+    Measure("cpu_seconds_p99", "99th percentile", "ms", "lower", 4, scale=1e3, rank=4),
+    Measure("wall_seconds_median", "wall, median", "ms", "lower", 4, scale=1e3, rank=2),
+    Measure("initialisation_seconds", "initialisation", "ms", "lower", 3, scale=1e3, rank=1),
+    Measure("disturbed", "disturbed passes", "share", None, 2, rank=3),
     Measure("mean_overlap", "mean overlap", direction="higher", decimals=3),
 )
 """Of timing runs, with what the time bought."""
 
 
-def title_of(folder: Path) -> str:
-    """Title of an experiment's results."""
-    return Results(folder).asked().title or folder.name
+def title_of(folder: Path, *, named: bool = False) -> str:
+    """Title of an experiment's results; `named` begins with the name of its folder."""
+    title = Results(folder).asked().title or folder.name
+    return f"{folder.name}: {title}" if named and title != folder.name else title
 
 
-def tables(folder: Path, cells: Collection[Cell] | None = None) -> list[Table]:
+def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "") -> list[Table]:
     """Tables of one experiment: summary and sequences, masks where there are any, and times.
 
-    With `cells` they show these runs alone. Where a tracker revised boxes there are tables of
-    what was said at once and of what was said in the end, and captions say which.
+    With `cells` they show these runs alone; `title` is the experiment's own by default. Where a
+    tracker revised boxes there are tables of what was said at once and of what was said in the end,
+    and captions say which.
     """
     runs = load_results(folder, cells)
-    title = title_of(folder)
+    title = title or title_of(folder)
     scored = runs[runs["protocol"] == "accuracy"]
     revised = as_revised(scored)
     if revised is None:
@@ -123,7 +128,8 @@ def _segmenting(scored: pd.DataFrame) -> set[str]:
 
 def summary_text(folder: Path, cells: Collection[Cell]) -> str:
     """Tables of some runs of an experiment for a terminal."""
-    return "\n".join(to_text(table) for table in tables(folder, cells))
+    more = f" (`trackmark report {folder} --wide`)"
+    return "\n".join(on_terminal(table, to_text, more) for table in tables(folder, cells))
 
 
 def timing_runs(runs: pd.DataFrame) -> pd.DataFrame:

@@ -97,6 +97,18 @@ def test_report_writes_tables_in_every_format_and_plots(trackmark, here):
     assert markdown.count("|") > 10
 
 
+def test_a_report_on_several_experiments_names_each(trackmark, here):
+    (here / "trial.toml").write_text(
+        'version = 1\ntitle = "Mine"\nsequences = ["data/Small"]\ntrackers = ["static"]\n'
+    )
+    for name in "ab":
+        trackmark("run", "trial.toml", "--name", name)
+    said = trackmark("report", "results").stdout
+    assert "a: Mine: every sequence" in said
+    assert "b: Mine: every sequence" in said
+    assert trackmark("report", "results/a").stdout.startswith("Mine: every sequence")
+
+
 def test_a_report_of_tables_alone_opens_no_sequence_and_no_run(trackmark, monkeypatch, here):
     trackmark(*STATIC, "data/Small,samples/face")
     monkeypatch.setattr("datasets.load", lambda *_, **__: pytest.fail("a sequence was opened"))

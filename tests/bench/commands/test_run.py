@@ -251,12 +251,41 @@ def test_a_table_shows_what_was_asked_for_now_and_the_report_everything(trackmar
 def test_runs_of_an_older_tracker_are_announced_replaced_and_never_averaged(trackmark, here):
     knob = (*MINE, "knob.py:Knob", *SMALL, "--seeds")
     trackmark(*knob, 3)
-    with (here / "knob.py").open("a") as file:
-        file.write("CHANGED = True\n")
+    file = here / "knob.py"
+    file.write_text(file.read_text().replace("self.random.random()", "2"))
     said = trackmark(*knob, 2)
-    assert "2 stored runs were made with another version" in said.stderr
+    announced, _, became = said.stderr.partition("What became of the scores of 2 runs")
+    assert "2 stored runs were made with another version" in announced
+    assert "before  " in announced
+    assert "after  " not in announced
+    scores = bench.load_results(here / "results").query("status == 'finished'")
+    (before,), (after,) = (
+        [line.split("  ", 1)[1] for line in became.splitlines() if f", {stage}" in line]
+        for stage in ("before", "after")
+    )
+    assert f"{scores['mean_overlap'].mean():.3f}" in after
+    assert f"{scores['mean_overlap'].mean():.3f}" not in before
+    assert announced.rstrip().endswith(before.replace("*", " ").rstrip())
     assert "2 of 2 runs" in said.stdout
     assert "1 of 3 stale" in trackmark("report", "results/mine").stdout
+
+
+def test_runs_that_would_be_replaced_are_kept_where_that_is_asked_for(trackmark, here):
+    knob = (*MINE, "knob.py:Knob", *SMALL, "--keep")
+    file = here / "knob.py"
+    for change in ("2", "2", "3"):
+        file.write_text(re.sub(r"\[[^,]*, 0, 0, 0", f"[{change}, 0, 0, 0", file.read_text()))
+        said = trackmark(*knob)
+        assert "done again" not in said.stderr
+    assert "results/mine-2" in said.stdout
+    runs = bench.load_results(here / "results")
+    assert runs["experiment"].tolist() == ["mine", "mine-2"]
+    assert runs["mean_overlap"].is_monotonic_decreasing
+    reported = trackmark("report", "results").stdout
+    assert [line.split(": ")[0] for line in reported.splitlines() if "metrics" in line] == [
+        "mine",
+        "mine-2",
+    ]
 
 
 def test_runs_on_other_data_of_the_same_name_are_kept(trackmark, one_line, here, otb):

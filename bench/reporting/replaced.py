@@ -1,0 +1,71 @@
+"""What becomes of the scores of runs that are replaced, as by a changed tracker's."""
+
+from dataclasses import replace
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from bench.execution.plan import Plan, State
+from bench.reporting.tables import PRESET, SUMMARY, TIMES
+from bench.store.columns import coded
+from reports.fitting import on_terminal
+from reports.renderers import to_text
+from reports.tables import Table, summary_table
+
+__all__ = ["Replaced"]
+
+
+class Replaced:
+    """Stored runs that a plan replaces.
+
+    `plan`: with the states before anything was run. `index`: as it was then.
+    """
+
+    def __init__(self, plan: Plan, index: pa.Table) -> None:
+        self._plan, self._index = plan, index
+        self._stale = plan.states.ravel() == State.STALE
+
+    def __len__(self) -> int:
+        return int(self._stale.sum())
+
+    def before(self, caption: str) -> str:
+        """Means of their scores, as text."""
+        stages = {"before": self._rows(self._index, self._stale)}
+        return on_terminal(_table(stages, caption), to_text)
+
+    def compared(self, now: Plan, index: pa.Table) -> str:
+        """Means of the scores before and after, of those that are replaced by now; '' for none.
+
+        `now`: the plan with the states by now. `index`: as it is now.
+        """
+        gone = self._stale & (now.states.ravel() != State.STALE)
+        if not gone.any():
+            return ""
+        stages = {"before": self._rows(self._index, gone), "after": self._rows(index, gone)}
+        caption = f"What became of the scores of {gone.sum()} runs that were replaced:"
+        return on_terminal(_table(stages, caption), to_text)
+
+    def _rows(self, index: pa.Table, chosen: NDArray[np.bool_]) -> pa.Table:
+        runs = self._plan.runs(index)
+        return index.filter(pa.array((runs >= 0) & chosen[runs]))
+
+
+def _table(stages: dict[str, pa.Table], caption: str) -> Table:
+    """Trackers before and after, each by its own runs: not all need have been replaced."""
+    tables = [
+        rows.append_column("stage", coded([stage], np.zeros(len(rows))))
+        for stage, rows in stages.items()
+    ]
+    runs = pa.concat_tables(tables, promote_options="default").unify_dictionaries().to_pandas()
+    measures = TIMES if (runs["protocol"] == "timing").any() else SUMMARY
+    parts = []
+    for name, its in runs.groupby("tracker", sort=False, observed=True):
+        labelled = its.assign(tracker=[f"{name}, {stage}" for stage in its["stage"]])
+        parts.append(summary_table(labelled, measures, "", PRESET))
+    return replace(
+        parts[0],
+        caption=caption,
+        rows=[row for part in parts for row in part.rows],
+        notes=[note for part in parts for note in part.notes],
+    )

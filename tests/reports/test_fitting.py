@@ -1,0 +1,72 @@
+"""Tables on a terminal: no wider than it, with what a reader needs first."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bench.reporting.tables import PER_SEQUENCE, SUMMARY, TIMES
+from reports.fitting import WIDTH, on_terminal
+from reports.renderers import to_markdown, to_text
+from reports.tables import sequence_table, summary_table
+
+TRACKERS = ("static", "camshift:window=adaptive", "opencv-mil")
+
+
+def scored(measures, failed=()):
+    """Runs with three repetitions each, on two sequences of 120 frames."""
+    rng = np.random.default_rng(0)
+    runs = pd.DataFrame(
+        [
+            (t, s, r)
+            for t in TRACKERS
+            for s in ("samples/bow-tie", "samples/face")
+            for r in range(3)
+        ],
+        columns=["tracker", "sequence", "repetition"],
+    )
+    for measure in measures:
+        runs[measure.name] = rng.uniform(60, 119, len(runs)) / measure.scale
+    runs["evaluated_frames"], runs["frames"] = 119.0, 120
+    runs["status"] = ["failed" if tracker in failed else "finished" for tracker in runs["tracker"]]
+    runs["failure"] = "frame 3: no idea"
+    return runs
+
+
+@pytest.mark.parametrize(
+    ("table", "measures"),
+    [(summary_table, SUMMARY), (sequence_table, PER_SEQUENCE), (sequence_table, TIMES)],
+)
+@pytest.mark.parametrize("failed", [(), ("static", "opencv-mil")])
+def test_a_table_is_no_wider_than_a_terminal_and_says_what_is_left_out(table, measures, failed):
+    made = table(scored(measures, failed), measures, "A title of some length", "native")
+    said = on_terminal(made, to_text, " (--wide)")
+    assert max(map(len, said.splitlines())) <= WIDTH
+    assert max(map(len, to_text(made).splitlines())) > WIDTH
+    _, _, left_out = said.replace("\n", " ").partition("Left out: ")
+    for measure in measures:
+        assert (measure.head in left_out) or (measure.head in said.splitlines()[3])
+    assert left_out.strip().endswith("(--wide).") == bool(left_out)
+    assert said.count("3 of 3 failed") + said.count("6 of 6 failed") == len(failed) * (
+        2 if table is sequence_table else 1
+    )
+    for name in TRACKERS:
+        assert name in said
+    assert made.heads == [*made.heads[: made.n_labels], *(one.head for one in measures)]
+
+
+def test_a_table_that_fits_is_left_as_it_is():
+    made = sequence_table(scored(PER_SEQUENCE[:2]), PER_SEQUENCE[:2], "T", "native")
+    assert on_terminal(made, to_text) == to_text(made)
+
+
+def test_what_was_never_lost_has_no_first_loss():
+    runs = scored(PER_SEQUENCE)
+    runs.loc[runs["tracker"] == "static", "first_loss"] = 120
+    runs.loc[runs["tracker"] == "opencv-mil", "first_loss"] = [7, 7, 7, 7, 7, 120]
+    made = sequence_table(runs, PER_SEQUENCE, "T", "native")
+    column = made.heads.index("first loss [frame]")
+    by_cell = {(row[0].text, row[1].text): row[column].text for row in made.rows}
+    assert by_cell["samples/face", "static"] == "none"
+    assert by_cell["samples/bow-tie", "opencv-mil"] == "7.0 ±0.0"
+    assert by_cell["samples/face", "opencv-mil"].startswith("44.7 ±"), "one of three never was"
+    assert "none" in to_markdown(made)
