@@ -1,6 +1,6 @@
 """Looking after stored results: whether they are what was written, and bringing them together."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -70,7 +70,7 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     there = {row["path"]: (row["version"], row["status"], target) for row in index_rows(present)}
     known = recordings(present)
     asked = into.asked()
-    wanted: list[tuple[Results, Mapping[str, Any]]] = []
+    wanted: list[tuple[Results, dict[str, Any]]] = []
     conflicts: list[str] = []
     for folder in [found for source in sources for found in experiment_folders(source)]:
         results = Results(folder)
@@ -79,9 +79,9 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
         for name, data in recordings(index).items():
             others = known.setdefault(name, set())
             conflicts += [
-                f"{name} is {one} in {folder}, and {other} in another folder"
+                f"{name} is {one} in {folder}, and {unlike} in another folder"
                 for one in sorted(data)
-                if (other := different(one, others))
+                if (unlike := different(one, others))
             ]
             others |= data
         for row in index_rows(index):
