@@ -151,14 +151,13 @@ def execute(
 
     from bench.execution.plan import State
     from bench.execution.run import Execution
-    from bench.reporting.replaced import Replaced
     from bench.store.index import index_table, read_table
     from bench.store.results import Results
 
     refresh_index(output / experiment.name)
     execution = Execution(experiment, output, jobs, retry_failed=retry_failed, **means)
     plan = execution.plan
-    replaced = Replaced(plan, read_table(Results(execution.folder)))
+    replaced = _replaced(execution)
     _remark(plan, replaced)
     stopped = False
     printed = np.zeros(len(plan), bool)
@@ -173,7 +172,7 @@ def execute(
     # Counted on disk: a worker may have finished a run that nobody heard of any more.
     index = read_table(Results(execution.folder))
     now = plan.seen_in(index)
-    if compared := replaced.compared(now, index):
+    if replaced and (compared := replaced.compared(now, index)):
         click.echo(compared, err=True)
     failed = now.count(State.FAILED)
     there = f"{now.count(State.DONE)} of {len(plan)} runs are in {execution.folder}"
@@ -195,7 +194,20 @@ def execute(
     return EXIT_ANSWER_IS_NO if failed else 0
 
 
-def _remark(plan: "Plan", replaced: "Replaced") -> None:
+def _replaced(execution: "Execution") -> "Replaced | None":
+    """Stored runs that will be replaced, where there are some."""
+    from bench.execution.plan import State
+    from bench.store.index import read_table
+    from bench.store.results import Results
+
+    if not execution.plan.count(State.STALE):
+        return None
+    from bench.reporting.replaced import Replaced  # brings what makes tables
+
+    return Replaced(execution.plan, read_table(Results(execution.folder)))
+
+
+def _remark(plan: "Plan", replaced: "Replaced | None") -> None:
     """Say what of the input is not read, and what is done again."""
     for sequence in plan.sequences:
         if sequence.images_beyond_truth:
