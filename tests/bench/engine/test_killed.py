@@ -259,7 +259,7 @@ def test_workers_end_soon_after_a_command_that_was_killed_alone(trackmark_run, w
     wait_until(lambda: len(command.workers()) == 2)
     send(command.process.pid)
     assert command.wait() == -signal.SIGKILL
-    wait_until(lambda: not command.living(), 10)
+    wait_until(lambda: not command.living())
 
 
 def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(ground, trackmark_run, wait_until):
