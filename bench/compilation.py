@@ -56,7 +56,7 @@ class _Attendant:
                 _listen(self._tell)
                 _guard()
 
-            spec.loader.exec_module = attended  # type: ignore[method-assign]
+            spec.loader.exec_module = attended  # type: ignore[method-assign]  # this one's
         return spec
 
 

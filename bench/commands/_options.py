@@ -108,12 +108,12 @@ def engine_options(command: Callable[..., Any]) -> Callable[..., Any]:
     ) -> Any:
         from bench.engine.unit import Limits
 
-        given = {
+        given: dict[str, Any] = {
             "frame_seconds": frame_limit,
             "run_seconds": run_limit,
             "memory_bytes": memory_limit,
         }
-        limits = Limits(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
+        limits = Limits(**{name: value for name, value in given.items() if value is not None})
         means = {"jobs": jobs, "engine": engine, "address": address, "limits": limits}
         return command(means=means, **others)
 

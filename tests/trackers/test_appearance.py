@@ -6,7 +6,7 @@ What each setting does is compared with the plain reference in `test_nguyen2002_
 import numpy as np
 import pytest
 
-from tests.trackers import plain_nguyen2002 as plain
+from tests.trackers import plain_matching as plain
 from trackers.templates.appearance import FLOORS, Appearance, Noise, dimension, features_of, raised
 
 LIMIT = {1: 6.6349, 3: 11.3449}

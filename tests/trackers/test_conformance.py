@@ -213,7 +213,7 @@ def test_nothing_that_went_in_is_changed_and_changing_it_later_changes_nothing(
         found.append(estimate.box.copy())
         estimate.box[:] = -1
     np.testing.assert_array_equal(found, boxes_of(run))
-    assert pickle.dumps((np.random.get_state(), random.getstate())) == states  # noqa: NPY002
+    assert pickle.dumps((np.random.get_state(), random.getstate())) == states  # noqa: NPY002  # as above
 
 
 def test_parameters_are_frozen_and_travel_between_processes(specification):
@@ -313,7 +313,7 @@ def assert_well_formed_or_refused(specification, clip, box):
         tracker.init(clip.images[0], box.copy())
     except TrackerError as refusal:
         assert re.search("box|window", str(refusal))  # noqa: PT017  # one of two right answers
-        assert "\n" not in str(refusal)  # noqa: PT017
+        assert "\n" not in str(refusal)  # noqa: PT017  # as above
         return
     assert box.shape == (4,)
     assert np.isfinite(box).all()

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.trackers import plain_nguyen2002 as plain
+from tests.trackers import plain_matching as plain
 from trackers.templates.matching import Pose, Window, reach, sampled, search
 
 ROWS, COLUMNS = 70, 90

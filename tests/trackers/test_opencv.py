@@ -111,7 +111,7 @@ def test_every_opencv_tracker_is_listed_and_either_there_or_says_what_to_install
         try:
             assert trackers.resolve(name).plugin.__base__ is OpenCVTracker
         except TrackerError as error:
-            assert "opencv-contrib-python-headless" in str(error)  # noqa: PT017
+            assert "opencv-contrib-python-headless" in str(error)  # noqa: PT017  # or is there
 
 
 @pytest.mark.parametrize("name", ["opencv-mil", "opencv-tld", "opencv-boosting"])

@@ -4,6 +4,7 @@ import errno
 import json
 import os
 import re
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +39,7 @@ def file_and_reader(results, kind):
     if kind in patterns:
         return next(run.parent.glob(patterns[kind])), lambda: results.read(run)
     if kind == "truth":
-        read = lambda: read_truth(results.folder, key.sequence, key.fingerprint)  # noqa: E731
+        read = partial(read_truth, results.folder, key.sequence, key.fingerprint)
         return next(results.folder.glob("_truth/*/*.arrow")), read
     if kind == "log":
         (file,) = log_files(results.folder)

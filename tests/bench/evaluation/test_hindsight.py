@@ -1,0 +1,154 @@
+"""What trackers see before the target is there, and say later on: revisions and last words."""
+
+import numpy as np
+import pytest
+
+import bench
+from bench.evaluation.loop import run_in_lock_step
+from bench.experiments.contestant import contestant
+from tests.bench.evaluation.walkers import Walker, misbehaving
+from trackers import Estimate
+
+
+def test_revisions_are_kept_beside_what_was_said_online(make_sequence):
+    def revise(image, tracker):
+        return Estimate(tracker.box, revised={1: tracker.box, 2: tracker.box + [1, 0, 0, 0]})
+
+    sequence = make_sequence(n=6)
+    run = bench.evaluate(misbehaving(revise), sequence)
+    plain = bench.evaluate(misbehaving(lambda i, t: Estimate(t.box)), sequence)
+    np.testing.assert_array_equal(run.boxes, plain.boxes)
+    np.testing.assert_array_equal(run.revised[1], run.boxes[3])
+    np.testing.assert_array_equal(run.revised[3:], run.boxes[3:])
+    online = bench.score(run, sequence)
+    assert online == bench.score_boxes(run.boxes, sequence) | {
+        "absence_reported": online["absence_reported"]
+    }
+    assert bench.score(run, sequence, trace="revised")["centre_error"] != online["centre_error"]
+
+
+def test_a_tracker_counts_the_frames_that_it_was_shown(make_sequence):
+    def revise(image, tracker):
+        return Estimate(tracker.box, revised={np.int64(0): tracker.box, 3: tracker.box})
+
+    run = bench.evaluate(misbehaving(revise), make_sequence(n=8, absent=(0, 1)))
+    assert np.isnan(run.revised[:2]).all(), "it has not seen these"
+    np.testing.assert_array_equal(run.revised[[2, 5]], run.boxes[[5, 5]])
+
+
+def finishing(last_word, at=99, act=None):
+    """A maker of trackers whose last word is `last_word(tracker)`."""
+
+    class Finishing(misbehaving(act, at)):
+        def finish(self):
+            return last_word(self)
+
+    return Finishing
+
+
+def test_what_a_tracker_knows_at_the_sequences_end_is_a_revision(make_sequence):
+    sequence = make_sequence(n=6)
+    asked = []
+
+    def last_word(tracker):
+        asked.append(len(tracker.shown))
+        return {2: tracker.box, 5: tracker.box + [1, 0, 0, 0]}
+
+    maker = finishing(last_word)
+    maker.__qualname__ = Walker.__qualname__  # for the same random numbers
+    run = bench.evaluate(maker, sequence)
+    assert asked == [6]  # once, when all frames were shown
+    np.testing.assert_array_equal(run.boxes, bench.evaluate(Walker, sequence).boxes)
+    np.testing.assert_array_equal(run.revised[2], run.boxes[5])
+    np.testing.assert_array_equal(run.revised[5], run.boxes[5] + [1, 0, 0, 0])
+    np.testing.assert_array_equal(run.revised[[0, 1, 3, 4]], run.boxes[[0, 1, 3, 4]])
+
+
+def test_a_last_word_that_changes_nothing_leaves_no_second_trace(make_sequence):
+    assert bench.evaluate(finishing(lambda tracker: {}), make_sequence()).revised is None
+
+
+@pytest.mark.parametrize(
+    ("last_word", "reason"),
+    [
+        (lambda tracker: 1 / 0, "ZeroDivisionError"),
+        (lambda tracker: {6: tracker.box}, "revised frame 6 is not one of the frames 0 to 5"),
+        (lambda tracker: {3: tracker.box * np.nan}, "box"),
+    ],
+)
+def test_a_bad_last_word_costs_the_run_and_no_other(make_sequence, last_word, reason):
+    entries = [(contestant(finishing(last_word)), 0), (contestant("static"), 0)]
+    bad, other = run_in_lock_step(entries, make_sequence(n=6)).runs
+    assert bad.failure.startswith("frame 5: ")
+    assert reason in bad.failure
+    assert other.failure == ""
+
+
+def test_a_tracker_that_failed_has_no_last_word(make_sequence):
+    asked = []
+    maker = finishing(lambda tracker: asked.append(tracker) or {}, at=2, act=lambda i, t: 1 / 0)
+    assert bench.evaluate(maker, make_sequence()).failure.startswith("frame 2: ZeroDivisionError")
+    assert asked == []
+
+
+class Watching(Walker):
+    """Writes down which frames it was shown before it was initialised."""
+
+    seen = None
+
+    def __init__(self, seed):
+        super().__init__(seed)
+        self.before = []
+
+    def watch(self, image):
+        self.before.append(int(image.sum()))
+
+    def init(self, image, box, mask=None):
+        super().init(image, box, mask)
+        type(self).seen = self.before
+
+
+@pytest.fixture
+def late(make_sequence):
+    """A sequence in which the target comes in frame 3."""
+    return make_sequence(8, absent=(0, 1, 2))
+
+
+def test_a_tracker_that_watches_sees_the_frames_before_the_target_in_order(late):
+    run = bench.evaluate(Watching, late)
+    assert not run.failure
+    assert Watching.seen == [int(late[frame].sum()) for frame in range(3)]
+    assert np.isnan(run.boxes[:3]).all()
+    assert np.isfinite(run.boxes[3:]).all()
+
+
+def test_frames_before_the_target_are_read_for_those_who_watch_alone(late):
+    bench.evaluate(Walker, late)
+    assert set(late.frames.asked) == set(range(3, 8))
+    bench.evaluate(Watching, late)
+    assert set(late.frames.asked) == set(range(8))
+
+
+def test_a_tracker_that_a_function_makes_watches_as_well(late):
+    bench.evaluate(lambda seed: Watching(seed), late)
+    assert len(Watching.seen) == 3
+
+
+def test_a_tracker_that_cannot_be_made_fails_before_anything_is_watched(late):
+    def unmade(seed):
+        raise RuntimeError("no such thing")
+
+    run = bench.evaluate(unmade, late)
+    assert "no such thing" in run.failure
+    assert "frame 3" in run.failure
+
+
+def test_what_a_tracker_raises_while_it_watches_fails_its_own_run(late):
+    class Raising(Watching):
+        def watch(self, image):
+            raise RuntimeError("too dark")
+
+    failed, fine = run_in_lock_step([(contestant(Raising), 0), (contestant(Walker), 0)], late).runs
+    assert "frame 0" in failed.failure
+    assert "too dark" in failed.failure
+    assert not fine.failure

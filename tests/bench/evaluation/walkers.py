@@ -1,0 +1,37 @@
+"""Trackers that walk at random, and do something else when a test wants it."""
+
+import numpy as np
+
+from trackers import Estimate
+
+
+class Walker:
+    """Takes a random step a frame; writes down what it was shown."""
+
+    def __init__(self, seed):
+        self.random = np.random.default_rng(seed)
+        self.shown = []
+
+    def init(self, image, box, mask=None):
+        self.box = box.copy()
+        self.shown.append(int(image.sum()))
+
+    def update(self, image):
+        self.shown.append(int(image.sum()))
+        self.box = self.box + [*self.random.normal(size=2), 0, 0]
+        return Estimate(self.box, details={"brightness": image.mean()})
+
+
+def misbehaving(act, at=3):
+    """A maker of trackers that do `act` in their call number `at`."""
+
+    class Misbehaving(Walker):
+        def __init__(self, seed):
+            super().__init__(seed)
+            self.calls = 0
+
+        def update(self, image):
+            self.calls += 1
+            return act(image, self) if self.calls == at else super().update(image)
+
+    return Misbehaving
