@@ -1,6 +1,8 @@
 """A whole report in a folder: tables in every format, plots and film strips."""
 
+import hashlib
 import re
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
 
@@ -11,7 +13,9 @@ from reports.printable import one_line
 from reports.renderers import FORMATS, in_markdown, to_markdown
 from reports.tables import Table
 
-__all__ = ["file_name", "report_page", "write_plots", "write_tables"]
+__all__ = ["file_names", "report_page", "write_plots", "write_tables"]
+
+_LONGEST_NAME = 200  # bytes, of which a sign takes four at most; file systems take 255
 
 
 def write_tables(
@@ -53,9 +57,8 @@ def write_plots(
     if len(frames):
         figures["success"] = success_plot(frames, title, trackers, incomplete)
         figures["precision"] = precision_plot(frames, title, trackers, incomplete)
-        for sequence in frames["sequence"].unique():
-            figure = frame_plot(frames, sequence, trackers, incomplete)
-            figures[f"frames-{file_name(sequence)}"] = figure
+        for sequence, name in file_names(frames["sequence"].unique()).items():
+            figures[f"frames-{name}"] = frame_plot(frames, sequence, trackers, incomplete)
     if "cpu_seconds_median" in timing and timing["cpu_seconds_median"].notna().any():
         # Those that were timed alone come last: the others keep their colours.
         everybody = list(dict.fromkeys([*trackers, *timing["tracker"]]))
@@ -77,6 +80,18 @@ def report_page(
     return "\n\n".join(parts) + "\n"
 
 
-def file_name(label: str) -> str:
-    """A label as a file name: what is no letter, digit, dot or dash becomes a dash."""
-    return "".join(sign if sign.isalnum() or sign in ".-" else "-" for sign in label)
+def file_names(labels: Iterable[str]) -> dict[str, str]:
+    """Labels as names of files: what is no letter, digit, dot or dash becomes a dash.
+
+    Those that would be equal then, if only but for capitals, or too long, end in a digest.
+    """
+    names = {
+        label: "".join(sign if sign.isalnum() or sign in ".-" else "-" for sign in label)
+        for label in labels
+    }
+    equal = Counter(name.casefold() for name in names.values())
+    for label, name in names.items():
+        if equal[name.casefold()] > 1 or len(name.encode()) > _LONGEST_NAME:
+            digest = hashlib.sha256(label.encode("utf-8", "surrogateescape")).hexdigest()[:6]
+            names[label] = f"{name[: _LONGEST_NAME // 4]}-{digest}"
+    return names

@@ -25,7 +25,7 @@ from reports.film_strip import evenly_spaced, film_strip, write_film_strip
 from reports.overlay import TRUTH
 from reports.plots import TRACE_WORDS
 from reports.tables import complete
-from reports.write import file_name, write_plots
+from reports.write import file_names, write_plots
 
 __all__ = ["boxes_of", "frames_and_boxes", "write_pictures"]
 
@@ -51,6 +51,7 @@ def write_pictures(
         incomplete=set(scored[scored["status"] != "finished"]["tracker"]),
     )
     rows = {str(row["sequence"]): row for row in read_index(Results(experiment))}
+    names = file_names(rows)
     for name, row in sorted(rows.items()):
         sequence = _opened(row)
         if sequence is None:
@@ -59,7 +60,7 @@ def write_pictures(
         numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, STRIP_FRAMES)
         shown = boxes[name].labelled() if name in boxes else {}
         strip = film_strip(sequence.__getitem__, numbers, shown, name)
-        paths.append(write_film_strip(folder / f"strip-{file_name(name)}.png", strip))
+        paths.append(write_film_strip(folder / f"strip-{names[name]}.png", strip))
     return paths
 
 

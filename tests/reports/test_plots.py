@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from reports.figures import fold, write_figure
 from reports.palette import colour
 from reports.plots import frame_plot, precision_plot, share_curve, speed_plot, success_plot
-from reports.write import write_plots
+from reports.write import file_names, write_plots
 
 LONG = "multipart:preset=robust:particles=400:half_width=3.5:resampling=systematic"
 
@@ -181,6 +181,16 @@ def test_figures_are_written_whole_by_their_suffix_with_the_same_bytes(tmp_path,
     assert first.read_bytes().startswith(start)
     assert first.read_bytes() == second.read_bytes()
     assert list(first.parent.iterdir()) == [first]
+
+
+@given(st.lists(st.text(min_size=1) | st.text("aA-|/", min_size=1), unique=True, max_size=6))
+def test_different_labels_get_different_names_of_files(labels):
+    names = file_names([*labels, *(label * 80 for label in labels[:1])])
+    assert len({name.casefold() for name in names.values()}) == len(names)
+    for name in names.values():
+        assert "/" not in name
+        assert len(f"frames-{name}.png".encode()) < 255
+    assert file_names(["samples/face"]) == {"samples/face": "samples-face"}
 
 
 def test_write_plots_draws_what_the_data_allow(tmp_path):

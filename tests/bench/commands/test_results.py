@@ -1,6 +1,7 @@
 """`trackmark results`, `report`, `show`: stored runs listed, told, merged, tabled and drawn."""
 
 import json
+import shutil
 
 import cv2
 import pytest
@@ -122,8 +123,12 @@ def test_a_report_of_tables_alone_opens_no_sequence_and_no_run(trackmark, monkey
 def test_a_report_draws_strips_of_recorded_data_and_only_while_they_are_the_same(
     trackmark, one_line, here
 ):
-    trackmark(*STATIC, "data/Small,samples/face")
+    for name in ("a|b", "a-b"):
+        shutil.copytree(here / "data" / "Small", here / "data" / name)
+    trackmark(*STATIC, "data/Small,samples/face,data/a|b,data/a-b")
     trackmark("report", "results/mine", "--folder", "first")
+    assert len(list((here / "first").glob("strip-a-b-*.png"))) == 2
+    assert len(list((here / "first").glob("frames-a-b-*.png"))) == 2
     assert (here / "first" / "strip-Small.png").is_file()
     assert (here / "first" / "strip-samples-face.png").is_file()
     truth = here / "data" / "Small" / "groundtruth_rect.txt"
