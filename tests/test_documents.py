@@ -99,13 +99,21 @@ def test_the_experiments_shown_can_be_planned(page, tmp_path):
         assert len(make_plan(read_experiment(file), Results(tmp_path / "none")))
 
 
-def test_the_tracker_of_the_readme_runs(tmp_path):
-    (code,) = blocks("README.md", "python")
+def test_the_python_of_the_readme_runs_as_it_stands(tmp_path, capsys):
+    follower, image_to_box = blocks("README.md", "python")
     file = tmp_path / "follower.py"
-    file.write_text(code)
-    run = bench.evaluate(f"{file}:Follower", "samples/bow-tie")
+    file.write_text(follower)
+    run = bench.evaluate(str(file), "samples/bow-tie")
     assert run.status == "finished", run.failure
     assert (run.boxes[1:] == run.boxes[0]).all()
+    exec(image_to_box, {})
+    assert re.match(r"\[ *\d+\.?\d* .*\] True\n", capsys.readouterr().out)
+
+
+def test_what_is_public_is_listed():
+    assert set(bench.__all__) <= set(dir(bench))
+    assert {"evaluate", "load_results"} <= set(dir(bench))
+    assert all(getattr(bench, name) is not None for name in dir(bench))
 
 
 def test_the_readme_is_read_in_one_sitting():

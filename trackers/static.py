@@ -1,8 +1,6 @@
 """Keeps the first box for ever: the floor of every table."""
 
-import numpy as np
-
-from trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin
+from trackers.base.interface import Box, Estimate, Image, Mask, TrackerPlugin, four_numbers
 
 __all__ = ["Static"]
 
@@ -15,7 +13,7 @@ class Static(TrackerPlugin):
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
-        self._box = np.array(box, np.float64)
+        self._box = four_numbers(box).copy()
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""

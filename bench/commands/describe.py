@@ -18,10 +18,13 @@ __all__ = ["command"]
 def command(name: str, truth: Path | None, as_json: bool) -> None:
     """Describe the tracker or the sequence NAME (a built-in name or a path)."""
     import trackers
+    from trackers.base.catalogue import in_file
 
     bare = name.partition(":")[0]
-    if bare in trackers.names() or ".py:" in name:
-        about = trackers.describe(name if ".py:" in name else bare)
+    if in_file(name) or bare in trackers.names():
+        from bench.experiments.outside import described
+
+        about = described(name if in_file(name) else bare)
         lines = _tracker_lines(about)
     else:
         about = _sequence(name, truth)
@@ -58,8 +61,16 @@ def _setting_lines(heading: str, settings: list[dict[str, Any]]) -> list[str]:
 
 def _sequence(name: str, truth: Path | None) -> dict[str, Any]:
     import datasets
+    import trackers
+    from trackers.base.parameters import closest
 
-    found = datasets.outline(name, truth)
+    try:
+        found = datasets.outline(name, truth)
+    except datasets.SequenceError as error:
+        close = closest(name.partition(":")[0], trackers.names())
+        if not close or Path(name).expanduser().exists():
+            raise
+        raise datasets.SequenceError(f"{error} Did you mean the tracker {close!r}?") from None
     width, height = found.size
     none = f"none {found.truth_missing}".strip()
     beyond = f"{found.images_beyond_truth} images beyond the last truth row"

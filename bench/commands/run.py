@@ -44,7 +44,7 @@ _LONGEST = 24  # letters of a tracker's or a sequence's name in that of a folder
 @click.argument("experiment", required=False)
 @click.option(
     "--trackers",
-    help="Comma-separated: NAME[:preset=PRESET][:PARAMETER=VALUE]…, or path/to/file.py:Class.",
+    help="Comma-separated: NAME[:preset=PRESET][:PARAMETER=VALUE]…, or path/to/file.py[:CLASS].",
 )
 @click.option("--sequences", help="Comma-separated names (with * and ?) or paths.")
 @truth_option

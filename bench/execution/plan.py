@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 import datasets
 from bench.evaluation.reference import reference
-from bench.experiments.contestant import BOXES, Contestant, Protocol, contestants, identify
+from bench.experiments.contestant import BOXES, Contestant, Protocol, identify
 from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
+from bench.experiments.outside import settled
 from bench.store.asked import Asked, Cells
 from bench.store.columns import coded, codes
 from bench.store.index import read_table
@@ -241,7 +242,7 @@ def _numbers(column: pa.ChunkedArray, known: dict[str, int]) -> NDArray[np.int64
 def _distinct_trackers(experiment: Experiment) -> dict[str, Contestant]:
     """Trackers by text: what is the same but for its spelling runs once."""
     found: dict[str, tuple[str, Contestant]] = {}
-    for text, entry in contestants(experiment.trackers).items():
+    for text, entry in settled(experiment.trackers).items():
         other = found.setdefault(entry.label, (text, entry))[1]
         if other.file != entry.file:
             raise ExperimentError(

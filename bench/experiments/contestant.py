@@ -18,6 +18,7 @@ from datasets.seal import seal_of
 from datasets.source_digest import library_versions, source_digest
 from datasets.text_form import format_text, parse_text
 from trackers import Randomness, Tracker, TrackerError
+from trackers.base.catalogue import in_file
 
 __all__ = [
     "BOXES",
@@ -29,6 +30,7 @@ __all__ = [
     "contestants",
     "identify",
     "run_seed",
+    "split_text",
 ]
 
 Protocol: TypeAlias = Literal["accuracy", "timing"]
@@ -113,7 +115,8 @@ def contestant(tracker: str | TrackerMaker) -> Contestant:
     """Settle a tracker from its text form, or from a callable that makes it.
 
     `tracker`: `name:key=value:…`, with `preset` and `init` among the keys;
-    `path/to/file.py:ClassName:…`; or a callable that takes a `numpy.random.SeedSequence`.
+    `path/to/file.py:ClassName:…`, without the class where the file holds one tracker, and with `as`
+    among the keys; or a callable that takes a `numpy.random.SeedSequence`.
 
     Raises `TrackerError` for an unknown name, preset or parameter, or a malformed text. Raises
     `TypeError`: for a ready tracker, whose seed nobody knows.
@@ -141,12 +144,15 @@ def contestant(tracker: str | TrackerMaker) -> Contestant:
     )
 
 
-def contestants(texts: Iterable[str]) -> dict[str, Contestant]:
+def contestants(
+    texts: Iterable[str], known: dict[Path | None, dict[str, Any]] | None = None
+) -> dict[str, Contestant]:
     """Settle trackers by their text forms; see `contestant`.
 
     Those of one file have one version, which is found out once: it costs far more than the rest.
+    `known`: versions by file, where some were found out just now; others are added.
     """
-    known: dict[Path | None, dict[str, Any]] = {}
+    known = {} if known is None else known
     chosen = {text: contestant(text) for text in dict.fromkeys(texts)}
     for entry in chosen.values():
         if entry.file not in known:
@@ -198,7 +204,7 @@ def identify(
 
 
 def _from_text(text: str) -> Contestant:
-    name, options = _split(text)
+    name, options = split_text(text)
     # What a run starts from is the harness's business: no tracker has such a parameter.
     init = options.pop("init", BOXES)
     specification = trackers.resolve(name, **options)
@@ -215,11 +221,17 @@ def _from_text(text: str) -> Contestant:
     )
 
 
-def _split(text: str) -> tuple[str, dict[str, str]]:
-    """Name and options; the name of a tracker in a file is `file.py:ClassName`."""
-    file, separator, rest = text.partition(".py:")
+def split_text(text: str) -> tuple[str, dict[str, str]]:
+    """Name and options of a text form; the name of a tracker in a file is as `trackers` takes it.
+
+    Raises `TrackerError` for a malformed text.
+    """
+    place = in_file(text.strip())
+    file, rest = place or ("", text)
+    if place and "=" in rest.partition(":")[0]:  # no class, but an option
+        rest = f":{rest}"
     try:
-        name, options = parse_text(rest if separator else text)
+        name, options = parse_text(rest)
     except ValueError as error:
         raise TrackerError(f"tracker {error}") from None
-    return (f"{file}.py:{name}" if separator else name), options
+    return (f"{file}:{name}" if name else str(file)) if place else name, options

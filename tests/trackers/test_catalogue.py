@@ -83,7 +83,13 @@ def test_names_are_the_files_with_hyphens_for_underscores():
 
 @pytest.mark.parametrize(
     ("wrong", "closest"),
-    [("camshfit", "camshift"), ("opencv_mil", "opencv-mil"), ("Static", "static")],
+    [
+        ("camshfit", "camshift"),
+        ("opencv_mil", "opencv-mil"),
+        ("Static", "static"),
+        ("kcf", "opencv-kcf"),
+        ("CSRT", "opencv-csrt"),
+    ],
 )
 def test_an_unknown_name_lists_the_known_and_the_closest(wrong, closest):
     with pytest.raises(TrackerError) as caught:

@@ -302,9 +302,22 @@ STRANGE = {
 def test_strange_boxes_are_refused_in_one_line_or_what_follows_is_well_formed(
     specification, clip, case
 ):
-    if specification.name == "static":
-        pytest.skip("keeps whatever it is given")
     assert_well_formed_or_refused(specification, clip, np.array(STRANGE[case], float))
+
+
+NO_BOXES = [*STRANGE.values()][3:] + [None, "box", ("a", "b", "c", "d"), (1, 2, np.inf, 4)]
+
+
+@pytest.mark.parametrize("box", NO_BOXES, ids=str)
+def test_what_is_no_box_is_refused(specification, clip, box):
+    with pytest.raises(TrackerError, match="box") as refusal:
+        specification.create(SEED).init(clip.images[0], box)
+    assert "\n" not in str(refusal.value)
+
+
+def test_an_update_before_init_is_refused(specification, clip):
+    with pytest.raises(TrackerError, match="`init`, which must come before `update`"):
+        specification.create(SEED).update(clip.images[0])
 
 
 def assert_well_formed_or_refused(specification, clip, box):

@@ -1,15 +1,19 @@
 """Trackers by name: found by their files, imported only when asked for."""
 
 import ast
+import contextlib
 import importlib
 import importlib.util
 import inspect
+import re
 import sys
+import traceback
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 import numpy as np
@@ -17,7 +21,16 @@ import numpy as np
 from trackers.base.interface import Randomness, Tracker, TrackerPlugin
 from trackers.base.parameters import Parameters, TrackerError, unknown
 
-__all__ = ["Specification", "create", "describe", "names", "resolve", "summary"]
+__all__ = [
+    "Specification",
+    "create",
+    "describe",
+    "in_file",
+    "is_outside",
+    "names",
+    "resolve",
+    "summary",
+]
 
 FOLDER = Path(__file__).parents[1]
 ENTRY_POINTS = "trackmark.trackers"
@@ -66,17 +79,19 @@ def create(name: str, seed: int | np.random.SeedSequence = 0, **parameters: Any)
     Parameters
     ----------
     name : str
-        One of `names()`, or `path/to/file.py:ClassName`.
+        One of `names()`, or `path/to/file.py:ClassName`, without the class where the file holds
+        one tracker.
     seed : int or numpy.random.SeedSequence
         Same seed, same boxes.
     **parameters
-        `preset`, and values that override the preset's.
+        `preset`, and values that override the preset's; `as` is what a tracker in a file of
+        its own is called instead.
 
     Raises
     ------
     TrackerError
-        For an unknown name, preset or parameter, a value out of bounds, or an optional
-        dependency that is not installed.
+        For an unknown name, preset or parameter, a value out of bounds, an optional dependency
+        that is not installed, or a file that can't be imported.
     """
     return resolve(name, **parameters).create(seed)
 
@@ -84,7 +99,9 @@ def create(name: str, seed: int | np.random.SeedSequence = 0, **parameters: Any)
 def resolve(name: str, **parameters: Any) -> Specification:
     """Settle a tracker's parameters without making it; see `create`."""
     plugin, file = _load(name)
-    label = f"{file.name}:{plugin.__name__}" if ".py:" in name else name
+    label = name
+    if in_file(name) is not None:
+        label = _own_name(plugin, file, parameters.pop("as", ""))
     preset = str(parameters.pop("preset", DEFAULT_PRESET))
     presets = {DEFAULT_PRESET: {}, **plugin.presets}
     if preset not in presets:
@@ -133,6 +150,34 @@ def summary(name: str) -> str:
     return (ast.get_docstring(ast.parse(file.read_bytes())) or "").partition("\n")[0]
 
 
+def in_file(name: str) -> tuple[Path, str] | None:
+    """File and class of `path/to/file.py:ClassName`; no class where none is named.
+
+    None for other names.
+    """
+    found = re.fullmatch(r"(.*?\.py)(?::(.*))?", name, re.DOTALL)
+    return (Path(found[1]), found[2] or "") if found else None
+
+
+def is_outside(name: str) -> bool:
+    """Whether a tracker is none of this package: importing it may do anything."""
+    return in_file(name) is not None or bool(metadata.entry_points(group=ENTRY_POINTS, name=name))
+
+
+def _own_name(plugin: type[TrackerPlugin], file: Path, given: str) -> str:
+    """What a tracker in a file is called: as asked for, as its class says, or by file and class."""
+    name = given or plugin.name
+    if not (isinstance(name, str) and name):  # a class may have a property of that name
+        return f"{file.name}:{plugin.__name__}"
+    if not re.fullmatch(r"\w[\w.-]*", name):
+        raise TrackerError(
+            f"{file}: a tracker can't be called {name!r}: letters, digits, _, - and ."
+        )
+    if name in names():
+        raise TrackerError(f"{file}: {name!r} is another tracker's name; give as=NAME.")
+    return name
+
+
 def _name(file: Path) -> str:
     return file.stem.replace("_", "-")
 
@@ -152,9 +197,9 @@ def _type_text(annotation: Any) -> str:
 def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
     """Class and file of a tracker."""
     try:
-        path, separator, class_name = name.partition(".py:")
-        if separator:
-            return _load_file(Path(f"{path}.py"), class_name)
+        place = in_file(name)
+        if place is not None:
+            return _load_file(*place)
         file = FOLDER / f"{name.replace('-', '_')}.py"
         entries = tuple(metadata.entry_points(group=ENTRY_POINTS, name=name))
         own = name == _name(file) and file.is_file() and file.stem != "__init__"
@@ -183,11 +228,50 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
         raise TrackerError(f"{file}: not a Python source file.")
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
-    spec.loader.exec_module(module)
+    try:
+        with contextlib.chdir(Path.cwd()):  # paths are relative to it, whatever the file does
+            spec.loader.exec_module(module)
+    except ImportError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise TrackerError(
+            f"{file}: it can't be imported: {_said(error, str(spec.origin))}"
+        ) from error
+    class_name = class_name or _only_tracker(module, file)
     if not hasattr(module, class_name):
         classes = [key for key, value in vars(module).items() if isinstance(value, type)]
         raise unknown(f"class in {file}", class_name, classes)
     return _checked(getattr(module, class_name), f"{file.name}:{class_name}"), file.resolve()
+
+
+def _said(error: BaseException, file: str) -> str:
+    """What was raised, with the line of the file that it comes from, in one line."""
+    frames = traceback.extract_tb(error.__traceback__)
+    lines = [frame.lineno for frame in frames if frame.filename == file]
+    if isinstance(error, SyntaxError) and error.filename == file:
+        lines = [error.lineno]
+    where = f" (line {lines[0]})" if lines and lines[0] else ""
+    # This guards against errors that can't even be printed; a syntax error's last line says it.
+    said = traceback.format_exception_only(type(error), error)[-1]
+    return " ".join(said.split())[:300] + where
+
+
+def _only_tracker(module: ModuleType, file: Path) -> str:
+    """Name of the class in a file that holds one tracker."""
+    found = {
+        key: value
+        for key, value in vars(module).items()
+        if isinstance(value, type)
+        and issubclass(value, TrackerPlugin)
+        and value.__module__ == module.__name__
+    }
+    classes = [key for key in found if not inspect.isabstract(found[key])] or list(found)
+    exported = [key for key in classes if key in getattr(module, "__all__", classes)]
+    if len(exported) == 1:
+        return exported[0]
+    if not classes:
+        raise TrackerError(f"{file}: it holds no class derived from trackers.TrackerPlugin.")
+    raise TrackerError(f"{file}: it holds {', '.join(classes)}; say which: {file}:{classes[0]}.")
 
 
 def _checked(plugin: Any, name: str) -> type[TrackerPlugin]:
@@ -195,4 +279,17 @@ def _checked(plugin: Any, name: str) -> type[TrackerPlugin]:
         raise TrackerError(
             f"tracker {name!r}: {plugin!r} is not a class derived from trackers.TrackerPlugin."
         )
+    presets: Any = plugin.presets
+    if inspect.isabstract(plugin):
+        lacking = ", ".join(sorted(plugin.__abstractmethods__))
+        raise TrackerError(f"tracker {name!r}: it lacks {lacking}.")
+    if not (
+        isinstance(presets, Mapping)
+        and all(isinstance(k, str) and isinstance(v, Mapping) for k, v in presets.items())
+    ):
+        raise TrackerError(f"tracker {name!r}: presets are parameter values by preset name.")
+    if not isinstance(plugin.randomness, Randomness):
+        raise TrackerError(f"tracker {name!r}: randomness is one of trackers.Randomness.")
+    if not (isinstance(plugin.Parameters, type) and issubclass(plugin.Parameters, Parameters)):
+        raise TrackerError(f"tracker {name!r}: Parameters derives from trackers.Parameters.")
     return plugin

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import nan
-from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ __all__ = [
     "Finisher",
     "Image",
     "Mask",
+    "NotInitialisedError",
     "Randomness",
     "Tracker",
     "TrackerPlugin",
@@ -36,11 +37,21 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 
 def four_numbers(box: Box) -> Box:
-    """The box as it is taken; raises TrackerError where it is not four finite numbers."""
-    numbers = np.asarray(box, np.float64)
-    if numbers.shape != (4,) or not np.isfinite(numbers).all():
-        raise TrackerError(f"a box is [x, y, width, height], four finite numbers, not {box}.")
+    """The box as it is taken; raises TrackerError where it is not finite with a positive size."""
+    try:
+        numbers = np.asarray(box, np.float64)
+    except (TypeError, ValueError):  # words, or rows of unequal lengths
+        numbers = np.empty(0)
+    if numbers.shape != (4,) or not np.isfinite(numbers).all() or not (numbers[2:] > 0).all():
+        raise TrackerError(
+            "a box is [x, y, width, height], four finite numbers, width and height positive, "
+            f"not {' '.join(str(box).split())[:80]}."
+        )
     return numbers
+
+
+class NotInitialisedError(TrackerError, AttributeError):
+    """A tracker was asked for something that its `init` has to set first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +73,8 @@ class Estimate:
     arrays : mapping of str to ndarray
         Larger things (particles, a contour, a map); kept only when asked for.
     revised : mapping of int to Box, or None
-        Boxes of earlier frames that the tracker corrects now (frame number from 0,
-        counted from the sequence's first frame). What was said online stays as it was.
+        Boxes of earlier frames that the tracker corrects now, by frame number: 0 is the first
+        frame that it was shown, by `watch` or `init`. What was said online stays as it was.
     """
 
     box: Box
@@ -130,6 +141,8 @@ class TrackerPlugin(ABC):
 
     Attributes
     ----------
+    name : str
+        What a tracker in a file of its own is called, instead of `file.py:ClassName`.
     paper : str
         Where the method comes from, as a reader would cite it.
     randomness : Randomness
@@ -148,6 +161,7 @@ class TrackerPlugin(ABC):
         All that the tracker's random numbers may depend on.
     """
 
+    name: ClassVar[str] = ""
     paper: ClassVar[str] = ""
     randomness: ClassVar[Randomness] = Randomness.NONE
     presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
@@ -156,6 +170,15 @@ class TrackerPlugin(ABC):
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         self.parameters = parameters
         self.seed = seed
+
+    if not TYPE_CHECKING:  # to which every name would be an attribute
+
+        def __getattr__(self, name: str) -> Any:
+            """Say why an attribute is missing: `update` came before `init`, most likely."""
+            raise NotInitialisedError(
+                f"{type(self).__name__} has no {name!r}: `init`, which must come before `update`, "
+                "has not set it."
+            )
 
     @abstractmethod
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:

@@ -40,8 +40,7 @@ def factory(name: str) -> Callable[..., Any]:
 def pixel_rectangle(box: Box, image: Image) -> tuple[int, int, int, int]:
     """Pixels of the image that a box covers, its edges rounded: x, y, width, height.
 
-    At least one pixel a side; raises TrackerError where the box lies outside the image, or is not
-    four finite numbers.
+    At least one pixel a side; raises TrackerError where the box lies outside the image, or is none.
     """
     height, width = image.shape[:2]
     x, y, wide, high = four_numbers(box)

@@ -10,6 +10,7 @@ __all__ = [
     "Parameters",
     "TrackerError",
     "choice",
+    "closest",
     "fraction",
     "nonnegative",
     "positive",
@@ -22,11 +23,23 @@ class TrackerError(ValueError):
     """A tracker, preset or parameter that cannot be; the message says which and what to do."""
 
 
+def closest(name: str, known: Iterable[str]) -> str:
+    """The known name that was most likely meant; empty where none is like it.
+
+    >>> closest("kcf", ["camshift", "opencv-kcf"])
+    'opencv-kcf'
+    """
+    names = sorted(known)
+    parts = [other for other in names if name.lower() in other.split("-")]
+    close = parts if len(parts) == 1 else get_close_matches(name, names, n=1)
+    return close[0] if close else ""
+
+
 def unknown(kind: str, name: str, known: Iterable[str]) -> TrackerError:
     """Error for a name that is not known: the closest match, then all that are known."""
     names = sorted(known)
-    close = get_close_matches(name, names, n=1)
-    hint = f" Did you mean {close[0]!r}?" if close else ""
+    close = closest(name, names)
+    hint = f" Did you mean {close!r}?" if close else ""
     return TrackerError(f"unknown {kind} {name!r}.{hint} Known: {', '.join(names) or 'none'}.")
 
 

@@ -68,7 +68,7 @@ class SharingTracker(TrackerPlugin):
         """See `Tracker.update`; `frame` may hold work that others did."""
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
-        """See `Tracker.init`; raises TrackerError for a box that is not four finite numbers."""
+        """See `Tracker.init`; raises TrackerError for what is no box."""
         self.init_shared(SharedFrame(image), four_numbers(box), mask)
 
     def update(self, image: Image) -> Estimate:

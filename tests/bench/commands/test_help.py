@@ -74,6 +74,15 @@ def test_describe_a_sequence_gives_size_and_truth(trackmark):
     assert rendered.partition("fingerprint")[2] != variant.partition("fingerprint")[2]
 
 
+@pytest.mark.parametrize(
+    ("name", "meant"), [("camshit", "camshift"), ("kcf:preset=as-written", "opencv-kcf")]
+)
+def test_describe_suggests_trackers_too(trackmark, one_line, name, meant):
+    said = one_line(trackmark("describe", name, status=2))
+    assert said.startswith(f"trackmark: unknown sequence {name!r}.")
+    assert said.endswith(f"Did you mean the tracker {meant!r}?")
+
+
 def test_doctor_is_content_and_says_what_is_installed(trackmark):
     about = json.loads(trackmark("doctor", "--json").stdout)
     assert about["problems"] == []

@@ -77,6 +77,36 @@ def test_a_tracker_in_a_file_is_named_by_file_and_class(tmp_path):
     assert chosen.file == file
 
 
+@pytest.mark.parametrize(
+    ("text", "label"),
+    [
+        ("{}", "own.py:Own"),
+        ("{}:", "own.py:Own"),
+        ("{}:as=mine", "mine"),
+        ("{}:Own:init=full:as=mine", "mine:init=full"),
+        ("{}:step=2", "own.py:Own:step=2"),
+        ("{}:Own:as=mine:step=2", "mine:step=2"),
+    ],
+)
+def test_a_tracker_in_a_file_may_be_named_and_needs_no_class_where_there_is_one(
+    tmp_path, text, label
+):
+    (tmp_path / "a.python").mkdir()
+    file = tmp_path / "a.python" / "own.py"
+    steps = "class Steps(Parameters):\n    step: int = 1\n\n"
+    code = PLUGIN.replace("class Own", f"from trackers import Parameters\n{steps}class Own")
+    file.write_text(code.replace('"""Stays."""', "Parameters = Steps"))
+    chosen = contestant(text.format(file))
+    assert chosen.label == label
+    assert chosen.name == label.partition(":init")[0].partition(":step")[0]
+    assert chosen.file == file
+
+
+def test_a_built_in_tracker_keeps_its_name():
+    with pytest.raises(TrackerError, match="unknown parameter of camshift 'as'"):
+        contestant("camshift:as=mine")
+
+
 def test_the_version_changes_with_the_source_of_the_tracker(tmp_path):
     file = tmp_path / "own.py"
     file.write_text(PLUGIN)
