@@ -1,6 +1,6 @@
 """Sequences: recorded ones behind readers, synthetic ones behind a renderer."""
 
-from datasets.catalogue import load, names, options, outline, summary
+from datasets.catalogue import load, matching, names, options, outline, summary
 from datasets.interface import Sequence, SequenceError, Summary
 from datasets.outline import Outline
 
@@ -10,6 +10,7 @@ __all__ = [
     "SequenceError",
     "Summary",
     "load",
+    "matching",
     "names",
     "options",
     "outline",

@@ -1,16 +1,19 @@
 """Names of sequences, and where each comes from."""
 
 from collections.abc import Mapping
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
 from functools import cache
+from glob import glob
 from pathlib import Path
 from typing import Any, Protocol, cast
 
 from datasets.decoding import brief, check_name
 from datasets.interface import Sequence, SequenceError, Summary
 from datasets.outline import Outline, outlined
-from datasets.text_form import close_match, parse_text
+from datasets.text_form import close_match, natural_order, parse_text
 
-__all__ = ["is_built_in", "load", "names", "options", "outline", "summary"]
+__all__ = ["is_built_in", "load", "matching", "names", "options", "outline", "summary"]
 
 
 class Suite(Protocol):
@@ -85,6 +88,58 @@ def options(name: str) -> list[dict[str, Any]]:
 def is_built_in(text: str) -> bool:
     """Whether `load` takes a text for the name of a built-in sequence, not for a path."""
     return text.partition(":")[0] in _suites()
+
+
+def matching(text: str) -> list[str]:
+    """Sequences that a text stands for: itself, those of a pattern, or those in a folder.
+
+    Parameters
+    ----------
+    text : str
+        As for `load`; or a pattern with `*` and `?`, of built-in names (also with options) or of
+        paths; or a suite or a folder, for all sequences directly in it.
+
+    Returns
+    -------
+    list of str
+        One at least, in the order of their names.
+
+    Raises
+    ------
+    SequenceError
+        For a pattern that matches no sequence.
+    """
+    if is_built_in(text):
+        return [text]
+    pattern, colon, options = text.partition(":")
+    if not any(sign in text for sign in "*?"):
+        pattern = f"{pattern.rstrip('/')}/*"
+    built_in = [f"{name}{colon}{options}" for name in names() if fnmatchcase(name, pattern)]
+    return built_in or _paths_matching(text)
+
+
+def _paths_matching(text: str) -> list[str]:
+    """Paths that a text stands for; see `matching`."""
+    from datasets import readers
+
+    path, chosen = _path_and_choice(text)
+    is_pattern = any(sign in text for sign in "*?") and not path.exists()
+    # Path.glob raises where a name is too long, this one finds nothing there.
+    found = [Path(name) for name in glob(str(path))] if is_pattern else [path]  # noqa: PTH207
+    paths = [
+        str(sequence)
+        for place in sorted(found, key=lambda place: natural_order(str(place)))
+        for sequence in ([place] if readers.knows(place) else readers.sequences_in(place))
+    ]
+    if paths and not chosen:
+        return paths
+    if not is_pattern:
+        return [text]  # `load` says what is wrong with it
+    near = ", ".join(get_close_matches(text, names(), n=3, cutoff=0.5)) or "none of the built-in"
+    raise SequenceError(
+        f"{brief(text)} matches no sequence. The nearest names: {near} (`trackmark list sequences` "
+        "shows them all); as a path it matches no file or folder that is read."
+    )
 
 
 def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:

@@ -1,6 +1,5 @@
 """Images in files, decoded strictly: damaged data are an error, never grey pixels."""
 
-import re
 from collections.abc import Callable, Mapping
 from collections.abc import Sequence as SequenceOf
 from io import BytesIO
@@ -17,8 +16,9 @@ from PIL.TiffImagePlugin import TiffImageFile
 
 from datasets.decoding import check_name, check_pixels, decoding
 from datasets.interface import Image
+from datasets.text_form import natural_order
 
-__all__ = ["SUFFIXES", "ImageFiles", "decode_image", "image_files", "image_size", "natural_order"]
+__all__ = ["SUFFIXES", "ImageFiles", "decode_image", "image_files", "image_size"]
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".tif", ".tiff")
 
@@ -133,11 +133,4 @@ def image_files(folder: Path) -> list[Path]:
     ]
     for file in files:
         check_name(file)
-    return sorted(files, key=natural_order)
-
-
-def natural_order(file: Path) -> tuple[list[str | int], str]:
-    """A key to sort by: numbers in names count as such, `img2` comes before `img10`."""
-    # Splitting at digits gives text and numbers in turn, so that like meets like.
-    parts = re.split(r"([0-9]+)", file.name)
-    return [int(part) if i % 2 else part for i, part in enumerate(parts)], file.name
+    return sorted(files, key=lambda file: natural_order(file.name))

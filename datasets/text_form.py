@@ -3,18 +3,26 @@
 Trackers and sequences are both written so, on the command line, in labels and in results.
 """
 
+import re
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 
 from datasets.decoding import brief
 
-__all__ = ["close_match", "format_text", "parse_text"]
+__all__ = ["close_match", "format_text", "natural_order", "parse_text"]
 
 
 def close_match(name: str, known: Iterable[str]) -> str:
     """The end of a message about an unknown name: " Did you mean 'x'?", or nothing."""
     close = get_close_matches(name, list(known), n=1)
     return f" Did you mean {close[0]!r}?" if close else ""
+
+
+def natural_order(name: str) -> tuple[list[str | int], str]:
+    """A key to sort by: numbers in names count as such, `img2` comes before `img10`."""
+    # Splitting at digits gives text and numbers in turn, so that like meets like.
+    parts = re.split(r"([0-9]+)", name)
+    return [int(part) if i % 2 else part for i, part in enumerate(parts)], name
 
 
 def parse_text(text: str) -> tuple[str, dict[str, str]]:

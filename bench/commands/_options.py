@@ -1,8 +1,8 @@
 """Options and texts that several commands share."""
 
-import fnmatch
 import functools
 import re
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +21,7 @@ __all__ = [
     "memory_size",
     "output_option",
     "parse_box",
+    "patience",
     "progress_bar",
     "refresh_index",
     "split_list",
@@ -28,6 +29,9 @@ __all__ = [
 ]
 
 DEFAULT_OUTPUT = Path("results")
+
+PATIENCE = 2.0
+"""Seconds after which work is told of that shows nothing; then twice as many, and so on."""
 
 output_option = click.option(
     "--output",
@@ -128,27 +132,45 @@ def split_list(text: str) -> list[str]:
 
 
 def chosen_sequences(text: str, truth: Path | None) -> tuple[SequenceSource, ...]:
-    """Sequences of a comma-separated list; `*` and `?` match built-in names.
+    """Sequences of a comma-separated list; what an item may be says `datasets.matching`.
 
     Raises
     ------
-    ExperimentError
+    SequenceError, ExperimentError
         For a pattern that matches nothing, or a truth file for several sequences.
     """
     import datasets
 
-    names: list[str] = []
-    for item in split_list(text):
-        if any(sign in item for sign in "*?") and not Path(item).exists():
-            known = datasets.names()
-            names += fnmatch.filter(known, item)
-            if not fnmatch.filter(known, item):
-                raise ExperimentError(f"{item!r} matches none of {', '.join(known)}.")
-        else:
-            names.append(item)
+    with patience("Looking for sequences"):
+        names = [name for item in split_list(text) for name in datasets.matching(item)]
     if truth is not None and len(names) != 1:
         raise ExperimentError(f"--truth goes with one sequence; there are {len(names)}.")
     return tuple(SequenceSource(name, truth) for name in names)
+
+
+@contextmanager
+def patience(doing: str) -> Iterator[Callable[[int, int], None]]:
+    """Tell what is being done, and how far, where it takes longer than `PATIENCE`."""
+    far = ""
+    over = threading.Event()
+
+    def count(done: int, total: int) -> None:
+        nonlocal far
+        far = f": {done} of {total}"
+
+    def tell() -> None:
+        wait = PATIENCE
+        while not over.wait(wait):
+            click.echo(f"{doing}{far} …", err=True)
+            wait = min(2 * wait, 60.0)
+
+    thread = threading.Thread(target=tell, daemon=True)
+    thread.start()
+    try:
+        yield count
+    finally:
+        over.set()
+        thread.join()
 
 
 class Progress(Protocol):

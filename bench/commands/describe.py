@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from bench.commands._options import json_option, truth_option
+from bench.commands._options import json_option, patience, truth_option
 
 __all__ = ["command"]
 
@@ -65,7 +65,8 @@ def _sequence(name: str, truth: Path | None) -> dict[str, Any]:
     from trackers.base.parameters import closest
 
     try:
-        found = datasets.outline(name, truth)
+        with patience(f"Opening {name}"):
+            found = datasets.outline(name, truth)
     except datasets.SequenceError as error:
         close = closest(name.partition(":")[0], trackers.names())
         if not close or Path(name).expanduser().exists():

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.commands._options import Progress, chosen_sequences, json_option, progress_bar
+from bench.commands._options import (
+    Progress,
+    chosen_sequences,
+    json_option,
+    patience,
+    progress_bar,
+)
 from bench.experiments.experiment import ExperimentError
 
 if TYPE_CHECKING:
@@ -53,7 +59,9 @@ def command(
 
     if output is not None and output.exists() and not force:
         raise ExperimentError(f"{output} is there already; --force replaces it.")
-    opened = [datasets.load(source.text) for source in chosen_sequences(sequences, None)]
+    sources = chosen_sequences(sequences, None)
+    with patience("Opening sequences"):
+        opened = [datasets.load(source.text) for source in sources]
     found, origin = [], []
     with progress_bar(sum(map(len, opened)), "frame") as progress:
         seen = 0

@@ -13,6 +13,7 @@ from bench.commands._options import (
     engine_options,
     json_option,
     output_option,
+    patience,
     progress_bar,
     refresh_index,
 )
@@ -111,7 +112,8 @@ def _run(
     from datasets import SequenceError
 
     refresh_index(output / experiment.name)
-    execution = Execution(experiment, output, known=known, **means)
+    with patience("Opening sequences") as opened:
+        execution = Execution(experiment, output, known=known, opened=opened, **means)
     click.echo(f"{experiment.title}: {len(execution.plan)} runs", err=True)
     try:
         with progress_bar(execution.work, "frame") as progress:

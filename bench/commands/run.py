@@ -18,6 +18,7 @@ from bench.commands._options import (
     engine_options,
     json_option,
     output_option,
+    patience,
     progress_bar,
     refresh_index,
     split_list,
@@ -46,7 +47,7 @@ _LONGEST = 24  # letters of a tracker's or a sequence's name in that of a folder
     "--trackers",
     help="Comma-separated: NAME[:preset=PRESET][:PARAMETER=VALUE]…, or path/to/file.py[:CLASS].",
 )
-@click.option("--sequences", help="Comma-separated names (with * and ?) or paths.")
+@click.option("--sequences", help="Comma-separated names or paths, with * and ?, or folders.")
 @truth_option
 @click.option("--seeds", type=click.IntRange(1), help="Repetitions of trackers that draw.")
 @click.option("--timing", is_flag=True, help="Time the trackers, one by one, instead.")
@@ -155,7 +156,10 @@ def execute(
     from bench.store.results import Results
 
     refresh_index(output / experiment.name)
-    execution = Execution(experiment, output, jobs, retry_failed=retry_failed, **means)
+    with patience("Opening sequences") as opened:
+        execution = Execution(
+            experiment, output, jobs, retry_failed=retry_failed, opened=opened, **means
+        )
     plan = execution.plan
     replaced = _replaced(execution)
     _remark(plan, replaced)
@@ -271,7 +275,8 @@ def _show_plan(
     from bench.execution.run import Execution
 
     refresh_index(output / experiment.name)
-    execution = Execution(experiment, output, retry_failed=retry_failed, **means)
+    with patience("Opening sequences") as opened:
+        execution = Execution(experiment, output, retry_failed=retry_failed, opened=opened, **means)
     plan, units = execution.plan, execution.units
     found = estimate(units, measured_before(output), execution.limits)
     states = [state.name.lower() for state in (State.DONE, State.FAILED, State.STALE, State.LEFT)]

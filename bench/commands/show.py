@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.commands._options import progress_bar, truth_option
+from bench.commands._options import patience, progress_bar, truth_option
 
 if TYPE_CHECKING:
     from bench.evaluation.record import Trace
@@ -67,7 +67,8 @@ def command(
         raise click.BadParameter(
             "it chooses among the boxes of --results; give both.", param_hint="--trace"
         )
-    opened = datasets.load(sequence, truth=truth)
+    with patience(f"Opening {sequence}"):
+        opened = datasets.load(sequence, truth=truth)
     source = Path(sequence).resolve()
     if output.exists() and source in (output.resolve(), *output.resolve().parents):
         raise click.BadParameter(

@@ -5,6 +5,7 @@ on a sequence, and units of work are made when they are asked for.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property, partial
@@ -183,12 +184,16 @@ class Plan:
 
 
 def make_plan(
-    experiment: Experiment, results: Results, known: KnownSequences | None = None
+    experiment: Experiment,
+    results: Results,
+    known: KnownSequences | None = None,
+    opened: Callable[[int, int], None] = lambda *_: None,
 ) -> Plan:
     """Settle trackers and sequences, and look up which runs are there.
 
     `experiment`: what is asked for. `results`: where the runs lie, and go. `known`: sequences that
-    were opened for another plan; those of this one are added.
+    were opened for another plan; those of this one are added. `opened`: told how many sequences
+    have been opened, and of how many.
 
     Raises `TrackerError`, `SequenceError`, `ExperimentError`, `ResultsError` for anything that can
     be known to fail before the first run.
@@ -203,7 +208,7 @@ def make_plan(
     sequences: list[PlannedSequence] = []
     versions: list[list[bytes]] = []
     protocol: Protocol = "timing" if experiment.timing else "accuracy"
-    for found in _distinct_sequences(experiment, {} if known is None else known):
+    for found in _distinct_sequences(experiment, {} if known is None else known, opened):
         for entry in trackers.values():
             if entry.init not in found.starts:  # then this says why
                 reference(_opened(found.source), entry.init, found.name)
@@ -252,10 +257,13 @@ def _distinct_trackers(experiment: Experiment) -> dict[str, Contestant]:
     return dict(found.values())
 
 
-def _distinct_sequences(experiment: Experiment, known: KnownSequences) -> list[PlannedSequence]:
+def _distinct_sequences(
+    experiment: Experiment, known: KnownSequences, opened: Callable[[int, int], None]
+) -> list[PlannedSequence]:
     """Sequences, no name twice, checked to be runnable."""
     found: dict[str, PlannedSequence] = {}
-    for source in experiment.sequences:
+    for number, source in enumerate(experiment.sequences):
+        opened(number, len(experiment.sequences))
         if source not in known:
             known[source] = _planned(source)
         sequence = known[source]

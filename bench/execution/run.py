@@ -97,13 +97,15 @@ class Execution:
     limits: Limits = field(default_factory=Limits)
     # Sequences that were opened for another execution, and need not be again.
     known: KnownSequences = field(default_factory=dict)
+    # Told how many sequences have been opened, and of how many.
+    opened: Callable[[int, int], None] = lambda *_: None
     # Sequences that could not be read to their end; the other runs went on.
     errors: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.folder = self.output / self.experiment.name
         self._results = Results(self.folder)
-        self.plan: Plan = make_plan(self.experiment, self._results, self.known)
+        self.plan: Plan = make_plan(self.experiment, self._results, self.known, self.opened)
         self._own_seconds = 0.0
         self._shown_frames = 0
 

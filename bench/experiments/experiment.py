@@ -16,13 +16,16 @@ sequences = [
 ```
 """
 
+import math
 import tomllib
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
 from typing import Any
 
+from datasets.decoding import brief
 from datasets.text_form import close_match, format_text
 
 __all__ = [
@@ -39,6 +42,9 @@ PAPERS = FOLDER.parent / "papers"
 """A paper's experiments lie in its folder, and are named after both: `<paper>-<file>`."""
 
 VERSION = 1
+
+MOST_SWEPT = 1_000_000
+"""Trackers, or sequences, that an experiment's tables may come to."""
 
 
 class ExperimentError(ValueError):
@@ -108,9 +114,9 @@ class Experiment:
         if not self.trackers or not self.sequences:
             raise ExperimentError(f"{self.name}: there must be a tracker and a sequence to run.")
         for named in (self.trackers, [source.text for source in self.sequences]):
-            for text in named:
-                if list(named).count(text) > 1:
-                    raise ExperimentError(f"{self.name}: {text!r} is named twice.")
+            ((text, number),) = Counter(named).most_common(1)
+            if number > 1:
+                raise ExperimentError(f"{self.name}: {brief(text)} is named twice.")
 
 
 def experiment_names() -> list[str]:
@@ -188,6 +194,8 @@ def _experiment(path: Path, table: Mapping[str, Any]) -> Experiment:
         raise ExperimentError(
             f"{path}: version {table['version']} is not the version {VERSION} that is known here."
         )
+    for key in ("trackers", "sequences"):
+        _check_count(path, key, table[key])
     entrants = list(_entrants(path, table["trackers"]))
     return Experiment(
         name=_name_of(path),
@@ -198,6 +206,20 @@ def _experiment(path: Path, table: Mapping[str, Any]) -> Experiment:
         repetitions=table.get("repetitions", 1),
         timing=table.get("timing", False),
     )
+
+
+def _check_count(path: Path, key: str, entries: Iterable[Any]) -> None:
+    """Refuse more sweeps than anybody runs, before they are written out."""
+    count = sum(
+        math.prod(len(value) for value in entry.values() if isinstance(value, list))
+        for entry in entries
+        if isinstance(entry, dict)
+    )
+    if count > MOST_SWEPT:
+        raise ExperimentError(
+            f"{path}: {key} sweeps over {count} combinations; at most {MOST_SWEPT} make an "
+            "experiment. Sweep over fewer values."
+        )
 
 
 def _entrants(path: Path, entries: Iterable[Any]) -> Iterable[tuple[str, int | None]]:

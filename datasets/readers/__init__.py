@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, Protocol, cast, runtime_checkable
 
 from datasets.decoding import brief
-from datasets.image_files import natural_order
 from datasets.interface import Sequence, SequenceError
+from datasets.text_form import natural_order
 
 __all__ = ["Choosing", "Reader", "knows", "options", "read", "sequences_in"]
 
@@ -78,8 +78,9 @@ def sequences_in(folder: Path) -> list[Path]:
         if isinstance(reader, Collecting) and (members := reader.members(folder)):
             return members
     with _looking(folder):
-        inside = sorted(folder.iterdir(), key=natural_order) if folder.is_dir() else []
-    return [path for path in inside if knows(path)]
+        inside = folder.iterdir() if folder.is_dir() else ()
+        found = sorted(inside, key=lambda path: natural_order(path.name))
+    return [path for path in found if knows(path)]
 
 
 def options(path: Path) -> list[dict[str, Any]]:

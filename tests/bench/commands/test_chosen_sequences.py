@@ -1,0 +1,112 @@
+"""Which sequences a command is asked for, and what is seen while they are opened."""
+
+import json
+import shutil
+import threading
+
+import pytest
+
+import datasets
+from bench.commands import _options
+from bench.commands._options import chosen_sequences
+from bench.execution import plan
+
+
+@pytest.fixture
+def places(here, otb, monkeypatch):
+    """Folders with sequences of OTB, of images and of DAVIS, and with what is no sequence."""
+    monkeypatch.chdir(here)
+    for number in (10, 2):
+        otb(here / "data" / f"walk{number}", 2)
+        shutil.copytree(here / "data" / f"walk{number}" / "img", here / f"shots/day{number}")
+    (here / "data" / "notes.txt").write_text("walk2 is the best")
+    for kind in ("JPEGImages", "Annotations"):
+        shutil.copytree(here / "shots" / "day2", here / "davis" / kind / "480p" / "bear")
+    return here
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("data/walk2", ["data/walk2"]),
+        ("data", ["data/Small", "data/walk2", "data/walk10"]),
+        ("data/", ["data/Small", "data/walk2", "data/walk10"]),
+        ("data/walk*", ["data/walk2", "data/walk10"]),
+        ("d?ta/walk?", ["data/walk2"]),
+        ("*/day?", ["shots/day2"]),
+        ("shots/day2,s*ts", ["shots/day2", "shots/day2", "shots/day10"]),
+        ("davis", ["davis/bear"]),
+        ("davis/JPEGImages/480p", ["davis/JPEGImages/480p/bear"]),
+        ("plain/*:scene=3", ["plain/target:scene=3"]),
+        ("stress", ["stress/twin"]),
+    ],
+)
+def test_patterns_and_folders_stand_for_their_sequences(places, text, names):
+    assert [source.text for source in chosen_sequences(text, None)] == names
+
+
+def test_an_absolute_pattern_is_one_too(places):
+    (found,) = chosen_sequences(str(places / "*" / "walk2"), None)
+    assert found.text == str(places / "data" / "walk2")
+
+
+def test_a_suite_is_all_its_sequences(places):
+    assert datasets.matching("samples") == datasets.matching("samples/*")
+    assert len(datasets.matching("samples")) == 2
+
+
+def test_a_folder_is_run_as_a_whole(trackmark, places):
+    said = trackmark("run", "--trackers", "static", "--sequences", "data", "--json").stdout
+    assert {json.loads(row)["sequence"] for row in said.splitlines()} == {
+        "Small",
+        "walk2",
+        "walk10",
+    }
+
+
+@pytest.mark.parametrize("text", ["multipat/*", "data/*.mp4", "nowhere/*", "data/n*"])
+def test_a_pattern_that_matches_nothing_names_the_nearest_few(trackmark, one_line, places, text):
+    line = one_line(trackmark("run", "--trackers", "static", "--sequences", text, status=2))
+    assert text in line
+    assert "trackmark list sequences" in line
+    assert len(line) < 320
+    assert ("multipart/" in line) == text.startswith("multi")
+
+
+def test_a_sweep_that_nobody_runs_is_refused_with_its_count(trackmark, one_line, here):
+    many = ", ".join(map(str, range(1000)))
+    (here / "trial.toml").write_text(
+        'version = 1\ntrackers = ["static"]\nsequences = [{ name = "plain/target", '
+        f"scene = [{many}], noise = [{many}], blur = [{many}] }}]\n"
+    )
+    line = one_line(trackmark("run", "trial.toml", status=2))
+    assert "trial.toml: sequences sweeps over 1000000000 combinations" in line
+
+
+def test_a_hundred_thousand_sequences_are_asked_for_at_once(here):
+    many = tuple(_options.SequenceSource(f"plain/target:scene={i}") for i in range(100_000))
+    assert len(plan.Experiment("many", ("static",), many).sequences) == 100_000
+    with pytest.raises(plan.ExperimentError, match="'plain/target:scene=7' is named twice"):
+        plan.Experiment("many", ("static",), (*many, many[7]))
+
+
+def test_opening_that_takes_long_is_told_with_how_far_it_is(trackmark, places, monkeypatch):
+    told = threading.Event()
+    echo = _options.click.echo
+
+    def heard(text="", **how):
+        echo(text, **how)
+        if "1 of 3" in str(text):
+            told.set()
+
+    def slow(source, planned=plan._planned):
+        if source.text == "data/walk2":  # the second of three
+            assert told.wait(300)
+        return planned(source)
+
+    monkeypatch.setattr(_options, "PATIENCE", 0.01)
+    monkeypatch.setattr(_options.click, "echo", heard)
+    monkeypatch.setattr(plan, "_planned", slow)
+    said = trackmark("run", "--trackers", "static", "--sequences", "data", "--dry-run")
+    assert "Opening sequences: 1 of 3 …" in said.stderr.splitlines()
+    assert "Opening" not in said.stdout
