@@ -7,11 +7,11 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from bench.execution.plan import Plan, State
-from bench.reporting.tables import PRESET, SUMMARY, TIMES
+from bench.reporting.tables import MASKS, PRESET, SUMMARY, TIMES
 from bench.store.columns import coded
 from reports.fitting import on_terminal
 from reports.renderers import to_text
-from reports.tables import Table, summary_table
+from reports.tables import Cell, Table, summary_table
 
 __all__ = ["Replaced"]
 
@@ -58,14 +58,21 @@ def _table(stages: dict[str, pa.Table], caption: str) -> Table:
         for stage, rows in stages.items()
     ]
     runs = pa.concat_tables(tables, promote_options="default").unify_dictionaries().to_pandas()
-    measures = TIMES if (runs["protocol"] == "timing").any() else SUMMARY
-    parts = []
+    masks = [one for one in MASKS if one.name in runs and runs[one.name].notna().any()]
+    measures = TIMES if (runs["protocol"] == "timing").any() else (*SUMMARY, *masks)
+    parts: list[Table] = []
+    rows: list[list[Cell]] = []
     for name, its in runs.groupby("tracker", sort=False, observed=True):
         labelled = its.assign(tracker=[f"{name}, {stage}" for stage in its["stage"]])
         parts.append(summary_table(labelled, measures, "", PRESET))
+        rows += [
+            [Cell(name), Cell(row[0].text.rpartition(" ")[2]), *row[1:]] for row in parts[-1].rows
+        ]
     return replace(
         parts[0],
         caption=caption,
-        rows=[row for part in parts for row in part.rows],
+        heads=["tracker", "runs", *parts[0].heads[1:]],
+        n_labels=2,
+        rows=rows,
         notes=[note for part in parts for note in part.notes],
     )

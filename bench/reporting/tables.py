@@ -13,7 +13,16 @@ from reports.fitting import on_terminal
 from reports.renderers import to_text
 from reports.tables import Measure, Table, sequence_table, summary_table
 
-__all__ = ["PRESET", "SUMMARY", "TIMES", "summary_text", "tables", "timing_runs", "title_of"]
+__all__ = [
+    "MASKS",
+    "PRESET",
+    "SUMMARY",
+    "TIMES",
+    "summary_text",
+    "tables",
+    "timing_runs",
+    "title_of",
+]
 
 PRESET = "native"
 
