@@ -249,10 +249,10 @@ def _distinct_trackers(experiment: Experiment) -> dict[str, Contestant]:
     found: dict[str, tuple[str, Contestant]] = {}
     for text, entry in settled(experiment.trackers).items():
         other = found.setdefault(entry.label, (text, entry))[1]
-        if other.file != entry.file:
+        if (other.file, other.version) != (entry.file, entry.version):
             raise ExperimentError(
                 f"two trackers are called {entry.label!r}: {other.file} and {entry.file}. "
-                "Rename a file or a class."
+                "Call one something else with as=NAME."
             )
     return dict(found.values())
 

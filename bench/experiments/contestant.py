@@ -24,6 +24,7 @@ __all__ = [
     "BOXES",
     "Contestant",
     "Identity",
+    "KnownVersions",
     "Protocol",
     "TrackerMaker",
     "contestant",
@@ -97,6 +98,7 @@ class Contestant:
     make: TrackerMaker  # gives a fresh tracker from a seed sequence
     file: Path | None  # source file; None for a callable without one
     init: str = BOXES  # truth that it is initialised with: `boxes`, or the name of a region
+    class_name: str = ""  # class within its file, where the name does not tell it
 
     @cached_property
     def version(self) -> dict[str, Any]:
@@ -108,6 +110,7 @@ class Contestant:
         if seal is not None:
             source = "-".join(map(str, seal.named(source)))
             libraries = library_versions(set(seal.libraries))
+        source = f"{source}-{self.class_name}" if self.class_name else source
         return {"source": source, "libraries": libraries}
 
 
@@ -144,20 +147,23 @@ def contestant(tracker: str | TrackerMaker) -> Contestant:
     )
 
 
-def contestants(
-    texts: Iterable[str], known: dict[Path | None, dict[str, Any]] | None = None
-) -> dict[str, Contestant]:
+KnownVersions: TypeAlias = dict[tuple[Path | None, str], dict[str, Any]]
+"""Versions of trackers by file and `class_name`."""
+
+
+def contestants(texts: Iterable[str], known: KnownVersions | None = None) -> dict[str, Contestant]:
     """Settle trackers by their text forms; see `contestant`.
 
     Those of one file have one version, which is found out once: it costs far more than the rest.
-    `known`: versions by file, where some were found out just now; others are added.
+    `known`: where some were found out just now; others are added.
     """
     known = {} if known is None else known
     chosen = {text: contestant(text) for text in dict.fromkeys(texts)}
     for entry in chosen.values():
-        if entry.file not in known:
-            known[entry.file] = entry.version
-        vars(entry)["version"] = known[entry.file]  # where `cached_property` keeps it
+        place = entry.file, entry.class_name
+        if place not in known:
+            known[place] = entry.version
+        vars(entry)["version"] = known[place]  # where `cached_property` keeps it
     return chosen
 
 
@@ -209,6 +215,8 @@ def _from_text(text: str) -> Contestant:
     init = options.pop("init", BOXES)
     specification = trackers.resolve(name, **options)
     shown = {} if init == BOXES else {"init": init}
+    class_name = specification.plugin.__name__
+    named = in_file(name) is None or specification.name.endswith(f".py:{class_name}")
     return Contestant(
         label=format_text(specification.name, {**specification.options, **shown}),
         name=specification.name,
@@ -218,6 +226,7 @@ def _from_text(text: str) -> Contestant:
         make=specification.create,
         file=specification.file,
         init=init,
+        class_name="" if named else class_name,
     )
 
 

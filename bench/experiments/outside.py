@@ -21,7 +21,13 @@ from typing import Any
 import numpy as np
 
 import trackers
-from bench.experiments.contestant import Contestant, contestant, contestants, split_text
+from bench.experiments.contestant import (
+    Contestant,
+    KnownVersions,
+    contestant,
+    contestants,
+    split_text,
+)
 from trackers import Randomness, Tracker, TrackerError
 from trackers.base.catalogue import is_outside
 
@@ -141,7 +147,7 @@ def answered(question: str, texts: Iterable[str]) -> Iterator[str]:
             yield json.dumps([text, f"{text}: it can't be asked what it is: {said}", None])
 
 
-def _settle(known: dict[Path | None, dict[str, Any]], text: str) -> dict[str, Any]:
+def _settle(known: KnownVersions, text: str) -> dict[str, Any]:
     chosen = contestants([text], known)[text]
     json.dumps(chosen.parameters)  # of which identities are made
     told = {field.name: getattr(chosen, field.name) for field in fields(chosen)}

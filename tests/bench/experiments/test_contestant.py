@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bench.experiments import contestant as module
-from bench.experiments.contestant import PACKAGE, contestant, run_seed
+from bench.experiments.contestant import PACKAGE, contestant, contestants, run_seed
 from datasets.seal import Seal
 from datasets.source_digest import source_digest
 from trackers import TrackerError
@@ -100,6 +100,15 @@ def test_a_tracker_in_a_file_may_be_named_and_needs_no_class_where_there_is_one(
     assert chosen.label == label
     assert chosen.name == label.partition(":init")[0].partition(":step")[0]
     assert chosen.file == file
+
+
+def test_two_classes_of_one_file_under_one_name_are_two_versions(tmp_path):
+    file = tmp_path / "own.py"
+    file.write_text(PLUGIN + PLUGIN.replace("class Own", "class Other"))
+    one, other = contestants([f"{file}:Own:as=mine", f"{file}:Other:as=mine"]).values()
+    assert one.label == other.label == "mine"
+    assert one.version != other.version
+    assert contestant(f"{file}:Own").version["source"] == source_digest(file, PACKAGE)[0]
 
 
 def test_a_built_in_tracker_keeps_its_name():
