@@ -1,6 +1,6 @@
 """Plots and film strips of stored results; film strips alone open sequences, for their pixels."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ from reports.plots import TRACE_WORDS
 from reports.tables import complete
 from reports.write import file_names, write_plots
 
-__all__ = ["boxes_of", "frames_and_boxes", "write_pictures"]
+__all__ = ["boxes_of", "frames_and_boxes", "write_pictures", "write_strips"]
 
 STRIP_FRAMES = 10
 
@@ -53,18 +53,49 @@ def write_pictures(
     rows = {str(row["sequence"]): row for row in read_index(Results(experiment))}
     names = file_names(rows)
     for name, row in sorted(rows.items()):
-        sequence = _opened(row)
-        if sequence is None:
-            tell(f"{name}: no film strip: it is not at {row['source']} as it was.")
-            continue
-        numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, STRIP_FRAMES)
         shown = boxes[name].labelled() if name in boxes else {}
-        strip = film_strip(sequence.__getitem__, numbers, shown, name)
-        paths.append(write_film_strip(folder / f"strip-{names[name]}.png", strip))
+        paths += _write_strip(row, shown, folder / f"strip-{names[name]}.png", tell)
     return paths
 
 
-def _opened(row: dict[str, Any]) -> Sequence | None:
+def write_strips(
+    experiment: Path,
+    folder: Path,
+    tell: Callable[[str], None],
+    chosen: Mapping[str, Collection[str]],
+) -> list[Path]:
+    """Draw film strips of some sequences with some trackers' boxes, and give the files.
+
+    `chosen`: trackers by sequence. `tell` is given a sentence on what can't be drawn.
+    """
+    rows = {str(row["sequence"]): row for row in read_index(Results(experiment))}
+    names = file_names(rows)
+    paths: list[Path] = []
+    for name, trackers in chosen.items():
+        boxes = boxes_of(experiment, name)
+        shown = {label: boxes[label] for label in boxes if label in (TRUTH, *trackers)}
+        path = folder / f"strip-{names[name]}.png"
+        paths += _write_strip(rows[name], shown, path, tell)
+    return paths
+
+
+def _write_strip(
+    row: Mapping[str, Any],
+    shown: Mapping[str, NDArray[Any]],
+    path: Path,
+    tell: Callable[[str], None],
+) -> list[Path]:
+    name = str(row["sequence"])
+    sequence = _opened(row)
+    if sequence is None:
+        tell(f"{name}: no film strip: it is not at {row['source']} as it was.")
+        return []
+    numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, STRIP_FRAMES)
+    strip = film_strip(sequence.__getitem__, numbers, shown, name)
+    return [write_film_strip(path, strip)]
+
+
+def _opened(row: Mapping[str, Any]) -> Sequence | None:
     """The sequence of a run, where it is still there and the same."""
     try:
         sequence = datasets.load(row["source"], truth=row["truth"] or None)

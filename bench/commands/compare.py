@@ -1,0 +1,179 @@
+"""Compare trackers: which is better, by how much, and how surely."""
+
+import functools
+import json
+import textwrap
+from collections.abc import Collection
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bench.commands._options import (
+    chosen_sequences,
+    engine_options,
+    json_option,
+    output_option,
+    progress_bar,
+    refresh_index,
+)
+from bench.experiments.experiment import Experiment
+
+if TYPE_CHECKING:
+    from bench.comparing.comparison import Comparison
+    from bench.store.layout import Cell
+    from reports.tables import Table
+
+__all__ = ["command"]
+
+WIDTH = 96
+
+STRIPS = 3
+"""Sequences that are drawn as film strips: where two trackers differ most."""
+
+MARGINS = {
+    "mean_overlap": 0.01,
+    "success_share": 0.01,
+    "inside_share": 0.01,
+    "centre_error": 0.5,
+    "centre_error_median": 0.5,
+}
+"""Differences that mean nothing in practice, in the scores' units, unless --margin says others."""
+
+
+@click.command("compare")
+@click.argument("trackers", nargs=-1)
+@click.option("--sequences", help="Comma-separated names (with * and ?) or paths; runs what lacks.")
+@click.option("--results", type=click.Path(path_type=Path), help="Compare what is stored there.")
+@click.option(
+    "--metric", type=click.Choice(list(MARGINS)), default="mean_overlap", show_default=True
+)
+@click.option("--margin", type=click.FloatRange(0), help="Difference that means nothing.")
+@click.option(
+    "--question",
+    type=click.Choice(["sequences", "seeds"]),
+    help="Intervals for new sequences, or for these with new seeds.  "
+    "[default: sequences, where there are 5 or more]",
+)
+@click.option("--seeds", type=click.IntRange(1), help="Repetitions of trackers that draw.")
+@click.option("--name", help="Name of the results' folder.")
+@click.option(
+    "--published",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    help="CSV tracker,sequence,METRIC of scores that others published.",
+)
+@click.option(
+    "--folder",
+    type=click.Path(path_type=Path),
+    help="Write tables, figures and the paragraph here.",
+)
+@output_option
+@engine_options
+@json_option
+def command(
+    trackers: tuple[str, ...],
+    sequences: str | None,
+    results: Path | None,
+    metric: str,
+    margin: float | None,
+    question: str | None,
+    seeds: int | None,
+    name: str | None,
+    published: Path | None,
+    folder: Path | None,
+    output: Path,
+    means: dict[str, Any],
+    as_json: bool,
+) -> int:
+    """Compare TRACKERS pair by pair on the same sequences.
+
+    Either on --sequences, running what is not there yet, or from --results alone (then all
+    trackers there, if none is named). Answers are better, practically equal, or cannot tell.
+    """
+    if (sequences is None) == (results is None):
+        raise click.UsageError("Give --sequences or --results (one of them).")
+    from bench.comparing.answers import as_data, files, paragraph, screen
+    from bench.comparing.comparison import compare
+    from bench.comparing.published import with_published
+    from bench.reporting.tables import PER_SEQUENCE, SUMMARY
+    from bench.store.layout import experiment_folders
+    from bench.store.loading import load_results
+    from reports.renderers import to_text
+
+    labels: list[str] | None = list(trackers) or None
+    cells = None
+    if sequences is not None:
+        if not trackers:
+            raise click.UsageError("Name the trackers to compare.")
+        results, labels, cells = _run(trackers, sequences, seeds, name, output, means)
+    else:
+        assert results is not None  # one of the two was given
+        found = experiment_folders(results)
+        if len(found) > 1:
+            names = ", ".join(path.name for path in found)
+            raise click.UsageError(f"{results} holds several experiments ({names}): name one.")
+        refresh_index(results)
+    measure = next(one for one in (*SUMMARY, *PER_SEQUENCE) if one.name == metric)
+    runs = load_results(results, cells)
+    if published is not None:
+        runs, others = with_published(runs, published, measure)
+        labels = None if labels is None else [*labels, *others]
+    asked: Any = None if question is None else f"new {question}"
+    limit = MARGINS[metric] if margin is None else margin
+    answers = compare(runs, measure, limit, labels, asked)
+    if as_json:
+        click.echo(json.dumps(as_data(answers), allow_nan=False))
+    else:
+        click.echo("\n".join(map(to_text, screen(answers))))
+        click.echo(textwrap.fill(paragraph(answers), WIDTH, break_on_hyphens=False))
+    if folder is not None:
+        for path in _write(answers, files(answers), results, folder):
+            click.echo(str(path), err=True)
+    return 0
+
+
+def _run(
+    trackers: tuple[str, ...],
+    sequences: str,
+    seeds: int | None,
+    name: str | None,
+    output: Path,
+    means: dict[str, Any],
+) -> "tuple[Path, list[str], Collection[Cell]]":
+    """Run what is not there yet; give the experiment's folder, the labels and the runs meant."""
+    from bench.execution.run import Execution
+    from datasets import SequenceError
+
+    experiment = Experiment(
+        name=name or "compare",
+        trackers=trackers,
+        sequences=chosen_sequences(sequences, None),
+        repetitions=seeds or Experiment.repetitions,
+    )
+    refresh_index(output / experiment.name)
+    execution = Execution(experiment, output, **means)
+    with progress_bar(execution.work, "frame") as progress:
+        for _ in execution.rows(progress):
+            pass
+    if execution.errors:
+        raise SequenceError("\n".join(execution.errors))
+    labels = [chosen.label for chosen in execution.plan.trackers.values()]
+    return execution.folder, labels, execution.plan.asked().cells
+
+
+def _write(
+    answers: "Comparison", tables: "list[Table]", experiment: Path, folder: Path
+) -> list[Path]:
+    """Write tables in every format, figures, film strips where trackers differ, the paragraph."""
+    from bench.comparing.answers import paragraph
+    from bench.comparing.figures import write_figures
+    from bench.reporting.pictures import write_strips
+    from reports.files import write_file
+    from reports.write import write_tables
+
+    paths = [*write_tables(folder, tables), *write_figures(answers, folder)]
+    tell = functools.partial(click.echo, err=True)
+    paths += write_strips(experiment, folder, tell, answers.most_different(STRIPS))
+    words = folder / "paragraph.txt"
+    text = f"{paragraph(answers)}\n"
+    return [*paths, write_file(words, lambda file: file.write_text(text, encoding="utf-8"))]

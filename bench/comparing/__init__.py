@@ -1,0 +1,1 @@
+"""Comparing trackers on the same sequences: what stored runs say of which is better."""

@@ -1,0 +1,387 @@
+"""From stored runs to answers: which tracker is better, by how much, and how surely.
+
+A tracker's repetitions on a sequence are averaged first. Trackers are then paired by sequence,
+never by seed: the same seed means nothing to two methods.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+from math import nan
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.stats import rankdata
+
+from bench.statistics.intervals import Interval, mean_interval
+from bench.statistics.paired import (
+    SIGNIFICANCE,
+    cells_mean,
+    cells_needed,
+    critical_difference,
+    holm,
+    probability_better,
+    signed_rank,
+)
+from bench.statistics.survival import log_rank
+from bench.store.files import ResultsError
+from reports.tables import Measure
+
+__all__ = [
+    "LEAST_FOR_NEW",
+    "LEAST_FOR_RANKS",
+    "Answer",
+    "Comparison",
+    "ComparisonError",
+    "Pair",
+    "Question",
+    "Standing",
+    "compare",
+]
+
+Question = Literal["new sequences", "new seeds"]
+"""What intervals tell of: new sequences like these, or these sequences with new seeds."""
+
+Answer = Literal["better", "worse", "practically equal", "cannot tell"]
+
+LEAST_FOR_NEW = 5
+"""Sequences from which on intervals tell of new ones, unless it is said otherwise."""
+
+LEAST_FOR_RANKS = 10
+"""Sequences from which on mean ranks are set beside a critical difference."""
+
+
+class ComparisonError(ResultsError):
+    """Runs that can't be compared; says which, and what to do."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A tracker in a comparison; means are in the measure's unit before scaling."""
+
+    tracker: str
+    mean: float
+    interval: Interval | None  # None where nothing tells of it: one repetition of few sequences
+    rank: float  # mean over sequences, 1 the best
+    contender: bool  # whether the data can't tell it from the best
+    kept: float  # share of runs that never lost the target
+    milliseconds: float  # a frame
+    timed: bool  # by timing runs; else by the accuracy runs, beside other work
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two trackers: the first's score minus the second's, by sequence and in all."""
+
+    first: str
+    second: str
+    differences: NDArray[np.float64]  # (n,), in the order of the sequences
+    interval: Interval | None
+    probability: float  # that the first is better on a new sequence
+    probability_interval: Interval
+    p: float  # of the exact signed-rank test, or of Welch's t over seeds
+    adjusted: float  # by Holm, over all pairs
+    answer: Answer  # of the first tracker
+    needed: float  # sequences that would settle it; NaN where it is settled
+    loss_p: float  # that times to failure are alike: stratified log-rank test
+
+    @property
+    def difference(self) -> float:
+        """Mean over the sequences."""
+        return float(self.differences.mean())
+
+    def swapped(self) -> "Pair":
+        """The same, told of the second tracker."""
+        low, high = self.probability_interval
+        answers: dict[Answer, Answer] = {"better": "worse", "worse": "better"}
+        return replace(
+            self,
+            first=self.second,
+            second=self.first,
+            differences=-self.differences,
+            interval=self.interval and Interval(-self.interval.high, -self.interval.low),
+            probability=1 - self.probability,
+            probability_interval=Interval(1 - high, 1 - low),
+            answer=answers.get(self.answer, self.answer),
+        )
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Trackers compared by one measure; `scores` are by tracker, sequence and repetition."""
+
+    measure: Measure
+    margin: float
+    question: Question
+    sequences: Sequence[str]
+    scores: Mapping[str, Sequence[NDArray[np.float64]]]
+    losses: Mapping[str, Sequence[tuple[NDArray[np.float64], NDArray[np.bool_]]]]
+    standings: Sequence[Standing]
+    pairs: Sequence[Pair]
+
+    @cached_property
+    def best(self) -> Standing:
+        """The tracker with the best mean."""
+        sign = _sign(self.measure)
+        return max(self.standings, key=lambda standing: sign * standing.mean)
+
+    @property
+    def critical_difference(self) -> float:
+        """Of mean ranks; NaN for two trackers or too few sequences."""
+        if len(self.standings) < 3 or len(self.sequences) < LEAST_FOR_RANKS:
+            return nan
+        return critical_difference(len(self.standings), len(self.sequences))
+
+    @cached_property
+    def repetitions(self) -> tuple[int, int]:
+        """Fewest and most of any tracker on any sequence."""
+        counts = [len(runs) for found in self.scores.values() for runs in found]
+        return min(counts), max(counts)
+
+    def most_different(self, count: int) -> dict[str, tuple[str, str]]:
+        """So many sequences on which two trackers that were run differ most, and these two."""
+        ran = {name for name, found in self.losses.items() if any(len(ends) for ends, _ in found)}
+        found = {
+            (abs(float(difference)), sequence): (pair.first, pair.second)
+            for pair in self.pairs
+            if ran >= {pair.first, pair.second}
+            for sequence, difference in zip(self.sequences, pair.differences, strict=True)
+        }
+        chosen: dict[str, tuple[str, str]] = {}
+        for (_, sequence), trackers in sorted(found.items(), reverse=True):
+            if len(chosen) < count:
+                chosen.setdefault(sequence, trackers)
+        return chosen
+
+    def by_knob(self, pair: Pair) -> dict[tuple[str, str], NDArray[np.float64]]:
+        """A pair's differences by knob and value, of knobs that take several values.
+
+        Knobs are what the sequences' names say (`:light=dappled`), but for their scene.
+        """
+        rows = [
+            dict(part.split("=", 1) for part in name.split(":")[1:] if "=" in part)
+            for name in self.sequences
+        ]
+        knobs = sorted({knob for row in rows for knob in row} - {"scene"})
+        found = {
+            (knob, value): pair.differences[[row.get(knob) == value for row in rows]]
+            for knob in knobs
+            for value in sorted({row[knob] for row in rows if knob in row})
+        }
+        several = {knob for knob in knobs if sum(name == knob for name, _ in found) > 1}
+        return {key: values for key, values in found.items() if key[0] in several}
+
+
+def compare(
+    runs: pd.DataFrame,
+    measure: Measure,
+    margin: float,
+    trackers: Sequence[str] | None = None,
+    question: Question | None = None,
+) -> Comparison:
+    """Compare trackers on the sequences that all of them ran on.
+
+    Parameters
+    ----------
+    runs : DataFrame
+        As `bench.load_results` gives them, of one experiment.
+    measure : Measure
+        By what; a column of `runs`. It must say which direction is better.
+    margin : float
+        Difference that means nothing in practice, in the unit of the column.
+    trackers : sequence of str, optional
+        Labels, in the order of the answers; all that are there by default.
+    question : {'new sequences', 'new seeds'}, optional
+        What intervals tell of; of new sequences by default where there are five or more.
+
+    Raises
+    ------
+    ComparisonError
+        For fewer than two trackers or sequences, unknown or equal labels, runs that failed or are
+        missing, and scores that are no numbers.
+    """
+    scored = runs[runs["protocol"] == "accuracy"]
+    chosen = _chosen(scored, trackers)
+    scored = scored[scored["tracker"].isin(chosen)]
+    sequences = [str(name) for name in scored["sequence"].unique()]
+    _check(scored, chosen, sequences, measure)
+    grouped = scored.groupby(["tracker", "sequence"], observed=True, sort=False)
+    cells: dict[Any, pd.DataFrame] = dict(iter(grouped))
+    values = {
+        name: [cells[name, sequence][measure.name].to_numpy(np.float64) for sequence in sequences]
+        for name in chosen
+    }
+    losses = {name: [_losses(cells[name, sequence]) for sequence in sequences] for name in chosen}
+    if question is None:
+        question = "new sequences" if len(sequences) >= LEAST_FOR_NEW else "new seeds"
+    pairs = _pairs(values, losses, measure, margin, question)
+    means = {name: np.array([run.mean() for run in found]) for name, found in values.items()}
+    sign = _sign(measure)
+    best = max(chosen, key=lambda name: sign * means[name].mean())
+    behind = {
+        pair.second if pair.answer == "better" else pair.first
+        for pair in pairs
+        if pair.answer in ("better", "worse") and best in (pair.first, pair.second)
+    }
+    ranks = rankdata([-sign * means[name] for name in chosen], axis=0).mean(axis=1)
+    repeated = any(len(run) > 1 for found in values.values() for run in found)
+    standings = []
+    for name, rank in zip(chosen, ranks.tolist(), strict=True):
+        milliseconds, timed = _times(runs[runs["tracker"] == name])
+        lost = np.concatenate([failed for _, failed in losses[name]])
+        if question == "new sequences":
+            interval: Interval | None = mean_interval(means[name])
+        else:
+            interval = cells_mean(values[name]).interval if repeated else None
+        standings.append(
+            Standing(
+                name,
+                float(means[name].mean()),
+                interval,
+                rank,
+                name not in behind,
+                float(1 - lost.mean()) if len(lost) else nan,
+                milliseconds,
+                timed,
+            )
+        )
+    return Comparison(measure, margin, question, sequences, values, losses, standings, pairs)
+
+
+def _chosen(scored: pd.DataFrame, trackers: Sequence[str] | None) -> list[str]:
+    known = [str(name) for name in scored["tracker"].unique()]
+    chosen = list(known if trackers is None else trackers)
+    for name in chosen:
+        if name not in known:
+            raise ComparisonError(f"there are no runs of {name!r}; there are {', '.join(known)}.")
+        if chosen.count(name) > 1:
+            raise ComparisonError(
+                f"{name!r} is named twice; a tracker is not compared with itself."
+            )
+    if len(chosen) < 2:
+        raise ComparisonError(f"{len(chosen)} tracker to compare: two or more are needed.")
+    return chosen
+
+
+def _check(
+    scored: pd.DataFrame, chosen: Sequence[str], sequences: Sequence[str], measure: Measure
+) -> None:
+    if len(sequences) < 2:
+        raise ComparisonError(
+            f"{len(sequences)} sequence: one says nothing of which tracker is better; "
+            "give several, or other scenes of it (NAME:scene=1)."
+        )
+    for status in ("failed", "missing", "stale"):
+        here = scored[scored["status"] == status]
+        if len(here):
+            row = here.iloc[0]
+            raise ComparisonError(
+                f"{len(here)} of {len(scored)} runs are {status}, the first that of "
+                f"{row['tracker']} on {row['sequence']}: run them (again), or leave the tracker or "
+                "the sequence out."
+            )
+    there = set(zip(scored["tracker"].astype(str), scored["sequence"].astype(str), strict=True))
+    for name in chosen:
+        for sequence in sequences:
+            if (name, sequence) not in there:
+                raise ComparisonError(f"{name} was not run on {sequence}: run it, or leave it out.")
+    if measure.name not in scored:
+        raise ComparisonError(f"the runs have no score {measure.name!r}.")
+    undefined = scored[~np.isfinite(scored[measure.name])]
+    if len(undefined):
+        row = undefined.iloc[0]
+        raise ComparisonError(
+            f"{measure.title} of {row['tracker']} on {row['sequence']} is {row[measure.name]}: "
+            "choose another --metric, or leave the sequence out."
+        )
+
+
+def _losses(runs: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """When runs were lost or ended [frames], and whether they were lost."""
+    if "first_loss" not in runs or "frames" not in runs:
+        return np.empty(0), np.empty(0, bool)
+    first, frames = (runs[name].to_numpy(np.float64) for name in ("first_loss", "frames"))
+    known = np.isfinite(first) & np.isfinite(frames)
+    return np.minimum(first, frames)[known], (first < frames)[known]
+
+
+def _pairs(
+    values: Mapping[str, Sequence[NDArray[np.float64]]],
+    losses: Mapping[str, Sequence[tuple[NDArray[np.float64], NDArray[np.bool_]]]],
+    measure: Measure,
+    margin: float,
+    question: Question,
+) -> list[Pair]:
+    names = list(combinations(values, 2))
+    means = {name: np.array([run.mean() for run in found]) for name, found in values.items()}
+    repeated = any(len(run) > 1 for found in values.values() for run in found)
+    tested: list[tuple[Interval | None, float]] = []
+    for first, second in names:
+        if question == "new sequences":
+            differences = means[first] - means[second]
+            tested.append((mean_interval(differences), signed_rank(differences)))
+        elif repeated:
+            found = cells_mean(values[first], values[second])
+            tested.append((found.interval, found.p))
+        else:
+            tested.append((None, 1.0))
+    adjusted = holm([p for _, p in tested])
+    sign = _sign(measure)
+    made = []
+    for (first, second), (interval, p), level in zip(names, tested, adjusted.tolist(), strict=True):
+        differences = means[first] - means[second]
+        answer = _answer(interval, level, margin, sign)
+        needed = nan
+        if answer == "cannot tell":
+            spread = float(differences.std(ddof=1))
+            needed = cells_needed(float(differences.mean()), spread, margin, len(names))
+        share, around = probability_better(sign * differences)
+        strata = [(*a, *b) for a, b in zip(losses[first], losses[second], strict=True)]
+        _, loss_p = log_rank(strata)
+        made.append(
+            Pair(
+                first,
+                second,
+                differences,
+                interval,
+                share,
+                around,
+                p,
+                level,
+                answer,
+                needed,
+                loss_p,
+            )
+        )
+    return made
+
+
+def _answer(interval: Interval | None, adjusted: float, margin: float, sign: float) -> Answer:
+    """Equal where the interval says so; better where test and interval both do."""
+    if interval is None:
+        return "cannot tell"
+    if interval.inside(margin):
+        return "practically equal"
+    if adjusted < SIGNIFICANCE and (interval.low > 0 or interval.high < 0):
+        return "better" if sign * (interval.low + interval.high) > 0 else "worse"
+    return "cannot tell"
+
+
+def _times(runs: pd.DataFrame) -> tuple[float, bool]:
+    """Milliseconds a frame, and whether timing runs say so."""
+    if "cpu_seconds_median" in runs:
+        timed = runs[(runs["protocol"] == "timing") & runs["cpu_seconds_median"].notna()]
+        if len(timed):
+            by_sequence = timed.groupby("sequence", observed=True)["cpu_seconds_median"].mean()
+            return 1e3 * float(by_sequence.mean()), True
+    scored = runs[(runs["protocol"] == "accuracy") & runs["seconds"].notna()]
+    frames = float(scored["frames"].sum())
+    return (1e3 * float(scored["seconds"].sum()) / frames if frames else nan), False
+
+
+def _sign(measure: Measure) -> float:
+    """1 where more is better, -1 where less is."""
+    return 1.0 if measure.direction == "higher" else -1.0

@@ -1,0 +1,90 @@
+"""Figures of a comparison, from its numbers."""
+
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import kstwo
+
+from bench.comparing.answers import letters, spoken_of
+from bench.comparing.comparison import Comparison
+from bench.statistics.survival import kaplan_meier
+from reports.comparison import (
+    Point,
+    Steps,
+    difference_plot,
+    profile_plot,
+    rank_plot,
+    speed_accuracy_plot,
+    survival_plot,
+)
+from reports.figures import write_figure
+
+__all__ = ["write_figures"]
+
+SHOWN_PAIRS = 4
+"""Pairs whose differences are drawn: those with the best tracker first."""
+
+
+def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
+    """Draw what the comparison's numbers allow into a folder, and give the files."""
+    measure = comparison.measure
+    title = f"{measure.title} on {len(comparison.sequences)} sequences"
+    quantity = measure.head
+    names = dict(zip(comparison.scores, letters(comparison), strict=True))
+    figures = {
+        "differences": difference_plot(
+            {
+                f"{names[pair.first]} - {names[pair.second]}: {pair.first} - {pair.second}": (
+                    pair.differences * measure.scale
+                )
+                for pair in spoken_of(comparison)[:SHOWN_PAIRS]
+            },
+            comparison.sequences,
+            quantity,
+            comparison.margin * measure.scale,
+            title,
+        ),
+        "profiles": profile_plot(
+            {name: _profile(comparison, name) for name in comparison.scores}, quantity, title
+        ),
+    }
+    critical = comparison.critical_difference
+    if np.isfinite(critical):
+        ranks = {standing.tracker: standing.rank for standing in comparison.standings}
+        figures["ranks"] = rank_plot(ranks, critical, title)
+    if survivals := _survivals(comparison):
+        figures["survival"] = survival_plot(survivals, f"Time to failure, {title}")
+    points = {
+        standing.tracker: Point(
+            standing.milliseconds,
+            standing.mean * measure.scale,
+            *(np.array(standing.interval or (np.nan, np.nan)) * measure.scale).tolist(),
+        )
+        for standing in comparison.standings
+        if np.isfinite(standing.milliseconds)
+    }
+    if points:
+        figures["speed-accuracy"] = speed_accuracy_plot(points, quantity, title)
+    return [write_figure(folder / f"{name}.png", figure) for name, figure in figures.items()]
+
+
+def _profile(comparison: Comparison, tracker: str) -> Steps:
+    """Share of sequences above each score; the band (Kolmogorov's) holds for all scores at once."""
+    means = np.sort([float(run.mean()) for run in comparison.scores[tracker]])
+    n = len(means)
+    places = np.concatenate([[min(0.0, means[0])], means]) * comparison.measure.scale
+    shares = np.concatenate([np.arange(n, 0, -1), [0]]) / n
+    reach = float(kstwo.ppf(0.95, n))
+    return Steps(places, shares, np.clip(shares - reach, 0, 1), np.clip(shares + reach, 0, 1))
+
+
+def _survivals(comparison: Comparison) -> dict[str, Steps]:
+    found = {}
+    for name, runs in comparison.losses.items():
+        times = np.concatenate([ends for ends, _ in runs])
+        lost = np.concatenate([failed for _, failed in runs])
+        if len(times):
+            survival = kaplan_meier(times, lost)
+            whole = [np.concatenate([[1.0], part]) for part in survival[1:]]
+            found[name] = Steps(np.concatenate([[0.0], survival.times]), *whole)
+    return found

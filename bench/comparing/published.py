@@ -1,0 +1,62 @@
+"""Scores that others published, beside ours: one number a sequence, and no repetitions."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from bench.comparing.comparison import ComparisonError
+from reports.tables import Measure
+
+__all__ = ["with_published"]
+
+
+def with_published(
+    runs: pd.DataFrame, file: Path, measure: Measure
+) -> tuple[pd.DataFrame, list[str]]:
+    """Runs with a row a published score, and the labels of their trackers.
+
+    Parameters
+    ----------
+    runs : DataFrame
+        As `bench.load_results` gives them.
+    file : Path
+        CSV with the columns `tracker`, `sequence` and the measure's name. Sequences that were not
+        run are left out; labels get the word `published`.
+    measure : Measure
+        What was published.
+
+    Raises
+    ------
+    ComparisonError
+        For a file without these columns, a score that is no number, or a row that comes twice.
+    """
+    columns = ["tracker", "sequence", measure.name]
+    try:
+        told = pd.read_csv(file, dtype={"tracker": str, "sequence": str})
+    except (UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+        raise ComparisonError(f"{file} is no CSV: {error}.") from error
+    if missing := [name for name in columns if name not in told]:
+        raise ComparisonError(
+            f"{file} has no column {', '.join(missing)}; it needs {', '.join(columns)}."
+        )
+    told = told[columns].copy()
+    scores = pd.to_numeric(told[measure.name], errors="coerce")
+    if scores.isna().any():
+        line = int(scores.isna().to_numpy().argmax())
+        raise ComparisonError(
+            f"{file}, line {line + 2}: {told[measure.name].iloc[line]!r} is no number."
+        )
+    twice = told.duplicated(["tracker", "sequence"])
+    if twice.any():
+        raise ComparisonError(f"{file}, line {int(twice.to_numpy().argmax()) + 2} comes twice.")
+    told["tracker"] += " (published)"
+    told[measure.name] = scores
+    told = told[told["sequence"].isin(runs["sequence"].astype(str).unique())]
+    if told.empty:
+        raise ComparisonError(f"{file} has none of the sequences that were run.")
+    told = told.assign(repetition=0, protocol="accuracy", status="finished")
+    plain = runs.copy()
+    for name in runs.columns[runs.dtypes == "category"]:
+        plain[name] = plain[name].astype(object)
+    whole = pd.concat([plain, told], ignore_index=True)
+    return whole, list(told["tracker"].unique())

@@ -1,0 +1,164 @@
+"""Figures of a comparison: differences by sequence, ranks, profiles, survival, speed."""
+
+from collections.abc import Mapping, Sequence
+from math import isfinite
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from reports.figures import add_legend, bare_figure, fold, line_style, new_figure
+from reports.palette import colour
+
+__all__ = [
+    "Point",
+    "Steps",
+    "difference_plot",
+    "profile_plot",
+    "rank_plot",
+    "speed_accuracy_plot",
+    "survival_plot",
+]
+
+CROWDED = 7
+"""Lines in one plot from which on a band each would hide the others."""
+
+
+class Steps(NamedTuple):
+    """A step function with its band, all (k,): `values` hold from each of `places` on."""
+
+    places: NDArray[np.float64]
+    values: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+
+class Point(NamedTuple):
+    """A tracker's time [ms a frame] and score, with the ends of the score's interval."""
+
+    milliseconds: float
+    score: float
+    low: float
+    high: float
+
+
+def difference_plot(
+    differences: Mapping[str, ArrayLike],
+    sequences: Sequence[str],
+    quantity: str,
+    margin: float,
+    title: str,
+) -> Figure:
+    """A dot a sequence for every pair, its sequences in the order of the differences.
+
+    Parameters
+    ----------
+    differences : mapping of str to array of float, shape (n,)
+        By pair (`A - B`), in the order of `sequences`; a pair is a panel.
+    sequences : sequence of str
+        Names of the n sequences.
+    quantity : str
+        What differs, with its unit.
+    margin : float
+        Differences within ± margin lie on a grey band: they mean nothing in practice.
+    title : str
+        Headline.
+    """
+    height = 0.9 + len(differences) * (0.7 + 0.2 * len(sequences))
+    figure, panels = new_figure(title, min(height, 24.0), rows=len(differences))
+    for axes, (pair, found) in zip(panels, differences.items(), strict=True):
+        values = np.asarray(found, np.float64)
+        order = np.argsort(values, kind="stable")
+        rows = np.arange(len(values))
+        axes.axvspan(-margin, margin, color="#dddddd", linewidth=0)
+        axes.axvline(0.0, color="black", linewidth=0.8)
+        axes.hlines(rows, 0.0, values[order], color=colour(0), linewidth=1.0)
+        axes.plot(values[order], rows, "o", color=colour(0), markersize=4)
+        axes.axvline(values.mean(), color=colour(1), linestyle="--", linewidth=1.4)
+        axes.set_yticks(rows, [fold(sequences[row], 44) for row in order], fontsize=7)
+        axes.set_title(f"{pair} (dashed: the mean)", fontsize=9, loc="left")
+        axes.set_ylim(-0.8, len(values) - 0.2)
+    panels[-1].set_xlabel(f"difference of {quantity}")
+    return figure
+
+
+def rank_plot(ranks: Mapping[str, float], critical: float, title: str) -> Figure:
+    """Mean ranks on a line, best left; bars join those that can't be told apart (Demšar 2006).
+
+    `critical` is the critical difference of mean ranks.
+    """
+    ordered = sorted(ranks, key=lambda name: ranks[name])
+    places = np.array([ranks[name] for name in ordered])
+    figure = bare_figure(title, 1.6 + 0.24 * len(ordered))
+    axes = figure.subplots()
+    low, high = np.floor(places.min() - 0.2), np.ceil(places.max() + 0.2)
+    for row, (name, place) in enumerate(zip(ordered, places.tolist(), strict=True)):
+        axes.plot([place, place, high + 0.1], [0.0, row + 1, row + 1], color="#777777", lw=0.8)
+        axes.plot([place], [0.0], "o", color=colour(row), clip_on=False)
+        axes.text(high + 0.15, row + 1, f"{fold(name, 50)}  {place:.2f}", va="center", fontsize=8)
+    level, reach = -0.5, -1
+    for first, place in enumerate(places.tolist()):
+        last = int(np.searchsorted(places, place + critical, "right")) - 1
+        if last > max(first, reach):
+            axes.plot([place - 0.03, places[last] + 0.03], [level] * 2, color="black", lw=3)
+            level, reach = level - 0.5, last
+    axes.plot([low, low + critical], [level - 0.7] * 2, color="black", lw=1, marker="|")
+    axes.text(
+        low + critical + 0.05,
+        level - 0.7,
+        f"critical difference {critical:.2f}",
+        fontsize=8,
+        va="center",
+    )
+    axes.set(xlim=(low, high + 0.1 + (high - low) * 0.7), ylim=(len(ordered) + 0.7, level - 1.2))
+    axes.set_xticks(np.arange(low, high + 1))
+    axes.xaxis.tick_top()
+    axes.set_yticks([])
+    axes.spines[["right", "left", "bottom"]].set_visible(False)
+    axes.set_title("mean rank over the sequences (1 is the best)", fontsize=9, loc="left")
+    return figure
+
+
+def profile_plot(profiles: Mapping[str, Steps], quantity: str, title: str) -> Figure:
+    """Share of sequences with at least a score, for every score; bands hold for all at once."""
+    figure, (axes,) = new_figure(title, 4.4)
+    _draw_steps(axes, profiles)
+    axes.set(xlabel=quantity, ylabel="share of sequences with at least that", ylim=(0, 1.02))
+    add_legend(figure, axes)
+    return figure
+
+
+def survival_plot(survivals: Mapping[str, Steps], title: str) -> Figure:
+    """Kaplan and Meier's share of runs that have not lost the target, over frames."""
+    figure, (axes,) = new_figure(title, 4.4)
+    _draw_steps(axes, survivals)
+    axes.set(xlabel="frame", ylabel="share of runs not lost", ylim=(0, 1.02))
+    axes.set_xlim(left=0)
+    add_legend(figure, axes)
+    return figure
+
+
+def speed_accuracy_plot(points: Mapping[str, Point], quantity: str, title: str) -> Figure:
+    """Score against time a frame, a dot a tracker with its 95 % interval."""
+    figure, (axes,) = new_figure(title, 4.0)
+    for position, (name, point) in enumerate(points.items()):
+        options: dict[str, Any] = {"color": colour(position), "label": name}
+        axes.plot([point.milliseconds], [point.score], "o", **options)
+        if isfinite(point.low):
+            axes.vlines(point.milliseconds, point.low, point.high, color=colour(position), lw=1.5)
+    axes.set(xscale="log", xlabel="time a frame [ms]", ylabel=quantity)
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter("{x:g}")
+    axes.margins(x=0.15)
+    add_legend(figure, axes)
+    return figure
+
+
+def _draw_steps(axes: Axes, curves: Mapping[str, Steps]) -> None:
+    for position, (name, steps) in enumerate(curves.items()):
+        axes.step(steps.places, steps.values, where="post", label=name, **line_style(position))
+        if len(curves) < CROWDED:
+            shade: dict[str, Any] = {"color": colour(position), "alpha": 0.15, "linewidth": 0}
+            axes.fill_between(steps.places, steps.low, steps.high, step="post", **shade)

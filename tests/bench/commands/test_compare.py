@@ -1,0 +1,37 @@
+"""`trackmark compare`, as a user types it."""
+
+import json
+
+import pytest
+
+SCENES = "plain/target:length=12,plain/target:length=12:scene=1"
+
+
+def test_it_runs_what_lacks_answers_and_writes_the_paper(trackmark, here):
+    said = trackmark("compare", "static", "camshift", "--sequences", SCENES, "--folder", "paper")
+    assert "2 sequences with 1 repetition each" in said.stdout
+    assert "cannot tell" in said.stdout
+    assert max(map(len, said.stdout.splitlines())) <= 100
+    assert (here / "paper" / "comparison.tex").is_file()
+    assert (here / "paper" / "differences.png").is_file()
+    assert "camshift" in (here / "paper" / "paragraph.txt").read_text()
+    again = trackmark("compare", "--results", "results/compare", "--json")
+    told = json.loads(again.stdout)
+    assert [row["tracker"] for row in told["trackers"]] == ["static", "camshift"]
+    assert told["pairs"][0]["answer"] == "cannot tell"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("static", "camshift"), "Give --sequences or --results"),
+        (("--sequences", SCENES), "Name the trackers"),
+        (("static", "static", "--sequences", SCENES), "twice"),
+        (("static", "camshift", "--sequences", "plain/target:length=12"), "one says nothing"),
+        (("--results", "nowhere"), "no results here"),
+    ],
+)
+def test_what_it_cannot_do_is_a_line(trackmark, arguments, words):
+    said = trackmark("compare", *arguments, status=2)
+    assert words in said.stderr
+    assert "Traceback" not in said.stderr

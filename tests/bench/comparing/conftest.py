@@ -1,0 +1,32 @@
+"""Runs as `load_results` gives them, from numbers."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+
+@pytest.fixture
+def make_runs():
+    def make(scores, frames=100, lost_at=None, **columns):
+        """`scores`: by tracker, arrays (sequences, repetitions); names are `s0`, `s1`, ..."""
+        rows = [
+            {
+                "tracker": tracker,
+                "sequence": names[sequence],
+                "repetition": repetition,
+                "protocol": "accuracy",
+                "status": "finished",
+                "mean_overlap": score,
+                "centre_error": 10 * (1 - score),
+                "first_loss": frames if lost_at is None else lost_at[tracker],
+                "frames": frames,
+                "seconds": 0.2,
+            }
+            for tracker, table in scores.items()
+            for names in [columns.get("names") or [f"s{n}" for n in range(len(table))]]
+            for sequence, values in enumerate(np.atleast_2d(table))
+            for repetition, score in enumerate(values)
+        ]
+        return pd.DataFrame(rows)
+
+    return make
