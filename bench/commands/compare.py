@@ -16,7 +16,9 @@ from bench.commands._options import (
     output_option,
     progress_bar,
     refresh_index,
+    split_list,
 )
+from bench.commands.run import ad_hoc_name
 from bench.experiments.experiment import Experiment
 
 if TYPE_CHECKING:
@@ -56,7 +58,7 @@ MARGINS = {
     "[default: sequences, where there are 5 or more]",
 )
 @click.option("--seeds", type=click.IntRange(1), help="Repetitions of trackers that draw.")
-@click.option("--name", help="Name of the results' folder.")
+@click.option("--name", help="Name of the results' folder; as `run` has it.")
 @click.option(
     "--published",
     type=click.Path(path_type=Path, exists=True, dir_okay=False),
@@ -92,11 +94,11 @@ def command(
     """
     if (sequences is None) == (results is None):
         raise click.UsageError("Give --sequences or --results (one of them).")
-    from bench.comparing.answers import as_data, files, paragraph, screen
+    from bench.comparing.answers import as_data, files, screen
     from bench.comparing.comparison import compare
     from bench.comparing.published import with_published
+    from bench.comparing.words import paragraph
     from bench.reporting.tables import PER_SEQUENCE, SUMMARY
-    from bench.store.layout import experiment_folders
     from bench.store.loading import load_results
     from reports.renderers import to_text
 
@@ -106,15 +108,9 @@ def command(
         if not trackers:
             raise click.UsageError("Name the trackers to compare.")
         results, labels, cells = _run(trackers, sequences, seeds, name, output, means)
-    else:
-        assert results is not None  # one of the two was given
-        found = experiment_folders(results)
-        if len(found) > 1:
-            names = ", ".join(path.name for path in found)
-            raise click.UsageError(f"{results} holds several experiments ({names}): name one.")
-        refresh_index(results)
+    experiment = _only_experiment(results)
     measure = next(one for one in (*SUMMARY, *PER_SEQUENCE) if one.name == metric)
-    runs = load_results(results, cells)
+    runs = load_results(experiment, cells)
     if published is not None:
         runs, others = with_published(runs, published, measure)
         labels = None if labels is None else [*labels, *others]
@@ -127,9 +123,21 @@ def command(
         click.echo("\n".join(map(to_text, screen(answers))))
         click.echo(textwrap.fill(paragraph(answers), WIDTH, break_on_hyphens=False))
     if folder is not None:
-        for path in _write(answers, files(answers), results, folder):
+        for path in _write(answers, files(answers), experiment, folder):
             click.echo(str(path), err=True)
     return 0
+
+
+def _only_experiment(results: Path | None) -> Path:
+    """The experiment in a folder of results, its index up to date."""
+    from bench.store.layout import experiment_folders
+
+    found = experiment_folders(results or Path())
+    if len(found) > 1:
+        names = ", ".join(path.name for path in found)
+        raise click.UsageError(f"{results} holds several experiments ({names}): name one.")
+    refresh_index(found[0])
+    return found[0]
 
 
 def _run(
@@ -145,7 +153,7 @@ def _run(
     from datasets import SequenceError
 
     experiment = Experiment(
-        name=name or "compare",
+        name=name or ad_hoc_name(trackers, split_list(sequences), None),
         trackers=trackers,
         sequences=chosen_sequences(sequences, None),
         repetitions=seeds or Experiment.repetitions,
@@ -165,8 +173,8 @@ def _write(
     answers: "Comparison", tables: "list[Table]", experiment: Path, folder: Path
 ) -> list[Path]:
     """Write tables in every format, figures, film strips where trackers differ, the paragraph."""
-    from bench.comparing.answers import paragraph
     from bench.comparing.figures import write_figures
+    from bench.comparing.words import paragraph
     from bench.reporting.pictures import write_strips
     from reports.files import write_file
     from reports.write import write_tables

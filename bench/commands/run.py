@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from bench.execution.run import Execution
     from bench.reporting.replaced import Replaced
 
-__all__ = ["command", "execute"]
+__all__ = ["ad_hoc_name", "command", "execute"]
 
 _LONGEST = 24  # letters of a tracker's or a sequence's name in that of a folder
 
@@ -99,7 +99,7 @@ def command(
     if seeds:
         given["repeated"] = {}  # also for trackers that have a number of their own
     if base is None:
-        named = _name_of(given["trackers"], split_list(sequences or ""), truth)
+        named = ad_hoc_name(given["trackers"], split_list(sequences or ""), truth)
         chosen = Experiment(**{"name": named} | given)
     else:
         chosen = replace(base, **given)
@@ -110,7 +110,7 @@ def command(
     return execute(chosen, output, retry_failed=retry_failed, as_json=as_json, **means)
 
 
-def _name_of(trackers: Sequence[str], sequences: Sequence[str], truth: Path | None) -> str:
+def ad_hoc_name(trackers: Sequence[str], sequences: Sequence[str], truth: Path | None) -> str:
     """A name of what was asked: equal for the same trackers, sequences and truth, as typed."""
     trackers, sequences = sorted(trackers), sorted(sequences)
     asked = json.dumps([trackers, sequences, str(truth or "")])

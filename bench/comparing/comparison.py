@@ -218,18 +218,30 @@ def compare(
     if question is None:
         question = "new sequences" if len(sequences) >= LEAST_FOR_NEW else "new seeds"
     pairs = _pairs(values, losses, measure, margin, question)
+    standings = _standings(runs, values, losses, measure, question, pairs)
+    return Comparison(measure, margin, question, sequences, values, losses, standings, pairs)
+
+
+def _standings(
+    runs: pd.DataFrame,
+    values: Mapping[str, Sequence[NDArray[np.float64]]],
+    losses: Mapping[str, Sequence[tuple[NDArray[np.float64], NDArray[np.bool_]]]],
+    measure: Measure,
+    question: Question,
+    pairs: Sequence[Pair],
+) -> list[Standing]:
     means = {name: np.array([run.mean() for run in found]) for name, found in values.items()}
     sign = _sign(measure)
-    best = max(chosen, key=lambda name: sign * means[name].mean())
+    best = max(means, key=lambda name: sign * float(means[name].mean()))
     behind = {
         pair.second if pair.answer == "better" else pair.first
         for pair in pairs
         if pair.answer in ("better", "worse") and best in (pair.first, pair.second)
     }
-    ranks = rankdata([-sign * means[name] for name in chosen], axis=0).mean(axis=1)
+    ranks = rankdata([-sign * found for found in means.values()], axis=0).mean(axis=1)
     repeated = any(len(run) > 1 for found in values.values() for run in found)
     standings = []
-    for name, rank in zip(chosen, ranks.tolist(), strict=True):
+    for name, rank in zip(means, ranks.tolist(), strict=True):
         milliseconds, timed = _times(runs[runs["tracker"] == name])
         lost = np.concatenate([failed for _, failed in losses[name]])
         if question == "new sequences":
@@ -248,7 +260,7 @@ def compare(
                 timed,
             )
         )
-    return Comparison(measure, margin, question, sequences, values, losses, standings, pairs)
+    return standings
 
 
 def _chosen(scored: pd.DataFrame, trackers: Sequence[str] | None) -> list[str]:

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import kstwo
 
-from bench.comparing.answers import letters, spoken_of
 from bench.comparing.comparison import Comparison
+from bench.comparing.words import letters, spoken_of
 from bench.statistics.survival import kaplan_meier
 from reports.comparison import (
     Point,
