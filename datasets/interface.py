@@ -46,7 +46,7 @@ class Frames(Protocol):
     def __getitem__(self, frame: int) -> Image:
         """Image of a frame in `range(len(self))`, decoded or rendered when asked for.
 
-        Asking in order is the fast way; any order gives the same images. Raises
+        Asking in order is the fast way; any order gives the same images, all of one size. Raises
         `SequenceError` for an image that cannot be read.
         """
         ...

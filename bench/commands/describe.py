@@ -22,9 +22,10 @@ def command(name: str, truth: Path | None, as_json: bool) -> None:
 
     bare = name.partition(":")[0]
     if in_file(name) or bare in trackers.names():
+        from bench.experiments.contestant import split_text
         from bench.experiments.outside import described
 
-        about = described(name if in_file(name) else bare)
+        about = described(split_text(name)[0])
         lines = _tracker_lines(about)
     else:
         about = _sequence(name, truth)

@@ -52,8 +52,9 @@ def settled(texts: Iterable[str]) -> dict[str, Contestant]:
     Raises `TrackerError`: for what can't be imported, too, naming the file.
     """
     texts = list(dict.fromkeys(texts))
-    outside = [text for text in texts if is_outside(split_text(text)[0])]
-    answers = _asked("settle", outside)
+    names = {text: split_text(text)[0] for text in texts}
+    outside = {name: is_outside(name) for name in set(names.values())}
+    answers = _asked("settle", [text for text in texts if outside[names[text]]])
     own = contestants(text for text in texts if text not in answers)
     return {text: own[text] if text in own else _told(text, answers[text]) for text in texts}
 

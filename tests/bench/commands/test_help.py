@@ -74,6 +74,14 @@ def test_describe_a_sequence_gives_size_and_truth(trackmark):
     assert rendered.partition("fingerprint")[2] != variant.partition("fingerprint")[2]
 
 
+def test_describe_takes_a_file_as_run_does(trackmark):
+    (said,) = {
+        trackmark("describe", text).stdout for text in ("knob.py", "knob.py:Knob", "knob.py:knob=3")
+    }
+    assert said.startswith("knob.py:Knob\n\nDraws.\n")
+    assert "  knob=1  knob [frames]" in said
+
+
 @pytest.mark.parametrize(
     ("name", "meant"), [("camshit", "camshift"), ("kcf:preset=as-written", "opencv-kcf")]
 )
