@@ -1,5 +1,7 @@
 """Units of work on a Ray cluster: one of this machine, or one that an address names."""
 
+import os
+import socket
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import AbstractContextManager, contextmanager
@@ -22,6 +24,7 @@ from datasets import SequenceError
 __all__ = ["connect"]
 
 _RETRIES = 3
+_CONNECT_SECONDS = 10.0
 _OBJECT_STORE_BYTES = 80 << 20  # hardly more than Ray demands: what comes back is small
 
 
@@ -97,8 +100,9 @@ def _opened(address: str, **options: Any) -> Iterator[Cluster]:
 
     try:
         try:
+            _check_somebody_there(address)
             ray.init(address, log_to_driver=False, logging_level="ERROR", **options)
-        except ConnectionError as error:
+        except (OSError, OverflowError, ValueError) as error:
             raise ClusterError(
                 f"no Ray cluster answers at {address} ({_first_line(error)}). "
                 "Start one, or mend --address."
@@ -106,6 +110,17 @@ def _opened(address: str, **options: Any) -> Iterator[Cluster]:
         yield _Ray()
     finally:
         ray.shutdown()
+
+
+def _check_somebody_there(address: str) -> None:
+    """Connect to where an address says that Ray is, which itself would try for many minutes.
+
+    Raises `OSError` where nobody listens, `OverflowError` where no port has that number.
+    """
+    named = os.environ.get("RAY_ADDRESS", address) if address == "auto" else address
+    host, _, port = named.removeprefix("ray://").rpartition(":")
+    if port.isdecimal():  # else it is not a place: `auto`, `local`
+        socket.create_connection((host.strip("[]"), int(port)), _CONNECT_SECONDS).close()
 
 
 def _first_line(error: Exception) -> str:

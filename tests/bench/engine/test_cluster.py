@@ -3,16 +3,18 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from bench.engine import Job
+from bench.engine import Job, engine
 from bench.engine.cluster import ClusterError, Task, check_installed, source_digest
 from bench.engine.unit import Unit
 from bench.experiments.experiment import SequenceSource
@@ -286,6 +288,22 @@ def test_a_worker_with_another_source_is_refused(data, monkeypatch):
     seen = Task(Job(data / "results"), ".command-1", "another")(unit(data))
     assert isinstance(seen, ClusterError)
     assert "the worker on node-7 runs another source of trackmark" in str(seen)
+
+
+@pytest.mark.parametrize(
+    "address", ["127.0.0.1:{}", "ray://127.0.0.1:{}", "localhost:99999", "auto"]
+)
+def test_a_ray_address_at_which_nobody_listens_is_one_line_before_ray_is_asked(
+    address, monkeypatch
+):
+    """It would ask again and again, for a quarter of an hour."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+    ray = SimpleNamespace(init=pytest.fail, shutdown=lambda: None)
+    monkeypatch.setitem(sys.modules, "ray", ray)
+    monkeypatch.setenv("RAY_ADDRESS", f"127.0.0.1:{port}")
+    with pytest.raises(ClusterError, match=r"no Ray cluster answers at .* Start one, or mend"):
+        engine("ray", address=address.format(port))
 
 
 @pytest.mark.parametrize("extra", LIBRARIES)
