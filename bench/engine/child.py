@@ -30,6 +30,7 @@ from bench.store.files import ResultsError
 from datasets import SequenceError
 
 __all__ = [
+    "BEGINNING",
     "Answer",
     "DefectError",
     "Perform",
@@ -104,6 +105,9 @@ class Answer:
         """For `read_answer`."""
         return json.dumps(asdict(self)).encode() + b"\n"
 
+
+BEGINNING = b'{"result": '
+"""Of every answer's line."""
 
 _ANSWERS = TypeAdapter(Answer)
 

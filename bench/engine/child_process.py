@@ -18,7 +18,7 @@ from typing import IO, Any
 
 from bench.compilation import announce
 from bench.engine.board import ELSEWHERE, READING, Board, Sight
-from bench.engine.child import Answer, read_answer
+from bench.engine.child import BEGINNING, Answer, read_answer
 from bench.engine.output import Tail, drain
 from bench.engine.process import machine_memory
 from bench.engine.unit import Limits
@@ -157,7 +157,8 @@ class ChildProcess:
                 return self._death()
             if piece == b"":
                 return self._death()
-            if heard.endswith(b"\n") or len(heard) > _LONGEST_ANSWER:
+            begun = BEGINNING.startswith(bytes(heard[: len(BEGINNING)]))
+            if not begun or heard.endswith(b"\n") or len(heard) > _LONGEST_ANSWER:
                 if self.board.look().compiled:  # since the last look, too
                     announce()
                 return self._read(bytes(heard))

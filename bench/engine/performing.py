@@ -92,8 +92,9 @@ def scored(outcome: Outcome, unit: Unit, folder: Path) -> Outcome:
     Raises `ResultsError` where a run can't be read, or is none of the unit's.
     """
     results = Results(folder)
-    asked = len(outcome.rows) == len(outcome.entries) and set(outcome.entries) <= set(unit.entries)
-    if not asked:
+    told = len(outcome.entries) + len(outcome.errors)
+    asked = told >= len(unit.entries) and set(outcome.entries) <= set(unit.entries)
+    if not asked or len(outcome.rows) != len(outcome.entries):
         raise ResultsError("these are runs that nobody asked for.")
     rows = [row_of_file(results, folder / str(row.get("path"))) for row in outcome.rows]
     return replace(outcome, rows=rows)

@@ -1,13 +1,23 @@
-"""Trackers that do in frame 3 what no tracker should; each stays where it began until then."""
+"""Trackers that do in frame 3 what no tracker should; each stays where it began until then.
 
-__all__ = ["source"]
+What they raise and answer, for which no process is needed, stands in `hostile_answers.py`.
+"""
+
+__all__ = ["CLASSES", "EVERYDAY", "HEAD", "source"]
+
+HERE = r"^0003\.png: "
+FIRST = r"^0000\.png: "
 
 HEAD = '''
 import ctypes
+import json
+import mmap
 import os
+import pickle
 import random
 import resource
 import signal
+import stat
 import subprocess
 import sys
 import threading
@@ -43,6 +53,20 @@ class Hostile(TrackerPlugin):
         """What it does in frame 3; it may give an answer of its own."""
 
 
+def into_connection(data):
+    for descriptor in range(3, 256):
+        try:
+            if stat.S_ISSOCK(os.fstat(descriptor).st_mode):
+                os.write(descriptor, data)
+        except OSError:
+            pass
+
+
+class Loaded:
+    def __reduce__(self):
+        return open, ("loaded", "w")
+
+
 class UnspeakableError(Exception):
     def __str__(self):
         raise RuntimeError("this error has no text")
@@ -74,35 +98,37 @@ METHODS = {
     "dropped": "__del__(self)",
 }
 
-# By what they do it in; in `strike` unless it is said.
+ANSWER = {"overhead": 0.0, "seconds": 0.0, "cpu_seconds": 0.0, "peak_memory": 0, "host": ""}
+ANSWER |= {"rows": [], "entries": [], "process": 0}
+
+# Words of the failure, empty where it is none, None where a test of its own says more; and what it
+# does, by what it does it in: in `strike` unless it is said.
 CLASSES = {
     # What it raises
-    "RaisesAtOnce": ("begin", "raise RuntimeError('no wish to begin')"),
-    "Raises": "raise RuntimeError('no wish to go on')",
-    "RaisesWhenMade": ("made", "raise RuntimeError('no wish to be made')"),
-    "Exits": "sys.exit(0)",
-    "Interrupts": "raise KeyboardInterrupt",
-    "StopsIteration": "raise GeneratorExit",
-    "Recurses": "return self.strike(image)",
-    "RaisesAtLength": "raise RuntimeError('x' * 50_000_000)",
-    "RaisesTheUnspeakable": "raise UnspeakableError",
-    # What it answers; other answers are tested in the loop, where no process is needed
-    "AnswersNothing": (
-        "update",
-        "self.frame += 1",
-        "return Estimate(self.box.copy()) if self.frame < STRIKE else None",
+    "RaisesAtOnce": (
+        FIRST + "RuntimeError: no wish to begin",
+        "begin",
+        "raise RuntimeError('no wish to begin')",
     ),
+    "RaisesWhenMade": (
+        FIRST + "RuntimeError: no wish to be made",
+        "made",
+        "raise RuntimeError('no wish to be made')",
+    ),
+    "Interrupts": (HERE + "it raised KeyboardInterrupt", "raise KeyboardInterrupt"),
+    "StopsIteration": (HERE + "it raised GeneratorExit", "raise GeneratorExit"),
+    "RaisesMemoryError": (HERE + "MemoryError", "raise MemoryError"),
     # What it does to the image that others see too
-    "WritesToImage": "image[:] = 0",
-    "UnlocksImage": ("strike", "image.flags.writeable = True", "image[:] = 0"),
     "WritesToImagesBase": (
+        HERE + "ValueError",
         "strike",
         "owner = image",
         "while isinstance(owner.base, np.ndarray): owner = owner.base",
         "owner.flags.writeable = True",
         "owner[:] = 0",
     ),
-    "WritesToBuffersOwner": (  # the owner of a read-only buffer's memory can be asked for
+    "WritesToBuffersOwner": (
+        "image",  # the owner of a read-only buffer's memory can be asked for
         "strike",
         "owner = below = image",
         "while below is not None:",
@@ -112,55 +138,76 @@ CLASSES = {
         "owner.flags.writeable = True",
         "owner[:] = 0",
     ),
-    "KeepsTheBox": ("update", "self.box += 1", "return Estimate(self.box)"),  # and changes it
+    "KeepsTheBox": ("", "update", "self.box += 1", "return Estimate(self.box)"),  # and changes it
     # What it does to the process
-    "EndsWell": "os._exit(0)",
-    "EndsBadly": "os._exit(3)",
-    "EndsAtOnce": ("begin", "os._exit(3)"),
-    "Segfaults": "ctypes.string_at(0)",
-    "Aborts": "os.abort()",
+    "EndsWell": (HERE + "its process ended with status 0", "os._exit(0)"),
+    "EndsBadly": (HERE + "its process ended with status 3", "os._exit(3)"),
+    "EndsAtOnce": (FIRST + "its process ended with status 3", "begin", "os._exit(3)"),
+    "Segfaults": (HERE + "its process was killed by SIGSEGV", "ctypes.string_at(0)"),
+    "Aborts": (HERE + "its process was killed by SIGABRT", "os.abort()"),
     "RecursesDeeply": (
+        HERE + "its process was killed by SIGSEGV",
         "strike",
         "sys.setrecursionlimit(10**9)",
         "def further(function): return [*map(function, [function])]",
         "return further(further)",
     ),
-    "KillsItself": "os.kill(os.getpid(), signal.SIGKILL)",
-    "TerminatesItself": "os.kill(os.getpid(), signal.SIGTERM)",
+    "KillsItself": (
+        HERE + "its process was killed by SIGKILL",
+        "os.kill(os.getpid(), signal.SIGKILL)",
+    ),
+    "TerminatesItself": (
+        HERE + "its process was killed by SIGTERM",
+        "os.kill(os.getpid(), signal.SIGTERM)",
+    ),
     "InterruptsItself": (
+        HERE,
         "strike",
         "signal.signal(signal.SIGINT, signal.default_int_handler)",
         "os.kill(os.getpid(), signal.SIGINT)",
         "time.sleep(0.1)",
     ),
-    "SetsAnAlarm": "signal.setitimer(signal.ITIMER_REAL, 0.3)",  # comes when another is at work
+    "SetsAnAlarm": (
+        "",
+        "signal.setitimer(signal.ITIMER_REAL, 0.3)",
+    ),  # comes when another is at work
     "HandlesSignals": (
+        "",
         "strike",
         "for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGALRM):",
         "    signal.signal(number, signal.SIG_IGN)",
     ),
-    "Forks": "os.fork()",  # both copies come back
-    "ForksAtOnce": ("begin", "os.fork()"),
-    "LeavesChildren": "subprocess.Popen(['sleep', '1000'])",
-    "LeavesDaemons": "subprocess.Popen(['sleep', '1000'], start_new_session=True)",
-    "InterruptsTheCommand": "os.kill(os.getppid(), signal.SIGINT)",  # as if somebody typed Ctrl-C
-    "KillsTheCommand": "os.kill(os.getppid(), signal.SIGKILL)",
-    "StartsThread": "threading.Thread(target=time.sleep, args=[FOREVER]).start()",
-    "ClosesDescriptors": "os.closerange(0, 256)",
+    "Forks": ("forked", "os.fork()"),  # both copies come back
+    "ForksAtOnce": ("forked", "begin", "os.fork()"),
+    "LeavesChildren": ("", "subprocess.Popen(['sleep', '1000'])"),
+    "LeavesDaemons": ("", "subprocess.Popen(['sleep', '1000'], start_new_session=True)"),
+    "InterruptsTheCommand": (
+        None,
+        "os.kill(os.getppid(), signal.SIGINT)",
+    ),  # as if somebody typed Ctrl-C
+    "KillsTheCommand": (None, "os.kill(os.getppid(), signal.SIGKILL)"),
+    "StartsThread": ("", "threading.Thread(target=time.sleep, args=[FOREVER]).start()"),
+    "ClosesDescriptors": (HERE + "it closed file descriptors", "os.closerange(0, 256)"),
     "ClosesAndOpensDescriptors": (
+        HERE + "it closed file descriptors",
         "strike",
         "os.closerange(0, 256)",
         "self.opened = [os.open(os.devnull, os.O_RDWR) for _ in range(256)]",
     ),
-    "LeaksDescriptors": (  # opens files until it can open no more, and keeps them open
+    "LeaksDescriptors": (
+        ".",  # opens files until it can open no more, and keeps them open
         "strike",
         "self.opened = []",
         "try:",
         "    while True: self.opened.append(os.open(os.devnull, os.O_RDONLY))",
         "except OSError: pass",
     ),
-    "ForbidsFiles": "resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))",  # to all in the process
+    "ForbidsFiles": (
+        ".",
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))",
+    ),  # to all in the process
     "WritesToDescriptors": (
+        "file descriptors",
         "strike",
         "for descriptor in range(256):",
         "    try:",
@@ -168,7 +215,8 @@ CLASSES = {
         "        os.write(descriptor, b'rubbish' * 10)",
         "    except OSError: pass",
     ),
-    "Prints": (  # five megabytes, one way and another
+    "Prints": (
+        "",  # five megabytes, one way and another
         "strike",
         "for _ in range(50):",
         "    sys.stdout.write('loud ' * 10_000)",
@@ -176,45 +224,115 @@ CLASSES = {
         "    os.write(2, b'loud ' * 5_000)",
     ),
     "PrintsAndRaises": (
+        HERE + "RuntimeError: said enough",
         "strike",
         "for i in range(20_000): sys.stdout.write(f'word {i}\\n')",
         "raise RuntimeError('said enough')",
     ),
     "PrintsAndEnds": (
+        HERE + "its process ended with status 3",
         "strike",
         "sys.stdout.write('famous last words\\n')",
         "sys.stdout.flush()",
         "os._exit(3)",
     ),
-    "ChangesFolder": "os.chdir('/')",
+    "ChangesFolder": ("", "os.chdir('/')"),
     "ChangesEnvironment": (
+        "",
         "strike",
         "os.environ.clear()",
         "os.environ['TRACKMARK_CACHE'] = '/nowhere'",
     ),
-    "RemovesItsSource": "Path(__file__).unlink()",
-    "ChangesArithmetic": "np.seterr(all='raise')",
-    "DrawsFromNumpy": "return Estimate(self.box + [np.random.random(), 0, 0, 0])",
-    "DrawsFromRandom": "return Estimate(self.box + [random.random(), 0, 0, 0])",
-    "ReseedsNumpy": "np.random.seed(0)",
-    "ReseedsRandom": "random.seed(0)",
+    "RemovesItsSource": (None, "Path(__file__).unlink()"),
+    "ChangesArithmetic": ("", "np.seterr(all='raise')"),
+    "DrawsFromNumpy": (
+        "global random numbers",
+        "return Estimate(self.box + [np.random.random(), 0, 0, 0])",
+    ),
+    "DrawsFromRandom": (
+        "global random numbers",
+        "return Estimate(self.box + [random.random(), 0, 0, 0])",
+    ),
+    "ReseedsNumpy": ("global random numbers", "np.random.seed(0)"),
+    "ReseedsRandom": ("global random numbers", "random.seed(0)"),
+    "ChangesUmask": ("", "os.umask(0o777)"),
+    "PatchesTheAnswer": ("", "json.dumps = None"),  # too late: its run is stored
+    "PatchesTheStore": ("harness fails", "os.link = os.replace = None"),
+    "PatchesEverything": (
+        ".",
+        "strike",
+        "for module in (np, os, json, time): module.__dict__.clear()",
+    ),
+    "ForgetsModules": (".", "sys.modules.clear()"),
+    "TruncatesItsRows": (
+        "SIGBUS",
+        "strike",
+        "for file in Path(__file__).parent.rglob(f'*{type(self).__name__}*/*/*.npy'):",
+        "    os.truncate(file, 0)",
+    ),
+    # What it says in its process's name
+    "WritesPickle": (
+        "wrote into file descriptors",
+        "strike",
+        "data = pickle.dumps(Loaded())",
+        "into_connection(len(data).to_bytes(4, 'big') + data)",
+    ),
+    "WritesLength": ("wrote into file descriptors", "into_connection(b'\\x7f\\xff\\xff\\xff')"),
+    "WritesDepth": ("wrote into file descriptors", "into_connection(b'[' * 99_999 + b'\\n')"),
+    "WritesEndlessly": (
+        "wrote into file descriptors",
+        "while True: into_connection(b' ' * 9999)",
+    ),
+    "WritesNothing": ("answers for its process", "into_connection(b'{\"result\": null}\\n')"),
+    "WritesAnswer": (
+        "nobody asked for",
+        f"into_connection(json.dumps({{'result': {ANSWER}}}).encode() + b'\\n')",
+    ),
     # What never ends
-    "HangsInPython": "while True: pass",
-    "HangsInC": "time.sleep(FOREVER)",
-    "HangsWithoutThreads": "ctypes.PyDLL(None).usleep(2_000_000_000)",  # holds Python's lock
-    "HangsAtOnce": ("begin", "time.sleep(FOREVER)"),
-    "HangsWhenMade": ("made", "time.sleep(FOREVER)"),
-    "HangsInItsAnswer": "return Estimate(self.box.copy(), details=Endless())",
-    "HangsInItsError": "raise LongError",
+    "StopsItself": (HERE + "no answer within", "os.kill(os.getpid(), signal.SIGSTOP)"),
+    "HangsInPython": (HERE + "no answer within", "while True: pass"),
+    "HangsInC": (HERE + "no answer within", "time.sleep(FOREVER)"),
+    "HangsWithoutThreads": (
+        HERE + "no answer within",
+        "ctypes.PyDLL(None).usleep(2_000_000_000)",
+    ),  # holds Python's lock
+    "HangsAtOnce": (FIRST + "no answer within", "begin", "time.sleep(FOREVER)"),
+    "HangsWhenMade": (FIRST + "no answer within", "made", "time.sleep(FOREVER)"),
+    "HangsInItsAnswer": (
+        HERE + "no answer within",
+        "return Estimate(self.box.copy(), details=Endless())",
+    ),
+    "HangsInItsError": (HERE + "no answer within", "raise LongError"),
     "HangsWhenDropped": (
+        "no answer within",
         "dropped",
         "if getattr(self, 'frame', 0) >= STRIKE: time.sleep(FOREVER)",
     ),
-    "IsSlow": ("update", "time.sleep(0.5)", "return super().update(image)"),  # in all together
+    "IsSlow": (
+        "limit of 4 s",
+        "update",
+        "time.sleep(0.5)",
+        "return super().update(image)",
+    ),  # in all together
     # What it takes
-    "AllocatesAtOnce": "return Estimate(self.box, arrays={'all': np.ones(100 << 30, np.uint8)})",
-    "Allocates": ("strike", "taken = []", "while True: taken.append(np.empty(64 << 20, np.uint8))"),
-    "AllocatesInC": (  # nobody in Python hears of it when this fails
+    "TakesSharedMemory": ("", "self.taken = mmap.mmap(-1, 4 << 30)"),  # which no limit counts
+    "TakesThreads": (
+        "",
+        "for _ in range(20): threading.Thread(target=time.sleep, args=[9], daemon=True).start()",
+    ),
+    "GivesUpFiles": (".", "resource.setrlimit(resource.RLIMIT_NOFILE, (3, 3))"),
+    "AllocatesAtOnce": (
+        HERE + ".*emory",
+        "return Estimate(self.box, arrays={'all': np.ones(100 << 30, np.uint8)})",
+    ),
+    "Allocates": (
+        HERE + ".*emory",
+        "strike",
+        "taken = []",
+        "while True: taken.append(np.empty(64 << 20, np.uint8))",
+    ),
+    "AllocatesInC": (
+        HERE + "its process was killed by SIGSEGV",  # nobody in Python hears of it when this fails
         "strike",
         "libc = ctypes.CDLL(None)",
         "libc.malloc.restype = ctypes.c_void_p",
@@ -223,11 +341,19 @@ CLASSES = {
 }
 
 
+EVERYDAY = [
+    *("Segfaults", "EndsWell", "KillsItself", "HangsInC", "Forks", "ClosesDescriptors"),
+    *("DrawsFromNumpy", "AllocatesAtOnce", "ChangesFolder", "ChangesEnvironment", "ChangesUmask"),
+    *("ChangesArithmetic", "LeavesDaemons", "PrintsAndRaises", "WritesToBuffersOwner"),
+    *("TakesSharedMemory", "WritesPickle", "WritesAnswer"),
+]
+
+
 def source():
     """Python source of all of them."""
     text = f'"""{__doc__}"""\n{HEAD}'
-    for name, acts in CLASSES.items():
-        method, *lines = ("strike", acts) if isinstance(acts, str) else acts
+    for name, (_, *acts) in CLASSES.items():
+        method, *lines = acts if acts[1:] else ("strike", *acts)
         body = "".join(f"        {line}\n" for line in lines)
         text += f"\n\nclass {name}(Hostile):\n    def {METHODS[method]}:\n{body}"
     return text

@@ -3,6 +3,7 @@
 import io
 import os
 import random
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -50,6 +51,28 @@ def test_the_board_shows_who_is_called_and_for_the_second_look_that_it_went_on(b
     assert (board.look().entry, board.look().shown) == (NOBODY, 5)
     board.clear()
     assert board.look() == (0, 0, ELSEWHERE, 0, 0, 0, 0)
+
+
+def test_a_board_that_finds_no_room_is_a_line_and_no_death(tmp_path):
+    """In a temporary folder that has become full: its memory is a file there."""
+    code = f"""
+import tempfile
+tempfile.tempdir = {str(tmp_path)!r}  # chosen before it was full
+from bench.cli import main
+main()
+"""
+    command = [sys.executable, "-c", code, "run", "--trackers", "static"]
+    command += ["--sequences", "plain/target", "--output", str(tmp_path.parent / "results")]
+    room = ["mount", "-t", "tmpfs", "-o", "size=4k", "none", str(tmp_path)]
+    fill = f"{shlex.join(room)} && head -c 4096 /dev/zero > {tmp_path}/full"
+    if subprocess.run(["unshare", "-rm", "sh", "-c", fill], check=False).returncode:
+        pytest.skip("nobody may mount a file system here")
+    inside = ["unshare", "-rm", "sh", "-c", f"{fill} && exec {shlex.join(command)}"]
+    done = subprocess.run(inside, capture_output=True, text=True, check=False)
+    assert done.returncode == 2, done.stderr
+    assert "no room for temporary files" in done.stderr
+    assert "TMPDIR" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def test_a_copy_that_comes_back_from_a_call_ends_there_and_is_told_on(board):

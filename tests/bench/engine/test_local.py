@@ -104,15 +104,17 @@ PAUSE = """import os, time; time.sleep(0.01)
 @pytest.mark.slow
 def test_a_culprit_is_found_without_repeating_everybody_alone(data):
     """By the board: the one that was called last is repeated, and the others together."""
-    deadly = data / "deadly.py"
-    death = "import os; os._exit(3)\n        return Estimate"
-    deadly.write_text((data / "knob.py").read_text().replace("return Estimate", death))
-    counter = data / "counter.py"
-    count = f"open({str(data / 'inits')!r}, 'a').write('x')\n        self.box = box"
-    counter.write_text((data / "knob.py").read_text().replace("self.box = box", count))
+    mixed = data / "mixed.py"
+    death = "import os; self.parameters.knob == 3 and os._exit(3)\n        return Estimate"
+    count = (
+        f"self.parameters.knob == 1 and open({str(data / 'inits')!r}, 'a').write('x')\n"
+        "        self.box = box"
+    )
+    text = (data / "knob.py").read_text().replace("return Estimate", death)
+    mixed.write_text(text.replace("self.box = box", count))
     chosen = Experiment(
         "mixed",
-        (f"{deadly}:Knob", f"{counter}:Knob"),
+        (f"{mixed}:Knob:knob=3", f"{mixed}:Knob"),
         (SequenceSource(str(data / "data" / "A")),),
         repetitions=8,
     )
@@ -120,7 +122,7 @@ def test_a_culprit_is_found_without_repeating_everybody_alone(data):
     statuses = [(row["tracker"], row["status"]) for row in read_index(Results(folder))]
     assert (
         sorted(statuses)
-        == [("counter.py:Knob", "finished")] * 8 + [("deadly.py:Knob", "failed")] * 8
+        == [("mixed.py:Knob", "finished")] * 8 + [("mixed.py:Knob:knob=3", "failed")] * 8
     )
     # Eight culprits are peeled off one by one; the others run together each time.
     assert len((data / "inits").read_text()) == 8 * 9
