@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -43,12 +44,9 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
     Raises `ResultsError` where it can't be written.
     """
     path = truth_path(folder, sequence.name, sequence.fingerprint)
-    if path.is_file():
-        try:
-            read_truth(folder, sequence.name, sequence.fingerprint)
-        except ResultsError:
-            pass  # damaged: it is written anew
-        else:
+    # What is damaged, or does not say its fingerprint yet, is written anew.
+    with suppress(ResultsError, FileNotFoundError):
+        if "fingerprint" in check_truth(path)[1]:
             return
     regions = {"boxes": sequence.boxes, **sequence.regions}
     columns: dict[str, Any] = {"visibility": sequence.visibility}

@@ -145,7 +145,7 @@ def test_what_failed_makes_the_status_one_again_and_is_counted_once(trackmark, s
         (("run", "--trackers", "camshift:hue_bins=0", *SMALL), "hue_bins=0"),
         (("run", "--trackers", "camshift:hue_bins=many", *SMALL), "hue_bins=many"),
         ((*RUN, "samples/fce"), "'samples/face'"),
-        ((*RUN, "samples/*,nothing/*"), "'nothing/*' matches none"),
+        ((*RUN, "samples/*,nothing/*"), "'nothing/*' matches no sequence"),
         ((*RUN, "plain/target:sped=3"), "'speed'"),
         ((*RUN, "nowhere"), "nowhere"),
         ((*RUN, "data/Small", "--frame-limit", "0"), "more than 0"),
