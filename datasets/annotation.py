@@ -4,16 +4,19 @@ from collections.abc import Iterable, Mapping
 from math import nan
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from datasets.interface import SequenceError
+from datasets.interface import LARGEST, SequenceError, lies_outside
 from datasets.truth_file import Truth
 
 __all__ = ["interpolate"]
 
 
 def interpolate(
-    keys: Mapping[int, ArrayLike], n_frames: int, absent: Iterable[tuple[int, int]] = ()
+    keys: Mapping[int, ArrayLike],
+    n_frames: int,
+    absent: Iterable[tuple[int, int]] = (),
+    size: tuple[int, int] | None = None,
 ) -> Truth:
     """Truth of all frames from the boxes of some.
 
@@ -30,6 +33,8 @@ def interpolate(
     absent : iterable of (int, int)
         First and last frame, both included, of every stretch in which nothing of the target
         is seen.
+    size : tuple of int, optional
+        Width and height of the images [pixels], in which boxes must lie at least in part.
 
     Returns
     -------
@@ -39,8 +44,9 @@ def interpolate(
     Raises
     ------
     SequenceError
-        For no key frames, a frame outside the sequence, a box without size, a stretch that
-        ends before it begins, and a key frame in which the target is said to be absent.
+        For no key frames, a frame outside the sequence, a box without size or outside the
+        image, a stretch that ends before it begins, and a key frame in which the target is said
+        to be absent.
 
     Examples
     --------
@@ -56,8 +62,7 @@ def interpolate(
     marked = np.array([np.asarray(keys[frame], dtype=np.float64) for frame in frames])
     for frame, box in zip(frames, marked, strict=True):
         _check_frame(frame, n_frames)
-        if not (np.isfinite(box).all() and (box[2:] > 0.0).all()):
-            raise SequenceError(f"frame {frame}: {box.tolist()} is not a box with a size.")
+        _check_box(frame, box, size)
     every = np.arange(n_frames)
     boxes = np.column_stack(
         [np.interp(every, frames, column, left=nan, right=nan) for column in marked.T]
@@ -77,6 +82,14 @@ def interpolate(
 def _check_frame(frame: int, n_frames: int) -> None:
     if not 0 <= frame < n_frames:
         raise SequenceError(f"frame {frame} is outside the sequence: 0 to {n_frames - 1}.")
+
+
+def _check_box(frame: int, box: NDArray[np.float64], size: tuple[int, int] | None) -> None:
+    if not (np.isfinite(box).all() and (box[2:] > 0.0).all()):
+        raise SequenceError(f"frame {frame}: {box.tolist()} is not a box with a size.")
+    if (np.abs(box) > LARGEST).any() or (size and lies_outside(box, size)):
+        image = f" ({size[0]}x{size[1]})" if size else ""
+        raise SequenceError(f"frame {frame}: {box.tolist()} lies outside the image{image}.")
 
 
 def _check_absent(first: int, last: int, marked: list[int], n_frames: int) -> None:

@@ -7,7 +7,16 @@ from typing import Protocol, TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["LARGEST", "Frames", "Image", "Mask", "Sequence", "SequenceError", "Summary"]
+__all__ = [
+    "LARGEST",
+    "Frames",
+    "Image",
+    "Mask",
+    "Sequence",
+    "SequenceError",
+    "Summary",
+    "lies_outside",
+]
 
 Image: TypeAlias = NDArray[np.uint8]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -245,7 +254,7 @@ class Sequence:
         image_width, image_height = self._image_size or self[frame].shape[1::-1]
         if width <= 0.0 or height <= 0.0:
             fault = "has no size"
-        elif x >= image_width or y >= image_height or x + width <= 0.0 or y + height <= 0.0:
+        elif lies_outside(self.boxes[frame], (image_width, image_height)):
             fault = f"lies outside the image ({image_width}x{image_height})"
         else:
             return
@@ -291,6 +300,12 @@ class Sequence:
             truth_missing=self.truth_missing,
             image_size=self._image_size,
         )
+
+
+def lies_outside(box: ArrayLike, size: tuple[int, int]) -> bool:
+    """Whether nothing of a box `[x, y, width, height]` is in an image of this width and height."""
+    x, y, width, height = np.asarray(box, np.float64).tolist()
+    return bool(x >= size[0] or y >= size[1] or x + width <= 0.0 or y + height <= 0.0)
 
 
 class _Chosen:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reports.files import write_file
-from reports.overlay import GROUND, TRUTH, Shape, legend, overlay, write_words
+from reports.overlay import GROUND, TRUTH, Shape, draw_ruler, legend, overlay, write_words
 from reports.palette import colours
 
 __all__ = ["evenly_spaced", "film_strip", "write_film_strip"]
@@ -39,6 +39,7 @@ def film_strip(
     shades: Mapping[str, str] | None = None,
     words: Mapping[int, str] | None = None,
     count_from: int = 0,
+    ruler: bool = False,
 ) -> NDArray[np.uint8]:
     """Draw a film strip: a BGR image of about so much width [pixels], uint8 (height, width, 3).
 
@@ -46,7 +47,7 @@ def film_strip(
     most `columns` in a row. `boxes` (n, 4) are by label, a row a frame, or contours by frame (see
     `overlay`); `shades` are `#rrggbb` by label, in order of the labels by default. `title` is
     written above, `words` beside the number of a frame, and the first frame's number is said to be
-    `count_from`.
+    `count_from`. With `ruler`, pixels are marked along the upper and the left edge of each frame.
     """
     columns = min(columns, len(numbers))
     words = words or {}
@@ -57,7 +58,10 @@ def film_strip(
         scale = (width - _GAP * (columns - 1)) / columns / image.shape[1]
         here = {label: rows[number] for label, rows in boxes.items()}
         said = f"{number + count_from} {words.get(number, '')}".strip()
-        tiles.append(overlay(image, here, shades, scale, said, shape))
+        tiles.append(overlay(image, here, shades, scale, "" if ruler else said, shape))
+        if ruler:
+            draw_ruler(tiles[-1], scale)
+            write_words(tiles[-1], said, (14, 36))  # beneath the numbers along the edge
     height, wide = tiles[0].shape[:2]
     head, n_rows = 28 if title else 0, -(-len(tiles) // columns)
     size = head + n_rows * (height + _GAP), columns * (wide + _GAP) - _GAP

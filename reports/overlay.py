@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from reports.palette import TRUTH_COLOUR, to_bgr
 
-__all__ = ["GROUND", "TRUTH", "Shape", "legend", "overlay", "write_words"]
+__all__ = ["GROUND", "TRUTH", "Shape", "draw_ruler", "legend", "overlay", "write_words"]
 
 Shape: TypeAlias = Literal["box", "ellipse", "contour"]
 """What is drawn: a box by its edges, or by the ellipse inscribed in it; or a polygon."""
@@ -24,6 +24,7 @@ _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _SHIFT = 4  # cv2 takes coordinates in sixteenths of a pixel
 _DASH = 4.0
 _DARK = (0, 0, 0)
+_FAR_ENOUGH = 60  # between two numbers of a ruler [pixels], so that they don't touch
 
 
 def overlay(
@@ -97,6 +98,25 @@ def write_words(image: NDArray[np.uint8], words: str, at: tuple[int, int]) -> No
     for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
         cv2.putText(image, words, (x + dx, y + dy), _FONT, 0.5, _DARK, 1, cv2.LINE_AA)
     cv2.putText(image, words, at, _FONT, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
+
+
+def draw_ruler(image: NDArray[np.uint8], scale: float) -> None:
+    """Mark the pixels of an image that was enlarged by a factor, along its upper and left edge."""
+    far = max(image.shape[:2]) / scale
+    step = next(
+        digit * 10**power
+        for power in range(9)
+        for digit in (1, 2, 5)
+        if digit * 10**power * scale >= _FAR_ENOUGH
+    )
+    for number, pixel in enumerate(np.arange(0, far, step / 5).tolist()):
+        at, length = round(pixel * scale), 5 if number % 5 else 10
+        for shade, thickness in ((_DARK, 3), ((255, 255, 255), 1)):
+            cv2.line(image, (at, 0), (at, length), shade, thickness)
+            cv2.line(image, (0, at), (length, at), shade, thickness)
+        if number and number % 5 == 0:
+            write_words(image, f"{pixel:g}", (at + 4, 17))
+            write_words(image, f"{pixel:g}", (12, at + 5))
 
 
 def _draw(

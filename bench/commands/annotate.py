@@ -1,12 +1,17 @@
 """Write the truth of a video from boxes marked on some of its frames."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
-from bench.commands._options import parse_box
+from bench.commands._options import parse_box, patience
 from bench.experiments.experiment import ExperimentError
+
+if TYPE_CHECKING:
+    from bench.commands._picking import Boxes
+    from datasets import Sequence
+    from datasets.truth_file import Truth
 
 __all__ = ["command"]
 
@@ -38,6 +43,9 @@ STRIP_FRAMES = 24
     type=click.Path(path_type=Path, dir_okay=False),
     help="Truth file.  [default: beside the video, its name with .csv, where `run` finds it]",
 )
+@click.option(
+    "--pick", is_flag=True, help="Draw boxes on a page in the browser, which this machine serves."
+)
 @click.option("--note", help="A line for the truth file's head: who marked what, how.")
 @click.option("--force", is_flag=True, help="Replace a truth file that is there.")
 def command(
@@ -46,6 +54,7 @@ def command(
     keys: Path | None,
     absent: tuple[str, ...],
     output: Path | None,
+    pick: bool,
     note: str | None,
     force: bool,
 ) -> None:
@@ -56,29 +65,33 @@ def command(
     beside the truth file: look at it, mark more frames where a box is off, and repeat.
 
     Example: trackmark annotate cup.mp4 --box 0:310,120,64,80 --box 12:298,131,64,80
+
+    With --pick boxes are drawn in a browser: it is opened where there is a display; where there is
+    none, the address that is printed is for a browser on this machine or at the end of a tunnel
+    (ssh -L).
     """
     import datasets
     from datasets import truth_file
-    from datasets.annotation import interpolate
 
     marked = dict(parse_box(text) for text in boxes)
     if keys is not None:
         from_file = enumerate(truth_file.read(keys).boxes.tolist())
         # A row of NaN is a frame that the file says nothing about; --box wins over the file.
         marked = {frame: box for frame, box in from_file if box[0] == box[0]} | marked
-    sequence = datasets.load(video)
+    with patience(f"Opening {video}"):
+        sequence = datasets.load(video)
     target = output or (video / "truth.csv" if video.is_dir() else video.with_suffix(".csv"))
     if target.suffix != ".csv":
         raise ExperimentError(f"{target}: a truth file's name ends in .csv.")
-    if len(marked) == 1 and len(sequence.frames) > 1:
-        raise ExperimentError(
-            "one key frame says nothing of the others: mark the target in at least two frames."
-        )
     if target.exists() and not force:
         raise ExperimentError(f"{target} is there already; --force replaces it.")
-    # A truth file that is there already must not hide the images that follow its last row.
-    n = len(sequence.frames)
-    truth = interpolate(marked, n, [_stretch(text) for text in absent])
+    gone = [_stretch(text) for text in absent]
+    if pick:
+        from bench.commands._picking import pick_boxes
+
+        marked = pick_boxes(sequence, marked, lambda boxes: _truth(sequence, boxes, gone))
+    truth = _truth(sequence, marked, gone)
+    n = len(truth.boxes)
     comments = [
         f"Truth of {video.name}, {n} frames. Boxes marked by hand on {len(marked)} key frames,",
         "interpolated linearly between them; the column source tells which is which.",
@@ -97,7 +110,21 @@ def command(
     click.echo(f"{strip}: look whether the boxes fit; --force replaces the file.")
 
 
-def _check_strip(sequence: Any, truth: Any, path: Path) -> Path:
+def _truth(sequence: "Sequence", marked: "Boxes", absent: list[tuple[int, int]]) -> "Truth":
+    """Truth of all frames, from what was marked of them."""
+    from datasets.annotation import interpolate
+
+    # A truth file that is there already must not hide the images that follow its last row.
+    n = len(sequence.frames)
+    if len(marked) == 1 and n > 1:
+        raise ExperimentError(
+            "one key frame says nothing of the others: mark the target in at least two frames."
+        )
+    height, width = sequence.frames[0].shape[:2]
+    return interpolate(marked, n, absent, (width, height))
+
+
+def _check_strip(sequence: "Sequence", truth: "Truth", path: Path) -> Path:
     """Draw frames with their boxes: the key frames, or every so often where they are few."""
     import numpy as np
 
@@ -113,7 +140,8 @@ def _check_strip(sequence: Any, truth: Any, path: Path) -> Path:
         int(with_box[position]) for position in evenly_spaced(0, len(with_box) - 1, STRIP_FRAMES)
     ]
     title = f"{path.stem}: look whether every box fits"
-    return write_film_strip(path, film_strip(sequence.frames.__getitem__, numbers, boxes, title, 6))
+    strip = film_strip(sequence.frames.__getitem__, numbers, boxes, title, 6, ruler=True)
+    return write_film_strip(path, strip)
 
 
 def _strip_path(video: Path, target: Path) -> Path:

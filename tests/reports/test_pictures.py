@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from reports.files import write_file
 from reports.film_strip import evenly_spaced, film_strip, write_film_strip
-from reports.overlay import TRUTH, legend, overlay
+from reports.overlay import TRUTH, draw_ruler, legend, overlay
 from reports.palette import colour, to_bgr
 from reports.video import write_video
 
@@ -226,3 +226,15 @@ def test_a_strip_draws_ellipses_in_given_shades_counts_as_told_and_says_more_of_
     assert plain[10 * 4 + 4, 20 * 4 + 4].tolist() == [128] * 3
     assert np.argwhere((plain != said).any(axis=2))[:, 1].min() > 8  # beyond the number
     assert np.array_equal(plain, counted)
+
+
+@pytest.mark.parametrize(("scale", "step"), [(1.0, 100), (2.5, 50), (8.0, 10), (0.1, 1000)])
+def test_a_ruler_marks_pixels_at_their_place(scale, step):
+    image = np.full((500, 700, 3), 128, np.uint8)
+    draw_ruler(image, scale)
+    places = [round(i * step * scale / 5) for i in range(1000)]
+    # Beside the corner, where both edges' marks meet, and above and left of the numbers.
+    across = np.flatnonzero((image[3] == 255).all(axis=-1))
+    down = np.flatnonzero((image[:, 3] == 255).all(axis=-1))
+    assert [at for at in across if at > 10] == [at for at in places if 10 < at < 700]
+    assert [at for at in down if at > 10] == [at for at in places if 10 < at < 500]

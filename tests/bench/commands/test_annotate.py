@@ -1,10 +1,21 @@
 """`trackmark annotate`: a truth that runs, and what is wrong with what was marked."""
 
+import json
+import queue
+import shutil
 import statistics
+import subprocess
+import threading
+import urllib.error
+import urllib.request
+from urllib.parse import urlsplit
 
+import cv2
+import numpy as np
 import pytest
 
 import bench
+from bench.commands import _picking
 
 BOTH = ("--box", "0:4,5,10,12", "--box", "4:8,5,10,12")
 
@@ -40,6 +51,9 @@ def test_annotating_again_reaches_beyond_the_last_row_of_the_old_truth(trackmark
         (("--box", "0:1,2,3,4", "--box", "1:1,2,3,4", "--output", "a.jpg"), ".csv"),
         (("--box", "0:1,2,3,4", "--box", "9:1,2,3,4"), "frame 9"),
         (("--box", "0:1,2,3,0", "--box", "1:1,2,3,4"), "frame 0"),
+        (("--box", "0:50,2,3,4", "--box", "1:1,2,3,4"), "frame 0: [50.0, 2.0, 3.0, 4.0] lies out"),
+        (("--box", "0:1,2,3,4", "--box", "4:1,-4,3,4"), "outside the image (50x40)"),
+        (("--box", "0:1,2,1e300,4", "--box", "4:1,4,3,4"), "frame 0"),
         (("--box", "0:1,2,3,4", "--box", "1:1,2,3,4", "--absent", "x"), "FIRST-LAST"),
         ((), "key frames"),
     ],
@@ -48,3 +62,150 @@ def test_annotate_names_what_is_wrong(trackmark, here, arguments, words):
     said = trackmark("annotate", here / "data" / "Small" / "img", *arguments, status=2).stderr
     assert words in said
     assert not (here / "data" / "Small" / "img" / "truth.csv").exists()
+
+
+@pytest.fixture
+def user(monkeypatch):
+    """Does something with the page in a thread, as soon as its address is printed."""
+    threads, failures = [], queue.Queue()
+    echo = _picking.click.echo
+
+    def start(act):
+        def acted(url):
+            try:
+                act(url)
+            except Exception as error:  # noqa: BLE001  # told where the test waits
+                failures.put(error)
+                ask(url + "done", b'{"0": [1, 1, 5, 5], "1": [1, 1, 5, 5]}')
+
+        def heard(text="", **how):
+            echo(text, **how)
+            if "http://127.0.0.1:" in str(text):
+                (url,) = (word for word in text.split() if word.startswith("http"))
+                threads.append(threading.Thread(target=acted, args=(url,)))
+                threads[-1].start()
+
+        monkeypatch.setattr(_picking.click, "echo", heard)
+
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    yield start
+    for thread in threads:
+        thread.join()
+    if not failures.empty():
+        raise failures.get()
+
+
+def ask(url, data=None):
+    """Status and content of an answer."""
+    try:
+        with urllib.request.urlopen(url, data) as answer:
+            return answer.status, answer.read()
+    except urllib.error.HTTPError as error:
+        with error:
+            return error.code, error.read()
+
+
+def test_boxes_drawn_on_the_page_become_the_truth(trackmark, here, user):
+    source = here / "data" / "Small" / "img"
+    seen = {}
+
+    def act(url):
+        seen["page"] = ask(url)[1].decode()
+        seen["frame"] = cv2.imdecode(np.frombuffer(ask(url + "frame/3")[1], np.uint8), 1)
+        seen["no frame"] = [ask(url + path)[0] for path in ("frame/5", "frame/-1", "else")]
+        parts = urlsplit(url)
+        seen["stranger"] = ask(f"{parts.scheme}://{parts.netloc}/")[0]
+        seen["refused"] = [
+            ask(url + "done", json.dumps(boxes).encode())
+            for boxes in (
+                {"0": [4, 5, 10, 12]},
+                {"0": [4, 5, 10, 12], "4": [90, 5, 10, 12]},
+                {"0": [4, 5, 10]},
+                {"x": [4, 5, 10, 12]},
+                [],
+            )
+        ]
+        drawn = {"0": [4, 5, 10, 12], "4": [8, 5, 10, 12.5]}
+        seen["kept"] = ask(url + "done", json.dumps(drawn).encode())[0]
+
+    user(act)
+    trackmark("annotate", source, "--pick", "--box", "2:1,2,3,4", "--output", "truth.csv")
+    assert '{"frames": 5, "boxes": {"2": [1.0, 2.0, 3.0, 4.0]}}' in seen["page"]
+    assert seen["frame"].shape == (40, 50, 3)
+    assert seen["no frame"] == [404, 404, 404]
+    assert seen["stranger"] == 404
+    assert [status for status, _ in seen["refused"]] == [400] * 5
+    told = b" | ".join(content for _, content in seen["refused"])
+    for words in (b"at least two", b"frame 4: [90.0", b"four numbers", b"of a frame", b"by frame"):
+        assert words in told
+    assert seen["kept"] == 200
+    rows = (here / "truth.csv").read_text().splitlines()
+    assert rows[-5:] == [
+        "0,4,5,10,12,marked",
+        "1,5,5,10,12.125,interpolated",
+        "2,6,5,10,12.25,interpolated",
+        "3,7,5,10,12.375,interpolated",
+        "4,8,5,10,12.5,marked",
+    ]
+
+
+def test_where_there_is_a_display_the_page_is_opened_there(trackmark, here, user, monkeypatch):
+    opened = queue.Queue()
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(_picking.webbrowser, "open", opened.put)
+
+    def act(url):
+        assert opened.get(timeout=300) == url
+        assert ask(url + "done", b'{"0": [4, 5, 10, 12], "4": [8, 5, 10, 12]}')[0] == 200
+
+    user(act)
+    trackmark("annotate", here / "data" / "Small" / "img", "--pick", "--output", "truth.csv")
+    assert (here / "truth.csv").is_file()
+
+
+DRAG = """
+<script>
+const shownOnce = () => new Promise(done => {
+  const wait = () => picture ? done() : setTimeout(wait, 20);
+  wait();
+});
+async function drag(from, to) {
+  await shownOnce();
+  const seen = canvas.getBoundingClientRect(), scale = seen.width / canvas.width;
+  const send = (target, kind, [x, y]) => target.dispatchEvent(new PointerEvent(kind, {
+    bubbles: true, clientX: seen.left + x * scale, clientY: seen.top + y * scale }));
+  send(canvas, "pointerdown", from);
+  send(window, "pointermove", to);
+  send(window, "pointerup", to);
+}
+(async () => {
+  await drag([14, 17], [4, 5]);
+  for (let i = 0; i < 4; i++) {
+    window.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight" }));
+  }
+  await drag([8, 5], [18, 17]);
+  done.click();
+})();
+</script>
+"""
+
+
+def test_a_browser_draws_boxes_by_dragging(trackmark, here, user, monkeypatch):
+    browser = shutil.which("chromium") or shutil.which("google-chrome")
+    if browser is None:
+        pytest.skip("no browser (chromium) is installed")
+    page = here / "page.html"
+    page.write_text(_picking.PAGE.read_text() + DRAG)
+    monkeypatch.setattr(_picking, "PAGE", page)
+    options = ("--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={here / 'profile'}")
+
+    def act(url):
+        output = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        call = [browser, *options, "--virtual-time-budget=60000", "--dump-dom", url]
+        subprocess.run(call, timeout=300, check=True, **output)
+
+    user(act)
+    trackmark("annotate", here / "data" / "Small" / "img", "--pick", "--output", "truth.csv")
+    rows = (here / "truth.csv").read_text().splitlines()
+    assert [rows[-5], rows[-1]] == ["0,4,5,10,12,marked", "4,8,5,10,12,marked"]
