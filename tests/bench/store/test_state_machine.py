@@ -309,7 +309,7 @@ class Experimenter(RuleBasedStateMachine):
 
 
 @pytest.fixture
-def experiment(tmp_path, store_calls, monkeypatch, evidence, otb):
+def experiment(tmp_path, store_calls, monkeypatch, evidence, otb, in_this_process):
     """Let a number of experimenters do a number of things each."""
     monkeypatch.setenv("TRACKMARK_CACHE", str(tmp_path / "cache"))
     for name in SEQUENCES:
