@@ -75,7 +75,7 @@ def legend(labels: Iterable[str], colours: Mapping[str, str], width: int) -> NDA
     rows: list[list[tuple[int, str]]] = [[]]
     x = margin
     for label in labels:
-        needed = key + 8 + cv2.getTextSize(label, _FONT, 0.5, 1)[0][0] + 22
+        needed = key + 8 + cv2.getTextSize(_text(label), _FONT, 0.5, 1)[0][0] + 22
         if x + needed > width and rows[-1]:
             rows.append([])
             x = margin
@@ -92,8 +92,14 @@ def legend(labels: Iterable[str], colours: Mapping[str, str], width: int) -> NDA
     return band
 
 
+def _text(words: str) -> str:
+    """Words without what is no text, of which OpenCV dies: parts of names that are no UTF-8."""
+    return words.encode(errors="replace").decode()
+
+
 def write_words(image: NDArray[np.uint8], words: str, at: tuple[int, int]) -> None:
     """Write light words with a dark rim, left end of the base line at `at` (x, y)."""
+    words = _text(words)
     x, y = at
     for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
         cv2.putText(image, words, (x + dx, y + dy), _FONT, 0.5, _DARK, 1, cv2.LINE_AA)

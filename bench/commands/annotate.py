@@ -72,6 +72,7 @@ def command(
     """
     import datasets
     from datasets import truth_file
+    from datasets.decoding import check_name
 
     marked = dict(parse_box(text) for text in boxes)
     if keys is not None:
@@ -81,6 +82,7 @@ def command(
     with patience(f"Opening {video}"):
         sequence = datasets.load(video)
     target = output or (video / "truth.csv" if video.is_dir() else video.with_suffix(".csv"))
+    check_name(target.absolute())
     if target.suffix != ".csv":
         raise ExperimentError(f"{target}: a truth file's name ends in .csv.")
     if target.exists() and not force:

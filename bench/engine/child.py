@@ -152,15 +152,20 @@ def main() -> None:
     attend(watch.compiling)
     limit_memory(memory)
     _send(descriptor, Answer())
+    fresh = True
     while connection.poll(_IDLE_SECONDS):
         try:
             request = connection.recv()
         except EOFError:
             return
         before = threading.active_count()
-        answer = _answer(request, watch)
+        answer = _answer(request, watch, fresh)
+        fresh = False
         watch.printed()
         _send(descriptor, replace(answer, worn=threading.active_count() > before))
+
+
+_NO_MEMORY = "the memory is exhausted"
 
 
 def _send(descriptor: int, answer: Answer) -> None:
@@ -169,10 +174,14 @@ def _send(descriptor: int, answer: Answer) -> None:
         rest = rest[os.write(descriptor, rest) :]
 
 
-def _answer(request: Any, watch: Watch) -> Answer:
+def _answer(request: Any, watch: Watch, fresh: bool = True) -> Answer:
+    """What comes of a request; `fresh`: it is the first of this process."""
     try:
         return Answer(request(watch))
     except (SequenceError, ResultsError) as error:
+        # Where a tracker was called, it may have taken the memory that decoding lacks.
+        if isinstance(error.__cause__, MemoryError) and (watch.has_called() or not fresh):
+            return Answer(raised="harm", said=_NO_MEMORY)
         if can_use_files():
             kind = "ResultsError" if isinstance(error, ResultsError) else "SequenceError"
             return Answer(raised=kind, said=str(error))
@@ -182,7 +191,7 @@ def _answer(request: Any, watch: Watch) -> Answer:
     except NotAttributableError as error:
         return Answer(raised="harm", said=str(error))
     except MemoryError:
-        return Answer(raised="harm", said="the memory is exhausted")
+        return Answer(raised="harm", said=_NO_MEMORY)
     except Exception as error:  # noqa: BLE001  # ours; trackers' own are caught where they are called
         if watch.has_called():  # or a tracker has changed what the harness uses
             said = "".join(traceback.format_exception_only(error)).strip()[:_LONGEST_SAID]

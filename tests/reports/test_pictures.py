@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from reports.files import write_file
 from reports.film_strip import evenly_spaced, film_strip, write_film_strip
-from reports.overlay import TRUTH, draw_ruler, legend, overlay
+from reports.overlay import TRUTH, draw_ruler, legend, overlay, write_words
 from reports.palette import colour, to_bgr
 from reports.video import write_video
 
@@ -238,3 +238,10 @@ def test_a_ruler_marks_pixels_at_their_place(scale, step):
     down = np.flatnonzero((image[:, 3] == 255).all(axis=-1))
     assert [at for at in across if at > 10] == [at for at in places if 10 < at < 700]
     assert [at for at in down if at > 10] == [at for at in places if 10 < at < 500]
+
+
+def test_words_that_are_no_text_are_written_and_cost_no_life():
+    image = np.zeros((30, 200, 3), np.uint8)
+    write_words(image, "caf\udce9", (5, 20))
+    assert image.any()
+    assert legend(["caf\udce9"], {"caf\udce9": "#ff0000"}, 200).any()

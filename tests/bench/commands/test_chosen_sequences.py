@@ -3,6 +3,7 @@
 import json
 import shutil
 import threading
+import zlib
 
 import pytest
 
@@ -110,3 +111,16 @@ def test_opening_that_takes_long_is_told_with_how_far_it_is(trackmark, places, m
     said = trackmark("run", "--trackers", "static", "--sequences", "data", "--dry-run")
     assert "Opening sequences: 1 of 3 …" in said.stderr.splitlines()
     assert "Opening" not in said.stdout
+
+
+@pytest.mark.parametrize("number", [1, 4])
+def test_an_image_that_claims_too_much_is_told_in_the_sequences_name_and_blames_no_tracker(
+    trackmark, one_line, here, number
+):
+    image = here / "data" / "Small" / "img" / f"{number:04}.png"
+    head = b"IHDR" + (60000).to_bytes(4, "big") * 2 + image.read_bytes()[24:29]
+    check = zlib.crc32(head).to_bytes(4, "big")
+    image.write_bytes(image.read_bytes()[:12] + head + check + image.read_bytes()[33:])
+    line = one_line(trackmark("run", "--trackers", "static", "--sequences", "data/Small", status=2))
+    assert f"{number:04}.png: frame {number - 1} can't be read (it claims 60000x60000" in line
+    assert not list(here.glob("results/*/**/*.parquet"))

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.engine import engine, probe
+from bench.engine import child, engine, probe
 from bench.engine.board import ELSEWHERE, NOBODY, READING, Board, BoardWatch
 from bench.engine.output import LONGEST, Printed, Tail
 from bench.engine.process import Surroundings, machine_memory, peak_memory, reset_peak
@@ -21,6 +21,7 @@ from bench.engine.supervisor import _suspects
 from bench.engine.unit import Entry, Limits, Unit
 from bench.experiments.experiment import ExperimentError, SequenceSource
 from bench.store.unfinished import map_rows, read_rows
+from datasets.decoding import decoding
 
 
 @pytest.fixture
@@ -215,3 +216,25 @@ def test_an_unknown_engine_is_named_with_the_closest():
         engine("lokal")
     with pytest.raises(ExperimentError, match="--address"):
         engine("local", address="tcp://somewhere")
+
+
+@pytest.mark.parametrize(
+    ("called", "fresh", "raised"),
+    [(False, True, "SequenceError"), (True, True, "harm"), (False, False, "harm")],
+)
+def test_memory_that_decoding_lacks_is_a_trackers_doing_where_one_may_have_taken_it(
+    board, monkeypatch, called, fresh, raised
+):
+    """What was called in this process may hold memory; in a fresh one the image is too large."""
+
+    def performed(watch):
+        if called:
+            watch.calling(0, 0)
+            watch.called(0)
+        with decoding("clip/1.png: frame 0 can't be read"):
+            raise MemoryError
+
+    board.clear()
+    answer = child._answer(performed, watch_on(board), fresh)
+    assert answer.raised == raised
+    assert ("clip/1.png" in answer.said) == (raised == "SequenceError")
