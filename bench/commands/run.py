@@ -99,7 +99,7 @@ def command(
     if seeds:
         given["repeated"] = {}  # also for trackers that have a number of their own
     if base is None:
-        named = ad_hoc_name(given["trackers"], split_list(sequences or ""), truth)
+        named = ad_hoc_name(given.get("trackers", ()), split_list(sequences or ""), truth)
         chosen = Experiment(**{"name": named} | given)
     else:
         chosen = replace(base, **given)
@@ -111,7 +111,12 @@ def command(
 
 
 def ad_hoc_name(trackers: Sequence[str], sequences: Sequence[str], truth: Path | None) -> str:
-    """A name of what was asked: equal for the same trackers, sequences and truth, as typed."""
+    """A name of what was asked: equal for the same trackers, sequences and truth, as typed.
+
+    Raises `ExperimentError` where there are none.
+    """
+    if not (trackers and sequences):
+        raise ExperimentError("there must be a tracker and a sequence to run.")
     trackers, sequences = sorted(trackers), sorted(sequences)
     asked = json.dumps([trackers, sequences, str(truth or "")])
     digest = hashlib.sha256(asked.encode()).hexdigest()[:6]

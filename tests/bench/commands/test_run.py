@@ -146,6 +146,8 @@ def test_what_failed_makes_the_status_one_again_and_is_counted_once(trackmark, s
         (("run", "--trackers", "camshift:hue_bins=many", *SMALL), "hue_bins=many"),
         ((*RUN, "samples/fce"), "'samples/face'"),
         ((*RUN, "samples/*,nothing/*"), "'nothing/*' matches no sequence"),
+        (("run", "--trackers", ",", *SMALL), "a tracker and a sequence"),
+        (("run", "--trackers", "static", "--sequences", ","), "a tracker and a sequence"),
         ((*RUN, "plain/target:sped=3"), "'speed'"),
         ((*RUN, "nowhere"), "nowhere"),
         ((*RUN, "data/Small", "--frame-limit", "0"), "more than 0"),
