@@ -50,6 +50,7 @@ __all__ = [
     "order_of_groups",
     "ratio_above",
     "share_at_least",
+    "too_few",
     "undecided",
 ]
 
@@ -347,8 +348,14 @@ def _cells(values: ArrayLike, margin: float) -> NDArray[np.float64]:
     return cells
 
 
+def too_few(cells: int) -> str:
+    """Why so few cells decide nothing, in a sentence."""
+    counted = "1 cell decides" if cells == 1 else f"{cells} cells decide"
+    return f"{counted} nothing; {LEAST_CELLS} are needed."
+
+
 def _too_few(cells: NDArray[np.float64]) -> Verdict:
-    reason = f"{len(cells)} cells decide nothing; {LEAST_CELLS} are needed."
+    reason = too_few(len(cells))
     interval = mean_interval(cells) if len(cells) > 1 else NOWHERE
     mean = float(cells.mean()) if len(cells) else nan
     return Verdict("undecided", mean, interval, len(cells), reason)

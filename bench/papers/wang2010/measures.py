@@ -15,7 +15,7 @@ from bench.papers.context import Context
 from bench.papers.measures import Course
 from bench.papers.runs import as_run
 from bench.papers.wang2010.timing import time_rows
-from bench.statistics.verdicts import LEAST_CELLS, Verdict, check, undecided
+from bench.statistics.verdicts import LEAST_CELLS, Verdict, check, too_few, undecided
 
 __all__ = ["CHECKS", "of_run", "published", "scores"]
 
@@ -196,7 +196,7 @@ def _words(curve: "pd.Series[float]", number: float) -> str:
 
 def _checked(passed: bool, statistic: float, reason: str, cells: int) -> Verdict:
     if cells < LEAST_CELLS:
-        return undecided(f"{cells} cells decide nothing; {LEAST_CELLS} are needed.")
+        return undecided(too_few(cells))
     return check(passed, statistic, reason, cells)
 
 

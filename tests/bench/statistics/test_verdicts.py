@@ -137,6 +137,11 @@ def test_times_are_compared_by_their_ratio():
         ratio_above([1.0, 0.0], [1.0, 1.0], 1.0)
 
 
+@pytest.mark.parametrize(("cells", "said"), [(0, "0 cells decide"), (1, "1 cell decides")])
+def test_too_few_cells_are_said_to_be(cells, said):
+    assert order(np.ones(cells), 0.1).reason == f"{said} nothing; 8 are needed."
+
+
 def test_groups_are_compared_without_pairs():
     generator = np.random.default_rng(0)
     up, down = generator.normal(0.3, 0.05, 16), generator.normal(-0.1, 0.05, 9)
