@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 
 from reports.files import write_file
 from reports.palette import LINE_STYLES, colour
+from reports.printable import printable
 
 __all__ = [
     "add_legend",
     "bare_figure",
     "fold",
     "line_style",
+    "named_line",
     "new_figure",
     "rim",
     "show",
@@ -109,10 +111,18 @@ def line_style(position: int) -> dict[str, Any]:
     }
 
 
+def named_line(label: str, position: int) -> dict[str, Any]:
+    """The same with a label, one that begins with an underscore too: legends leave these out."""
+    return {"label": f" {label}" if label.startswith("_") else label, **line_style(position)}
+
+
 def fold(text: str, width: int) -> str:
-    """Text in lines of about `width` signs, broken after a colon, a slash or a space."""
+    """Text in lines of about `width` signs, broken after a colon, a slash or a space.
+
+    It is set as it is: dollars in a name would be read as a formula, or fail as one.
+    """
     lines = [""]
-    for piece in re.split(r"(?<=[:/ ])", text):
+    for piece in re.split(r"(?<=[:/ ])", printable(text).replace("$", r"\$")):
         if lines[-1] and len(lines[-1]) + len(piece.rstrip()) > width:
             lines.append("")
         lines[-1] += piece

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from reports.figures import add_legend, fold, line_style, new_figure
+from reports.figures import add_legend, fold, named_line, new_figure
 from reports.palette import colour
 from reports.series import draw_median
 
@@ -188,7 +188,7 @@ def _draw_shares(
     if len(values):
         curve = share_curve(values, column, thresholds, at_least=column == "overlap")
         label = f"{tracker} ({figure_of(values):.3f})"
-    axes.plot(thresholds, curve, label=label, **line_style(position))
+    axes.plot(thresholds, curve, **named_line(label, position))
     axes.set(xlim=(0, thresholds[-1]), ylim=(0, 1.02))
 
 

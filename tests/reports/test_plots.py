@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from reports.figures import fold, write_figure
 from reports.palette import colour
 from reports.plots import frame_plot, precision_plot, share_curve, speed_plot, success_plot
+from reports.printable import printable
 from reports.write import file_names, write_plots
 
 LONG = "multipart:preset=robust:particles=400:half_width=3.5:resampling=systematic"
@@ -41,6 +42,15 @@ def labels_of(figure):
 
 def words(figure):
     return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+@pytest.mark.parametrize("name", ["a$\\frac{$", "$a$ and $b$", "_mine.py:Mine", "\x1b[2J"])
+def test_a_name_is_no_formula_and_stands_in_the_legend(name, tmp_path):
+    table = frame_table([0.5], tracker=name, sequence=name)
+    for figure in (success_plot(table, name, [name]), frame_plot(table, name, [name])):
+        assert write_figure(tmp_path / "plot.png", figure).stat().st_size
+        (shown,) = words(figure)
+        assert shown.replace("\\$", "$").strip().startswith(printable(name))
 
 
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=30))
