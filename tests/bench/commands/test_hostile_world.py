@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -67,15 +68,25 @@ bench.cli.main(["describe", "samples/face"])
 """
 
 
+def interrupted(module):
+    code = [sys.executable, "-c", INTERRUPTED, module]
+    return subprocess.run(code, capture_output=True, text=True, check=False)
+
+
 @pytest.mark.parametrize(
     "module", ["bench.packages", "click", "bench.commands", "bench.commands.describe", "numpy"]
 )
 def test_ctrl_c_is_no_traceback_however_early(module):
     """While a module is imported, each of the command's that takes long."""
-    code = [sys.executable, "-c", INTERRUPTED, module]
-    done = subprocess.run(code, capture_output=True, text=True, check=False)
-    assert done.returncode in (-2, 130)  # died of it, or said so
+    done = interrupted(module)
+    assert done.returncode in (-signal.SIGINT, 130)  # died of it, or said so
     assert done.stderr.strip() == ""
+
+
+def test_ctrl_c_before_our_first_line_is_pythons():
+    done = interrupted("bench")
+    assert done.returncode in (-signal.SIGINT, 130)
+    assert done.stderr.strip().endswith("KeyboardInterrupt")
 
 
 def test_control_characters_of_a_tracker_and_of_a_name_do_not_reach_the_terminal(
