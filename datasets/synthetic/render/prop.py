@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.synthetic.render.sprite import Sprite, instants
-from datasets.synthetic.render.views import SIZE, Camera
+from datasets.synthetic.render.views import SIZE, Viewpoint
 
 __all__ = ["Coverage", "Prop", "extents", "visible"]
 
@@ -29,7 +29,7 @@ class Prop:
         self._alpha = np.round(coverage * 255).astype(np.uint8)
         self._rise = foot - coverage.shape[0] / 2
 
-    def middle(self, camera: Camera) -> tuple[float, float]:
+    def middle(self, camera: Viewpoint) -> tuple[float, float]:
         """Where the picture's middle is seen [pixels]."""
         return (
             float(camera.column(self.x, self.z)),
@@ -37,7 +37,7 @@ class Prop:
         )
 
     def draw(
-        self, canvas: NDArray[np.uint8], camera: Camera, motion: float = 0.0, travel: float = 0.0
+        self, canvas: NDArray[np.uint8], camera: Viewpoint, motion: float = 0.0, travel: float = 0.0
     ) -> None:
         """Draw it over a canvas, blurred by the camera's motion during the exposure.
 
@@ -53,7 +53,7 @@ class Prop:
         centres = np.stack([x + moments * displacement, np.full(len(moments), y)], axis=1)
         self._sprite.draw(canvas, centres, 1.0)
 
-    def coverage(self, camera: Camera) -> Coverage:
+    def coverage(self, camera: Viewpoint) -> Coverage:
         """Silhouette to the nearest pixel."""
         x, y = self.middle(camera)
         height, width = self._alpha.shape

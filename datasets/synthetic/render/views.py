@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from datasets.synthetic.render.path import quantised, smooth_step
 
 __all__ = [
-    "FRAMES_PER_SECOND", "QUICK", "SIZE", "SLOW", "Camera", "Course", "Views", "fixed", "following",
-    "straight", "walk", "wandering",
+    "FRAMES_PER_SECOND", "QUICK", "SIZE", "SLOW", "Course", "Viewpoint", "Views", "fixed",
+    "following", "straight", "walk", "wandering",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -29,8 +29,8 @@ Number = TypeVar("Number", float, NDArray[np.float64])
 
 
 @dataclass(frozen=True)
-class Camera:
-    """Camera at one instant."""
+class Viewpoint:
+    """Where a camera is and looks at one instant, and what it makes of places in the world."""
 
     focal: float  # focal length [pixels]
     eye: float  # height above the ground [metres]
@@ -151,20 +151,20 @@ QUICK = (0.28, 1.1)
 class Views:
     """The camera in every frame."""
 
-    still: Camera  # what does not change
+    still: Viewpoint  # what does not change
     x: Array  # (n,), lateral place [metres]
     # shift_x, shift_y: (n,), shift of the picture by turning and shaking [pixels]
     shift_x: Array
     shift_y: Array
 
     @classmethod
-    def standing(cls, still: Camera, frames: int) -> Self:
+    def standing(cls, still: Viewpoint, frames: int) -> Self:
         """A camera that stands still in some frames."""
         nothing = np.zeros(frames)
         return cls(still, nothing, nothing, nothing)
 
-    def __getitem__(self, frame: int) -> Camera:
-        """Camera in a frame."""
+    def __getitem__(self, frame: int) -> Viewpoint:
+        """Viewpoint in a frame."""
         x, right, down = (float(a[frame]) for a in (self.x, self.shift_x, self.shift_y))
         return replace(self.still, x=x, shift_x=right, shift_y=down)
 
@@ -181,7 +181,7 @@ class Views:
 
 def fixed(random: np.random.Generator, frames: int) -> Views:
     """Camera that stands somewhat above the heads."""
-    still = Camera(
+    still = Viewpoint(
         focal=700.0,
         eye=random.uniform(2.9, 3.3),
         horizon=random.uniform(115, 132),
@@ -197,7 +197,7 @@ def following(random: np.random.Generator, course: Course) -> Views:
     off the target and back now and then; his hand shakes and his steps are seen.
     """
     frames = len(course.x)
-    still = Camera(
+    still = Viewpoint(
         focal=700.0,
         eye=random.uniform(1.5, 1.65),
         horizon=random.uniform(180, 200),

@@ -13,7 +13,7 @@ from datasets.synthetic.nguyen2002.film.hiders import HIDERS
 from datasets.synthetic.nguyen2002.film.setting import SETTINGS
 from datasets.synthetic.nguyen2002.film.targets import KINDS
 from datasets.synthetic.render.path import quantised
-from datasets.synthetic.render.views import Camera, wandering
+from datasets.synthetic.render.views import Viewpoint, wandering
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["CLIPS", "EXPOSURE", "SIZE", "WIDTHS", "plan", "script"]
@@ -104,7 +104,7 @@ class Plan:
     scale: Array  # (frames,): of the target
     angle: Array  # (frames,): of the target, clockwise [radians]
     look: Array  # (frames,): how far it has changed from its one look to its other, in [0, 1]
-    still: Camera  # at the left end of its way
+    still: Viewpoint  # at the left end of its way
     travel: Array  # (frames,): of the camera, along [metres]
     nod: Array  # (frames,): of the camera, down [pixels]
     gain: Array  # (frames,): of the exposure
@@ -140,7 +140,7 @@ def plan(seed: int, clip: int) -> Plan:
     hand = wandering(random, n, (1.0, 4.0), random.uniform(0.3, 1.5))
     seen = rate * np.arange(n) + hand
     nod = quantised(wandering(random, n, (0.5, 3.0), random.uniform(0.2, 1.4)))
-    still = Camera(700.0, 1.6, float(random.uniform(86, 104)), SIZE[0] / 2)
+    still = Viewpoint(700.0, 1.6, float(random.uniform(86, 104)), SIZE[0] / 2)
     passages = []
     for act in acts:
         hider, middle = HIDERS[act.kind], round(act.middle)

@@ -14,7 +14,7 @@ from datasets.synthetic.render.sprite import draw_rows, instants
 from datasets.synthetic.render.street.facades import backdrop
 from datasets.synthetic.render.street.furniture import bush, car, litter_bin, post, sign, tree
 from datasets.synthetic.render.street.ground import Band, Shade, ground_rows
-from datasets.synthetic.render.views import Camera
+from datasets.synthetic.render.views import Viewpoint
 
 __all__ = ["SETTINGS", "Place"]
 
@@ -54,8 +54,8 @@ class Place:
     """
 
     def __init__(
-        self, random: np.random.Generator, setting: Setting, still: Camera, size: tuple[int, int],
-        way: float, shake: float,
+        self, random: np.random.Generator, setting: Setting, still: Viewpoint,
+        size: tuple[int, int], way: float, shake: float,
     ) -> None:  # fmt: skip
         self._setting = setting
         self._still = still
@@ -73,7 +73,7 @@ class Place:
         things = [thing for kind in setting.standing for thing in self._stood(random, kind)]
         self._things = sorted(things, key=lambda thing: -thing.z)
 
-    def draw(self, canvas: Image, camera: Camera, travel: float) -> None:
+    def draw(self, canvas: Image, camera: Viewpoint, travel: float) -> None:
         """Fill a picture, seen by a camera that goes on by `travel` meanwhile [metres]."""
         boundary = int(np.floor(camera.row(0.0, self._setting.end) + 0.5))
         end = np.full(len(self._far), self._still.scale(self._setting.end))
@@ -103,7 +103,7 @@ class Place:
     def _widths(self, scales: Array) -> NDArray[np.int64]:
         return np.asarray(np.ceil(self._way * scales + self._size[0] + 50), np.int64)
 
-    def _lefts(self, camera: Camera, scales: Array, travel: float) -> NDArray[np.int64]:
+    def _lefts(self, camera: Viewpoint, scales: Array, travel: float) -> NDArray[np.int64]:
         """Column of a panorama at the picture's left border, by instant and row [1/64 pixel]."""
         moments = instants(travel * float(scales.max()))[:, None]
         lefts = (camera.x - self._still.x + moments * travel) * scales

@@ -26,7 +26,7 @@ from datasets.synthetic.nummiaro2003.campus.setting import (
 )
 from datasets.synthetic.nummiaro2003.knobs import PersonKnobs
 from datasets.synthetic.render.prop import Prop
-from datasets.synthetic.render.views import SIZE, Camera, Views, straight, walk
+from datasets.synthetic.render.views import SIZE, Viewpoint, Views, straight, walk
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["entries", "scene"]
@@ -94,7 +94,7 @@ def _coming(seed: int, things: list[Prop]) -> tuple[Person, int]:
 
 
 def _way(
-    random: np.random.Generator, camera: Camera, door: float
+    random: np.random.Generator, camera: Viewpoint, door: float
 ) -> tuple[tuple[float, float], Iterator[tuple[float, float]]]:
     """Start, out of sight behind a wall or a border, and the points that he turns to."""
     side, far = float(random.choice([-1, 1])), bool(random.integers(2))
@@ -141,10 +141,10 @@ def _generator(seed: int, part: str) -> np.random.Generator:
     return part_generator(seed, f"nummiaro2003/person {part}")
 
 
-def _camera(seed: int) -> Camera:
+def _camera(seed: int) -> Viewpoint:
     """Somewhat above the street, as on a first floor."""
     random = _generator(seed, "camera")
-    return Camera(
+    return Viewpoint(
         focal=620.0,
         eye=random.uniform(4.7, 5.2),
         horizon=random.uniform(56, 70),
@@ -157,6 +157,6 @@ def _door(seed: int) -> float:
     return float(_generator(seed, "door").uniform(-4.5, 4.5))
 
 
-def _half(camera: Camera, z: float) -> float:
+def _half(camera: Viewpoint, z: float) -> float:
     """Half the width of what is seen at a depth [metres]."""
     return SIZE[0] / 2 / float(camera.scale(z))

@@ -11,7 +11,7 @@ from datasets.synthetic.render.street.furniture import car
 from datasets.synthetic.render.street.ground import SIDE, Band, asphalt, kerbstones
 from datasets.synthetic.render.street.street import HOUSES, Street
 from datasets.synthetic.render.texture import fractal, grass, paving, ramp
-from datasets.synthetic.render.views import SIZE, Camera
+from datasets.synthetic.render.views import SIZE, Viewpoint
 
 __all__ = [
     "DOORSTEP", "MIDDLE", "OPENING", "THRESHOLD", "CarPark", "entrance", "old_tree", "parked_cars",
@@ -75,7 +75,7 @@ class CarPark(Street):
         ]
 
 
-def parked_cars(random: np.random.Generator, camera: Camera, door: float) -> list[Prop]:
+def parked_cars(random: np.random.Generator, camera: Viewpoint, door: float) -> list[Prop]:
     """Cars one behind the other, with a gap before the door at a lateral place [metres]."""
     z = sum(BAYS) / 2
     cars = []
@@ -87,7 +87,7 @@ def parked_cars(random: np.random.Generator, camera: Camera, door: float) -> lis
     return cars
 
 
-def entrance(random: np.random.Generator, camera: Camera, door: float) -> list[Prop]:
+def entrance(random: np.random.Generator, camera: Viewpoint, door: float) -> list[Prop]:
     """Porch of a house, its door's middle at a lateral place [metres]."""
     front, back = DOORSTEP, HOUSES - 0.01
     return porch(
@@ -211,7 +211,7 @@ BREADTH = 0.45
 """Of a person [metres]."""
 
 
-def sides(camera: Camera, depths: tuple[float, float]) -> NDArray[np.float64]:
+def sides(camera: Viewpoint, depths: tuple[float, float]) -> NDArray[np.float64]:
     """Stretches of the left and the right border, as wide as a person, shape (2, 4) [pixels].
 
     `depths` are the nearest and the farthest at which people cross them [metres].

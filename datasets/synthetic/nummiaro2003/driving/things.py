@@ -14,7 +14,7 @@ from datasets.synthetic.render.prop import Prop
 from datasets.synthetic.render.sprite import Sprite
 from datasets.synthetic.render.street.ground import PERIOD, Light, Shade
 from datasets.synthetic.render.texture import fractal
-from datasets.synthetic.render.views import Camera
+from datasets.synthetic.render.views import Viewpoint
 
 __all__ = [
     "NEAREST", "Cutout", "Lighting", "Standing", "Thing", "Window", "cut_out", "from_far", "meet",
@@ -151,10 +151,10 @@ def cut_out(
 ) -> Cutout:
     """Thing of the street, painted once: seen where a metre has METRE pixels."""
     prop = make(random, 0.0, 1.0, METRE)
-    _, top, alpha = prop.coverage(Camera(METRE, 0.0, 0.0, 0.0))
+    _, top, alpha = prop.coverage(Viewpoint(METRE, 0.0, 0.0, 0.0))
     height, width = alpha.shape
     black = np.zeros((height, width, 3), np.uint8)
-    prop.draw(black, Camera(METRE, 0.0, horizon=-top, centre=width / 2))
+    prop.draw(black, Viewpoint(METRE, 0.0, horizon=-top, centre=width / 2))
     cover = alpha / 255
     colour = black / np.maximum(cover, 1 / 255)[..., None]
     return Cutout(Sprite(colour, cover), float(-top))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from datasets.synthetic.render.texture import fractal, grass, paving, pebbles
-from datasets.synthetic.render.views import Camera
+from datasets.synthetic.render.views import Viewpoint
 
 __all__ = [
     "DEPTH", "PERIOD", "SIDE", "SLANT_X", "SLANT_Z", "Band", "Light", "Shade", "ground_rows",
@@ -137,7 +137,7 @@ def ground_rows(
     random: np.random.Generator,
     bands: list[Band],
     shade: Shade,
-    camera: Camera,
+    camera: Viewpoint,
     scales: Array,
     x_low: float,
     widths: NDArray[np.int64],

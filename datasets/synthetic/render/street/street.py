@@ -12,7 +12,7 @@ from datasets.synthetic.render.sprite import draw_rows, instants
 from datasets.synthetic.render.street.facades import backdrop
 from datasets.synthetic.render.street.furniture import bush, car, litter_bin, post, sign, tree
 from datasets.synthetic.render.street.ground import Band, Light, Shade, ground_rows, street_bands
-from datasets.synthetic.render.views import Camera
+from datasets.synthetic.render.views import Viewpoint
 from datasets.synthetic.scene import part_generator
 
 __all__ = ["HOUSES", "Reach", "Street"]
@@ -42,7 +42,12 @@ class Street:
     """
 
     def __init__(
-        self, seed: int, size: tuple[int, int], still: Camera, reach: Reach, light: Light = "even"
+        self,
+        seed: int,
+        size: tuple[int, int],
+        still: Viewpoint,
+        reach: Reach,
+        light: Light = "even",
     ) -> None:
         self._seed = seed
         self._size = size
@@ -53,7 +58,7 @@ class Street:
     def draw(
         self,
         canvas: NDArray[np.uint8],
-        camera: Camera,
+        camera: Viewpoint,
         motion: tuple[float, float] = (0.0, 0.0),
         travel: float = 0.0,
     ) -> None:
@@ -159,7 +164,7 @@ class Street:
         return np.asarray(np.ceil(travel + turn + self._size[0] + 34), np.int64)
 
     def _lefts(
-        self, camera: Camera, scales: NDArray[np.float64], motion: float, travel: float
+        self, camera: Viewpoint, scales: NDArray[np.float64], motion: float, travel: float
     ) -> NDArray[np.int64]:
         """Column of a panorama at the picture's left border, by instant and row [1/64 pixel]."""
         nearest = float(scales.max())

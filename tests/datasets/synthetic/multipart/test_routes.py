@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from datasets.synthetic.multipart import casting, routes
 from datasets.synthetic.multipart.designs import DESIGNS
 from datasets.synthetic.render import views
-from datasets.synthetic.render.views import FRAMES_PER_SECOND, Camera, straight, walk
+from datasets.synthetic.render.views import FRAMES_PER_SECOND, Viewpoint, straight, walk
 from tests.datasets.synthetic.scenes import SEEDS
 
 FOLLOWED = [design for design in DESIGNS.values() if design.follows]
@@ -111,13 +111,13 @@ def test_the_twin_comes_as_near_as_asked_and_not_nearer(seed, distance):
 def test_a_fixed_camera_has_no_rate_and_a_followed_one_its_differences():
     random = np.random.default_rng(0)
     assert views.fixed(random, 9).rate(4) == (0.0, (0.0, 0.0))
-    still = Camera(700.0, 1.6, 190.0, 320.0)
+    still = Viewpoint(700.0, 1.6, 190.0, 320.0)
     x, right, down = np.array([[0, 1, 4.0], [5, 5, 9.0], [3, 2, 1.0]])
     seen = views.Views(still, x, right, down)
     assert seen.rate(1) == (2.0, (2.0, -1.0))
     assert seen.rate(0) == (1.0, (0.0, -1.0))
     assert seen.rate(2) == (3.0, (4.0, -1.0))
-    assert seen[2] == Camera(700.0, 1.6, 190.0, 320.0, x=4.0, shift_x=9.0, shift_y=1.0)
+    assert seen[2] == Viewpoint(700.0, 1.6, 190.0, 320.0, x=4.0, shift_x=9.0, shift_y=1.0)
 
 
 @given(seed=SEEDS)
