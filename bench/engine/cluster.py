@@ -24,6 +24,7 @@ from bench.engine.performing import Outcome
 from bench.engine.unit import Unit
 from bench.store.files import ResultsError, remove_file, temporary_name, write_atomically
 from datasets import SequenceError
+from trackers.base.catalogue import in_file
 
 __all__ = [
     "Cluster",
@@ -229,7 +230,9 @@ def _from_anywhere(unit: Unit) -> Unit:
     """The same unit for a process with another working directory."""
     entries = []
     for entry in unit.entries:
-        file, separator, rest = entry.tracker.partition(".py:")  # `path/to/file.py:ClassName`
-        absolute = f"{Path(file).expanduser().absolute()}.py:{rest}"
-        entries.append(entry._replace(tracker=absolute) if separator else entry)
+        place = in_file(entry.tracker)
+        if place is not None:
+            file, rest = place
+            entry = entry._replace(tracker=f"{file.absolute()}:{rest}")
+        entries.append(entry)
     return replace(unit, source=unit.source.absolute(), entries=tuple(entries))

@@ -156,7 +156,7 @@ def in_file(name: str) -> tuple[Path, str] | None:
     None for other names.
     """
     found = re.fullmatch(r"(.*?\.py)(?::(.*))?", name, re.DOTALL)
-    return (Path(found[1]), found[2] or "") if found else None
+    return (Path(found[1]).expanduser(), found[2] or "") if found else None
 
 
 def is_outside(name: str) -> bool:

@@ -15,8 +15,14 @@ from types import SimpleNamespace
 import pytest
 
 from bench.engine import Job, engine
-from bench.engine.cluster import ClusterError, Task, check_installed, source_digest
-from bench.engine.unit import Unit
+from bench.engine.cluster import (
+    ClusterError,
+    Task,
+    _from_anywhere,
+    check_installed,
+    source_digest,
+)
+from bench.engine.unit import Entry, Unit
 from bench.experiments.experiment import SequenceSource
 from bench.store.results import Results
 
@@ -272,6 +278,21 @@ def test_a_scheduler_that_ends_is_one_line_that_says_how_to_go_on(data, schedule
 
 def unit(data):
     return Unit(SequenceSource(str(data / "data" / "A")), (), "accuracy", 12)
+
+
+@pytest.mark.parametrize(
+    ("typed", "sent"),
+    [
+        ("own.py:Own:step=2", "{}/own.py:Own:step=2"),
+        ("own.py", "{}/own.py:"),
+        ("own.py:as=mine", "{}/own.py:as=mine"),
+        ("camshift:window=adaptive", "camshift:window=adaptive"),
+    ],
+)
+def test_a_trackers_file_is_sent_as_a_path_that_holds_in_any_folder(typed, sent):
+    unit = Unit(SequenceSource("samples/face"), (Entry(typed, 0, ""),), "accuracy", 120)
+    (entry,) = _from_anywhere(unit).entries
+    assert entry.tracker == sent.format(Path.cwd())
 
 
 def test_a_folder_that_a_worker_does_not_see_is_named_with_its_machine(data, monkeypatch):
