@@ -139,7 +139,7 @@ class Results:
             table = parquet.ParquetFile(pa.BufferReader(content)).read(use_threads=False)
             metadata = json.loads(table.schema.metadata[METADATA_KEY])
             check_schema(path, metadata["schema"])
-            place = self.path(Identity(**metadata["identity"]))
+            place = self.path(_identity(metadata))
             if path.parts[-3:] != place.parts[-3:]:
                 raise ResultsError(
                     f"{path} holds the run of another place, {place}. Move it there."
@@ -242,12 +242,12 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
     if "initialisation" in metadata:
         times = Times(columns["wall_seconds"], columns["cpu_seconds"], *metadata["initialisation"])
     belonging = {
-        kind: _companion(path, name) for kind, name in sorted(metadata["companions"].items())
+        kind: _companion(path, name) for kind, name in sorted(dict(metadata["companions"]).items())
     }
     revised = belonging.get("revised.arrow")
     arrays = belonging.get("arrays.npz")
     return Run(
-        identity=Identity(**metadata["identity"]),
+        identity=_identity(metadata),
         boxes=_boxes(table),
         visible=columns["visible"],
         confidence=columns["confidence"],
@@ -257,9 +257,27 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
         arrays=_read_arrays(arrays) if arrays else {},
         segmentation=segmentation,
         times=times,
-        circumstances=metadata["circumstances"],
+        circumstances=dict(metadata["circumstances"]),
         output=metadata["output"],
     )
+
+
+def _identity(metadata: Mapping[str, Any]) -> Identity:
+    """What determined a run. Anybody may have sealed it: the kinds are what all rely on.
+
+    Raises `TypeError` where they are others.
+    """
+    identity = Identity(**metadata["identity"])
+    circumstances = dict(metadata["circumstances"])
+    told = vars(identity) | {"output": metadata["output"], "failure": metadata["failure"]}
+    kinds = dict.fromkeys(("parameters", "tracker_version"), dict) | {"repetition": int}
+    for name, value in told.items():
+        if type(value) is not kinds.get(name, str):
+            raise TypeError(f"its {name} is {type(value).__name__}")
+    for name in ("seconds", "frame_seconds"):
+        if not isinstance(circumstances.get(name), float | int | None):
+            raise TypeError(f"its {name} are no number")
+    return identity
 
 
 def _boxes(table: pa.Table) -> NDArray[np.float64]:

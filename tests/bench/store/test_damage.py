@@ -8,11 +8,13 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as parquet
 import pytest
 
 import bench
 from bench.store.asked import Asked
-from bench.store.checksum import arrow_bytes, arrow_table
+from bench.store.checksum import PLACEHOLDER, SEAL_KEY, arrow_bytes, arrow_table, sealed
 from bench.store.files import ResultsError
 from bench.store.index import read_index
 from bench.store.layout import METADATA_KEY
@@ -159,6 +161,43 @@ def test_files_that_are_exchanged_are_named_by_readers_and_by_the_check(several)
             place.write_bytes(whole[place])
     assert not any(map(damage, checks(several.folder)))
     assert len(bench.load_results(several.folder)) == 3
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("identity", "fingerprint"), 5),
+        (("identity", "init"), []),
+        (("identity", "preset"), None),
+        (("identity", "repetition"), "0"),
+        (("identity", "parameters"), "x"),
+        (("companions",), None),
+        (("companions", "arrays.npz"), "../../plan.json"),
+        (("circumstances",), 5),
+        (("circumstances", "seconds"), "x"),
+        (("failure",), ["why"]),
+    ],
+)
+def test_what_a_run_says_of_itself_is_of_the_kind_that_is_expected(several, place, value):
+    """A seal proves nothing but that the file is as somebody made it."""
+    file = several.files()[0]
+    table = parquet.ParquetFile(file).read()
+    told = json.loads(table.schema.metadata[METADATA_KEY])
+    within = told
+    for key in place[:-1]:
+        within = within[key]
+    within[place[-1]] = value
+    described = {METADATA_KEY: json.dumps(told).encode(), SEAL_KEY: PLACEHOLDER.encode()}
+    sink = pa.BufferOutputStream()
+    parquet.write_table(table.replace_schema_metadata(described), sink)
+    file.write_bytes(sealed(sink.getvalue().to_pybytes()))
+    for read in (
+        lambda: bench.load_results(several.folder),
+        lambda: merge_results([several.folder], several.folder.parent / "merged"),
+    ):
+        with pytest.raises(ResultsError, match=re.escape(file.name)) as error:
+            read()
+        assert "\n" not in str(error.value)
 
 
 def without_fingerprint(content):
