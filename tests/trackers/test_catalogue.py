@@ -153,6 +153,8 @@ def test_a_third_partys_tracker_is_found_by_its_entry_point(tmp_path, monkeypatc
     installed(tmp_path, monkeypatch, "drift = drifters:Drift\n")
     assert trackers.names()[-1] == "drift"
     assert trackers.summary("drift") == "third party: drifters:Drift"
+    assert catalogue.is_outside("drift")
+    assert not catalogue.is_outside("static")
     assert "drifters" not in sys.modules
     specification = trackers.resolve("drift", preset="fast")
     assert specification.name == "drift"
