@@ -11,7 +11,7 @@ import sys
 
 if (
     sys.argv[:1]
-    and sys.argv[0].endswith("trackmark")
+    and sys.argv[0].rpartition("/")[2] == "trackmark"
     and signal.getsignal(signal.SIGINT) is signal.default_int_handler
 ):
     # The command: until `main` takes Ctrl-C as a wish, that ends it at once, as out of an import

@@ -237,6 +237,8 @@ def test_what_was_written_is_read_again(tmp_path):
         ("plane_spread = 'wide'", "plane_spread='wide' is not a number"),
         ("plane_spread = true", "plane_spread=True is not a number"),
         ("plane_spread 0.1", "not TOML"),
+        ("\ufeffplane_spread = 'wide'", "plane_spread='wide' is not a number"),
+        ("plane_spread = " + "[" * 5000, "not TOML"),
         ("[learnt]", "there are no values"),
     ],
 )

@@ -59,12 +59,12 @@ def read_dynamics(path: str | Path) -> dict[str, float]:
         out of range; the message says which.
     """
     try:
-        content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        content = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise TrackerError(
             f"{path}: {error.strerror}. Give a file of dynamics; `trackmark learn` writes one."
         ) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise TrackerError(f"{path}: not TOML ({error}). `trackmark learn` writes it.") from None
     values = {}
     for name, value in content.items():
