@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 from bench.engine.output import Printed
 from bench.engine.process import keeping_umask
-from bench.evaluation.watch import Watch
+from bench.evaluation.observer import Observer
 
-__all__ = ["ELSEWHERE", "NOBODY", "READING", "Board", "BoardWatch", "Sight", "Slot"]
+__all__ = ["ELSEWHERE", "NOBODY", "READING", "Board", "BoardObserver", "Sight", "Slot"]
 
 NOBODY = -1
 """No tracker is being called, in the midst of a pass."""
@@ -91,7 +91,7 @@ class Board:
 _CALLS, _FRAME, _ENTRY, _SHOWN, _COPIED, _LOST, _COMPILED = map(int, Slot)
 
 
-class BoardWatch(Watch):
+class BoardObserver(Observer):
     """The child's side: notes what a pass does, and what trackers do to the process."""
 
     def __init__(self, board: Board, connected: Callable[[], bool], output: Printed) -> None:
@@ -105,20 +105,20 @@ class BoardWatch(Watch):
         os.register_at_fork(after_in_parent=self._count_fork)
 
     def reading(self, frame: int) -> None:
-        """See `Watch`."""
+        """See `Observer`."""
         self._slots[_FRAME] = frame
         self._slots[_ENTRY] = READING
         self._slots[_CALLS] += 1
 
     def calling(self, entry: int, frame: int) -> None:
-        """See `Watch`."""
+        """See `Observer`."""
         slots = self._slots
         slots[_FRAME] = frame
         slots[_ENTRY] = entry
         slots[_CALLS] += 1
 
     def called(self, entry: int) -> None:
-        """See `Watch`: a copy of this process that comes back from a tracker ends here."""
+        """See `Observer`: a copy of this process that comes back from a tracker ends here."""
         if os.getpid() != self._process:
             self._slots[_COPIED] = entry + 1
             os._exit(0)
@@ -126,7 +126,7 @@ class BoardWatch(Watch):
         self._slots[_ENTRY] = NOBODY
 
     def shown(self, frames: int) -> None:
-        """See `Watch`."""
+        """See `Observer`."""
         self._slots[_SHOWN] = frames
         self._slots[_ENTRY] = NOBODY  # also where no tracker is left to be called
         if not self._connected():
@@ -135,11 +135,11 @@ class BoardWatch(Watch):
             os._exit(1)
 
     def has_called(self) -> bool:
-        """See `Watch`."""
+        """See `Observer`."""
         return bool(self._slots[_CALLS])
 
     def misdeeds(self) -> Mapping[int, str]:
-        """See `Watch`: whose call came back in two processes.
+        """See `Observer`: whose call came back in two processes.
 
         A tracker may well fork (a pool of processes does); its copies must not come back.
         """
@@ -152,7 +152,7 @@ class BoardWatch(Watch):
         return {copied - 1: "its call came back in two processes: it forked"} if copied else {}
 
     def printed(self) -> Mapping[int, str]:
-        """See `Watch`."""
+        """See `Observer`."""
         return self._output.take()
 
     def compiling(self) -> None:

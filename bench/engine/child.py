@@ -20,12 +20,12 @@ import cv2
 from pydantic import TypeAdapter
 
 from bench.compilation import attend
-from bench.engine.board import Board, BoardWatch
+from bench.engine.board import Board, BoardObserver
 from bench.engine.output import Printed
 from bench.engine.performing import Failure, Outcome, Probed, perform, probe, record_failure
 from bench.engine.process import can_use_files, limit_memory
 from bench.engine.unit import Limits, Unit
-from bench.evaluation.watch import NotAttributableError, Watch
+from bench.evaluation.observer import NotAttributableError, Observer
 from bench.store.files import ResultsError
 from datasets import SequenceError
 
@@ -59,9 +59,9 @@ class Perform:
     folder: Path
     limits: Limits
 
-    def __call__(self, watch: Watch) -> Outcome:
+    def __call__(self, observer: Observer) -> Outcome:
         """Perform the unit."""
-        return perform(self.unit, self.folder, self.limits, watch)
+        return perform(self.unit, self.folder, self.limits, observer)
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Record:
     folder: Path
     failure: Failure
 
-    def __call__(self, watch: Watch) -> Outcome:
+    def __call__(self, observer: Observer) -> Outcome:
         """Record the failure."""
         return record_failure(self.unit, self.folder, self.failure)
 
@@ -84,9 +84,9 @@ class Probe:
     unit: Unit
     frames: int
 
-    def __call__(self, watch: Watch) -> Probed:
+    def __call__(self, observer: Observer) -> Probed:
         """Time the trackers."""
-        return probe(self.unit, self.frames, watch)
+        return probe(self.unit, self.frames, observer)
 
 
 @dataclass(frozen=True)
@@ -148,8 +148,8 @@ def main() -> None:
             return False
         return (now.st_dev, now.st_ino) == (socket.st_dev, socket.st_ino)
 
-    watch = BoardWatch(board, connected, output)
-    attend(watch.compiling)
+    observer = BoardObserver(board, connected, output)
+    attend(observer.compiling)
     limit_memory(memory)
     _send(descriptor, Answer())
     fresh = True
@@ -159,9 +159,9 @@ def main() -> None:
         except EOFError:
             return
         before = threading.active_count()
-        answer = _answer(request, watch, fresh)
+        answer = _answer(request, observer, fresh)
         fresh = False
-        watch.printed()
+        observer.printed()
         _send(descriptor, replace(answer, worn=threading.active_count() > before))
 
 
@@ -174,13 +174,13 @@ def _send(descriptor: int, answer: Answer) -> None:
         rest = rest[os.write(descriptor, rest) :]
 
 
-def _answer(request: Any, watch: Watch, fresh: bool = True) -> Answer:
+def _answer(request: Any, observer: Observer, fresh: bool = True) -> Answer:
     """What comes of a request; `fresh`: it is the first of this process."""
     try:
-        return Answer(request(watch))
+        return Answer(request(observer))
     except (SequenceError, ResultsError) as error:
         # Where a tracker was called, it may have taken the memory that decoding lacks.
-        if isinstance(error.__cause__, MemoryError) and (watch.has_called() or not fresh):
+        if isinstance(error.__cause__, MemoryError) and (observer.has_called() or not fresh):
             return Answer(raised="harm", said=_NO_MEMORY)
         if can_use_files():
             kind = "ResultsError" if isinstance(error, ResultsError) else "SequenceError"
@@ -193,7 +193,7 @@ def _answer(request: Any, watch: Watch, fresh: bool = True) -> Answer:
     except MemoryError:
         return Answer(raised="harm", said=_NO_MEMORY)
     except Exception as error:  # noqa: BLE001  # ours; trackers' own are caught where they are called
-        if watch.has_called():  # or a tracker has changed what the harness uses
+        if observer.has_called():  # or a tracker has changed what the harness uses
             said = "".join(traceback.format_exception_only(error)).strip()[:_LONGEST_SAID]
             return Answer(raised="harm", said=f"the harness fails after it: {said}")
         return Answer(raised="DefectError", said=traceback.format_exc())

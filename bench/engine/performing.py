@@ -21,11 +21,11 @@ import datasets
 from bench.engine.process import Surroundings, keeping_umask, peak_memory, reset_peak
 from bench.engine.unit import Entry, Limits, Unit
 from bench.evaluation.loop import run_in_lock_step
+from bench.evaluation.observer import UNOBSERVED, NotAttributableError, Observer
 from bench.evaluation.record import Run
 from bench.evaluation.recorder import COLUMNS
 from bench.evaluation.reference import reference
 from bench.evaluation.timing import time_run
-from bench.evaluation.watch import UNWATCHED, NotAttributableError, Watch
 from bench.experiments.contestant import Contestant, Identity, contestants, identify
 from bench.store.files import ResultsError
 from bench.store.index import row_of_file
@@ -110,13 +110,13 @@ class Probed:
 
 
 def perform(
-    unit: Unit, folder: Path, limits: Limits | None = None, watch: Watch = UNWATCHED
+    unit: Unit, folder: Path, limits: Limits | None = None, observer: Observer = UNOBSERVED
 ) -> Outcome:
     """Run a unit and write its runs.
 
     `unit`: what to run. `folder`: the experiment's folder of results, with the sequence's truth.
     `limits`: of these, the time of a whole run is kept here; the others are up to the supervisor.
-    `watch`: told what is done.
+    `observer`: told what is done.
 
     The outcome's rows hold the paths of the runs alone; see `scored`.
 
@@ -129,14 +129,14 @@ def perform(
     opened, changed = _open(unit, folder)
     frames = [map_rows(path, len(opened.sequence), COLUMNS) for path in opened.unfinished]
     before = Surroundings.now()
-    runs, measured = _runs(opened, (limits or Limits()).run_seconds, frames, watch)
+    runs, measured = _runs(opened, (limits or Limits()).run_seconds, frames, observer)
     runs = _checked_surroundings(runs, before, opened)
-    misdeeds = watch.misdeeds()
+    misdeeds = observer.misdeeds()
     if misdeeds and len(runs) > 1:
         raise NotAttributableError(*misdeeds.values())  # there may be more who did it
     for number, misdeed in misdeeds.items():
         runs[number] = replace(runs[number], failure=runs[number].failure or misdeed)
-    said = watch.printed()
+    said = observer.printed()
     runs = [
         replace(
             run,
@@ -177,10 +177,10 @@ def record_failure(unit: Unit, folder: Path, failure: Failure) -> Outcome:
     return began.outcome(_store([(run, unit.entries[0])], opened), unit, nan)
 
 
-def probe(unit: Unit, frames: int, watch: Watch = UNWATCHED) -> Probed:
+def probe(unit: Unit, frames: int, observer: Observer = UNOBSERVED) -> Probed:
     """Show a unit's trackers the first frames of its sequence.
 
-    `unit`: whose trackers. `frames`: how many, at least 3. `watch`: told what is done.
+    `unit`: whose trackers. `frames`: how many, at least 3. `observer`: told what is done.
     """
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
     chosen = contestants(entry.tracker for entry in unit.entries)
@@ -188,7 +188,7 @@ def probe(unit: Unit, frames: int, watch: Watch = UNWATCHED) -> Probed:
     first = sequence.first_frame
     # The first pass compiles kernels and fills caches; the second is what a beginning costs.
     _, beginning, whole = (
-        run_in_lock_step(entries, sequence[first : first + n], watch=watch)
+        run_in_lock_step(entries, sequence[first : first + n], observer=observer)
         for n in (_SHORTEST, _SHORTEST, frames)
     )
     counted = max(1, min(frames, len(sequence) - first) - _SHORTEST)
@@ -276,7 +276,7 @@ def _contestants(texts: Collection[str]) -> dict[str, Contestant]:
 
 
 def _runs(
-    opened: _Opened, run_seconds: float, rows: list[NDArray[np.float64]], watch: Watch
+    opened: _Opened, run_seconds: float, rows: list[NDArray[np.float64]], observer: Observer
 ) -> tuple[list[Run], dict[str, float]]:
     """Make the runs, and tell what was measured beside them."""
     unit = opened.unit
@@ -290,11 +290,11 @@ def _runs(
             opened.sequence,
             run_seconds=run_seconds,
             rows=rows[0],
-            watch=watch,
+            observer=observer,
         )
         return [run], {}
     passed = run_in_lock_step(
-        entries, opened.sequence, run_seconds=run_seconds, rows=rows, watch=watch
+        entries, opened.sequence, run_seconds=run_seconds, rows=rows, observer=observer
     )
     measured = {"overhead": passed.overhead, "frame_seconds": passed.frame_seconds}
     return passed.runs, measured

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
+from bench.evaluation.observer import UNOBSERVED, Observer
 from bench.evaluation.record import Run
 from bench.evaluation.recorder import Recorder
-from bench.evaluation.watch import UNWATCHED, Watch
 from bench.experiments.contestant import Contestant, TrackerMaker, contestant
 from datasets import Sequence, SequenceError
 from trackers.base.sharing import SharedFrame
@@ -85,14 +85,14 @@ def run_in_lock_step(
     keep_arrays: bool = False,
     run_seconds: float = inf,
     rows: Collection[NDArray[np.float64]] = (),
-    watch: Watch = UNWATCHED,
+    observer: Observer = UNOBSERVED,
 ) -> Pass:
     """Run several trackers through a sequence together.
 
     `entries`: trackers with their repetitions. `sequence`: with truth. `share`: give trackers that
     can share work a common store for each frame. The boxes are the same without. `keep_arrays`:
     keep arrays and masks. `run_seconds`: what a tracker may take for all frames together. `rows`:
-    one a tracker; see `Recorder`. `watch`: told what is done.
+    one a tracker; see `Recorder`. `observer`: told what is done.
 
     Raises `SequenceError` where the sequence has no usable truth or an image can't be read. No run
     is kept then. Raises `NotAttributableError` where a tracker harms the process, and which of
@@ -114,13 +114,13 @@ def run_in_lock_step(
         )
         for (chosen, repetition), own in zip(entries, kept, strict=True)
     ]
-    clocks = walk(recorders, sequence, len(sequence), watch)
+    clocks = walk(recorders, sequence, len(sequence), observer)
     last = len(sequence) - 1
     for number, recorder in enumerate(recorders):
         if not recorder.failure:
-            watch.calling(number, last)
+            observer.calling(number, last)
             recorder.finish(last)
-            watch.called(number)
+            observer.called(number)
     overhead = median(clocks.own) if clocks.own else nan
     runs = [recorder.result() for recorder in recorders]
     return Pass(runs, overhead, clocks.fetching / (len(sequence) - sequence.first_frame))
@@ -140,46 +140,46 @@ def walk(
     recorders: Sized[Recorder],
     sequence: Sequence,
     stop: int,
-    watch: Watch,
+    observer: Observer,
     *,
     to_the_end: bool = True,
 ) -> Clocks:
     """Show frames to trackers: those before the target is there to trackers that watch.
 
-    `recorders`: the trackers. `sequence`: with truth. `stop`: frame before which it ends. `watch`:
-    told what is done. `to_the_end`: go on when all have failed: a run is kept only where all frames
-    can be read.
+    `recorders`: the trackers. `sequence`: with truth. `stop`: frame before which it ends.
+    `observer`: told what is done. `to_the_end`: go on when all have failed: a run is kept only
+    where all frames can be read.
     """
     first = sequence.first_frame
     images = _Images(sequence)
     watchers = []
     for number, recorder in enumerate(recorders if first else ()):
-        watch.calling(number, first)
+        observer.calling(number, first)
         if recorder.watches(first):
             watchers.append((number, recorder))
-        watch.called(number)
+        observer.called(number)
     for frame in range(first if watchers else 0):
-        watch.reading(frame)
+        observer.reading(frame)
         shown = SharedFrame(images.read(frame), len(watchers))
         for number, recorder in watchers:
-            watch.calling(number, frame)
+            observer.calling(number, frame)
             recorder.show(shown, frame)
-            watch.called(number)
+            observer.called(number)
     clocks = Clocks()
     began = perf_counter()
-    watch.reading(first)
+    observer.reading(first)
     shown = SharedFrame(images.read(first))
     mask = sequence.mask(first)
     clocks.fetching = perf_counter() - began
     for number, recorder in enumerate(recorders):
-        watch.calling(number, first)
+        observer.calling(number, first)
         recorder.start(shown, first, mask)
-        watch.called(number)
-    watch.shown(1)
+        observer.called(number)
+    observer.shown(1)
     for frame in range(first + 1, stop):
         if not to_the_end and all(recorder.failure for recorder in recorders):
             break
-        _follow(recorders, images, frame, watch, clocks)
+        _follow(recorders, images, frame, observer, clocks)
     return clocks
 
 
@@ -207,29 +207,31 @@ class _Images:
 
 
 def _follow(
-    recorders: Sized[Recorder], images: _Images, frame: int, watch: Watch, clocks: Clocks
+    recorders: Sized[Recorder], images: _Images, frame: int, observer: Observer, clocks: Clocks
 ) -> None:
     sequence = images.sequence
     began = perf_counter()
-    watch.reading(frame)
+    observer.reading(frame)
     image = images.read(frame)
     fetched = perf_counter()
     shown = SharedFrame(image, len(recorders))
     in_trackers, running = 0.0, 0
     for number, recorder in enumerate(recorders):
         if not recorder.failure:
-            watch.calling(number, frame)
+            observer.calling(number, frame)
             in_trackers += recorder.follow(shown, frame)
-            watch.called(number)
+            observer.called(number)
             running += 1
-    reading_masks = _compare(recorders, sequence, frame, watch)
-    watch.shown(frame - sequence.first_frame + 1)
+    reading_masks = _compare(recorders, sequence, frame, observer)
+    observer.shown(frame - sequence.first_frame + 1)
     clocks.fetching += fetched - began + reading_masks
     if running:
         clocks.own.append((perf_counter() - fetched - in_trackers - reading_masks) / running)
 
 
-def _compare(recorders: Sized[Recorder], sequence: Sequence, frame: int, watch: Watch) -> float:
+def _compare(
+    recorders: Sized[Recorder], sequence: Sequence, frame: int, observer: Observer
+) -> float:
     """Compare the masks of trackers that give any with the true one, which is read once for all.
 
     Gives the seconds that reading took: none where no tracker segments.
@@ -238,7 +240,7 @@ def _compare(recorders: Sized[Recorder], sequence: Sequence, frame: int, watch: 
     if not segmenting:
         return 0.0
     began = perf_counter()
-    watch.reading(frame)
+    observer.reading(frame)
     truth = sequence.mask(frame)
     read = perf_counter()
     if truth is not None:

@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.evaluation.observer import NotAttributableError
 from bench.evaluation.record import RESERVED_COLUMNS, Run
 from bench.evaluation.reference import reference
-from bench.evaluation.watch import NotAttributableError
 from bench.experiments.contestant import Contestant, Protocol, identify, run_seed
 from bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from bench.metrics.times import Times

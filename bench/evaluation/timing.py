@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.evaluation.loop import walk
+from bench.evaluation.observer import UNOBSERVED, Observer
 from bench.evaluation.record import Run
 from bench.evaluation.recorder import Recorder
-from bench.evaluation.watch import UNWATCHED, Watch
 from bench.experiments.contestant import Contestant
 from bench.metrics.times import Times
 from datasets import Sequence
@@ -31,7 +31,7 @@ def time_run(
     *,
     run_seconds: float = inf,
     rows: NDArray[np.float64] | None = None,
-    watch: Watch = UNWATCHED,
+    observer: Observer = UNOBSERVED,
 ) -> Run:
     """Time one tracker on one sequence.
 
@@ -50,11 +50,11 @@ def time_run(
     cv2.setNumThreads(1)
     try:
         warming = _Timer(chosen, repetition, sequence)
-        walk([warming], sequence, min(n, first + WARM_UP_FRAMES), watch, to_the_end=False)
+        walk([warming], sequence, min(n, first + WARM_UP_FRAMES), observer, to_the_end=False)
         gc.collect()
         gc.disable()
         timer = _Timer(chosen, repetition, sequence, run_seconds=run_seconds, rows=rows)
-        walk([timer], sequence, n, watch, to_the_end=False)
+        walk([timer], sequence, n, observer, to_the_end=False)
     finally:
         gc.enable()
         cv2.setNumThreads(threads)

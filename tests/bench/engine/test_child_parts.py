@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.engine import child, engine, probe
-from bench.engine.board import ELSEWHERE, NOBODY, READING, Board, BoardWatch
+from bench.engine.board import ELSEWHERE, NOBODY, READING, Board, BoardObserver
 from bench.engine.output import LONGEST, Printed, Tail
 from bench.engine.process import Surroundings, machine_memory, peak_memory, reset_peak
 from bench.engine.supervisor import _suspects
@@ -31,24 +31,24 @@ def board():
         yield Board(file.fileno())
 
 
-def watch_on(board):
-    return BoardWatch(board, lambda: True, Printed(lambda: board.look().entry, io.StringIO()))
+def observer_on(board):
+    return BoardObserver(board, lambda: True, Printed(lambda: board.look().entry, io.StringIO()))
 
 
 def test_the_board_shows_who_is_called_and_for_the_second_look_that_it_went_on(board):
     board.clear()
-    watch = watch_on(board)
-    watch.reading(4)
+    observer = observer_on(board)
+    observer.reading(4)
     first = board.look()
     assert (first.frame, first.entry) == (4, READING)
-    watch.calling(2, 4)
+    observer.calling(2, 4)
     second = board.look()
     assert (second.frame, second.entry) == (4, 2)
     assert second.sign_of_life != first.sign_of_life
-    watch.compiling()
+    observer.compiling()
     assert board.look().sign_of_life != second.sign_of_life
-    watch.called(2)
-    watch.shown(5)
+    observer.called(2)
+    observer.shown(5)
     assert (board.look().entry, board.look().shown) == (NOBODY, 5)
     board.clear()
     assert board.look() == (0, 0, ELSEWHERE, 0, 0, 0, 0)
@@ -78,25 +78,25 @@ main()
 
 def test_a_copy_that_comes_back_from_a_call_ends_there_and_is_told_on(board):
     board.clear()
-    watch = watch_on(board)
-    watch.calling(1, 3)
+    observer = observer_on(board)
+    observer.calling(1, 3)
     copy = os.fork()
-    watch.called(1)
+    observer.called(1)
     if copy == 0:
         os._exit(99)  # the copy must not get here
     assert os.waitstatus_to_exitcode(os.waitpid(copy, 0)[1]) == 0
-    assert list(watch.misdeeds()) == [1]
+    assert list(observer.misdeeds()) == [1]
 
 
 def test_a_fork_whose_copy_does_not_come_back_is_no_misdeed(board, monkeypatch):
     monkeypatch.setattr("bench.engine.board._COPY_SECONDS", 0.1)
     board.clear()
-    watch = watch_on(board)
+    observer = observer_on(board)
     copy = os.fork()
     if copy == 0:
         os._exit(0)
     os.waitpid(copy, 0)
-    assert watch.misdeeds() == {}
+    assert observer.misdeeds() == {}
 
 
 @given(st.lists(st.text(max_size=3 * LONGEST // 2), max_size=8))
@@ -118,13 +118,13 @@ def test_what_is_printed_is_sorted_by_whose_turn_it_is_and_passed_on(board):
     board.clear()
     through = io.StringIO()
     printed = Printed(lambda: board.look().entry, through)
-    watch = BoardWatch(board, lambda: True, printed)
+    observer = BoardObserver(board, lambda: True, printed)
     for entry in (0, 1, 0):
-        watch.calling(entry, 1)
+        observer.calling(entry, 1)
         print("word", entry, file=printed)
-        watch.called(entry)
-    assert watch.printed() == {0: "word 0\nword 0\n", 1: "word 1\n"}
-    assert watch.printed() == {}
+        observer.called(entry)
+    assert observer.printed() == {0: "word 0\nword 0\n", 1: "word 1\n"}
+    assert observer.printed() == {}
     assert through.getvalue() == "word 0\nword 1\nword 0\n"
 
 
@@ -227,14 +227,14 @@ def test_memory_that_decoding_lacks_is_a_trackers_doing_where_one_may_have_taken
 ):
     """What was called in this process may hold memory; in a fresh one the image is too large."""
 
-    def performed(watch):
+    def performed(observer):
         if called:
-            watch.calling(0, 0)
-            watch.called(0)
+            observer.calling(0, 0)
+            observer.called(0)
         with decoding("clip/1.png: frame 0 can't be read"):
             raise MemoryError
 
     board.clear()
-    answer = child._answer(performed, watch_on(board), fresh)
+    answer = child._answer(performed, observer_on(board), fresh)
     assert answer.raised == raised
     assert ("clip/1.png" in answer.said) == (raised == "SequenceError")

@@ -2,17 +2,17 @@
 
 from collections.abc import Mapping
 
-__all__ = ["UNWATCHED", "NotAttributableError", "Watch"]
+__all__ = ["UNOBSERVED", "NotAttributableError", "Observer"]
 
 
 class NotAttributableError(Exception):
     """Something went wrong in a pass, and which of its trackers did it can't be told."""
 
 
-class Watch:
+class Observer:
     """Is told what a pass does, and asked in the end what trackers did; this one takes no notice.
 
-    `bench.engine.board.BoardWatch` passes it on to a supervisor.
+    `bench.engine.board.BoardObserver` passes it on to a supervisor.
     """
 
     def reading(self, frame: int) -> None:
@@ -44,5 +44,5 @@ class Watch:
         return {}
 
 
-UNWATCHED = Watch()
+UNOBSERVED = Observer()
 """For a pass in the caller's own process."""
