@@ -31,8 +31,7 @@ def interpolate(
     n_frames : int
         Number of frames, at least 1.
     absent : iterable of (int, int)
-        First and last frame, both included, of every stretch in which nothing of the target
-        is seen.
+        First and last frame (included) of every stretch without the target.
     size : tuple of int, optional
         Width and height of the images [pixels], in which boxes must lie at least in part.
 
@@ -44,17 +43,14 @@ def interpolate(
     Raises
     ------
     SequenceError
-        For no key frames, a frame outside the sequence, a box without size or outside the
-        image, a stretch that ends before it begins, and a key frame in which the target is said
-        to be absent.
+        For no key frames, a frame outside the sequence, a box without size or outside the image,
+        a stretch that ends before it begins, and a key frame with the target said to be absent.
 
     Examples
     --------
     >>> truth = interpolate({1: [0, 0, 10, 10], 3: [4, 2, 10, 14]}, n_frames=5)
-    >>> truth.boxes[2].tolist()
-    [2.0, 1.0, 10.0, 12.0]
-    >>> truth.sources
-    ('', 'marked', 'interpolated', 'marked', '')
+    >>> truth.boxes[2].tolist(), truth.sources
+    ([2.0, 1.0, 10.0, 12.0], ('', 'marked', 'interpolated', 'marked', ''))
     """
     if not keys:
         raise SequenceError("there are no key frames: mark the target in at least one.")
@@ -71,12 +67,8 @@ def interpolate(
         _check_absent(first, last, frames, n_frames)
         boxes[first : last + 1] = nan
     sources = ("" if np.isnan(box[0]) else "interpolated" for box in boxes)
-    return Truth(
-        boxes,
-        sources=tuple(
-            "marked" if frame in keys else source for frame, source in enumerate(sources)
-        ),
-    )
+    named = ("marked" if frame in keys else source for frame, source in enumerate(sources))
+    return Truth(boxes, sources=tuple(named))
 
 
 def _check_frame(frame: int, n_frames: int) -> None:

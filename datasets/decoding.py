@@ -53,7 +53,7 @@ def decoding(what: str, advice: str = "Get the file anew.") -> Iterator[None]:
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         if isinstance(error, MemoryError):
-            reason = "decoding it takes more memory than there is"
+            reason = "decoding it takes more memory than there is, or than --memory-limit allows"
         raise SequenceError(f"{what} ({reason[:_LONGEST_REASON]}). {advice}") from error
 
 

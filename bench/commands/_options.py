@@ -4,7 +4,7 @@ import functools
 import re
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -184,11 +184,17 @@ def progress_bar(total: int | None, unit: str) -> Iterator[Progress]:
     """A progress bar with the time left; none where the output is no terminal."""
     from tqdm import tqdm
 
-    with tqdm(
-        total=total, file=progress_outlet(), unit=unit, unit_scale=True, disable=None, delay=1.0
-    ) as bar:
+    with (
+        tqdm(
+            total=total, file=progress_outlet(), unit=unit, unit_scale=True, disable=None, delay=1.0
+        ) as bar,
+        ExitStack() as first,
+    ):
+        first.enter_context(patience(f"Waiting for the first {unit}"))
 
         def show(done: int, total: int | None = None) -> None:
+            if done:
+                first.close()
             bar.total = total or bar.total
             bar.update(done - bar.n)
 

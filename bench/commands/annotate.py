@@ -66,13 +66,11 @@ def command(
 
     Example: trackmark annotate cup.mp4 --box 0:310,120,64,80 --box 12:298,131,64,80
 
-    With --pick boxes are drawn in a browser: it is opened where there is a display; where there is
-    none, the address that is printed is for a browser on this machine or at the end of a tunnel
-    (ssh -L).
+    With --pick boxes are drawn in a browser. It is opened where there is a display; elsewhere go
+    to the address that is printed, from another machine through a tunnel (ssh -L).
     """
     import datasets
     from datasets import truth_file
-    from datasets.decoding import check_name
 
     marked = dict(parse_box(text) for text in boxes)
     if keys is not None:
@@ -82,11 +80,7 @@ def command(
     with patience(f"Opening {video}"):
         sequence = datasets.load(video)
     target = output or (video / "truth.csv" if video.is_dir() else video.with_suffix(".csv"))
-    check_name(target.absolute())
-    if target.suffix != ".csv":
-        raise ExperimentError(f"{target}: a truth file's name ends in .csv.")
-    if target.exists() and not force:
-        raise ExperimentError(f"{target} is there already; --force replaces it.")
+    _check_target(target, force=force)
     gone = [_stretch(text) for text in absent]
     if pick:
         from bench.commands._picking import pick_boxes
@@ -110,6 +104,17 @@ def command(
         f"{sources.count('')} frames without target."
     )
     click.echo(f"{strip}: look whether the boxes fit; --force replaces the file.")
+
+
+def _check_target(target: Path, *, force: bool) -> None:
+    """Refuse a place where the truth can't go, before anything is drawn."""
+    from datasets.decoding import check_name
+
+    check_name(target.absolute())
+    if target.suffix != ".csv":
+        raise ExperimentError(f"{target}: a truth file's name ends in .csv.")
+    if target.exists() and not force:
+        raise ExperimentError(f"{target} is there already; --force replaces it.")
 
 
 def _truth(sequence: "Sequence", marked: "Boxes", absent: list[tuple[int, int]]) -> "Truth":

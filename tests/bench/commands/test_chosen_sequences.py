@@ -124,3 +124,16 @@ def test_an_image_that_claims_too_much_is_told_in_the_sequences_name_and_blames_
     line = one_line(trackmark("run", "--trackers", "static", "--sequences", "data/Small", status=2))
     assert f"{number:04}.png: frame {number - 1} can't be read (it claims 60000x60000" in line
     assert not list(here.glob("results/*/**/*.parquet"))
+
+
+def test_work_of_which_nothing_is_seen_yet_is_told(monkeypatch):
+    told = threading.Event()
+    monkeypatch.setattr(_options, "PATIENCE", 0.01)
+    monkeypatch.setattr(
+        _options.click,
+        "echo",
+        lambda text, err: err and text == "Waiting for the first frame …" and told.set(),
+    )
+    with _options.progress_bar(2, "frame") as show:
+        assert told.wait(300)
+        show(1)
