@@ -6,12 +6,15 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import click
 
 from bench.commands._terminal import progress_outlet
 from bench.experiments.experiment import ExperimentError, SequenceSource
+
+if TYPE_CHECKING:
+    from bench.execution.run import Execution
 
 __all__ = [
     "chosen_sequences",
@@ -25,6 +28,7 @@ __all__ = [
     "progress_bar",
     "refresh_index",
     "split_list",
+    "telling_of_replaced",
     "truth_option",
 ]
 
@@ -199,6 +203,34 @@ def progress_bar(total: int | None, unit: str) -> Iterator[Progress]:
             bar.update(done - bar.n)
 
         yield show
+
+
+@contextmanager
+def telling_of_replaced(execution: "Execution", instead: str = "") -> Iterator[None]:
+    """Say which stored runs will be replaced, and after that what became of their scores.
+
+    `instead`: what else can be done with them, as part of a sentence.
+    """
+    from bench.execution.plan import State
+    from bench.store.index import read_table
+    from bench.store.results import Results
+
+    results = Results(execution.folder)
+    if not (stale := execution.plan.count(State.STALE)):
+        yield
+        return
+    from bench.reporting.replaced import Replaced  # brings what makes tables
+
+    replaced = Replaced(execution.plan, read_table(results))
+    announced = (
+        f"{stale} stored runs were made with another version of their tracker or sequence "
+        f"and are done again{instead}. Their scores so far:"
+    )
+    click.echo(replaced.before(announced), err=True)
+    yield
+    index = read_table(results)
+    if became := replaced.compared(execution.plan.seen_in(index), index):
+        click.echo(became, err=True)
 
 
 def refresh_index(folder: Path) -> None:

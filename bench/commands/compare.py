@@ -17,6 +17,7 @@ from bench.commands._options import (
     progress_bar,
     refresh_index,
     split_list,
+    telling_of_replaced,
 )
 from bench.commands.run import ad_hoc_name
 from bench.experiments.experiment import Experiment
@@ -160,7 +161,7 @@ def _run(
     )
     refresh_index(output / experiment.name)
     execution = Execution(experiment, output, **means)
-    with progress_bar(execution.work, "frame") as progress:
+    with telling_of_replaced(execution), progress_bar(execution.work, "frame") as progress:
         for _ in execution.rows(progress):
             pass
     if execution.errors:

@@ -16,6 +16,7 @@ from bench.commands._options import (
     patience,
     progress_bar,
     refresh_index,
+    telling_of_replaced,
 )
 
 if TYPE_CHECKING:
@@ -116,7 +117,7 @@ def _run(
         execution = Execution(experiment, output, known=known, opened=opened, **means)
     click.echo(f"{experiment.title}: {len(execution.plan)} runs", err=True)
     try:
-        with progress_bar(execution.work, "frame") as progress:
+        with telling_of_replaced(execution), progress_bar(execution.work, "frame") as progress:
             for _ in execution.rows(progress):
                 pass
     except KeyboardInterrupt:

@@ -22,6 +22,7 @@ from bench.commands._options import (
     progress_bar,
     refresh_index,
     split_list,
+    telling_of_replaced,
     truth_option,
 )
 from bench.commands._terminal import complain
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 
     from bench.execution.plan import KnownSequences, Plan
     from bench.execution.run import Execution
-    from bench.reporting.replaced import Replaced
 
 __all__ = ["ad_hoc_name", "command", "execute"]
 
@@ -166,23 +166,21 @@ def execute(
             experiment, output, jobs, retry_failed=retry_failed, opened=opened, **means
         )
     plan = execution.plan
-    replaced = _replaced(execution)
-    _remark(plan, replaced)
+    _remark(plan)
     stopped = False
     printed = np.zeros(len(plan), bool)
-    try:
-        with progress_bar(execution.work, "frame") as progress:
-            for row in execution.rows(progress):
-                if as_json:
-                    _print_row(row)
-                    printed[plan.runs(index_table([row]))] = True
-    except KeyboardInterrupt:
-        stopped = True
+    with telling_of_replaced(execution, " (--keep: in a folder of their own)"):
+        try:
+            with progress_bar(execution.work, "frame") as progress:
+                for row in execution.rows(progress):
+                    if as_json:
+                        _print_row(row)
+                        printed[plan.runs(index_table([row]))] = True
+        except KeyboardInterrupt:
+            stopped = True
     # Counted on disk: a worker may have finished a run that nobody heard of any more.
     index = read_table(Results(execution.folder))
     now = plan.seen_in(index)
-    if replaced and (compared := replaced.compared(now, index)):
-        click.echo(compared, err=True)
     failed = now.count(State.FAILED)
     there = f"{now.count(State.DONE)} of {len(plan)} runs are in {execution.folder}"
     there += f", {failed} failed." if failed else "."
@@ -203,21 +201,8 @@ def execute(
     return EXIT_ANSWER_IS_NO if failed else 0
 
 
-def _replaced(execution: "Execution") -> "Replaced | None":
-    """Stored runs that will be replaced, where there are some."""
-    from bench.execution.plan import State
-    from bench.store.index import read_table
-    from bench.store.results import Results
-
-    if not execution.plan.count(State.STALE):
-        return None
-    from bench.reporting.replaced import Replaced  # brings what makes tables
-
-    return Replaced(execution.plan, read_table(Results(execution.folder)))
-
-
-def _remark(plan: "Plan", replaced: "Replaced | None") -> None:
-    """Say what of the input is not read, and what is done again."""
+def _remark(plan: "Plan") -> None:
+    """Say what of the input is not read."""
     for sequence in plan.sequences:
         if sequence.images_beyond_truth:
             click.echo(
@@ -225,12 +210,6 @@ def _remark(plan: "Plan", replaced: "Replaced | None") -> None:
                 "row are not read.",
                 err=True,
             )
-    if replaced:
-        announced = (
-            f"{len(replaced)} stored runs were made with another version of their tracker or "
-            "sequence and are done again (--keep: in a folder of their own). Their scores so far:"
-        )
-        click.echo(replaced.before(announced), err=True)
 
 
 def _print_row(row: Mapping[str, Any]) -> None:

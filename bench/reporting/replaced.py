@@ -26,9 +26,6 @@ class Replaced:
         self._plan, self._index = plan, index
         self._stale = plan.states.ravel() == State.STALE
 
-    def __len__(self) -> int:
-        return int(self._stale.sum())
-
     def before(self, caption: str) -> str:
         """Means of their scores, as text."""
         stages = {"before": self._rows(self._index, self._stale)}

@@ -36,3 +36,13 @@ def test_what_it_cannot_do_is_a_line(trackmark, arguments, words):
     said = trackmark("compare", *arguments, status=2)
     assert words in said.stderr
     assert "Traceback" not in said.stderr
+
+
+def test_runs_of_a_tracker_that_has_changed_are_not_replaced_without_a_word(trackmark, here):
+    compared = ("compare", "static", "knob.py:Knob", "--sequences", SCENES)
+    assert "done again" not in trackmark(*compared).stderr
+    with (here / "knob.py").open("a") as file:
+        file.write("CHANGED = True\n")
+    said = trackmark(*compared).stderr
+    assert "2 stored runs were made with another version" in said
+    assert "What became of the scores of 2 runs" in said
