@@ -12,7 +12,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from bench.engine.output import Printed
-from bench.engine.process import keeping_umask
+from bench.engine.process import umask
 from bench.evaluation.observer import Observer
 
 __all__ = ["ELSEWHERE", "NOBODY", "READING", "Board", "BoardObserver", "Sight", "Slot"]
@@ -99,8 +99,7 @@ class BoardObserver(Observer):
         self._slots = board.slots
         self._connected = connected
         self._process = os.getpid()
-        with keeping_umask() as self._mask:
-            pass
+        self._mask = umask()
         self._forks = 0
         os.register_at_fork(after_in_parent=self._count_fork)
 

@@ -12,9 +12,10 @@ import threading
 import time
 import traceback
 from dataclasses import asdict, dataclass, replace
+from functools import cache
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import cv2
 from pydantic import TypeAdapter
@@ -29,22 +30,14 @@ from bench.evaluation.observer import NotAttributableError, Observer
 from bench.store.files import ResultsError
 from datasets import SequenceError
 
-__all__ = [
-    "BEGINNING",
-    "Answer",
-    "DefectError",
-    "Perform",
-    "Probe",
-    "Record",
-    "main",
-    "read_answer",
-]
+__all__ = ["Answer", "DefectError", "Perform", "Probe", "Record", "main"]
 
 _PARENT_SECONDS = 1.0
 _IDLE_SECONDS = 60.0  # a worker of a cluster outlives the command that it worked for
 _DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
 _SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
 _LONGEST_SAID = 20_000
+_NO_MEMORY = "the memory is exhausted"
 
 
 class DefectError(RuntimeError):
@@ -93,6 +86,8 @@ class Probe:
 class Answer:
     """What a child says: a line of JSON, since whoever reads a pickle does what it says."""
 
+    BEGINNING: ClassVar[bytes] = b'{"result": '
+
     result: Outcome | Probed | None = None  # what the request gave
     # What it raised instead: one of the supervisor's errors; `harm` where one of several trackers
     # did harm, `escaped` where the one that was called raised what ends a process.
@@ -101,26 +96,20 @@ class Answer:
     # Whether trackers have left threads behind, so that the process should not be used again.
     worn: bool = False
 
-    def line(self) -> bytes:
-        """For `read_answer`."""
-        return json.dumps(asdict(self)).encode() + b"\n"
+    def send(self, descriptor: int) -> None:
+        """Write it."""
+        with open(descriptor, "wb", closefd=False) as way:  # it has no path
+            way.write(json.dumps(asdict(self)).encode() + b"\n")
+
+    @staticmethod
+    def read(line: bytes) -> "Answer":
+        """What was sent. Raises `ValueError`, `RecursionError` for anything else."""
+        return _answers().validate_python(json.loads(line))
 
 
-BEGINNING = b'{"result": '
-"""Of every answer's line."""
-
-_ANSWERS = TypeAdapter(Answer)
-
-
-def read_answer(line: bytes) -> Answer:
-    """An answer from its line.
-
-    Raises `ValueError` for anything else.
-    """
-    try:
-        return _ANSWERS.validate_python(json.loads(line))
-    except RecursionError as error:
-        raise ValueError("it is nested too deep") from error
+@cache
+def _answers() -> TypeAdapter[Answer]:
+    return TypeAdapter(Answer)
 
 
 def main() -> None:
@@ -151,7 +140,7 @@ def main() -> None:
     observer = BoardObserver(board, connected, output)
     attend(observer.compiling)
     limit_memory(memory)
-    _send(descriptor, Answer())
+    Answer().send(descriptor)
     fresh = True
     while connection.poll(_IDLE_SECONDS):
         try:
@@ -162,16 +151,7 @@ def main() -> None:
         answer = _answer(request, observer, fresh)
         fresh = False
         observer.printed()
-        _send(descriptor, replace(answer, worn=threading.active_count() > before))
-
-
-_NO_MEMORY = "the memory is exhausted"
-
-
-def _send(descriptor: int, answer: Answer) -> None:
-    rest = memoryview(answer.line())
-    while rest:
-        rest = rest[os.write(descriptor, rest) :]
+        replace(answer, worn=threading.active_count() > before).send(descriptor)
 
 
 def _answer(request: Any, observer: Observer, fresh: bool = True) -> Answer:

@@ -18,7 +18,7 @@ from typing import IO, Any
 
 from bench.compilation import announce
 from bench.engine.board import ELSEWHERE, READING, Board, Sight
-from bench.engine.child import BEGINNING, Answer, read_answer
+from bench.engine.child import Answer
 from bench.engine.output import Tail, drain
 from bench.engine.process import machine_memory
 from bench.engine.unit import Limits
@@ -157,8 +157,12 @@ class ChildProcess:
                 return self._death()
             if piece == b"":
                 return self._death()
-            begun = BEGINNING.startswith(bytes(heard[: len(BEGINNING)]))
-            if not begun or heard.endswith(b"\n") or len(heard) > _LONGEST_ANSWER:
+            beginning = heard[: len(Answer.BEGINNING)]
+            if (
+                not Answer.BEGINNING.startswith(beginning)
+                or heard.endswith(b"\n")
+                or len(heard) > _LONGEST_ANSWER
+            ):
                 if self.board.look().compiled:  # since the last look, too
                     announce()
                 return self._read(bytes(heard))
@@ -183,8 +187,8 @@ class ChildProcess:
     def _read(self, line: bytes) -> "Answer | Death":
         """An answer, unless a tracker has written into the connection, too."""
         try:
-            return read_answer(line[:_LONGEST_ANSWER])
-        except ValueError:
+            return Answer.read(line[:_LONGEST_ANSWER])
+        except (ValueError, RecursionError):
             reason = "it wrote into file descriptors that are not its own"
             return Death(reason, self.board.look(), self.tail.text())
 

@@ -1,7 +1,7 @@
 """What a child process does: one unit of work, from opening the sequence to the files.
 
-What others are judged by, truth and scores, is written and made where no tracker has run:
-`keep_truth` and `scored` are called by the supervisor.
+What others are judged by, truth and scores, the supervisor writes and makes: there no tracker has
+run.
 """
 
 import os
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
-from bench.engine.process import Surroundings, keeping_umask, peak_memory, reset_peak
+from bench.engine.process import Surroundings, peak_memory, reset_peak, umask
 from bench.engine.unit import Entry, Limits, Unit
 from bench.evaluation.loop import run_in_lock_step
 from bench.evaluation.observer import UNOBSERVED, NotAttributableError, Observer
@@ -31,21 +31,11 @@ from bench.store.files import ResultsError
 from bench.store.index import row_of_file
 from bench.store.layout import UNFINISHED, beside
 from bench.store.results import Results
-from bench.store.truth import write_truth
 from bench.store.unfinished import map_rows, read_rows
 from datasets import Sequence, SequenceError
 from trackers import Randomness, TrackerError
 
-__all__ = [
-    "Failure",
-    "Outcome",
-    "Probed",
-    "keep_truth",
-    "perform",
-    "probe",
-    "record_failure",
-    "scored",
-]
+__all__ = ["Failure", "Outcome", "Probed", "perform", "probe", "record_failure", "scored"]
 
 _SHORTEST = 2  # frames of a pass
 _GLOBAL_NUMBERS = (
@@ -76,14 +66,6 @@ class Failure:
     frame: int | None  # where; None where it is not known
     reason: str
     output: str
-
-
-def keep_truth(unit: Unit, folder: Path) -> None:
-    """Write the truth that a unit's runs are scored by, unless it is there.
-
-    Raises `SequenceError`, `ResultsError` as `perform`.
-    """
-    write_truth(folder, datasets.load(unit.source.text, truth=unit.source.truth))
 
 
 def scored(outcome: Outcome, unit: Unit, folder: Path) -> Outcome:
@@ -239,8 +221,9 @@ def _open(unit: Unit, folder: Path) -> tuple[_Opened, list[str]]:
     Raises `SequenceError` where the sequence can't be opened, or nothing is what was planned.
     """
     sequence = datasets.load(unit.source.text, truth=unit.source.truth)
-    with keeping_umask():
-        chosen = _contestants({entry.tracker for entry in unit.entries})
+    mask = umask()
+    chosen = _contestants({entry.tracker for entry in unit.entries})
+    os.umask(mask)  # a file that is imported may change it
     results = Results(folder)
     entries: list[Entry] = []
     opened = _Opened(unit, sequence, [], [], [], results)

@@ -4,8 +4,8 @@ import os
 import random
 import resource
 import sys
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,11 +14,11 @@ import numpy as np
 __all__ = [
     "Surroundings",
     "can_use_files",
-    "keeping_umask",
     "limit_memory",
     "machine_memory",
     "peak_memory",
     "reset_peak",
+    "umask",
 ]
 
 _CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
@@ -73,15 +73,11 @@ def can_use_files() -> bool:
         os.close(descriptor)
 
 
-@contextmanager
-def keeping_umask() -> Iterator[int]:
-    """Put back the mode that new files get, which is given; files of all would be of no use."""
-    mask = os.umask(0o077)  # it can't be asked for without being set
+def umask() -> int:
+    """What new files of this process are not allowed; it can't be asked for without being set."""
+    mask = os.umask(0o077)
     os.umask(mask)
-    try:
-        yield mask
-    finally:
-        os.umask(mask)
+    return mask
 
 
 def machine_memory() -> int:

@@ -6,12 +6,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+import datasets
 from bench.engine.board import NOBODY, READING, Sight, Slot
 from bench.engine.child import DefectError, Perform, Probe, Record
 from bench.engine.child_process import ChildProcess, Death, StartError
-from bench.engine.performing import Failure, Outcome, Probed, keep_truth, scored
+from bench.engine.performing import Failure, Outcome, Probed, scored
 from bench.engine.unit import Entry, Limits, Unit
 from bench.store.files import ResultsError
+from bench.store.truth import write_truth
 from datasets import SequenceError
 
 __all__ = ["Supervisor"]
@@ -55,7 +57,7 @@ class Supervisor:
 
         Raises `SequenceError`, `ResultsError` as `bench.engine.performing.perform`.
         """
-        keep_truth(unit, folder)
+        write_truth(folder, datasets.load(unit.source.text, truth=unit.source.truth))
         if unit.owner != self._owner:
             self._end_child()
             self._owner = unit.owner

@@ -20,6 +20,7 @@ from bench.cli import main
 from bench.compilation import SENTENCE
 from bench.engine import performing
 from bench.experiments.outside import answered
+from bench.store.truth import write_truth
 from trackers.base import catalogue
 
 
@@ -115,7 +116,7 @@ class Here:
 
     def perform(self, unit, folder, progress=None):
         with self.at_work:
-            performing.keep_truth(unit, folder)
+            write_truth(folder, datasets.load(unit.source.text, truth=unit.source.truth))
             return performing.scored(performing.perform(unit, folder, self.limits), unit, folder)
 
     def probe(self, unit, frames):

@@ -19,7 +19,8 @@ from hypothesis.stateful import (
 )
 
 import bench
-from bench.engine.performing import keep_truth, perform, scored
+import datasets
+from bench.engine.performing import perform, scored
 from bench.execution.run import Execution
 from bench.experiments.contestant import contestant, identify
 from bench.experiments.experiment import Experiment, SequenceSource
@@ -27,6 +28,7 @@ from bench.reporting.tables import tables
 from bench.store.index import read_index
 from bench.store.layout import run_path
 from bench.store.results import Results
+from bench.store.truth import write_truth
 from bench.store.upkeep import checks, damage
 from datasets import load
 from reports.tables import MISSING
@@ -94,7 +96,7 @@ class Here:
 
     def perform(self, units, job, progress):
         for unit in units:
-            keep_truth(unit, job.folder)
+            write_truth(job.folder, datasets.load(unit.source.text, truth=unit.source.truth))
             yield unit, scored(perform(unit, job.folder), unit, job.folder)
 
 
