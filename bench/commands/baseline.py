@@ -1,0 +1,95 @@
+"""Keep what trackers score now, for `trackmark check`."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bench.commands._design import Bench, budget_option
+from bench.commands._options import chosen_sequences, engine_options, output_option, split_list
+
+if TYPE_CHECKING:
+    from bench.comparing.baseline import Baseline
+
+__all__ = ["command"]
+
+
+@click.command("baseline")
+@click.argument("name")
+@click.option("--trackers", required=True, help="Comma-separated, as for `run`.")
+@click.option("--sequences", required=True, help="Comma-separated names or paths, as for `run`.")
+@click.option(
+    "--seeds",
+    type=click.IntRange(2),
+    default=5,
+    show_default=True,
+    help="Repetitions of trackers that draw, to begin with.",
+)
+@click.option(
+    "--detect",
+    type=click.FloatRange(0, 1, min_open=True),
+    default=0.05,
+    show_default=True,
+    help="Drop of the mean overlap on one sequence that must be found.",
+)
+@budget_option
+@output_option
+@engine_options
+def command(
+    name: str,
+    trackers: str,
+    sequences: str,
+    seeds: int,
+    detect: float,
+    budget: float,
+    output: Path,
+    means: dict[str, Any],
+) -> int:
+    """Write the baseline NAME (baselines/NAME.toml, or a path that ends in .toml).
+
+    It is a small text file to be committed: a line a tracker and sequence. Trackers that draw
+    are repeated until a drop of --detect would be found in 80 % of cases, or the budget ends.
+    """
+    from bench.comparing.baseline import DECISIVE, baseline_path, write_baseline
+    from bench.execution.plan import make_plan
+    from bench.experiments.experiment import Experiment
+    from bench.statistics.regression import repetitions_for
+    from bench.store.results import Results
+
+    path = baseline_path(name)
+    asked = Experiment(
+        f"baseline-{path.stem}",
+        tuple(split_list(trackers)),
+        chosen_sequences(sequences, None),
+        repetitions=seeds,
+    )
+    plan = make_plan(asked, Results(output / asked.name), {})
+    sources = {planned.name: planned.source for planned in plan.sequences}
+    labels = [chosen.label for chosen in plan.trackers.values()]
+    design = {(label, sequence): seeds for label in labels for sequence in sources}
+
+    def lacking(now: "Baseline") -> Mapping[tuple[str, str], float]:
+        samples = {cell: now.cells[cell[0]][cell[1]].scores[DECISIVE] for cell in design}
+        drawn = {cell: sample for cell, sample in samples.items() if sample.spread > 0}
+        return {cell: repetitions_for(sample, detect, len(drawn)) for cell, sample in drawn.items()}
+
+    bench = Bench(asked.name, sources, output, means, budget, may_fail=False)
+    now = bench.extend(design, lacking, bench.run(design, detect), detect)
+    write_baseline(now, path)
+    runs = [cell.scores[DECISIVE].n for cells in now.cells.values() for cell in cells.values()]
+    click.echo(
+        f"{path}: {len(now.cells)} trackers on {len(sources)} sequences, {min(runs)} to "
+        f"{max(runs)} runs each. Commit it; `trackmark check {name}` compares with it."
+    )
+    short = sum(
+        needed > now.cells[tracker][sequence].scores[DECISIVE].n
+        for (tracker, sequence), needed in lacking(now).items()
+    )
+    if short:
+        click.echo(
+            f"{short} of {len(runs)} cells have too few runs to show a drop of {detect:g}: give a "
+            "larger --budget, or --detect.",
+            err=True,
+        )
+    return 0

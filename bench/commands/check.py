@@ -1,0 +1,125 @@
+"""Check whether trackers score worse than a baseline says."""
+
+import json
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bench.commands import EXIT_ANSWER_IS_NO
+from bench.commands._design import Bench, budget_option
+from bench.commands._options import engine_options, json_option, output_option
+
+if TYPE_CHECKING:
+    from bench.comparing.baseline import Baseline
+
+__all__ = ["command"]
+
+EXIT_CANNOT_TELL = 3
+
+
+@click.command("check")
+@click.argument("name")
+@click.option("--trackers", default="*", help="Check those alone whose label this pattern fits.")
+@click.option("--sequences", default="*", help="Check those alone whose name this pattern fits.")
+@click.option("--strict", is_flag=True, help="Exit status 3 where it can't be told.")
+@click.option("--accept", metavar="TRACKER", help="Move the baseline on to its new scores.")
+@click.option("--because", help="Why; written into the baseline.")
+@click.option("--whole", is_flag=True, help="Show identical cells, too.")
+@click.option(
+    "--markdown", type=click.Path(path_type=Path, dir_okay=False), help="For a pull request."
+)
+@click.option("--junit", type=click.Path(path_type=Path, dir_okay=False), help="JUnit's XML.")
+@budget_option
+@output_option
+@engine_options
+@json_option
+def command(
+    name: str,
+    trackers: str,
+    sequences: str,
+    strict: bool,
+    accept: str | None,
+    because: str | None,
+    whole: bool,
+    markdown: Path | None,
+    junit: Path | None,
+    budget: float,
+    output: Path,
+    means: dict[str, Any],
+    as_json: bool,
+) -> int:
+    """Compare what trackers score now with the baseline NAME.
+
+    Runs what is needed, and adds repetitions where it can't be told. Exit status 1 where a tracker
+    got worse.
+    """
+    from bench.comparing.baseline import baseline_path, read_baseline, write_baseline
+    from bench.comparing.checking import as_data, as_junit, check, table
+    from reports.renderers import to_markdown, to_text
+
+    path = baseline_path(name)
+    kept = read_baseline(path)
+    if (accept is None) != (because is None):
+        raise click.UsageError("--accept TRACKER goes with --because TEXT.")
+    if accept is not None and accept not in kept.cells:
+        raise click.UsageError(f"{path} has no {accept!r}; it has {', '.join(kept.cells)}.")
+    before = _part(kept, accept or trackers, sequences if accept is None else "*")
+    found = check(before, _measured(before, f"check-{path.stem}", output, means, budget))
+    made = table(found, whole=whole)
+    told = f"{json.dumps(as_data(found), allow_nan=False)}\n" if as_json else to_text(made)
+    click.echo(told, nl=False)
+    for file, text in ((markdown, to_markdown(made)), (junit, as_junit(found))):
+        if file is not None:
+            _write(file, text)
+    if accept is not None and because is not None:
+        today = datetime.now(UTC).date().isoformat()
+        write_baseline(kept.moved_on(accept, found.now, because, today), path)
+        click.echo(f"{path}: moved on to the new scores of {accept}.", err=True)
+        return 0
+    if found.judgement.state == "worse":
+        return EXIT_ANSWER_IS_NO
+    return EXIT_CANNOT_TELL if strict and found.judgement.state == "cannot tell" else 0
+
+
+def _write(file: Path, text: str) -> None:
+    from reports.files import write_file
+
+    write_file(file, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+
+
+def _part(baseline: "Baseline", trackers: str, sequences: str) -> "Baseline":
+    """Cells that two patterns fit; a tracker's label fits itself."""
+    from dataclasses import replace
+
+    cells = {
+        tracker: {name: cell for name, cell in found.items() if fnmatchcase(name, sequences)}
+        for tracker, found in baseline.cells.items()
+        if tracker == trackers or fnmatchcase(tracker, trackers)
+    }
+    cells = {tracker: found for tracker, found in cells.items() if found}
+    if not cells:
+        raise click.UsageError(f"nothing in the baseline fits {trackers!r} and {sequences!r}.")
+    return replace(baseline, cells=cells)
+
+
+def _measured(
+    before: "Baseline", name: str, output: Path, means: Mapping[str, Any], budget: float
+) -> "Baseline":
+    """What the baseline's cells score now, with as many repetitions as it takes."""
+    from bench.comparing.baseline import DECISIVE
+    from bench.comparing.checking import check, wanted
+
+    cells = {
+        (tracker, sequence): cell
+        for tracker, found in before.cells.items()
+        for sequence, cell in found.items()
+    }
+    sources = {sequence: cell.source for (_, sequence), cell in cells.items()}
+    design = {names: cell.scores[DECISIVE].n for names, cell in cells.items()}
+    bench = Bench(name, sources, output, means, budget, may_fail=True)
+    now = bench.run(design, before.detect)
+    return bench.extend(design, lambda now: wanted(check(before, now)), now, before.detect)
