@@ -140,10 +140,12 @@ def write(path: Path, truth: Truth, comments: Iterable[str] = ()) -> None:
         columns["visibility"] = [_text(value) for value in truth.visibility.tolist()]
     if truth.sources is not None:
         columns["source"] = list(truth.sources)
-    lines = [f"# {comment}".rstrip() for comment in comments]
+    # Names of files stand in them, which may hold ends of lines, or bytes that are no text.
+    lines = [f"# {' '.join(comment.splitlines())}".rstrip() for comment in comments]
     lines.append(",".join(columns))
     lines += [",".join(row) for row in zip(*columns.values(), strict=True)]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+    text = "\n".join(lines) + "\n"
+    path.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
 
 
 def read_text(path: Path) -> str:

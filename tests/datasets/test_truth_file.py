@@ -65,6 +65,12 @@ def test_missing_frames_and_empty_boxes_are_absent(truth_of):
     assert truth.boxes[1].tolist() == [5, 6, 7, 8]
 
 
+def test_a_comment_stays_on_its_line_whatever_name_stands_in_it(tmp_path):
+    boxes = np.array([[1.0, 2.0, 3.0, 4.0]])
+    write(tmp_path / "truth.csv", Truth(boxes), ["Truth of a\n5,6,7,8,9\r\udcff.avi", ""])
+    np.testing.assert_array_equal(read(tmp_path / "truth.csv").boxes, boxes)
+
+
 def test_comments_blank_lines_spaces_and_windows_files_are_fine(truth_of):
     text = "# made by me\r\n\r\nframe, x, y, width, height\r\n  # so it is\r\n0, 1,2 ,3,4 \r\n\r\n"
     assert truth_of(text, "utf-8-sig").boxes.tolist() == [[1, 2, 3, 4]]
