@@ -68,8 +68,8 @@ class _Server(ThreadingHTTPServer):
         check: Callable[[Boxes], object],
     ) -> None:
         super().__init__(("127.0.0.1", 0), _Handler)
-        self.frames = sequence.frames
-        self.state = {"frames": len(sequence.frames), "boxes": dict(marked)}
+        self.sequence = sequence
+        self.state = {"frames": len(sequence), "boxes": dict(marked)}
         self.check = check
         self.picked: Boxes = {}
         self.root = f"/{secrets.token_urlsafe(16)}/"
@@ -120,7 +120,7 @@ class _Handler(BaseHTTPRequestHandler):
 
         try:
             with self.server.reading:
-                image = self.server.frames[number]
+                image = self.server.sequence[number]
         except (IndexError, datasets.SequenceError) as error:
             self._answer(404, "text/plain; charset=utf-8", str(error).encode())
             return

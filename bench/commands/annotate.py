@@ -9,6 +9,9 @@ from bench.commands._options import parse_box, patience
 from bench.experiments.experiment import ExperimentError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from bench.commands._picking import Boxes
     from datasets import Sequence
     from datasets.truth_file import Truth
@@ -71,14 +74,13 @@ def command(
     """
     import datasets
     from datasets import truth_file
+    from reports.film_strip import write_film_strip
 
-    marked = dict(parse_box(text) for text in boxes)
-    if keys is not None:
-        from_file = enumerate(truth_file.read(keys).boxes.tolist())
-        # A row of NaN is a frame that the file says nothing about; --box wins over the file.
-        marked = {frame: box for frame, box in from_file if box[0] == box[0]} | marked
+    marked = _marked(boxes, keys)
     with patience(f"Opening {video}"):
-        sequence = datasets.load(video)
+        loaded = datasets.load(video)
+    # A truth file that is there already must not hide the images that follow its last row.
+    sequence = datasets.Sequence(loaded.name, loaded.frames, fingerprint="")
     target = output or (video / "truth.csv" if video.is_dir() else video.with_suffix(".csv"))
     _check_target(target, force=force)
     gone = [_stretch(text) for text in absent]
@@ -93,9 +95,11 @@ def command(
         "interpolated linearly between them; the column source tells which is which.",
         *([note] if note else []),
     ]
+    strip = _strip_path(video, target)
+    drawn = _check_strip(sequence, truth, f"{strip.stem}: look whether every box fits")
     try:
         truth_file.write(target, truth, comments)
-        strip = _check_strip(sequence, truth, _strip_path(video, target))
+        write_film_strip(strip, drawn)
     except OSError as error:
         raise ExperimentError(f"{target}: {error.strerror}. Choose another --output.") from error
     sources = list(truth.sources or ())
@@ -104,6 +108,16 @@ def command(
         f"{sources.count('')} frames without target."
     )
     click.echo(f"{strip}: look whether the boxes fit; --force replaces the file.")
+
+
+def _marked(texts: tuple[str, ...], keys: Path | None) -> "Boxes":
+    """Boxes of --box and, of other frames, those in the file of --keys."""
+    from datasets import truth_file
+
+    marked = dict(parse_box(text) for text in texts)
+    rows = [] if keys is None else truth_file.read(keys).boxes.tolist()
+    # A row of NaN is a frame that the file says nothing about.
+    return {frame: box for frame, box in enumerate(rows) if box[0] == box[0]} | marked
 
 
 def _check_target(target: Path, *, force: bool) -> None:
@@ -121,21 +135,20 @@ def _truth(sequence: "Sequence", marked: "Boxes", absent: list[tuple[int, int]])
     """Truth of all frames, from what was marked of them."""
     from datasets.annotation import interpolate
 
-    # A truth file that is there already must not hide the images that follow its last row.
-    n = len(sequence.frames)
+    n = len(sequence)
     if len(marked) == 1 and n > 1:
         raise ExperimentError(
             "one key frame says nothing of the others: mark the target in at least two frames."
         )
-    height, width = sequence.frames[0].shape[:2]
+    height, width = sequence[0].shape[:2]
     return interpolate(marked, n, absent, (width, height))
 
 
-def _check_strip(sequence: "Sequence", truth: "Truth", path: Path) -> Path:
+def _check_strip(sequence: "Sequence", truth: "Truth", title: str) -> "NDArray[np.uint8]":
     """Draw frames with their boxes: the key frames, or every so often where they are few."""
     import numpy as np
 
-    from reports.film_strip import evenly_spaced, film_strip, write_film_strip
+    from reports.film_strip import evenly_spaced, film_strip
 
     sources = np.array(truth.sources)
     boxes = {
@@ -146,9 +159,7 @@ def _check_strip(sequence: "Sequence", truth: "Truth", path: Path) -> Path:
     numbers = [
         int(with_box[position]) for position in evenly_spaced(0, len(with_box) - 1, STRIP_FRAMES)
     ]
-    title = f"{path.stem}: look whether every box fits"
-    strip = film_strip(sequence.frames.__getitem__, numbers, boxes, title, 6, ruler=True)
-    return write_film_strip(path, strip)
+    return film_strip(sequence.__getitem__, numbers, boxes, title, 6, ruler=True)
 
 
 def _strip_path(video: Path, target: Path) -> Path:

@@ -64,6 +64,14 @@ def test_annotate_names_what_is_wrong(trackmark, here, arguments, words):
     assert not (here / "data" / "Small" / "img" / "truth.csv").exists()
 
 
+def test_an_image_of_another_size_is_told_before_a_file_is_written(trackmark, one_line, here):
+    source = here / "data" / "Small" / "img"
+    cv2.imwrite(str(source / "0003.png"), np.zeros((20, 30, 3), np.uint8))
+    line = one_line(trackmark("annotate", source, *BOTH, "--output", "truth.csv", status=2))
+    assert "frame 2 has 30x20 pixels, others have 50x40" in line
+    assert not list(here.glob("truth*"))
+
+
 @pytest.fixture
 def user(monkeypatch):
     """Does something with the page in a thread, as soon as its address is printed."""
