@@ -24,7 +24,7 @@ def on_terminal(table: Table, render: Callable[[Table], str], more: str = "") ->
     narrow, left_out = fitted(table, lambda one: _width(render(replace(one, notes=[]))))
     caption, _, body = render(narrow).partition("\n")
     if left_out:
-        body += _wrapped(f"Left out: {', '.join(left_out)}{more}.") + "\n"
+        body += _wrapped(f"Left out: {'; '.join(left_out)}{more}.") + "\n"
     return f"{_wrapped(caption)}\n{body}"
 
 
