@@ -194,7 +194,8 @@ def progress_bar(total: int | None, unit: str) -> Iterator[Progress]:
         ) as bar,
         ExitStack() as first,
     ):
-        first.enter_context(patience(f"Waiting for the first {unit}"))
+        if bar.disable:  # a bar would be written over
+            first.enter_context(patience(f"Waiting for the first {unit}"))
 
         def show(done: int, total: int | None = None) -> None:
             if done:
