@@ -131,6 +131,9 @@ def _paths_matching(text: str) -> list[str]:
         for place in sorted(found, key=lambda place: natural_order(str(place)))
         for sequence in ([place] if readers.knows(place) else readers.sequences_in(place))
     ]
+    if is_pattern and not paths:  # names in a folder that holds its sequences further inside
+        inside = readers.sequences_in(path.parent)
+        paths = [str(sequence) for sequence in inside if fnmatchcase(sequence.name, path.name)]
     if paths and not chosen:
         return paths
     if not is_pattern:

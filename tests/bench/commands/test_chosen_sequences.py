@@ -37,6 +37,7 @@ def places(here, otb, monkeypatch):
         ("*/day?", ["shots/day2"]),
         ("shots/day2,s*ts", ["shots/day2", "shots/day2", "shots/day10"]),
         ("davis", ["davis/bear"]),
+        ("davis/b*", ["davis/bear"]),
         ("davis/JPEGImages/480p", ["davis/JPEGImages/480p/bear"]),
         ("plain/*:scene=3", ["plain/target:scene=3"]),
         ("stress", ["stress/twin"]),
