@@ -270,7 +270,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(ground, trackmark_run, 
     assert command.wait() == 130
     done = len(Results(folder).files())
     assert 1 <= done < RUNS
-    assert f"{done} of {RUNS} runs are done" in command.complained
+    assert f"{done} of {RUNS} runs are in" in command.complained
     assert "same command" in command.complained
     assert "Traceback" not in command.complained
     assert command.living() == []
