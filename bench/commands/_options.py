@@ -152,8 +152,13 @@ def chosen_sequences(text: str, truth: Path | None) -> tuple[SequenceSource, ...
     return tuple(SequenceSource(name, truth) for name in names)
 
 
+def say(text: str) -> None:
+    """Write a line to standard error."""
+    click.echo(text, err=True)
+
+
 @contextmanager
-def patience(doing: str) -> Iterator[Callable[[int, int], None]]:
+def patience(doing: str, tell: Callable[[str], None] = say) -> Iterator[Callable[[int, int], None]]:
     """Tell what is being done, and how far, where it takes longer than `PATIENCE`."""
     far = ""
     over = threading.Event()
@@ -162,13 +167,13 @@ def patience(doing: str) -> Iterator[Callable[[int, int], None]]:
         nonlocal far
         far = f": {done} of {total}"
 
-    def tell() -> None:
+    def watch() -> None:
         wait = PATIENCE
         while not over.wait(wait):
-            click.echo(f"{doing}{far} …", err=True)
+            tell(f"{doing}{far} …")
             wait = min(2 * wait, 60.0)
 
-    thread = threading.Thread(target=tell, daemon=True)
+    thread = threading.Thread(target=watch, daemon=True)
     thread.start()
     try:
         yield count
@@ -194,8 +199,14 @@ def progress_bar(total: int | None, unit: str) -> Iterator[Progress]:
         ) as bar,
         ExitStack() as first,
     ):
-        if bar.disable:  # a bar would be written over
-            first.enter_context(patience(f"Waiting for the first {unit}"))
+
+        def appear(text: str) -> None:
+            bar.delay = 0.0  # now it is there, and is to be ended like one
+            bar.refresh()
+
+        # Into a bar no line is written: it shows itself.
+        tell = say if bar.disable else appear
+        first.enter_context(patience(f"Waiting for the first {unit}", tell))
 
         def show(done: int, total: int | None = None) -> None:
             if done:

@@ -1,5 +1,6 @@
 """Which sequences a command is asked for, and what is seen while they are opened."""
 
+import io
 import json
 import shutil
 import threading
@@ -127,6 +128,22 @@ def test_an_image_that_claims_too_much_is_told_in_the_sequences_name_and_blames_
     assert not list(here.glob("results/*/**/*.parquet"))
 
 
+class Terminal(io.StringIO):
+    """Notes down what is written, and tells of a bar."""
+
+    def __init__(self):
+        super().__init__()
+        self.told = threading.Event()
+
+    def isatty(self):
+        return True
+
+    def write(self, text):
+        if "0/2" in text:
+            self.told.set()
+        return super().write(text)
+
+
 def test_work_of_which_nothing_is_seen_yet_is_told(monkeypatch):
     told = threading.Event()
     monkeypatch.setattr(_options, "PATIENCE", 0.01)
@@ -138,3 +155,13 @@ def test_work_of_which_nothing_is_seen_yet_is_told(monkeypatch):
     with _options.progress_bar(2, "frame") as show:
         assert told.wait(300)
         show(1)
+
+
+def test_on_a_terminal_the_bar_itself_shows_and_ends_its_line(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr(_options, "PATIENCE", 0.01)
+    monkeypatch.setattr(_options, "progress_outlet", lambda: terminal)
+    with _options.progress_bar(2, "frame"):
+        assert terminal.told.wait(300)
+    assert terminal.getvalue().endswith("\n")
+    assert "Waiting" not in terminal.getvalue()
