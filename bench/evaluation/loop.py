@@ -19,7 +19,7 @@ from bench.evaluation.observer import UNOBSERVED, Observer
 from bench.evaluation.record import Run
 from bench.evaluation.recorder import Recorder
 from bench.experiments.contestant import Contestant, TrackerMaker, contestant
-from datasets import Sequence, SequenceError
+from datasets import Sequence
 from trackers.base.sharing import SharedFrame
 
 __all__ = ["Clocks", "Pass", "evaluate", "run_in_lock_step", "walk"]
@@ -151,7 +151,6 @@ def walk(
     where all frames can be read.
     """
     first = sequence.first_frame
-    images = _Images(sequence)
     watchers = []
     for number, recorder in enumerate(recorders if first else ()):
         observer.calling(number, first)
@@ -160,7 +159,7 @@ def walk(
         observer.called(number)
     for frame in range(first if watchers else 0):
         observer.reading(frame)
-        shown = SharedFrame(images.read(frame), len(watchers))
+        shown = SharedFrame(sequence[frame], len(watchers))
         for number, recorder in watchers:
             observer.calling(number, frame)
             recorder.show(shown, frame)
@@ -168,7 +167,7 @@ def walk(
     clocks = Clocks()
     began = perf_counter()
     observer.reading(first)
-    shown = SharedFrame(images.read(first))
+    shown = SharedFrame(sequence[first])
     mask = sequence.mask(first)
     clocks.fetching = perf_counter() - began
     for number, recorder in enumerate(recorders):
@@ -179,40 +178,16 @@ def walk(
     for frame in range(first + 1, stop):
         if not to_the_end and all(recorder.failure for recorder in recorders):
             break
-        _follow(recorders, images, frame, observer, clocks)
+        _follow(recorders, sequence, frame, observer, clocks)
     return clocks
 
 
-class _Images:
-    """Images of a sequence, which are all of one size: what trackers rely on."""
-
-    def __init__(self, sequence: Sequence) -> None:
-        self.sequence = sequence
-        self._first: tuple[int, tuple[int, ...]] | None = None
-
-    def read(self, frame: int) -> NDArray[np.uint8]:
-        """Image of a frame.
-
-        Raises `SequenceError` where it can't be read, or is of another size than the first.
-        """
-        image = self.sequence[frame]
-        first, shape = self._first = self._first or (frame, image.shape)
-        if image.shape != shape:
-            raise SequenceError(
-                f"{self.sequence.name}: {self.sequence.frame_name(frame)} has "
-                f"{image.shape[1]}x{image.shape[0]} pixels, "
-                f"{self.sequence.frame_name(first)} {shape[1]}x{shape[0]}. Make them equal."
-            )
-        return image
-
-
 def _follow(
-    recorders: Sized[Recorder], images: _Images, frame: int, observer: Observer, clocks: Clocks
+    recorders: Sized[Recorder], sequence: Sequence, frame: int, observer: Observer, clocks: Clocks
 ) -> None:
-    sequence = images.sequence
     began = perf_counter()
     observer.reading(frame)
-    image = images.read(frame)
+    image = sequence[frame]
     fetched = perf_counter()
     shown = SharedFrame(image, len(recorders))
     in_trackers, running = 0.0, 0

@@ -264,7 +264,7 @@ def test_a_tracker_that_fails_to_start_is_a_failed_run(make_sequence):
 def test_a_frame_of_another_size_is_an_error_of_the_sequence(make_sequence, protocol):
     sequence = make_sequence(n=8)
     sequence.frames = [np.zeros((24, 32 + (frame == 5), 3), np.uint8) for frame in range(8)]
-    with pytest.raises(SequenceError, match="line: frame 5 has 33x24 pixels, frame 0 32x24"):
+    with pytest.raises(SequenceError, match="line: frame 5 has 33x24 pixels, others have 32x24"):
         protocol("static", sequence)
 
 
