@@ -7,10 +7,10 @@ missing, with the count of what is missing.
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import groupby
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -20,6 +20,8 @@ __all__ = [
     "MISSING",
     "Cell",
     "Direction",
+    "Doubt",
+    "Doubts",
     "Measure",
     "Table",
     "complete",
@@ -96,8 +98,24 @@ def complete(runs: pd.DataFrame) -> pd.DataFrame:
     return pd.concat([runs, pd.DataFrame(lacking)], ignore_index=True) if lacking else runs
 
 
+class Doubt(NamedTuple):
+    """How sure the means of a column are, by tracker; NaN where nothing tells."""
+
+    halves: Sequence[float]  # half the width of each mean's interval
+    contenders: Sequence[bool]  # whether the data can't tell it from the best
+
+
+Doubts: TypeAlias = Callable[[Sequence[Sequence[NDArray[np.float64]]], Direction | None], Doubt]
+"""Finds it from the values of the repetitions, by tracker and sequence."""
+
+
 def summary_table(
-    runs: pd.DataFrame, measures: Sequence[Measure], title: str, preset: str
+    runs: pd.DataFrame,
+    measures: Sequence[Measure],
+    title: str,
+    preset: str,
+    doubts: Doubts | None = None,
+    meaning: str = "standard deviation over repetitions",
 ) -> Table:
     """Trackers by measures, averaged over the sequences.
 
@@ -111,6 +129,11 @@ def summary_table(
         The columns.
     title, preset : str
         What the caption begins with, and the metrics preset that it names.
+    doubts : callable, optional
+        What stands behind ±, and whom the data can't tell from the best; the best mean is marked
+        and ± is a standard deviation over repetitions by default.
+    meaning : str
+        Of ±, for the caption.
     """
     runs = complete(runs)
     (tracker, trackers), (sequence, sequences) = _numbers(runs)
@@ -126,16 +149,19 @@ def summary_table(
     entries = _entries(
         _lacking(runs, tracker), mean, spread.where(repeated), mean * np.nan, measures
     )
+    rows = _rows([[tracker] for tracker in trackers], entries, measures)
+    if doubts is not None:
+        rows = _doubted(runs, (tracker, sequence), rows, entries, measures, doubts)
     names = ", ".join(sequences) if len(sequences) <= 4 else f"{len(sequences)} sequences"
     return Table(
         name="summary",
         caption=(
             f"{title}: means over {names}, each counting once; metrics preset {preset}. "
-            "± standard deviation over repetitions."
+            f"± {meaning}."
         ),
         heads=["tracker", *(measure.head for measure in measures)],
         n_labels=1,
-        rows=_rows([[tracker] for tracker in trackers], entries, measures),
+        rows=rows,
         notes=_notes(runs),
         data=_tidy([{"tracker": tracker} for tracker in trackers], entries, measures, preset),
         ranks=[measure.rank for measure in measures],
@@ -268,6 +294,36 @@ def _rows(
         ]
         for names, row in zip(labels, entries, strict=True)
     ]
+
+
+def _doubted(
+    runs: pd.DataFrame,
+    numbers: tuple[NDArray[np.int64], NDArray[np.int64]],
+    rows: list[list[Cell]],
+    entries: list[list[_Entry]],
+    measures: Sequence[Measure],
+    doubts: Doubts,
+) -> list[list[Cell]]:
+    """The rows of a summary with what `doubts` finds; means that are missing stay so."""
+    tracker, sequence = numbers
+    cells = [
+        [np.flatnonzero((tracker == row) & (sequence == one)) for one in np.unique(sequence)]
+        for row in range(len(rows))
+    ]
+    made = [list(row) for row in rows]
+    for column, measure in enumerate(measures):
+        known = [row for row, found in enumerate(entries) if np.isfinite(found[column].mean)]
+        if not known or measure.name not in runs:
+            continue
+        values = runs[measure.name].to_numpy(np.float64)
+        doubt = doubts(
+            [[values[places] for places in cells[row]] for row in known],
+            measure.direction,
+        )
+        for row, half, contender in zip(known, doubt.halves, doubt.contenders, strict=True):
+            entry = replace(entries[row][column], spread=half)
+            made[row][column + 1] = Cell(_shown(entry, measure), contender)
+    return made
 
 
 def _best(means: Iterable[float], measure: Measure) -> float | None:

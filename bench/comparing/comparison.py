@@ -16,6 +16,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
+from bench.reporting.doubt import LEAST_FOR_NEW
 from bench.statistics.intervals import Interval, mean_interval
 from bench.statistics.paired import (
     SIGNIFICANCE,
@@ -31,7 +32,6 @@ from bench.store.files import ResultsError
 from reports.tables import Measure
 
 __all__ = [
-    "LEAST_FOR_NEW",
     "LEAST_FOR_RANKS",
     "Answer",
     "Comparison",
@@ -46,9 +46,6 @@ Question = Literal["new sequences", "new seeds"]
 """What intervals tell of: new sequences like these, or these sequences with new seeds."""
 
 Answer = Literal["better", "worse", "practically equal", "cannot tell"]
-
-LEAST_FOR_NEW = 5
-"""Sequences from which on intervals tell of new ones, unless it is said otherwise."""
 
 LEAST_FOR_RANKS = 10
 """Sequences from which on mean ranks are set beside a critical difference."""

@@ -4,8 +4,10 @@ from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
+from bench.reporting.doubt import LEAST_FOR_NEW, over_seeds, over_sequences
 from bench.store.layout import Cell
 from bench.store.loading import as_revised, load_results
 from bench.store.results import Results
@@ -29,9 +31,9 @@ PRESET = "native"
 SUMMARY = (
     Measure("mean_overlap", "mean overlap", direction="higher", decimals=3),
     Measure("success_share", "success", "%", "higher", 1, scale=100),
-    Measure("inside_share", "inside", "%", "higher", 1, scale=100),
+    Measure("inside_share", "inside", "%", "higher", 1, scale=100, rank=1),
     Measure("centre_error", "centre error", "px", "lower", 2),
-    Measure("centre_error_median", "median", "px", "lower", 2),
+    Measure("centre_error_median", "median", "px", "lower", 2, rank=2),
 )
 """Over several sequences: shares, so that each sequence counts once."""
 
@@ -52,6 +54,11 @@ MASKS = (
     Measure("mean_contour_accuracy", "contour accuracy F", direction="higher", decimals=3),
 )
 """Of runs whose trackers gave masks, beside what their boxes score."""
+
+TIME = Measure("milliseconds", "time a frame", "ms", None, 3)
+"""CPU of timing runs; with `~` of the accuracy runs, beside whatever else was running."""
+
+MARKED = "* can't be told from the best"
 
 SEGMENTATION = (
     Measure("mean_region_similarity", "J, mean", direction="higher", decimals=3),
@@ -90,13 +97,13 @@ def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "")
     """
     runs = load_results(folder, cells)
     title = title or title_of(folder)
-    scored = runs[runs["protocol"] == "accuracy"]
+    scored, timed = runs[runs["protocol"] == "accuracy"], timing_runs(runs)
     revised = as_revised(scored)
     if revised is None:
-        made = _score_tables(scored, title)
+        made = _score_tables(scored, timed, title)
     else:
-        made = _score_tables(scored, f"{title}, online boxes (what was said at once)")
-        again = _score_tables(revised, f"{title}, revised boxes (what was said in the end)")
+        made = _score_tables(scored, timed, f"{title}, online boxes (what was said at once)")
+        again = _score_tables(revised, timed, f"{title}, revised boxes (what was said in the end)")
         made += [replace(table, name=f"{table.name}-revised") for table in again]
     segmenting = scored[scored["tracker"].isin(_segmenting(scored))]
     if len(segmenting):
@@ -107,7 +114,6 @@ def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "")
             PRESET,
         )
         made.append(replace(table, name="segmentation"))
-    timed = timing_runs(runs)
     if len(timed):
         table = sequence_table(
             timed,
@@ -119,14 +125,36 @@ def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "")
     return made
 
 
-def _score_tables(scored: pd.DataFrame, title: str) -> list[Table]:
+def _score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[Table]:
     made = []
     masks = MASKS if _segmenting(scored) else ()
-    if len(scored["sequence"].unique()) > 1:
-        made.append(summary_table(scored, SUMMARY + masks, title, PRESET))
+    sequences = len(scored["sequence"].unique())
+    if sequences > 1:
+        scored, time = _with_times(scored, timed)
+        doubts, meaning = over_seeds, "95 % interval for these sequences with new seeds"
+        if sequences >= LEAST_FOR_NEW:
+            doubts, meaning = over_sequences, "95 % interval for new sequences like these"
+        table = summary_table(
+            scored, (*SUMMARY, *masks, time), title, PRESET, doubts, f"{meaning}; {MARKED}"
+        )
+        made.append(table)
     if len(scored):
         made.append(sequence_table(scored, PER_SEQUENCE + masks, title, PRESET))
     return made
+
+
+def _with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame, Measure]:
+    """Runs with milliseconds a frame: of timing runs where all have them, else their own."""
+    pairs = ["tracker", "sequence"]
+    whole = timed[timed["status"] == "finished"] if "cpu_seconds_median" in timed else timed[:0]
+    if len(whole):
+        medians = whole.groupby(pairs, observed=True)["cpu_seconds_median"].mean().to_dict()
+        names = zip(scored["tracker"], scored["sequence"], strict=True)
+        times = np.array([medians.get(name, np.nan) for name in names])
+        if np.isfinite(times).all():
+            return scored.assign(milliseconds=1e3 * times), TIME
+    own = 1e3 * scored["seconds"] / scored["frames"]
+    return scored.assign(milliseconds=own), replace(TIME, title=f"~{TIME.title}")
 
 
 def _segmenting(scored: pd.DataFrame) -> set[str]:
