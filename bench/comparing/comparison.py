@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.stats import rankdata
 
 from bench.reporting.doubt import LEAST_FOR_NEW
+from bench.reporting.tables import own_times
 from bench.statistics.intervals import Interval, mean_interval
 from bench.statistics.paired import (
     SIGNIFICANCE,
@@ -387,8 +388,7 @@ def _times(runs: pd.DataFrame) -> tuple[float, bool]:
             by_sequence = timed.groupby("sequence", observed=True)["cpu_seconds_median"].mean()
             return 1e3 * float(by_sequence.mean()), True
     scored = runs[(runs["protocol"] == "accuracy") & runs["seconds"].notna()]
-    frames = float(scored["frames"].sum())
-    return (1e3 * float(scored["seconds"].sum()) / frames if frames else nan), False
+    return 1e3 * float(own_times(scored).mean()) if len(scored) else nan, False
 
 
 def _sign(measure: Measure) -> float:

@@ -6,7 +6,8 @@ Here, and only here, a tracker's exceptions are caught: they are the result of i
 import traceback
 from collections.abc import Callable, Mapping
 from math import inf, isnan, nan
-from time import perf_counter
+from statistics import median
+from time import perf_counter, thread_time
 from typing import Any, TypeVar
 
 import cv2
@@ -64,7 +65,8 @@ class Recorder:
     frame; see `bench.store.unfinished`, shape (n, 6).
 
     `failure` says why the tracker is no longer asked, and is empty while it is; `seconds` what it
-    has taken so far; `segments` whether it has given a mask that counts (none does in timing runs).
+    has taken so far by the wall clock; `segments` whether it has given a mask that counts (none
+    does in timing runs).
     """
 
     def __init__(
@@ -82,6 +84,7 @@ class Recorder:
     ) -> None:
         self.failure = ""
         self.seconds = 0.0
+        self._updates: list[float] = []  # seconds of CPU that each took
         self.segments = False
         if repetition < 0:
             raise ValueError(f"repetition is {repetition}; they count from 0.")
@@ -128,9 +131,11 @@ class Recorder:
     def follow(self, shown: SharedFrame, frame: int) -> float:
         """Ask for the next estimate; give the seconds that the tracker took."""
         asked = answered = perf_counter()
+        cpu = thread_time()
         try:
             estimate = self._ask(shown, frame)
             answered = perf_counter()
+            self._updates.append(thread_time() - cpu)
             self._take(shown, frame, estimate)
         except _OURS:
             raise
@@ -177,7 +182,8 @@ class Recorder:
             arrays=self._arrays,
             segmentation=self._segmentation,
             times=times,
-            circumstances={"seconds": self.seconds},
+            circumstances={"seconds": self.seconds}
+            | ({"update_seconds": median(self._updates)} if self._updates else {}),
         )
 
     def _try(self, frame: int, call: Callable[[], R]) -> R | None:

@@ -59,7 +59,7 @@ def _contenders(
 ) -> list[bool]:
     """Whom a test (interval and p) does not tell from the best; nobody where there is no choice."""
     known = [place for place, mean in enumerate(means.tolist()) if isfinite(mean)]
-    if direction is None or len(known) < 2:
+    if direction is None or len(means) < 2 or not known:
         return [False] * len(means)
     best = (max if direction == "higher" else min)(known, key=lambda place: float(means[place]))
     others = [place for place in known if place != best]

@@ -69,6 +69,7 @@ FIELDS = pa.schema(
         ("mtime", pa.int64()),
         ("seconds", pa.float64()),
         ("frame_seconds", pa.float64()),
+        ("update_seconds", pa.float64()),
     ]
 )
 BATCH = 4096
@@ -100,6 +101,7 @@ def index_row(results: Results, path: Path, run: Run, truth: Any) -> dict[str, A
         "mtime": status.st_mtime_ns,
         "seconds": run.circumstances.get("seconds"),
         "frame_seconds": run.circumstances.get("frame_seconds"),
+        "update_seconds": run.circumstances.get("update_seconds"),
         "scores": {} if run.failure else score_both(run, truth),
     }
 
@@ -164,7 +166,8 @@ def read_table(
     the same on every sequence), `sequence`, `fingerprint`, `protocol`, `status`, `failure`,
     `source` and `truth` (where the sequence was opened from), `repetition`, `frames`, `size`
     [bytes] and `mtime` [nanoseconds] of the file, `seconds` that the tracker took, `frame_seconds`
-    that a frame took to decode or render, and a column a score of
+    that a frame took to decode or render, `update_seconds` of CPU that an update took (median; null
+    in runs of before it was kept), and a column a score of
     `bench.evaluation.scoring.score_both` (null where a run has it not, NaN where it is undefined).
 
     Raises `ResultsError` naming a file that can't be read.

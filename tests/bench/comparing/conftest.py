@@ -20,7 +20,8 @@ def make_runs():
                 "centre_error": 10 * (1 - score),
                 "first_loss": frames if lost_at is None else lost_at[tracker],
                 "frames": frames,
-                "seconds": 0.2,
+                "seconds": 0.9,
+                "update_seconds": 0.002,
             }
             for tracker, table in scores.items()
             for names in [columns.get("names") or [f"s{n}" for n in range(len(table))]]
