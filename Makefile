@@ -11,7 +11,7 @@ INSTALL = PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --
 # A process a core; the tests of a file in one of them, which compiles and loads what they share.
 SIDE_BY_SIDE = -n auto --dist loadfile
 
-.PHONY: setup demo test test-full lint seal bench clean
+.PHONY: setup demo test test-full lint check seal bench clean
 
 setup: $(READY)
 
@@ -42,6 +42,10 @@ lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+# Whether our trackers score what they did, on one suite of tests/baseline.toml.
+check: $(READY)
+	@$(BIN)/trackmark check tests/baseline.toml --sequences 'wang2010/*' --output "$$(mktemp -d)"
 
 # What a changed scene or tracker gives, against what it gave; NEW=name for what is meant to differ.
 seal: $(READY)

@@ -15,6 +15,7 @@ from bench.commands._options import engine_options, json_option, output_option
 
 if TYPE_CHECKING:
     from bench.comparing.baseline import Baseline
+    from reports.tables import Table
 
 __all__ = ["command"]
 
@@ -59,7 +60,7 @@ def command(
     """
     from bench.comparing.baseline import baseline_path, read_baseline, write_baseline
     from bench.comparing.checking import as_data, as_junit, check, table
-    from reports.renderers import to_markdown, to_text
+    from reports.renderers import to_markdown
 
     path = baseline_path(name)
     kept = read_baseline(path)
@@ -70,7 +71,7 @@ def command(
     before = _part(kept, accept or trackers, sequences if accept is None else "*")
     found = check(before, _measured(before, f"check-{path.stem}", output, means, budget))
     made = table(found, whole=whole)
-    told = f"{json.dumps(as_data(found), allow_nan=False)}\n" if as_json else to_text(made)
+    told = f"{json.dumps(as_data(found), allow_nan=False)}\n" if as_json else _text(made)
     click.echo(told, nl=False)
     for file, text in ((markdown, to_markdown(made)), (junit, as_junit(found))):
         if file is not None:
@@ -83,6 +84,13 @@ def command(
     if found.judgement.state == "worse":
         return EXIT_ANSWER_IS_NO
     return EXIT_CANNOT_TELL if strict and found.judgement.state == "cannot tell" else 0
+
+
+def _text(made: "Table") -> str:
+    """The table, or its notes alone where nothing changed."""
+    from reports.renderers import to_text
+
+    return to_text(made) if made.rows else "\n".join([*made.notes, ""])
 
 
 def _write(file: Path, text: str) -> None:

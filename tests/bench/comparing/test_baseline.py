@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+import trackers
 from bench.comparing.baseline import (
     Baseline,
     BaselineCell,
@@ -100,3 +101,18 @@ def test_the_worst_stands_first_in_every_format():
     assert (suite.get("failures"), suite.get("skipped")) == ("1", "1")
     # The baseline's ten runs can't show a drop of .05 at that spread, whatever is added.
     assert wanted(found) == {("a:key=1", "s1"): float("inf")}
+
+
+def test_our_own_baseline_has_every_tracker_and_preset_on_every_sequence():
+    kept = read_baseline(Path(__file__).parents[2] / "baseline.toml")
+    usable = [name for name in trackers.names() if not name.startswith("opencv-")]
+    labels = {
+        name if preset == "recommended" else f"{name}:preset={preset}"
+        for name in [*usable, "opencv-camshift", "opencv-mil"]
+        for preset in trackers.describe(name)["presets"]
+    }
+    assert set(kept.cells) == labels
+    sequences = {tuple(cells) for cells in kept.cells.values()}
+    assert len(sequences) == 1
+    suites = {name.partition("/")[0] for name in next(iter(sequences))}
+    assert suites >= {"samples", "plain", "wang2010", "moreno2005", "nguyen2002"}
