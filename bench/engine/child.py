@@ -12,7 +12,6 @@ import threading
 import time
 import traceback
 from dataclasses import asdict, dataclass, replace
-from functools import cache
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, ClassVar, cast
@@ -38,6 +37,7 @@ _DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
 _SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
 _LONGEST_SAID = 20_000
 _NO_MEMORY = "the memory is exhausted"
+_NO_FILES = "it used up, or forbade, the files that its process needs"
 
 
 class DefectError(RuntimeError):
@@ -104,12 +104,10 @@ class Answer:
     @staticmethod
     def read(line: bytes) -> "Answer":
         """What was sent. Raises `ValueError`, `RecursionError` for anything else."""
-        return _answers().validate_python(json.loads(line))
+        return _ANSWERS.validate_python(json.loads(line))
 
 
-@cache
-def _answers() -> TypeAdapter[Answer]:
-    return TypeAdapter(Answer)
+_ANSWERS = TypeAdapter(Answer)
 
 
 def main() -> None:
@@ -165,9 +163,7 @@ def _answer(request: Any, observer: Observer, fresh: bool = True) -> Answer:
         if can_use_files():
             kind = "ResultsError" if isinstance(error, ResultsError) else "SequenceError"
             return Answer(raised=kind, said=str(error))
-        return Answer(
-            raised="harm", said="it used up, or forbade, the files that its process needs"
-        )
+        return Answer(raised="harm", said=_NO_FILES)
     except NotAttributableError as error:
         return Answer(raised="harm", said=str(error))
     except MemoryError:

@@ -31,9 +31,8 @@ _START_SECONDS = 300.0
 _END_SECONDS = 10.0
 _LONGEST_ANSWER = 1 << 26  # bytes
 _PIECE = 1 << 16
-_READING_SECONDS = 300.0  # a frame, which no tracker can help
-_ELSEWHERE_SECONDS = 3600.0  # opening a sequence for the first time may take long
-_LONG_SECONDS = {READING: _READING_SECONDS, ELSEWHERE: _ELSEWHERE_SECONDS}
+# No tracker can help how long a frame takes to read, or a sequence to open for the first time.
+_LONG_SECONDS = {READING: 300.0, ELSEWHERE: 3600.0}
 _MARK = "TRACKMARK_CHILD"
 _HOME = str(Path(__file__).parents[2])
 # These very packages, wherever the child would look for them first.
@@ -149,20 +148,15 @@ class ChildProcess:
         last = time.monotonic()
         while True:
             try:
-                piece = None
-                if self._connection.poll(_POLL_SECONDS):
-                    piece = os.read(self._connection.fileno(), _PIECE)
-                    heard += piece
+                ready = self._connection.poll(_POLL_SECONDS)
+                piece = os.read(self._connection.fileno(), _PIECE) if ready else None
             except OSError:
                 return self._death()
             if piece == b"":
                 return self._death()
-            beginning = heard[: len(Answer.BEGINNING)]
-            if (
-                not Answer.BEGINNING.startswith(beginning)
-                or heard.endswith(b"\n")
-                or len(heard) > _LONGEST_ANSWER
-            ):
+            heard += piece or b""
+            known = Answer.BEGINNING.startswith(heard[: len(Answer.BEGINNING)])
+            if not known or b"\n" in (piece or b"") or len(heard) > _LONGEST_ANSWER:
                 if self.board.look().compiled:  # since the last look, too
                     announce()
                 return self._read(bytes(heard))

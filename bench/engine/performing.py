@@ -76,10 +76,11 @@ def scored(outcome: Outcome, unit: Unit, folder: Path) -> Outcome:
     results = Results(folder)
     told = len(outcome.entries) + len(outcome.errors)
     asked = told >= len(unit.entries) and set(outcome.entries) <= set(unit.entries)
-    if not asked or len(outcome.rows) != len(outcome.entries):
+    files = [folder / str(row.get("path")) for row in outcome.rows]
+    within = all(file.is_relative_to(folder) for file in files)
+    if not (asked and within) or len(files) != len(outcome.entries):
         raise ResultsError("these are runs that nobody asked for.")
-    rows = [row_of_file(results, folder / str(row.get("path"))) for row in outcome.rows]
-    return replace(outcome, rows=rows)
+    return replace(outcome, rows=[row_of_file(results, file) for file in files])
 
 
 @dataclass(frozen=True)

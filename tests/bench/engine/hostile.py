@@ -284,6 +284,7 @@ CLASSES = {
         "while True: into_connection(b' ' * 9999)",
     ),
     "WritesNothing": ("answers for its process", "into_connection(b'{\"result\": null}\\n')"),
+    "WritesMore": ("wrote into file descriptors", 'into_connection(b\'{"result": null}\\n{"\')'),
     "WritesAnswer": (
         "nobody asked for",
         f"into_connection(json.dumps({{'result': {ANSWER}}}).encode() + b'\\n')",

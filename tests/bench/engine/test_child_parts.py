@@ -13,13 +13,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import bench
 from bench.engine import child, engine, probe
 from bench.engine.board import ELSEWHERE, NOBODY, READING, Board, BoardObserver
 from bench.engine.output import LONGEST, Printed, Tail
+from bench.engine.performing import Outcome, scored
 from bench.engine.process import Surroundings, machine_memory, peak_memory, reset_peak
 from bench.engine.supervisor import _suspects
 from bench.engine.unit import Entry, Limits, Unit
 from bench.experiments.experiment import ExperimentError, SequenceSource
+from bench.store.files import ResultsError
+from bench.store.results import Results
+from bench.store.truth import write_truth
 from bench.store.unfinished import map_rows, read_rows
 from datasets.decoding import decoding
 
@@ -209,6 +214,21 @@ def test_a_probe_measures_every_tracker_and_keeps_nothing(here):
     assert len(probed.seconds) == 2
     assert np.isfinite([*probed.seconds, probed.frame_seconds]).all()
     assert [p for p in sorted(here.rglob("*")) if "__pycache__" not in p.parts] == before
+
+
+def test_an_answer_that_names_a_run_of_another_folder_is_refused(make_sequence, tmp_path):
+    sequence = make_sequence()
+    run = bench.evaluate("static", sequence)
+    elsewhere = Results(tmp_path / "elsewhere")
+    elsewhere.prepare(elsewhere.asked())
+    write_truth(elsewhere.folder, sequence)
+    elsewhere.write(run)
+    entry = Entry("static", 0, run.identity.version)
+    unit = Unit(SequenceSource(sequence.name), (entry,), "accuracy", len(sequence))
+    rows = [{"path": str(elsewhere.path(run.identity))}]
+    outcome = Outcome(rows, [entry], 0.0, 0.0, 0.0, 0, "", 0)
+    with pytest.raises(ResultsError, match="nobody asked for"):
+        scored(outcome, unit, tmp_path / "here")
 
 
 def test_an_unknown_engine_is_named_with_the_closest():
