@@ -4,16 +4,12 @@ import os
 import signal
 import socket
 import subprocess
-import sys
 import tempfile
 import threading
 import time
-import uuid
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import IO, Any
 
 from bench.compilation import announce
@@ -22,24 +18,17 @@ from bench.engine.child import Answer
 from bench.engine.output import Tail, drain
 from bench.engine.process import machine_memory
 from bench.engine.unit import Limits
+from bench.offspring import Offspring
 from bench.store.files import ResultsError
 
 __all__ = ["ChildProcess", "Death", "StartError"]
 
 _POLL_SECONDS = 0.1
 _START_SECONDS = 300.0
-_END_SECONDS = 10.0
 _LONGEST_ANSWER = 1 << 26  # bytes
 _PIECE = 1 << 16
 # No tracker can help how long a frame takes to read, or a sequence to open for the first time.
 _LONG_SECONDS = {READING: 300.0, ELSEWHERE: 3600.0}
-_MARK = "TRACKMARK_CHILD"
-_HOME = str(Path(__file__).parents[2])
-# These very packages, wherever the child would look for them first.
-_CODE = (
-    "import sys; home = sys.argv.pop(1); home in sys.path or sys.path.insert(0, home); "
-    "from bench.engine.child import main; main()"
-)
 
 
 @dataclass(frozen=True)
@@ -73,26 +62,20 @@ class ChildProcess:
     def __init__(self, limits: Limits, go_on: Callable[[], None]) -> None:
         self._limits = limits
         self.used = False
-        self._mark = uuid.uuid4().hex
         ours, theirs = socket.socketpair()
         with _shared_file() as shared, theirs:
             self.board = Board(shared.fileno())
             given = [theirs.fileno(), shared.fileno()]
             memory = limits.memory_bytes or machine_memory() // (os.cpu_count() or 1)
-            self._process = subprocess.Popen(  # noqa: S603  # ourselves
-                [
-                    *(sys.executable, "-P", "-c", _CODE, _HOME),
-                    *map(str, [*given, os.getpid(), memory]),
-                ],
+            self._offspring = Offspring(
+                "bench.engine.child",
+                [*given, os.getpid(), memory],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 pass_fds=given,
-                env=os.environ | {_MARK: self._mark},
-                # In a session of its own it is reached by no signal that is for this command,
-                # and all that it starts can be ended with it.
-                start_new_session=True,
             )
+            self._process = self._offspring.process
             theirs.close()
             self._connection = Connection(ours.detach())
             self.tail = Tail()
@@ -130,13 +113,7 @@ class ChildProcess:
 
     def end(self) -> None:
         """Kill it, and what it has started, wherever that has gone."""
-        self._process.send_signal(signal.SIGSTOP)  # nothing more is started from now on
-        for process in _started_by(self._process.pid, self._mark):
-            with suppress(ProcessLookupError):
-                os.kill(process, signal.SIGKILL)
-        self._process.kill()
-        with suppress(subprocess.TimeoutExpired):  # one that waits for a lost disk can't end
-            self._process.wait(_END_SECONDS)
+        self._offspring.end()
         self._reader.join(_POLL_SECONDS)
         if not self._connection.closed:
             self._connection.close()
@@ -226,24 +203,3 @@ def _shared_file() -> IO[bytes]:
             "another folder by the environment variable TMPDIR."
         ) from error
     return shared
-
-
-def _started_by(parent: int, mark: str) -> list[int]:
-    """Numbers of a process's descendants, and of those that inherited its mark, where one can see.
-
-    What has neither its mark in its environment nor a living ancestor in it can't be found.
-    """
-    parents: dict[int, int] = {}
-    found: set[int] = set()
-    wanted = f"{_MARK}={mark}".encode()
-    for folder in Path("/proc").glob("[0-9]*"):
-        with suppress(OSError):  # it has just ended, or is somebody else's
-            number = int(folder.name)
-            state = (folder / "stat").read_text("utf-8", "replace")
-            parents[number] = int(state.rpartition(")")[2].split()[1])
-            if wanted in (folder / "environ").read_bytes().split(b"\0"):
-                found.add(number)
-    newer = {parent, *found}
-    while newer := {child for child, of in parents.items() if of in newer} - found:
-        found |= newer
-    return sorted(found - {parent})

@@ -6,7 +6,6 @@ command's own process imports none of others; what it needs to know of them come
 
 import json
 import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -28,6 +27,7 @@ from bench.experiments.contestant import (
     contestants,
     split_text,
 )
+from bench.offspring import Offspring
 from trackers import Randomness, Tracker, TrackerError
 from trackers.base.catalogue import is_outside
 
@@ -37,13 +37,6 @@ _SECONDS = 300.0
 """In which all of them must be imported."""
 
 _MOST_BYTES = 1 << 26  # of what is answered
-
-_HOME = str(Path(__file__).parents[2])
-# These very packages, wherever the child would look for them first.
-_CODE = (
-    "import sys; home = sys.argv.pop(1); home in sys.path or sys.path.insert(0, home); "
-    "from bench.experiments.outside import main; main()"
-)
 
 
 def settled(texts: Iterable[str]) -> dict[str, Contestant]:
@@ -102,25 +95,23 @@ def _asked(question: str, texts: list[str]) -> dict[str, Any]:
 def _child(request: str) -> tuple[str, list[bytes]]:
     """How the child ended, in words, and the lines that it wrote."""
     with tempfile.TemporaryFile() as written:
-        process = subprocess.Popen(  # noqa: S603  # ourselves
-            [sys.executable, "-P", "-c", _CODE, _HOME, str(written.fileno())],
+        child = Offspring(
+            "bench.experiments.outside",
+            [written.fileno()],
             stdin=subprocess.PIPE,
             # What a file prints is nobody's answer: its runs keep it where they fail.
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             pass_fds=[written.fileno()],
-            # So that it can be ended with all that it starts.
-            start_new_session=True,
         )
+        process = child.process
         try:
             process.communicate(request.encode(), _SECONDS)
             ended = f"its process ends with status {process.returncode}"
         except subprocess.TimeoutExpired:
             ended = f"nothing happens for {_SECONDS:g} s"
         finally:
-            with suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
+            child.end()
         written.seek(0)
         return ended, written.read(_MOST_BYTES).splitlines()
 

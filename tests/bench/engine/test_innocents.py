@@ -14,6 +14,7 @@ from bench.engine.unit import Limits
 from bench.execution.plan import make_plan
 from bench.execution.units import left_of
 from bench.experiments.experiment import Experiment, SequenceSource
+from bench.experiments.outside import settled
 from bench.store.index import read_index
 from bench.store.log import log_files, read_log
 from bench.store.results import Results
@@ -93,6 +94,11 @@ def failures(ground, *names, sequences="A", seeds=1, **options):
         for row in rows
         if row["failure"]
     }
+
+
+def running(command):
+    numbers = [int(place.name) for place in Path("/proc").glob("[0-9]*")]
+    return [number for number in numbers if command in command_line(number)]
 
 
 @pytest.mark.slow
@@ -179,11 +185,18 @@ def test_how_long_a_frame_takes_to_read_is_not_the_trackers_time(ground):
 def test_what_a_tracker_has_started_ends_unless_its_process_did(ground, name, left):
     """With no mark in its environment and no living ancestor nobody knows whose it is."""
     failures(ground, name)
-    numbers = [int(place.name) for place in Path("/proc").glob("[0-9]*")]
-    started = [number for number in numbers if "sleep 86413.5" in command_line(number)]
+    started = running("sleep 86413.5")
     for number in started:
         send(number, signal.SIGKILL)
     assert len(started) == left
+
+
+def test_so_does_what_the_import_of_its_file_has_started(ground, wait_until):
+    command = "sleep 86414.5"
+    start = f"import subprocess\nsubprocess.Popen({command.split()}, start_new_session=True)\n"
+    (ground / "starts.py").write_text(start + (ground / "knob.py").read_text())
+    settled([f"{ground}/starts.py"])
+    wait_until(lambda: not running(command))
 
 
 def test_a_worker_that_is_killed_while_it_begins_is_begun_again(ground, monkeypatch):
