@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 from numpy.typing import ArrayLike, NDArray
 
 from reports.figures import add_legend, bare_figure, fold, line_style, new_figure
@@ -149,8 +150,9 @@ def speed_accuracy_plot(points: Mapping[str, Point], quantity: str, title: str) 
         if isfinite(point.low):
             axes.vlines(point.milliseconds, point.low, point.high, color=colour(position), lw=1.5)
     axes.set(xscale="log", xlabel="time a frame [ms]", ylabel=quantity)
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_formatter("{x:g}")
+    axes.xaxis.set_minor_locator(NullLocator())
     axes.margins(x=0.15)
     add_legend(figure, axes)
     return figure

@@ -38,13 +38,15 @@ budget_option = click.option(
 class Bench:
     """Runs designs into one folder of results, stage by stage.
 
-    `sources`: where sequences are, by name. `means`: what performs the work, for `Execution`.
+    `texts`: of the trackers, by label. `sources`: where sequences are, by name. `means`: what
+    performs the work, for `Execution`.
     `may_fail`: whether failed runs count as lost ones, or are errors.
     """
 
     def __init__(
         self,
         name: str,
+        texts: Mapping[str, str],
         sources: Mapping[str, SequenceSource],
         output: Path,
         means: Mapping[str, Any],
@@ -54,7 +56,7 @@ class Bench:
     ) -> None:
         self.folder = output / name
         self._name, self._output, self._means = name, output, means
-        self._sources, self._may_fail = sources, may_fail
+        self._texts, self._sources, self._may_fail = texts, sources, may_fail
         self._known: KnownSequences = {}
         self._ends = monotonic() + budget
         self._pace = 0.0  # seconds a run, in the last stage
@@ -76,7 +78,7 @@ class Bench:
         for (repetitions, sequences), trackers in alike.items():
             experiment = Experiment(
                 name=self._name,
-                trackers=tuple(trackers),
+                trackers=tuple(self._texts[tracker] for tracker in trackers),
                 sequences=tuple(self._sources[sequence] for sequence in sequences),
                 repetitions=repetitions,
             )
@@ -87,7 +89,9 @@ class Bench:
                 raise SequenceError("\n".join(execution.errors))
         if ran:
             self._pace = (monotonic() - began) / ran
-        return measured(self.folder, design, self._sources, detect, may_fail=self._may_fail)
+        return measured(
+            self.folder, design, self._texts, self._sources, detect, may_fail=self._may_fail
+        )
 
     def extend(
         self,

@@ -1,16 +1,12 @@
 """Keep what trackers score now, for `trackmark check`."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from bench.commands._design import Bench, budget_option
 from bench.commands._options import chosen_sequences, engine_options, output_option, split_list
-
-if TYPE_CHECKING:
-    from bench.comparing.baseline import Baseline
 
 __all__ = ["command"]
 
@@ -33,6 +29,7 @@ __all__ = ["command"]
     show_default=True,
     help="Drop of the mean overlap on one sequence that must be found.",
 )
+@click.option("--force", is_flag=True, help="Replace a baseline that is there.")
 @budget_option
 @output_option
 @engine_options
@@ -42,6 +39,7 @@ def command(
     sequences: str,
     seeds: int,
     detect: float,
+    force: bool,
     budget: float,
     output: Path,
     means: dict[str, Any],
@@ -51,13 +49,17 @@ def command(
     It is a small text file to be committed: a line a tracker and sequence. Trackers that draw
     are repeated until a drop of --detect would be found in 80 % of cases, or the budget ends.
     """
-    from bench.comparing.baseline import DECISIVE, baseline_path, write_baseline
+    from bench.comparing.baseline import DECISIVE, baseline_path, lacking, write_baseline
     from bench.execution.plan import make_plan
     from bench.experiments.experiment import Experiment
-    from bench.statistics.regression import repetitions_for
     from bench.store.results import Results
 
     path = baseline_path(name)
+    if path.exists() and not force:
+        raise click.UsageError(
+            f"{path} is there already. `trackmark check {name} --accept TRACKER` moves it on; "
+            "--force makes it anew, and its accepted changes are forgotten."
+        )
     asked = Experiment(
         f"baseline-{path.stem}",
         tuple(split_list(trackers)),
@@ -66,26 +68,18 @@ def command(
     )
     plan = make_plan(asked, Results(output / asked.name), {})
     sources = {planned.name: planned.source for planned in plan.sequences}
-    labels = [chosen.label for chosen in plan.trackers.values()]
-    design = {(label, sequence): seeds for label in labels for sequence in sources}
+    texts = {chosen.label: text for text, chosen in plan.trackers.items()}
+    design = {(label, sequence): seeds for label in texts for sequence in sources}
 
-    def lacking(now: "Baseline") -> Mapping[tuple[str, str], float]:
-        samples = {cell: now.cells[cell[0]][cell[1]].scores[DECISIVE] for cell in design}
-        drawn = {cell: sample for cell, sample in samples.items() if sample.spread > 0}
-        return {cell: repetitions_for(sample, detect, len(drawn)) for cell, sample in drawn.items()}
-
-    bench = Bench(asked.name, sources, output, means, budget, may_fail=False)
+    bench = Bench(asked.name, texts, sources, output, means, budget, may_fail=False)
     now = bench.extend(design, lacking, bench.run(design, detect), detect)
     write_baseline(now, path)
     runs = [cell.scores[DECISIVE].n for cells in now.cells.values() for cell in cells.values()]
     click.echo(
-        f"{path}: {len(now.cells)} trackers on {len(sources)} sequences, {min(runs)} to "
-        f"{max(runs)} runs each. Commit it; `trackmark check {name}` compares with it."
+        f"{path}: {len(runs)} cells ({len(now.cells)} x {len(sources)}), {sum(runs)} runs.\n"
+        f"Commit it; `trackmark check {name}` compares with it."
     )
-    short = sum(
-        needed > now.cells[tracker][sequence].scores[DECISIVE].n
-        for (tracker, sequence), needed in lacking(now).items()
-    )
+    short = len(lacking(now))
     if short:
         click.echo(
             f"{short} of {len(runs)} cells have too few runs to show a drop of {detect:g}: give a "

@@ -1,7 +1,9 @@
 """Check whether trackers score worse than a baseline says."""
 
 import json
+import textwrap
 from collections.abc import Mapping
+from dataclasses import replace
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
 __all__ = ["command"]
 
 EXIT_CANNOT_TELL = 3
+
+WIDTH = 100
 
 
 @click.command("check")
@@ -71,9 +75,10 @@ def command(
     before = _part(kept, accept or trackers, sequences if accept is None else "*")
     found = check(before, _measured(before, f"check-{path.stem}", output, means, budget))
     made = table(found, whole=whole)
+    in_markdown = to_markdown(made) if made.rows else "".join(f"{note}\n" for note in made.notes)
     told = f"{json.dumps(as_data(found), allow_nan=False)}\n" if as_json else _text(made)
     click.echo(told, nl=False)
-    for file, text in ((markdown, to_markdown(made)), (junit, as_junit(found))):
+    for file, text in ((markdown, in_markdown), (junit, as_junit(found))):
         if file is not None:
             _write(file, text)
     if accept is not None and because is not None:
@@ -88,9 +93,12 @@ def command(
 
 def _text(made: "Table") -> str:
     """The table, or its notes alone where nothing changed."""
+    from reports.fitting import on_terminal
     from reports.renderers import to_text
 
-    return to_text(made) if made.rows else "\n".join([*made.notes, ""])
+    notes = "\n".join(textwrap.fill(note, WIDTH, break_on_hyphens=False) for note in made.notes)
+    table = on_terminal(replace(made, notes=[]), to_text) if made.rows else ""
+    return f"{table}{notes}\n"
 
 
 def _write(file: Path, text: str) -> None:
@@ -101,8 +109,6 @@ def _write(file: Path, text: str) -> None:
 
 def _part(baseline: "Baseline", trackers: str, sequences: str) -> "Baseline":
     """Cells that two patterns fit; a tracker's label fits itself."""
-    from dataclasses import replace
-
     cells = {
         tracker: {name: cell for name, cell in found.items() if fnmatchcase(name, sequences)}
         for tracker, found in baseline.cells.items()
@@ -128,6 +134,6 @@ def _measured(
     }
     sources = {sequence: cell.source for (_, sequence), cell in cells.items()}
     design = {names: cell.scores[DECISIVE].n for names, cell in cells.items()}
-    bench = Bench(name, sources, output, means, budget, may_fail=True)
+    bench = Bench(name, before.texts, sources, output, means, budget, may_fail=True)
     now = bench.run(design, before.detect)
     return bench.extend(design, lambda now: wanted(check(before, now)), now, before.detect)

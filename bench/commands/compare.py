@@ -101,13 +101,15 @@ def command(
     from bench.comparing.words import paragraph
     from bench.reporting.tables import PER_SEQUENCE, SUMMARY
     from bench.store.loading import load_results
+    from reports.fitting import on_terminal
     from reports.renderers import to_text
 
-    labels: list[str] | None = list(trackers) or None
+    trackers = tuple(name for given in trackers for name in split_list(given))
+    labels = _labels(trackers)
     cells = None
     if sequences is not None:
-        if not trackers:
-            raise click.UsageError("Name the trackers to compare.")
+        if len(trackers) < 2:
+            raise click.UsageError("Name the trackers to compare, two or more.")
         results, labels, cells = _run(trackers, sequences, seeds, name, output, means)
     experiment = _only_experiment(results)
     measure = next(one for one in (*SUMMARY, *PER_SEQUENCE) if one.name == metric)
@@ -121,12 +123,26 @@ def command(
     if as_json:
         click.echo(json.dumps(as_data(answers), allow_nan=False))
     else:
-        click.echo("\n".join(map(to_text, screen(answers))))
+        click.echo("\n".join(on_terminal(one, to_text) for one in screen(answers)))
         click.echo(textwrap.fill(paragraph(answers), WIDTH, break_on_hyphens=False))
     if folder is not None:
         for path in _write(answers, files(answers), experiment, folder):
             click.echo(str(path), err=True)
     return 0
+
+
+def _labels(trackers: tuple[str, ...]) -> list[str] | None:
+    """Labels of trackers as they were typed for `run`; what is none stands for itself."""
+    from bench.experiments.outside import settled
+    from trackers import TrackerError
+
+    labels = []
+    for text in trackers:
+        try:
+            labels += [chosen.label for chosen in settled([text]).values()]
+        except TrackerError:
+            labels.append(text)  # of results whose tracker is not here
+    return labels or None
 
 
 def _only_experiment(results: Path | None) -> Path:
@@ -153,10 +169,16 @@ def _run(
     from bench.execution.run import Execution
     from datasets import SequenceError
 
+    chosen = chosen_sequences(sequences, None)
+    if len(chosen) < 2:
+        raise click.UsageError(
+            "One sequence says nothing of which tracker is better; give several, or other scenes "
+            "of it (NAME:scene=1)."
+        )
     experiment = Experiment(
         name=name or ad_hoc_name(trackers, split_list(sequences), None),
         trackers=trackers,
-        sequences=chosen_sequences(sequences, None),
+        sequences=chosen,
         repetitions=seeds or Experiment.repetitions,
     )
     refresh_index(output / experiment.name)

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from bench.comparing.comparison import Comparison, Pair
+from bench.comparing.comparison import Comparison
+from bench.comparing.pairs import Pair
 from bench.comparing.words import (
     between,
     letters,
@@ -19,6 +20,7 @@ from bench.comparing.words import (
     times,
     unit,
 )
+from bench.reporting.doubt import LEAST_FOR_NEW
 from bench.statistics.intervals import Interval, mean_interval
 from bench.statistics.paired import SIGNIFICANCE, smallest_p
 from reports.tables import MISSING, Cell, Table
@@ -38,7 +40,7 @@ def files(comparison: Comparison) -> list[Table]:
     """All tables, for a folder: also differences by sequence, and by knobs of the scenes."""
     made = [
         _standings(comparison),
-        _pair_table(comparison, comparison.pairs, []),
+        _pair_table(comparison, spoken_of(comparison, whole=True), []),
         _sequences(comparison),
     ]
     return [*made, *([knobs] if (knobs := _knobs(comparison)).rows else [])]
@@ -80,7 +82,7 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
                 "probability_interval": list(pair.probability_interval),
                 "p": pair.p,
                 "p_holm": pair.adjusted,
-                "sequences_needed": int(pair.needed) if isfinite(pair.needed) else None,
+                "needed": int(pair.needed) if isfinite(pair.needed) else None,
                 "time_to_failure_p": pair.loss_p,
                 "differences": pair.differences.tolist(),
             }
@@ -108,11 +110,11 @@ def _standings(comparison: Comparison) -> Table:
             ]
         )
         data.append({"letter": letter, **vars(standing), **_ends(standing.interval)})
-    notes = ["* can't be told from the best."]
+    notes = ["Marked: can't be told from the best, or practically equal to it."]
     if isfinite(critical := comparison.critical_difference):
         notes.append(f"Mean ranks that differ by less than {critical:.2f} can't be told apart.")
     if not all(standing.timed for standing in comparison.standings):
-        notes.append("~ of the accuracy runs, beside other work; `run --timing` measures.")
+        notes.append("~: of the accuracy runs, beside other work (run --timing measures).")
     return Table(
         name="comparison",
         caption=(
@@ -182,18 +184,23 @@ def _pair_table(comparison: Comparison, pairs: Sequence[Pair], notes: list[str])
 def _limits(comparison: Comparison) -> list[str]:
     """What so many sequences can't show."""
     n, tests = len(comparison.sequences), len(comparison.pairs)
+    told = []
+    if any(isfinite(pair.needed) for pair in comparison.pairs):
+        what = "sequences" if comparison.question == "new sequences" else "repetitions"
+        told = [f"(~N): about N {what} would show it in four cases of five."]
     if comparison.question == "new seeds":
         if all(pair.interval is None for pair in comparison.pairs):
-            return [f"{n} sequences say nothing of new ones: give 5 or more, or --seeds."]
-        return [f"{n} sequences say nothing of new ones: give 5 or more."]
+            return [f"Nothing was repeated: give --seeds, or {LEAST_FOR_NEW} sequences or more."]
+        return [*told, "Other sequences than these may show something else."]
     least = smallest_p(n) * tests
     if least >= SIGNIFICANCE:
         enough = next(k for k in range(n, 200) if smallest_p(k) * tests < SIGNIFICANCE)
         return [
+            *told,
             f"{n} sequences can't show a difference: the smallest p is {min(1.0, least):.2g} "
-            f"({tests} comparison{'s' if tests > 1 else ''}); {enough} or more can."
+            f"({tests} comparison{'s' if tests > 1 else ''}); {enough} or more can.",
         ]
-    return []
+    return told
 
 
 def _sequences(comparison: Comparison) -> Table:
@@ -269,7 +276,7 @@ def _knobs(comparison: Comparison) -> Table:
 def _needed(pair: Pair) -> str:
     if isnan(pair.needed):
         return ""
-    return f" (~{pair.needed:.0f} seq.)" if pair.needed < 1000 else " (> 1000 seq.)"
+    return f" (~{pair.needed:.0f})" if pair.needed < 1000 else " (> 1000)"
 
 
 def _ends(interval: Interval | None) -> dict[str, float]:

@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from bench.experiments.experiment import SequenceSource, read_toml
-from bench.statistics.regression import Sample
+from bench.statistics.regression import Sample, repetitions_for
 from bench.store.files import ResultsError
 from bench.store.loading import ordered_rows
 from bench.store.results import Results
@@ -33,6 +33,7 @@ __all__ = [
     "BaselineError",
     "Design",
     "baseline_path",
+    "lacking",
     "measured",
     "read_baseline",
     "surroundings",
@@ -50,6 +51,9 @@ LIBRARIES = ("numpy", "numba", "opencv-python-headless", "scipy")
 
 FOLDER = Path("baselines")
 
+TEXT_KEY = "tracker"
+"""Of a tracker's text, where its label alone would not make it again."""
+
 
 class BaselineError(ResultsError):
     """A baseline that can't be read, or does not fit what is there; says what to do."""
@@ -64,6 +68,7 @@ class BaselineCell:
     boxes: str  # digest over all repetitions' boxes
     scores: Mapping[str, Sample]  # by metric
     failed: int = 0  # runs that failed; their overlap counts as 0
+    reason: str = ""  # why the first of them did
 
 
 @dataclass(frozen=True)
@@ -71,6 +76,7 @@ class Baseline:
     """What was scored, by tracker's label and sequence's name."""
 
     cells: Mapping[str, Mapping[str, BaselineCell]]
+    texts: Mapping[str, str]  # of the trackers, by label: what makes them again
     detect: float  # smallest drop that its design was made for
     made_with: Mapping[str, str]  # platform, Python and libraries
     accepted: Sequence[Mapping[str, Any]] = field(default_factory=tuple)  # changes, with reasons
@@ -109,6 +115,7 @@ Design: TypeAlias = Mapping[tuple[str, str], int]
 def measured(
     folder: Path,
     design: Design,
+    texts: Mapping[str, str],
     sources: Mapping[str, SequenceSource],
     detect: float,
     *,
@@ -116,7 +123,8 @@ def measured(
 ) -> Baseline:
     """A baseline of an experiment's runs.
 
-    `design` says which are meant, `sources` where sequences are, by name. Raises `BaselineError`
+    `design` says which are meant, `texts` what makes the trackers again, by label, and `sources`
+    where sequences are, by name. Raises `BaselineError`
     for runs that have no score, and for those that failed unless they may.
     """
     results = Results(folder)
@@ -137,7 +145,22 @@ def measured(
         found = runs[tracker, sequence]
         cell = _cell(sources[sequence], sorted(found, key=lambda run: run[0]))
         cells.setdefault(tracker, {})[sequence] = cell
-    return Baseline(cells, detect, surroundings())
+    return Baseline(cells, texts, detect, surroundings())
+
+
+def lacking(now: Baseline) -> dict[tuple[str, str], float]:
+    """Repetitions that cells need and don't have to show a drop of `detect`, by cell."""
+    samples = {
+        (tracker, name): cell.scores[DECISIVE]
+        for tracker, found in now.cells.items()
+        for name, cell in found.items()
+    }
+    drawn = {cell: sample for cell, sample in samples.items() if sample.spread > 0}
+    needed = {
+        cell: float(repetitions_for(sample, now.detect, len(drawn)))
+        for cell, sample in drawn.items()
+    }
+    return {cell: number for cell, number in needed.items() if number > drawn[cell].n}
 
 
 def _cell(
@@ -157,7 +180,15 @@ def _cell(
         with np.errstate(invalid="ignore"):  # an infinite centre error has no spread
             spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
         scores[metric] = Sample(float(values.mean()), spread, len(values))
-    return BaselineCell(source, first["fingerprint"][:16], digest.hexdigest()[:16], scores, failed)
+    reasons = [str(row["failure"]).partition("\n")[0] for _, row, _ in runs if row["failure"]]
+    return BaselineCell(
+        source,
+        first["fingerprint"][:16],
+        digest.hexdigest()[:16],
+        scores,
+        failed,
+        *reasons[:1],
+    )
 
 
 def write_baseline(baseline: Baseline, path: Path) -> None:
@@ -173,6 +204,8 @@ def write_baseline(baseline: Baseline, path: Path) -> None:
     ]
     for tracker, cells in baseline.cells.items():
         lines += ["", f"[trackers.{_quoted(tracker)}]"]
+        if (text := baseline.texts[tracker]) != tracker:
+            lines.append(f"{TEXT_KEY} = {_quoted(text)}")
         lines += [f"{_quoted(name)} = {_inline(name, cell)}" for name, cell in cells.items()]
     for entry in baseline.accepted:
         lines += ["", "[[accepted]]"]
@@ -210,12 +243,16 @@ def read_baseline(path: Path) -> Baseline:
         )
     try:
         cells = {
-            tracker: {name: _read_cell(name, cell) for name, cell in found.items()}
+            tracker: {
+                name: _read_cell(name, cell) for name, cell in found.items() if name != TEXT_KEY
+            }
             for tracker, found in told["trackers"].items()
         }
-        return Baseline(
-            cells, float(told["detect"]), dict(told["made_with"]), tuple(told.get("accepted", ()))
-        )
+        texts = {
+            label: str(found.get(TEXT_KEY, label)) for label, found in told["trackers"].items()
+        }
+        accepted = tuple(told.get("accepted", ()))
+        return Baseline(cells, texts, float(told["detect"]), dict(told["made_with"]), accepted)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise BaselineError(
             f"{path} is no whole baseline ({type(error).__name__}: {error}). Restore it, or make "

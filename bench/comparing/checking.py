@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import pandas as pd
 
 from bench.comparing.baseline import DECISIVE, Baseline, BaselineCell, BaselineError
+from bench.comparing.words import equals, p_value
 from bench.statistics.regression import Change, Judgement, Sample, judge, repetitions_needed
 from reports.tables import MISSING, Cell, Table
 
@@ -94,13 +95,13 @@ def table(found: Check, *, whole: bool = False) -> Table:
                 Cell(f"{new.mean:.3f}"),
                 Cell(f"{change.difference:+.3f}"),
                 Cell(f"{new.n}"),
-                Cell(f"{change.p:.3f}" if isfinite(change.p) else MISSING),
+                Cell(p_value(change.p) if isfinite(change.p) else MISSING),
             ]
         )
     return Table(
         name="check",
-        caption="Mean overlap before and now; p by cell, corrected by Holm.",
-        heads=["", "tracker", "sequence", "before", "now", "change", "runs", "p"],
+        caption="Mean overlap before and now; p that there is no drop, corrected by Holm.",
+        heads=["", "tracker", "sequence", "before", "now", "change", "runs", "p (drop)"],
         n_labels=3,
         rows=rows,
         notes=_notes(found),
@@ -115,16 +116,16 @@ def _notes(found: Check) -> list[str]:
     told = [f"{parts}. In all: {judgement.state}."]
     if isfinite(judgement.p):
         told.append(
-            f"All that vary together: {judgement.difference:+.4f}, p = {judgement.p:.3f}. "
+            f"All that vary together: {judgement.difference:+.4f}, p {equals(judgement.p)} that "
+            "there is no drop. "
             f"A drop of {judgement.detectable:.3f} of their mean, or of "
             f"{max(change.detectable for change in judgement.changes):.3f} on any one sequence, "
             "is found in 80 % of cases."
         )
     told += [
-        f"{tracker} on {name}: {failed} runs failed; their overlap counts as 0 "
-        "(`trackmark results failures` tells why)."
+        f"{tracker} on {name}: {cell.failed} runs failed, which counts as overlap 0: {cell.reason}"
         for tracker, name in found.names
-        if (failed := found.now.cells[tracker][name].failed)
+        if (cell := found.now.cells[tracker][name]).failed
     ]
     if not found.same_surroundings:
         changed = [
@@ -174,6 +175,8 @@ def as_junit(found: Check) -> str:
         case = ElementTree.SubElement(suite, "testcase", classname=tracker, name=sequence)
         old, new = _samples(found, tracker, sequence)
         words = f"mean overlap {old.mean:.4f} -> {new.mean:.4f} ({change.state})"
+        if reason := found.now.cells[tracker][sequence].reason:
+            words += f"; runs failed: {reason}"
         if change.state == "worse":
             ElementTree.SubElement(case, "failure", message=words)
         elif change.state == "cannot tell":

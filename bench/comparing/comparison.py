@@ -4,49 +4,35 @@ A tracker's repetitions on a sequence are averaged first. Trackers are then pair
 never by seed: the same seed means nothing to two methods.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 from math import nan
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
+from bench.comparing.pairs import Losses, Pair, Question, Scores, paired, sign_of
 from bench.reporting.doubt import LEAST_FOR_NEW
 from bench.reporting.tables import own_times
 from bench.statistics.intervals import Interval, mean_interval
 from bench.statistics.paired import (
-    SIGNIFICANCE,
     cells_mean,
-    cells_needed,
     critical_difference,
-    holm,
-    probability_better,
-    signed_rank,
 )
-from bench.statistics.survival import log_rank
 from bench.store.files import ResultsError
 from reports.tables import Measure
 
 __all__ = [
     "LEAST_FOR_RANKS",
-    "Answer",
     "Comparison",
     "ComparisonError",
-    "Pair",
-    "Question",
     "Standing",
     "compare",
 ]
-
-Question = Literal["new sequences", "new seeds"]
-"""What intervals tell of: new sequences like these, or these sequences with new seeds."""
-
-Answer = Literal["better", "worse", "practically equal", "cannot tell"]
 
 LEAST_FOR_RANKS = 10
 """Sequences from which on mean ranks are set beside a critical difference."""
@@ -71,43 +57,6 @@ class Standing:
 
 
 @dataclass(frozen=True)
-class Pair:
-    """Two trackers: the first's score minus the second's, by sequence and in all."""
-
-    first: str
-    second: str
-    differences: NDArray[np.float64]  # (n,), in the order of the sequences
-    interval: Interval | None
-    probability: float  # that the first is better on a new sequence
-    probability_interval: Interval
-    p: float  # of the exact signed-rank test, or of Welch's t over seeds
-    adjusted: float  # by Holm, over all pairs
-    answer: Answer  # of the first tracker
-    needed: float  # sequences that would settle it; NaN where it is settled
-    loss_p: float  # that times to failure are alike: stratified log-rank test
-
-    @property
-    def difference(self) -> float:
-        """Mean over the sequences."""
-        return float(self.differences.mean())
-
-    def swapped(self) -> "Pair":
-        """The same, told of the second tracker."""
-        low, high = self.probability_interval
-        answers: dict[Answer, Answer] = {"better": "worse", "worse": "better"}
-        return replace(
-            self,
-            first=self.second,
-            second=self.first,
-            differences=-self.differences,
-            interval=self.interval and Interval(-self.interval.high, -self.interval.low),
-            probability=1 - self.probability,
-            probability_interval=Interval(1 - high, 1 - low),
-            answer=answers.get(self.answer, self.answer),
-        )
-
-
-@dataclass(frozen=True)
 class Comparison:
     """Trackers compared by one measure; `scores` are by tracker, sequence and repetition."""
 
@@ -115,15 +64,15 @@ class Comparison:
     margin: float
     question: Question
     sequences: Sequence[str]
-    scores: Mapping[str, Sequence[NDArray[np.float64]]]
-    losses: Mapping[str, Sequence[tuple[NDArray[np.float64], NDArray[np.bool_]]]]
+    scores: Scores
+    losses: Losses
     standings: Sequence[Standing]
     pairs: Sequence[Pair]
 
     @cached_property
     def best(self) -> Standing:
         """The tracker with the best mean."""
-        sign = _sign(self.measure)
+        sign = sign_of(self.measure)
         return max(self.standings, key=lambda standing: sign * standing.mean)
 
     @property
@@ -215,21 +164,21 @@ def compare(
     losses = {name: [_losses(cells[name, sequence]) for sequence in sequences] for name in chosen}
     if question is None:
         question = "new sequences" if len(sequences) >= LEAST_FOR_NEW else "new seeds"
-    pairs = _pairs(values, losses, measure, margin, question)
+    pairs = paired(values, losses, measure, margin, question)
     standings = _standings(runs, values, losses, measure, question, pairs)
     return Comparison(measure, margin, question, sequences, values, losses, standings, pairs)
 
 
 def _standings(
     runs: pd.DataFrame,
-    values: Mapping[str, Sequence[NDArray[np.float64]]],
-    losses: Mapping[str, Sequence[tuple[NDArray[np.float64], NDArray[np.bool_]]]],
+    values: Scores,
+    losses: Losses,
     measure: Measure,
     question: Question,
     pairs: Sequence[Pair],
 ) -> list[Standing]:
     means = {name: np.array([run.mean() for run in found]) for name, found in values.items()}
-    sign = _sign(measure)
+    sign = sign_of(measure)
     best = max(means, key=lambda name: sign * float(means[name].mean()))
     behind = {
         pair.second if pair.answer == "better" else pair.first
@@ -288,10 +237,11 @@ def _check(
         here = scored[scored["status"] == status]
         if len(here):
             row = here.iloc[0]
+            why = str(row["failure"]).partition("\n")[0] if status == "failed" else ""
             raise ComparisonError(
                 f"{len(here)} of {len(scored)} runs are {status}, the first that of "
-                f"{row['tracker']} on {row['sequence']}: run them (again), or leave the tracker or "
-                "the sequence out."
+                f"{row['tracker']} on {row['sequence']}{f' ({why})' if why else ''}. Run them "
+                "(`trackmark run … --retry-failed` repeats failed ones), or leave them out."
             )
     there = set(zip(scored["tracker"].astype(str), scored["sequence"].astype(str), strict=True))
     for name in chosen:
@@ -318,68 +268,6 @@ def _losses(runs: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.bool_]]
     return np.minimum(first, frames)[known], (first < frames)[known]
 
 
-def _pairs(
-    values: Mapping[str, Sequence[NDArray[np.float64]]],
-    losses: Mapping[str, Sequence[tuple[NDArray[np.float64], NDArray[np.bool_]]]],
-    measure: Measure,
-    margin: float,
-    question: Question,
-) -> list[Pair]:
-    names = list(combinations(values, 2))
-    means = {name: np.array([run.mean() for run in found]) for name, found in values.items()}
-    repeated = any(len(run) > 1 for found in values.values() for run in found)
-    tested: list[tuple[Interval | None, float]] = []
-    for first, second in names:
-        if question == "new sequences":
-            differences = means[first] - means[second]
-            tested.append((mean_interval(differences), signed_rank(differences)))
-        elif repeated:
-            found = cells_mean(values[first], values[second])
-            tested.append((found.interval, found.p))
-        else:
-            tested.append((None, 1.0))
-    adjusted = holm([p for _, p in tested])
-    sign = _sign(measure)
-    made = []
-    for (first, second), (interval, p), level in zip(names, tested, adjusted.tolist(), strict=True):
-        differences = means[first] - means[second]
-        answer = _answer(interval, level, margin, sign)
-        needed = nan
-        if answer == "cannot tell":
-            spread = float(differences.std(ddof=1))
-            needed = cells_needed(float(differences.mean()), spread, margin, len(names))
-        share, around = probability_better(sign * differences)
-        strata = [(*a, *b) for a, b in zip(losses[first], losses[second], strict=True)]
-        _, loss_p = log_rank(strata)
-        made.append(
-            Pair(
-                first,
-                second,
-                differences,
-                interval,
-                share,
-                around,
-                p,
-                level,
-                answer,
-                needed,
-                loss_p,
-            )
-        )
-    return made
-
-
-def _answer(interval: Interval | None, adjusted: float, margin: float, sign: float) -> Answer:
-    """Equal where the interval says so; better where test and interval both do."""
-    if interval is None:
-        return "cannot tell"
-    if interval.inside(margin):
-        return "practically equal"
-    if adjusted < SIGNIFICANCE and (interval.low > 0 or interval.high < 0):
-        return "better" if sign * (interval.low + interval.high) > 0 else "worse"
-    return "cannot tell"
-
-
 def _times(runs: pd.DataFrame) -> tuple[float, bool]:
     """Milliseconds a frame, and whether timing runs say so."""
     if "cpu_seconds_median" in runs:
@@ -389,8 +277,3 @@ def _times(runs: pd.DataFrame) -> tuple[float, bool]:
             return 1e3 * float(by_sequence.mean()), True
     scored = runs[(runs["protocol"] == "accuracy") & runs["seconds"].notna()]
     return 1e3 * float(own_times(scored).mean()) if len(scored) else nan, False
-
-
-def _sign(measure: Measure) -> float:
-    """1 where more is better, -1 where less is."""
-    return 1.0 if measure.direction == "higher" else -1.0

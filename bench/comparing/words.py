@@ -4,13 +4,15 @@ from collections.abc import Sequence
 from math import isfinite
 from string import ascii_uppercase
 
-from bench.comparing.comparison import Answer, Comparison, Pair
+from bench.comparing.comparison import Comparison
+from bench.comparing.pairs import Answer, Pair
 from bench.statistics.intervals import Interval
 from bench.statistics.paired import SIGNIFICANCE, smallest_p
 from reports.tables import MISSING
 
 __all__ = [
     "between",
+    "equals",
     "letters",
     "number",
     "p_value",
@@ -62,22 +64,23 @@ def paragraph(comparison: Comparison) -> str:
     return " ".join(said)
 
 
-def spoken_of(comparison: Comparison) -> list[Pair]:
+def spoken_of(comparison: Comparison, *, whole: bool = False) -> list[Pair]:
     """Pairs that are spoken of, the better tracker first: all of a few, else those with the best.
 
-    Of two trackers the one that was named first stays first.
+    Of two trackers the one that was named first stays first. `whole`: all pairs, in this order.
     """
     if len(comparison.pairs) == 1:
         return list(comparison.pairs)
-    means = {standing.tracker: standing.rank for standing in comparison.standings}
+    ranks = {standing.tracker: standing.rank for standing in comparison.standings}
     best = comparison.best.tracker
     sign = 1 if comparison.measure.direction == "higher" else -1
+    whole = whole or len(comparison.pairs) <= SHOWN_PAIRS
     pairs = [
         pair if sign * pair.difference >= 0 else pair.swapped()
         for pair in comparison.pairs
-        if len(comparison.pairs) <= SHOWN_PAIRS or best in (pair.first, pair.second)
+        if whole or best in (pair.first, pair.second)
     ]
-    return sorted(pairs, key=lambda pair: (pair.first != best, means[pair.first]))
+    return sorted(pairs, key=lambda pair: (pair.first != best, ranks[pair.first]))
 
 
 _VERBS = {
@@ -89,14 +92,15 @@ _VERBS = {
 
 
 def _sentence(comparison: Comparison, pair: Pair) -> str:
+    what = "sequences" if comparison.question == "new sequences" else "repetitions"
     around = "" if pair.interval is None else f" {between(comparison, pair.interval, signed=True)}"
     difference = f"{number(comparison, pair.difference, signed=True)}{unit(comparison)}"
     text = (
         f"{pair.first} {_VERBS[pair.answer]} {pair.second} "
-        f"(difference {difference}{around}, p {_equals(pair.adjusted)})"
+        f"(difference {difference}{around}, p {equals(pair.adjusted)})"
     )
     if isfinite(pair.needed):
-        text += f"; about {pair.needed:.0f} sequences would tell"
+        text += f"; about {pair.needed:.0f} {what} would show it in four cases of five"
     return text + "."
 
 
@@ -155,7 +159,8 @@ def p_value(value: float) -> str:
     return "< .001" if value < 0.001 else f"{value:.3f}".lstrip("0") if value < 1 else "1"
 
 
-def _equals(p: float) -> str:
+def equals(p: float) -> str:
+    """`= .031`, or `< .001`."""
     return p_value(p) if p < 0.001 else f"= {p_value(p)}"
 
 

@@ -43,10 +43,8 @@ def test_compiling_is_said_once_a_command_and_not_again(typed, here, monkeypatch
 
 def test_what_the_command_itself_compiles_is_said_too(typed, here, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(here / "kernels"))
-    code = "import numba\nnumba.njit(lambda number: number + 1)(1)\n"
-    (here / "scene.py").write_text(code)
-    done = typed("describe", "scene.py:Scene", status=2)
-    assert done.stderr.splitlines()[0] == SENTENCE
+    done = typed("show", "plain/target:length=10", "--frames", 1, "--output", "strip.png")
+    assert done.stderr.splitlines().count(SENTENCE) == 1
 
 
 def test_one_process_at_a_time_touches_what_is_kept_of_a_function(tmp_path):

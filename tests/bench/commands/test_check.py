@@ -6,7 +6,7 @@ import tomllib
 import pytest
 
 SEQUENCES = ("--sequences", "data/Small,plain/target:length=12")
-BASELINE = ("baseline", "own", "--trackers", "static,knob.py:Knob", *SEQUENCES, "--seeds", 2)
+BASELINE = ("baseline", "own", "--trackers", "static,knob.py:as=mine", *SEQUENCES, "--seeds", 2)
 
 
 @pytest.fixture
@@ -32,9 +32,9 @@ def test_a_worse_tracker_is_found_told_and_accepted(trackmark, here, kept):
     files = ("--markdown", "pull.md", "--junit", "check.xml", "--budget", "0s")
     said = trackmark("check", "own", *files, status=1)
     assert "worse" in said.stdout.lower()
-    assert "knob" in (here / "pull.md").read_text()
+    assert "mine" in (here / "pull.md").read_text()
     assert "failure" in (here / "check.xml").read_text()
-    label = next(name for name in tomllib.loads(kept.read_text())["trackers"] if "nob" in name)
+    label = next(name for name in tomllib.loads(kept.read_text())["trackers"] if name == "mine")
     trackmark("check", "own", "--accept", label, "--because", "smaller boxes", "--budget", "0s")
     told = tomllib.loads(kept.read_text())
     assert told["accepted"][0]["because"] == "smaller boxes"
@@ -72,3 +72,13 @@ def test_a_tracker_that_fails_now_is_worse(trackmark, here, kept):
     file.write_text(file.read_text().replace("return Estimate(", "return Guess("))
     said = trackmark("check", "own", "--budget", "0s", status=1)
     assert "2 runs failed" in said.stdout
+    assert "Guess" in said.stdout
+    assert max(map(len, said.stdout.splitlines())) <= 100
+
+
+def test_a_baseline_is_not_replaced_unasked(trackmark, kept):
+    before = kept.read_bytes()
+    assert "--force" in trackmark(*BASELINE, status=2).stderr
+    assert kept.read_bytes() == before
+    trackmark(*BASELINE, "--budget", "0s", "--force")
+    assert tomllib.loads(kept.read_text())["trackers"]["mine"]["tracker"] == "knob.py:as=mine"

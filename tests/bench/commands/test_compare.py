@@ -28,7 +28,10 @@ def test_it_runs_what_lacks_answers_and_writes_the_paper(trackmark, here):
         (("static", "camshift"), "Give --sequences or --results"),
         (("--sequences", SCENES), "Name the trackers"),
         (("static", "static", "--sequences", SCENES), "twice"),
-        (("static", "camshift", "--sequences", "plain/target:length=12"), "one says nothing"),
+        (
+            ("static", "camshift", "--sequences", "plain/target:length=12"),
+            "One sequence says nothing",
+        ),
         (("--results", "nowhere"), "no results here"),
     ],
 )

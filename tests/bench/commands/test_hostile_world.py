@@ -55,6 +55,9 @@ def test_a_full_disk_under_the_output_is_a_line_and_the_work_goes_on(
 INTERRUPTED = """
 import os, signal, sys
 
+# A shell's background job ignores Ctrl-C, and so do those that it starts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
 class Finder:
     def find_spec(self, name, *_):
         if name == sys.argv[-1]:

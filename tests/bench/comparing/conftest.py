@@ -16,6 +16,7 @@ def make_runs():
                 "repetition": repetition,
                 "protocol": "accuracy",
                 "status": "finished",
+                "failure": "",
                 "mean_overlap": score,
                 "centre_error": 10 * (1 - score),
                 "first_loss": frames if lost_at is None else lost_at[tracker],

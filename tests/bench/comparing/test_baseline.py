@@ -29,7 +29,9 @@ def cell(mean=0.5, spread=0.0, n=1, boxes="b0", sequence="f0", source=None):
 
 
 def baseline(**cells):
-    return Baseline({"a:key=1": {"s0": cell(), **cells}}, 0.05, surroundings())
+    return Baseline(
+        {"a:key=1": {"s0": cell(), **cells}}, {"a:key=1": "a.py:key=1"}, 0.05, surroundings()
+    )
 
 
 def test_it_is_read_as_it_was_written(tmp_path):
@@ -40,6 +42,7 @@ def test_it_is_read_as_it_was_written(tmp_path):
     read = read_baseline(tmp_path / "own.toml")
     assert read.cells["a:key=1"]["cup.mp4"].source == video
     assert read.cells["a:key=1"]["cup.mp4"].scores["mean_overlap"] == (0.333333, 0.0123457, 7)
+    assert read.texts == {"a:key=1": "a.py:key=1"}
     assert read.accepted[0]["because"] == 'a "better" update'
     write_baseline(read, tmp_path / "again.toml")
     assert (tmp_path / "again.toml").read_bytes() == (tmp_path / "own.toml").read_bytes()

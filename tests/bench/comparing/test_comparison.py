@@ -72,7 +72,7 @@ def test_few_sequences_tell_of_new_seeds_alone(make_runs):
     assert found.question == "new seeds"
     assert found.pairs[0].answer == "better"
     (_, pairs) = screen(found)
-    assert any("say nothing of new ones" in note for note in pairs.notes)
+    assert "Other sequences" in pairs.notes[-1]
     asked = compare(make_runs(scores), OVERLAP, 0.01, question="new sequences")
     assert asked.pairs[0].answer == "cannot tell"
     once = {"a": [[0.5], [0.6]], "b": [[0.4], [0.5]]}
@@ -228,3 +228,21 @@ def test_a_published_file_that_does_not_fit_is_refused(make_runs, tmp_path, text
     file.write_text(text)
     with pytest.raises(ComparisonError, match=words):
         with_published(make_runs({"a": around(HARDNESS)}), file, OVERLAP)
+
+
+def test_what_new_seeds_need_is_repetitions(make_runs):
+    few = {"a": around(HARDNESS + 0.03, 0.2, 6, seed=0), "b": around(HARDNESS, 0.2, 6, seed=1)}
+    (pair,) = compare(make_runs(few), OVERLAP, 0.01, question="new seeds").pairs
+    assert pair.answer == "cannot tell"
+    assert pair.needed > 6
+    found = 0
+    for seed in range(0, 80, 2):
+        runs = {
+            "a": around(HARDNESS + pair.difference, 0.2, int(pair.needed), seed),
+            "b": around(HARDNESS, 0.2, int(pair.needed), seed + 1),
+        }
+        (again,) = compare(make_runs(runs), OVERLAP, 0.01, question="new seeds").pairs
+        found += again.answer == "better"
+    assert 24 <= found <= 39  # of 40; four in five are meant
+    (other,) = compare(make_runs(few), OVERLAP, 0.0, question="new sequences").pairs
+    assert np.isnan(other.needed) or other.needed > len(HARDNESS)
