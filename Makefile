@@ -9,7 +9,8 @@ FULL   := $(VENV)/.ready-full
 INSTALL = PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --quiet \
           --disable-pip-version-check --editable
 # A process a core; the tests of a file in one of them, which compiles and loads what they share.
-SIDE_BY_SIDE = -n auto --dist loadfile
+# In the order of the folders: files with few and long tests are not left for the end.
+SIDE_BY_SIDE = -n auto --dist loadfile --no-loadscope-reorder
 
 .PHONY: setup demo test test-full lint check seal bench clean
 

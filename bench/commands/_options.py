@@ -206,7 +206,8 @@ def progress_bar(total: int | None, unit: str) -> Iterator[Progress]:
 
         # Into a bar no line is written: it shows itself.
         tell = say if bar.disable else appear
-        first.enter_context(patience(f"Waiting for the first {unit}", tell))
+        wait = f"Waiting for the first {unit}" if total else f"Looking for {unit}s"
+        first.enter_context(patience(wait, tell))
 
         def show(done: int, total: int | None = None) -> None:
             if done:

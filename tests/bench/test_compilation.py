@@ -4,6 +4,7 @@ import fcntl
 import json
 from threading import Thread
 
+import pytest
 from numba.core.caching import IndexDataCacheFile
 
 from bench.compilation import SENTENCE
@@ -41,6 +42,7 @@ def test_compiling_is_said_once_a_command_and_not_again(typed, here, monkeypatch
     assert SENTENCE not in typed(*chosen, "--seeds", 4).stderr
 
 
+@pytest.mark.slow
 def test_what_the_command_itself_compiles_is_said_too(typed, here, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(here / "kernels"))
     done = typed("show", "plain/target:length=10", "--frames", 1, "--output", "strip.png")

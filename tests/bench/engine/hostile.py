@@ -285,6 +285,10 @@ CLASSES = {
     ),
     "WritesNothing": ("answers for its process", "into_connection(b'{\"result\": null}\\n')"),
     "WritesMore": ("wrote into file descriptors", 'into_connection(b\'{"result": null}\\n{"\')'),
+    "WritesDefect": (
+        "a defect of ours",
+        'into_connection(b\'{"result": null, "raised": "DefectError", "said": "a defect of ours"}\\n\')',
+    ),
     "WritesAnswer": (
         "nobody asked for",
         f"into_connection(json.dumps({{'result': {ANSWER}}}).encode() + b'\\n')",
@@ -346,7 +350,7 @@ EVERYDAY = [
     *("Segfaults", "EndsWell", "KillsItself", "HangsInC", "Forks", "ClosesDescriptors"),
     *("DrawsFromNumpy", "AllocatesAtOnce", "ChangesFolder", "ChangesEnvironment", "ChangesUmask"),
     *("ChangesArithmetic", "LeavesDaemons", "PrintsAndRaises", "WritesToBuffersOwner"),
-    *("TakesSharedMemory", "WritesPickle", "WritesAnswer"),
+    *("TakesSharedMemory", "WritesPickle", "WritesAnswer", "WritesDefect"),
 ]
 
 

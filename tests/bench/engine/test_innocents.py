@@ -182,13 +182,13 @@ def test_how_long_a_frame_takes_to_read_is_not_the_trackers_time(ground):
 
 
 @pytest.mark.parametrize(("name", "left"), [("LeavesNameless", 0), ("AbandonsNameless", 1)])
-def test_what_a_tracker_has_started_ends_unless_its_process_did(ground, name, left):
+def test_what_a_tracker_has_started_ends_unless_its_process_did(ground, name, left, wait_until):
     """With no mark in its environment and no living ancestor nobody knows whose it is."""
     failures(ground, name)
+    wait_until(lambda: len(running("sleep 86413.5")) == left)
     started = running("sleep 86413.5")
     for number in started:
         send(number, signal.SIGKILL)
-    assert len(started) == left
 
 
 def test_so_does_what_the_import_of_its_file_has_started(ground, wait_until):
