@@ -287,7 +287,9 @@ CLASSES = {
     "WritesMore": ("wrote into file descriptors", 'into_connection(b\'{"result": null}\\n{"\')'),
     "WritesDefect": (
         "a defect of ours",
-        'into_connection(b\'{"result": null, "raised": "DefectError", "said": "a defect of ours"}\\n\')',
+        "strike",
+        "said = {'result': None, 'raised': 'DefectError', 'said': 'a defect of ours'}",
+        "into_connection(json.dumps(said).encode() + b'\\n')",
     ),
     "WritesAnswer": (
         "nobody asked for",

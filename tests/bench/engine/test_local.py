@@ -60,7 +60,7 @@ def test_one_process_or_two_make_the_results_of_evaluating_one_by_one_and_none_a
 @pytest.mark.parametrize(
     "death",
     [
-        "import os; os._exit(3)",
+        pytest.param("import os; os._exit(3)", marks=pytest.mark.slow),
         pytest.param("import ctypes; ctypes.string_at(0)", marks=pytest.mark.slow),
     ],
 )
