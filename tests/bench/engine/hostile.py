@@ -256,7 +256,7 @@ CLASSES = {
     "ReseedsNumpy": ("global random numbers", "np.random.seed(0)"),
     "ReseedsRandom": ("global random numbers", "random.seed(0)"),
     "ChangesUmask": ("", "os.umask(0o777)"),
-    "PatchesTheAnswer": ("", "json.dumps = None"),  # too late: its run is stored
+    "PatchesTheAnswer": ("ended with status 1", "json.dumps = None"),
     "PatchesTheStore": ("harness fails", "os.link = os.replace = None"),
     "PatchesEverything": (
         ".",
