@@ -101,6 +101,7 @@ def command(
     from bench.comparing.words import paragraph
     from bench.reporting.tables import PER_SEQUENCE, SUMMARY
     from bench.store.loading import load_results
+    from bench.store.truth import occurring_attributes
     from reports.fitting import on_terminal
     from reports.renderers import to_text
 
@@ -114,12 +115,13 @@ def command(
     experiment = _only_experiment(results)
     measure = next(one for one in (*SUMMARY, *PER_SEQUENCE) if one.name == metric)
     runs = load_results(experiment, cells)
+    attributes = occurring_attributes(experiment, runs[runs["status"] == "finished"])
     if published is not None:
         runs, others = with_published(runs, published, measure)
         labels = None if labels is None else [*labels, *others]
     asked: Any = None if question is None else f"new {question}"
     limit = MARGINS[metric] if margin is None else margin
-    answers = compare(runs, measure, limit, labels, asked)
+    answers = compare(runs, measure, limit, labels, asked, attributes)
     if as_json:
         click.echo(json.dumps(as_data(answers), allow_nan=False))
     else:

@@ -1,5 +1,6 @@
 """What a comparison says, as tables and as JSON."""
 
+import json
 from collections.abc import Sequence
 from math import isfinite, isnan
 from typing import Any
@@ -37,13 +38,13 @@ def screen(comparison: Comparison) -> list[Table]:
 
 
 def files(comparison: Comparison) -> list[Table]:
-    """All tables, for a folder: also differences by sequence, and by knobs of the scenes."""
+    """All tables, for a folder: also differences by sequence, and by knob and attribute."""
     made = [
         _standings(comparison),
         _pair_table(comparison, spoken_of(comparison, whole=True), []),
         _sequences(comparison),
     ]
-    return [*made, *([knobs] if (knobs := _knobs(comparison)).rows else [])]
+    return [*made, *([parts] if (parts := _parts(comparison)).rows else [])]
 
 
 def as_data(comparison: Comparison) -> dict[str, Any]:
@@ -88,6 +89,7 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
             }
             for pair in comparison.pairs
         ],
+        "parts": json.loads(_parts(comparison).data.to_json(orient="records")),
         "paragraph": paragraph(comparison),
     }
 
@@ -236,11 +238,11 @@ def _sequences(comparison: Comparison) -> Table:
     )
 
 
-def _knobs(comparison: Comparison) -> Table:
+def _parts(comparison: Comparison) -> Table:
     letter = dict(zip(comparison.scores, letters(comparison), strict=True))
     rows, data = [], []
     for pair in spoken_of(comparison):
-        for (knob, value), differences in comparison.by_knob(pair).items():
+        for (knob, value), differences in comparison.by_part(pair).items():
             interval = mean_interval(differences) if len(differences) > 1 else None
             mean = float(np.mean(differences))
             rows.append(
@@ -264,9 +266,9 @@ def _knobs(comparison: Comparison) -> Table:
                 }
             )
     return Table(
-        name="comparison-knobs",
-        caption=f"Differences of {comparison.measure.head} by knobs of the scenes.",
-        heads=["pair", "knob", "sequences", "difference", "95 %"],
+        name="comparison-parts",
+        caption=f"Differences of {comparison.measure.head} by knob and by attribute.",
+        heads=["pair", "part", "sequences", "difference", "95 %"],
         n_labels=2,
         rows=rows,
         data=pd.DataFrame(data),

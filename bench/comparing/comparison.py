@@ -4,7 +4,7 @@ A tracker's repetitions on a sequence are averaged first. Trackers are then pair
 never by seed: the same seed means nothing to two methods.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import nan
@@ -68,6 +68,7 @@ class Comparison:
     losses: Losses
     standings: Sequence[Standing]
     pairs: Sequence[Pair]
+    attributes: Sequence[Collection[str]] = ()  # that occur in each sequence, where it is known
 
     @cached_property
     def best(self) -> Standing:
@@ -103,10 +104,11 @@ class Comparison:
                 chosen.setdefault(sequence, trackers)
         return chosen
 
-    def by_knob(self, pair: Pair) -> dict[tuple[str, str], NDArray[np.float64]]:
-        """A pair's differences by knob and value, of knobs that take several values.
+    def by_part(self, pair: Pair) -> dict[tuple[str, str], NDArray[np.float64]]:
+        """A pair's differences on parts of the sequences: by knob and value, by attribute.
 
-        Knobs are what the sequences' names say (`:light=dappled`), but for their scene.
+        Knobs are what the sequences' names say (`:light=dappled`), but for their scene, where
+        they take several values; attributes are those that some sequences have and some have not.
         """
         rows = [
             dict(part.split("=", 1) for part in name.split(":")[1:] if "=" in part)
@@ -119,7 +121,12 @@ class Comparison:
             for value in sorted({row[knob] for row in rows if knob in row})
         }
         several = {knob for knob in knobs if sum(name == knob for name, _ in found) > 1}
-        return {key: values for key, values in found.items() if key[0] in several}
+        parts = {key: values for key, values in found.items() if key[0] in several}
+        for name in sorted({name for names in self.attributes for name in names}):
+            having = np.array([name in names for names in self.attributes])
+            if not having.all():
+                parts["attribute", name] = pair.differences[having]
+        return parts
 
 
 def compare(
@@ -128,6 +135,7 @@ def compare(
     margin: float,
     trackers: Sequence[str] | None = None,
     question: Question | None = None,
+    attributes: Mapping[str, Collection[str]] | None = None,
 ) -> Comparison:
     """Compare trackers on the sequences that all of them ran on.
 
@@ -143,6 +151,8 @@ def compare(
         Labels, in the order of the answers; all that are there by default.
     question : {'new sequences', 'new seeds'}, optional
         What intervals tell of; of new sequences by default where there are five or more.
+    attributes : mapping of str to collection of str, optional
+        Attributes that occur, by sequence.
 
     Raises
     ------
@@ -166,7 +176,10 @@ def compare(
         question = "new sequences" if len(sequences) >= LEAST_FOR_NEW else "new seeds"
     pairs = paired(values, losses, measure, margin, question)
     standings = _standings(runs, values, losses, measure, question, pairs)
-    return Comparison(measure, margin, question, sequences, values, losses, standings, pairs)
+    occurring = [] if attributes is None else [attributes.get(name, ()) for name in sequences]
+    return Comparison(
+        measure, margin, question, sequences, values, losses, standings, pairs, occurring
+    )
 
 
 def _standings(

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
@@ -17,7 +17,18 @@ from bench.store.files import ResultsError, write_atomically
 from bench.store.layout import BOX_COLUMNS, METADATA_KEY, SCHEMA, check_schema, folder_name
 from datasets import Sequence
 
-__all__ = ["StoredTruth", "check_truth", "copy_truth", "read_truth", "truth_path", "write_truth"]
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = [
+    "StoredTruth",
+    "check_truth",
+    "copy_truth",
+    "occurring_attributes",
+    "read_truth",
+    "truth_path",
+    "write_truth",
+]
 
 
 @dataclass(frozen=True)
@@ -65,6 +76,19 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
     }
     described = {METADATA_KEY: json.dumps(metadata).encode()}
     write_atomically(path, arrow_bytes(as_columns(columns), described))
+
+
+def occurring_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
+    """Attributes that occur in any frame, by sequence, of `runs` as `load_results` gives them.
+
+    Raises `ResultsError` naming a file that is missing, damaged or not what its name says.
+    """
+    found: dict[str, set[str]] = {}
+    for sequence, fingerprint in set(zip(runs["sequence"], runs["fingerprint"], strict=True)):
+        attributes = read_truth(folder, sequence, fingerprint).attributes
+        names = {name for name, flags in attributes.items() if flags.any()}
+        found[sequence] = found.get(sequence, set()) | names
+    return found
 
 
 def copy_truth(source: Path, target: Path, sequence: str, fingerprint: str) -> None:

@@ -20,6 +20,14 @@ def test_it_runs_what_lacks_answers_and_writes_the_paper(trackmark, here):
     told = json.loads(again.stdout)
     assert [row["tracker"] for row in told["trackers"]] == ["static", "camshift"]
     assert told["pairs"][0]["answer"] == "cannot tell"
+    assert told["parts"] == []
+
+
+def test_sequences_on_which_something_happens_are_set_apart(trackmark):
+    hidden = "plain/target:length=12,plain/target:length=12:occlusion=0.5"
+    said = trackmark("compare", "static", "camshift", "--sequences", hidden, "--json")
+    (part,) = json.loads(said.stdout)["parts"]
+    assert (part["knob"], part["value"], part["sequences"]) == ("attribute", "occlusion", 1)
 
 
 @pytest.mark.parametrize(

@@ -110,10 +110,20 @@ def test_knobs_of_the_scenes_are_set_apart(make_runs):
     names = [f"walk:scene={n}:light={light}" for light in ("dim", "full") for n in range(4)]
     scores = {"a": around([0.5] * 8), "b": around([0.5] * 4 + [0.3] * 4, seed=1)}
     found = compare(make_runs(scores, names=names), OVERLAP, 0.01)
-    parts = found.by_knob(found.pairs[0])
+    parts = found.by_part(found.pairs[0])
     assert list(parts) == [("light", "dim"), ("light", "full")]
     assert parts["light", "full"].mean() == pytest.approx(0.2, abs=0.02)
-    assert [table.name for table in files(found)][-1] == "comparison-knobs"
+    assert [table.name for table in files(found)][-1] == "comparison-parts"
+
+
+def test_sequences_with_an_attribute_are_set_apart_from_those_without(make_runs):
+    names = [f"clip{n}" for n in range(8)]
+    scores = {"a": around([0.5] * 8), "b": around([0.5] * 4 + [0.3] * 4, seed=1)}
+    having = {name: {"whole", *({"blur"} if n >= 4 else ())} for n, name in enumerate(names)}
+    found = compare(make_runs(scores, names=names), OVERLAP, 0.01, attributes=having)
+    (part,) = as_data(found)["parts"]  # `whole` tells nothing apart
+    assert (part["knob"], part["value"], part["sequences"]) == ("attribute", "blur", 4)
+    assert part["difference"] == pytest.approx(0.2, abs=0.02)
 
 
 def changed(runs, rows, **values):
