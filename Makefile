@@ -8,6 +8,9 @@ FULL   := $(VENV)/.ready-full
 # Twice quiet: errors are shown, warnings (about the index's folders, say) are not.
 INSTALL = PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --quiet \
           --disable-pip-version-check --editable
+# Hundreds of processes are started: what Python compiles for one is kept for the others, whatever the
+# surroundings say.
+test test-full: export PYTHONDONTWRITEBYTECODE =
 # A process a core; the tests of a file in one of them, which compiles and loads what they share.
 # In the order of the folders: files with few and long tests are not left for the end.
 SIDE_BY_SIDE = -n auto --dist loadfile --no-loadscope-reorder

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.stats import rankdata
 
 from bench.comparing.pairs import Losses, Pair, Question, Scores, paired, sign_of
 from bench.reporting.doubt import LEAST_FOR_NEW
@@ -190,6 +189,8 @@ def _standings(
     question: Question,
     pairs: Sequence[Pair],
 ) -> list[Standing]:
+    from scipy.stats import rankdata  # half a second that `check` has no need of
+
     means = {name: np.array([run.mean() for run in found]) for name, found in values.items()}
     sign = sign_of(measure)
     best = max(means, key=lambda name: sign * float(means[name].mean()))

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri, stdtr, stdtrit
-from scipy.stats import rankdata, studentized_range
 
 from bench.statistics.intervals import Interval, wilson_interval
 
@@ -54,7 +53,8 @@ def signed_rank(differences: ArrayLike) -> float:
     scale = np.abs(given).max(initial=0.0)
     steps = np.round(given / scale, 12) if scale > 0 else given
     steps = steps[steps != 0]
-    ranks = np.round(2 * rankdata(np.abs(steps))).astype(int)  # twice: ties have half ranks
+    _, places, ties = np.unique(np.abs(steps), return_inverse=True, return_counts=True)
+    ranks = (2 * np.cumsum(ties) - ties + 1)[places]  # twice: ties have half ranks
     probability = np.ones(1)
     for rank in ranks:
         shifted = np.zeros(len(probability) + rank)
@@ -174,5 +174,7 @@ def critical_difference(trackers: int, cells: int) -> float:
     >>> round(critical_difference(4, 14), 2)  # Demšar's example
     1.25
     """
+    from scipy.stats import studentized_range  # half a second, for `compare` alone
+
     quantile = float(studentized_range.ppf(1 - SIGNIFICANCE, trackers, inf)) / sqrt(2)
     return quantile * sqrt(trackers * (trackers + 1) / (6 * cells))

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtrc
-from scipy.stats import CensoredData, ecdf
 
 __all__ = ["Survival", "kaplan_meier", "log_rank"]
 
@@ -37,6 +36,8 @@ def kaplan_meier(times: ArrayLike, lost: ArrayLike) -> Survival:
     lost : array of bool, shape (n,)
         Whether it was lost then.
     """
+    from scipy.stats import CensoredData, ecdf  # half a second, for a figure alone
+
     ends, failed = np.asarray(times, np.float64), np.asarray(lost, bool)
     estimate = ecdf(CensoredData.right_censored(ends, ~failed)).sf
     with warnings.catch_warnings():

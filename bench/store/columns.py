@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 from numpy.typing import ArrayLike, NDArray
-from pyarrow import compute
 
 from bench.store.layout import folder_name, run_path
 
@@ -75,7 +74,7 @@ def tidy(table: pa.Table) -> pa.Table:
         if field.type == TEXT:
             names, (numbers,) = codes(table[field.name])
             used = np.flatnonzero(np.bincount(numbers, minlength=len(names)))
-            order = used[compute.sort_indices(names.take(pa.array(used))).to_numpy()]
+            order = np.array(sorted(used.tolist(), key=names.to_pylist().__getitem__), np.int64)
             rank = np.zeros(len(names), np.int32)
             rank[order] = np.arange(len(order))
             column = coded(names.take(pa.array(order)), rank[numbers])

@@ -5,7 +5,6 @@ from pathlib import Path
 from datasets import truth_file
 from datasets.interface import Sequence
 from datasets.recorded import recorded
-from datasets.video_frames import VideoFrames
 
 __all__ = ["EXPECTS", "GENERAL", "read", "recognises"]
 
@@ -21,6 +20,8 @@ def recognises(path: Path) -> bool:
 
 def read(path: Path, truth: Path | None) -> Sequence:
     """Open the file; without `truth`, a `.csv` of the same name beside it is taken."""
+    from datasets.video_frames import VideoFrames  # a decoder is loaded where a video is opened
+
     frames = VideoFrames(path)
     return recorded(
         path.resolve().name,
