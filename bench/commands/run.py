@@ -150,9 +150,10 @@ def execute(
     *,
     retry_failed: bool = False,
     as_json: bool = False,
+    tables: bool = True,
     **means: Any,
 ) -> int:
-    """Run an experiment, say what came of it, and give the exit status."""
+    """Run an experiment, say what came of it (`tables`: its scores, too), give the exit status."""
     import numpy as np
 
     from bench.execution.plan import State
@@ -192,7 +193,7 @@ def execute(
     if as_json:
         _print_others(now, index, printed)
         click.echo(there, err=True)
-    else:
+    elif tables or failed:
         _print_tables(execution)
         click.echo(there)
         _print_remarks(execution, failed)

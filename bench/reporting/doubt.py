@@ -1,7 +1,7 @@
 """How sure a table's means are: their intervals, and whom the data can't tell from the best."""
 
 from collections.abc import Callable, Sequence
-from math import isfinite, nan
+from math import isclose, isfinite, nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,4 +72,5 @@ def _contenders(
 
 
 def _half(low: float, high: float) -> float:
-    return (high - low) / 2
+    """Half the interval's width; none where nothing varied, which is no certainty."""
+    return nan if isclose(low, high, rel_tol=1e-9) else (high - low) / 2

@@ -92,19 +92,20 @@ def title_of(folder: Path, *, named: bool = False) -> str:
 def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "") -> list[Table]:
     """Tables of one experiment: summary and sequences, masks where there are any, and times.
 
-    With `cells` they show these runs alone; `title` is the experiment's own by default. Where a
-    tracker revised boxes there are tables of what was said at once and of what was said in the end,
-    and captions say which.
+    With `cells` they show these runs alone, with times of whatever timing runs there are; `title`
+    is the experiment's own by default. Where a tracker revised boxes there are tables of what was
+    said at once and of what was said in the end, and captions say which.
     """
     runs = load_results(folder, cells)
     title = title or title_of(folder)
     scored, timed = runs[runs["protocol"] == "accuracy"], timing_runs(runs)
+    ever = timed if cells is None else timing_runs(load_results(folder))
     revised = as_revised(scored)
     if revised is None:
-        made = score_tables(scored, timed, title)
+        made = score_tables(scored, ever, title)
     else:
-        made = score_tables(scored, timed, f"{title}, online boxes (what was said at once)")
-        again = score_tables(revised, timed, f"{title}, revised boxes (what was said in the end)")
+        made = score_tables(scored, ever, f"{title}, online boxes (what was said at once)")
+        again = score_tables(revised, ever, f"{title}, revised boxes (what was said in the end)")
         made += [replace(table, name=f"{table.name}-revised") for table in again]
     segmenting = scored[scored["tracker"].isin(_segmenting(scored))]
     if len(segmenting):

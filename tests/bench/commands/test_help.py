@@ -125,6 +125,7 @@ def test_the_demo_runs_and_draws_its_pictures(typed, here):
     for tracker in ("static", "camshift", "camshift:window=adaptive", "opencv-mil"):
         assert f"{tracker} " in said
     shown = [line.strip() for line in said.splitlines() if line.strip().endswith(".png")]
-    assert len(shown) == 8
+    assert len(shown) in (8, 9)  # speed is drawn where load disturbed no timing run
     assert all(cv2.imread(str(here / path)) is not None for path in shown)
     assert "18 of 18 runs" in said
+    assert (here / "out" / "demo" / "times.csv").is_file()

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from bench.reporting import tables as reporting
 from bench.reporting.doubt import over_seeds, over_sequences
 from bench.reporting.tables import SUMMARY, score_tables
 from bench.statistics.intervals import mean_interval
@@ -48,6 +49,12 @@ def test_over_seeds_what_never_draws_differs_for_sure():
     assert doubt.halves[0] > 0
 
 
+@pytest.mark.parametrize("doubts", [over_seeds, over_sequences])
+def test_where_nothing_varied_nothing_is_known(doubts):
+    doubt = doubts([[np.full(3, 1 / 3), np.full(3, 1 / 3)]], "higher")
+    assert np.isnan(doubt.halves[0])
+
+
 def frame(tracker, overlap, protocol="accuracy", **more):
     return [
         {
@@ -77,3 +84,16 @@ def test_a_frames_time_is_of_timing_runs_where_all_have_them():
     summary, _ = score_tables(scored, both, "T")
     assert summary.heads[-1] == "time a frame [ms]"
     assert [row[-1].text for row in summary.rows] == ["7.000", "3.000"]
+
+
+def test_tables_of_some_runs_have_the_times_of_timing_runs_that_were_not_asked_for(
+    monkeypatch, tmp_path
+):
+    scored = pd.DataFrame(frame("a", 0.5))
+    timed = pd.DataFrame(frame("a", 0.5, "timing", cpu_seconds_median=0.007))
+    stored = pd.concat([scored, timed])
+    monkeypatch.setattr(
+        reporting, "load_results", lambda folder, cells=None: scored if cells else stored
+    )
+    summary, _ = reporting.tables(tmp_path, [("a", "s0", 0, "accuracy")], "T")
+    assert summary.heads[-1] == "time a frame [ms]"
