@@ -109,6 +109,11 @@ def matching(text: str) -> list[str]:
     SequenceError
         For a pattern that matches no sequence.
     """
+    bare, filters = _without_filters(text)
+    if filters:
+        from datasets.filters import with_filters
+
+        return [with_filters(name, filters) for name in matching(bare)]
     if is_built_in(text):
         return [text]
     pattern, colon, options = text.partition(":")
@@ -153,7 +158,8 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     name_or_path : str or Path
         One of `names()`, options after colons (`multipart/1:scene=2:light=even`); or the
         path of recorded data, likewise with options where there is a choice
-        (`davis/bmx-trees:object=2`). A built-in name wins over a path of the same text, unless
+        (`davis/bmx-trees:object=2`). Behind each there may be filters (`:filter.noise=20`, see
+        `datasets.filters`). A built-in name wins over a path of the same text, unless
         that begins with `/`, `./` or `../` or is a `Path`.
     truth : str or Path, optional
         CSV file `frame,x,y,width,height` for recorded data; it wins over their own truth.
@@ -170,6 +176,11 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     <Sequence samples/bow-tie: 120 frames>
     """
     text = str(name_or_path)
+    bare, filters = _without_filters(text)
+    if filters:
+        from datasets.filters import filtered  # OpenCV is loaded only where it is needed
+
+        return filtered(load(type(name_or_path)(bare), truth), filters)
     if isinstance(name_or_path, str) and is_built_in(text):
         name = text.partition(":")[0]
         if truth is not None:
@@ -188,6 +199,15 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     if truth_file is not None and not truth_file.is_file():
         raise SequenceError(f"{truth_file}: there is no such truth file.")
     return readers.read(path, truth_file, chosen)
+
+
+def _without_filters(text: str) -> tuple[str, dict[str, float]]:
+    """A text without the filters in it, and these; a path that is there has none."""
+    if ":filter." not in text or _path(text).exists():
+        return text, {}
+    from datasets.filters import split_filters
+
+    return split_filters(text)
 
 
 def _path_and_choice(text: str) -> tuple[Path, dict[str, str]]:

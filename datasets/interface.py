@@ -238,6 +238,17 @@ class Sequence:
             )
         return int(present[0])
 
+    @property
+    def image_size(self) -> tuple[int, int]:
+        """Width and height of the images [pixels]; one is read where they are not known.
+
+        Raises `SequenceError` where there is no truth, or that image can't be read.
+        """
+        if self._image_size is None:
+            height, width = self[self.first_frame].shape[:2]
+            self._image_size = width, height
+        return self._image_size
+
     def check_runnable(self) -> None:
         """Refuse a sequence that no tracker can be started on.
 
@@ -251,7 +262,7 @@ class Sequence:
         """
         frame = self.first_frame
         x, y, width, height = self.boxes[frame].tolist()
-        image_width, image_height = self._image_size or self[frame].shape[1::-1]
+        image_width, image_height = self.image_size
         if width <= 0.0 or height <= 0.0:
             fault = "has no size"
         elif lies_outside(self.boxes[frame], (image_width, image_height)):

@@ -1,0 +1,212 @@
+"""Which filters there are, how they are written, and a sequence under some of them."""
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from datasets.decoding import brief
+from datasets.filters import geometry, light, timing
+from datasets.interface import Sequence, SequenceError
+from datasets.source_digest import tree_digest
+from datasets.text_form import close_match, format_text
+
+__all__ = ["FILTERS", "Filter", "filtered", "split_filters", "with_filters"]
+
+PREFIX = "filter."
+
+DRAW = "draw"
+"""Which of many equal draws a filter takes (its noise, its direction): a whole number, else 0."""
+
+
+@dataclass(frozen=True)
+class Filter:
+    """A filter: what it does, and the values that it takes.
+
+    Attributes
+    ----------
+    apply : callable
+        Gives the sequence with the difficulty of a value; the draw is a number of its own.
+    meaning, unit : str
+        What a value says.
+    low, high : float
+        Least and greatest value.
+    whole : bool
+        Whether values are whole numbers.
+    easy, hard : float
+        Values between which `trackmark stress` looks for a tracker's breaking point.
+    logarithmic : bool
+        Whether equal ratios of values, not differences, are equally far apart.
+    """
+
+    apply: Callable[[Sequence, float, int], Sequence]
+    meaning: str
+    unit: str
+    low: float
+    high: float
+    easy: float
+    hard: float
+    whole: bool = False
+    logarithmic: bool = False
+
+
+# In the order in which they are laid over: time, place, light, sensor, and what is told of it all.
+FILTERS: dict[str, Filter] = {
+    "start": Filter(timing.start, "begins at this frame", "frames", 0, 1e6, 0, 1, whole=True),
+    "step": Filter(
+        timing.step,
+        "shows only every so manyth frame, forwards and backwards in turn until there are as many "
+        "frames as before",
+        "frames",
+        1,
+        1000,
+        1,
+        20,
+        whole=True,
+        logarithmic=True,
+    ),
+    "size": Filter(
+        geometry.size,
+        "resizes images so that the square root of the first box's area is this",
+        "pixels",
+        1,
+        1000,
+        48,
+        4,
+        logarithmic=True,
+    ),
+    "motion": Filter(
+        geometry.motion,
+        "shifts each image at random, by so many widths of the first box from the one before",
+        "target widths/frame",
+        0,
+        10,
+        0,
+        1.5,
+    ),
+    "occlusion": Filter(
+        geometry.occlusion,
+        "hides the target for so long behind a wall of one colour, from a sixth of the sequence on",
+        "frames",
+        0,
+        1e6,
+        0,
+        60,
+        whole=True,
+    ),
+    "similarity": Filter(
+        geometry.similarity,
+        "something passes over half of the target at mid-sequence: of one colour (0) to the "
+        "target's very image (1)",
+        "share",
+        0,
+        1,
+        0,
+        1,
+    ),
+    "gain": Filter(
+        light.gain,
+        "light fades, or grows, to so much of what it was, until mid-sequence",
+        "times the light",
+        0.001,
+        1000,
+        1,
+        0.02,
+        logarithmic=True,
+    ),
+    "blur": Filter(light.blur, "blurs by a Gaussian of this deviation", "pixels", 0, 200, 0, 20),
+    "noise": Filter(
+        light.noise, "adds Gaussian noise of this deviation", "grey levels", 0, 255, 0, 100
+    ),
+    "box_error": Filter(
+        geometry.box_error,
+        "shifts the first box at random, by so many of its sizes; it is not scored",
+        "box sizes",
+        0,
+        2,
+        0,
+        1,
+    ),
+}
+
+
+def split_filters(text: str) -> tuple[str, dict[str, float]]:
+    """A sequence's text without filters, and the values of its filters, checked.
+
+    Raises
+    ------
+    SequenceError
+        For an unknown filter, one that is given twice, or a value that it does not take.
+    """
+    parts = text.split(":")
+    values: dict[str, float] = {}
+    for part in parts[1:]:
+        key, _, value = part.partition("=")
+        if key.startswith(PREFIX):
+            name = key.removeprefix(PREFIX)
+            if name in values:
+                raise SequenceError(f"{brief(text)}: {brief(key)} is given twice.")
+            values[name] = _checked(text, name, value)
+    others = [part for part in parts[1:] if not part.startswith(PREFIX)]
+    return ":".join([parts[0], *others]), values
+
+
+def _checked(text: str, name: str, value: str) -> float:
+    if name != DRAW and name not in FILTERS:
+        known = ", ".join(f"{PREFIX}{one}" for one in [*FILTERS, DRAW])
+        hint = close_match(name, FILTERS)
+        raise SequenceError(f"{brief(text)}: unknown filter {brief(name)}.{hint} Known: {known}.")
+    low, high, whole = 0.0, 2.0**32 - 1, True
+    if name != DRAW:
+        low, high, whole = FILTERS[name].low, FILTERS[name].high, FILTERS[name].whole
+    try:
+        number = float(value)
+    except ValueError:
+        number = math.nan
+    if not low <= number <= high or (whole and not number.is_integer()):
+        kind = "a whole number" if whole else "a number"
+        raise SequenceError(
+            f"{brief(text)}: {PREFIX}{name} is {brief(value)}; give {kind} from {low:g} to "
+            f"{high:g}."
+        )
+    return number
+
+
+def with_filters(text: str, values: Mapping[str, float]) -> str:
+    """A sequence's name or path with filters behind it, always in the same order."""
+    ordered = [name for name in [*FILTERS, DRAW] if name in values]
+    return format_text(text, {f"{PREFIX}{name}": values[name] for name in ordered})
+
+
+def filtered(sequence: Sequence, values: Mapping[str, float]) -> Sequence:
+    """A sequence under filters.
+
+    Parameters
+    ----------
+    sequence : Sequence
+        With truth where a filter needs to know where the target is.
+    values : mapping of str to float
+        By name; with `draw` among them, see `split_filters`.
+
+    Raises
+    ------
+    SequenceError
+        For a value that this sequence can't take: it is too short, or too large then.
+    """
+    made = sequence
+    draw = int(values.get(DRAW, 0))
+    for name, one in FILTERS.items():
+        if name in values:
+            made = one.apply(made, values[name], draw)
+    name = with_filters(sequence.name, values)
+    folder = Path(__file__).parent
+    # What has no memory of other values: a changed line of code makes another sequence.
+    code = [tree_digest(Path(str(module.__file__)), folder) for module in (timing, geometry, light)]
+
+    def fingerprint() -> str:
+        identity = [sequence.fingerprint, dict(values), code]
+        return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
+
+    return timing.changed(made, name=name, fingerprint=fingerprint)

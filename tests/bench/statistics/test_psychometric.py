@@ -1,0 +1,86 @@
+"""Thresholds from runs that survived or did not, and where the next runs are placed."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from scipy.special import expit
+
+from bench.statistics.psychometric import FIRST, next_places, threshold
+
+EVENLY = (np.arange(FIRST) + 0.5) / FIRST
+
+
+def curve(place, half, slope, lapse=0.0, luck=0.0):
+    """Chance to survive, by definition: one half where `half` is."""
+    part = (0.5 - luck) / (1 - lapse - luck)
+    return luck + (1 - lapse - luck) * expit((half - place) / slope + np.log(part / (1 - part)))
+
+
+def adaptive(truth, generator, most=100, enough=0.05):
+    """A threshold by runs that are placed one batch after another, and how many those are."""
+    places, survived = np.empty(0), np.empty(0, bool)
+    wanted = EVENLY
+    while True:
+        places = np.concatenate([places, np.round(wanted * 40) / 40])
+        kept = generator.uniform(size=len(wanted)) < curve(np.round(wanted * 40) / 40, *truth)
+        survived = np.concatenate([survived, kept])
+        found = threshold(places, survived)
+        if len(places) >= most or found.half_width <= enough:
+            return found, len(places)
+        wanted = next_places(found, generator)
+
+
+def test_with_many_runs_it_is_that_of_the_likeliest_curve():
+    generator = np.random.default_rng(3)
+    places = np.repeat(np.linspace(0, 1, 41), 60)
+    survived = generator.uniform(size=len(places)) < curve(places, 0.4, 0.06, 0.05, 0.1)
+
+    def unlikelihood(parameters):
+        chance = curve(places, *parameters[:2], *np.abs(parameters[2:]))
+        return -np.log(np.where(survived, chance, 1 - chance)).sum()
+
+    best = minimize(unlikelihood, [0.5, 0.1, 0.02, 0.02], method="Nelder-Mead").x
+    best[2:] = np.abs(best[2:])
+    found = threshold(places, survived)
+    assert found.place == pytest.approx(best[0], abs=0.01)
+    assert found.interval.low < best[0] < found.interval.high
+    assert found.half_width < 0.02
+    expected = curve(np.array([0.1, 0.4, 0.8]), *best)
+    np.testing.assert_allclose(found.survival([0.1, 0.4, 0.8]), expected, atol=0.03)
+
+
+@pytest.mark.parametrize(
+    ("survived", "beyond"), [(np.ones(FIRST, bool), 1.0), (np.zeros(FIRST, bool), -1.0)]
+)
+def test_where_all_survive_or_none_the_threshold_lies_beyond_the_range(survived, beyond):
+    found = threshold(EVENLY, survived)
+    assert (found.place - 0.5) * beyond > 0.5
+    assert (np.array(found.interval) * beyond).max() > (0.9 if beyond > 0 else -0.1)
+    placed = next_places(found, np.random.default_rng(0))
+    assert set(placed) <= {0.0, 1.0} or (np.abs(placed - 0.5) > 0.4).all()
+
+
+def test_runs_are_placed_where_it_is_decided_and_equally_again():
+    survived = EVENLY < 0.3
+    places = next_places(threshold(EVENLY, survived), np.random.default_rng(5))
+    assert np.quantile(np.abs(places - 0.3), 0.8) < 0.1
+    again = next_places(threshold(EVENLY, survived), np.random.default_rng(5))
+    np.testing.assert_array_equal(places, again)
+
+
+@pytest.mark.slow
+def test_a_threshold_is_known_as_well_as_its_interval_says():
+    """Coverage, stopping early included; within 5 % of the range by at most 100 runs."""
+    generator = np.random.default_rng(1)
+    covered, errors = [], []
+    for slope in (0.03, 0.06, 0.1):
+        for lapse, luck in ((0.0, 0.0), (0.1, 0.0), (0.05, 0.2)):
+            for _ in range(25):
+                half = generator.uniform(0.15, 0.85)
+                found, runs = adaptive((half, slope, lapse, luck), generator)
+                assert runs <= 100
+                covered.append(found.interval.low <= half <= found.interval.high)
+                errors.append(found.place - half)
+    assert 0.92 <= np.mean(covered) <= 0.98
+    assert np.mean(np.abs(errors) < 0.05) > 0.9
+    assert abs(np.mean(errors)) < 0.01
