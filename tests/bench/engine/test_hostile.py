@@ -10,26 +10,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import bench
 import datasets
 from bench.evaluation.loop import run_in_lock_step
 from bench.experiments.contestant import contestants
+from bench.experiments.experiment import Experiment, SequenceSource
 from bench.store.index import read_index
 from bench.store.results import Results
 from tests.bench.engine import hostile, hostile_answers
 
-# Run as a command in a session of its own: a hostile tracker may signal all that it can reach.
-COMMAND = """
-import json, sys
-import bench
-from bench.engine.unit import Limits
-from bench.experiments.experiment import SequenceSource
-
-trackers, sequences, output, jobs, limits = json.loads(sys.argv[1])
-chosen = bench.Experiment("trial", tuple(trackers), tuple(map(SequenceSource, sequences)))
-bench.run(chosen, output, jobs=jobs, limits=Limits(**limits))
-"""
-
-LIMITS = {"frame_seconds": 5.0, "run_seconds": 4.0, "memory_bytes": 1 << 30}
+LIMITS = ["--frame-limit", "5", "--run-limit", "4", "--memory-limit", "1GB"]
 FRAMES = 12
 PATIENCE = 600  # for a command on a busy machine; nothing waits for it but a defect
 TRACKMARK = [sys.executable, "-c", "from bench.cli import main; main()"]
@@ -85,30 +75,36 @@ def ground(tmp_path_factory, otb):
     return folder
 
 
+def runs_in(folder):
+    """Stored runs by tracker and sequence."""
+    results = Results(folder)
+    return {
+        (row["tracker"], row["sequence"]): results.read(folder / row["path"])
+        for row in read_index(results)
+    }
+
+
+def calm(runs):
+    """What the neighbours said, to the bit."""
+    return {
+        key: (
+            run.failure,
+            run.boxes.tobytes(),
+            run.visible.tobytes(),
+            {name: values.tobytes() for name, values in run.details.items()},
+        )
+        for key, run in runs.items()
+        if not key[0].startswith("hostile.py")
+    }
+
+
 class Done:
     """What a command left: its status, what it printed, its runs by tracker and sequence."""
 
     def __init__(self, folder, command):
         self.folder, self.status = folder, command.process.returncode
         self.said, self.complained = command.said, command.complained
-        results = Results(folder)
-        rows = read_index(results)
-        self.runs = {
-            (row["tracker"], row["sequence"]): results.read(folder / row["path"]) for row in rows
-        }
-
-    def calm(self):
-        """What the neighbours said, to the bit."""
-        return {
-            key: (
-                run.failure,
-                run.boxes.tobytes(),
-                run.visible.tobytes(),
-                {name: values.tobytes() for name, values in run.details.items()},
-            )
-            for key, run in self.runs.items()
-            if not key[0].startswith("hostile.py")
-        }
+        self.runs = runs_in(folder)
 
     def hostile(self):
         """Failures of the others by class, one a sequence; empty where a run is finished."""
@@ -121,20 +117,21 @@ class Done:
 
 @pytest.fixture(scope="module")
 def run_together(ground, begin, wait_until):
-    """Run hostile trackers with calm ones in lock step, until the command has ended."""
+    """Run hostile trackers with calm ones in lock step, until the command has ended.
+
+    In a session of its own: a hostile tracker may signal all that it can reach.
+    """
 
     def run(folder, names, sequences="AB", jobs=2, **surroundings):
         source = folder / "hostile.py"
         source.write_text(hostile.source())
         trackers = ["static", f"{ground}/calm.py:Draws", *(f"{source}:{name}" for name in names)]
-        request = [
-            [*trackers, f"{ground}/calm.py:Watches"],
-            [str(ground / name) for name in sequences],
-            str(folder / "results"),
-            jobs,
-            LIMITS,
+        arguments = [
+            *(*TRACKMARK, "run", "--json", "--name", "trial", "--output", str(folder / "results")),
+            *("--trackers", ",".join([*trackers, f"{ground}/calm.py:Watches"])),
+            *("--sequences", ",".join(str(ground / name) for name in sequences)),
+            *("--jobs", str(jobs), *LIMITS),
         ]
-        arguments = [sys.executable, "-c", COMMAND, json.dumps(request)]
         surroundings["TRACKMARK_CACHE"] = str(ground / "cache")
         command = begin(arguments, ground, **surroundings)
         try:
@@ -154,18 +151,32 @@ def together(run_together, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def undisturbed(run_together, tmp_path_factory):
-    """What the neighbours say when nobody misbehaves."""
-    said = run_together(tmp_path_factory.mktemp("undisturbed"), ()).calm()
+def undisturbed(ground, without_processes, tmp_path_factory):
+    """What the neighbours say when nobody misbehaves and nobody watches."""
+    names = ["static", f"{ground}/calm.py:Draws", f"{ground}/calm.py:Watches"]
+    sources = tuple(SequenceSource(str(ground / name)) for name in "AB")
+    with without_processes(), pytest.MonkeyPatch.context() as patch:
+        patch.chdir(ground)
+        patch.setenv("TRACKMARK_CACHE", str(ground / "cache"))
+        chosen = Experiment("undisturbed", tuple(names), sources)
+        folder = bench.run(chosen, tmp_path_factory.mktemp("undisturbed"), jobs=1)
+    said = calm(runs_in(folder))
     assert len(said) == 6
     return said
 
 
+@pytest.fixture(scope="module")
+def everyday(run_together, tmp_path_factory):
+    """All of `hostile.EVERYDAY` on one sequence: each has a process, and harms that alone."""
+    return run_together(tmp_path_factory.mktemp("everyday"), hostile.EVERYDAY, "A", jobs=4)
+
+
 def assert_contained(done, undisturbed, names):
-    assert done.status == 0, done.complained
-    assert done.said == ""
+    failures = any(hostile.CLASSES[name][0] for name in names)
+    assert done.status == int(failures), done.complained
     sequences = {sequence for _, sequence in done.runs}
-    assert done.calm() == {key: said for key, said in undisturbed.items() if key[1] in sequences}
+    said = {key: said for key, said in undisturbed.items() if key[1] in sequences}
+    assert calm(done.runs) == said
     found = done.hostile()
     assert found.keys() == set(names)
     wrong = {}
@@ -210,15 +221,23 @@ def test_what_trackers_raise_and_answer_is_theirs_alone(tmp_path, ground):
             assert len(run.failure) < 100_000, act
 
 
-def test_all_hostile_trackers_are_contained_and_named(together, undisturbed, ground):
-    """Those of other ways than to answer: each has a process, and harms that alone."""
-    done = together(*hostile.EVERYDAY, sequences="A", jobs=4)
-    assert_contained(done, undisturbed, hostile.EVERYDAY)
+def test_all_hostile_trackers_are_contained_and_named(everyday, undisturbed, ground):
+    assert_contained(everyday, undisturbed, hostile.EVERYDAY)
     assert not (ground / "loaded").exists(), "what was sent as a pickle was loaded"
     assert len(hostile_answers.ROWS) + len(hostile.EVERYDAY) >= 200
-    printed = done.runs["hostile.py:PrintsAndRaises", "A"].output
+    printed = everyday.runs["hostile.py:PrintsAndRaises", "A"].output
     assert printed.endswith("word 19999\n")
     assert len(printed) < 100_000
+
+
+def test_the_command_says_that_runs_failed_and_prints_nothing_of_trackers(everyday):
+    rows = [json.loads(line) for line in everyday.said.splitlines()]
+    assert rows, everyday.complained
+    expected = {name: bool(hostile.CLASSES[name][0]) for name in hostile.EVERYDAY}
+    failed = {row["tracker"].partition(":")[2]: row["status"] == "failed" for row in rows}
+    assert failed == {"": False, "Draws": False, "Watches": False} | expected
+    assert "loud" not in everyday.complained
+    assert "Traceback" not in everyday.complained
 
 
 @pytest.mark.slow
@@ -233,39 +252,15 @@ def test_more_hostile_trackers_are_contained_and_named(together, undisturbed):
     np.testing.assert_array_equal(kept[:, 0], 4 + np.arange(FRAMES))
 
 
-def test_the_command_says_that_runs_failed_and_prints_nothing_of_trackers(ground, begin, tmp_path):
-    source = tmp_path / "hostile.py"
-    source.write_text(hostile.source())
-    names = ("Prints", "PrintsAndEnds", "HangsInC")
-    arguments = [
-        *TRACKMARK,
-        *("run", "--json", "--sequences", f"{ground}/A", "--output", str(tmp_path)),
-        *("--frame-limit", "2"),
-        *("--trackers", ",".join(["static", *(f"{source}:{name}" for name in names)])),
-    ]
-    command = begin(arguments, ground, TRACKMARK_CACHE=str(ground / "cache"))
-    assert command.wait() == 1, command.complained
-    rows = [json.loads(line) for line in command.said.splitlines()]
-    assert rows, command.complained
-    assert {row["tracker"].partition(":")[2]: row["status"] for row in rows} == {
-        "": "finished",
-        "Prints": "finished",
-        "PrintsAndEnds": "failed",
-        "HangsInC": "failed",
-    }
-    assert "loud" not in command.complained
-    assert "Traceback" not in command.complained
-
-
 @pytest.mark.slow
 def test_a_tracker_that_removes_its_source_costs_its_own_runs(together, undisturbed):
     """Nobody can say any more what it was."""
     done = together("RemovesItsSource")
-    assert done.status == 1
+    assert done.status == 2, done.complained
     assert (
         "hostile.py:RemovesItsSource on A: the tracker or the sequence changed" in done.complained
     )
-    assert done.calm() == undisturbed
+    assert calm(done.runs) == undisturbed
     assert done.hostile() == {}
 
 
@@ -274,7 +269,7 @@ def test_an_alarm_that_comes_late_costs_nobody_else(together, undisturbed):
     """In the same process another sequence is under way when it comes."""
     done = together("SetsAnAlarm", jobs=1, CALM_SECONDS="0.05")
     assert done.status == 0, done.complained
-    assert done.calm() == undisturbed
+    assert calm(done.runs) == undisturbed
 
 
 @pytest.mark.slow
@@ -283,5 +278,5 @@ def test_a_tracker_that_ends_the_command_costs_nothing_that_was_done(together, u
     """Nothing keeps a process from signalling another one of the same user."""
     stopped = together(name)
     assert stopped.status != 0
-    assert stopped.calm().items() <= undisturbed.items()
-    assert together().calm() == undisturbed
+    assert calm(stopped.runs).items() <= undisturbed.items()
+    assert calm(together().runs) == undisturbed
