@@ -12,6 +12,8 @@ import time
 import pyarrow.parquet as parquet
 import pytest
 
+import bench
+from bench.experiments.experiment import Experiment, SequenceSource
 from bench.store.index import read_index
 from bench.store.layout import UNFINISHED
 from bench.store.results import Results
@@ -46,11 +48,19 @@ class Draws(TrackerPlugin):
         time.sleep(float(os.environ.get("TRACKER_SECONDS", 0)))
         here = Path(os.environ.get("TRACKER_WAITS", __file__))
         if self.frame == 30 and not here.exists():
-            here.touch()
-            time.sleep(2)
+            self.wait(here)
         self.box[:2] += self.random.normal(size=2)
         drawn = self.random.random()
         return Estimate(self.box.copy(), details={"drawn": drawn}, revised={1: self.box.copy()})
+
+    def wait(self, here):
+        """Who comes first says that it is here, and waits until somebody has it go on."""
+        try:
+            here.touch(exist_ok=False)
+        except FileExistsError:
+            return
+        while not here.with_suffix(".on").exists():
+            time.sleep(0.01)
 '''
 
 
@@ -120,22 +130,35 @@ def stamps(folder):
 
 
 @pytest.fixture(scope="module")
-def undisturbed(ground, trackmark_run):
-    """Contents of results that nobody disturbed, and the seconds that they took."""
-    began = time.monotonic()
-    command = trackmark_run("undisturbed", 2, "--json", TRACKER_SECONDS="0.001")
-    assert command.wait() == 0, command.complained
-    found = contents(ground / "results" / "undisturbed")
-    assert len(Results(ground / "results" / "undisturbed").files()) == RUNS
-    return found, time.monotonic() - began
+def run_here(ground, without_processes):
+    """Do what the command does, in this process; give the folder."""
+    sources = tuple(SequenceSource(str(ground / name)) for name in SEQUENCES)
+
+    def run(name):
+        chosen = Experiment(name, ("static", f"{ground}/walk.py:Draws"), sources, SEEDS)
+        with without_processes():
+            return bench.run(chosen, ground / "results", jobs=1)
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def undisturbed(run_here):
+    """Contents of results that nobody disturbed."""
+    folder = run_here("undisturbed")
+    assert len(Results(folder).files()) == RUNS
+    return contents(folder)
 
 
 @pytest.fixture
 def kill_and_resume(ground, trackmark_run, undisturbed):
     """Kill commands at random moments, one after another, and let another one go on."""
-    goal, seconds = undisturbed
+    began = time.monotonic()
+    assert trackmark_run("timed", 2, TRACKER_SECONDS="0.001").wait() == 0
+    assert contents(ground / "results" / "timed") == undisturbed
+    seconds = time.monotonic() - began
 
-    def disturb(kills, seed, jobs=2):
+    def disturb(kills, seed):
         nonlocal seconds
         moments, counted, round_number, name = random.Random(seed), 0, 0, ""
         kept = {}
@@ -145,7 +168,7 @@ def kill_and_resume(ground, trackmark_run, undisturbed):
                 round_number += 1
             folder = ground / "results" / name
             began = time.monotonic()
-            command = trackmark_run(name, jobs, "--json", TRACKER_SECONDS="0.001")
+            command = trackmark_run(name, 2, "--json", TRACKER_SECONDS="0.001")
             if counted < kills:
                 time.sleep(moments.uniform(0.1, 0.95) * seconds)
                 hit = strike(command, moments.choice(["all", "command", "worker"]))
@@ -157,7 +180,7 @@ def kill_and_resume(ground, trackmark_run, undisturbed):
             assert kept.items() <= now.items(), "a finished run was lost, or done again"
             kept = now
             if status == 0:  # it was not hit, or went on without one of its workers
-                assert contents(folder) == goal
+                assert contents(folder) == undisturbed
                 shutil.rmtree(folder)
                 name = ""
             elif status != -signal.SIGKILL:
@@ -186,9 +209,37 @@ def send(number, what=signal.SIGKILL):
     return True
 
 
-def test_commands_killed_at_any_moment_are_gone_on_with(kill_and_resume, evidence):
-    kills = kill_and_resume(kills=2, seed=0, jobs=1)
-    evidence(f"{kills} of {kills} kills cost nothing that was finished")
+def test_what_ctrl_c_and_a_kill_leave_is_gone_on_with(
+    ground, trackmark_run, wait_until, undisturbed, evidence
+):
+    """Workers end with the command, in the midst of a frame, too."""
+    folder = ground / "results" / "stopped"
+    command = trackmark_run("stopped", TRACKER_WAITS=str(ground / "first"))
+    wait_until(lambda: (ground / "first").exists() and Results(folder).files())
+    os.killpg(command.process.pid, signal.SIGINT)
+    assert command.wait() == 130
+    kept = stamps(folder)
+    assert 1 <= len(kept) < RUNS
+    assert f"{len(kept)} of {RUNS} runs are in" in command.complained
+    assert "same command" in command.complained
+    assert "Traceback" not in command.complained
+    assert command.living() == []
+
+    command = trackmark_run("stopped", TRACKER_WAITS=str(ground / "second"))
+    wait_until((ground / "second").exists)
+    assert command.workers()
+    send(command.process.pid)
+    assert command.wait() == -signal.SIGKILL
+    wait_until(lambda: not command.living())
+    assert kept.items() <= stamps(folder).items()
+    kept = stamps(folder)
+    assert len(kept) < RUNS
+
+    command = trackmark_run("stopped")
+    assert command.wait() == 0, command.complained
+    assert kept.items() <= stamps(folder).items(), "a finished run was lost, or done again"
+    assert contents(folder) == undisturbed
+    evidence("Ctrl-C and a kill cost nothing that was finished")
 
 
 @pytest.mark.slow
@@ -199,10 +250,10 @@ def test_200_kills_cost_nothing_that_was_finished(kill_and_resume, evidence, see
 
 
 @pytest.fixture(scope="module")
-def paused(ground, trackmark_run, wait_until):
-    """Pause a command, let another one do its work, and go on with it.
+def paused(ground, trackmark_run, run_here, wait_until):
+    """Pause a command, do its work here, and let it go on.
 
-    Gives the folder, and its finished runs as they were when the second command had ended.
+    Gives the folder, and its finished runs as they were before it went on.
     """
     folder = ground / "results" / "paused"
     here = ground / "here"
@@ -214,10 +265,10 @@ def paused(ground, trackmark_run, wait_until):
     for number in reversed(stopped):
         send(number, signal.SIGSTOP)
     assert Results(folder).files() == []
-    quick = trackmark_run("paused")
-    assert quick.wait() == 0, quick.complained
+    assert run_here("paused") == folder
     before = stamps(folder)
     assert len(before) == RUNS
+    here.with_suffix(".on").touch()
     for number in stopped:
         send(number, signal.SIGCONT)
     assert slow.wait() == 0, slow.complained
@@ -227,7 +278,7 @@ def paused(ground, trackmark_run, wait_until):
 def test_a_command_paused_while_another_did_its_work_overwrites_nothing(paused, undisturbed):
     folder, before = paused
     assert stamps(folder) == before
-    assert contents(folder) == undisturbed[0]
+    assert contents(folder) == undisturbed
 
 
 def test_a_command_that_came_late_leaves_no_frames_behind(paused):
@@ -249,28 +300,6 @@ def test_two_commands_at_once_in_one_folder_lose_nothing_and_do_nothing_twice(
         time.sleep(0.05)
     assert [command.wait() for command in both] == [0, 0], [c.complained for c in both]
     assert kept.items() <= stamps(folder).items()
-    assert contents(folder) == undisturbed[0]
+    assert contents(folder) == undisturbed
     for command in both:
         assert f"{RUNS} of {RUNS} runs are in" in command.said
-
-
-def test_workers_end_soon_after_a_command_that_was_killed_alone(trackmark_run, wait_until):
-    command = trackmark_run("orphans", TRACKER_SECONDS="30")
-    wait_until(lambda: len(command.workers()) == 2)
-    send(command.process.pid)
-    assert command.wait() == -signal.SIGKILL
-    wait_until(lambda: not command.living())
-
-
-def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(ground, trackmark_run, wait_until):
-    folder = ground / "results" / "stopped"
-    command = trackmark_run("stopped", 1, TRACKER_SECONDS="0.005")
-    wait_until(lambda: folder.exists() and Results(folder).files())
-    os.killpg(command.process.pid, signal.SIGINT)
-    assert command.wait() == 130
-    done = len(Results(folder).files())
-    assert 1 <= done < RUNS
-    assert f"{done} of {RUNS} runs are in" in command.complained
-    assert "same command" in command.complained
-    assert "Traceback" not in command.complained
-    assert command.living() == []
