@@ -31,9 +31,10 @@ def experiment(data, name="trial", trackers=("static", "{}/knob.py:Knob", "camsh
 
 
 def test_one_process_or_two_make_the_results_of_evaluating_one_by_one_and_none_again(
-    data, contents
+    data, contents, without_processes
 ):
-    one = run(experiment(data, "one"), data / "results", jobs=1)
+    with without_processes():
+        one = run(experiment(data, "one"), data / "results", jobs=1)
     execution = Execution(experiment(data), data / "results", jobs=2)
     seen = []
     list(execution.rows(seen.append))
@@ -134,5 +135,5 @@ def test_a_tracker_that_changes_while_it_runs_leaves_nothing(data):
     file.write_text(file.read_text().replace("return Estimate", edit))
     chosen = experiment(data, "edited", ("{}/knob.py:Knob",), seeds=1)
     with pytest.raises(SequenceError, match="changed while it ran"):
-        run(chosen, data / "results")
+        run(chosen, data / "results", jobs=1)
     assert Results(data / "results" / "edited").files() == []
