@@ -3,8 +3,9 @@
     conclude(claim, findings) -> Conclusion       # .verdict, .readings, .fragile, .for_json()
 
 The verdict is that of the headline reading (the text as written, all lights together, on the
-scenes that passed the static gate). Of the three metrics the claim counts as decided only where
-`frames_inside` and `first_loss` agree. Where the text names no headline among rival readings, it
+scenes that `kept_scene` says passed the paper's checks before any tracker ran). A claim that is
+judged by several metrics is decided where `frames_inside` and `first_loss` agree, or all of them
+where it has neither. Where the text names no headline among rival readings, it
 is decided only where these agree. A claim that holds in one reading and does not in another is
 fragile.
 """

@@ -95,9 +95,9 @@ def command(
     """
     if (sequences is None) == (results is None):
         raise click.UsageError("Give --sequences or --results (one of them).")
-    from bench.comparing.answers import as_data, files, screen
     from bench.comparing.comparison import compare
     from bench.comparing.published import with_published
+    from bench.comparing.tables import as_data, files, screen
     from bench.comparing.words import paragraph
     from bench.reporting.tables import PER_SEQUENCE, SUMMARY
     from bench.store.loading import load_results

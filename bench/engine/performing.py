@@ -1,7 +1,7 @@
-"""What a child process does: one unit of work, from opening the sequence to the files.
+"""What a child process does (`perform`): one unit of work, from opening the sequence to the files.
 
-What others are judged by, truth and scores, the supervisor writes and makes: there no tracker has
-run.
+What others are judged by, truth and scores, the supervisor writes and makes (`scored`): there no
+tracker has run.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""Which runs an experiment asks for, which of them are there, and how to share out the rest.
+"""Which runs an experiment asks for, and which of them are there; `units.py` shares out the rest.
 
 There may be millions of them: what is known of a run is a byte in an array of sequences by runs
 on a sequence, and units of work are made when they are asked for.

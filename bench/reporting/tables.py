@@ -69,7 +69,7 @@ SEGMENTATION = (
     Measure("contour_recall", "F, recall", "%", "higher", 1, scale=100),
     Measure("contour_decay", "F, decay", direction="lower", decimals=3, rank=1),
 )
-"""Of the same runs: all that DAVIS tells of region similarity J and contour accuracy F."""
+"""Of runs with masks, beside `MASKS`: all that DAVIS tells of similarity J and accuracy F."""
 
 TIMES = (
     Measure("cpu_seconds_median", "CPU a frame, median", "ms", "lower", 4, scale=1e3),
@@ -163,7 +163,7 @@ def _with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame
 def own_times(scored: pd.DataFrame) -> pd.Series:
     """Seconds a frame by the accuracy runs themselves: the median CPU time of an update.
 
-    Where that was not kept yet, the mean by the wall clock, beside whatever else was running.
+    Of runs stored before that was kept, the mean by the wall clock, beside whatever else ran.
     """
     return scored["update_seconds"].fillna(scored["seconds"] / scored["frames"])
 

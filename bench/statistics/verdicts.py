@@ -1,11 +1,11 @@
 """The rules by which claims are judged: pure functions of a value a cell.
 
     order(differences, margin)          "A is better than B", differences A - B
-    order_of_groups(first, second, margin, generator)    the same of two groups: an interaction
+    order_of_groups(first, second, generator, margin)    the same of two groups: an interaction
     equal(differences, margin)          "A is comparable to B"
-    all_kept(kept_runs, runs)           "tracks the whole sequence", counts a cell
     no_worse(differences, margin)       "A is at least as good as B"
-    share_at_least(successes, trials, least, lower)      the same with limits of its own
+    all_kept(kept_runs, runs)           "tracks the whole sequence", counts a cell
+    share_at_least(successes, trials, least, lower)      the same with other limits
     ratio_above(numerator, denominator, least)           times measured side by side
     check(passed, statistic, reason)    any other stated criterion, without chance
     number(values, published, same_setting)              a published number beside ours

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from bench.comparing.answers import as_data, files, screen
 from bench.comparing.comparison import ComparisonError, compare
 from bench.comparing.figures import write_figures
 from bench.comparing.published import with_published
+from bench.comparing.tables import as_data, files, screen
 from bench.comparing.words import paragraph, spoken_of
 from bench.reporting.tables import SUMMARY
 from bench.statistics.intervals import mean_interval
