@@ -270,11 +270,12 @@ def _identity(metadata: Mapping[str, Any]) -> Identity:
     identity = Identity(**metadata["identity"])
     circumstances = dict(metadata["circumstances"])
     told = vars(identity) | {"output": metadata["output"], "failure": metadata["failure"]}
+    told |= {name: circumstances.get(name, "") for name in ("source", "truth")}
     kinds = dict.fromkeys(("parameters", "tracker_version"), dict) | {"repetition": int}
     for name, value in told.items():
         if type(value) is not kinds.get(name, str):
             raise TypeError(f"its {name} is {type(value).__name__}")
-    for name in ("seconds", "frame_seconds"):
+    for name in ("seconds", "frame_seconds", "update_seconds"):
         if not isinstance(circumstances.get(name), float | int | None):
             raise TypeError(f"its {name} are no number")
     return identity

@@ -57,7 +57,7 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
     path = truth_path(folder, sequence.name, sequence.fingerprint)
     # What is damaged, or does not say its fingerprint yet, is written anew.
     with suppress(ResultsError, FileNotFoundError):
-        if "fingerprint" in check_truth(path)[1]:
+        if check_truth(path)[1]:
             return
     regions = {"boxes": sequence.boxes, **sequence.regions}
     columns: dict[str, Any] = {"visibility": sequence.visibility}
@@ -102,12 +102,12 @@ def copy_truth(source: Path, target: Path, sequence: str, fingerprint: str) -> N
         write_atomically(copy, read_sealed(there))
 
 
-def check_truth(path: Path) -> tuple[pa.Table, Mapping[str, Any]]:
-    """Read a file of truth as its columns and what is said of them.
+def check_truth(path: Path) -> tuple[StoredTruth, str]:
+    """Read a file of truth, and the fingerprint that it says it has.
 
     It must be the truth that its place says, which its seal covers: its sequence, and its
-    fingerprint. Files of trackmark before this was kept do not say their fingerprint, and are
-    known by their sequence alone.
+    fingerprint. Files of trackmark before this was kept do not say their fingerprint ('' is given),
+    and are known by their sequence alone.
 
     Raises `ResultsError` naming a file that is not what was written there, or can't be read now,
     and `FileNotFoundError`.
@@ -115,14 +115,29 @@ def check_truth(path: Path) -> tuple[pa.Table, Mapping[str, Any]]:
     try:
         table = read_arrow(path)
         metadata: dict[str, Any] = json.loads(table.schema.metadata[METADATA_KEY])
-        name, schema = metadata["name"], metadata["schema"]
-    except (pa.ArrowException, KeyError, TypeError) as error:  # whole, and something else
+        check_schema(path, metadata["schema"])
+        name, fingerprint = metadata["name"], metadata.get("fingerprint", "")
+        place = truth_path(path.parents[2], name, fingerprint)
+        columns = {column: table.column(column).to_numpy() for column in table.column_names}
+        regions = {
+            region: np.column_stack([columns[f"{region}/{key}"] for key in BOX_COLUMNS])
+            for region in metadata["regions"]
+        }
+        found = StoredTruth(
+            name=name,
+            boxes=regions.pop("boxes"),
+            regions=regions,
+            visibility=columns["visibility"],
+            attributes={key: columns[f"attribute/{key}"] for key in metadata["attributes"]},
+            fps=metadata["fps"],
+        )
+    except ResultsError:
+        raise
+    except (pa.ArrowException, KeyError, TypeError, ValueError) as error:  # sealed by somebody
         raise DamagedError(f"{path} holds no truth: files were exchanged") from error
-    check_schema(path, schema)
-    place = truth_path(path.parents[2], name, metadata.get("fingerprint", ""))
-    if path.parent != place.parent or ("fingerprint" in metadata and path != place):
+    if path.parent != place.parent or (fingerprint and path != place):
         raise DamagedError(f"{path} holds another truth, of {name}: files were exchanged")
-    return table, metadata
+    return found, fingerprint
 
 
 def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
@@ -132,22 +147,9 @@ def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
     """
     path = truth_path(folder, sequence, fingerprint)
     try:
-        table, metadata = check_truth(path)
-        columns = {name: table.column(name).to_numpy() for name in table.column_names}
-        regions = {
-            region: np.column_stack([columns[f"{region}/{key}"] for key in BOX_COLUMNS])
-            for region in metadata["regions"]
-        }
-    except (OSError, DamagedError, pa.ArrowException, KeyError, TypeError) as error:
+        return check_truth(path)[0]
+    except (OSError, DamagedError) as error:
         raise ResultsError(
             f"{path} is missing or damaged ({error}). Remove the runs on {sequence} "
             "(`trackmark results remove`) and run the same command again."
         ) from error
-    return StoredTruth(
-        name=metadata["name"],
-        boxes=regions.pop("boxes"),
-        regions=regions,
-        visibility=columns["visibility"],
-        attributes={name: columns[f"attribute/{name}"] for name in metadata["attributes"]},
-        fps=metadata["fps"],
-    )

@@ -175,6 +175,8 @@ def test_files_that_are_exchanged_are_named_by_readers_and_by_the_check(several)
         (("companions", "arrays.npz"), "../../plan.json"),
         (("circumstances",), 5),
         (("circumstances", "seconds"), "x"),
+        (("circumstances", "update_seconds"), "x"),
+        (("circumstances", "source"), 5),
         (("failure",), ["why"]),
     ],
 )
@@ -200,13 +202,37 @@ def test_what_a_run_says_of_itself_is_of_the_kind_that_is_expected(several, plac
         assert "\n" not in str(error.value)
 
 
-def without_fingerprint(content):
-    """A truth as it was stored before its fingerprint was kept in it."""
+def told_anew(content, change):
+    """A truth that says something else of itself, and is sealed again."""
     table = arrow_table(content)
     described = dict(table.schema.metadata)
-    told = json.loads(described[METADATA_KEY])
-    del told["fingerprint"]
+    told = change(json.loads(described[METADATA_KEY]))
     return arrow_bytes(table, described | {METADATA_KEY: json.dumps(told).encode()})
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"fingerprint": 5},
+        {"fingerprint": None},
+        {"name": []},
+        {"regions": ["elsewhere"]},
+        {"attributes": 5},
+    ],
+    ids=str,
+)
+def test_so_is_what_a_truth_says_of_itself(several, wrong):
+    file = sorted(several.folder.glob("_truth/*/*"))[0]
+    file.write_bytes(told_anew(file.read_bytes(), lambda told: told | wrong))
+    (said,) = filter(None, map(damage, checks(several.folder)))
+    assert f"{file} holds no truth" in said
+    with pytest.raises(ResultsError, match=re.escape(file.name)):
+        bench.load_results(several.folder)
+
+
+def without_fingerprint(content):
+    """A truth as it was stored before its fingerprint was kept in it."""
+    return told_anew(content, lambda told: {key: told[key] for key in told if key != "fingerprint"})
 
 
 def test_a_truth_of_before_is_read_and_known_by_its_sequence_alone(several, make_sequence):
