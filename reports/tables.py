@@ -34,9 +34,9 @@ Direction: TypeAlias = Literal["higher", "lower"]
 MISSING = "—"
 NOT_RUN = "not run"
 _WORDS = {
-    "missing": "runs that were asked for are not there",
-    "stale": "runs were made with another version of the tracker or the sequence",
-    NOT_RUN: "of the sequences were not asked for",
+    "missing": "of the runs that were asked for",
+    "stale": "by another version of the tracker or the sequence",
+    NOT_RUN: "of the sequences",
 }
 
 
@@ -372,7 +372,7 @@ def _notes(runs: pd.DataFrame) -> list[str]:
     if "malformed" in runs:
         sums = runs.groupby("tracker", sort=False, observed=True)["malformed"].sum()
         notes += [
-            f"malformed: {tracker}, {count:.0f} boxes are not finite with a positive size: misses"
+            f"malformed: {tracker}, {count:.0f} boxes not finite with a positive size: misses"
             for tracker, count in sums[sums > 0].items()
         ]
     return notes

@@ -138,6 +138,8 @@ def split_list(text: str) -> list[str]:
 def chosen_sequences(text: str, truth: Path | None) -> tuple[SequenceSource, ...]:
     """Sequences of a comma-separated list; what an item may be says `datasets.matching`.
 
+    What several items stand for is there once.
+
     Raises
     ------
     SequenceError, ExperimentError
@@ -146,7 +148,8 @@ def chosen_sequences(text: str, truth: Path | None) -> tuple[SequenceSource, ...
     import datasets
 
     with patience("Looking for sequences"):
-        names = [name for item in split_list(text) for name in datasets.matching(item)]
+        found = [name for item in split_list(text) for name in datasets.matching(item)]
+    names = list(dict.fromkeys(found))
     if truth is not None and len(names) != 1:
         raise ExperimentError(f"--truth goes with one sequence; there are {len(names)}.")
     return tuple(SequenceSource(name, truth) for name in names)
@@ -235,9 +238,10 @@ def telling_of_replaced(execution: "Execution", instead: str = "") -> Iterator[N
     from bench.reporting.replaced import Replaced  # brings what makes tables
 
     replaced = Replaced(execution.plan, read_table(results))
+    runs = "1 stored run was" if stale == 1 else f"{stale} stored runs were"
     announced = (
-        f"{stale} stored runs were made with another version of their tracker or sequence "
-        f"and are done again{instead}. Their scores so far:"
+        f"{runs} made with another version of tracker or sequence, to be done again{instead}. "
+        "Scores so far:"
     )
     click.echo(replaced.before(announced), err=True)
     yield

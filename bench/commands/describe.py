@@ -25,7 +25,9 @@ def command(name: str, truth: Path | None, as_json: bool) -> None:
         from bench.experiments.contestant import split_text
         from bench.experiments.outside import described
 
-        about = described(split_text(name)[0])
+        plain, options = split_text(name)
+        about = described(plain)
+        about["name"] = options.get("as", about["name"])
         lines = _tracker_lines(about)
     else:
         about = _sequence(name, truth)

@@ -26,7 +26,12 @@ from bench.commands._options import (
     truth_option,
 )
 from bench.commands._terminal import complain
-from bench.experiments.experiment import Experiment, ExperimentError, read_experiment
+from bench.experiments.experiment import (
+    Experiment,
+    ExperimentError,
+    experiment_names,
+    read_experiment,
+)
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,7 +47,7 @@ _LONGEST = 24  # letters of a tracker's or a sequence's name in that of a folder
 
 
 @click.command("run")
-@click.argument("experiment", required=False)
+@click.argument("experiment", nargs=-1, metavar="[EXPERIMENT]")
 @click.option(
     "--trackers",
     help="Comma-separated: NAME[:preset=PRESET][:PARAMETER=VALUE]…, or path/to/file.py[:CLASS].",
@@ -63,7 +68,7 @@ _LONGEST = 24  # letters of a tracker's or a sequence's name in that of a folder
 @engine_options
 @json_option
 def command(
-    experiment: str | None,
+    experiment: tuple[str, ...],
     trackers: str | None,
     sequences: str | None,
     truth: Path | None,
@@ -83,9 +88,9 @@ def command(
     asked for; else tables of them. Exit status 1 where runs failed. With --dry-run nothing is
     run: the plan is printed, and how long it will take.
     """
-    if experiment is None and not (trackers and sequences):
+    if not experiment and not (trackers and sequences):
         raise click.UsageError("Give an experiment, or --trackers and --sequences.")
-    base = None if experiment is None else read_experiment(experiment)
+    base = _only(experiment, options=bool(trackers or sequences))
     if base is not None and truth is not None:
         raise ExperimentError("--truth goes with --sequences.")
     given: dict[str, Any] = {
@@ -108,6 +113,23 @@ def command(
     if dry_run:
         return _show_plan(chosen, output, retry_failed=retry_failed, as_json=as_json, **means)
     return execute(chosen, output, retry_failed=retry_failed, as_json=as_json, **means)
+
+
+def _only(experiments: Sequence[str], *, options: bool) -> Experiment | None:
+    """The experiment that is named, if any is.
+
+    Raises `ExperimentError` for several, as a shell makes of a pattern behind an option.
+    """
+    known = experiment_names()
+    others = [name for name in experiments if name not in known and not name.endswith(".toml")]
+    if options and others and Path(others[0]).exists():
+        raise ExperimentError(
+            f"{others[0]} is no experiment. Does it come of a pattern? Put that in quotes, for "
+            "your shell not to write it out: --sequences 'folder/*'."
+        )
+    if len(experiments) > 1:
+        raise ExperimentError(f"give one experiment, not {len(experiments)}.")
+    return read_experiment(experiments[0]) if experiments else None
 
 
 def ad_hoc_name(trackers: Sequence[str], sequences: Sequence[str], truth: Path | None) -> str:

@@ -26,6 +26,7 @@ from bench.engine.performing import Failure, Outcome, Probed, perform, probe, re
 from bench.engine.process import can_use_files, limit_memory
 from bench.engine.unit import Limits, Unit
 from bench.evaluation.observer import NotAttributableError, Observer
+from bench.evaluation.recorder import LONGEST_TRACEBACK
 from bench.store.files import ResultsError
 from datasets import SequenceError
 
@@ -35,7 +36,6 @@ _PARENT_SECONDS = 1.0
 _IDLE_SECONDS = 60.0  # a worker of a cluster outlives the command that it worked for
 _DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
 _SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
-_LONGEST_SAID = 20_000
 _NO_MEMORY = "the memory is exhausted"
 _NO_FILES = "it used up, or forbade, the files that its process needs"
 
@@ -170,7 +170,7 @@ def _answer(request: Any, observer: Observer, fresh: bool = True) -> Answer:
         return Answer(raised="harm", said=_NO_MEMORY)
     except Exception as error:  # noqa: BLE001  # ours; trackers' own are caught where they are called
         if observer.has_called():  # or a tracker has changed what the harness uses
-            said = "".join(traceback.format_exception_only(error)).strip()[:_LONGEST_SAID]
+            said = "".join(traceback.format_exception_only(error)).strip()[:LONGEST_TRACEBACK]
             return Answer(raised="harm", said=f"the harness fails after it: {said}")
         return Answer(raised="DefectError", said=traceback.format_exc())
     except BaseException as error:  # noqa: BLE001  # only a tracker raises such a thing here

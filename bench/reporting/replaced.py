@@ -40,8 +40,10 @@ class Replaced:
         if not gone.any():
             return ""
         stages = {"before": self._rows(self._index, gone), "after": self._rows(index, gone)}
-        caption = f"What became of the scores of {gone.sum()} runs that were replaced:"
-        return on_terminal(_table(stages, caption), to_text)
+        runs = "1 run that was" if gone.sum() == 1 else f"{gone.sum()} runs that were"
+        table = _table(stages, f"What became of the scores of {runs} replaced:")
+        # Notes on the runs of before were told with them, those of now stand in their own table.
+        return on_terminal(replace(table, notes=[]), to_text)
 
     def _rows(self, index: pa.Table, chosen: NDArray[np.bool_]) -> pa.Table:
         runs = self._plan.runs(index)

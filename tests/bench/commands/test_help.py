@@ -63,6 +63,11 @@ def test_describe_a_tracker_gives_paper_presets_and_parameters(trackmark):
     assert {parameter["name"] for parameter in about["parameters"]} >= {"window", "hue_bins"}
 
 
+def test_describe_calls_a_tracker_as_run_does(trackmark, here):
+    assert trackmark("describe", "knob.py").stdout.startswith("knob.py:Knob\n")
+    assert trackmark("describe", "knob.py:as=mine").stdout.startswith("mine\n")
+
+
 def test_describe_a_sequence_gives_size_and_truth(trackmark):
     said = trackmark("describe", "samples/face").stdout
     assert "176x144" in said

@@ -147,6 +147,9 @@ def test_what_failed_makes_the_status_one_again_and_is_counted_once(trackmark, s
         ((*RUN, "samples/fce"), "'samples/face'"),
         ((*RUN, "samples/*,nothing/*"), "'nothing/*' matches no sequence"),
         (("run", "--trackers", ",", *SMALL), "a tracker and a sequence"),
+        ((*RUN, "data/Small", "data/Small/img"), "data/Small/img is no experiment."),
+        ((*RUN, "data", "data/Small", "knob.py"), "in quotes, for your shell"),
+        (("run", "demo", "demo"), "one experiment, not 2"),
         (("run", "--trackers", "static", "--sequences", ","), "a tracker and a sequence"),
         ((*RUN, "plain/target:sped=3"), "'speed'"),
         ((*RUN, "nowhere"), "nowhere"),
@@ -270,6 +273,18 @@ def test_runs_of_an_older_tracker_are_announced_replaced_and_never_averaged(trac
     assert "1 of 3 stale" in trackmark("report", "results/mine").stdout
 
 
+def test_why_replaced_runs_failed_is_told_once_before_and_once_after(trackmark, spoil, here):
+    knob = (*MINE, "knob.py:Knob", *SMALL)
+    spoil()
+    trackmark(*knob, status=1)
+    file = here / "knob.py"
+    file.write_text(file.read_text().replace("no idea", "still none"))
+    said = trackmark(*knob, status=1)
+    assert [word in said.stderr for word in ("no idea", "still none")] == [True, False]
+    assert said.stderr.count("failed: ") == said.stdout.count("failed: ") == 1
+    assert "of the scores of 1 run that was replaced" in said.stderr
+
+
 def test_runs_that_would_be_replaced_are_kept_where_that_is_asked_for(trackmark, here):
     knob = (*MINE, "knob.py:Knob", *SMALL, "--keep")
     file = here / "knob.py"
@@ -300,7 +315,7 @@ def test_runs_on_other_data_of_the_same_name_are_kept(trackmark, one_line, here,
     assert bench.load_results(here / "results")["frames"].tolist() == [4]
     assert "done again" not in trackmark(*RUN, "copy of a/clip").stderr
     (here / "a" / "clip" / "groundtruth_rect.txt").write_text("5,6,10,11\n" * 4)
-    assert "1 stored runs" in trackmark(*RUN, "a/clip").stderr, "the same data, changed"
+    assert "1 stored run was" in trackmark(*RUN, "a/clip").stderr, "the same data, changed"
 
 
 def test_a_tracker_file_may_begin_with_an_underscore(trackmark, here):
