@@ -14,8 +14,10 @@ from reports.figures import add_legend, bare_figure, fold, line_style, new_figur
 from reports.palette import colour
 
 __all__ = [
+    "Breaks",
     "Point",
     "Steps",
+    "breaking_plot",
     "difference_plot",
     "profile_plot",
     "rank_plot",
@@ -41,6 +43,23 @@ class Point(NamedTuple):
 
     milliseconds: float
     score: float
+    low: float
+    high: float
+
+
+class Breaks(NamedTuple):
+    """Survival of a tracker against the level of a difficulty.
+
+    `levels` and `survival` (k,) are the fitted curve; `seen`, `shares` and `counts` (m,) runs in
+    groups: mean level, share that survived, how many. The breaking point lies between `low` and
+    `high`; NaN where it is beyond the range.
+    """
+
+    levels: NDArray[np.float64]
+    survival: NDArray[np.float64]
+    seen: NDArray[np.float64]
+    shares: NDArray[np.float64]
+    counts: NDArray[np.float64]
     low: float
     high: float
 
@@ -137,6 +156,34 @@ def survival_plot(survivals: Mapping[str, Steps], title: str) -> Figure:
     _draw_steps(axes, survivals)
     axes.set(xlabel="frame", ylabel="share of runs not lost", ylim=(0, 1.02))
     axes.set_xlim(left=0)
+    add_legend(figure, axes)
+    return figure
+
+
+def breaking_plot(
+    curves: Mapping[str, Breaks], quantity: str, title: str, logarithmic: bool
+) -> Figure:
+    """Share of runs that survive against the level of a difficulty, which grows to the right.
+
+    Dots are runs in groups; a bar by one half is the 95 % interval of where the curve crosses it.
+    """
+    figure, (axes,) = new_figure(title, 4.0)
+    axes.axhline(0.5, color="0.6", linewidth=1, linestyle=":")
+    for position, (name, curve) in enumerate(curves.items()):
+        axes.plot(curve.levels, curve.survival, label=name, **line_style(position))
+        options: dict[str, Any] = {"color": colour(position), "alpha": 0.5, "linewidths": 0}
+        axes.scatter(curve.seen, curve.shares, 8 * curve.counts, **options)
+        ends = [curve.low, curve.high]
+        height = 0.5 - 0.015 * position  # beneath one another
+        axes.plot(ends, [height, height], color=colour(position), linewidth=4, alpha=0.6)
+    some = next(iter(curves.values()))
+    axes.set(xlabel=quantity, ylabel="share of runs that survive", ylim=(-0.03, 1.03))
+    if logarithmic:
+        axes.set_xscale("log")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_locator(NullLocator())
+    axes.set_xlim(some.levels[0], some.levels[-1])
     add_legend(figure, axes)
     return figure
 

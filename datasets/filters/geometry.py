@@ -21,6 +21,9 @@ AFTER_WALL = 15
 WALL_MARGIN = 0.1
 """How far a wall goes beyond what it hides, in sizes of the first box."""
 
+ROOM = 1.5
+"""Radius of the disk that a walk keeps to, in widths of the first box."""
+
 CLIMB = 0.1
 """Of what passes over the target, against it [target heights/frame]."""
 
@@ -52,14 +55,9 @@ def size(sequence: Sequence, value: float, draw: int) -> Sequence:
 
 
 def motion(sequence: Sequence, value: float, draw: int) -> Sequence:
-    """Jump at random among the corners of a triangle with equal sides: each jump is as long."""
-    first, n = sequence.first_frame, len(sequence)
-    random = generator(draw, 1)
-    angle = random.uniform(0, 2 * np.pi) + np.array([0.0, np.pi / 3])
-    reach = value * _first_box(sequence)[2]
-    corners = np.concatenate([[[0.0, 0.0]], reach * np.stack([np.cos(angle), np.sin(angle)], 1)])
-    jumps = np.where(np.arange(n) > first, random.integers(1, 3, n), 0)
-    offsets = np.rint(corners[np.cumsum(jumps) % 3])  # whole pixels: nothing is blurred
+    """Walk at random, by steps of one length, within a disk about where it was."""
+    # Whole pixels, so that nothing is blurred.
+    offsets = np.rint(_walk(sequence, value * _first_box(sequence)[2], draw))
 
     def mask(frame: int) -> Mask | None:
         whole = sequence.mask(frame)
@@ -79,6 +77,26 @@ def motion(sequence: Sequence, value: float, draw: int) -> Sequence:
         masks=mask,
         **truth,
     )
+
+
+def _walk(sequence: Sequence, length: float, draw: int) -> Array:
+    """Offsets (x, y) by frame, shape (n, 2): nothing until the first box, then a step a frame.
+
+    The target's middle stays in the image, where it was in it.
+    """
+    width = _first_box(sequence)[2]
+    random = generator(draw, 1)
+    middles = sequence.boxes[:, :2] + sequence.boxes[:, 2:] / 2
+    offsets = np.zeros((len(sequence), 2))
+    for frame in range(sequence.first_frame + 1, len(sequence)):
+        angles = random.uniform(0, 2 * np.pi, 64)
+        tried = offsets[frame - 1] + length * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        places = tried + middles[frame]
+        outside = (places < 0) | (places > sequence.image_size)  # of an absent target none is
+        far = np.hypot(*tried.T)
+        fault = outside.any(axis=1) * 1e6 + np.where(far > max(ROOM * width, length), far, 0.0)
+        offsets[frame] = tried[np.argmin(fault)]
+    return offsets
 
 
 def occlusion(sequence: Sequence, value: float, draw: int) -> Sequence:

@@ -79,7 +79,7 @@ FILTERS: dict[str, Filter] = {
     ),
     "motion": Filter(
         geometry.motion,
-        "shifts each image at random, by so many widths of the first box from the one before",
+        "shifts images: by so many widths of the first box from one to the next, at random",
         "target widths/frame",
         0,
         10,
@@ -116,9 +116,9 @@ FILTERS: dict[str, Filter] = {
         0.02,
         logarithmic=True,
     ),
-    "blur": Filter(light.blur, "blurs by a Gaussian of this deviation", "pixels", 0, 200, 0, 20),
+    "blur": Filter(light.blur, "blurs by a Gaussian of this deviation", "pixels", 0, 200, 0, 40),
     "noise": Filter(
-        light.noise, "adds Gaussian noise of this deviation", "grey levels", 0, 255, 0, 100
+        light.noise, "adds Gaussian noise of this deviation", "grey levels", 0, 255, 0, 160
     ),
     "box_error": Filter(
         geometry.box_error,

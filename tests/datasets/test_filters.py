@@ -94,8 +94,12 @@ def test_each_image_jumps_by_so_many_widths():
     plain, made = datasets.load(SCENE), with_filter(SCENE, "motion=0.5")
     added = (made.boxes - plain.boxes)[:, :2]
     lengths = np.hypot(*np.diff(added, axis=0).T)
-    np.testing.assert_allclose(lengths, 0.5 * plain.boxes[0, 2], atol=1.5)
+    width = plain.boxes[0, 2]
+    np.testing.assert_allclose(lengths, 0.5 * width, atol=1.5)
     assert not added[0].any()
+    assert np.hypot(*added.T).max() <= 1.5 * width + 1
+    middles = made.boxes[:, :2] + made.boxes[:, 2:] / 2
+    assert ((middles >= -1) & (middles <= np.array(plain.image_size) + 1)).all()
 
 
 def test_behind_the_wall_nothing_is_seen_and_that_is_known():

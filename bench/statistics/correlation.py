@@ -1,0 +1,39 @@
+"""Whether two orders agree: Spearman's rank correlation, and how surely."""
+
+from math import atanh, sqrt, tanh
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.stats import rankdata
+
+from bench.statistics.intervals import Interval
+
+__all__ = ["rank_correlation"]
+
+FEWEST = 4
+"""Pairs with which an interval says anything."""
+
+
+def rank_correlation(first: ArrayLike, second: ArrayLike) -> tuple[float, Interval]:
+    """Spearman's correlation of n pairs, and its 95 % interval by Fisher's z.
+
+    The variance of z is Bonett and Wright's, (1 + r²/2) / (n - 3). A perfect agreement of few pairs
+    is no certainty: r counts for the interval as half of the smallest step away from ±1. With
+    fewer than 4 pairs the interval is [-1, 1]; without any spread r is NaN.
+
+    Parameters
+    ----------
+    first, second : array of float, shape (n,)
+        Pairs; infinities are the last of an order.
+    """
+    a, b = rankdata(first), rankdata(second)
+    n = len(a)
+    if n < 2 or not (np.ptp(a) and np.ptp(b)):
+        return float("nan"), Interval(-1.0, 1.0)
+    r = float(np.corrcoef(a, b)[0, 1])
+    if n < FEWEST:
+        return r, Interval(-1.0, 1.0)
+    most = 1 - 6 / (n * (n * n - 1))
+    held = min(max(r, -most), most)
+    half = 1.96 * sqrt((1 + held * held / 2) / (n - 3))
+    return r, Interval(tanh(atanh(held) - half), tanh(atanh(held) + half))

@@ -1,0 +1,127 @@
+"""Series of runs under a knob: where they take place, when they end, what they say."""
+
+from math import exp, isinf, isnan
+
+import numpy as np
+import pytest
+
+import datasets
+from bench.comparing.breaking import Breaking, as_data, files, screen, write_curves
+from bench.comparing.stressing import Course, Knob, Series, factor, knob_of
+from bench.experiments.experiment import ExperimentError
+from datasets import SequenceError
+
+NOISE = Knob("noise", "grey levels", 0, 160)
+GAIN = Knob("gain", "times the light", 1, 0.02, logarithmic=True)
+COURSE = Course(["plain/target"])
+
+
+def ended(tracker, knob, half, slope=0.05, most=100, course=COURSE):
+    """A series of a tracker whose survival is known, to its end."""
+    series = Series(tracker, knob, course, most)
+    while wanted := series.wanted():
+        generator = np.random.default_rng(len(series.trials))
+        series = series.with_trials(
+            {
+                text: (generator.uniform() < 1 / (1 + exp((knob.place(level) - half) / slope)), "")
+                for text, level in wanted
+            }
+        )
+    return series
+
+
+@pytest.mark.parametrize(
+    ("knob", "half", "level"), [(NOISE, 0.3, 48), (GAIN, 0.5, 0.1414), (GAIN, 0.75, 0.0532)]
+)
+def test_the_breaking_point_is_found_in_units_of_the_knob(knob, half, level):
+    series = ended("a", knob, half)
+    low, high = sorted(series.interval)
+    assert series.verdict == "broken"
+    assert low < series.level < high
+    assert low < level < high
+    assert series.threshold.half_width <= 0.05 or len(series.trials) == 100
+    assert series.trials == ended("a", knob, half).trials
+
+
+@pytest.mark.parametrize(
+    ("half", "verdict", "said"), [(2.5, "never", "never to 0.02"), (-2.0, "at once", "at once")]
+)
+def test_beyond_the_range_no_level_is_claimed(half, verdict, said):
+    series = ended("a", GAIN, half)
+    assert series.verdict == verdict
+    assert len(series.trials) < 100
+    assert any(map(isinf, series.interval))
+    (table,) = screen(Breaking([series], "a", {}))
+    assert said in table.rows[0][2].text
+    assert as_data(Breaking([series], "a", {}))["series"][0]["level"] is None
+
+
+def test_a_factor_is_above_one_for_whoever_bears_more_whichever_way_a_knob_turns():
+    weak, strong = ended("weak", GAIN, 0.3, 0.02), ended("strong", GAIN, 0.6, 0.02)
+    ratio, (low, high) = factor(strong, weak)
+    assert low < 50**0.3 < high
+    assert 1 < low < ratio < high
+    never = factor(ended("never", GAIN, 2.5), weak)
+    assert never[0] > 1
+    assert isinf(never[1].high)
+    assert isnan(factor(strong, ended("never", GAIN, 2.5))[0])
+
+
+def test_runs_of_one_number_share_scene_and_draw_and_no_two_are_alike():
+    texts = [COURSE.text(NOISE, 20, i) for i in range(50)]
+    assert texts[7] == "plain/target:scene=7:filter.noise=20:filter.draw=7"
+    assert COURSE.text(GAIN, 0.5, 7) == "plain/target:scene=7:filter.gain=0.5:filter.draw=7"
+    assert len(set(texts)) == 50
+    speed = knob_of("speed=2..8", ["plain/target"])
+    assert speed.unit == "pixels/frame"
+    text = COURSE.text(speed, 3.5, 0)
+    assert datasets.load(text).name == "plain/target:speed=3.5"
+
+
+def test_what_has_no_scenes_begins_at_other_frames():
+    course = Course(["samples/face", "plain/target:scene=4"])
+    texts = [course.text(NOISE, 20, i) for i in range(8)]
+    assert texts[0] == "samples/face:filter.noise=20"
+    assert texts[3] == "plain/target:scene=4:filter.start=15:filter.noise=20:filter.draw=3"
+    assert len({datasets.load(text).fingerprint for text in texts}) == 8
+    assert all(len(datasets.load(text)) >= 90 for text in texts)
+
+
+@pytest.mark.parametrize(
+    ("text", "sequence", "words"),
+    [
+        ("nois", "samples/face", "Did you mean 'noise'"),
+        ("speed=1..3", "samples/face", "samples/face has no knob 'speed'"),
+        ("speed", "plain/target", "speed=FROM..TO"),
+        ("noise=3", "plain/target", "noise=FROM..TO"),
+        ("noise=3..3", "plain/target", "noise=FROM..TO"),
+        ("gain=1..0", "plain/target", "above 0"),
+        ("start", "samples/face", "no knob 'start'"),
+        ("scene=0..9", "plain/target", "no knob 'scene'"),
+    ],
+)
+def test_a_knob_that_is_not_there_is_refused_in_a_line(text, sequence, words):
+    with pytest.raises(ExperimentError, match=words) as caught:
+        knob_of(text, [sequence])
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_too_short_to_begin_elsewhere_is_refused():
+    with pytest.raises(ExperimentError, match="too short"):
+        Course(["plain/target:length=30:scene=1"])
+    with pytest.raises(SequenceError, match="nowhere"):
+        Course(["nowhere"])
+
+
+def test_tables_and_curves_say_it(tmp_path):
+    series = [ended(name, NOISE, half) for name, half in (("a", 0.3), ("b", 0.5), ("c", 3.0))]
+    found = Breaking(series, "a", {"a": [0.3, 0.4], "b": [0.6, 0.7], "c": [0.8, 0.9]})
+    points, agreement, severity, runs = files(found)
+    assert points.rows[0][4].text == "1"
+    assert points.rows[2][4].text.startswith("more than")
+    assert agreement.rows[0][1].text == "1.00"
+    assert agreement.rows[0][2].text == "-1.00 to 1.00"  # of three trackers
+    assert list(severity.data["level"]) == sorted(severity.data["level"])
+    assert len(runs.data) == sum(len(one.trials) for one in series)
+    (curve,) = write_curves(found, tmp_path)
+    assert curve.stat().st_size > 10_000

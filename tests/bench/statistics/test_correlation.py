@@ -1,0 +1,33 @@
+"""Spearman's rank correlation with its interval."""
+
+import numpy as np
+import pytest
+from scipy.stats import spearmanr
+
+from bench.statistics.correlation import rank_correlation
+
+
+def test_it_is_spearmans_with_ties_and_infinities():
+    first, second = [1, 2, 2, 5, np.inf, 4], [2, 1, 4, 4, 9, 3]
+    r, interval = rank_correlation(first, second)
+    assert r == pytest.approx(spearmanr([1, 2, 2, 5, 99, 4], second).statistic)
+    assert interval.low < r < interval.high
+
+
+def test_few_pairs_say_little_however_well_they_agree():
+    assert rank_correlation([1, 2, 3], [4, 5, 6]) == (1.0, (-1.0, 1.0))
+    assert rank_correlation([1, 2, 3, 4], [4, 5, 6, 7])[1].low < 0
+    assert 0.5 < rank_correlation(range(8), range(8))[1].low < 0.95
+    assert np.isnan(rank_correlation([1, 1, 1], [1, 2, 3])[0])
+
+
+def test_its_interval_covers():
+    """At 8 pairs, of normal numbers with a correlation of 0.8."""
+    generator = np.random.default_rng(0)
+    truth = 6 / np.pi * np.arcsin(0.4)
+    covered = []
+    for _ in range(1000):
+        pairs = generator.multivariate_normal([0, 0], [[1, 0.8], [0.8, 1]], 8)
+        low, high = rank_correlation(*pairs.T)[1]
+        covered.append(low <= truth <= high)
+    assert 0.92 <= np.mean(covered) <= 0.98
