@@ -240,12 +240,11 @@ def _without_failures(parts: list[_Part]) -> list[_Part]:
         side.loc[side["failure"] != "", CELL]
         for part in parts
         for side in part.sides
-        if "failure" in side
+        if "failure" in side and (side["failure"] != "").any()
     ]
-    cells = pd.concat(failed) if failed else pd.DataFrame(columns=CELL)
-    if cells.empty:
+    if not failed:
         return parts
-    return [part.without(pd.MultiIndex.from_frame(cells)) for part in parts]
+    return [part.without(pd.MultiIndex.from_frame(pd.concat(failed))) for part in parts]
 
 
 def _verdicts(claim: Claim, parts: list[_Part]) -> Iterator[tuple[str, str, Verdict]]:

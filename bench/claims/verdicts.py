@@ -2,10 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import isnan, nan
+from typing import Any, Literal
 from zlib import crc32
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from bench.claims import kinds
 from bench.claims.sides import limited
@@ -30,6 +33,11 @@ CELL = ["sequence", "scene"]
 Sides = Sequence[pd.DataFrame]
 """Rows of each side of a test, in its own order."""
 
+Key = tuple[object, ...]
+
+Values = dict[Key, float]
+"""A number by cell and what else tells runs apart, in their order."""
+
 
 def verdict_of(claim: str, test: kinds.PartTest, sides: Sides, metric: str) -> Verdict:
     """Verdict on the cells of these rows, of each side under one reading, by one metric.
@@ -52,13 +60,10 @@ def verdict_of(claim: str, test: kinds.PartTest, sides: Sides, metric: str) -> V
     if isinstance(test, kinds.Comparison):
         return _compared(test, sides, metric)
     if isinstance(test, kinds.BestTest):
-        ours, *others = (_values(side, test, metric) for side in sides)
-        best = pd.concat(others, axis=1, join="inner").max(axis=1)
-        near = (ours - best).dropna() >= -test.margin
-        near = near.groupby(CELL).mean() == 1.0
-        return share_at_least(near, np.ones(len(near)), test.least, test.lower)
+        return _best(test, [_values(side, test, metric) for side in sides])
     if isinstance(test, kinds.NumberTest):
-        shares = _scaled(sides[0], metric).dropna().to_numpy(np.float64)
+        shares = _scaled(sides[0], metric)
+        shares = shares[~np.isnan(shares)]
         return number(shares) if len(shares) > 1 else undecided("fewer than two runs.")
     if isinstance(test, kinds.ShareTest):
         return _share(test, sides[0], metric)
@@ -83,20 +88,37 @@ def _compared(
     return verdict
 
 
+def _best(test: kinds.BestTest, values: Sequence[Values]) -> Verdict:
+    """In which cells ours is nowhere behind the best of the others."""
+    ours, *others = values
+    near: dict[Key, bool] = {}
+    for key, value in ours.items():
+        known = [other[key] for other in others if key in other]
+        behind = np.fmax.reduce(known) - value if len(known) == len(others) else np.nan
+        if not np.isnan(behind):
+            near[key[:2]] = near.get(key[:2], True) and -behind >= -test.margin
+    return share_at_least(list(near.values()), np.ones(len(near)), test.least, test.lower)
+
+
 def _kept(test: kinds.AllTest | kinds.LostTest, runs: pd.DataFrame) -> Verdict:
-    kept = (runs["first_loss"] >= runs["frames"]).groupby([runs[key] for key in CELL])
+    flags = np.asarray(runs["first_loss"] >= runs["frames"], np.float64)
+    kept, every = _sums(runs, flags), _sums(runs, np.ones(len(runs)))
     if isinstance(test, kinds.LostTest):
-        return share_at_least(kept.size() - kept.sum(), kept.size(), test.share)
-    return all_kept(kept.sum(), kept.size())
+        return share_at_least(every - kept, every, test.share)
+    return all_kept(kept, every)
 
 
 def _share(test: kinds.ShareTest, runs: pd.DataFrame, metric: str) -> Verdict:
     """Rows without a value were no trial: what is asked did not arise in them."""
     runs = runs[runs[metric].notna()]
-    trials = runs[test.trials] if test.trials else pd.Series(1.0, runs.index)
-    keys = [runs[key] for key in CELL]
-    good = (runs[metric].astype(np.float64) * trials).groupby(keys).sum()
-    return share_at_least(good, trials.groupby(keys).sum(), test.least, test.lower)
+    trials = runs[test.trials].to_numpy(np.float64) if test.trials else np.ones(len(runs))
+    good = runs[metric].to_numpy(np.float64) * trials
+    return share_at_least(_sums(runs, good), _sums(runs, trials), test.least, test.lower)
+
+
+def _sums(runs: pd.DataFrame, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sum of a value a run in each cell."""
+    return np.array([*_reduced(_keys(runs, CELL), values, "sum").values()])
 
 
 def _bound(test: kinds.BoundTest, rows: pd.DataFrame) -> Verdict:
@@ -115,29 +137,64 @@ def _margin(sides: Sides, test: kinds.Comparison, metric: str) -> float:
     """The margin in the metric's unit: of errors it is a share of the worse side's mean."""
     if not metric.startswith(kinds.ERRORS):
         return test.margin
-    mean = _values(sides[1], test, metric).mean()
+    mean = pd.Series(_values(sides[1], test, metric).values()).mean()
     return test.margin * float(mean) if np.isfinite(mean) else test.margin
 
 
-def _differences(sides: Sides, test: kinds.Comparison, metric: str) -> "pd.Series[float]":
+def _differences(sides: Sides, test: kinds.Comparison, metric: str) -> NDArray[np.float64]:
     """Better less worse by cell; lights and the like of a cell are compared one by one."""
     better, worse = (_values(side, test, metric) for side in sides)
-    pairs = (better - worse).dropna().groupby(CELL).mean()
+    differences = {key: value - worse[key] for key, value in better.items() if key in worse}
+    known = {key: value for key, value in differences.items() if not isnan(value)}
+    cells = _reduced([key[:2] for key in known], np.array([*known.values()], np.float64), "mean")
+    pairs = np.array([*cells.values()], np.float64)
     return -pairs if metric.startswith(kinds.ERRORS) else pairs
 
 
-def _values(runs: pd.DataFrame, test: kinds.CellTest, metric: str) -> "pd.Series[float]":
+def _values(runs: pd.DataFrame, test: kinds.CellTest, metric: str) -> Values:
     """Means over repetitions, by cell and what else tells runs apart."""
     named = {column for limits in (test.where, *test.groups.values()) for column in limits}
     if isinstance(test, kinds.InteractionTest):
         named |= set(test.against)
     told = {"light"}.intersection(runs)  # which tables beside the scores need not say
     keys = [*CELL, *sorted(told | named.difference(CELL))]
-    return _scaled(runs, metric).groupby([runs[key] for key in keys]).mean()
+    return _reduced(_keys(runs, keys), _scaled(runs, metric), "mean")
 
 
-def _scaled(runs: pd.DataFrame, metric: str) -> "pd.Series[float]":
+def _scaled(runs: pd.DataFrame, metric: str) -> NDArray[np.float64]:
     """A metric as it is judged: counts as shares of the length."""
-    return (
-        runs[metric] / runs["frames"] if metric in kinds.COUNTS else runs[metric].astype(np.float64)
-    )
+    values = runs[metric].to_numpy(np.float64)
+    return values / runs["frames"].to_numpy(np.float64) if metric in kinds.COUNTS else values
+
+
+def _keys(runs: pd.DataFrame, columns: Sequence[str]) -> list[Key]:
+    """What stands in these columns of each row."""
+    return list(zip(*(runs[column].tolist() for column in columns), strict=True))
+
+
+def _reduced(
+    keys: Sequence[Key], values: NDArray[np.float64], how: Literal["mean", "sum"]
+) -> Values:
+    """Mean or sum of the known values of each key, in the keys' order; not of keys with gaps.
+
+    A test has few rows and is judged under many readings: to have pandas sort them out by several
+    columns takes longer than all else.
+    """
+    whole = {key for key in keys if not any(part is None or part != part for part in key)}
+    places = {key: place for place, key in enumerate(sorted(whole, key=_numbers_first))}
+    place_of_row = np.array([places.get(key, -1) for key in keys], np.int64)
+    values, rows = values[place_of_row >= 0], place_of_row[place_of_row >= 0]
+    if np.bincount(rows).max(initial=0) > 2:
+        found = pd.Series(values).groupby(rows).agg(how).to_numpy()
+    else:  # in whatever order two numbers are added
+        known = ~np.isnan(values)
+        found = np.bincount(rows[known], values[known], len(places))
+        if how == "mean":
+            counts = np.bincount(rows[known], minlength=len(places))
+            found = np.divide(found, counts, out=np.full(len(places), nan), where=counts > 0)
+    return dict(zip(places, found.tolist(), strict=True))
+
+
+def _numbers_first(key: Key) -> list[tuple[bool, Any]]:
+    """Sorts labels of which some are numbers and some are texts."""
+    return [(isinstance(part, str), part) for part in key]

@@ -34,7 +34,7 @@ def median_quartiles(runs: pd.DataFrame, metric: str, scale: float = 1.0, digits
     values = scale * runs[metric].dropna()
     if not len(values):
         return MISSING
-    low, middle, high = (values.quantile(q) for q in (0.25, 0.5, 0.75))
+    low, middle, high = values.quantile([0.25, 0.5, 0.75])
     return f"{middle:.{digits}f} [{low:.{digits}f}–{high:.{digits}f}]"
 
 

@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.claims.findings import Check, Evidence, Finding
-from bench.claims.sides import Table
+from bench.claims.sides import Table, light_rows
 from bench.metrics.centre_error import centre_error
 from bench.papers.context import Context
 from bench.papers.measures import Course
@@ -140,7 +140,9 @@ def _curves(
     is what the proposed one has, or what the formula gives.
     """
     readings = evidence.claim.readings
-    lookup, sequences = Table(evidence.scores, readings), evidence.names("sequences")
+    needed = ("tracker", "settled", "sequence", "scene", "particles", "failure", "success")
+    lookup = Table(light_rows(evidence.scores, needed), readings)
+    sequences = evidence.names("sequences")
     numbers = sorted(evidence.scores["particles"].dropna().unique())
     found: dict[object, tuple[dict[str, Any], dict[str, pd.Series[float]]]] = {}
     for reading in readings.all(lambda axis: PROPOSED in axis.over):
