@@ -100,12 +100,14 @@ class Supervisor:
     def probe(self, unit: Unit, frames: int) -> Probed | None:
         """Find out how long a unit's trackers take for a frame.
 
-        None where one of them stopped or killed the process.
+        None where one of them stopped or killed the process, or answered for it.
 
         Raises `SequenceError` where the sequence can't be read.
         """
         ended = self._ask(Probe(unit, frames), Probed, 0, None)
-        return None if isinstance(ended, Death) else ended
+        if isinstance(ended, Death) or len(ended.seconds) != len(unit.entries):
+            return None
+        return ended
 
     def close(self) -> None:
         """End the child, whatever it is doing."""
@@ -165,7 +167,7 @@ class Supervisor:
         if isinstance(answer, Death):
             return answer
         # A tracker from outside may say so in its process's name: it must not end the command.
-        believed = answer.raised != DefectError.__name__ or not self._owner
+        believed = answer.raised != DefectError.__name__ or not request.unit.owner
         if answer.raised in _ERRORS and believed:
             raise _ERRORS[answer.raised](answer.said)
         if isinstance(answer.result, kind):

@@ -225,9 +225,9 @@ def _probed(plan: Plan, trackers: list[int], limits: Limits) -> tuple[NDArray[np
     while groups:
         group = groups.pop(0)
         entries = tuple(Entry(texts[number], 0, "") for number in group)
-        found = probe(
-            Unit(shortest.source, entries, "accuracy", shortest.frames), PROBED_FRAMES, brief
-        )
+        owner = owner_of(plan.trackers[texts[group[0]]]) if group else ""
+        unit = Unit(shortest.source, entries, "accuracy", shortest.frames, owner)
+        found = probe(unit, PROBED_FRAMES, brief)
         if found is not None:
             took |= dict(zip(group, found.seconds, strict=True))
             reading = found.frame_seconds if isfinite(found.frame_seconds) else reading
