@@ -75,7 +75,7 @@ def scored(outcome: Outcome, unit: Unit, folder: Path) -> Outcome:
     """
     results = Results(folder)
     told = len(outcome.entries) + len(outcome.errors)
-    asked = told >= len(unit.entries) and set(outcome.entries) <= set(unit.entries)
+    asked = told == len(unit.entries) and set(outcome.entries) <= set(unit.entries)
     files = [folder / str(row.get("path")) for row in outcome.rows]
     within = all(file.is_relative_to(folder) for file in files)
     if not (asked and within) or len(files) != len(outcome.entries):

@@ -7,6 +7,7 @@ import shlex
 import subprocess
 import sys
 import tempfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -216,7 +217,7 @@ def test_a_probe_measures_every_tracker_and_keeps_nothing(here):
     assert [p for p in sorted(here.rglob("*")) if "__pycache__" not in p.parts] == before
 
 
-def test_an_answer_that_names_a_run_of_another_folder_is_refused(make_sequence, tmp_path):
+def test_an_answer_on_other_runs_or_more_than_were_asked_for_is_refused(make_sequence, tmp_path):
     sequence = make_sequence()
     run = bench.evaluate("static", sequence)
     elsewhere = Results(tmp_path / "elsewhere")
@@ -229,6 +230,10 @@ def test_an_answer_that_names_a_run_of_another_folder_is_refused(make_sequence, 
     outcome = Outcome(rows, [entry], 0.0, 0.0, 0.0, 0, "", 0)
     with pytest.raises(ResultsError, match="nobody asked for"):
         scored(outcome, unit, tmp_path / "here")
+    assert scored(outcome, unit, elsewhere.folder).rows[0]["tracker"] == "static"
+    for more in ({"errors": ["why"]}, {"rows": [], "entries": [], "errors": ["why"] * 9}):
+        with pytest.raises(ResultsError, match="nobody asked for"):
+            scored(replace(outcome, **more), unit, elsewhere.folder)
 
 
 def test_an_unknown_engine_is_named_with_the_closest():
