@@ -87,10 +87,16 @@ def library_versions(imports: set[str]) -> dict[str, str]:
     The standard library and names that no distribution provides are left out.
     """
     return {
-        distribution: metadata.version(distribution)
+        distribution: _version(distribution)
         for name in sorted(imports - sys.stdlib_module_names)
         for distribution in sorted({found.name for found in _distributions().get(name, ())})
     }
+
+
+@cache
+def _version(distribution: str) -> str:
+    """Version that is installed: a millisecond each, and every run that is kept tells several."""
+    return metadata.version(distribution)
 
 
 def _followed(file: Path, package: Path) -> tuple[str, set[str]]:

@@ -95,7 +95,7 @@ def arrow_bytes(table: pa.Table, metadata: Mapping[bytes, bytes] | None = None) 
     named = table.replace_schema_metadata({**(metadata or {}), SEAL_KEY: PLACEHOLDER.encode()})
     sink = pa.BufferOutputStream()
     # What pyarrow.feather writes, but without importing pandas to look at the table.
-    packed = pa.ipc.IpcWriteOptions(compression="zstd")
+    packed = pa.ipc.IpcWriteOptions(compression="zstd", use_threads=False)  # small: they cost more
     with pa.ipc.new_file(sink, named.schema, options=packed) as file:
         file.write_table(named, _ROWS)
     return sealed(sink.getvalue().to_pybytes())
