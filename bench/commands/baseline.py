@@ -1,5 +1,7 @@
 """Keep what trackers score now, for `trackmark check`."""
 
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +31,7 @@ __all__ = ["command"]
     show_default=True,
     help="Drop of the mean overlap on one sequence that must be found.",
 )
+@click.option("--time", "timed", is_flag=True, help="Keep the trackers' speed, too.")
 @click.option("--force", is_flag=True, help="Replace a baseline that is there.")
 @budget_option
 @output_option
@@ -39,6 +42,7 @@ def command(
     sequences: str,
     seeds: int,
     detect: float,
+    timed: bool,
     force: bool,
     budget: float,
     output: Path,
@@ -50,6 +54,7 @@ def command(
     are repeated until a drop of --detect would be found in 80 % of cases, or the budget ends.
     """
     from bench.comparing.baseline import DECISIVE, baseline_path, lacking, write_baseline
+    from bench.comparing.clocking import Clock
     from bench.execution.plan import make_plan
     from bench.experiments.experiment import Experiment
     from bench.store.results import Results
@@ -73,6 +78,9 @@ def command(
 
     bench = Bench(asked.name, texts, sources, output, means, budget, may_fail=False)
     now = bench.extend(design, lacking, bench.run(design, detect), detect)
+    if timed:
+        clock = Clock(now, list(now.cells), budget, partial(click.echo, err=True))
+        now = replace(now, speeds=clock.speeds())
     write_baseline(now, path)
     runs = [cell.scores[DECISIVE].n for cells in now.cells.values() for cell in cells.values()]
     click.echo(

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,8 @@ from bench.commands._options import engine_options, json_option, output_option
 
 if TYPE_CHECKING:
     from bench.comparing.baseline import Baseline
+    from bench.comparing.checking import Check
+    from bench.comparing.clocking import Clocked
     from reports.tables import Table
 
 __all__ = ["command"]
@@ -38,6 +41,12 @@ WIDTH = 100
     "--markdown", type=click.Path(path_type=Path, dir_okay=False), help="For a pull request."
 )
 @click.option("--junit", type=click.Path(path_type=Path, dir_okay=False), help="JUnit's XML.")
+@click.option("--time", "timed", is_flag=True, help="Check the trackers' speed, too.")
+@click.option(
+    "--against",
+    metavar="REVISION",
+    help="With --time: beside this git revision of them, not by the baseline's speeds.",
+)
 @budget_option
 @output_option
 @engine_options
@@ -52,6 +61,8 @@ def command(
     whole: bool,
     markdown: Path | None,
     junit: Path | None,
+    timed: bool,
+    against: str | None,
     budget: float,
     output: Path,
     means: dict[str, Any],
@@ -60,11 +71,11 @@ def command(
     """Compare what trackers score now with the baseline NAME.
 
     Runs what is needed, and adds repetitions where it can't be told. Exit status 1 where a tracker
-    got worse.
+    got worse, or slower.
     """
     from bench.comparing.baseline import baseline_path, read_baseline, write_baseline
-    from bench.comparing.checking import as_data, as_junit, check, table
-    from reports.renderers import to_markdown
+    from bench.comparing.checking import check
+    from bench.comparing.clocking import Clock
 
     path = baseline_path(name)
     kept = read_baseline(path)
@@ -72,23 +83,65 @@ def command(
         raise click.UsageError("--accept TRACKER goes with --because TEXT.")
     if accept is not None and accept not in kept.cells:
         raise click.UsageError(f"{path} has no {accept!r}; it has {', '.join(kept.cells)}.")
+    if against is not None and (not timed or accept is not None):
+        raise click.UsageError("--against REVISION goes with --time, and not with --accept.")
     before = _part(kept, accept or trackers, sequences if accept is None else "*")
+    clocked, speeds = {}, {}
+    if timed:
+        # The whole baseline: whatever is checked of it, the same sequences are clocked.
+        clock = Clock(kept, list(before.cells), budget, partial(click.echo, err=True))
+        if accept is None:
+            clocked = clock.check(against)
+        else:
+            speeds = clock.speeds()
     found = check(before, _measured(before, f"check-{path.stem}", output, means, budget))
-    made = table(found, whole=whole)
-    in_markdown = to_markdown(made) if made.rows else "".join(f"{note}\n" for note in made.notes)
-    told = f"{json.dumps(as_data(found), allow_nan=False)}\n" if as_json else _text(made)
-    click.echo(told, nl=False)
-    for file, text in ((markdown, in_markdown), (junit, as_junit(found))):
-        if file is not None:
-            _write(file, text)
+    _show(found, clocked, as_json=as_json, whole=whole, markdown=markdown, junit=junit)
     if accept is not None and because is not None:
         today = datetime.now(UTC).date().isoformat()
-        write_baseline(kept.moved_on(accept, found.now, because, today), path)
+        moved = kept.moved_on(accept, replace(found.now, speeds=speeds), because, today)
+        write_baseline(moved, path)
         click.echo(f"{path}: moved on to the new scores of {accept}.", err=True)
         return 0
-    if found.judgement.state == "worse":
+    states = {found.judgement.state, *(entry.state for entry in clocked.values())}
+    if states & {"worse", "slower"}:
         return EXIT_ANSWER_IS_NO
-    return EXIT_CANNOT_TELL if strict and found.judgement.state == "cannot tell" else 0
+    return EXIT_CANNOT_TELL if strict and "cannot tell" in states else 0
+
+
+def _show(
+    found: "Check",
+    clocked: Mapping[str, "Clocked"],
+    *,
+    as_json: bool,
+    whole: bool,
+    markdown: Path | None,
+    junit: Path | None,
+) -> None:
+    """Print what became of cells and speeds, and write it into files."""
+    from bench.comparing.checking import as_data, as_junit, table
+    from bench.comparing.speeds import speeds_as_cases, speeds_as_data, speeds_table
+    from reports.renderers import to_markdown
+
+    tables = [table(found, whole=whole), *([speeds_table(clocked)] if clocked else [])]
+    if as_json:
+        data = as_data(found)
+        if clocked:
+            data["times"] = speeds_as_data(clocked)
+            if any(entry.state == "slower" for entry in clocked.values()):
+                data["verdict"] = "regression"
+        click.echo(json.dumps(data, allow_nan=False))
+    else:
+        click.echo("\n".join(map(_text, tables)), nl=False)
+    if markdown is not None:
+        _write(
+            markdown,
+            "\n".join(
+                to_markdown(one) if one.rows else "".join(f"{note}\n" for note in one.notes)
+                for one in tables
+            ),
+        )
+    if junit is not None:
+        _write(junit, as_junit(found, speeds_as_cases(clocked)))
 
 
 def _text(made: "Table") -> str:

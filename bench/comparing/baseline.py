@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -32,6 +32,7 @@ __all__ = [
     "BaselineCell",
     "BaselineError",
     "Design",
+    "Speed",
     "baseline_path",
     "lacking",
     "measured",
@@ -71,6 +72,13 @@ class BaselineCell:
     reason: str = ""  # why the first of them did
 
 
+class Speed(NamedTuple):
+    """Time of a tracker's updates, as a multiple of a reference's, on a processor."""
+
+    sample: Sample  # logs of the ratio, a session each
+    processor: str
+
+
 @dataclass(frozen=True)
 class Baseline:
     """What was scored, by tracker's label and sequence's name."""
@@ -80,6 +88,7 @@ class Baseline:
     detect: float  # smallest drop that its design was made for
     made_with: Mapping[str, str]  # platform, Python and libraries
     accepted: Sequence[Mapping[str, Any]] = field(default_factory=tuple)  # changes, with reasons
+    speeds: Mapping[str, Speed] = field(default_factory=dict)  # of trackers that were clocked
 
     def moved_on(self, tracker: str, now: "Baseline", reason: str, date: str) -> "Baseline":
         """The same with a tracker's new cells, and why they were accepted."""
@@ -91,7 +100,8 @@ class Baseline:
             DECISIVE: [_rounded(before), _rounded(after)],
         }
         cells = {**self.cells, tracker: now.cells[tracker]}
-        return replace(self, cells=cells, accepted=(*self.accepted, entry))
+        speeds = {**self.speeds, **now.speeds}
+        return replace(self, cells=cells, accepted=(*self.accepted, entry), speeds=speeds)
 
 
 def baseline_path(name: str) -> Path:
@@ -207,6 +217,13 @@ def write_baseline(baseline: Baseline, path: Path) -> None:
         if (text := baseline.texts[tracker]) != tracker:
             lines.append(f"{TEXT_KEY} = {_quoted(text)}")
         lines += [f"{_quoted(name)} = {_inline(name, cell)}" for name, cell in cells.items()]
+    if baseline.speeds:
+        lines += ["", "# Time of an update as a multiple of the reference's.", "[speeds]"]
+    lines += [
+        f"{_quoted(tracker)} = {{ ratio = {_number(math.exp(mean))}, spread = {_number(spread)}, "
+        f"sessions = {n}, processor = {_quoted(place)} }}"
+        for tracker, ((mean, spread, n), place) in baseline.speeds.items()
+    ]
     for entry in baseline.accepted:
         lines += ["", "[[accepted]]"]
         lines += [f"{key} = {json.dumps(entry[key], ensure_ascii=False)}" for key in entry]
@@ -252,7 +269,9 @@ def read_baseline(path: Path) -> Baseline:
             label: str(found.get(TEXT_KEY, label)) for label, found in told["trackers"].items()
         }
         accepted = tuple(told.get("accepted", ()))
-        return Baseline(cells, texts, float(told["detect"]), dict(told["made_with"]), accepted)
+        speeds = {label: _read_speed(kept) for label, kept in told.get("speeds", {}).items()}
+        made_with = dict(told["made_with"])
+        return Baseline(cells, texts, float(told["detect"]), made_with, accepted, speeds)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise BaselineError(
             f"{path} is no whole baseline ({type(error).__name__}: {error}). Restore it, or make "
@@ -270,6 +289,13 @@ def _read_cell(name: str, told: Mapping[str, Any]) -> BaselineCell:
         raise ValueError(f"{name}: {DECISIVE} {told[DECISIVE]}, runs {told['runs']}")
     source = SequenceSource(str(told.get("path", name)), truth)
     return BaselineCell(source, str(told["sequence"]), str(told["boxes"]), scores)
+
+
+def _read_speed(told: Mapping[str, Any]) -> Speed:
+    sample = Sample(math.log(told["ratio"]), float(told["spread"]), int(told["sessions"]))
+    if not (math.isfinite(sample.mean) and 0 <= sample.spread < math.inf and sample.n >= 2):
+        raise ValueError(f"speed {told}")
+    return Speed(sample, str(told["processor"]))
 
 
 def _mean(cells: Mapping[str, BaselineCell]) -> float:

@@ -1,6 +1,6 @@
 """Checking trackers against a baseline: which cells changed, and whether any got worse."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any
@@ -160,27 +160,32 @@ def as_data(found: Check) -> dict[str, Any]:
     }
 
 
-def as_junit(found: Check) -> str:
-    """JUnit's XML: a test case a cell; worse ones failed, those that can't be told are skipped."""
-    judgement = found.judgement
-    states = [change.state for change in judgement.changes]
-    suite = ElementTree.Element(
-        "testsuite",
-        name="trackmark check",
-        tests=str(len(states)),
-        failures=str(states.count("worse")),
-        skipped=str(states.count("cannot tell")),
-    )
+def as_junit(found: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
+    """JUnit's XML: a test case a cell; worse ones failed, those that can't be told are skipped.
+
+    `times`: tracker, state and words of those that were clocked, which are cases, too.
+    """
+    cases: list[tuple[str, str, str, str]] = []
     for (tracker, sequence), change in _in_order(found):
-        case = ElementTree.SubElement(suite, "testcase", classname=tracker, name=sequence)
         old, new = _samples(found, tracker, sequence)
         words = f"mean overlap {old.mean:.4f} -> {new.mean:.4f} ({change.state})"
         if reason := found.now.cells[tracker][sequence].reason:
             words += f"; runs failed: {reason}"
-        if change.state == "worse":
-            ElementTree.SubElement(case, "failure", message=words)
-        elif change.state == "cannot tell":
-            ElementTree.SubElement(case, "skipped", message=words)
+        cases.append((tracker, sequence, change.state, words))
+    cases += [(tracker, "time", state, words) for tracker, state, words in times]
+    kinds = {"worse": "failure", "slower": "failure", "cannot tell": "skipped"}
+    told = [kinds.get(state, "") for _, _, state, _ in cases]
+    suite = ElementTree.Element(
+        "testsuite",
+        name="trackmark check",
+        tests=str(len(cases)),
+        failures=str(told.count("failure")),
+        skipped=str(told.count("skipped")),
+    )
+    for (tracker, name, _, words), kind in zip(cases, told, strict=True):
+        case = ElementTree.SubElement(suite, "testcase", classname=tracker, name=name)
+        if kind:
+            ElementTree.SubElement(case, kind, message=words)
     return ElementTree.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
 
 

@@ -1,0 +1,82 @@
+"""Trackers as they were in an earlier revision of the git repository that holds them."""
+
+import io
+import subprocess
+import tarfile
+from pathlib import Path
+
+import trackers
+from bench.comparing.baseline import BaselineError
+from trackers.base.catalogue import in_file, is_outside
+
+__all__ = ["taken_out"]
+
+_PACKAGE = Path(str(trackers.__file__)).resolve().parent
+
+
+def taken_out(revision: str, name: str, folder: Path) -> tuple[str, str]:
+    """Take a tracker out as of a revision, with what lies beside it there.
+
+    A tracker of a file comes with the file's folder and meets today's packages; one of ours comes
+    with the whole package `trackers`.
+
+    Parameters
+    ----------
+    revision : str
+        Whatever git knows: a commit, tag or branch.
+    name : str
+        The tracker's, or `path/to/file.py:ClassName`.
+    folder : Path
+        Where it is laid down.
+
+    Returns
+    -------
+    tuple of str
+        The name that it has there, and the folder to import `trackers` from: none for today's.
+
+    Raises
+    ------
+    BaselineError
+        Where it can't be had.
+    """
+    place = in_file(name)
+    if place is None and is_outside(name):
+        raise BaselineError(
+            f"{name} comes from an installed package, and can't be had as of {revision}. Name its "
+            "file: --against takes trackers of files and of trackmark itself."
+        )
+    if place is None:
+        file, class_name = _PACKAGE / f"{name.replace('-', '_')}.py", ""
+    else:
+        file, class_name = place[0].resolve(), place[1]
+    commit = _git(
+        file.parent, "rev-parse", "--verify", "--end-of-options", f"{revision}^{{commit}}"
+    )
+    # In a folder, git packs what lies in this folder, with paths from there.
+    packed = _git(file.parent, "archive", "--format=tar", commit.decode().strip())
+    target = folder / "trackers" if place is None else folder
+    try:
+        with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
+            archive.extractall(target, filter="data")
+    except (tarfile.TarError, OSError) as error:
+        raise BaselineError(f"{revision} of {file.parent} can't be laid down: {error}") from error
+    then = target / file.name
+    if not then.is_file():
+        raise BaselineError(f"{revision} has no {file.name} in {file.parent}.")
+    if place is None:
+        return name, str(folder)
+    return f"{then}:{class_name}" if class_name else str(then), ""
+
+
+def _git(folder: Path, *arguments: str) -> bytes:
+    command = ["git", "-C", str(folder), *arguments]
+    try:
+        done = subprocess.run(command, capture_output=True, check=False)  # noqa: S603  # as typed
+    except OSError as error:
+        raise BaselineError(f"--against needs git, which can't be run: {error}") from error
+    if done.returncode:
+        said = "".join(done.stderr.decode(errors="replace").strip().splitlines()[-1:])
+        if "single revision" in said:
+            said = f"there is no revision {arguments[-1].removesuffix('^{commit}')!r}"
+        raise BaselineError(f"{folder} can't be had of a revision from git: {said or arguments}.")
+    return done.stdout
