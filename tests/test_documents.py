@@ -39,7 +39,8 @@ def docstrings():
 
 
 def test_every_file_that_a_page_or_a_docstring_names_is_there():
-    there = [file for kind in ("py", "toml", "md") for file in ROOT.rglob(f"*.{kind}")]
+    tops = [top for top in ROOT.iterdir() if not top.name.startswith(".")]  # none in .venv
+    there = [file for top in tops for file in (top, *top.rglob("*.*"))]
     ends = {"/".join(file.parts[-n:]) for file in there for n in range(1, 6)}
     ends |= {"trackers/nearest_colour.py", "tests/trackers/test_nearest_colour.py"}  # a recipe's
     for file, text in [*((page, page.read_text()) for page in PAGES), *docstrings()]:

@@ -120,7 +120,7 @@ def test_failed_runs_are_shown_and_make_the_exit_status_one(typed, trackmark, sp
     assert "0002.png: ValueError: no idea" in done.stdout
     assert "last words" not in done.stdout + done.stderr
     assert "results failures results/mine" in done.stdout
-    told = typed("results", "failures").stdout
+    told = trackmark("results", "failures").stdout
     assert "knob.py:Knob on Small, repetition 0: boxes of 1 of 5 frames" in told
     assert "in update" in told
     assert "| last words" in told
