@@ -103,7 +103,7 @@ def test_a_tracker_runs_as_often_as_its_experiment_says_and_all_as_often_as_the_
 
 
 def test_timing_runs_store_times(trackmark, here):
-    trackmark("run", "--trackers", "static,camshift", "--sequences", "samples/face", "--timing")
+    trackmark("run", "--trackers", "static,camshift", *SMALL, "--timing")
     table = bench.load_results(here / "results")
     assert (table["protocol"] == "timing").all()
     steady = table[table["disturbed"] == 0]
