@@ -105,6 +105,9 @@ def decode_image(data: bytes, most_pixels: int | None = None) -> Image:
     size = image_size(data)
     if size is not None:
         check_pixels(*size, most_pixels)
+    elif data and not data.startswith((_JPEG_START, *_HEADERS)):
+        # OpenCV knows more formats, of which fifty bytes may take it a minute and gigabytes.
+        raise ValueError("not an image of JPEG, PNG, BMP, PPM or TIFF, or damaged")
     if data.startswith(_JPEG_START):
         return np.asarray(simplejpeg.decode_jpeg(data, "BGR"), dtype=np.uint8)
     try:

@@ -84,6 +84,15 @@ def bitmap_head(folder, write_images):
     return folder
 
 
+def disguised(folder, write_images):
+    write_images(folder, ["1.png"])
+    size = (65000).to_bytes(2, "little") + (15000).to_bytes(2, "little")
+    screen, picture = b"GIF89a" + size + b"\x80\0\0" + bytes(6), b",\0\0\0\0" + size
+    (folder / "1.png").write_bytes(screen + picture + b"\0\x02\x02\x44\x01\0;")
+    (folder / "truth.csv").write_text(BOX)
+    return folder
+
+
 def no_text_in_a_name(folder, write_images):
     other = folder.parent / os.fsdecode(b"caf\xe9")
     write_images(folder, ["1.png"])
@@ -146,6 +155,7 @@ HOSTILE = {
     long_number: r"truth\.csv: line 3: '9+\.\.\.9+' is not a frame number",
     two_sizes: r"walk: 2\.png has 20x10 pixels, others have 48x32",
     bitmap_head: r"1\.bmp: frame 0 can't be read",
+    disguised: r"1\.png: frame 0 can't be read \(not an image of JPEG, PNG",
     no_text_in_a_name: r"caf\\udce9: this name is not UTF-8",
     no_text_in_a_file_name: r"\\udce9\.png: this name is not UTF-8",
     damaged_first_image: r"00000\.jpg: this is no image, or damaged",
