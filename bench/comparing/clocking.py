@@ -4,7 +4,7 @@ import platform
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from time import monotonic
@@ -95,20 +95,17 @@ class Clock:
             )
         found = {}
         with tempfile.TemporaryDirectory(prefix="trackmark-") as folder:
-            olds = {}
-            for number, label in enumerate(self._labels if revision is not None else ()):
-                name, _ = split_text(self._baseline.texts[label])
-                olds[label] = taken_out(str(revision), name, Path(folder, str(number)))
+            # All first: no work is done for nothing.
+            olds = {
+                label: taken_out(revision, self._setup(label), Path(folder, str(number)))
+                for number, label in enumerate(self._labels)
+                if revision is not None
+            }
             for label, now, clips in self._each():
-                if label not in olds and kept[label].processor != processor():
-                    found[label] = Clocked(reason=_ELSEWHERE.format(kept[label].processor))
-                elif label in olds:
-                    name, home = olds[label]
-                    found[label] = self._checked(
-                        label, replace(now, name=name, home=home), now, clips
-                    )
+                if label in olds or kept[label].processor == processor():
+                    found[label] = self._checked(label, olds.get(label, Setup()), now, clips)
                 else:
-                    found[label] = self._checked(label, Setup(), now, clips)
+                    found[label] = Clocked(reason=_ELSEWHERE.format(kept[label].processor))
         return found
 
     def _checked(self, label: str, old: Setup, now: Setup, clips: Sequence[Clip]) -> Clocked:
@@ -127,11 +124,15 @@ class Clock:
         for number, label in enumerate(self._labels):
             self._until = monotonic()
             self._until += (self._ends - self._until) / (len(self._labels) - number)
-            name, options = split_text(self._baseline.texts[label])
-            init = options.pop("init", BOXES)
+            _, options = split_text(self._baseline.texts[label])
             sources = [cell.source for cell in self._baseline.cells[label].values()]
             with tempfile.TemporaryDirectory(prefix="trackmark-") as folder:
-                yield label, Setup(name, options), _clips(sources, init, label, Path(folder))
+                clips = _clips(sources, options.get("init", BOXES), label, Path(folder))
+                yield label, self._setup(label), clips
+
+    def _setup(self, label: str) -> Setup:
+        name, options = split_text(self._baseline.texts[label])
+        return Setup(name, {key: text for key, text in options.items() if key != "init"})
 
     def _sample(
         self,

@@ -3,10 +3,12 @@
 import io
 import subprocess
 import tarfile
+from dataclasses import replace
 from pathlib import Path
 
 import trackers
 from bench.comparing.baseline import BaselineError
+from bench.evaluation.turns import Setup
 from trackers.base.catalogue import in_file, is_outside
 
 __all__ = ["taken_out"]
@@ -14,31 +16,17 @@ __all__ = ["taken_out"]
 _PACKAGE = Path(str(trackers.__file__)).resolve().parent
 
 
-def taken_out(revision: str, name: str, folder: Path) -> tuple[str, str]:
+def taken_out(revision: str, now: Setup, folder: Path) -> Setup:
     """Take a tracker out as of a revision, with what lies beside it there.
 
     A tracker of a file comes with the file's folder and meets today's packages; one of ours comes
     with the whole package `trackers`.
 
-    Parameters
-    ----------
-    revision : str
-        Whatever git knows: a commit, tag or branch.
-    name : str
-        The tracker's, or `path/to/file.py:ClassName`.
-    folder : Path
-        Where it is laid down.
+    `revision`: whatever git knows. `now`: the tracker as it is. `folder`: where it is laid down.
 
-    Returns
-    -------
-    tuple of str
-        The name that it has there, and the folder to import `trackers` from: none for today's.
-
-    Raises
-    ------
-    BaselineError
-        Where it can't be had.
+    Raises `BaselineError` where it can't be had.
     """
+    name = now.name
     place = in_file(name)
     if place is None and is_outside(name):
         raise BaselineError(
@@ -64,8 +52,9 @@ def taken_out(revision: str, name: str, folder: Path) -> tuple[str, str]:
     if not then.is_file():
         raise BaselineError(f"{revision} has no {file.name} in {file.parent}.")
     if place is None:
-        return name, str(folder)
-    return f"{then}:{class_name}" if class_name else str(then), ""
+        return replace(now, home=str(folder), revision=revision)
+    name = f"{then}:{class_name}" if class_name else str(then)
+    return replace(now, name=name, revision=revision)
 
 
 def _git(folder: Path, *arguments: str) -> bytes:

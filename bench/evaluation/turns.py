@@ -46,6 +46,7 @@ class Setup:
     name: str = ""
     options: Mapping[str, str] | None = None
     home: str = ""  # folder that holds the package `trackers`, where it is not this one's
+    revision: str = ""  # that it is of, for messages
 
 
 @dataclass(frozen=True)
@@ -159,6 +160,7 @@ class _Side:
 
     def __init__(self, setup: Setup, clips: Sequence[Clip]) -> None:
         self._answers, theirs = os.pipe()
+        self._whose = f"as of {setup.revision}, " if setup.revision else ""
         told = json.dumps({"setup": asdict(setup), "clips": [asdict(clip) for clip in clips]})
         self._child = Offspring(
             "bench.evaluation.turns",
@@ -179,11 +181,11 @@ class _Side:
             self._pipe.flush()
             answer = json.loads(self._line())
         except (OSError, ValueError):
-            raise TurnError("its process ended, or wrote no sense") from None
+            raise TurnError(f"{self._whose}its process ended, or wrote no sense") from None
         if isinstance(answer, str):
-            raise TurnError(answer)
+            raise TurnError(f"{self._whose}{answer}")
         if not (isinstance(answer, float) and 0 <= answer < inf):
-            raise TurnError("its process wrote no sense")
+            raise TurnError(f"{self._whose}its process wrote no sense")
         return answer
 
     def _line(self) -> bytes:
@@ -191,7 +193,7 @@ class _Side:
         while not line.endswith(b"\n"):
             ready, _, _ = select.select([self._answers], [], [], max(0.0, until - monotonic()))
             if not ready:
-                raise TurnError(f"nothing happens for {ANSWER_SECONDS:g} s")
+                raise TurnError(f"{self._whose}nothing happens for {ANSWER_SECONDS:g} s")
             line += (more := os.read(self._answers, 1 << 16))
             if not more or len(line) > _LONGEST:
                 raise ValueError(line)
