@@ -9,22 +9,27 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from bench.comparing.baseline import (
-    METRICS,
-    Baseline,
-    BaselineCell,
-    Speed,
-    surroundings,
-    write_baseline,
-)
-from bench.experiments.experiment import SequenceSource
 from bench.statistics import speed
-from bench.statistics.regression import Sample
 
 BASELINE = ("baseline", "own", "--trackers", "static,knob.py:as=mine")
 SEQUENCES = ("--sequences", "data/Small", "--seeds", 2, "--budget", "0s")
 
 SLOW = "\n# slow\n"
+
+SCORES = "mean_overlap = [0.5, 0], success_share = [0.5, 0], centre_error = [1, 0]"
+CELL = f'"data/Small" = {{ runs = 1, {SCORES}, boxes = "0", sequence = "0" }}'
+WRITTEN = f"""
+format = 1
+detect = 0.05
+[made_with]
+[trackers.mine]
+tracker = "knob.py:as=mine"
+{CELL}
+[trackers.static]
+{CELL}
+[speeds]
+mine = {{ ratio = 0.1, spread = 0.01, sessions = 6, processor = "Other" }}
+"""
 
 
 @pytest.fixture
@@ -66,13 +71,7 @@ def written(here):
     """A baseline of which nothing is run."""
     path = here / "baselines" / "own.toml"
     path.parent.mkdir()
-    sample = Sample(0.5, 0.0, 1)
-    scores = dict.fromkeys(METRICS, sample)
-    cell = BaselineCell(SequenceSource("data/Small"), "0", "0", scores)
-    speeds = {"mine": Speed(Sample(0.1, 0.01, 6), "Other")}
-    cells = {"mine": {"data/Small": cell}, "static": {"data/Small": cell}}
-    texts = {"mine": "knob.py:as=mine", "static": "static"}
-    write_baseline(Baseline(cells, texts, 0.05, surroundings(), speeds=speeds), path)
+    path.write_text(WRITTEN)
     return path
 
 
