@@ -87,7 +87,10 @@ def as_data(found: Breaking) -> dict[str, Any]:
     return {
         "rule": RULE,
         "baseline": found.baseline,
-        "series": [_series_data(found, one) for one in found.series],
+        "series": [
+            {**_row(found, one), "runs": [vars(trial) for trial in one.trials]}
+            for one in found.series
+        ],
         "recorded": {name: list(scores) for name, scores in found.scores.items()},
         "correlations": [
             {"knob": name, "rank_correlation": _number(r), "interval": list(interval)}
@@ -96,21 +99,27 @@ def as_data(found: Breaking) -> dict[str, Any]:
     }
 
 
-def _series_data(found: Breaking, one: Series) -> dict[str, Any]:
-    ratio, interval = factor(one, found.knobs[one.knob][found.baseline])
+def _row(found: Breaking, one: Series) -> dict[str, Any]:
+    """A series in numbers; what is beyond the range is None."""
+    ratio, ratios = factor(one, found.knobs[one.knob][found.baseline])
+    easy, hard = one.threshold.survival([0.0, 1.0]).tolist()
     return {
         "knob": one.knob.name,
         "unit": one.knob.unit,
-        "range": [one.knob.easy, one.knob.hard],
+        "easy": one.knob.easy,
+        "hard": one.knob.hard,
         "tracker": one.tracker,
         "breaks": one.verdict,
         "level": one.level if one.verdict == "broken" else None,
-        "interval": [_number(end) for end in one.interval],
-        "half_width_in_ranges": one.threshold.half_width,
+        "level_low": _number(one.interval.low),
+        "level_high": _number(one.interval.high),
         "factor": _number(ratio),
-        "factor_interval": [_number(end) for end in interval],
-        "survival_at_ends": one.threshold.survival([0.0, 1.0]).tolist(),
-        "runs": [vars(trial) for trial in one.trials],
+        "factor_low": _number(ratios.low),
+        "factor_high": _number(ratios.high),
+        "half_width_in_ranges": one.threshold.half_width,
+        "survive_at_easy": easy,
+        "survive_at_hard": hard,
+        "runs": len(one.trials),
     }
 
 
@@ -122,11 +131,11 @@ def _points(found: Breaking) -> Table:
     rows, data = [], []
     for knob, by_tracker in found.knobs.items():
         for name, one in by_tracker.items():
-            ends = 100 * one.threshold.survival([0.0, 1.0])
+            row = _row(found, one)
             cells = [_level(one), _interval(one), _factor(one, by_tracker[found.baseline])]
-            shares = f"{ends[0]:.0f} … {ends[1]:.0f}"
-            rows.append([knob.head, name, *cells, shares, str(len(one.trials))])
-            data.append({key: _flat(v) for key, v in _series_data(found, one).items()})
+            shares = f"{100 * row['survive_at_easy']:.0f} … {100 * row['survive_at_hard']:.0f}"
+            rows.append([knob.head, name, *cells, shares, str(row["runs"])])
+            data.append(row)
     failed = [trial for one in found.series for trial in one.trials if trial.failure]
     notes = [
         RULE,
@@ -146,13 +155,9 @@ def _points(found: Breaking) -> Table:
         n_labels=2,
         rows=[[Cell(text) for text in row] for row in rows],
         notes=notes,
-        data=pd.DataFrame(data).drop(columns="runs"),
+        data=pd.DataFrame(data),
         ranks=[0, 1, 2, 4, 3],
     )
-
-
-def _flat(value: Any) -> Any:
-    return " ".join(map(str, value)) if isinstance(value, list) else value
 
 
 def _level(one: Series) -> str:

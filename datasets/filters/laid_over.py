@@ -29,8 +29,8 @@ class Filter:
     ----------
     apply : callable
         Gives the sequence with the difficulty of a value; the draw is a number of its own.
-    meaning, unit : str
-        What a value says.
+    unit : str
+        Of its values.
     low, high : float
         Least and greatest value.
     whole : bool
@@ -42,7 +42,6 @@ class Filter:
     """
 
     apply: Callable[[Sequence, float, int], Sequence]
-    meaning: str
     unit: str
     low: float
     high: float
@@ -52,84 +51,21 @@ class Filter:
     logarithmic: bool = False
 
 
-# In the order in which they are laid over: time, place, light, sensor, and what is told of it all.
 FILTERS: dict[str, Filter] = {
-    "start": Filter(timing.start, "begins at this frame", "frames", 0, 1e6, 0, 1, whole=True),
-    "step": Filter(
-        timing.step,
-        "shows only every so manyth frame, forwards and backwards in turn until there are as many "
-        "frames as before",
-        "frames",
-        1,
-        1000,
-        1,
-        20,
-        whole=True,
-        logarithmic=True,
-    ),
-    "size": Filter(
-        geometry.size,
-        "resizes images so that the square root of the first box's area is this",
-        "pixels",
-        1,
-        1000,
-        48,
-        4,
-        logarithmic=True,
-    ),
-    "motion": Filter(
-        geometry.motion,
-        "shifts images: by so many widths of the first box from one to the next, at random",
-        "target widths/frame",
-        0,
-        10,
-        0,
-        1.5,
-    ),
-    "occlusion": Filter(
-        geometry.occlusion,
-        "hides the target for so long behind a wall of one colour, from a sixth of the sequence on",
-        "frames",
-        0,
-        1e6,
-        0,
-        60,
-        whole=True,
-    ),
-    "similarity": Filter(
-        geometry.similarity,
-        "something passes over half of the target at mid-sequence: of one colour (0) to the "
-        "target's very image (1)",
-        "share",
-        0,
-        1,
-        0,
-        1,
-    ),
-    "gain": Filter(
-        light.gain,
-        "light fades, or grows, to so much of what it was, until mid-sequence",
-        "times the light",
-        0.001,
-        1000,
-        1,
-        0.02,
-        logarithmic=True,
-    ),
-    "blur": Filter(light.blur, "blurs by a Gaussian of this deviation", "pixels", 0, 200, 0, 40),
-    "noise": Filter(
-        light.noise, "adds Gaussian noise of this deviation", "grey levels", 0, 255, 0, 160
-    ),
-    "box_error": Filter(
-        geometry.box_error,
-        "shifts the first box at random, by so many of its sizes; it is not scored",
-        "box sizes",
-        0,
-        2,
-        0,
-        1,
-    ),
+    "start": Filter(timing.start, "frames", 0, 1e6, 0, 1, whole=True),
+    "step": Filter(timing.step, "frames", 1, 1000, 1, 20, whole=True, logarithmic=True),
+    "size": Filter(geometry.size, "pixels", 1, 1000, 48, 4, logarithmic=True),
+    "motion": Filter(geometry.motion, "target widths/frame", 0, 10, 0, 1.5),
+    "occlusion": Filter(geometry.occlusion, "frames", 0, 1e6, 0, 60, whole=True),
+    "similarity": Filter(geometry.similarity, "share", 0, 1, 0, 1),
+    "gain": Filter(light.gain, "times the light", 0.001, 1000, 1, 0.02, logarithmic=True),
+    "blur": Filter(light.blur, "pixels", 0, 200, 0, 40),
+    "noise": Filter(light.noise, "grey levels", 0, 255, 0, 160),
+    "box_error": Filter(geometry.box_error, "box sizes", 0, 2, 0, 1),
 }
+"""In the order in which they are laid over: time, place, light, sensor, what is told of it all.
+docs/stress.md says what their values mean.
+"""
 
 
 def split_filters(text: str) -> tuple[str, dict[str, float]]:
