@@ -33,9 +33,10 @@ def tidy(folder, cells=None):
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    experiment = Experiment("t", TRACKERS, (SequenceSource(NAME),), repetitions=2)
-    return bench.run(experiment, tmp_path_factory.mktemp("results"), jobs=1)
+def folder(tmp_path_factory, store_runs):
+    made = tmp_path_factory.mktemp("results")
+    store_runs(made, TRACKERS, [NAME], repetitions=2)
+    return made
 
 
 def test_every_run_is_a_row_with_its_parameters_and_the_knobs_of_its_scene(folder):
@@ -94,7 +95,7 @@ def test_runs_that_were_not_asked_for_now_are_left_aside(folder):
 
 def test_times_come_from_the_passes_that_no_load_disturbed(tmp_path):
     source = (SequenceSource(NAME),)
-    timing = Experiment("t", ("static", "camshift"), source, repetitions=1, timing=True)
+    timing = Experiment("t", ("static",), source, repetitions=1, timing=True)
     folder = bench.run(timing, tmp_path, jobs=1)
     frames = frame_times(folder)
     clean = load_results(folder).query("disturbed == 0")

@@ -5,7 +5,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 from hypothesis import strategies as st
-from shapely import area, box, intersection, polygons, union_all
+from shapely import area, box, intersection, intersects, polygons, prepare, union_all
 
 from datasets.synthetic.suite import suites
 
@@ -42,4 +42,9 @@ def covered_by(points, triangles, size=(320, 240)):
     """Part of each pixel that triangles cover, as another library has it."""
     outline = union_all(polygons(points[:, :2][triangles]))
     columns, rows = np.meshgrid(*map(np.arange, size))
-    return area(intersection(outline, box(columns, rows, columns + 1, rows + 1)))
+    pixels = box(columns, rows, columns + 1, rows + 1)
+    rim = outline.boundary
+    prepare([outline, rim])
+    covered, edge = intersects(outline, pixels).astype(float), intersects(rim, pixels)
+    covered[edge] = area(intersection(outline, pixels[edge]))
+    return covered

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from datasets.synthetic.moreno2005.book.book import self_shadow
@@ -52,9 +52,14 @@ def test_the_book_is_let_go_at_first_then_bends_and_stays_in_view(seed):
 
 
 @given(left=st.floats(-1.3, 1.6), right=st.floats(-1.3, 1.6), slant=st.floats(-0.8, 0.8))
+@example(left=1.5, right=-1.0, slant=-0.75)  # to and fro at the ruling through the middle
+@example(left=-1.3, right=1.6, slant=0.8)
 @settings(max_examples=20, deadline=None)
 def test_a_bent_sheet_keeps_its_lengths_and_its_normals_stand_on_it(left, right, slant):
     u, v = flat_places()
+    # Along an edge the sheet turns evenly, but for where its bend changes: there the middle of the
+    # normals at both ends is off by up to an eighth of what the bend changes by over the edge.
+    change = max(abs(right - left), abs(left), abs(right)) / 40.0
     points, normals, _ = bent(Bending(left, right, slant), 40.0, u, v)
     flat = np.stack([u, v, 0 * u], axis=1)
     for corners in np.moveaxis(grid(26, 21), 1, 0)[[0, 1]], np.moveaxis(grid(26, 21), 1, 0)[[1, 2]]:
@@ -62,7 +67,7 @@ def test_a_bent_sheet_keeps_its_lengths_and_its_normals_stand_on_it(left, right,
         assert lengths[0] == pytest.approx(lengths[1], rel=0.01)
         middle = normals[corners].mean(axis=0)
         across = ((points[corners[0]] - points[corners[1]]) * middle).sum(axis=1)
-        assert np.abs(across).max() < 0.2
+        assert (np.abs(across) < 0.05 + lengths[1] ** 2 * change / 8).all()
     assert np.linalg.norm(normals, axis=1) == pytest.approx(1)
     assert points[(u == 0) & (v == 0)] == pytest.approx(np.zeros((1, 3)), abs=0.05)
 
