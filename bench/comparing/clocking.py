@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from math import inf
 from pathlib import Path
 from time import monotonic
 
@@ -38,6 +39,7 @@ CLIPS = 4
 FRAMES = 20
 
 
+_TOO_FEW = "the baseline's own sessions are too few: give `trackmark baseline` a larger --budget"
 _ELSEWHERE = "the baseline's speed is of another processor ({}): give --against REVISION"
 
 
@@ -113,11 +115,12 @@ class Clock:
         tests = len(self._labels)
         needed = partial(sessions_needed, before=before, tests=tests)
         try:
-            return Clocked(
-                judge_pace(self._sample(label, (old, now), clips, needed), before, tests)
-            )
+            sample = self._sample(label, (old, now), clips, needed)
         except TurnError as error:
             return Clocked(reason=f"it can't be clocked: {error}")
+        pace = judge_pace(sample, before, tests)
+        too_few = pace.state == "cannot tell" and needed(sample) == inf
+        return Clocked(pace, _TOO_FEW if too_few else "")
 
     def _each(self) -> Iterator[tuple[str, Setup, Sequence[Clip]]]:
         """Trackers with what they are shown."""

@@ -237,9 +237,10 @@ def in_turns(setups: Sequence[Setup], clips: Sequence[Clip]) -> NDArray[np.float
             max(clip.frames for clip in clips),
         ):  # compiling first; then all, to warm up
             warming = [(number, 0, min(most, clip.frames)) for number, clip in enumerate(clips)]
-            whole = float(_pass(sides, warming, 0).sum(axis=1).max())
-        passes = min(max(round(_PASSES_SECONDS / whole), _FEWEST), _MOST)
-        a_clip = max(1, round(whole / len(clips) / _TURN_SECONDS))
+            sums = _pass(sides, warming, 0).sum(axis=1)
+        passes = min(max(round(_PASSES_SECONDS / sums.max()), _FEWEST), _MOST)
+        # On either side, a turn is longer than what it takes to get back into the caches.
+        a_clip = max(1, round(sums.min() / len(clips) / _TURN_SECONDS))
         turns = []
         for number, clip in enumerate(clips):
             edges = np.linspace(0, clip.frames, min(a_clip, clip.frames) + 1).round().astype(int)

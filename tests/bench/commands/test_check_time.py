@@ -1,6 +1,7 @@
 """`trackmark check --time`, as a user types it; times are made up, however busy the machine is."""
 
 import json
+import re
 import subprocess
 import tomllib
 from pathlib import Path
@@ -107,7 +108,9 @@ def test_a_slower_tracker_is_found_told_and_accepted(trackmark, here, kept):
     assert trackmark("check", "own", "--time").stdout.count("as fast") == 2
 
 
-def test_another_processors_speed_says_nothing(trackmark, kept):
+def test_a_baselines_speed_that_says_nothing_is_told(trackmark, kept):
+    kept.write_text(re.sub("spread = 0[.0-9]+", "spread = 0.5", kept.read_text()))
+    assert "too few" in trackmark("check", "own", "--time", "--strict", status=3).stdout
     kept.write_text(kept.read_text().replace('processor = "', 'processor = "Other ', 1))
     said = trackmark("check", "own", "--time").stdout
     assert "another processor (Other" in said
