@@ -160,7 +160,7 @@ class _Side:
 
     def __init__(self, setup: Setup, clips: Sequence[Clip]) -> None:
         self._answers, theirs = os.pipe()
-        self._whose = f"as of {setup.revision}, " if setup.revision else ""
+        self._revision = setup.revision
         told = json.dumps({"setup": asdict(setup), "clips": [asdict(clip) for clip in clips]})
         self._child = Offspring(
             "bench.evaluation.turns",
@@ -181,19 +181,18 @@ class _Side:
             self._pipe.flush()
             answer = json.loads(self._line())
         except (OSError, ValueError):
-            raise TurnError(f"{self._whose}its process ended, or wrote no sense") from None
-        if isinstance(answer, str):
-            raise TurnError(f"{self._whose}{answer}")
-        if not (isinstance(answer, float) and 0 <= answer < inf):
-            raise TurnError(f"{self._whose}its process wrote no sense")
-        return answer
+            answer = "its process ended, or wrote no sense"
+        if isinstance(answer, float) and 0 < answer < inf:
+            return answer
+        said = answer if isinstance(answer, str) else f"{answer!r:.100} is no time"
+        raise TurnError(f"as of {self._revision}, {said}" if self._revision else said)
 
     def _line(self) -> bytes:
         line, until = b"", monotonic() + ANSWER_SECONDS
         while not line.endswith(b"\n"):
             ready, _, _ = select.select([self._answers], [], [], max(0.0, until - monotonic()))
             if not ready:
-                raise TurnError(f"{self._whose}nothing happens for {ANSWER_SECONDS:g} s")
+                return json.dumps(f"nothing happens for {ANSWER_SECONDS:g} s").encode()
             line += (more := os.read(self._answers, 1 << 16))
             if not more or len(line) > _LONGEST:
                 raise ValueError(line)

@@ -69,7 +69,8 @@ def test_the_reference_needs_no_tracker(clips):
         ("raise RuntimeError('no\\nmore')", "RuntimeError: no more"),
         ("import os; os._exit(3)", "its process ended"),
         ("import sys; sys.exit(3)", "SystemExit: 3"),
-        ("ticks = float('nan')", "no sense"),
+        ("ticks = float('nan')", "nan is no time"),
+        ("ticks = 0.0", "0.0 is no time"),
     ],
 )
 def test_one_that_cannot_be_clocked_says_why(tracker, clips, then, words):
