@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 from numpy.typing import ArrayLike, NDArray
 
-from reports.figures import add_legend, bare_figure, fold, line_style, new_figure
-from reports.palette import colour
+from reports.figures import add_legend, bare_figure, fold, named_line, new_figure
+from reports.palette import COLOURS, colour, colours
 
 __all__ = [
     "Breaks",
@@ -27,6 +27,13 @@ __all__ = [
 
 CROWDED = 7
 """Lines in one plot from which on a band each would hide the others."""
+
+TALLEST = 24.0  # inches
+NAMED_ROWS = 200
+"""Rows of all panels up to which there is room for a name each in a plot so tall."""
+
+MARKERS = "os^Dv"
+"""Of trackers that have the same colour."""
 
 
 class Steps(NamedTuple):
@@ -87,7 +94,8 @@ def difference_plot(
         Headline.
     """
     height = 0.9 + len(differences) * (0.7 + 0.2 * len(sequences))
-    figure, panels = new_figure(title, min(height, 24.0), rows=len(differences))
+    figure, panels = new_figure(title, min(height, TALLEST), rows=len(differences))
+    named = len(differences) * len(sequences) <= NAMED_ROWS
     for axes, (pair, found) in zip(panels, differences.items(), strict=True):
         values = np.asarray(found, np.float64)
         order = np.argsort(values, kind="stable")
@@ -97,26 +105,31 @@ def difference_plot(
         axes.hlines(rows, 0.0, values[order], color=colour(0), linewidth=1.0)
         axes.plot(values[order], rows, "o", color=colour(0), markersize=4)
         axes.axvline(values.mean(), color=colour(1), linestyle="--", linewidth=1.4)
-        axes.set_yticks(rows, [fold(sequences[row], 44) for row in order], fontsize=7)
-        axes.set_title(f"{pair} (dashed: the mean)", fontsize=9, loc="left")
+        if named:
+            axes.set_yticks(rows, [fold(sequences[row], 44) for row in order], fontsize=7)
+        else:
+            axes.set_yticks([])
+            axes.set_ylabel(f"{len(rows)} sequences", fontsize=9)
+        axes.set_title(fold(pair, 64), fontsize=9, loc="left")
         axes.set_ylim(-0.8, len(values) - 0.2)
-    panels[-1].set_xlabel(f"difference of {quantity}")
+    panels[-1].set_xlabel(f"difference of {quantity} (dashed: the mean; grey: the margin)")
     return figure
 
 
 def rank_plot(ranks: Mapping[str, float], critical: float, title: str) -> Figure:
     """Mean ranks on a line, best left; bars join those that can't be told apart (Demšar 2006).
 
-    `critical` is the critical difference of mean ranks.
+    `ranks` are in the order of the colours, `critical` is the critical difference of mean ranks.
     """
+    shades = colours(list(ranks))
     ordered = sorted(ranks, key=lambda name: ranks[name])
     places = np.array([ranks[name] for name in ordered])
     figure = bare_figure(title, 1.6 + 0.24 * len(ordered))
     axes = figure.subplots()
-    low, high = np.floor(places.min() - 0.2), np.ceil(places.max() + 0.2)
+    low, high = max(1.0, np.floor(places.min())), np.ceil(places.max())
     for row, (name, place) in enumerate(zip(ordered, places.tolist(), strict=True)):
         axes.plot([place, place, high + 0.1], [0.0, row + 1, row + 1], color="#777777", lw=0.8)
-        axes.plot([place], [0.0], "o", color=colour(row), clip_on=False)
+        axes.plot([place], [0.0], "o", color=shades[name], clip_on=False)
         axes.text(high + 0.15, row + 1, f"{fold(name, 50)}  {place:.2f}", va="center", fontsize=8)
     level, reach = -0.5, -1
     for first, place in enumerate(places.tolist()):
@@ -126,9 +139,9 @@ def rank_plot(ranks: Mapping[str, float], critical: float, title: str) -> Figure
             level, reach = level - 0.5, last
     axes.plot([low, low + critical], [level - 0.7] * 2, color="black", lw=1, marker="|")
     axes.text(
-        low + critical + 0.05,
+        low + critical,
         level - 0.7,
-        f"critical difference {critical:.2f}",
+        f"  critical difference {critical:.2f}",
         fontsize=8,
         va="center",
     )
@@ -170,7 +183,7 @@ def breaking_plot(
     figure, (axes,) = new_figure(title, 4.0)
     axes.axhline(0.5, color="0.6", linewidth=1, linestyle=":")
     for position, (name, curve) in enumerate(curves.items()):
-        axes.plot(curve.levels, curve.survival, label=name, **line_style(position))
+        axes.plot(curve.levels, curve.survival, **named_line(name, position))
         options: dict[str, Any] = {"color": colour(position), "alpha": 0.5, "linewidths": 0}
         axes.scatter(curve.seen, curve.shares, 8 * curve.counts, **options)
         ends = [curve.low, curve.high]
@@ -192,8 +205,9 @@ def speed_accuracy_plot(points: Mapping[str, Point], quantity: str, title: str) 
     """Score against time a frame, a dot a tracker with its 95 % interval."""
     figure, (axes,) = new_figure(title, 4.0)
     for position, (name, point) in enumerate(points.items()):
-        options: dict[str, Any] = {"color": colour(position), "label": name}
-        axes.plot([point.milliseconds], [point.score], "o", **options)
+        marker = MARKERS[position // len(COLOURS) % len(MARKERS)]
+        options = named_line(name, position) | {"linestyle": "none", "marker": marker}
+        axes.plot([point.milliseconds], [point.score], **options)
         if isfinite(point.low):
             axes.vlines(point.milliseconds, point.low, point.high, color=colour(position), lw=1.5)
     axes.set(xscale="log", xlabel="time a frame [ms]", ylabel=quantity)
@@ -207,7 +221,7 @@ def speed_accuracy_plot(points: Mapping[str, Point], quantity: str, title: str) 
 
 def _draw_steps(axes: Axes, curves: Mapping[str, Steps]) -> None:
     for position, (name, steps) in enumerate(curves.items()):
-        axes.step(steps.places, steps.values, where="post", label=name, **line_style(position))
+        axes.step(steps.places, steps.values, where="post", **named_line(name, position))
         if len(curves) < CROWDED:
             shade: dict[str, Any] = {"color": colour(position), "alpha": 0.15, "linewidth": 0}
             axes.fill_between(steps.places, steps.low, steps.high, step="post", **shade)

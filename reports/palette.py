@@ -2,17 +2,17 @@
 
 from collections.abc import Sequence
 
-__all__ = ["LINE_STYLES", "TRUTH_COLOUR", "colour", "colours", "rgb", "to_bgr"]
+__all__ = ["COLOURS", "LINE_STYLES", "TRUTH_COLOUR", "colour", "colours", "rgb", "to_bgr"]
 
 # Okabe and Ito's palette without yellow, which is too light on white paper.
-_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 LINE_STYLES = ("-", "--", "-.", ":")
 TRUTH_COLOUR = "#FFFFFF"
 
 
 def colour(position: int) -> str:
     """Colour of the tracker in a position of the table, as `#rrggbb`."""
-    return _COLOURS[position % len(_COLOURS)]
+    return COLOURS[position % len(COLOURS)]
 
 
 def colours(labels: Sequence[str]) -> dict[str, str]:

@@ -79,7 +79,7 @@ def command(
 
     path = baseline_path(name)
     kept = read_baseline(path)
-    if (accept is None) != (because is None):
+    if (accept is None) != (not (because or "").strip()):
         raise click.UsageError("--accept TRACKER goes with --because TEXT.")
     if accept is not None and accept not in kept.cells:
         raise click.UsageError(f"{path} has no {accept!r}; it has {', '.join(kept.cells)}.")
@@ -186,7 +186,8 @@ def _measured(
         for sequence, cell in found.items()
     }
     sources = {sequence: cell.source for (_, sequence), cell in cells.items()}
-    design = {names: cell.scores[DECISIVE].n for names, cell in cells.items()}
+    # Two, for trackers that draw random numbers now and did not: one would pass for a fact.
+    design = {names: max(2, cell.scores[DECISIVE].n) for names, cell in cells.items()}
     bench = Bench(name, before.texts, sources, output, means, budget, may_fail=True)
     now = bench.run(design, before.detect)
     return bench.extend(design, lambda now: wanted(check(before, now)), now, before.detect)

@@ -168,15 +168,13 @@ def _run(
     means: dict[str, Any],
 ) -> "tuple[Path, list[str], Collection[Cell]]":
     """Run what is not there yet; give the experiment's folder, the labels and the runs meant."""
+    from bench.comparing.comparison import ONE_SEQUENCE, ComparisonError
     from bench.execution.run import Execution
     from datasets import SequenceError
 
     chosen = chosen_sequences(sequences, None)
     if len(chosen) < 2:
-        raise click.UsageError(
-            "One sequence says nothing of which tracker is better; give several, or other scenes "
-            "of it (NAME:scene=1)."
-        )
+        raise ComparisonError(ONE_SEQUENCE)
     experiment = Experiment(
         name=name or ad_hoc_name(trackers, split_list(sequences), None),
         trackers=trackers,
@@ -206,7 +204,8 @@ def _write(
 
     paths = [*write_tables(folder, tables), *write_figures(answers, folder)]
     tell = functools.partial(click.echo, err=True)
-    paths += write_strips(experiment, folder, tell, answers.most_different(STRIPS))
+    different = answers.most_different(STRIPS)
+    paths += write_strips(experiment, folder, tell, different, list(answers.scores))
     words = folder / "paragraph.txt"
     text = f"{paragraph(answers)}\n"
     return [*paths, write_file(words, lambda file: file.write_text(text, encoding="utf-8"))]

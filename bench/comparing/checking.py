@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 from xml.etree import ElementTree
 
@@ -116,8 +116,7 @@ def _notes(found: Check) -> list[str]:
     told = [f"{parts}. In all: {judgement.state}."]
     if isfinite(judgement.p):
         told.append(
-            f"All that vary together: {judgement.difference:+.4f}, p {equals(judgement.p)} that "
-            "there is no drop. "
+            f"{_together(judgement)} "
             f"A drop of {judgement.detectable:.3f} of their mean, or of "
             f"{max(change.detectable for change in judgement.changes):.3f} on any one sequence, "
             "is found in 80 % of cases."
@@ -127,6 +126,11 @@ def _notes(found: Check) -> list[str]:
         for tracker, name in found.names
         if (cell := found.now.cells[tracker][name]).failed
     ]
+    if short := sum(needed == inf for needed in wanted(found).values()):
+        told.append(
+            f"{short} cells can't be told however often they are run now: the baseline has too few "
+            "runs of them. Make it anew with a larger --budget, or --detect."
+        )
     if not found.same_surroundings:
         changed = [
             f"{key} {found.before.made_with.get(key, 'unknown')} -> {value}"
@@ -137,11 +141,21 @@ def _notes(found: Check) -> list[str]:
     return told
 
 
+def _together(judgement: Judgement) -> str:
+    return (
+        f"All that vary together: {judgement.difference:+.4f}, p {equals(judgement.p)} that there "
+        "is no drop."
+    )
+
+
+_VERDICTS = {"worse": "regression", "cannot tell": "cannot tell"}
+
+
 def as_data(found: Check) -> dict[str, Any]:
     """For `--json`; gaps null."""
     judgement = found.judgement
     return {
-        "verdict": "regression" if judgement.state == "worse" else "pass",
+        "verdict": _VERDICTS.get(judgement.state, "pass"),
         "answer": judgement.state,
         "difference": _or_none(judgement.difference),
         "p": _or_none(judgement.p),
@@ -163,6 +177,7 @@ def as_data(found: Check) -> dict[str, Any]:
 def as_junit(found: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
     """JUnit's XML: a test case a cell; worse ones failed, those that can't be told are skipped.
 
+    A drop that only all cells together show is a case of its own.
     `times`: tracker, state and words of those that were clocked, which are cases, too.
     """
     cases: list[tuple[str, str, str, str]] = []
@@ -172,6 +187,8 @@ def as_junit(found: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
         if reason := found.now.cells[tracker][sequence].reason:
             words += f"; runs failed: {reason}"
         cases.append((tracker, sequence, change.state, words))
+    if found.judgement.state == "worse" and all(state != "worse" for _, _, state, _ in cases):
+        cases.append(("all", "together", "worse", _together(found.judgement)))
     cases += [(tracker, "time", state, words) for tracker, state, words in times]
     kinds = {"worse": "failure", "slower": "failure", "cannot tell": "skipped"}
     told = [kinds.get(state, "") for _, _, state, _ in cases]

@@ -36,6 +36,11 @@ __all__ = [
 LEAST_FOR_RANKS = 10
 """Sequences from which on mean ranks are set beside a critical difference."""
 
+ONE_SEQUENCE = (
+    "One sequence says nothing of which tracker is better; give several, or other scenes of it "
+    "(NAME:scene=1)."
+)
+
 
 class ComparisonError(ResultsError):
     """Runs that can't be compared; says which, and what to do."""
@@ -243,10 +248,7 @@ def _check(
     scored: pd.DataFrame, chosen: Sequence[str], sequences: Sequence[str], measure: Measure
 ) -> None:
     if len(sequences) < 2:
-        raise ComparisonError(
-            f"{len(sequences)} sequence: one says nothing of which tracker is better; "
-            "give several, or other scenes of it (NAME:scene=1)."
-        )
+        raise ComparisonError(ONE_SEQUENCE)
     for status in ("failed", "missing", "stale"):
         here = scored[scored["status"] == status]
         if len(here):
@@ -262,6 +264,13 @@ def _check(
         for sequence in sequences:
             if (name, sequence) not in there:
                 raise ComparisonError(f"{name} was not run on {sequence}: run it, or leave it out.")
+    kinds = scored.dropna(subset="fingerprint").groupby("sequence", observed=True)["fingerprint"]
+    counts = kinds.nunique()
+    if several := counts[counts > 1].index.tolist():
+        raise ComparisonError(
+            f"{several[0]} changed between runs that are stored: its pixels or its truth are not "
+            "the same for all trackers. Run them again."
+        )
     if measure.name not in scored:
         raise ComparisonError(f"the runs have no score {measure.name!r}.")
     undefined = scored[~np.isfinite(scored[measure.name])]

@@ -53,7 +53,8 @@ def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
         ranks = {standing.tracker: standing.rank for standing in comparison.standings}
         figures["ranks"] = rank_plot(ranks, critical, title)
     if survivals := _survivals(comparison):
-        figures["survival"] = survival_plot(survivals, f"Time to failure, {title}")
+        words = f"Time to failure on {len(comparison.sequences)} sequences"
+        figures["survival"] = survival_plot(survivals, words)
     points = {
         standing.tracker: Point(
             standing.milliseconds,

@@ -28,8 +28,27 @@ def with_published(
     Raises
     ------
     ComparisonError
-        For a file without these columns, a score that is no number, or a row that comes twice.
+        For a file without these columns, a score that is no number or none of the measure, a row
+        that comes twice, or one that lacks.
     """
+    told = _told(file, measure)
+    told = told[told["sequence"].isin(runs["sequence"].astype(str).unique())]
+    if told.empty:
+        raise ComparisonError(f"{file} has none of the sequences that were run.")
+    for tracker, found in told.groupby("tracker")["sequence"]:
+        if lacking := sorted(set(runs["sequence"].astype(str)) - set(found)):
+            raise ComparisonError(f"{file} has no score of {tracker} on {lacking[0]}.")
+    told = told.assign(tracker=told["tracker"] + " (published)")
+    told = told.assign(repetition=0, protocol="accuracy", status="finished")
+    plain = runs.copy()
+    for name in runs.columns[runs.dtypes == "category"]:
+        plain[name] = plain[name].astype(object)
+    whole = pd.concat([plain, told], ignore_index=True)
+    return whole, list(told["tracker"].unique())
+
+
+def _told(file: Path, measure: Measure) -> pd.DataFrame:
+    """Tracker, sequence and score of every row."""
     columns = ["tracker", "sequence", measure.name]
     try:
         told = pd.read_csv(file, dtype={"tracker": str, "sequence": str})
@@ -46,17 +65,15 @@ def with_published(
         raise ComparisonError(
             f"{file}, line {line + 2}: {told[measure.name].iloc[line]!r} is no number."
         )
+    outside = (scores < 0) | (scores > 1 if measure.unit != "px" else False)
+    if outside.any():
+        line = int(outside.to_numpy().argmax())
+        raise ComparisonError(
+            f"{file}, line {line + 2}: {scores.iloc[line]:g} is no {measure.name}; it is given in "
+            f"{'pixels' if measure.unit == 'px' else '0 to 1'}."
+        )
     twice = told.duplicated(["tracker", "sequence"])
     if twice.any():
         raise ComparisonError(f"{file}, line {int(twice.to_numpy().argmax()) + 2} comes twice.")
-    told["tracker"] += " (published)"
     told[measure.name] = scores
-    told = told[told["sequence"].isin(runs["sequence"].astype(str).unique())]
-    if told.empty:
-        raise ComparisonError(f"{file} has none of the sequences that were run.")
-    told = told.assign(repetition=0, protocol="accuracy", status="finished")
-    plain = runs.copy()
-    for name in runs.columns[runs.dtypes == "category"]:
-        plain[name] = plain[name].astype(object)
-    whole = pd.concat([plain, told], ignore_index=True)
-    return whole, list(told["tracker"].unique())
+    return told

@@ -190,9 +190,14 @@ def _limits(comparison: Comparison) -> list[str]:
     if any(isfinite(pair.needed) for pair in comparison.pairs):
         what = "sequences" if comparison.question == "new sequences" else "repetitions"
         told = [f"(~N): about N {what} would show it in four cases of five."]
+    if comparison.question == "new sequences" and comparison.repetitions[1] > 1:
+        told.append("p of losses is over runs: of these sequences, with new seeds.")
     if comparison.question == "new seeds":
         if all(pair.interval is None for pair in comparison.pairs):
-            return [f"Nothing was repeated: give --seeds, or {LEAST_FOR_NEW} sequences or more."]
+            return [
+                f"Nothing was repeated: give {LEAST_FOR_NEW} sequences or more (or --seeds, for "
+                "trackers that draw random numbers)."
+            ]
         return [*told, "Other sequences than these may show something else."]
     least = smallest_p(n) * tests
     if least >= SIGNIFICANCE:

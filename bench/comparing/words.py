@@ -39,6 +39,9 @@ def paragraph(comparison: Comparison) -> str:
         "new seeds": "Intervals (95 %) and tests (Welch's t) are over repetitions and tell of "
         "these sequences with new seeds, not of other sequences",
     }[comparison.question]
+    if all(pair.interval is None for pair in comparison.pairs):
+        about = "Nothing was repeated, so that nothing says how sure the differences are"
+        tests = 1
     holm = f"; p after Holm's correction for {tests} comparisons" if tests > 1 else ""
     said = [
         f"{len(comparison.standings)} trackers were compared by {comparison.measure.title} on "
@@ -95,10 +98,8 @@ def _sentence(comparison: Comparison, pair: Pair) -> str:
     what = "sequences" if comparison.question == "new sequences" else "repetitions"
     around = "" if pair.interval is None else f" {between(comparison, pair.interval, signed=True)}"
     difference = f"{number(comparison, pair.difference, signed=True)}{unit(comparison)}"
-    text = (
-        f"{pair.first} {_VERBS[pair.answer]} {pair.second} "
-        f"(difference {difference}{around}, p {equals(pair.adjusted)})"
-    )
+    p = "" if pair.interval is None else f", p {equals(pair.adjusted)}"
+    text = f"{pair.first} {_VERBS[pair.answer]} {pair.second} (difference {difference}{around}{p})"
     if isfinite(pair.needed):
         text += f"; about {pair.needed:.0f} {what} would show it in four cases of five"
     return text + "."

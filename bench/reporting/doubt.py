@@ -57,14 +57,17 @@ def _contenders(
     direction: Direction | None,
     tested: Callable[[int, int], tuple[float, float, float]],
 ) -> list[bool]:
-    """Whom a test (interval and p) does not tell from the best; nobody where there is no choice."""
+    """Whom a test (interval and p) does not tell from the best; nobody where there is no choice.
+
+    The best is found in the same data, so that p is corrected for all pairs, not for its own.
+    """
     known = [place for place, mean in enumerate(means.tolist()) if isfinite(mean)]
     if direction is None or len(means) < 2 or not known:
         return [False] * len(means)
     best = (max if direction == "higher" else min)(known, key=lambda place: float(means[place]))
     others = [place for place in known if place != best]
     found = [tested(best, place) for place in others]
-    levels = holm([p for _, _, p in found])
+    levels = holm([p for _, _, p in found], tests=len(known) * (len(known) - 1) // 2)
     contenders = [place == best for place in range(len(means))]
     for place, (low, high, _), level in zip(others, found, levels.tolist(), strict=True):
         contenders[place] = not (level < SIGNIFICANCE and (low > 0 or high < 0))

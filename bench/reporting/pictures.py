@@ -1,6 +1,6 @@
 """Plots and film strips of stored results; film strips alone open sequences, for their pixels."""
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from bench.store.truth import StoredTruth, read_truth
 from datasets import Sequence
 from reports.film_strip import evenly_spaced, film_strip, write_film_strip
 from reports.overlay import TRUTH
+from reports.palette import colours
 from reports.plots import TRACE_WORDS
 from reports.tables import complete
 from reports.write import file_names, write_plots
@@ -42,19 +43,20 @@ def write_pictures(
     runs = load_results(experiment)
     scored = complete(runs[runs["protocol"] == "accuracy"])
     frames, boxes = frames_and_boxes(experiment)
+    trackers = [str(name) for name in scored["tracker"].unique()]
     paths = write_plots(
         folder,
         frames,
         timing_runs(runs),
         title or title_of(experiment),
-        trackers=list(scored["tracker"].unique()),
+        trackers=trackers,
         incomplete=set(scored[scored["status"] != "finished"]["tracker"]),
     )
     rows = {str(row["sequence"]): row for row in read_index(Results(experiment))}
     names = file_names(rows)
     for name, row in sorted(rows.items()):
-        shown = boxes[name].labelled() if name in boxes else {}
-        paths += _write_strip(row, shown, folder / f"strip-{names[name]}.png", tell)
+        shown = boxes.get(name)
+        paths += _write_strip(row, shown, trackers, folder / f"strip-{names[name]}.png", tell)
     return paths
 
 
@@ -63,35 +65,41 @@ def write_strips(
     folder: Path,
     tell: Callable[[str], None],
     chosen: Mapping[str, Collection[str]],
+    trackers: Collection[str],
 ) -> list[Path]:
     """Draw film strips of some sequences with some trackers' boxes, and give the files.
 
-    `chosen`: trackers by sequence. `tell` is given a sentence on what can't be drawn.
+    `chosen`: trackers by sequence; `trackers`: all there are, in the order of their colours.
+    `tell` is given a sentence on what can't be drawn.
     """
     rows = {str(row["sequence"]): row for row in read_index(Results(experiment))}
     names = file_names(rows)
     paths: list[Path] = []
-    for name, trackers in chosen.items():
-        boxes = boxes_of(experiment, name)
-        shown = {label: boxes[label] for label in boxes if label in (TRUTH, *trackers)}
+    for name, shown in chosen.items():
+        boxes = _boxes_of([experiment], name)
         path = folder / f"strip-{names[name]}.png"
-        paths += _write_strip(rows[name], shown, path, tell)
+        paths += _write_strip(rows[name], boxes, trackers, path, tell, shown)
     return paths
 
 
 def _write_strip(
     row: Mapping[str, Any],
-    shown: Mapping[str, NDArray[Any]],
+    boxes: "_Boxes | None",
+    trackers: Collection[str],
     path: Path,
     tell: Callable[[str], None],
+    shown: Collection[str] | None = None,
 ) -> list[Path]:
+    """Draw the boxes of `shown`, all by default, in their colours among the `trackers`."""
     name = str(row["sequence"])
     sequence = _opened(row)
     if sequence is None:
         tell(f"{name}: no film strip: it is not at {row['source']} as it was.")
         return []
     numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, STRIP_FRAMES)
-    strip = film_strip(sequence.__getitem__, numbers, shown, name)
+    placed = boxes.labelled(shown) if boxes else {}
+    shades = boxes.shades(trackers) if boxes else {}
+    strip = film_strip(sequence.__getitem__, numbers, placed, name, shades=shades)
     return [write_film_strip(path, strip)]
 
 
@@ -159,9 +167,16 @@ class _Boxes:
             said = "" if run.revised is None else f", {TRACE_WORDS[self._trace]}"
             self._found[tracker] = f"{tracker}{said}", run.boxes_in(self._trace)
 
-    def labelled(self) -> dict[str, NDArray[Any]]:
-        """Boxes by label, the truth first."""
-        return {TRUTH: self._truth} | dict(self._found.values())
+    def labelled(self, trackers: Collection[str] | None = None) -> dict[str, NDArray[Any]]:
+        """Boxes of some trackers, all by default, by label, the truth first."""
+        chosen = self._found if trackers is None else set(trackers)
+        found = [boxes for tracker, boxes in self._found.items() if tracker in chosen]
+        return {TRUTH: self._truth} | dict(found)
+
+    def shades(self, trackers: Collection[str]) -> dict[str, str]:
+        """Colours by label, as plots of these trackers have them."""
+        by_tracker = colours(list(dict.fromkeys([*trackers, *self._found])))
+        return {label: by_tracker[tracker] for tracker, (label, _) in self._found.items()}
 
 
 def boxes_of(
@@ -172,9 +187,16 @@ def boxes_of(
     Labels are the trackers', and say which trace it is where a tracker revised boxes. A tracker
     whose `repetition` is not there (one that never draws) shows its first.
     """
+    boxes = _boxes_of(experiment_folders(folder), sequence, repetition, trace)
+    return boxes.labelled() if boxes else {}
+
+
+def _boxes_of(
+    experiments: Iterable[Path], sequence: str, repetition: int = 0, trace: Trace = "online"
+) -> _Boxes | None:
     boxes = None
-    for experiment in experiment_folders(folder):
+    for experiment in experiments:
         for row, run, truth in _read(experiment, sequence=sequence):
             boxes = boxes or _Boxes(truth, repetition, trace)
             boxes.add(row, run)
-    return boxes.labelled() if boxes else {}
+    return boxes

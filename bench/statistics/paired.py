@@ -71,8 +71,11 @@ def smallest_p(cells: int) -> float:
     return min(1.0, 2.0 ** (1 - cells))
 
 
-def holm(values: ArrayLike) -> NDArray[np.float64]:
+def holm(values: ArrayLike, tests: int = 0) -> NDArray[np.float64]:
     """Holm's adjusted p of m tests, (m,): below α, they are wrong together in at most α of cases.
+
+    Where these are some of more `tests`, chosen by looking at the data, the others count as less
+    sure than these.
 
     Examples
     --------
@@ -81,7 +84,7 @@ def holm(values: ArrayLike) -> NDArray[np.float64]:
     """
     given = np.asarray(values, np.float64)
     order = np.argsort(given, kind="stable")
-    steps = given[order] * np.arange(len(given), 0, -1)
+    steps = given[order] * (max(tests, len(given)) - np.arange(len(given)))
     adjusted = np.empty(len(given))
     adjusted[order] = np.minimum(1.0, np.maximum.accumulate(steps))
     return adjusted
@@ -142,8 +145,8 @@ def cells_needed(difference: float, deviation: float, margin: float, tests: int 
     """About how many sequences would settle a difference that can't be told yet.
 
     Where it is larger than the margin: as many as show it in `POWER` of cases at `SIGNIFICANCE`,
-    shared among the tests; where it is smaller: as many as bring its interval within the margin.
-    By the normal approximation; never fewer than a signed-rank test needs at all.
+    shared among the tests; where it is smaller: as many as bring its interval within the margin,
+    as surely. By the normal approximation; never fewer than a signed-rank test needs at all.
 
     Parameters
     ----------
@@ -160,7 +163,9 @@ def cells_needed(difference: float, deviation: float, margin: float, tests: int 
     if room < 0:
         steps = (quantile + float(ndtri(POWER))) * deviation / abs(difference)
     else:
-        steps = float(ndtri(1 - SIGNIFICANCE / 2)) * deviation / room if room > 0 else inf
+        # Both ends of the interval must lie within, so that each may miss in half as many cases.
+        reach = float(ndtri(1 - SIGNIFICANCE / 2)) + float(ndtri((1 + POWER) / 2))
+        steps = reach * deviation / room if room > 0 else inf
     return float(max(least, ceil(steps**2))) if np.isfinite(steps) else inf
 
 

@@ -43,10 +43,20 @@ def test_a_worse_tracker_is_found_told_and_accepted(trackmark, here, kept):
     assert trackmark("check", "own", "--budget", "0s").stdout.endswith("identical.\n")
 
 
+def test_one_seed_is_no_fact_where_a_tracker_draws_now_and_did_not(trackmark, here):
+    file = here / "knob.py"
+    source = file.read_text()
+    file.write_text(source.replace("Randomness.GENERATOR", "Randomness.NONE"))
+    trackmark("baseline", "own", "--trackers", "knob.py", "--sequences", "data/Small")
+    file.write_text(source.replace("self.random.random()", "20 * self.random.random()"))
+    said = trackmark("check", "own", "--budget", "0s")
+    assert "1 cannot tell" in said.stdout
+
+
 REFUSED = {
     ("nowhere",): "there is no such baseline",
     ("own", "--trackers", "zzz"): "nothing in the baseline fits",
-    ("own", "--accept", "static"): "goes with --because",
+    ("own", "--accept", "static", "--because", " "): "goes with --because",
     ("own", "--accept", "zzz", "--because", "x"): "has no 'zzz'",
     ("own", "--budget", "soon"): "no time such as",
 }

@@ -19,6 +19,7 @@ def make_runs():
                 "failure": "",
                 "mean_overlap": score,
                 "centre_error": 10 * (1 - score),
+                "fingerprint": f"of {names[sequence]}",
                 "first_loss": frames if lost_at is None else lost_at[tracker],
                 "frames": frames,
                 "seconds": 0.9,

@@ -105,6 +105,19 @@ def test_the_worst_stands_first_in_every_format():
     assert (suite.get("failures"), suite.get("skipped")) == ("1", "1")
     # The baseline's ten runs can't show a drop of .05 at that spread, whatever is added.
     assert wanted(found) == {("a:key=1", "s1"): float("inf")}
+    assert "1 cells can't be told however often they are run now" in to_text(table(found))
+
+
+def test_what_cannot_be_told_is_no_pass_and_what_all_cells_show_is_a_failure():
+    names = [f"s{n}" for n in range(1, 81)]
+    before = baseline(**{name: cell(0.5, 0.1, 10) for name in names})
+    for drop, verdict, failures in ((0.0, "cannot tell", 0), (0.02, "regression", 1)):
+        after = {name: cell(0.5 - drop, 0.1, 10, boxes="b1") for name in names}
+        found = check(before, baseline(**after))
+        assert as_data(found)["verdict"] == verdict
+        suite = ElementTree.fromstring(as_junit(found))
+        assert (suite.get("failures"), suite.get("skipped")) == (str(failures), "80")
+        assert len(suite.findall("testcase")) == int(suite.get("tests")) == 81 + failures
 
 
 def test_our_own_baseline_has_every_tracker_and_preset_on_every_sequence():

@@ -13,6 +13,7 @@ from bench.comparing.words import paragraph, spoken_of
 from bench.reporting.tables import SUMMARY
 from bench.statistics.intervals import mean_interval
 from bench.statistics.paired import signed_rank
+from reports.comparison import Point, difference_plot, rank_plot, speed_accuracy_plot
 from reports.renderers import to_csv, to_text
 
 OVERLAP = SUMMARY[0]
@@ -78,6 +79,7 @@ def test_few_sequences_tell_of_new_seeds_alone(make_runs):
     once = {"a": [[0.5], [0.6]], "b": [[0.4], [0.5]]}
     (pair,) = compare(make_runs(once), OVERLAP, 0.01).pairs
     assert (pair.answer, pair.interval) == ("cannot tell", None)
+    assert paragraph(compare(make_runs(once), OVERLAP, 0.01)).endswith("(difference +0.100).")
 
 
 def test_five_sequences_can_show_nothing_and_it_says_how_many_could(make_runs):
@@ -103,6 +105,9 @@ def test_time_to_failure_differs_where_means_do_not(make_runs):
     found = compare(runs, OVERLAP, 0.01)
     assert found.pairs[0].answer == "practically equal"
     assert found.pairs[0].loss_p < 0.001
+    assert screen(found)[1].notes == [
+        "p of losses is over runs: of these sequences, with new seeds."
+    ]
     assert [standing.kept for standing in found.standings] == [0.0, 1.0]
 
 
@@ -136,12 +141,13 @@ def changed(runs, rows, **values):
     ("change", "words"),
     [
         (lambda runs: runs[runs["tracker"] == "a"], "two or more are needed"),
-        (lambda runs: runs[runs["sequence"] == "s0"], "one says nothing"),
+        (lambda runs: runs[runs["sequence"] == "s0"], "One sequence says nothing"),
         (lambda runs: changed(runs, [3], status="failed"), "1 of 80 runs are failed, .* a on s0"),
         (lambda runs: changed(runs, [3], status="stale"), "stale"),
         (lambda runs: changed(runs, [3], mean_overlap=np.nan), "mean overlap of a on s0 is nan"),
         (lambda runs: runs.drop(index=range(4)), "a was not run on s0"),
         (lambda runs: runs.drop(columns="mean_overlap"), "no score 'mean_overlap'"),
+        (lambda runs: changed(runs, [3], fingerprint="edited"), "s0 changed between runs"),
     ],
 )
 def test_what_cannot_be_compared_is_named(make_runs, change, words):
@@ -196,6 +202,35 @@ def test_figures_are_drawn_where_the_numbers_allow_them(make_runs, tmp_path):
     assert "ranks" not in {path.stem for path in write_figures(two, tmp_path)}
 
 
+def test_a_tracker_has_one_colour_in_every_figure():
+    ranks = rank_plot({"a": 2.4, "b": 1.0}, 0.5, "").axes[0]
+    dots = {
+        float(line.get_xdata()[0]): line.get_color()
+        for line in ranks.lines
+        if "o" in line.get_marker()
+    }
+    points = {
+        name: Point(milliseconds, 0.5, 0.4, 0.6) for name, milliseconds in (("a", 1), ("b", 2))
+    }
+    speed = {
+        line.get_label(): line.get_color()
+        for line in speed_accuracy_plot(points, "", "").axes[0].lines
+    }
+    assert speed == {"a": dots[2.4], "b": dots[1.0]}
+    assert ranks.get_xticks().tolist() == [1, 2, 3]
+
+
+@pytest.mark.parametrize(("sequences", "named"), [(12, True), (250, False)])
+def test_differences_name_what_there_is_room_for(sequences, named):
+    pair = " - ".join(f"a$tracker:{'parameter=12345:' * 4}" for _ in range(2))
+    names = [f"s{n}" for n in range(sequences)]
+    figure = difference_plot({pair: np.arange(sequences)}, names, "", 0.01, "")
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    assert (len(axes.get_yticks()) > 0) == named
+    assert max(map(len, axes.get_title("left").splitlines())) <= 70
+
+
 @pytest.mark.slow
 def test_equal_trackers_with_different_seeds_are_called_different_rarely(make_runs):
     called = 0
@@ -230,6 +265,8 @@ def test_published_scores_stand_beside_ours(make_runs, tmp_path):
         ("tracker,sequence,mean_overlap\nMEEM,s0,good\n", "line 2: 'good' is no number"),
         ("tracker,sequence,mean_overlap\nMEEM,s0,.5\nMEEM,s0,.6\n", "line 3 comes twice"),
         ("tracker,sequence,mean_overlap\nMEEM,elsewhere,.5\n", "none of the sequences"),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,62.5\n", "line 2: 62.5 is no mean_overlap"),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,.5\n", "no score of MEEM on s1"),
         ("", "is no CSV"),
     ],
 )

@@ -32,6 +32,16 @@ def test_all_are_marked_that_cannot_be_told_from_the_best():
     assert over_sequences(values, None).contenders == [False] * 3
 
 
+@pytest.mark.slow
+def test_equal_trackers_are_rarely_told_from_the_best_of_them():
+    generator = np.random.default_rng(0)
+    values = generator.normal(0.5, 0.08, (600, 6, 12, 1))
+    marks = [
+        all(over_sequences(list(map(list, trackers)), "higher").contenders) for trackers in values
+    ]
+    assert np.mean(marks) >= 0.94
+
+
 def test_infinite_scores_have_no_interval_and_stand_behind():
     lost = [np.array([np.inf]), *runs_of(EASE[1:])]
     doubt = over_sequences([lost, runs_of(EASE)], "lower")

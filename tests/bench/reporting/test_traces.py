@@ -10,11 +10,12 @@ import datasets
 from bench.evaluation.scoring import REVISED, score_both
 from bench.experiments.experiment import Experiment, SequenceSource
 from bench.papers.recorded import Recorded
-from bench.reporting.pictures import frames_and_boxes
+from bench.reporting.pictures import frames_and_boxes, write_strips
 from bench.reporting.tables import tables
 from bench.store.loading import as_revised, load_results
 from reports.film_strip import film_strip
 from reports.overlay import TRUTH
+from reports.palette import colour
 
 SECOND_THOUGHTS = '''
 """Says that the target stays, and in the end where it would be had it moved to the right."""
@@ -133,13 +134,13 @@ def ran(trackmark, here):
     return here
 
 
-def pictured(here, words, steps):
+def pictured(here, words, steps, **options):
     """The strip of both trackers, the one's legend ending in `words`, its boxes `steps` aside."""
     sequence = datasets.load(str(here / "data" / "Small"))
     moved = sequence.boxes + [[step, 0, 0, 0] for step in steps]
     boxes = {TRUTH: sequence.boxes, "static": sequence.boxes}
     boxes |= {f"second_thoughts.py:SecondThoughts, {words}": moved}
-    return film_strip(sequence.__getitem__, range(5), boxes, "Small")
+    return film_strip(sequence.__getitem__, range(5), boxes, "Small", **options)
 
 
 SHOW = ("show", "data/Small", "--results", "results/mine", "--output")
@@ -158,6 +159,17 @@ def test_strips_of_a_report_say_that_boxes_are_online(trackmark, ran):
     trackmark("report", "results/mine", "--folder", "report")
     strip = cv2.imread(str(ran / "report" / "strip-Small.png"))
     np.testing.assert_array_equal(strip, pictured(ran, "said at once (online)", [0] * 5))
+
+
+def test_strips_of_a_comparison_have_the_colours_of_its_figures(ran):
+    results, reviser = ran / "results" / "mine", "second_thoughts.py:SecondThoughts"
+    (file,) = write_strips(
+        results, ran, print, {"Small": ("static", reviser)}, ["a", reviser, "static"]
+    )
+    words = "said at once (online)"
+    shades = {f"{reviser}, {words}": colour(1), "static": colour(2)}
+    strip = pictured(ran, words, [0] * 5, shades=shades)
+    np.testing.assert_array_equal(cv2.imread(str(file)), strip)
 
 
 def test_a_trace_without_results_is_refused_in_one_line(trackmark):

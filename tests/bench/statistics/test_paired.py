@@ -50,6 +50,8 @@ def test_holm_is_what_statsmodels_gives():
     # multipletests([.01, .04, .03, .005, .9], method="holm")
     expected = [0.04, 0.09, 0.09, 0.025, 0.9]
     assert holm([0.01, 0.04, 0.03, 0.005, 0.9]) == pytest.approx(expected)
+    # Of these five the two that are known.
+    assert holm([0.01, 0.005], tests=5) == pytest.approx([0.04, 0.025])
 
 
 def test_critical_differences_are_those_of_demsar():
@@ -86,8 +88,11 @@ def test_what_was_asked_for_shows_the_difference_in_four_cases_of_five():
     draws = generator.normal(0.05, 0.1, (1000, needed))
     assert np.mean([signed_rank(row) < 0.05 for row in draws]) == pytest.approx(0.8, abs=0.06)
     # Within the margin the aim is an interval that lies in it.
-    needed = int(cells_needed(0.0, 0.1, margin=0.01))
-    assert mean_interval(generator.normal(0, 0.1, needed) - 0.0).high < 0.025
+    for difference in (0.0, 0.005):
+        needed = int(cells_needed(difference, 0.1, margin=0.02))
+        draws = generator.normal(difference, 0.1, (1000, needed))
+        equal = np.mean([mean_interval(row).inside(0.02) for row in draws])
+        assert 0.76 <= equal <= 0.93  # more where one end alone is near
     assert cells_needed(0.01, 0.1, margin=0.01) == np.inf
     assert cells_needed(1.0, 0.1, margin=0.01, tests=45) == 11  # fewer can't reach p < .05 / 45
 
