@@ -12,7 +12,7 @@ import click
 
 from reports.printable import printable
 
-__all__ = ["Outlet", "brief", "complain", "interruptible", "outlets", "progress_outlet"]
+__all__ = ["Outlet", "complain", "interruptible", "outlets", "progress_outlet"]
 
 LONGEST = 1000
 """Characters of a message's line that are shown."""
@@ -84,7 +84,7 @@ def complain(text: str) -> None:
     click.echo(f"trackmark: {text}", err=True, color=True)  # that is: unchanged
 
 
-def brief(text: str) -> str:
+def _shortened(text: str) -> str:
     """Give a message whose lines fit a terminal, however long the names are that it quotes."""
     return "".join(
         line if len(line) <= LONGEST else f"{line[: LONGEST - 300]} … {line[-200:]}"
@@ -96,7 +96,7 @@ def brief(text: str) -> str:
 def outlets() -> Iterator[Outlet | None]:
     """Have all that is written go through outlets; gives that of standard output, if it is open."""
     out = None if sys.stdout is None else Outlet(sys.stdout)
-    err = None if sys.stderr is None else Outlet(sys.stderr, brief)
+    err = None if sys.stderr is None else Outlet(sys.stderr, _shortened)
     with redirect_stdout(cast("TextIO", out)), redirect_stderr(cast("TextIO", err)):
         yield out
 
