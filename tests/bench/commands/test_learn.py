@@ -33,8 +33,8 @@ def film(name, masks=True, n=6):
 
 @pytest.fixture
 def learn(monkeypatch, tmp_path):
-    """Type it where sequences called film and bare are known."""
-    known = {"film": film("film"), "bare": film("bare", masks=False)}
+    """Type it where sequences called film, more and bare are known."""
+    known = {"film": film("film"), "more": film("more"), "bare": film("bare", masks=False)}
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(datasets, "load", known.__getitem__)
 
@@ -64,7 +64,7 @@ def test_it_is_printed_as_the_file_or_as_json(learn):
 
 
 def test_sequences_are_pooled(learn):
-    told = json.loads(learn("film, film", "--json", "--colour-dynamics", "diagonal"))
+    told = json.loads(learn("film, more", "--json", "--colour-dynamics", "diagonal"))
     assert [origin["steps"] for origin in told["learnt"]["sequences"]] == [5, 5]
     assert "gain_spread" not in told
 
