@@ -270,8 +270,8 @@ def _distinct_sequences(
         other = found.setdefault(sequence.name, sequence)
         if other.fingerprint != sequence.fingerprint:
             raise ExperimentError(
-                f"two different sequences are called {sequence.name!r}; {source.text!r} is one of "
-                "them. Rename a folder or a file."
+                f"two different sequences are called {sequence.name!r}: {other.source.text} and "
+                f"{source.text}. Rename a folder or a file."
             )
     return list(found.values())
 

@@ -170,8 +170,9 @@ def test_two_sequences_of_one_name_are_refused(here):
     sources = tuple(SequenceSource(str(path)) for path in (here / "data" / "Small", other))
     assert len(states(here, sequences=sources)) == 4
     (other / "groundtruth_rect.txt").write_text("6,6,10,12\n" * 5)
-    with pytest.raises(ExperimentError, match="two different sequences are called 'Small'"):
+    with pytest.raises(ExperimentError, match="two different sequences are called 'Small'") as told:
         states(here, sequences=sources)
+    assert f"{here / 'data' / 'Small'} and {other}. " in str(told.value)
 
 
 def test_two_trackers_of_one_name_are_refused(here):
