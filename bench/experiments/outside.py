@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 import traceback
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import fields
 from functools import partial
@@ -21,6 +21,7 @@ import numpy as np
 
 import trackers
 from bench.experiments.contestant import (
+    PACKAGE,
     Contestant,
     KnownVersions,
     contestant,
@@ -29,7 +30,7 @@ from bench.experiments.contestant import (
 )
 from bench.offspring import Offspring
 from trackers import Randomness, Tracker, TrackerError
-from trackers.base.catalogue import is_outside
+from trackers.base.catalogue import in_file, is_outside
 
 __all__ = ["answered", "described", "main", "settled"]
 
@@ -37,6 +38,10 @@ _SECONDS = 300.0
 """In which all of them must be imported."""
 
 _MOST_BYTES = 1 << 26  # of what is answered
+
+# What is told of a tracker, and the type that JSON makes of it.
+_KINDS = dict.fromkeys(("label", "name", "preset", "init", "class_name"), str)
+_KINDS |= {"randomness": str, "file": str, "parameters": dict, "version": dict}
 
 
 def settled(texts: Iterable[str]) -> dict[str, Contestant]:
@@ -57,15 +62,29 @@ def described(name: str) -> dict[str, Any]:
     return _asked("describe", [name])[name] if is_outside(name) else trackers.describe(name)
 
 
-def _told(text: str, answer: Mapping[str, Any]) -> Contestant:
-    """The tracker that was described; it is imported here only if it is made here."""
-    told = {key: value for key, value in answer.items() if key != "version"}
+def _told(text: str, answer: Any) -> Contestant:
+    """The tracker that was described; it is imported here only if it is made here.
+
+    Raises `TrackerError` for what the child can't have said: a file may write into any descriptor.
+    """
+    given: dict[str, Any] = answer if isinstance(answer, dict) else {}
+    told: dict[str, Any] = {key: given.get(key) for key in _KINDS}
+    known = all(type(value) is _KINDS[key] for key, value in told.items())
+    if not known or told["randomness"] not in list(Randomness) or not _is_from(text, told["file"]):
+        raise TrackerError(f"{text}: while it is imported, it answers for its process.")
+    del told["version"]
     told["randomness"] = Randomness(told["randomness"])
     told["file"] = Path(told["file"])
     told["make"] = partial(_make, text)
     chosen = Contestant(**told)
     vars(chosen)["version"] = answer["version"]  # where `cached_property` keeps it
     return chosen
+
+
+def _is_from(text: str, file: str) -> bool:
+    """Whether a tracker may be from this file: it must not pass for one of the package."""
+    place = in_file(split_text(text)[0])
+    return Path(file).parent != PACKAGE if place is None else Path(file) == place[0].resolve()
 
 
 def _make(text: str, seed: np.random.SeedSequence) -> Tracker:
