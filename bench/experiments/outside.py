@@ -40,7 +40,7 @@ _SECONDS = 300.0
 _MOST_BYTES = 1 << 26  # of what is answered
 
 # What is told of a tracker, and the type that JSON makes of it.
-_KINDS = dict.fromkeys(("label", "name", "preset", "init", "class_name"), str)
+_KINDS: dict[str, type] = dict.fromkeys(("label", "name", "preset", "init", "class_name"), str)
 _KINDS |= {"randomness": str, "file": str, "parameters": dict, "version": dict}
 
 
