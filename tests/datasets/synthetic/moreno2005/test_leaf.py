@@ -102,7 +102,8 @@ def test_a_bent_and_folded_leaf_keeps_its_lengths():
 
 
 def test_the_light_changes_once_and_at_the_moment_asked_for():
-    start, middle, none = (opened(0, jump=jump).truth() for jump in ("start", "middle", "none"))
+    every = ({}, {"jump": "middle"}, {"jump": "none"})
+    start, middle, none = (opened(0, **knobs).truth() for knobs in every)
     assert np.flatnonzero(start.attributes["light change"]).tolist() == [1]
     assert np.flatnonzero(middle.attributes["light change"]).tolist() == [50]
     assert not none.attributes["light change"].any()
@@ -115,7 +116,7 @@ def test_the_light_changes_once_and_at_the_moment_asked_for():
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_what_the_sun_shines_on_changes_strongly_and_what_is_in_the_shade_hardly(seed):
-    lights = [image(seed, 60, jump=jump) ** 2 for jump in ("start", "none")]
+    lights = [image(seed, 60, **knobs) ** 2 for knobs in ({}, {"jump": "none"})]
     if not opened(seed).setting.sunny:  # at first
         lights.reverse()
     cloudy, sunny = lights

@@ -96,7 +96,7 @@ def test_turning_changes_what_is_seen():
 @given(
     x=st.floats(-200, 300),
     y=st.floats(-100, 500),
-    height=st.floats(12, 400),
+    height=st.floats(12, 200),
     phase=st.floats(0, 3),
     stride=st.floats(0, 1),
     heading=st.floats(-7, 7),
