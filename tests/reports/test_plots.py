@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reports.figures import fold, write_figure
@@ -193,6 +193,7 @@ def test_figures_are_written_whole_by_their_suffix_with_the_same_bytes(tmp_path,
     assert list(first.parent.iterdir()) == [first]
 
 
+@settings(max_examples=30)
 @given(st.lists(st.text(min_size=1) | st.text("aA-|/", min_size=1), unique=True, max_size=6))
 def test_different_labels_get_different_names_of_files(labels):
     names = file_names([*labels, *(label * 80 for label in labels[:1])])

@@ -20,7 +20,7 @@ def flat_places(half_width=40.0, height=100.0, rows=26, columns=21):
     return u.ravel(), v.ravel()
 
 
-@pytest.mark.parametrize(("seed", "frame"), [(0, 22), (1, 51)])
+@pytest.mark.parametrize(("seed", "frame"), [(0, 22), pytest.param(1, 51, marks=pytest.mark.slow)])
 def test_the_mask_is_what_the_outline_of_the_triangles_covers_and_the_hand_leaves(seed, frame):
     one = opened(seed)
     covered = covered_by(one.setting.surface(frame).points, one.setting._mesh.triangles)

@@ -133,7 +133,7 @@ def test_in_moderate_clutter_two_patches_lie_near_the_way_every_18_frames(seed):
 @pytest.mark.parametrize(
     ("clutter", "least", "most"), [("moderate", 0.0, 0.4), ("dense", 0.1, 0.65)]
 )
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_patch_of_the_ellipses_colour_touches_it_now_and_then(seed, clutter, least, most):
     one = opened(seed, clutter=clutter)
     similar = one.truth().attributes["similar patch"]

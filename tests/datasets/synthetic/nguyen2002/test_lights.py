@@ -32,7 +32,10 @@ def around_the_switch(seed, lamps="white"):
     return before, after, still
 
 
-@pytest.mark.parametrize("seed", range(2))
+SEEDS = [0, pytest.param(1, marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
 def test_three_complete_occlusions_away_from_what_the_lamp_does(seed):
     truth = opened(seed).truth()
     hidden = runs(truth.attributes["occluded"])
@@ -48,7 +51,7 @@ def test_three_complete_occlusions_away_from_what_the_lamp_does(seed):
     assert on + 10 < third < third + LONGEST < FRAMES
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_the_object_moves_and_stays_in_view(seed):
     x, y, width, height = opened(seed).truth().boxes.T
     assert min(x.min(), y.min()) > 10

@@ -54,14 +54,13 @@ def check_the_story_of_the_students(sequence):
     assert len(spells((seen < 0.9) & present)) == 4  # and nothing else hides him
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_a_tree_and_two_students_hide_the_target_when_the_paper_says(seed):
-    check_the_story_of_the_students(opened(STUDENTS, scene=seed))
+def test_a_tree_and_two_students_hide_the_target_when_the_paper_says():
+    check_the_story_of_the_students(opened(STUDENTS))
 
 
 @pytest.mark.slow
 def test_they_do_so_in_many_scenes():
-    for seed in range(100, 160):
+    for seed in (1, 2, *range(100, 160)):
         check_the_story_of_the_students(opened(STUDENTS, scene=seed))
 
 
