@@ -67,5 +67,5 @@ def _git(folder: Path, *arguments: str) -> bytes:
         said = "".join(done.stderr.decode(errors="replace").strip().splitlines()[-1:])
         if "single revision" in said:
             said = f"there is no revision {arguments[-1].removesuffix('^{commit}')!r}"
-        raise BaselineError(f"{folder} can't be had of a revision from git: {said or arguments}.")
+        raise BaselineError(f"--against: of {folder}, git says: {said or 'nothing'}.")
     return done.stdout
