@@ -124,7 +124,8 @@ def sessions_lacking(logs: Sequence[float], needed: Callable[[Sample], float]) -
 def _least(test: Callable[[int], tuple[float, float, float]], tests: int) -> float:
     for n in range(FEWEST_SESSIONS, _MOST_SESSIONS):
         _, error, degrees = test(n)
-        steps = stdtrit(degrees, 1 - FALSE_ALARM / tests) + stdtrit(degrees, 1 - MISSED)
+        # Half of what may be missed: a spread of few sessions may be too small by chance.
+        steps = stdtrit(degrees, 1 - FALSE_ALARM / tests) + stdtrit(degrees, 1 - MISSED / 2)
         if steps * error <= log1p(SLOWDOWN) - log1p(MARGIN):
             return float(n)
     return inf
