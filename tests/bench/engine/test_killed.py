@@ -93,7 +93,7 @@ def trackmark_run(ground, begin):
                 str(SEEDS),
             ),
             *("--sequences", names, "--name", name, "--jobs", str(jobs)),
-            *("--output", str(ground / "results"), *options),
+            *("--output", str(ground / "results"), "--frame-limit", "600", *options),
         ]
         return begin(arguments, ground, TRACKMARK_CACHE=str(ground / "cache"), **surroundings)
 

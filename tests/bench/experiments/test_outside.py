@@ -154,10 +154,12 @@ def test_what_a_child_tells_is_what_importing_tells(calm):
     assert described(str(file)) == trackers.describe(str(file))
 
 
-def test_a_file_that_exits_or_prints_is_as_any_other_to_the_command(typed, here, one_line):
+def test_a_file_that_exits_or_prints_is_as_any_other_to_the_command(
+    typed, trackmark, here, one_line
+):
     (here / "exits.py").write_text("import sys; sys.exit(0)")
     asked = ("--sequences", "data/Small", "--json")
-    done = typed("run", "--trackers", "exits.py", *asked, status=2)
+    done = trackmark("run", "--trackers", "exits.py", *asked, status=2)
     assert done.stdout == ""
     assert one_line(done) == "trackmark: exits.py: it can't be imported: SystemExit: 0 (line 1)"
     (here / "prints.py").write_text(f"import os\nprint('hello')\nos.chdir('/')\n{CALM}")
