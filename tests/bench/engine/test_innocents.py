@@ -15,6 +15,7 @@ from bench.execution.plan import make_plan
 from bench.execution.units import left_of
 from bench.experiments.experiment import Experiment, SequenceSource
 from bench.experiments.outside import settled
+from bench.store.files import ResultsError
 from bench.store.index import read_index
 from bench.store.log import log_files, read_log
 from bench.store.results import Results
@@ -25,6 +26,7 @@ from tests.bench.engine.conftest import command_line, send
 
 LEFT, ABANDONED = (f"{seconds}.{os.getpid()}" for seconds in (86413, 86415))  # nobody else's
 NAMELESS = "subprocess.Popen(['sleep', '{}'], env={{}}, start_new_session=True)"
+NO_ROOM = b'{"result": null, "raised": "ResultsError", "said": "there is no room"}\n'
 ACTS = {
     "Alarms": "signal.alarm(1)",
     "Dawdles": "time.sleep(0.3)",
@@ -45,6 +47,8 @@ ACTS = {
     "LeavesThread": "_thread.start_new_thread(time.sleep, (1e6,))",  # `threading` knows of none
     "DelaysReading": "waits, read = [3.0], cv2.imdecode;"
     " cv2.imdecode = lambda *a: (time.sleep(waits.pop() if waits else 0), read(*a))[1]",
+    "SaysThereIsNoRoom": "[os.write(int(one), NO_ROOM) for one in os.listdir('/proc/self/fd')"
+    " if 'socket:' in os.path.realpath(f'/proc/self/fd/{one}')]; time.sleep(1e6)",
     "LeavesNameless": NAMELESS.format(LEFT),
     "AbandonsNameless": f"{NAMELESS.format(ABANDONED)}; os._exit(3)",
 }
@@ -71,7 +75,7 @@ class {name}(Base):
         return super().update(image)
 """
     head = "import _thread, os, signal, subprocess, sys, time\n"
-    head += "import cv2, pyarrow as pa, numpy as np\n"
+    head += f"import cv2, pyarrow as pa, numpy as np\nNO_ROOM = {NO_ROOM}\n"
     head += "from bench.evaluation import recorder\nfrom bench.store import truth\n"
     (folder / "acts.py").write_text(source.replace("from pydantic", head + "from pydantic", 1))
     return folder
@@ -208,6 +212,12 @@ def test_so_does_what_the_import_of_its_file_has_started(ground, wait_until):
     (ground / "starts.py").write_text(start + KNOB_TRACKER)
     settled([f"{ground}/starts.py"])
     wait_until(lambda: not running(command))
+
+
+def test_a_tracker_that_says_that_nothing_can_be_written_ends_the_command(ground):
+    """A limit: it is believed, since it may well be so."""
+    with pytest.raises(ResultsError, match="there is no room"):
+        perform(ground, "SaysThereIsNoRoom")
 
 
 def test_a_worker_that_is_killed_while_it_begins_is_begun_again(ground, monkeypatch):
