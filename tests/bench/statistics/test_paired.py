@@ -84,9 +84,12 @@ def test_ties_are_half_won():
 
 def test_what_was_asked_for_shows_the_difference_in_four_cases_of_five():
     generator = np.random.default_rng(5)
-    needed = int(cells_needed(0.05, 0.1, margin=0.01))
-    draws = generator.normal(0.05, 0.1, (1000, needed))
-    assert np.mean([signed_rank(row) < 0.05 for row in draws]) == pytest.approx(0.8, abs=0.06)
+    for difference, tests in ((0.05, 1), (0.1, 1), (0.05, 10)):
+        needed = int(cells_needed(difference, 0.1, margin=0.01, tests=tests))
+        draws = generator.normal(difference, 0.1, (1000, needed))
+        assert np.mean([signed_rank(row) * tests < 0.05 for row in draws]) == pytest.approx(
+            0.8, abs=0.05
+        )
     # Within the margin the aim is an interval that lies in it.
     for difference in (0.0, 0.005):
         needed = int(cells_needed(difference, 0.1, margin=0.02))
