@@ -89,9 +89,14 @@ def spoken_of(comparison: Comparison, *, whole: bool = False) -> list[Pair]:
 _VERBS = {
     "better": "was better than",
     "worse": "was worse than",
-    "practically equal": "was practically equal to",
+    "practically equal": "was practically equal (within ±{margin}) to",
     "cannot tell": "could not be told from",
 }
+
+
+def _verb(comparison: Comparison, answer: Answer) -> str:
+    margin = f"{comparison.margin * comparison.measure.scale:g}{unit(comparison)}"
+    return _VERBS[answer].format(margin=margin)
 
 
 def _sentence(comparison: Comparison, pair: Pair) -> str:
@@ -99,7 +104,8 @@ def _sentence(comparison: Comparison, pair: Pair) -> str:
     around = "" if pair.interval is None else f" {between(comparison, pair.interval, signed=True)}"
     difference = f"{number(comparison, pair.difference, signed=True)}{unit(comparison)}"
     p = "" if pair.interval is None else f", p {equals(pair.adjusted)}"
-    text = f"{pair.first} {_VERBS[pair.answer]} {pair.second} (difference {difference}{around}{p})"
+    verb = _verb(comparison, pair.answer)
+    text = f"{pair.first} {verb} {pair.second} (difference {difference}{around}{p})"
     if isfinite(pair.needed):
         text += f"; about {pair.needed:.0f} {what} would show it in four cases of five"
     return text + "."
@@ -113,8 +119,9 @@ def _summed(comparison: Comparison, kind: Answer, pairs: Sequence[Pair]) -> str:
     level = ""
     if kind in ("better", "worse"):
         level = ", all p < .001" if largest < 0.001 else f", all p ≤ {p_value(largest)}"
+    others = ", ".join(pair.second for pair in pairs)
     return (
-        f"{pairs[0].first} {_VERBS[kind]} {', '.join(pair.second for pair in pairs)} (difference"
+        f"{pairs[0].first} {_verb(comparison, kind)} {others} (difference"
         f"{'s' if len(pairs) > 1 else ''} {' to '.join(ends)}{unit(comparison)}{level})."
     )
 

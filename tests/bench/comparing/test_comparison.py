@@ -63,6 +63,9 @@ def test_equal_is_a_finding_and_doubt_says_what_would_end_it(make_runs):
     }
     assert pairs["a", "b"].answer == "practically equal"
     assert np.isnan(pairs["a", "b"].needed)
+    assert "practically equal (within ±0.01) to" in paragraph(
+        compare(make_runs(scores), OVERLAP, 0.01)
+    )
     assert pairs["a", "c"].answer == "cannot tell"
     assert pairs["a", "c"].needed > 10
 
