@@ -102,6 +102,8 @@ class Sequence:
         its own.
     images_beyond_truth : int
         Number of the others.
+    known_size : tuple of int or None
+        Width and height in pixels, where they are known without reading an image; see `image_size`.
 
     Raises
     ------
@@ -134,7 +136,7 @@ class Sequence:
         self.frames = frames
         self._masks = masks
         self._frame_names = frame_names
-        self._image_size = image_size
+        self.known_size = image_size
         self._fingerprint = fingerprint
 
         n_images = len(frames)
@@ -189,10 +191,10 @@ class Sequence:
             raise IndexError(f"{self.name}: no frame {index}; there are {len(self)}.")
         image = self.frames[frame]
         height, width = image.shape[:2]
-        if self._image_size is None:
-            self._image_size = width, height
-        if self._image_size != (width, height):
-            expected = "x".join(map(str, self._image_size))
+        if self.known_size is None:
+            self.known_size = width, height
+        if self.known_size != (width, height):
+            expected = "x".join(map(str, self.known_size))
             raise SequenceError(
                 f"{self.name}: {self.frame_name(frame)} has {width}x{height} pixels, others have "
                 f"{expected}. Bring all to one size, or end the truth before this frame."
@@ -244,10 +246,10 @@ class Sequence:
 
         Raises `SequenceError` where there is no truth, or that image can't be read.
         """
-        if self._image_size is None:
+        if self.known_size is None:
             height, width = self[self.first_frame].shape[:2]
-            self._image_size = width, height
-        return self._image_size
+            self.known_size = width, height
+        return self.known_size
 
     def check_runnable(self) -> None:
         """Refuse a sequence that no tracker can be started on.
@@ -309,7 +311,7 @@ class Sequence:
             frame_names=[self.frame_name(frame) for frame in numbers],
             truth_source=self.truth_source,
             truth_missing=self.truth_missing,
-            image_size=self._image_size,
+            image_size=self.known_size,
         )
 
 

@@ -257,9 +257,8 @@ def write_curves(found: Breaking, folder: Path) -> list[Path]:
             name: Breaks(levels, one.threshold.survival(PLACES), *_dots(one), *_bar(one))
             for name, one in by_tracker.items()
         }
-        figure = breaking_plot(
-            curves, f"{knob.name} [{knob.unit}]", "Breaking points", knob.logarithmic
-        )
+        title = f"Runs that survive under {knob.name}"
+        figure = breaking_plot(curves, f"{knob.name} [{knob.unit}]", title, knob.logarithmic)
         paths.append(write_figure(folder / f"curve-{names[knob.name]}.png", figure))
     return paths
 

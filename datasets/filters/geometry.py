@@ -50,6 +50,7 @@ def size(sequence: Sequence, value: float, draw: int) -> Sequence:
         sequence,
         lambda frame: np.asarray(cv2.resize(sequence[frame], target, interpolation=way)),
         masks=mask,
+        image_size=target,
         **_truth(sequence, np.tile(np.divide(target, (width, height)), 2), np.zeros(4)),
     )
 

@@ -5,6 +5,7 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from datasets.decoding import brief
@@ -137,12 +138,16 @@ def filtered(sequence: Sequence, values: Mapping[str, float]) -> Sequence:
         if name in values:
             made = one.apply(made, values[name], draw)
     name = with_filters(sequence.name, values)
-    folder = Path(__file__).parent
-    # What has no memory of other values: a changed line of code makes another sequence.
-    code = [tree_digest(Path(str(module.__file__)), folder) for module in (timing, geometry, light)]
 
     def fingerprint() -> str:
-        identity = [sequence.fingerprint, dict(values), code]
+        identity = [sequence.fingerprint, dict(values), _code()]
         return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
 
     return timing.changed(made, name=name, fingerprint=fingerprint)
+
+
+@cache
+def _code() -> list[str]:
+    """Digests of what makes pixels and truth: a changed line makes other sequences."""
+    folder = Path(__file__).parent
+    return [tree_digest(Path(str(module.__file__)), folder) for module in (timing, geometry, light)]

@@ -43,6 +43,7 @@ def changed(
         "frame_names": [sequence.frame_name(frame) for frame in range(len(sequence))],
         "truth_source": sequence.truth_source,
         "truth_missing": sequence.truth_missing,
+        "image_size": sequence.known_size,
     }
     shown = image or (lambda frame: sequence[frame].copy())
     return Sequence(frames=_Shown(len(boxes), shown), **(given | new))

@@ -75,12 +75,12 @@ def test_a_threshold_is_known_as_well_as_its_interval_says():
     covered, errors = [], []
     for slope in (0.03, 0.06, 0.1):
         for lapse, luck in ((0.0, 0.0), (0.1, 0.0), (0.05, 0.2)):
-            for _ in range(16):
+            for _ in range(60):
                 half = generator.uniform(0.15, 0.85)
                 found, runs = adaptive((half, slope, lapse, luck), generator)
                 assert runs <= 100
                 covered.append(found.interval.low <= half <= found.interval.high)
                 errors.append(found.place - half)
-    assert 0.91 <= np.mean(covered) <= 0.99
+    assert 0.925 <= np.mean(covered) <= 0.975
     assert np.mean(np.abs(errors) < 0.05) > 0.9
     assert abs(np.mean(errors)) < 0.01
