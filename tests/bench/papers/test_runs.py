@@ -93,7 +93,7 @@ def test_runs_that_were_not_asked_for_now_are_left_aside(folder):
     assert len(tidy(folder, [*asked, absent])) == 2
 
 
-def test_times_come_from_the_passes_that_no_load_disturbed(tmp_path):
+def test_times_come_from_the_passes_that_no_load_disturbed(tmp_path, in_this_process):
     source = (SequenceSource(NAME),)
     timing = Experiment("t", ("static",), source, repetitions=1, timing=True)
     folder = bench.run(timing, tmp_path, jobs=1)
@@ -103,7 +103,9 @@ def test_times_come_from_the_passes_that_no_load_disturbed(tmp_path):
     assert (frames["seconds"] > 0).all()
 
 
-def test_recorded_runs_stand_beside_published_figures_with_the_first_frame_counted(here):
+def test_recorded_runs_stand_beside_published_figures_with_the_first_frame_counted(
+    here, in_this_process
+):
     recorded = read_description("multipart").recorded
     recorded = recorded.model_copy(update={"trackers": ("static", "camshift")})
     source = SequenceSource(str(here / "data" / "Small"))
