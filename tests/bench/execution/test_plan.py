@@ -125,7 +125,7 @@ def test_what_changes_in_a_sequence_makes_its_runs_stale_and_when_it_was_written
     assert set(states(finished).values()) == {state}
 
 
-def test_timing_runs_are_runs_of_their_own(finished):
+def test_timing_runs_are_runs_of_their_own(finished, in_this_process):
     assert set(states(finished, timing=True).values()) == {"left"}
     run(experiment(finished, timing=True), finished / "results")
     assert set(states(finished, timing=True).values()) == {"done"}
