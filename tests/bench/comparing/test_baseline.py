@@ -4,15 +4,18 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 import datasets
 import trackers
+from bench.commands._design import Bench
 from bench.comparing.baseline import (
     Baseline,
     BaselineCell,
     BaselineError,
     baseline_path,
+    lacking,
     read_baseline,
     surroundings,
     write_baseline,
@@ -118,6 +121,48 @@ def test_what_cannot_be_told_is_no_pass_and_what_all_cells_show_is_a_failure():
         suite = ElementTree.fromstring(as_junit(found))
         assert (suite.get("failures"), suite.get("skipped")) == (str(failures), "80")
         assert len(suite.findall("testcase")) == int(suite.get("tests")) == 81 + failures
+
+
+class Drawn(Bench):
+    """Scores drawn about a mean a sequence; the stages and the budget are the commands' own."""
+
+    def __init__(self, means, spread, generator, boxes):
+        self.spread, self.generator, self.boxes = spread, generator, boxes
+        self.means, self.values = means, {name: np.empty(0) for name in means}
+        self._ends, self._pace = float("inf"), 0.0
+
+    def run(self, design, detect):
+        cells = {}
+        for (_, name), n in design.items():
+            more = self.generator.normal(self.means[name], self.spread, n - len(self.values[name]))
+            values = self.values[name] = np.append(self.values[name], more)
+            cells[name] = cell(values.mean(), values.std(ddof=1), n, self.boxes)
+        return Baseline({"a": cells}, {"a": "a"}, detect, surroundings())
+
+    def extended(self, design, asked):
+        return self.extend(design, asked, self.run(design, 0.05), 0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("spread", [0.03, 0.08])
+def test_in_stages_drops_are_found_and_unchanged_trackers_pass(spread):
+    rounds, found = 150, {0.0: 0, 0.05: 0}
+    for drop in found:
+        generator = np.random.default_rng(8)
+        for _ in range(rounds):
+            means = {f"s{n}": generator.uniform(0.3, 0.8) for n in range(8)}
+            design = {("a", name): 5 for name in means}
+            before = Drawn(means, spread, generator, "b0").extended(design, lacking)
+            design = {
+                ("a", name): kept.scores["mean_overlap"].n
+                for name, kept in before.cells["a"].items()
+            }
+            dropped = {name: mean - drop * (name < "s3") for name, mean in means.items()}
+            bench = Drawn(dropped, spread, generator, "b1")
+            now = bench.extended(design, lambda now, before=before: wanted(check(before, now)))
+            found[drop] += check(before, now).judgement.state == "worse"
+    assert found[0.05] / rounds >= 0.8
+    assert found[0.0] / rounds <= 0.06 + 0.03  # so few rounds tell no better
 
 
 def test_our_own_baseline_has_every_tracker_and_preset_on_every_sequence():
