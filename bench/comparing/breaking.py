@@ -184,8 +184,13 @@ def _factor(one: Series, baseline: Series) -> str:
     if not isfinite(ratio):
         return MISSING
     if one.verdict == "never":
-        return f"more than {low:.2g}"
-    return f"{ratio:.2g} ({low:.2g} to {f'{high:.2g}' if high < inf else 'more'})"
+        return f"more than {_times(low)}"
+    return f"{_times(ratio)} ({_times(low)} to {_times(high) if high < inf else 'more'})"
+
+
+def _times(ratio: float) -> str:
+    """A ratio with two digits, and no power of ten."""
+    return f"{ratio:.2g}" if ratio < 99.5 else f"{ratio:.0f}"
 
 
 def _agreement(found: Breaking) -> Table:
