@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 import datasets
-from datasets import SequenceError
+from datasets import SequenceError, readers
 
 BOX = "frame,x,y,width,height\n0,1,2,8,9\n"
 
@@ -222,3 +222,8 @@ def test_a_frame_of_another_size_in_a_video_is_named(tmp_path, write_video):
 def test_the_truth_of_real_data_that_is_not_read_is_named(recorded):
     with pytest.raises(SequenceError, match=r"\S+bag/groundtruth\.txt is of a format"):
         load_all(recorded / "vot" / "bag")
+
+
+def test_a_reader_that_cannot_look_says_where(tmp_path):
+    with pytest.raises(SequenceError, match=r"can't be read \(File name too long\)"):
+        readers.knows(tmp_path / ("a" * 300))
