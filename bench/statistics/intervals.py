@@ -16,6 +16,7 @@ __all__ = [
     "difference_interval",
     "mean_interval",
     "prediction_interval",
+    "t_quantile",
     "wilson_interval",
 ]
 
@@ -59,7 +60,7 @@ def mean_interval(values: ArrayLike, confidence: float = 0.95) -> Interval:
     -0.484 4.484
     """
     cells = _checked(values)
-    half = _t_quantile(len(cells) - 1, confidence) * _standard_error(cells)
+    half = t_quantile(len(cells) - 1, confidence) * _standard_error(cells)
     mean = float(cells.mean())
     return Interval(mean - half, mean + half)
 
@@ -71,7 +72,7 @@ def prediction_interval(values: ArrayLike, confidence: float = 0.95) -> Interval
     """
     cells = _checked(values)
     deviation = float(cells.std(ddof=1)) * sqrt(1 + 1 / len(cells))
-    half = _t_quantile(len(cells) - 1, confidence) * deviation
+    half = t_quantile(len(cells) - 1, confidence) * deviation
     mean = float(cells.mean())
     return Interval(mean - half, mean + half)
 
@@ -167,5 +168,6 @@ def _standard_error(cells: NDArray[np.float64]) -> float:
     return float(cells.std(ddof=1)) / sqrt(len(cells))
 
 
-def _t_quantile(degrees: int, confidence: float) -> float:
+def t_quantile(degrees: float, confidence: float) -> float:
+    """Student's t that a value stays within, to either side, with this confidence."""
     return float(stdtrit(degrees, (1 + confidence) / 2))

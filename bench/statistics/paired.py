@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ndtri, stdtr, stdtrit
+from scipy.special import ndtri, stdtr
 
-from bench.statistics.intervals import Interval, wilson_interval
+from bench.statistics.intervals import Interval, t_quantile, wilson_interval
 
 __all__ = [
     "SIGNIFICANCE",
@@ -136,7 +136,7 @@ def cells_mean(
     parts = squares**2 / np.array([len(group) - 1 for group in drawn])
     degrees = float(squares.sum() ** 2 / parts.sum())
     error = sqrt(squares.sum()) / len(first)
-    half = float(stdtrit(degrees, (1 + confidence) / 2)) * error
+    half = t_quantile(degrees, confidence) * error
     p = 2 * float(stdtr(degrees, -abs(mean) / error))
     return CellsMean(mean, Interval(mean - half, mean + half), p)
 
