@@ -35,8 +35,8 @@ def command(output: Path, jobs: int | None) -> int:
     experiment = read_experiment("demo")
     click.echo(
         f"Running {len(experiment.trackers)} trackers on {len(experiment.sequences)} sequences, "
-        "timing them, then drawing tables, plots and film strips: about a minute on two idle "
-        "cores, half a minute more the first time, when kernels are compiled."
+        "timing them, then\ndrawing tables, plots and film strips: about a minute on two idle "
+        "cores, half a minute more\nthe first time, when kernels are compiled."
     )
     results = output / "results" / experiment.name
     # Times first, so that the table of scores has them.
@@ -55,7 +55,7 @@ def command(output: Path, jobs: int | None) -> int:
             click.echo(f"  {path}")
     command_path = os.path.relpath(sys.argv[0])
     click.echo(
-        f"\nNext: `{command_path} list`, `{command_path} describe camshift`, or your own video: "
+        f"\nNext: `{command_path} list`, `{command_path} describe camshift`,\nor your own video: "
         f"`{command_path} annotate --help`."
     )
     return 0
