@@ -127,8 +127,11 @@ def _show(
         data = as_data(found)
         if clocked:
             data["times"] = speeds_as_data(clocked)
-            if any(entry.state == "slower" for entry in clocked.values()):
+            states = {entry.state for entry in clocked.values()}
+            if "slower" in states:
                 data["verdict"] = "regression"
+            elif "cannot tell" in states and data["verdict"] == "pass":
+                data["verdict"] = "cannot tell"
         click.echo(json.dumps(data, allow_nan=False))
     else:
         click.echo("\n".join(map(_text, tables)), nl=False)

@@ -92,12 +92,15 @@ def command(
     from reports.renderers import to_text
     from reports.write import write_tables
 
+    asked = split_list(knobs)
+    if not asked:
+        raise click.UsageError("--knob names none.")
     chosen = settled(text for given in (*trackers, against) for text in split_list(given))
     texts = {one.label: text for text, one in chosen.items()}
     course = Course([source.text for source in chosen_sequences(sequences, None)])
     series = [
         Series(label, knob, course, runs)
-        for knob in dict.fromkeys(knob_of(text, course.sequences) for text in split_list(knobs))
+        for knob in dict.fromkeys(knob_of(text, course.sequences) for text in asked)
         for label in texts
     ]
     runner = _Runner(name, output, means)

@@ -155,7 +155,7 @@ class Clock:
                 self._tell(
                     f"{label}: {len(logs)} sessions in {took:.0f} s differ by "
                     f"{sample_of(logs).spread:.1%}; {more} more needed"
-                    + (": --budget gives them." if more > affordable else ".")
+                    + (": a larger --budget gives them." if more > affordable else ".")
                 )
             logs += [log_ratio(in_turns(setups, clips)) for _ in range(min(more, affordable))]
             if affordable < more:

@@ -32,6 +32,9 @@ RULE = "A run survives unless its centre is outside the target's box for ten vis
 LEVELS = 40
 """Steps of a range: runs are placed on these, so that names of levels are short."""
 
+SHORTEST = 40
+"""Frames of a sequence that runs begin in at different ones."""
+
 
 @dataclass(frozen=True)
 class Knob:
@@ -107,10 +110,10 @@ def knob_of(text: str, sequences: Sequence[str]) -> Knob:
 
 @dataclass(frozen=True)
 class Course:
-    """What runs take place on: the sequences in turn, no run where another was.
+    """What runs take place on: the sequences in turn.
 
     A sequence with a free knob `scene` gives a new scene each time; any other begins at another
-    frame of its first quarter.
+    frame of its first quarter, as long as there are any.
     """
 
     sequences: Sequence[str]  # text forms
@@ -118,7 +121,9 @@ class Course:
     def __post_init__(self) -> None:
         for text, (_, quarter) in zip(self.sequences, self._kinds, strict=True):
             if quarter == 0:
-                raise ExperimentError(f"{text}: it is too short to begin at different frames.")
+                raise ExperimentError(
+                    f"{text}: it is too short to begin at different frames: it needs {SHORTEST}."
+                )
 
     def text(self, knob: Knob, level: float, number: int) -> str:
         """Sequence of the run of this number, from 0, at a level."""
@@ -128,7 +133,7 @@ class Course:
         free, quarter = self._kinds[number % len(self.sequences)]
         options: dict[str, float] = {"scene": turn} if free else {}
         if not free and turn:
-            filters["start"] = int(_halving(turn) * quarter)
+            filters["start"] = filters.get("start", 0) + int(_halving(turn) * quarter)
         if number:
             filters["draw"] = number
         if knob.over:
@@ -149,7 +154,7 @@ def _kind(text: str) -> tuple[bool, int]:
     if "scene" in names and "scene" not in parse_text(bare)[1]:
         return True, 1
     frames = len(datasets.load(text))
-    return False, frames // 4 if frames >= 40 else 0
+    return False, frames // 4 if frames >= SHORTEST else 0
 
 
 def _halving(number: int) -> float:
@@ -233,10 +238,10 @@ def factor(series: Series, baseline: Series) -> tuple[float, Interval]:
     """By how much harder a level a tracker bears than the baseline, and its 95 % interval.
 
     Where a tracker never breaks it is a lower bound with an infinite upper end; NaN where the
-    baseline itself does not break within the range.
+    baseline itself does not break within the range, or levels below 0 have no ratio.
     """
     knob = series.knob
-    if baseline.verdict != "broken" or series.verdict == "at once":
+    if baseline.verdict != "broken" or series.verdict == "at once" or min(knob.easy, knob.hard) < 0:
         return np.nan, Interval(np.nan, np.nan)
     shares = (np.arange(200) + 0.5) / 200
     own, other = (
@@ -248,7 +253,7 @@ def factor(series: Series, baseline: Series) -> tuple[float, Interval]:
     sign = 1.0 if knob.hard > knob.easy else -1.0
 
     def logs(places: NDArray[np.float64]) -> NDArray[np.float64]:
-        held = np.clip(places, 0 if knob.level(0) else least, 1)
+        held = np.clip(places, 0 if knob.easy else least, 1 if knob.hard else 1 - least)
         return sign * np.log([knob.level(place) for place in held.tolist()])
 
     ratios = logs(own)[:, None] - logs(other)[None]

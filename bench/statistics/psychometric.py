@@ -32,7 +32,6 @@ class Threshold:
     """What runs tell of a threshold: places are in ranges, and may lie outside [0, 1]."""
 
     weights: Array  # of the grid's curves, which sum to 1
-    trials: int  # runs that tell it
 
     def quantile(self, share: float) -> float:
         """Place below which the threshold lies with this probability, in (0, 1)."""
@@ -81,7 +80,7 @@ def threshold(places: ArrayLike, survived: ArrayLike) -> Threshold:
         chance = _grid().survival(place)
         likelihood += here.sum() * np.log(chance) + (~here).sum() * np.log1p(-chance)
     weights = np.exp(likelihood - likelihood.max())
-    return Threshold(weights / weights.sum(), len(x))
+    return Threshold(weights / weights.sum())
 
 
 def next_places(now: Threshold, generator: np.random.Generator, count: int = NEXT) -> Array:

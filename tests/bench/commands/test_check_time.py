@@ -115,7 +115,8 @@ def test_a_baselines_speed_that_says_nothing_is_told(trackmark, kept):
     said = trackmark("check", "own", "--time").stdout
     assert "another processor (Other" in said
     assert "--against" in said
-    trackmark("check", "own", "--time", "--strict", status=3)
+    told = trackmark("check", "own", "--time", "--strict", "--json", status=3).stdout
+    assert json.loads(told)["verdict"] == "cannot tell"
 
 
 @pytest.mark.parametrize("damage", ["ratio = 0", "ratio = -1", 'ratio = "x"', "spread = nan"])

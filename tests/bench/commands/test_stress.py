@@ -44,6 +44,7 @@ def test_a_tracker_that_fails_breaks_and_recorded_scores_are_correlated(trackmar
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
+        (("--knob", ""), "names none"),
         (("--knob", "nois"), "Did you mean 'noise'"),
         (("--knob", "noise", "--sequences", "nowhere"), "nowhere"),
         (("--knob", "occlusion"), "is too long for it"),

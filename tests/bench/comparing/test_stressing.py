@@ -67,6 +67,17 @@ def test_a_factor_is_above_one_for_whoever_bears_more_whichever_way_a_knob_turns
     assert isnan(factor(strong, ended("never", GAIN, 2.5))[0])
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_factor_needs_levels_that_have_a_ratio():
+    fading = Knob("light", "share", 1, 0)
+    weak = ended("weak", fading, 0.5, 0.02)
+    for half in (0.97, 2.5):  # levels near 0 are borne, or 0 itself
+        ratio, (low, high) = factor(ended("strong", fading, half, 0.02), weak)
+        assert 1 < low < ratio < high
+    below = Knob("pan", "pixels/frame", -2, 2)
+    assert isnan(factor(ended("a", below, 0.6), ended("b", below, 0.4))[0])
+
+
 def test_runs_of_one_number_share_scene_and_draw_and_no_two_are_alike():
     texts = [COURSE.text(NOISE, 20, i) for i in range(50)]
     assert texts[7] == "plain/target:scene=7:filter.noise=20:filter.draw=7"
@@ -85,6 +96,8 @@ def test_what_has_no_scenes_begins_at_other_frames():
     assert texts[3] == "plain/target:scene=4:filter.start=15:filter.noise=20:filter.draw=3"
     assert len({datasets.load(text).fingerprint for text in texts}) == 8
     assert all(len(datasets.load(text)) >= 90 for text in texts)
+    later = Course(["samples/face:filter.start=40"])
+    assert later.text(NOISE, 20, 1) == "samples/face:filter.start=50:filter.noise=20:filter.draw=1"
 
 
 @pytest.mark.parametrize(
@@ -107,7 +120,7 @@ def test_a_knob_that_is_not_there_is_refused_in_a_line(text, sequence, words):
 
 
 def test_what_is_too_short_to_begin_elsewhere_is_refused():
-    with pytest.raises(ExperimentError, match="too short"):
+    with pytest.raises(ExperimentError, match="it needs 40"):
         Course(["plain/target:length=30:scene=1"])
     with pytest.raises(SequenceError, match="nowhere"):
         Course(["nowhere"])
