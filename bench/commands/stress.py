@@ -98,11 +98,10 @@ def command(
     chosen = settled(text for given in (*trackers, against) for text in split_list(given))
     texts = {one.label: text for text, one in chosen.items()}
     course = Course([source.text for source in chosen_sequences(sequences, None)])
-    series = [
-        Series(label, knob, course, runs)
-        for knob in dict.fromkeys(knob_of(text, course.sequences) for text in asked)
-        for label in texts
-    ]
+    turned = {knob_of(text, course.sequences): None for text in asked}
+    if len({knob.name for knob in turned}) < len(turned):
+        raise click.UsageError("--knob names one twice, with different ranges.")
+    series = [Series(label, knob, course, runs) for knob in turned for label in texts]
     runner = _Runner(name, output, means)
     performed = _performed(runner, texts, series)
     scores = _scores(runner, texts, recorded) if recorded else {}

@@ -45,6 +45,7 @@ def test_a_tracker_that_fails_breaks_and_recorded_scores_are_correlated(trackmar
     ("arguments", "words"),
     [
         (("--knob", ""), "names none"),
+        (("--knob", "noise,noise=0..9"), "names one twice"),
         (("--knob", "nois"), "Did you mean 'noise'"),
         (("--knob", "noise", "--sequences", "nowhere"), "nowhere"),
         (("--knob", "occlusion"), "is too long for it"),
