@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from bench.comparing.pairs import Losses, Pair, Question, Scores, paired, sign_of
 from bench.reporting.doubt import LEAST_FOR_NEW
 from bench.reporting.tables import own_times
-from bench.statistics.intervals import Interval, mean_interval
+from bench.statistics.intervals import Interval
 from bench.statistics.paired import (
     cells_mean,
     critical_difference,
+    scores_interval,
 )
 from bench.store.files import ResultsError
 from reports.tables import Measure
@@ -211,7 +212,7 @@ def _standings(
         milliseconds, timed = _times(runs[runs["tracker"] == name])
         lost = np.concatenate([failed for _, failed in losses[name]])
         if question == "new sequences":
-            interval: Interval | None = mean_interval(means[name])
+            interval: Interval | None = scores_interval(means[name])
         else:
             interval = cells_mean(values[name]).interval if repeated else None
         standings.append(

@@ -7,7 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.statistics.intervals import mean_interval
-from bench.statistics.paired import SIGNIFICANCE, cells_mean, holm, signed_rank
+from bench.statistics.paired import (
+    SIGNIFICANCE,
+    cells_mean,
+    holm,
+    scores_interval,
+    signed_rank,
+)
 from reports.tables import Direction, Doubt
 
 __all__ = ["LEAST_FOR_NEW", "over_seeds", "over_sequences"]
@@ -24,7 +30,7 @@ def over_sequences(
     `values`: of the repetitions, by tracker and sequence; see `reports.tables.Doubts`.
     """
     means = np.array([[float(run.mean()) for run in runs] for runs in values])
-    halves = [_half(*mean_interval(row)) if np.isfinite(row).all() else nan for row in means]
+    halves = [_half(*scores_interval(row)) if np.isfinite(row).all() else nan for row in means]
 
     def tested(best: int, other: int) -> tuple[float, float, float]:
         differences = means[best] - means[other]

@@ -23,6 +23,7 @@ __all__ = [
     "critical_difference",
     "holm",
     "probability_better",
+    "scores_interval",
     "signed_rank",
     "smallest_p",
 ]
@@ -139,6 +140,23 @@ def cells_mean(
     half = t_quantile(degrees, confidence) * error
     p = 2 * float(stdtr(degrees, -abs(mean) / error))
     return CellsMean(mean, Interval(mean - half, mean + half), p)
+
+
+def scores_interval(scores: ArrayLike) -> Interval:
+    """95 % interval of a tracker's mean score for new sequences, from one score a sequence.
+
+    Student's t with one degree of freedom less than usual: scores pile up at both ends of their
+    range, or half of them are near nothing, and the usual interval covers too little then.
+
+    Parameters
+    ----------
+    scores : array of float, shape (n,)
+        n of 2 or more.
+    """
+    values = np.asarray(scores, np.float64)
+    mean, error = float(values.mean()), float(values.std(ddof=1)) / sqrt(len(values))
+    half = t_quantile(max(len(values) - 2, 1), 0.95) * error
+    return Interval(mean - half, mean + half)
 
 
 def cells_needed(difference: float, deviation: float, margin: float, tests: int = 1) -> float:

@@ -7,7 +7,7 @@ import pytest
 from bench.reporting import tables as reporting
 from bench.reporting.doubt import over_seeds, over_sequences
 from bench.reporting.tables import SUMMARY, score_tables
-from bench.statistics.intervals import mean_interval
+from bench.statistics.paired import scores_interval
 
 EASE = np.linspace(0.3, 0.8, 8)
 
@@ -19,7 +19,7 @@ def runs_of(means):
 
 def test_intervals_are_students_over_sequences():
     doubt = over_sequences([runs_of(EASE)], "higher")
-    low, high = mean_interval(EASE)
+    low, high = scores_interval(EASE)
     assert doubt.halves == pytest.approx([(high - low) / 2])
     assert doubt.contenders == [False]  # there is no choice
 

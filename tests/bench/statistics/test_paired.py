@@ -15,6 +15,7 @@ from bench.statistics.paired import (
     critical_difference,
     holm,
     probability_better,
+    scores_interval,
     signed_rank,
     smallest_p,
 )
@@ -100,6 +101,12 @@ def test_what_was_asked_for_shows_the_difference_in_four_cases_of_five():
     assert cells_needed(1.0, 0.1, margin=0.01, tests=45) == 11  # fewer can't reach p < .05 / 45
 
 
+def test_the_interval_of_a_score_has_one_degree_less_than_students():
+    scores = np.array([0.1, 0.9, 0.8, 0.2, 0.7])
+    half = stats.t.ppf(0.975, 3) * stats.sem(scores)
+    assert scores_interval(scores) == pytest.approx((scores.mean() - half, scores.mean() + half))
+
+
 LOST_SHARE = 0.5
 POPULATIONS = {
     "normal": lambda g, shape: g.normal(0.5, 0.1, shape),
@@ -120,6 +127,8 @@ def test_what_is_printed_covers_and_equal_trackers_are_called_different_rarely(p
     differences = first - second
     intervals = [mean_interval(row) for row in differences]
     assert 0.93 <= np.mean([low <= 0 <= high for low, high in intervals]) <= 0.975
+    own, mean = [scores_interval(row) for row in first], draw(generator, 10**6).mean()
+    assert 0.925 <= np.mean([low <= mean <= high for low, high in own]) <= 0.975
     # Wilson's interval jumps: 93 % at most can be had for one half of 8 or 5.
     shares = [probability_better(row)[1] for row in differences]
     assert 0.92 <= np.mean([low <= 0.5 <= high for low, high in shares]) <= 0.97
