@@ -19,8 +19,9 @@ _PACKAGE = Path(str(trackers.__file__)).resolve().parent
 def taken_out(revision: str, now: Setup, folder: Path) -> Setup:
     """Take a tracker out as of a revision, with what lies beside it there.
 
-    A tracker of a file comes with the file's folder and meets today's packages; one of ours comes
-    with the whole package `trackers`.
+    A tracker of a file comes with the file's folder, which also takes its place where modules are
+    looked for, and else meets today's packages; one of ours comes with the whole package
+    `trackers`.
 
     `revision`: whatever git knows. `now`: the tracker as it is. `folder`: where it is laid down.
 
@@ -54,7 +55,9 @@ def taken_out(revision: str, now: Setup, folder: Path) -> Setup:
     if place is None:
         return replace(now, home=str(folder), revision=revision)
     name = f"{then}:{class_name}" if class_name else str(then)
-    return replace(now, name=name, revision=revision)
+    # Beside our own packages it meets these as they are.
+    swapped = () if file.parent == _PACKAGE.parent else (str(file.parent), str(folder))
+    return replace(now, name=name, revision=revision, swapped=swapped)
 
 
 def _git(folder: Path, *arguments: str) -> bytes:

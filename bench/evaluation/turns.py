@@ -47,6 +47,7 @@ class Setup:
     options: Mapping[str, str] | None = None
     home: str = ""  # folder that holds the package `trackers`, where it is not this one's
     revision: str = ""  # that it is of, for messages
+    swapped: Sequence[str] = ()  # a folder of the module path, and what takes its place there
 
 
 @dataclass(frozen=True)
@@ -138,6 +139,9 @@ def main() -> None:
     setup = Setup(**told["setup"])
     if setup.home:
         sys.path.insert(0, setup.home)
+    if setup.swapped:
+        now, then = setup.swapped
+        sys.path[:] = [then if os.path.realpath(entry) == now else entry for entry in sys.path]
     cv2.setNumThreads(1)
     performance = Performance(setup, [Clip(**clip) for clip in told["clips"]])
     with os.fdopen(int(sys.argv[1]), "w", encoding="ascii") as answers:

@@ -1,5 +1,7 @@
 """Trackers clocked in turns, in processes of their own; their clock is made up."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -55,6 +57,18 @@ def test_both_are_shown_the_same_and_the_dearer_one_takes_longer(tracker, clips)
     assert passes >= 3
     assert turns == 5
     assert times[0, 0] == pytest.approx(0.001 * np.arange(3, 8))
+    assert times[1] == pytest.approx(2 * times[0])
+
+
+def test_modules_beside_an_old_file_are_old_too(tracker, clips, tmp_path, monkeypatch):
+    folders = [tmp_path / name for name in ("now", "then")]
+    for folder, cost in zip(folders, (0.002, 0.001), strict=True):
+        folder.mkdir()
+        (folder / "beside.py").write_text(f"COST = {cost}")
+    monkeypatch.setenv("PYTHONPATH", str(folders[0]))
+    now = tracker("mine", "__import__('beside').COST")
+    then = replace(now, swapped=list(map(str, folders)))
+    times = in_turns([then, now], clips)
     assert times[1] == pytest.approx(2 * times[0])
 
 
