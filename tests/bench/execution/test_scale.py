@@ -81,11 +81,14 @@ def simulated(plan, size):
     n = len(asked)
     rng = np.random.default_rng(0)
     texts = {name: coded([""], np.zeros(n)) for name in ("preset", "parameters", "failure")}
-    texts |= {name: coded(["a"], np.zeros(n)) for name in ("tracker_name", "source", "truth")}
+    same = ("tracker_name", "tracker_version", "source", "truth")
+    texts |= {name: coded(["a"], np.zeros(n)) for name in same}
     texts |= {"status": coded(["finished"], np.zeros(n))}
     texts |= {"fingerprint": coded([s.fingerprint for s in plan.sequences], np.zeros(n))}
     numbers = {name: pa.array(np.ones(n, np.int64)) for name in ("frames", "size", "mtime")}
-    numbers |= {name: rng.random(n) for name in ("seconds", "frame_seconds", *SCORES)}
+    numbers |= {
+        name: rng.random(n) for name in ("seconds", "frame_seconds", "update_seconds", *SCORES)
+    }
     table = pa.table({**{name: asked[name] for name in asked.column_names}, **texts, **numbers})
     return table.set_column(
         table.schema.get_field_index("frames"), "frames", table["frames"].cast(pa.int32())
