@@ -2,6 +2,7 @@
 
 import functools
 import json
+import math
 import textwrap
 from collections.abc import Collection
 from pathlib import Path
@@ -95,6 +96,8 @@ def command(
     """
     if (sequences is None) == (results is None):
         raise click.UsageError("Give --sequences or --results (one of them).")
+    if margin is not None and not math.isfinite(margin):
+        raise click.UsageError("--margin is a finite number.")
     from bench.comparing.comparison import compare
     from bench.comparing.published import with_published
     from bench.comparing.tables import as_data, files, screen

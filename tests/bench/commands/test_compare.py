@@ -41,6 +41,7 @@ def test_sequences_on_which_something_happens_are_set_apart(trackmark):
             "One sequence says nothing",
         ),
         (("--results", "nowhere"), "no results here"),
+        (("--results", "nowhere", "--margin", "nan"), "a finite number"),
     ],
 )
 def test_what_it_cannot_do_is_a_line(trackmark, arguments, words):
