@@ -1,4 +1,4 @@
-"""Intervals: of a mean over cells, of a share, of one more run, of an interaction.
+"""Intervals: of a mean over cells, of shares, of one more run, of an interaction.
 
 A cell is one sequence in one scene; repetitions have been averaged before. So there are few
 values, and intervals that count on many (a percentile bootstrap, say) cover too little.
@@ -9,18 +9,22 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ndtri, stdtrit
+from scipy.special import betaln, ndtri, stdtrit
 
 __all__ = [
     "Interval",
     "difference_interval",
     "mean_interval",
     "prediction_interval",
+    "share_interval",
     "t_quantile",
     "wilson_interval",
 ]
 
 RESAMPLES = 2000
+
+ALIKE = np.array([0.001, 0.02, 0.05, *np.arange(0.1, 0.95, 0.1), 0.95, 0.99])
+"""Intraclass correlations that `share_interval` takes to be equally likely beforehand."""
 
 
 class Interval(NamedTuple):
@@ -127,6 +131,40 @@ def difference_interval(
     return Interval(
         float(mean - error * ratios[resamples - 1 - lowest]), float(mean - error * ratios[lowest])
     )
+
+
+def share_interval(successes: ArrayLike, trials: ArrayLike) -> Interval:
+    """95 % interval of a share, from counts a cell whose trials may fare alike.
+
+    Cells are drawn from a beta distribution, and trials from their cell's share. How alike the
+    trials of a cell fare (the intraclass correlation) is not known, least where all of them
+    succeed: the interval is that of the posterior over shares and correlations, flat in the
+    share, with 2 % beyond either end. It covers 92 to 99 % over 8 to 32 cells, whether trials are
+    independent or cells are all or nothing, and has the truth above or below it in at most 4 %; a
+    test simulates that.
+
+    Parameters
+    ----------
+    successes, trials : array of int, shape (n_cells,)
+        Counts a cell; trials of 1 or more.
+
+    Examples
+    --------
+    >>> print("{:.2f} {:.2f}".format(*share_interval([20] * 20, [20] * 20)))
+    0.83 1.00
+    """
+    counts = np.stack([np.asarray(successes, np.float64), np.asarray(trials, np.float64)])
+    (good, runs), times = np.unique(counts, axis=1, return_counts=True)
+    edges = np.linspace(0.0, 1.0, 401)
+    shares = (edges[:-1] + edges[1:]) / 2
+    sizes = (1 - ALIKE) / ALIKE  # of the beta distribution's parameters together
+    first, second = np.outer(shares, sizes)[..., None], np.outer(1 - shares, sizes)[..., None]
+    logs = betaln(good + first, runs - good + second) - betaln(first, second)
+    likelihood = (logs * times).sum(axis=-1)
+    posterior = np.exp(likelihood - likelihood.max()).sum(axis=1)
+    below = np.concatenate([[0.0], np.cumsum(posterior) / posterior.sum()])
+    low, high = np.interp([0.02, 0.98], below, edges)
+    return Interval(float(low) if good.any() else 0.0, float(high) if (good < runs).any() else 1.0)
 
 
 def wilson_interval(share: float, trials: float, confidence: float = 0.95) -> Interval:

@@ -29,7 +29,7 @@ from bench.statistics.intervals import (
     difference_interval,
     mean_interval,
     prediction_interval,
-    wilson_interval,
+    share_interval,
 )
 
 __all__ = [
@@ -60,6 +60,10 @@ Outcome = Literal["reproduced", "holds", "does-not-hold", "undecided", "not-test
 LEAST_CELLS = 8
 """Below this many, intervals are wider than what is claimed."""
 
+LEAST_FOR_NOTHING = 35
+"""Below this many, no difference is said to be too small to matter: where it is large in one scene
+of ten, so many scenes show none of these in one case of forty (0.9³⁵), eight in 43 % of cases."""
+
 MARGIN = 0.02
 """Difference that means nothing in practice: a fiftieth of a sequence's length, or of overlap."""
 
@@ -83,7 +87,7 @@ class Verdict:
     statistic : float
         What was estimated, in the rule's unit; NaN where there is no number.
     interval : Interval
-        95 % interval of it (90 % where `equal` holds); NaN where there is none.
+        95 % interval of it (90 % where `equal` lies inside its margin); NaN where there is none.
     cells : int
         Cells, or runs of `number`, that it rests on.
     reason : str
@@ -102,7 +106,7 @@ def order(differences: ArrayLike, margin: float = MARGIN) -> Verdict:
 
     Holds where the 95 % interval of the mean difference is above 0 and not wholly inside
     ± margin, and the difference is above 0 in at least three quarters of the cells. Does not
-    hold where the interval is below 0 or inside ± margin.
+    hold where the interval is below 0 or, over `LEAST_FOR_NOTHING` cells or more, inside ± margin.
 
     Parameters
     ----------
@@ -116,7 +120,7 @@ def order(differences: ArrayLike, margin: float = MARGIN) -> Verdict:
         return _too_few(cells)
     interval = mean_interval(cells)
     right = int((cells > 0).sum())
-    outcome, words = _ordered(interval, margin)
+    outcome, words = _ordered(interval, margin, len(cells))
     if outcome == "holds" and right < SIGN_SHARE * len(cells):
         outcome = "undecided"
         words = f"the mean is above 0, but only in {right} of {len(cells)} cells is the difference"
@@ -138,7 +142,7 @@ def order_of_groups(
     if len(smaller) < LEAST_CELLS:
         return _too_few(smaller)
     interval = difference_interval(ours, theirs, generator)
-    outcome, words = _ordered(interval, margin)
+    outcome, words = _ordered(interval, margin, len(smaller))
     words += f"; means {ours.mean():+.3f} and {theirs.mean():+.3f}"
     statistic = float(ours.mean() - theirs.mean())
     return Verdict(outcome, statistic, interval, len(ours) + len(theirs), f"{words}.")
@@ -147,8 +151,9 @@ def order_of_groups(
 def equal(differences: ArrayLike, margin: float = MARGIN) -> Verdict:
     """Judge "A is comparable to B" by two one-sided tests.
 
-    Holds where the 90 % interval of the mean difference lies inside ± margin. Does not hold
-    where the 95 % interval lies wholly outside it. Parameters: see `order`.
+    Holds where the 90 % interval of the mean difference lies inside ± margin, over
+    `LEAST_FOR_NOTHING` cells or more. Does not hold where the 95 % interval lies wholly outside
+    it. Parameters: see `order`.
     """
     cells = _cells(differences, margin)
     if len(cells) < LEAST_CELLS:
@@ -157,7 +162,10 @@ def equal(differences: ArrayLike, margin: float = MARGIN) -> Verdict:
     narrow = mean_interval(cells, 0.90)
     if narrow.inside(margin):
         words = f"the 90 % interval lies inside ±{margin:g}"
-        return Verdict("holds", mean, narrow, len(cells), f"{words}.")
+        few = len(cells) < LEAST_FOR_NOTHING
+        words += _rare_scenes(len(cells)) if few else ""
+        outcome: Outcome = "undecided" if few else "holds"
+        return Verdict(outcome, mean, narrow, len(cells), f"{words}.")
     if wide.low > margin or wide.high < -margin:
         words = f"the 95 % interval lies outside ±{margin:g}"
         return Verdict("does-not-hold", mean, wide, len(cells), f"{words}.")
@@ -187,10 +195,9 @@ def share_at_least(
 ) -> Verdict:
     """Judge whether a share is high enough.
 
-    Holds where the share of all trials is at least `least` and the lower limit of its Wilson
-    interval is above `lower`; does not hold where the upper limit is below `lower`. Runs in one
-    scene fare alike, so the interval counts fewer trials than there are: as many independent
-    ones as would scatter like the cells do (Kish's design effect), no fewer than cells.
+    Holds where the share of all trials is at least `least` and the lower limit of its interval
+    is above `lower`; does not hold where the upper limit is below `lower`. Runs in one scene fare
+    alike: see `share_interval`.
 
     Parameters
     ----------
@@ -205,7 +212,7 @@ def share_at_least(
     if len(runs) < LEAST_CELLS:
         return _too_few(good / runs)
     share = float(good.sum() / runs.sum())
-    interval = wilson_interval(share, _independent_trials(good, runs))
+    interval = share_interval(good, runs)
     lower = least if lower is None else lower
     whole = int((good == runs).sum())
     words = f"{good.sum():.0f} of {runs.sum():.0f}, all of them in {whole} of {len(runs)} cells"
@@ -317,9 +324,12 @@ def undecided(reason: str) -> Verdict:
     return Verdict("undecided", nan, NOWHERE, 0, reason)
 
 
-def _ordered(interval: Interval, margin: float) -> tuple[Outcome, str]:
+def _ordered(interval: Interval, margin: float, cells: int) -> tuple[Outcome, str]:
     if interval.inside(margin):
-        return "does-not-hold", f"the difference is within ±{margin:g}, too small to matter"
+        words = f"the difference is within ±{margin:g}"
+        if cells < LEAST_FOR_NOTHING:
+            return "undecided", words + _rare_scenes(cells)
+        return "does-not-hold", f"{words}, too small to matter"
     if interval.high < 0:
         return "does-not-hold", "the order is the other way round"
     if interval.low > 0:
@@ -327,16 +337,8 @@ def _ordered(interval: Interval, margin: float) -> tuple[Outcome, str]:
     return "undecided", "the interval contains 0"
 
 
-def _independent_trials(good: NDArray[np.float64], runs: NDArray[np.float64]) -> float:
-    """Independent trials whose share would scatter as the cells' does."""
-    n, total = len(runs), runs.sum()
-    share = good.sum() / total
-    if share in (0.0, 1.0):
-        return float(total)
-    residuals = good - share * runs
-    clustered = n / (n - 1) * (residuals**2).sum() / total**2
-    alone = share * (1 - share) / clustered if clustered > 0 else total
-    return float(np.clip(alone, n, total))
+def _rare_scenes(cells: int) -> str:
+    return f", but {cells} cells may miss rare scenes where it is large: {LEAST_FOR_NOTHING} tell"
 
 
 def _cells(values: ArrayLike, margin: float) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ from bench.statistics.intervals import (
     difference_interval,
     mean_interval,
     prediction_interval,
+    share_interval,
     wilson_interval,
 )
 
@@ -70,6 +71,21 @@ def test_t_agrees_with_scipy():
     cells = np.random.default_rng(0).normal(size=9)
     expected = stats.ttest_1samp(cells, 0).confidence_interval(0.9)
     assert mean_interval(cells, 0.9) == pytest.approx((expected.low, expected.high))
+
+
+@given(st.lists(st.tuples(st.integers(0, 9), st.integers(1, 9)), min_size=1, max_size=12))
+def test_a_share_lies_in_its_interval_and_losses_mirror_successes(counts):
+    good = [successes for successes, _ in counts]
+    runs = [successes + more for successes, more in counts]
+    low, high = share_interval(good, runs)
+    assert 0 <= low < high <= 1
+    lost = [more for _, more in counts]
+    assert share_interval(lost, runs) == pytest.approx((1 - high, 1 - low), abs=1e-9)
+
+
+def test_single_trials_are_the_beta_posterior_of_a_flat_prior():
+    low, high = stats.beta.ppf([0.02, 0.98], 1 + 9, 1 + 3)
+    assert share_interval([1] * 9 + [0] * 3, [1] * 12) == pytest.approx((low, high), abs=1e-3)
 
 
 @given(st.integers(0, 40), st.integers(1, 40))
