@@ -27,16 +27,16 @@ def run(representation, initial="full", variant=""):
 
 
 def scores(shares, *, initials=("full",), variants=("",), kept=lambda scene: True, **columns):
-    """Runs of eight sequences, eight scenes: four even, four dappled, two repetitions.
+    """Runs of eight sequences, ten scenes: five even, five dappled, two repetitions.
 
     `shares` is called with representation, sequence number, scene, and the reading's labels,
     and gives the share of the length, of all metrics or by metric.
     """
     rows = []
     for number, scene, initial, variant, representation in product(
-        range(1, 9), range(8), initials, variants, ("single", "multi", "adaptive")
+        range(1, 9), range(10), initials, variants, ("single", "multi", "adaptive")
     ):
-        light = "even" if scene < 4 else "dappled"
+        light = "even" if scene < 5 else "dappled"
         share = shares(representation, number, scene, initial, variant, light)
         share = share if isinstance(share, dict) else dict.fromkeys(METRICS, share)
         known = {"sequence": f"multipart/{number}", "scene": scene, "light": light}
@@ -90,13 +90,13 @@ def test_a_choice_that_is_wrong_is_not_the_best():
 def test_a_cell_is_a_sequence_in_a_scene_averaged_over_repetitions():
     frame = scores(as_claimed)
     found = {f.group: f for f in judge(CLAIMS["MP-1"], frame) if f.light == "both"}
-    assert found[""].verdict.cells == 32
-    assert found["multipart/5"].verdict.cells == 8
-    expected = 1 - np.mean([0.6 + 0.01 * (scene % 3) for scene in range(8)])
+    assert found[""].verdict.cells == 40
+    assert found["multipart/5"].verdict.cells == 10
+    expected = 1 - np.mean([0.6 + 0.01 * (scene % 3) for scene in range(10)])
     assert found[""].verdict.statistic == pytest.approx(expected)
 
 
-def test_each_light_is_judged_and_four_scenes_of_one_sequence_decide_nothing():
+def test_each_light_is_judged_and_five_scenes_of_one_sequence_decide_nothing():
     found = judge(CLAIMS["MP-4a"], scores(as_claimed))
     by_light = {f.light: f.verdict.verdict for f in found}
     assert by_light == {"both": "holds", "even": "undecided", "dappled": "undecided"}
@@ -164,9 +164,9 @@ def test_a_scene_in_which_a_compared_run_failed_is_left_out_of_the_claim():
     failed &= (frame["representation"] == "multi") & (frame["repetition"] == 1)
     frame.loc[failed, ["failure", "frames_inside"]] = "multipart on multipart/5: why", np.nan
     found = {f.group: f for f in judge(CLAIMS["MP-1"], frame) if f.light == "both"}
-    assert (found[""].verdict.cells, found["multipart/5"].verdict.cells) == (31, 7)
+    assert (found[""].verdict.cells, found["multipart/5"].verdict.cells) == (39, 9)
     alone = judge(CLAIMS["MP-3"], frame)[0]  # of the single histogram: nothing of it failed
-    assert alone.verdict.cells == 8
+    assert alone.verdict.cells == 10
 
 
 def test_what_was_not_run_is_undecided_and_says_so():

@@ -43,11 +43,13 @@ def claim(tmp_path):
     return make
 
 
-def scores(share=lambda **_: 1.0, preset=("as-written",), light=("even",), **columns):
-    """Runs of two trackers on a sequence, ten scenes, two repetitions; a metric of one's own."""
+def scores(
+    share=lambda **_: 1.0, preset=("as-written",), light=("even",), scenes=10, **columns
+):
+    """Runs of two trackers on scenes of a sequence, two repetitions; a metric of one's own."""
     rows = []
     for tracker, one, shade, scene, repetition in product(
-        ("ours", "theirs"), preset, light, range(10), (0, 1)
+        ("ours", "theirs"), preset, light, range(scenes), (0, 1)
     ):
         told = share(tracker=tracker, preset=one, light=shade, scene=scene)
         where = {"sequence": "s", "scene": scene, "light": shade, "repetition": repetition}
@@ -73,7 +75,9 @@ def test_of_errors_less_is_better_and_the_margin_is_a_share_of_the_worse(claim):
     test = claim(ORDER + 'by = "size_error"\nmargin = 0.05')
 
     def errors(gain):
-        return scores(lambda tracker, scene, **_: 0.4 + 0.001 * scene - gain * (tracker == "ours"))
+        return scores(
+            lambda tracker, scene, **_: 0.4 + 0.001 * scene - gain * (tracker == "ours"), scenes=35
+        )
 
     assert outcome(test, errors(0.1)).verdict == "holds"
     assert outcome(test, errors(-0.1)).verdict == "does-not-hold"
@@ -111,8 +115,8 @@ def test_no_worse_is_equal_or_better_on_the_repetitions_of_both(claim):
         (-0.04, "holds"),
         (-0.2, "does-not-hold"),
     ):
-        assert outcome(test, scores(gain(value))).verdict == verdict
-    frame = scores(gain(0.0))
+        assert outcome(test, scores(gain(value), scenes=35)).verdict == verdict
+    frame = scores(gain(0.0), scenes=35)
     further = frame[(frame["tracker"] == "ours")].assign(repetition=7, frames_inside=0)
     assert outcome(test, pd.concat([frame, further])).verdict == "holds"
 
@@ -148,7 +152,7 @@ def test_columns_of_readings_are_the_ledgers(claim):
 def test_a_share_is_of_the_rows_that_were_trials(claim, share, verdict):
     test = claim('share = { of = {}, by = "found", on = "s" }')
     generator = np.random.default_rng(0)
-    frame = scores()
+    frame = scores(scenes=24)
     frame["found"] = generator.random(len(frame)) < share
     assert outcome(test, frame).verdict == verdict
     silent = frame.assign(found=frame["found"].astype(float))
@@ -223,7 +227,7 @@ def test_an_interaction_sets_rows_against_rows_of_the_same_scenes(claim, gain, v
     def clean(tracker, scene, **_):
         return 0.5 + scene / 500 + (0.1 if tracker == "ours" else 0.0)
 
-    frame = pd.concat([scores(noisy, noise=16.0), scores(clean, noise=0.0)])
+    frame = pd.concat([scores(noisy, noise=16.0, scenes=35), scores(clean, noise=0.0, scenes=35)])
     found = outcome(claim(INTERACTION), frame)
     assert found.verdict == verdict
     assert f"means {gain + 0.1:+.3f} and +0.100" in found.reason
