@@ -304,11 +304,16 @@ class NumberTest(_OneSided):
 
 
 class BoundTest(_TableTest):
-    """No row lies beyond a limit: a criterion that leaves nothing to chance."""
+    """No row lies beyond a limit.
 
-    naming = ("metric",)
+    A criterion that leaves nothing to chance, unless `interval` names the columns with the lower
+    and the upper limit of each row's interval: then no row may lie beyond it surely.
+    """
+
+    naming = ("metric", "interval")
     kind: Literal["bound"]
     metric: Text
+    interval: tuple[Text, Text] | None = None
     least: float | None = None
     most: float | None = None
 

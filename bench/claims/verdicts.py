@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from bench.claims import kinds
 from bench.claims.sides import limited
+from bench.statistics.intervals import Interval
 from bench.statistics.verdicts import (
+    Outcome,
     Verdict,
     all_kept,
     check,
@@ -122,15 +124,27 @@ def _sums(runs: pd.DataFrame, values: NDArray[np.float64]) -> NDArray[np.float64
 
 
 def _bound(test: kinds.BoundTest, rows: pd.DataFrame) -> Verdict:
-    values = rows[test.metric].to_numpy(np.float64)
-    words = test.metric.replace("_", " ")
-    if test.least is not None:
-        least = float(values.min())
-        reason = f"the least {words} is {least:.3g}, to be compared with {test.least:g}."
-        return check(least >= test.least, least, reason, len(values))
-    most = float(values.max())
-    reason = f"the greatest {words} is {most:.3g}, to be compared with {test.most:g}."
-    return check(test.most is not None and most <= test.most, most, reason, len(values))
+    sign = 1.0 if test.least is not None else -1.0  # so that more is better
+    limit = sign * float(test.least if test.least is not None else test.most or 0.0)
+    low_name, high_name = test.interval or (test.metric, test.metric)
+    if sign < 0:
+        low_name, high_name = high_name, low_name
+    low, high = (sign * rows[name].to_numpy(np.float64) for name in (low_name, high_name))
+    worst = int(low.argmin())
+    value = float(rows[test.metric].iloc[worst])
+    extreme = "least" if sign > 0 else "greatest"
+    reason = f"the {extreme} {test.metric.replace('_', ' ')} is {value:.3g}"
+    against = f"to be compared with {sign * limit:g}."
+    if test.interval is None:
+        return check(bool(low[worst] >= limit), value, f"{reason}, {against}", len(rows))
+    around = Interval(*(float(rows[name].iloc[worst]) for name in test.interval))
+    reason += f" (95 %: {around.low:.3g} to {around.high:.3g}), {against}"
+    outcome: Outcome = "undecided"
+    if low[worst] > limit:
+        outcome = "holds"
+    elif (high < limit).any():
+        outcome = "does-not-hold"
+    return Verdict(outcome, value, around, len(rows), reason)
 
 
 def _margin(sides: Sides, test: kinds.Comparison, metric: str) -> float:

@@ -43,9 +43,7 @@ def claim(tmp_path):
     return make
 
 
-def scores(
-    share=lambda **_: 1.0, preset=("as-written",), light=("even",), scenes=10, **columns
-):
+def scores(share=lambda **_: 1.0, preset=("as-written",), light=("even",), scenes=10, **columns):
     """Runs of two trackers on scenes of a sequence, two repetitions; a metric of one's own."""
     rows = []
     for tracker, one, shade, scene, repetition in product(
@@ -199,6 +197,26 @@ def test_no_row_lies_beyond_a_bound(claim):
     assert outcome(part, scores(), t=table).verdict == "holds"
     with pytest.raises(LedgerError, match=r"test: give either `least` or `most`"):
         claim('bound = { table = "t", metric = "x" }')
+
+
+@pytest.mark.parametrize(
+    ("limit", "low", "high", "verdict"),
+    [
+        ("least = 0.5", [0.6, 0.7], [0.8, 0.9], "holds"),
+        ("least = 0.5", [0.4, 0.7], [0.6, 0.9], "undecided"),
+        ("least = 0.5", [0.4, 0.7], [0.45, 0.9], "does-not-hold"),
+        ("most = 0.5", [0.2, 0.3], [0.3, 0.45], "holds"),
+        ("most = 0.5", [0.2, 0.3], [0.3, 0.6], "undecided"),
+        ("most = 0.5", [0.2, 0.6], [0.3, 0.7], "does-not-hold"),
+    ],
+)
+def test_where_rows_have_intervals_none_may_surely_lie_beyond(claim, limit, low, high, verdict):
+    test = claim(f'bound = {{ table = "t", metric = "x", interval = ["low", "high"], {limit} }}')
+    table = pd.DataFrame({"x": np.add(low, high) / 2, "low": low, "high": high})
+    found = outcome(test, scores(), t=table)
+    assert found.verdict == verdict
+    low_end, high_end = found.findings[0].verdict.interval
+    assert low_end <= found.findings[0].verdict.statistic <= high_end
 
 
 def test_a_ratio_is_of_pairs(claim):
