@@ -124,7 +124,7 @@ def made_up_tables(paper):
             continue
         limits = [test.where, *(trackers_of(side)[1] for side in test.sides)]
         if isinstance(test, BoundTest):
-            metrics.setdefault(test.table, set()).update({test.metric, *test.interval})
+            metrics.setdefault(test.table, set()).update({test.metric, *(test.interval or ())})
         elif isinstance(test, RatioTest):
             metrics.setdefault(test.table, set()).update({test.longer, test.shorter})
         else:
