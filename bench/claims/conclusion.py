@@ -87,6 +87,7 @@ class Conclusion:
                 "quote": claim.quote,
                 "kind": claim.kind,
                 "asserted": claim.asserted,
+                "ours": claim.ours,
                 "published": [number.model_dump() for number in claim.published],
                 "experiment": list(claim.experiment),
                 "falsifier": claim.falsifier,

@@ -32,6 +32,7 @@ quote = "..."                    # its words
 says = "..."                     # what it claims, in ours
 kind = "order"                   # number | order | equal | all | timing | check
 asserted = false                 # true where the paper has no experiment for it
+ours = false                     # true where the paper says no such thing: not counted
 published = [{ label = "sequence 1, multi", value = 788, unit = "frames of 788" }]
 experiment = ["x-table-1"]       # whose results test it
 effort = "default"               # or "all": only with --all
@@ -86,6 +87,7 @@ class Claim(Entry):
     says: Text
     kind: Literal["number", "order", "equal", "all", "timing", "check"]
     asserted: bool = False
+    ours: bool = False
     published: tuple[Published, ...] = ()
     experiment: tuple[Text, ...]
     effort: Literal["default", "all"] = "default"

@@ -8,6 +8,7 @@ from bench.papers import Effort, Report
 from bench.papers.screen import claim_count, outcome
 from bench.store.files import ResultsError
 from reports.files import write_file
+from reports.ledger import claim_words
 from reports.renderers import to_markdown
 
 __all__ = ["BEGIN", "END", "write_page"]
@@ -71,7 +72,7 @@ def _results(report: Report, paper: str, effort: Effort) -> str:
     if report.main is not None:
         parts.append(to_markdown(report.main).rstrip("\n"))
     rows = [
-        f"| {claim['id']} | {_plain(claim['text'])} | {outcome(claim)} | {_readings(claim)} |"
+        f"| {claim['id']} | {_plain(claim_words(claim))} | {outcome(claim)} | {_readings(claim)} |"
         for claim in report.claims
     ]
     heads = ["| claim | what it says | verdict | holds in readings |", "|---|---|---|---|"]

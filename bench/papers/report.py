@@ -19,6 +19,7 @@ from bench.papers.figures import Drawn, draw_figure, write_pictures
 from bench.papers.recorded import RECORDED, read_published
 from bench.papers.runs import tidy_runs
 from bench.papers.scenes import measured_on_scenes
+from bench.papers.screen import claim_count
 from bench.papers.selection import affordable, experiments_of, with_recorded
 from bench.papers.tables import beside_ours, make_table, text_table
 from bench.papers.timing import failed_passes, undisturbed_lacking
@@ -156,9 +157,10 @@ class Paper:
 
     def _tables(self, context: Context) -> list[Table]:
         name, conclusions = self.description.name, context.conclusions
+        claims = [one.for_json() for one in conclusions]
         kept = bool(context.scores["kept_scene"].all())
         tables = [
-            ledger_table([one.for_json() for one in conclusions], gated=not kept),
+            ledger_table(claims, claim_count(claims), gated=not kept),
             verdicts_table(conclusions, context.readings, self.description.verdicts),
         ]
         for key, entry in self.description.table.items():

@@ -31,11 +31,15 @@ def screen(report: Report, paper: str, effort: Effort, folder: Path) -> str:
 
 
 def claim_count(claims: list[dict[str, Any]]) -> str:
-    """How many claims there are, by verdict: `30 claims: 7 holds, …`, most frequent first."""
-    counts = Counter(map(outcome, claims))
-    return f"{len(claims)} claims: " + ", ".join(
-        f"{count} {verdict}" for verdict, count in counts.most_common()
-    )
+    """How many claims of the paper there are, by verdict: `30 claims: 7 holds, …`.
+
+    The most frequent verdict comes first; claims of ours are only said to be there.
+    """
+    theirs = [claim for claim in claims if not claim["evidence"]["ours"]]
+    counts = Counter(map(outcome, theirs))
+    told = ", ".join(f"{count} {verdict}" for verdict, count in counts.most_common())
+    beside = len(claims) - len(theirs)
+    return f"{len(theirs)} claims: {told}" + (f"; {beside} of ours beside them" if beside else "")
 
 
 def outcome(claim: Mapping[str, Any]) -> str:
@@ -48,7 +52,8 @@ def _line(claim: Mapping[str, Any]) -> str:
     fragile = ", fragile" if claim["evidence"]["fragile"] else ""
     readings, said = claim["readings"].partition(";")[0], outcome(claim)
     holds = f"{readings} readings{fragile}" if readings and said == claim["verdict"] else ""
-    return _row(claim["id"], words, said, holds)
+    ours = "ours" if claim["evidence"]["ours"] else ""
+    return _row(claim["id"], words, said, ", ".join(filter(None, [holds, ours])))
 
 
 def _row(name: str, words: str, verdict: str, holds: str) -> str:

@@ -23,7 +23,7 @@ def claim(
         "text": text,
         "verdict": verdict,
         "readings": readings,
-        "evidence": {"fragile": False, "reason": "", **evidence},
+        "evidence": {"fragile": False, "asserted": False, "ours": False, "reason": "", **evidence},
     }
 
 
@@ -63,6 +63,15 @@ def test_the_screen_has_the_main_table_a_line_a_claim_and_where_the_rest_is(repo
     assert any("results/nguyen2002/report.md" in line for line in lines)
     assert lines[-1].endswith("trackmark reproduce nguyen2002 --all")
     assert "a remark" not in lines
+
+
+def test_a_claim_that_is_ours_is_shown_and_not_counted(report, tmp_path):
+    report.claims[0]["evidence"]["ours"] = True
+    printed = screen(report, "nguyen2002", Effort(), Path("r"))
+    assert "4 claims: 1 does-not-hold, 1 not-testable, 1 holds, 1 not run; 1 of ours" in printed
+    assert re.search(r"NG-1 .* holds +7 of 9 readings, ours\n", printed)
+    write_page(tmp_path / "page.md", report, "nguyen2002", Effort())
+    assert "The target is tracked. (ours, not the paper's) |" in (tmp_path / "page.md").read_text()
 
 
 def test_a_quick_look_is_marked_and_says_what_gives_evidence(report):
