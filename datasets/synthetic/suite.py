@@ -153,8 +153,22 @@ class Suite:
         tree = self.tree(entry.name)
         seal = seal_of(entry.name, self.golden)
         version = [tree] if seal is None else seal.named(tree)
-        identity = [entry.name, knobs.model_dump(), *version]
+        identity = [entry.name, _identity(knobs), *version]
         return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def _identity(knobs: Knobs) -> dict[str, Any]:
+    """All that is set, by name, but for knobs that are marked `later` and at their default.
+
+    They were added after results had been stored, and give by default what there was before.
+    """
+    later = {
+        name: field.default
+        for name, field in type(knobs).model_fields.items()
+        if isinstance(field.json_schema_extra, dict) and field.json_schema_extra.get("later")
+    }
+    values = knobs.model_dump()
+    return {name: value for name, value in values.items() if later.get(name, ...) != value}
 
 
 @cache

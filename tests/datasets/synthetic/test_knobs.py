@@ -3,9 +3,12 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import Field
 
 from datasets import SequenceError
+from datasets.synthetic.knobs import Knobs, Seed, seed
 from datasets.synthetic.plain.knobs import TargetKnobs
+from datasets.synthetic.suite import Entry, Suite
 from datasets.text_form import parse_text
 
 
@@ -49,3 +52,27 @@ def test_a_value_out_of_bounds_is_refused_by_name(target, knob, value):
 def test_an_absence_longer_than_a_third_says_what_fits(target):
     with pytest.raises(SequenceError, match=r"absence=31 is more than a third of length=90; .* 30"):
         target(absence=31, length=90)
+
+
+class Before(Knobs):
+    scene: Seed = seed("all")
+
+
+class Marked(Before):
+    pace: int = Field(3, json_schema_extra={"later": True})
+
+
+class Unmarked(Before):
+    pace: int = Field(3)
+
+
+def test_a_knob_marked_later_counts_in_the_identity_only_off_its_default(tmp_path):
+    def known(kind, **options):
+        module = "datasets.synthetic.plain.scene"
+        entry = Entry("plain/target", kind, module, 90, (320, 240))
+        suite = Suite(tmp_path, [entry])
+        return suite._fingerprint(entry, kind(**options))
+
+    assert known(Marked, scene=2) == known(Before, scene=2)
+    assert known(Marked, scene=2, pace=4) != known(Before, scene=2)
+    assert known(Unmarked, scene=2) != known(Before, scene=2)
