@@ -6,9 +6,10 @@ from pydantic import Field
 
 from datasets.synthetic.knobs import Knobs, Seed, seed
 
-__all__ = ["BookKnobs", "Clutter", "EllipseKnobs", "LeafKnobs", "OctopusKnobs"]
+__all__ = ["BookKnobs", "Clutter", "EllipseKnobs", "LeafKnobs", "OctopusKnobs", "Steps"]
 
 Clutter = Literal["dense", "moderate"]
+Steps = Literal["persistent", "independent"]
 
 
 class EllipseKnobs(Knobs):
@@ -26,6 +27,13 @@ class EllipseKnobs(Knobs):
         description="dense: 140 shapes behind, and patches of the ellipse's colour that it meets "
         "while it has it; moderate: 90 shapes, and every 18 frames two patches at 18 to 45 pixels "
         "from its centre; what is found in it is post hoc",
+    )
+    steps: Steps = Field(
+        "persistent",
+        description="persistent: what changes its shape goes on for frames on end, and it meets "
+        "its colour every 12 to 22 frames; independent: every frame's step of its shape is a new "
+        "one, and it meets its colour three times",
+        json_schema_extra={"later": True},
     )
 
 

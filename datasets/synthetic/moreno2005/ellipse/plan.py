@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.interface import Mask
+from datasets.synthetic.moreno2005.knobs import Steps
 from datasets.synthetic.render.path import quantised
 from datasets.synthetic.scene import part_generator
 
@@ -19,6 +20,9 @@ SIZE = 320, 240
 BORDER = 38.0  # how near its centre comes to the picture's border [pixels]
 HALF_AXES = 11.0, 34.0  # least and greatest [pixels]
 KEPT = 0.85  # part of a rate of change that is kept from frame to frame; the rest is new
+# Standard deviation of independent steps: of either half axis's logarithm, of the angle [radians].
+# Deviations that trackers have learnt before, elsewhere, are .03 for stretches, .05 for shears.
+NEW = 0.03
 STEP = 0.05  # about how far its colour goes in a frame, in RGB of [0, 1]
 # How much the way of its colour turns in a frame: what is added to a direction of length 1.
 TURN = 0.45
@@ -78,17 +82,21 @@ class Plan:
         return float(1 / np.linalg.norm(self.inwards(frame, self.centre[frame] + towards)))
 
 
-def drawn_plan(seed: int) -> Plan:
-    """A plan, drawn at random; way, shape and colour apart."""
+def drawn_plan(seed: int, steps: Steps = "persistent") -> Plan:
+    """A plan, drawn at random; way, shape and colour apart: `steps` change the shape alone."""
     way, shape, colour = (
         part_generator(seed, f"moreno2005/ellipse {part}") for part in ("way", "shape", "colour")
     )
     far = np.array(SIZE) - BORDER
     centre = _walk(way, np.full(2, BORDER), far, spread=2.0, fastest=9.0)
     least, greatest = (np.full(2, np.log(half)) for half in HALF_AXES)
-    half_axes = np.exp(_walk(shape, least, greatest, spread=0.025, fastest=0.1))
     turn = np.array([4 * np.pi])
-    angle = _walk(shape, -turn, turn, spread=0.04, fastest=0.2)[:, 0]
+    if steps == "independent":
+        half_axes = np.exp(_random_walk(shape, least, greatest))
+        angle = _random_walk(shape, -turn, turn)[:, 0]
+    else:
+        half_axes = np.exp(_walk(shape, least, greatest, spread=0.025, fastest=0.1))
+        angle = _walk(shape, -turn, turn, spread=0.04, fastest=0.2)[:, 0]
     return Plan(quantised(centre), quantised(half_axes), angle, _colour_path(colour))
 
 
@@ -116,6 +124,14 @@ def _walk(
         rate *= min(1.0, fastest / float(np.linalg.norm(rate)))
         place, rate = _reflected(place + rate, rate, low, high)
     return places
+
+
+def _random_walk(random: np.random.Generator, low: Array, high: Array) -> Array:
+    """Random walk of independent steps, reflected at its bounds (k,); shape (FRAMES, k)."""
+    places = [random.uniform(low, high)]
+    for step in random.normal(0, NEW, (FRAMES - 1, *low.shape)):
+        places.append(_reflected(places[-1] + step, step, low, high)[0])
+    return np.array(places)
 
 
 def _colour_path(random: np.random.Generator) -> Array:

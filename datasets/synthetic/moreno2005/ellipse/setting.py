@@ -1,7 +1,8 @@
 """What is behind the ellipse: a smooth texture, shapes of all colours over it, the patches."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from datasets.interface import Image
 from datasets.synthetic.moreno2005.ellipse.plan import COLOURS, FRAMES, SIZE, Plan
-from datasets.synthetic.moreno2005.knobs import Clutter
+from datasets.synthetic.moreno2005.knobs import Clutter, Steps
 from datasets.synthetic.render.texture import fractal, ramp
 from datasets.synthetic.scene import part_generator
 
@@ -27,6 +28,7 @@ APART = 18.0, 45.0
 # Frame from which on patches are met in dense clutter: the ellipse was seen without them.
 FIRST = 10
 GAP = 12, 22  # frames from one meeting to the next
+MEETINGS = 3  # where steps are independent: one in each third of the frames from then on
 PATCH_RADIUS = 10.0, 18.0  # of patches [pixels]
 # How far a patch's middle is beyond the ellipse's outline when they meet, in its own radii.
 SHOWN = 0.2, 0.7
@@ -97,11 +99,11 @@ class Patch:
     colour: Array  # (3,): RGB in [0, 1]
 
 
-def drawn_patches(seed: int, plan: Plan, clutter: Clutter) -> list[Patch]:
+def drawn_patches(seed: int, plan: Plan, clutter: Clutter, steps: Steps) -> list[Patch]:
     """Patches in pairs, of the colour that the ellipse has at one time, near where it then is."""
     random = part_generator(seed, "moreno2005/ellipse patches")
     if clutter == "dense":
-        return _met(random, plan)
+        return _met(random, plan, steps)
     patches = []
     for frame in range(0, FRAMES, EVERY):
         for _ in range(2):
@@ -112,18 +114,29 @@ def drawn_patches(seed: int, plan: Plan, clutter: Clutter) -> list[Patch]:
     return patches
 
 
-def _met(random: np.random.Generator, plan: Plan) -> list[Patch]:
-    """One patch of each pair touches the ellipse while it has that colour, one is beside."""
-    patches = []
+def _meetings(random: np.random.Generator, steps: Steps) -> Iterator[int]:
+    """Frames in which the ellipse meets its colour."""
+    if steps == "independent":
+        bounds = np.linspace(FIRST, FRAMES, MEETINGS + 1).astype(int)
+        for first, end in pairwise(bounds.tolist()):
+            yield int(random.integers(first, end))
+        return
     frame = FIRST + int(random.integers(GAP[0]))
     while frame < FRAMES:
+        yield frame
+        frame += int(random.integers(*GAP))
+
+
+def _met(random: np.random.Generator, plan: Plan, steps: Steps) -> list[Patch]:
+    """One patch of each pair touches the ellipse while it has that colour, one is beside."""
+    patches = []
+    for frame in _meetings(random, steps):
         for met in (False, True):
             radius, direction = random.uniform(*PATCH_RADIUS), random.uniform(0, 2 * np.pi)
             beyond = radius * random.uniform(*SHOWN) if met else radius + random.uniform(*ASIDE)
             towards = np.array([np.cos(direction), np.sin(direction)])
             middle = plan.centre[frame] + (plan.reach(frame, direction) + beyond) * towards
             patches.append(Patch(drawn_shape(random, middle, radius), plan.colour[frame]))
-        frame += int(random.integers(*GAP))
     return patches
 
 

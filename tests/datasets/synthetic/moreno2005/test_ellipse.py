@@ -42,6 +42,33 @@ def test_place_and_shape_change_at_random_but_smoothly_and_stay_in_view(seed):
     assert np.linalg.norm(np.ptp(plan.colour, axis=0)) > 0.25
 
 
+def test_independent_steps_of_the_shape_are_small_and_say_nothing_of_the_next():
+    steps = []
+    for seed in range(20):
+        plan, other = drawn_plan(seed, "independent"), drawn_plan(seed)
+        assert (plan.centre == other.centre).all()
+        assert (plan.colour == other.colour).all()
+        assert HALF_AXES[0] - 0.1 < plan.half_axes.min() < plan.half_axes.max() < HALF_AXES[1] + 0.1
+        shape = np.column_stack([np.log(plan.half_axes), plan.angle])
+        steps.append(np.diff(shape, axis=0))
+    new = np.stack(steps)
+    assert np.abs(new.std(axis=(0, 1)) - 0.03).max() < 0.002
+    assert abs((new[:, 1:] * new[:, :-1]).mean() / new.var()) < 0.06
+    persistent = np.diff(np.log(other.half_axes), axis=0)
+    assert (persistent[1:] * persistent[:-1]).mean() / persistent.var() > 0.5
+
+
+@pytest.mark.parametrize("seed", [0, 5])
+def test_with_independent_steps_it_meets_its_colour_three_times(seed):
+    one = opened(seed, steps="independent")
+    similar = one.truth().attributes["similar patch"]
+    assert len(one.patches) == 6
+    for first in (10, 40, 70):
+        assert similar[first : first + 30].any()
+    assert similar.mean() < 0.35
+    assert not similar[:5].any()
+
+
 def test_the_colour_goes_a_twentieth_a_frame_along_a_way_that_bends():
     lengths, straight, missed = [], [], []
     for seed in range(20):
