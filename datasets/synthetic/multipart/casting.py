@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from datasets.synthetic.multipart import routes
-from datasets.synthetic.multipart.designs import DESIGNS, TWIN_FRAMES
+from datasets.synthetic.multipart.designs import DESIGNS, PILLARS, TWIN_FRAMES
 from datasets.synthetic.multipart.look import Look
 from datasets.synthetic.multipart.plan import Person, Plan, Post, body_boxes
 from datasets.synthetic.render.colours import BGR, varied
@@ -34,9 +34,9 @@ CLEAR = 0.6
 
 
 @lru_cache(maxsize=4)
-def multipart_plan(number: str, seed: int) -> Plan:
-    """People and camera of one of the eight sequences, in a scene."""
-    design = DESIGNS[number]
+def multipart_plan(number: str, seed: int, pillar: bool = False) -> Plan:
+    """People and camera of one of the eight sequences, in a scene; with a pillar for a post."""
+    design = (PILLARS if pillar else DESIGNS)[number]
 
     def generator(part: str) -> np.random.Generator:
         return part_generator(seed, f"multipart/{number} {part}")
@@ -54,7 +54,7 @@ def multipart_plan(number: str, seed: int) -> Plan:
         random = generator(f"post {i}")
         others.append(routes.pillar(random, views, target, others))
         posts.append(
-            Post(float(others[-1].x[0]), float(others[-1].z[0]), random.uniform(0.35, 0.5))
+            Post(float(others[-1].x[0]), float(others[-1].z[0]), random.uniform(*design.thickness))
         )
     for i in range(design.before):
         random = generator(f"way before {i}")

@@ -4,17 +4,31 @@ Section 3 says: 640x480, outdoors, 788 to 229 frames (Table 1). "In Sequence 1-4
 person is captured by a moving camera", with "target appearance changes and background changes
 rapidly". "In Sequence 5-8 walking persons are captured by a fixed camera", with "background
 clutters and target's occlusion". In 1, 2, 5 and 6 shirt and trousers differ in colour; in 3,
-4, 7 and 8 the target is plain. All the rest is ours: drawn at random within the bounds below.
+4, 7 and 8 the target is plain. "Our proposed tracker could track an object in cases of clutters
+or occlusion": by Table 1 sequence 5 was tracked to its end, and 7 for nine tenths, so occlusions
+are partial. All the rest is ours: drawn at random within the bounds below.
+
+In 5 and 7 the target passes behind a post that is narrower than he. In their first version that was
+a pillar which left less than 0.3 of him visible for 7 to 12 frames at each of two or three passes;
+it ended most runs, which is why it was replaced. It is kept as `stress/pillar`, all else equal.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from datasets.synthetic.knobs import Knobs, Seed, seed
 
-__all__ = ["DESIGNS", "TWIN_FRAMES", "Design", "TwinKnobs", "WalkingKnobs"]
+__all__ = [
+    "DESIGNS",
+    "PILLARS",
+    "TWIN_FRAMES",
+    "Design",
+    "PillarKnobs",
+    "TwinKnobs",
+    "WalkingKnobs",
+]
 
 TWIN_FRAMES = 150
 """Length of `stress/twin`."""
@@ -37,7 +51,8 @@ class Design:
     bag: bool = False
     behind: int = 0  # other people who pass, farther from the camera than the target
     before: int = 0  # other people who pass between the camera and the target, each hiding him once
-    posts: int = 0  # pillars that the target passes behind
+    posts: int = 0  # that the target passes behind
+    thickness: tuple[float, float] = (0.10, 0.14)  # of a post, as a lamp post's [metres]
 
 
 DESIGNS = {
@@ -52,6 +67,9 @@ DESIGNS = {
 }
 """By the number that the paper gives."""
 
+PILLARS = {number: replace(DESIGNS[number], thickness=(0.35, 0.5)) for number in ("5", "7")}
+"""The same with a pillar in place of the post, by that number."""
+
 
 class WalkingKnobs(Knobs):
     """What can be asked of every walking scene."""
@@ -60,6 +78,12 @@ class WalkingKnobs(Knobs):
     light: Literal["even", "dappled"] = Field(
         "even", description="even: an overcast sky; dappled: sun with the shade of trees"
     )
+
+
+class PillarKnobs(WalkingKnobs):
+    """What can be asked of `stress/pillar`."""
+
+    number: Literal["5", "7"] = Field("5", description="sequence of `multipart` that it is of")
 
 
 class TwinKnobs(WalkingKnobs):

@@ -37,6 +37,8 @@ FIRST_VERSIONS = {
     "plain/target": "f7539512f62da8dd",
     "plain/target:light=0.5": "dee7681874ecf9db",
     "plain/target:occlusion=0.4": "4b7b297cb698fb47",
+    "stress/pillar": "e7558cd662b507ef",
+    "stress/pillar:light=dappled:number=7:scene=2": "dcef05d6a658315f",
     "stress/twin": "595d46de91ea8f26",
     "stress/twin:light=dappled": "f2a813adc2f79c09",
     "stress/twin:twin=other": "183e136847985263",

@@ -76,15 +76,22 @@ def test_sizes_change_by_half_or_more(number):
     assert np.ptp(np.log(sequence.boxes[:, 3])) > np.log(1.45)
 
 
-@pytest.mark.parametrize("name", ["multipart/5", "multipart/7:scene=1"])
-def test_a_pillar_hides_the_target_that_passes_behind_it(name):
+@pytest.mark.parametrize(
+    ("name", "least", "most"),
+    [("multipart/5", 0.4, 0.7), ("multipart/7:scene=1", 0.4, 0.7)]
+    + [("stress/pillar", 0.0, 0.25), ("stress/pillar:number=7:scene=1", 0.0, 0.25)],
+)
+def test_a_post_hides_a_part_of_the_target_that_passes_behind_it_and_a_pillar_nearly_all(
+    name, least, most
+):
     sequence = datasets.load(name)
     plan = sequence.frames.plan
     (post,) = plan.posts
     column = plan.views.still.column(post.x, post.z)
     behind = np.abs(plan.places[0, :, 0] - column) < 3
     assert behind.any()
-    assert (sequence.visibility[behind] < 0.25).all()
+    assert (sequence.visibility[behind] >= least).all()
+    assert (sequence.visibility[behind] < most).all()
     assert sequence.visibility[behind].size < 30
 
 
@@ -135,7 +142,8 @@ def test_every_fixed_scene_has_short_occlusions_and_a_clear_start(seed, number):
     assert boxes.shape == (len(plan), 4)
     assert (seen[:10] > 0.85).all()
     assert seen.min() < 0.7
-    assert (seen < 0.1).sum() < 40
+    hidden = np.diff(np.flatnonzero(np.diff(seen < 0.3, prepend=False, append=False)))[::2]
+    assert (hidden < 8).all()  # a person passes, which takes no longer
     assert (seen < 0.9).mean() < 0.4
 
 
