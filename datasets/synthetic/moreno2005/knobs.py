@@ -41,6 +41,13 @@ class OctopusKnobs(Knobs):
     """What can be asked of `moreno2005/octopus`."""
 
     scene: Seed = seed("all that is drawn at random: animal, way, floor, light, noise")
+    camouflage: float = Field(
+        0.9,
+        ge=0,
+        le=1,
+        description="how much of a floor's look the skin takes on, of 1; the rest stays its own",
+        json_schema_extra={"later": True},
+    )
 
 
 class BookKnobs(Knobs):

@@ -8,12 +8,11 @@ from numpy.typing import NDArray
 
 from datasets.synthetic.render.texture import fractal, grass, lerp, pebbles, ramp, relief
 
-__all__ = ["FLOOR_KINDS", "IMITATION", "SIDE", "SKINS", "Kind", "imitated", "painted"]
+__all__ = ["FLOOR_KINDS", "SIDE", "SKINS", "Kind", "imitated", "painted"]
 
 Array = NDArray[np.float64]
 
 SIDE = 512  # of textures [pixels]
-IMITATION = 0.9  # how much of a floor's look an octopus takes on
 
 
 @dataclass(frozen=True)
@@ -31,9 +30,9 @@ def painted(random: np.random.Generator, kind: Kind, colour: Array) -> Array:
     return np.asarray(np.clip(texture * (colour[::-1] / texture.mean(axis=(0, 1))), 0, 1.2))
 
 
-def imitated(texture: Array, own: Array) -> Array:
-    """What a skin makes of a floor's texture: it keeps something of its own."""
-    return np.asarray(IMITATION * texture + (1 - IMITATION) * own)
+def imitated(texture: Array, own: Array, share: float) -> Array:
+    """What a skin makes of a floor's texture: all but a `share` stays its own."""
+    return np.asarray(share * texture + (1 - share) * own)
 
 
 def _sand(random: np.random.Generator) -> Array:
