@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from reports.figures import add_legend, fold, named_line, new_figure
 from reports.palette import colour
 from reports.series import draw_median
+from reports.tables import timed_by
 
 __all__ = [
     "TRACE_WORDS",
@@ -143,13 +144,14 @@ def speed_plot(runs: pd.DataFrame, title: str, trackers: Sequence[str]) -> Figur
     Parameters
     ----------
     runs : DataFrame
-        Timing runs with `tracker`, `cpu_seconds_median` and `cpu_seconds_p95`; disturbed
-        and failed passes have NaN there, and their trackers get a word instead of a dot: a
+        Timing runs with `tracker` and the columns that `reports.tables.timed_by` names, which are
+        NaN in disturbed and failed passes: the trackers of these get a word instead of a dot, as a
         mean over the rest would be another one.
     trackers : sequence of str
         All trackers of the report, in order; those that were not timed get no row.
     """
-    columns = ["cpu_seconds_median", "cpu_seconds_p95"]
+    clock = timed_by(runs)
+    columns = [f"{clock}_median", f"{clock}_p95"]
     means = {
         str(tracker): times[columns].mean(skipna=False).to_numpy() * 1e3
         for tracker, times in runs.groupby("tracker")
@@ -170,7 +172,8 @@ def speed_plot(runs: pd.DataFrame, title: str, trackers: Sequence[str]) -> Figur
     axes.xaxis.set_major_formatter("{x:g}")
     axes.margins(x=0.12)
     axes.grid(visible=False, axis="y")
-    axes.set_xlabel("CPU time a frame [ms]: median, bar to the 95th percentile")
+    how = "warm" if clock == "warm_seconds" else "as decoded"
+    axes.set_xlabel(f"CPU time a frame, {how} [ms]: median, bar to the 95th percentile")
     return figure
 
 

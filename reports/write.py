@@ -11,7 +11,7 @@ import pandas as pd
 from reports.files import write_file
 from reports.printable import one_line
 from reports.renderers import FORMATS, in_markdown, to_markdown
-from reports.tables import Table
+from reports.tables import Table, timed_by
 
 __all__ = ["file_names", "report_page", "write_plots", "write_tables"]
 
@@ -59,7 +59,7 @@ def write_plots(
         figures["precision"] = precision_plot(frames, title, trackers, incomplete)
         for sequence, name in file_names(frames["sequence"].unique()).items():
             figures[f"frames-{name}"] = frame_plot(frames, sequence, trackers, incomplete)
-    if "cpu_seconds_median" in timing and timing["cpu_seconds_median"].notna().any():
+    if timed_by(timing):
         # Those that were timed alone come last: the others keep their colours.
         everybody = list(dict.fromkeys([*trackers, *timing["tracker"]]))
         figures["speed"] = speed_plot(timing, title, everybody)

@@ -24,7 +24,7 @@ from bench.statistics.paired import (
     scores_interval,
 )
 from bench.store.files import ResultsError
-from reports.tables import Measure
+from reports.tables import Measure, timed_by
 
 __all__ = [
     "LEAST_FOR_RANKS",
@@ -198,6 +198,7 @@ def _standings(
     from scipy.stats import rankdata  # half a second that `check` has no need of
 
     means = {name: np.array([run.mean() for run in found]) for name, found in values.items()}
+    clock = timed_by(runs[(runs["protocol"] == "timing") & runs["tracker"].isin(list(values))])
     sign = sign_of(measure)
     best = max(means, key=lambda name: sign * float(means[name].mean()))
     behind = {
@@ -209,7 +210,7 @@ def _standings(
     repeated = any(len(run) > 1 for found in values.values() for run in found)
     standings = []
     for name, rank in zip(means, ranks.tolist(), strict=True):
-        milliseconds, timed = _times(runs[runs["tracker"] == name])
+        milliseconds, timed = _times(runs[runs["tracker"] == name], clock)
         lost = np.concatenate([failed for _, failed in losses[name]])
         if question == "new sequences":
             interval: Interval | None = scores_interval(means[name])
@@ -292,12 +293,12 @@ def _losses(runs: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.bool_]]
     return np.minimum(first, frames)[known], (first < frames)[known]
 
 
-def _times(runs: pd.DataFrame) -> tuple[float, bool]:
-    """Milliseconds a frame, and whether timing runs say so."""
-    if "cpu_seconds_median" in runs:
-        timed = runs[(runs["protocol"] == "timing") & runs["cpu_seconds_median"].notna()]
+def _times(runs: pd.DataFrame, clock: str) -> tuple[float, bool]:
+    """Milliseconds a frame, and whether timing runs say so, by these columns."""
+    if clock:
+        timed = runs[(runs["protocol"] == "timing") & runs[f"{clock}_median"].notna()]
         if len(timed):
-            by_sequence = timed.groupby("sequence", observed=True)["cpu_seconds_median"].mean()
+            by_sequence = timed.groupby("sequence", observed=True)[f"{clock}_median"].mean()
             return 1e3 * float(by_sequence.mean()), True
     scored = runs[(runs["protocol"] == "accuracy") & runs["seconds"].notna()]
     return 1e3 * float(own_times(scored).mean()) if len(scored) else nan, False

@@ -17,7 +17,8 @@ Trace: TypeAlias = Literal["online", "revised"]
 
 RESERVED_COLUMNS = frozenset(
     ["frame", "x", "y", "width", "height", "visible", "confidence"]
-    + ["wall_seconds", "cpu_seconds", "region_similarity", "contour_accuracy"]
+    + ["wall_seconds", "cpu_seconds", "warm_wall_seconds", "warm_cpu_seconds"]
+    + ["region_similarity", "contour_accuracy"]
 )
 """Columns of our own, of which some runs lack some; a tracker's details have other names."""
 

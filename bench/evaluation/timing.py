@@ -1,7 +1,14 @@
-"""Timing runs: one tracker at a time, one thread, warmed up, frames decoded outside."""
+"""Timing runs: one tracker at a time, one thread, warmed up, frames decoded outside.
+
+Each is timed twice: *as decoded*, when an image was made just before the update and has taken the
+caches, which is what a user waits for; and *warm*, on the same images in memory, which is what the
+tracker itself costs and what trackers are compared by. Around and between stands a reference.
+"""
 
 import gc
+from dataclasses import replace
 from math import inf, nan
+from statistics import median
 from time import perf_counter, thread_time
 from typing import Any
 
@@ -13,15 +20,44 @@ from bench.evaluation.loop import walk
 from bench.evaluation.observer import UNOBSERVED, Observer
 from bench.evaluation.record import Run
 from bench.evaluation.recorder import Recorder
+from bench.evaluation.turns import Reference
 from bench.experiments.contestant import Contestant
 from bench.metrics.times import Times
 from datasets import Sequence
+from datasets.interface import Frames, Image
 from trackers import Box, Estimate, Mask
 from trackers.base.sharing import SharedFrame
 
-__all__ = ["time_run"]
+__all__ = ["Remembered", "time_run"]
 
 WARM_UP_FRAMES = 10
+REFERENCE_CALLS = 15
+MOST_BYTES = 1 << 29
+"""Of images that are held in memory: a longer sequence is timed warm as far as they reach."""
+
+
+class Remembered:
+    """Frames that are decoded or rendered once, and kept as far as `most` bytes reach."""
+
+    def __init__(self, frames: Frames, most: float = inf) -> None:
+        self.frames = frames
+        self._seen: dict[int, Image] = {}
+        self._left = most
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    def __contains__(self, frame: int) -> bool:
+        return frame in self._seen
+
+    def __getitem__(self, frame: int) -> Image:
+        if frame in self._seen:
+            return self._seen[frame]
+        image = self.frames[frame]
+        self._left -= image.nbytes
+        if self._left >= 0:
+            self._seen[frame] = image
+        return image
 
 
 def time_run(
@@ -36,29 +72,56 @@ def time_run(
     """Time one tracker on one sequence.
 
     A tracker of the same kind first runs through some frames and is thrown away, so that
-    neither compilation nor cold caches are measured. OpenCV's own threads are switched off
-    for the pass, and so is Python's garbage collector. Parameters are those of
-    `bench.evaluation.loop.run_in_lock_step`.
+    compilation is not measured. OpenCV's own threads are switched off for the passes, and so is
+    Python's garbage collector. Parameters are those of `bench.evaluation.loop.run_in_lock_step`.
 
-    Gives a run with `times`; `bench.metrics.times.is_disturbed` tells whether they are a speed.
+    Gives the run of the first pass, as decoded, with `times` of both;
+    `bench.metrics.times.is_disturbed` tells whether they are a speed. Circumstances have
+    `reference_seconds`, CPU times of a fixed piece of work before, between and after the passes:
+    where they differ, or differ from those of other runs, the machine was not the same.
 
     Raises `SequenceError` as `bench.evaluation.loop.run_in_lock_step`.
     """
     sequence.check_runnable()
     first, n = sequence.first_frame, len(sequence)
-    threads = cv2.getNumThreads()
+    threads, frames = cv2.getNumThreads(), sequence.frames
     cv2.setNumThreads(1)
+    kept = Remembered(frames, MOST_BYTES)
     try:
         warming = _Timer(chosen, repetition, sequence)
         walk([warming], sequence, min(n, first + WARM_UP_FRAMES), observer, to_the_end=False)
+        sequence.frames = kept
         gc.collect()
         gc.disable()
-        timer = _Timer(chosen, repetition, sequence, run_seconds=run_seconds, rows=rows)
+        machine = [_reference_seconds()]
+        timer, warm = (
+            _Timer(chosen, repetition, sequence, run_seconds=run_seconds, rows=own)
+            for own in (rows, None)
+        )
         walk([timer], sequence, n, observer, to_the_end=False)
+        machine.append(_reference_seconds())
+        if not timer.failure:
+            stop = next((frame for frame in range(first, n) if frame not in kept), n)
+            walk([warm], sequence, max(stop, first + 1), observer, to_the_end=False)
+            machine.append(_reference_seconds())
     finally:
         gc.enable()
         cv2.setNumThreads(threads)
-    return timer.result(timer.times())
+        sequence.frames = frames
+    timer.failure = timer.failure or warm.failure
+    run = timer.result(timer.times(warm))
+    return replace(run, circumstances={**run.circumstances, "reference_seconds": machine})
+
+
+def _reference_seconds() -> float:
+    """CPU time of the reference, a median."""
+    reference, seconds = Reference(), []
+    reference.init()
+    for _ in range(REFERENCE_CALLS):
+        began = thread_time()
+        reference.update()
+        seconds.append(thread_time() - began)
+    return median(seconds)
 
 
 class _Timer(Recorder):
@@ -80,9 +143,9 @@ class _Timer(Recorder):
         self._cpu = np.full(len(sequence), nan)
         self._initialisation = (nan, nan)
 
-    def times(self) -> Times:
-        """What the clocks said."""
-        return Times(self._wall, self._cpu, *self._initialisation)
+    def times(self, warm: "_Timer") -> Times:
+        """What the clocks said, and those of the warm pass."""
+        return Times(self._wall, self._cpu, *self._initialisation, warm._wall, warm._cpu)
 
     def _initialise(self, shown: SharedFrame, box: Box, mask: Mask | None) -> None:
         tracker = self._tracker()

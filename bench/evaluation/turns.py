@@ -71,7 +71,7 @@ class Reference:
         self._image = random.integers(0, 256, (240, 320, 3), np.uint8)
         self._weights = random.random(256).astype(np.float32)
 
-    def update(self, _: object) -> float:
+    def update(self, *_: object) -> float:
         """Convert colours, count them, look weights up, smooth, and go through a list."""
         import cv2
 

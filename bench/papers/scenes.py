@@ -23,14 +23,14 @@ import datasets
 import trackers
 from bench.evaluation.loop import run_in_lock_step
 from bench.evaluation.record import Run
+from bench.evaluation.timing import Remembered
 from bench.experiments.contestant import contestant
 from bench.store.files import write_atomically
-from datasets.interface import Frames, Image
+from datasets.interface import Image
 from datasets.source_digest import source_digest
 from datasets.text_form import parse_text
 
 __all__ = [
-    "Remembered",
     "SceneCheck",
     "Tables",
     "examined",
@@ -70,22 +70,6 @@ class SceneCheck:
     measure: Callable[[datasets.Sequence, bool], Tables]
     sequences: tuple[str, ...]
     everything: bool = False
-
-
-class Remembered:
-    """Frames that are rendered once, as every check asks for the same ones."""
-
-    def __init__(self, frames: Frames) -> None:
-        self.frames = frames
-        self._seen: dict[int, Image] = {}
-
-    def __len__(self) -> int:
-        return len(self.frames)
-
-    def __getitem__(self, frame: int) -> Image:
-        if frame not in self._seen:
-            self._seen[frame] = self.frames[frame]
-        return self._seen[frame]
 
 
 def measured_on_scenes(

@@ -216,6 +216,9 @@ def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
         columns |= vars(run.segmentation)
     if run.times is not None:
         columns |= {"wall_seconds": run.times.wall, "cpu_seconds": run.times.cpu}
+        if run.times.warm_wall is not None and run.times.warm_cpu is not None:
+            columns |= {"warm_wall_seconds": run.times.warm_wall}
+            columns |= {"warm_cpu_seconds": run.times.warm_cpu}
         metadata["initialisation"] = [
             run.times.initialisation_wall,
             run.times.initialisation_cpu,
@@ -240,7 +243,9 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
     if metadata.get("segmented"):  # older files do not say
         segmentation = Segmentation(columns["region_similarity"], columns["contour_accuracy"])
     if "initialisation" in metadata:
-        times = Times(columns["wall_seconds"], columns["cpu_seconds"], *metadata["initialisation"])
+        warm = (columns.get(f"warm_{clock}_seconds") for clock in ("wall", "cpu"))  # lacking in old
+        decoded = columns["wall_seconds"], columns["cpu_seconds"]
+        times = Times(*decoded, *metadata["initialisation"], *warm)
     belonging = {
         kind: _companion(path, name) for kind, name in sorted(dict(metadata["companions"]).items())
     }

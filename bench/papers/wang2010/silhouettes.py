@@ -5,7 +5,7 @@ from functools import singledispatch
 
 import numpy as np
 
-from bench.papers.scenes import Remembered
+from bench.evaluation.timing import Remembered
 from datasets import Sequence, SequenceError
 from datasets.interface import Frames
 from datasets.synthetic.wang2010.cup.scene import CupScene

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import bench
+from bench.evaluation import timing
 from bench.evaluation.timing import WARM_UP_FRAMES, time_run
 from bench.experiments.contestant import contestant
 from bench.metrics.times import DISTURBED_RATIO, Times, is_disturbed, time_scores
@@ -74,12 +75,51 @@ def test_a_timing_run_is_warmed_up_by_another_instance_and_gives_the_same_boxes(
     sequence = make_sequence(n=30)
     Counting.made.clear()
     run = time_run(contestant(Counting), 0, sequence)
-    assert [tracker.updates for tracker in Counting.made] == [WARM_UP_FRAMES - 1, 29]
+    assert [tracker.updates for tracker in Counting.made] == [WARM_UP_FRAMES - 1, 29, 29]
     assert run.identity.protocol == "timing"
     np.testing.assert_array_equal(run.boxes, bench.evaluate(Counting, sequence).boxes)
     assert np.isnan(run.times.cpu[0])
     assert (run.times.cpu[1:] > 0).all()
     assert (run.times.wall[1:] > 0).all()
+    assert np.isnan(run.times.warm_cpu[0])
+    assert (run.times.warm_cpu[1:] > 0).all()
+    assert len(run.circumstances["reference_seconds"]) == 3
+
+
+def test_the_warm_pass_asks_for_no_image_again_and_ends_where_memory_does(
+    make_sequence, monkeypatch
+):
+    sequence = make_sequence(n=30)
+    frames, asked = sequence.frames, []
+
+    class Counted:
+        def __len__(self):
+            return len(frames)
+
+        def __getitem__(self, frame):
+            asked.append(frame)
+            return frames[frame]
+
+    sequence.frames = counted = Counted()
+    time_run(contestant("static"), 0, sequence)
+    assert asked[-30:] == [*range(30)]
+    assert asked.count(29) == 1
+    assert sequence.frames is counted
+    monkeypatch.setattr(timing, "MOST_BYTES", 12 * frames[0].nbytes)
+    times = time_run(contestant("static"), 0, sequence).times
+    assert np.isfinite(times.cpu[1:]).all()
+    assert np.isfinite(times.warm_cpu).tolist() == [0 < frame < 12 for frame in range(30)]
+
+
+def test_warm_times_have_scores_of_their_own_and_old_runs_have_none():
+    one = np.array([np.nan, 1.0, 2.0, 3.0])
+    scores = time_scores(Times(one, one, 0.5, 0.25, one / 10, one / 10))
+    assert scores["warm_seconds_median"] == pytest.approx(0.2)
+    assert scores["cpu_seconds_median"] == pytest.approx(2.0)
+    assert "warm_seconds_median" not in time_scores(Times(one, one, 0.5, 0.25))
+    disturbed = time_scores(Times(one, one, 0.5, 0.25, one / 5, one / 10))
+    assert disturbed["disturbed"] == 1.0
+    assert np.isnan(disturbed["warm_seconds_median"])
 
 
 def test_only_the_update_is_timed(make_sequence):

@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 
 import datasets
+from bench.evaluation.timing import Remembered
 from bench.papers import scenes
 from bench.papers.scenes import (
-    Remembered,
     SceneCheck,
     measured_on_scenes,
     short_runs,

@@ -96,6 +96,17 @@ def test_a_frames_time_is_of_timing_runs_where_all_have_them():
     assert [row[-1].text for row in summary.rows] == ["7.000", "3.000"]
 
 
+def test_a_frames_time_is_warm_where_all_were_timed_so():
+    scored = pd.DataFrame(frame("a", 0.5) + frame("b", 0.6))
+    warm = {"warm_seconds_median": 0.002, "cpu_seconds_median": 0.007}
+    timed = frame("a", 0.5, "timing", **warm)
+    new = pd.DataFrame(timed + frame("b", 0.6, "timing", **warm))
+    old = pd.DataFrame(timed + frame("b", 0.6, "timing", cpu_seconds_median=0.007))
+    for runs, shown in ((new, "2.000"), (old, "7.000")):
+        summary, _ = score_tables(scored, runs, "T")
+        assert [row[-1].text for row in summary.rows] == [shown, shown]
+
+
 def test_tables_of_some_runs_have_the_times_of_timing_runs_that_were_not_asked_for(
     monkeypatch, tmp_path
 ):

@@ -54,7 +54,7 @@ def full_run(sequence):
             3: {"cloud": rng.random((5, 2)), "mask": np.eye(3, dtype=bool)},
             5: {"cloud": np.ones(1)},
         },
-        times=Times(rng.random(n), rng.random(n), 0.5, 0.25),
+        times=Times(rng.random(n), rng.random(n), 0.5, 0.25, rng.random(n), rng.random(n)),
     )
 
 
@@ -66,8 +66,18 @@ def test_a_run_comes_back_as_it_was_written(results, sequence):
     np.testing.assert_array_equal(run.revised, back.revised)
     assert back.times.initialisation_wall == 0.5
     np.testing.assert_array_equal(run.times.cpu, back.times.cpu)
+    np.testing.assert_array_equal(run.times.warm_cpu, back.times.warm_cpu)
     assert back.arrays.keys() == run.arrays.keys()
     np.testing.assert_array_equal(back.arrays[3]["mask"], np.eye(3, dtype=bool))
+
+
+def test_times_of_before_warm_ones_were_kept_come_back_without(results, sequence):
+    run = full_run(sequence)
+    old = replace(run, times=replace(run.times, warm_wall=None, warm_cpu=None))
+    assert results.write(old)
+    back = results.read(results.path(run.identity)).times
+    assert back.warm_cpu is None
+    np.testing.assert_array_equal(old.times.cpu, back.cpu)
 
 
 def test_what_lay_beside_an_earlier_run_goes_when_it_is_replaced(results, sequence):

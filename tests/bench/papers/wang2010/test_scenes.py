@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import datasets
-from bench.papers.scenes import Remembered
+from bench.evaluation.timing import Remembered
 from bench.papers.wang2010.plain_maps import moving
 from bench.papers.wang2010.scenes import (
     FACTORS,
