@@ -101,11 +101,11 @@ def silhouettes(scene: Frames, frame: int) -> list[Mask]:
 @silhouettes.register
 def _(scene: TableTennisScene, frame: int) -> list[Mask]:
     """The ball, and the player's bat, hand and arm: what hides light and dark grounds alike."""
-    at_bat = scene.play.bat([frame])
+    at_bat, tip = scene.play.bat([frame]), scene.play.tip([frame])
     rest = float(scene.play.bat(0)[1])
     grounds = [np.full((*scene.size[::-1], 3), level, np.uint8) for level in (0, 255)]
     for ground in grounds:
-        scene._player.draw(ground, at_bat, rest)
+        scene._player.draw(ground, at_bat, rest, tip)
     dark, light = (ground[:, :, 0].astype(np.int64) for ground in grounds)
     return [scene.mask(frame), np.asarray(light - dark < 128)]
 

@@ -13,6 +13,14 @@ class TableTennisKnobs(Knobs):
     """What can be asked of `wang2010/table-tennis`."""
 
     scene: Seed = seed("all that is drawn at random: wall, player, light, strokes, noise")
+    version: int = Field(
+        1,
+        ge=1,
+        le=2,
+        description="1: the ball is as bright as the wall, and arm, bat and ball are flung up "
+        "together; 2: it is half as bright, and tipped up by the wrist, the arm being slow",
+        json_schema_extra={"later": True},
+    )
 
 
 class HandKnobs(Knobs):

@@ -1,8 +1,9 @@
 """What moves: the player, as far as he is seen (bat, hand, forearm in a sleeve), and the ball.
 
-He swings his forearm about the elbow and keeps the bat level. Lengths are in millimetres, of a
-usual bat and a grown-up's arm, counted from the middle of the bat's upper face. It is painted with
-the arm on the right, at several times the picture's resolution, lit by one lamp.
+He swings his forearm about the elbow and keeps the bat level, but where his wrist tips it. Lengths
+are in millimetres, of a usual bat and a grown-up's arm, counted from the middle of the bat's upper
+face. It is painted with the arm on the right, at several times the picture's resolution, lit by one
+lamp.
 """
 
 import numpy as np
@@ -27,6 +28,8 @@ def blend_swung(
     top: Integers,
     swings: Integers,
     shares: Integers,
+    tips: Integers,
+    tip_shares: Integers,
 ) -> None:
     """Lay a limb over a canvas in place, averaged over its places during the exposure.
 
@@ -34,7 +37,8 @@ def blend_swung(
     `Sprite`. `left` and `top`, shape (2**k,), are the corner of the limb within its border when it
     does not swing, `swings` how far its end is down from there, all at each instant in 1/64 pixel.
     `shares`, shape (w + 2,), are the part of the swing that each column goes along with, times 256:
-    the nearer to the joint, the less. Arithmetic is on integers.
+    the nearer to the joint, the less. `tips` and `tip_shares` are the same of a second joint, which
+    is nearer to the end. Arithmetic is on integers.
     """
     height, width = canvas.shape[:2]
     h, w = picture.shape[0] - 2, picture.shape[1] - 2
@@ -50,7 +54,8 @@ def blend_swung(
             if i < 0 or i > w:
                 continue
             share = (64 - right) * shares[i] + right * shares[i + 1]
-            down = top[k] + ((swings[k] * share + 8192) >> 14)
+            tip_share = (64 - right) * tip_shares[i] + right * tip_shares[i + 1]
+            down = top[k] + ((swings[k] * share + tips[k] * tip_share + 8192) >> 14)
             for y in range(height):
                 v = 64 * (y + 1) - down
                 j, lower = v >> 6, v & 63
@@ -208,29 +213,43 @@ class Player:
         self._bat = np.array([BAT[0] if side > 0 else SIZE[0] - BAT[0], BAT[1]])
         self._reach = side * scale
 
-    def draw(self, canvas: Picture, bat: Array, rest: float) -> None:
+    def draw(self, canvas: Picture, bat: Array, rest: float, tip: Array) -> None:
         """Draw him over a canvas, in place.
 
         `bat`, shape (2**k, 2), is where the middle of the bat's upper face is at instants of the
-        exposure, `rest` its row when the arm is as it was painted [pixels].
+        exposure, `rest` its row when the arm is as it was painted, and `tip`, shape (2**k,), how
+        far down the wrist has tipped it [pixels].
         """
-        self._blend(canvas, self._limb, self._bat, bat, rest)
+        self._blend(canvas, self._limb, self._bat, bat, rest, tip)
 
-    def draw_shadow(self, canvas: Picture, bat: Array, rest: float, away: Array) -> None:
+    def draw_shadow(
+        self, canvas: Picture, bat: Array, rest: float, tip: Array, away: Array
+    ) -> None:
         """Draw his shadow, so far from him [pixels]; else as `draw`."""
-        self._blend(canvas, self._shadow, self._bat + SOFT, bat + away, rest + away[1])
+        self._blend(canvas, self._shadow, self._bat + SOFT, bat + away, rest + away[1], tip)
 
     def _blend(
-        self, canvas: Picture, picture: Picture, origin: Array, bat: Array, rest: float
+        self,
+        canvas: Picture,
+        picture: Picture,
+        origin: Array,
+        bat: Array,
+        rest: float,
+        tip: Array,
     ) -> None:
         columns = np.arange(picture.shape[1]) - 0.5
         away = (columns - origin[0]) / self._reach
         shares = 1 - np.clip((away - WRIST) / (ELBOW - WRIST), 0, 1)
-        left, swings = ((64 * (bat - (origin[0], rest))).round().astype(np.int64)).T
+        tip_shares = np.clip(1 - away / WRIST, 0, None)
+        places = 64 * (bat - (origin[0], rest))
+        left = places[:, 0].round().astype(np.int64)
+        tips = (64 * tip).round().astype(np.int64)
+        swings = places[:, 1].round().astype(np.int64) - tips
         top = np.full(len(bat), round(64 * (rest - origin[1])))
         blend_swung(
-            canvas, picture, left.copy(), top, swings.copy(),
-            np.round(256 * shares).astype(np.int64),
+            canvas, picture, left, top,
+            swings, np.round(256 * shares).astype(np.int64),
+            tips, np.round(256 * tip_shares).astype(np.int64),
         )  # fmt: skip
 
 
@@ -300,8 +319,13 @@ BALL_FINE = 8
 """Painted pixels per pixel of the picture."""
 
 
-def ball(random: np.random.Generator, lamp: Array, diameter: float) -> Sprite:
-    """Paint a ball of orange celluloid, its diameter in pixels of the picture."""
+def ball(
+    random: np.random.Generator, lamp: Array, diameter: float, brightness: float = 1.0
+) -> Sprite:
+    """Paint a ball of orange celluloid, its diameter in pixels of the picture.
+
+    `brightness` is a gain of all its colours: hue and saturation stay.
+    """
     paint = np.array([random.uniform(36, 56), random.uniform(138, 154), 240.0])
     side = 2 * int(np.ceil(diameter * BALL_FINE / 2)) + 2
     radius = diameter * BALL_FINE / 2
@@ -314,4 +338,5 @@ def ball(random: np.random.Generator, lamp: Array, diameter: float) -> Sprite:
     shine = np.clip(right * half[0] + down * half[1] + forward * half[2], 0, 1)
     for _ in range(5):
         shine = shine * shine
-    return Sprite(paint * light[..., None] + 120 * shine[..., None], coverage)
+    colour = np.clip(paint * light[..., None] + 120 * shine[..., None], 0, 255)
+    return Sprite(brightness * colour, coverage)

@@ -16,6 +16,7 @@ from bench.papers.wang2010.scenes import (
     found_by_differences,
     found_by_threshold,
     found_by_window,
+    latest,
     on_the_target,
     surroundings,
 )
@@ -83,6 +84,7 @@ def test_what_moves_is_known_of_remembered_frames_and_not_of_any_scene(crossing,
     "name",
     [
         "wang2010/table-tennis:scene=3",
+        "wang2010/table-tennis:scene=3:version=2",
         "wang2010/hand:scene=3",
         pytest.param("wang2010/cup:scene=1", marks=pytest.mark.slow),  # mirrored
         pytest.param("wang2010/cup:scene=3", marks=pytest.mark.slow),
@@ -240,3 +242,28 @@ def test_what_moves_in_the_targets_colours_is_the_target_alone(paint):
     still = paint.sequence([images[0]] * 4, masks[:1] * 4)
     nothing = on_the_target(still, quick=False)["wa-7"].groupby("map")["inside"]
     assert nothing.get_group("moving").isna().all()
+
+
+def marked_of_the_target(name, frames, scenes):
+    """Share of the target that the motion map marks, mean over frames of so many scenes."""
+    shares = []
+    for scene in range(scenes):
+        sequence = datasets.load(f"{name}:scene={scene}")
+        for frame in frames:
+            marked = moving(averaged(latest(sequence, frame)))
+            shares.append(marked[sequence.mask(frame)].mean())
+    return np.mean(shares)
+
+
+BALL = "wang2010/table-tennis:version={}".format
+
+
+def test_the_motion_map_marks_the_struck_ball_as_in_the_papers_figure_1():
+    assert marked_of_the_target(BALL(2), [11], 2) > 0.8
+    assert marked_of_the_target(BALL(1), [11], 2) < 0.15
+
+
+@pytest.mark.slow
+def test_the_motion_map_marks_no_less_of_the_struck_ball_than_of_hand_and_cup():
+    others = [marked_of_the_target(f"wang2010/{name}", (20, 48), 6) for name in ("hand", "cup")]
+    assert marked_of_the_target(BALL(2), range(11, 16), 6) > max(others) > 0.85

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import datasets
 from datasets.synthetic.render.sprite import blend_sprite
@@ -67,10 +68,39 @@ def test_gravity_is_that_of_a_ball_of_40_millimetres_at_25_frames_a_second(play)
     assert np.ptp(across) < 0.04  # nothing pushes it aside
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(seed=SEEDS)
-def test_the_ball_is_never_in_the_bat_and_leaves_it_with_the_restitution(seed):
-    play = Play(seed, *table_tennis.SIZE)
+def test_in_the_second_version_the_ball_gets_faster_in_frame_12_and_the_arm_does_not(seed):
+    sequence = datasets.load(f"{NAME}:scene={seed}:version=2")
+    x, y, width, height = sequence.boxes.T
+    assert min(x.min(), y.min()) > 15
+    assert (x + width).max() < 127
+    assert (y + height).max() < 105
+    up = climbs(sequence)
+    assert up[STROKE - 4 : STROKE].min() > 0  # it is lifted, and then sent up
+    assert up[STROKE - 4 : STROKE].max() < 0.25
+    assert up[STROKE] == pytest.approx(1, abs=0.1)
+    assert up[STROKE + 2 :].max() < 0.8
+    play, times = Play(seed, *table_tennis.SIZE, 2), np.arange(50)
+    arm = play.bat(times)[:, 1] - play.tip(times)
+    assert np.abs(np.diff(arm)).max() < 2
+    assert play.tip(times).min() > -play.diameter / 2
+    assert (play.tip([0, 9, 19]) == 0).all()  # else the bat is level
+
+
+def test_in_the_second_version_the_ball_is_half_as_bright_in_the_same_colour():
+    colours = []
+    for version in (1, 2):
+        scene = table_tennis.scene(TableTennisKnobs(scene=4, version=version))
+        column, row = scene.play.ball(0).astype(int)  # mixed with no ground
+        colours.append(scene[0][row - 2 : row + 3, column - 2 : column + 3].mean(axis=(0, 1)))
+    assert colours[1] == pytest.approx(colours[0] / 2, abs=2)
+
+
+@settings(max_examples=8, deadline=None)
+@given(seed=SEEDS, version=st.sampled_from([1, 2]))
+def test_the_ball_is_never_in_the_bat_and_leaves_it_with_the_restitution(seed, version):
+    play = Play(seed, *table_tennis.SIZE, version)
     times = np.arange(0, 49, 1 / 64)
     ball, bat = play.ball(times), play.bat(times)
     gap = bat[:, 1] - play.diameter / 2 - ball[:, 1]
@@ -151,7 +181,8 @@ def test_the_ball_is_orange_before_grey():
 
 def swung(sprite, left, top, swings, shares):
     canvas = np.full((60, 70, 3), 90, np.uint8)
-    blend_swung(canvas, sprite, left, top, swings, np.full(sprite.shape[1], shares))
+    still = np.zeros_like(left), np.zeros(sprite.shape[1], np.int64)
+    blend_swung(canvas, sprite, left, top, swings, np.full(sprite.shape[1], shares), *still)
     return canvas
 
 
@@ -182,7 +213,7 @@ def test_the_hand_goes_with_the_bat_and_the_arm_less_towards_the_elbow(seed, sid
     tops = []
     for up in (0, 16):
         canvas = np.zeros((115, 142, 3), np.uint8)
-        one._player.draw(canvas, (at - (0, up))[None], at[1])
+        one._player.draw(canvas, (at - (0, up))[None], at[1], np.zeros(1))
         covered = canvas.any(axis=2)
         tops.append([covered[:, column].argmax() for column in (round(at[0]) + 35 * side, border)])
     assert tops[0][0] - tops[1][0] == 16
