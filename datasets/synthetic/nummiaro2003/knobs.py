@@ -44,3 +44,9 @@ class HeadKnobs(Knobs):
     light: Literal["even", "lamps"] = Field(
         "even", description="even: a bright hall; lamps: lamps above the machines, dark between"
     )
+    pace: Literal["brisk", "calm"] = Field(
+        "brisk",
+        description="brisk: he hurries from machine to machine, and his head moves by up to half "
+        "of its half width a frame; calm: by up to a quarter; the paper's claims are judged on it",
+        json_schema_extra={"later": True},
+    )

@@ -112,3 +112,37 @@ def test_fast_is_a_tenth_of_the_width_in_a_frame(sequence):
     fast = sequence.attributes["fast"][1:-1]
     clear = np.abs(speed - 0.1) > 0.03  # the box breathes as the head turns in it
     assert (fast[clear] == (speed[clear] > 0.1)).mean() > 0.97
+
+
+def steps(sequence):
+    """Motion of the box's middle in half widths a frame."""
+    centre = sequence.boxes[:, :2] + sequence.boxes[:, 2:] / 2
+    return np.hypot(*np.diff(centre, axis=0).T) / (sequence.boxes[:-1, 2] / 2)
+
+
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 8))]
+)
+def test_a_calm_head_moves_half_as_fast_as_a_brisk_one_and_shows_all_its_sides(seed):
+    brisk, calm = (datasets.load(f"{NAME}:pace={pace}:scene={seed}") for pace in ("brisk", "calm"))
+    assert steps(brisk).max() > 0.45
+    assert 0.1 < steps(calm).max() < 0.3
+    facing = calm.frames.worker.facing
+    turning = np.abs(np.diff(np.degrees(np.arccos(facing))))
+    assert turning.max() < 10
+    assert facing[0] > 0.7
+    assert facing.min() < -0.85
+    assert (np.abs(facing) < 0.3).any()
+    assert 0.04 < calm.attributes["turned_away"].mean() < 0.8
+    assert (calm.visibility > 0.25).all()
+    x, y, width, height = calm.boxes.T
+    assert min(x.min(), y.min()) > 0
+    assert (x + width).max() < 640
+    assert (y + height).max() < 480
+    assert np.ptp(x + width / 2) > 100  # he works at several machines
+
+
+def test_the_pace_is_no_part_of_the_identity_that_stored_results_have():
+    assert datasets.load(f"{NAME}:pace=brisk").fingerprint == "312a4aa022b9d7a7"
+    assert datasets.load(f"{NAME}:pace=brisk").name == NAME
+    assert datasets.load(f"{NAME}:pace=calm").fingerprint != "312a4aa022b9d7a7"
