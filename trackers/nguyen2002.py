@@ -97,6 +97,11 @@ class Nguyen2002Parameters(Parameters):
     first_spread: float = positive(
         0.25, "deviation of the first residuals, in the template's own deviations [ratio]"
     )
+    first_covariance: Literal["all", "inliers"] = Field(
+        "inliers",
+        exclude_if=lambda value: value == "inliers",  # as runs were that don't name it
+        description="pixels that R(1) is of: all, or inliers, told six times over",
+    )
     end: Literal["minimum", "first"] = choice(
         "minimum",
         "where an occlusion ends: at the candidate of least cost, or at the first one "
@@ -127,10 +132,12 @@ class Nguyen2002(SharingTracker):
 
     `as-written` is the text, where it has gaps with decisions: K = 10, L = 35 (the last number
     printed), the range and the steps of the search, the smoother's noise, and the covariance of
-    the very first match, which decides much (`first_spread`). "Exceeds" n_omax is taken literally.
-    `recommended` goes on in fractions of a pixel, keeps the scale where others fit as well (`ties`;
-    on clips made for tests the smallest of them shrank the template in time), and corrects the
-    covariances for the search's step (`misregistration`) and for the gate (`consistency`).
+    the very first match (`first_spread`). "Exceeds" n_omax is taken literally. R(1), from which
+    all noise follows (equation 15), is the covariance of all pixels: before there is an R there
+    are no outliers (`first_covariance`).
+    `recommended` trims it to inliers, goes on in fractions of a pixel, keeps the scale where others
+    fit as well (`ties`; on clips made for tests the smallest of them shrank the template in time),
+    and corrects covariances for the search's step (`misregistration`) and the gate (`consistency`).
     `robust` (RGB, γ = 0.4, `end=first`) is post hoc. Ratios are guarded against
     division by zero: a largest value of 0 counts as one grey level. Covariances are kept off
     singularity by raising their least eigenvalues; nothing is added to the others. Scales stay
@@ -161,6 +168,7 @@ class Nguyen2002(SharingTracker):
     )
     presets = {
         "as-written": {
+            "first_covariance": "all",
             "subpixel": False,
             "ties": "ascending",
             "misregistration": False,
@@ -257,6 +265,7 @@ class Nguyen2002(SharingTracker):
             floor=FLOORS[settings.features],
             factor=factor,
             first_spread=settings.first_spread,
+            trimmed=settings.first_covariance == "inliers",
             grid_step=self._finest_step if settings.misregistration else 0.0,
             average=settings.average,
             full=settings.covariance == "full",

@@ -120,9 +120,12 @@ class Appearance:
     def begin(self, features):
         """Learn R(1) from what is seen second (equation 15)."""
         settings = self._settings
-        r1 = self.r_bar
-        for _ in range(6):
-            r1 = self.residual_covariance(features, r1)
+        r = (features - self.g).reshape(-1, settings.d)
+        r1 = self._shaped(r.T @ r / len(r))
+        if settings.first_covariance == "inliers":
+            r1 = self.r_bar
+            for _ in range(6):
+                r1 = self.residual_covariance(features, r1)
         if settings.misregistration:
             down, across = np.gradient(self.g, axis=(0, 1))
             both = np.einsum("ijk,ijm->km", down, down) + np.einsum("ijk,ijm->km", across, across)

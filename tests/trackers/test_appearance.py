@@ -13,7 +13,7 @@ LIMIT = {1: 6.6349, 3: 11.3449}
 
 
 def noise(d=3, **changes):
-    usual = Noise(LIMIT[d], 1e-4, 1.0, 0.25, 0.0, 10, True, True, True, patience=10**9)
+    usual = Noise(LIMIT[d], 1e-4, 1.0, 0.25, True, 0.0, 10, True, True, True, patience=10**9)
     return usual._replace(**changes)
 
 
@@ -42,6 +42,22 @@ def test_with_the_consistency_factor_the_first_covariance_is_that_of_the_noise()
         appearance.start(seen[1])
     assert np.diag(unbiased.residual).mean() == pytest.approx(18, rel=0.01)
     assert np.diag(biased.residual).mean() < 17.3
+
+
+def test_the_first_covariance_is_that_of_all_pixels_unless_it_is_trimmed():
+    _, seen = views(2, sd=1.0)
+    seen[1][:6] += 40  # a fifth, which any covariance of the others calls outliers
+    residuals = (seen[1] - seen[0]).reshape(-1, 3)
+    for factor in (1.0, 1.0366):  # which makes up for what is cut off: nothing is
+        every = Appearance(noise(trimmed=False, factor=factor), seen[0])
+        every.start(seen[1])
+        expected = residuals.T @ residuals / len(residuals)
+        np.testing.assert_allclose(every.residual, expected, rtol=1e-12)
+        np.testing.assert_allclose(every.measurement, expected / 2, rtol=1e-12)
+    trimmed = Appearance(noise(first_spread=0.05), seen[0])
+    trimmed.start(seen[1])
+    assert np.diag(trimmed.residual).max() < 3
+    assert np.diag(every.residual).min() > 300
 
 
 @pytest.mark.parametrize("full", [True, False])

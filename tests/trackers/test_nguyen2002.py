@@ -1,10 +1,14 @@
 """The tracker of Nguyen & Smeulders: what its presets are, what it reports, refuses and keeps."""
 
 import tracemalloc
+from hashlib import sha256
 
 import numpy as np
 import pytest
 
+import datasets
+from bench.evaluation.loop import evaluate
+from bench.experiments.contestant import contestant
 from tests.trackers import plain_nguyen2002 as plain
 from tests.trackers.template_clip import centre_errors, clip, final, made, texture, track
 from trackers.base.parameters import TrackerError
@@ -23,6 +27,27 @@ def test_the_gate_is_the_99_percent_quantile_of_chi_square(features, limit, fact
     noise = made(images, boxes[0], features=features)._noise
     assert noise.limit == pytest.approx(settings.limit, rel=1e-9)
     assert noise.factor == pytest.approx(settings.consistency_factor, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("sequence", "boxes"),
+    [
+        ("samples/face", "c237d9b7"),
+        ("nguyen2002/clip-05", "ea763a65"),
+        ("nguyen2002/lights", "ba65b855"),
+    ],
+)
+def test_with_a_trimmed_first_covariance_boxes_are_those_of_as_written_as_it_was(sequence, boxes):
+    frames = datasets.load(sequence)[:60]
+    run = evaluate("nguyen2002:preset=as-written:first_covariance=inliers", frames)
+    said = b"".join(values.tobytes() for values in (run.boxes, run.visible, run.revised))
+    assert sha256(said).hexdigest().startswith(boxes)
+
+
+def test_a_trimmed_first_covariance_is_not_named_so_that_runs_from_before_are_found():
+    for text in ("nguyen2002", "nguyen2002:preset=robust"):
+        assert "first_covariance" not in contestant(text).parameters
+    assert contestant("nguyen2002:preset=as-written").parameters["first_covariance"] == "all"
 
 
 @pytest.mark.parametrize(("width", "height"), [(18, 16), (17, 15), (18, 15)])

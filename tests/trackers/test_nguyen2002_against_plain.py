@@ -13,6 +13,7 @@ ROBUST = trackers.resolve("nguyen2002").plugin.presets["robust"]
 EVERYDAY = [
     {"longest_occlusion": 19},
     {"longest_occlusion": 11} | AS_WRITTEN,
+    {"longest_occlusion": 11} | AS_WRITTEN | {"first_covariance": "inliers"},
     {"longest_occlusion": 19} | ROBUST,
     {"features": "intensity", "candidates": "all", "longest_occlusion": 16}
     | {"norm": "quadratic", "outlier_rule": "reaches"},
@@ -47,6 +48,8 @@ SINGLY = [
         {"reinitialise": "keep"},
         {"report": "raw"},
         {"first_spread": 1.0},
+        {"first_covariance": "all"},
+        {"first_covariance": "inliers"},
         {"end": "first", "accept": 0.7},
     )
 ]

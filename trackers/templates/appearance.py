@@ -27,7 +27,7 @@ __all__ = [
 
 Array: TypeAlias = NDArray[np.float64]
 
-PASSES = 6  # how often the first covariance is made of the pixels that it calls inliers
+PASSES = 6  # how often a trimmed first covariance is made of the pixels that it calls inliers
 
 
 class Noise(NamedTuple):
@@ -37,6 +37,7 @@ class Noise(NamedTuple):
     floor: float  # least eigenvalue of any covariance of residuals
     factor: float  # what a covariance of inliers is multiplied by
     first_spread: float  # deviation of the very first residuals, in those of the template itself
+    trimmed: bool  # whether the first covariance is of inliers; else of all pixels
     grid_step: float  # of the search, for which the first covariance makes up; 0: none [pixels]
     average: int  # K, frames that the covariance is averaged over
     full: bool  # whether components are correlated
@@ -99,10 +100,15 @@ class Appearance:
         self.residual, self.started = first, True
 
     def start(self, features: Array) -> None:
-        """Learn from the second view how noisy views are (equation 15)."""
-        covariance = self.residual
-        for _ in range(PASSES):
-            covariance = self._compared(features, covariance).covariance
+        """Learn from the second view how noisy views are (equation 15).
+
+        There is no R yet, so that no pixel is an outlier: R(1) is the covariance of all. Trimmed,
+        it is that of the inliers, which are told by the guess first, then by what came of it.
+        """
+        covariance, trimmed = self.residual, self._noise.trimmed
+        for _ in range(PASSES if trimmed else 1):
+            seen = self._compared(features, covariance, gate=self._noise.gate and trimmed)
+            covariance = seen.covariance
         if self._noise.grid_step > 0:
             down, across = np.gradient(self.template, axis=(0, 1))
             slopes = np.concatenate([down, across]).reshape(-1, features.shape[2])
@@ -115,7 +121,7 @@ class Appearance:
 
     def seen(self, features: Array) -> Seen:
         """Compare a view with the template."""
-        return self._compared(features, self.residual)
+        return self._compared(features, self.residual, gate=self._noise.gate)
 
     def update(self, seen: Seen, *, first: bool) -> None:
         """Take a view into the template (equations 8 to 14).
@@ -139,7 +145,7 @@ class Appearance:
             noise.patience,
         )
 
-    def _compared(self, features: Array, covariance: Array) -> Seen:
+    def _compared(self, features: Array, covariance: Array, *, gate: bool) -> Seen:
         inverse = np.asarray(np.linalg.inv(covariance), np.float64)
         outliers = np.empty(features.shape[:2], np.bool_)
         products, inliers = _compare(
@@ -148,11 +154,12 @@ class Appearance:
             self._components,
             inverse,
             self._noise.limit,
-            self._noise.gate,
+            gate,
             outliers,
         )
         share = float(np.count_nonzero(outliers) / outliers.size)
-        mean = products / inliers * self._noise.factor if inliers else covariance
+        factor = self._noise.factor if gate else 1.0
+        mean = products / inliers * factor if inliers else covariance
         return Seen(features, outliers, share, self._shaped(mean))
 
     def _shaped(self, covariance: Array) -> Array:

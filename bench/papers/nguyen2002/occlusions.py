@@ -23,7 +23,7 @@ from bench.papers.scenes import Tables
 from datasets import Sequence
 from trackers.base.interface import Box, Image
 from trackers.templates.appearance import Features
-from trackers.templates.occlusion import visited
+from trackers.templates.occlusion import FIRST_CANDIDATE, visited
 
 __all__ = ["by_speed", "by_speed_on_targets", "slid_over", "watched"]
 
@@ -51,10 +51,10 @@ def watched(sequence: Sequence, quick: bool) -> Tables:
       `hidden` (1: less than half of the target is seen), `outliers` (share, at the best match),
       `exceeds` (1: more than γ), `stays_below` (1: not). An occlusion that is declared is bridged
       as the tracker does; where the target was lost, it is given again;
-    - `ng-17`, an occlusion that was complete and was declared, and `candidates` (`skipped`, `all
-      from 5 to L`) a row: `features`, `beginning` (frame), `offset` (of the end, from there),
-      `visibility`, `overlap` (both there), `in_view` (1: .75 or more are seen), `found` (1: and the
-      overlap is .5 or more);
+    - `ng-17`, an occlusion that was complete and was declared, and `candidates` (`skipped`, `all`
+      from 1 to L, `all from 5 to L`) a row: `features`, `beginning` (frame), `offset` (of the end,
+      from there), `visibility`, `overlap` (both there), `in_view` (1: .75 or more are seen),
+      `found` (1: and the overlap is .5 or more);
     - `ng-17-times`, such an occlusion a row: `features`, `beginning`, `skipped_seconds`,
       `all_seconds` (CPU time for matching the candidates, on the same frames).
     """
@@ -187,7 +187,7 @@ class _Watch:
         """Look for an occlusion's end, and begin anew there."""
         longest = self._follower.parameters.longest_occlusion
         last = min(longest, len(self._sequence) - 1 - beginning)
-        skipped, every = (visited(last, candidates) for candidates in ("skipped", "all"))
+        skipped, every = visited(last, "skipped"), list(range(1, last + 1))
         if not skipped:
             return len(self._sequence)
         event = Declared(beginning, None, None)
@@ -203,7 +203,12 @@ class _Watch:
 
     def _compare(self, beginning: int, looks: dict[int, _Timed], skipped: list[int]) -> None:
         """Which frame of those visited, and of all, ends an occlusion, and how long that takes."""
-        for label, offsets in {"skipped": skipped, "all from 5 to L": list(looks)}.items():
+        late = [n for n in looks if n >= FIRST_CANDIDATE]
+        for label, offsets in {
+            "skipped": skipped,
+            "all": [*looks],
+            "all from 5 to L": late,
+        }.items():
             end = _best(looks, offsets)
             row: Row = {"candidates": label, "beginning": beginning, "offset": end}
             self.ends.append(self._labels | row | self._found(beginning + end, looks[end][0]))

@@ -28,12 +28,20 @@ def test_outliers_tell_what_is_hidden_and_every_frame_is_compared_once(tables):
 
 def test_an_occlusion_ends_where_it_is_over_and_both_searches_are_timed(tables):
     ends = tables["ng-17"]
-    assert ends["candidates"].value_counts().to_dict() == {"skipped": 4, "all from 5 to L": 4}
+    counts = ends["candidates"].value_counts().to_dict()
+    assert counts == {"skipped": 4, "all": 4, "all from 5 to L": 4}
     assert ends["beginning"].between(15, 19).all()
     assert (ends[["in_view", "found"]] == 1).all(axis=None)
     assert (ends["beginning"] + ends["offset"] >= 33).all()
     assert ends.loc[ends["candidates"] == "skipped", "offset"].isin([5, 7, 11, 19, 35]).all()
     assert (tables["ng-17-times"][["all_seconds", "skipped_seconds"]] > 0).all(axis=None)
+
+
+def test_all_frames_are_those_from_the_first_after_an_occlusions_beginning(monkeypatch):
+    monkeypatch.setattr(occlusions, "_best", lambda looks, offsets: min({*offsets} & {*looks}))
+    ends = occlusions.watched(occluded(), quick=True)["ng-17"]
+    first = ends.groupby("candidates")["offset"].unique().map(list)
+    assert first.to_dict() == {"skipped": [5], "all": [1], "all from 5 to L": [5]}
 
 
 def test_an_end_is_found_only_where_the_target_is_in_view():
