@@ -63,7 +63,7 @@ def _by_place(*keys: str) -> BeforeValidator:
 
 
 class Experiments(Entry):
-    """Which experiments there are, by effort; of which knobs a quick look takes sequences."""
+    """Which experiments there are, by effort; and which sequences a quick look takes."""
 
     always: Texts
     all: tuple[Text, ...] = ()
@@ -72,6 +72,7 @@ class Experiments(Entry):
     thorough: dict[Text, int] = Field(default={})
     quick_scenes: dict[Text, int] = Field(default={})
     quick_knobs: dict[Text, Value] = Field(default={"light": "even", "distance": 0})
+    too_long_for_quick: tuple[Text, ...] = ()
 
 
 class Settings(Entry):

@@ -66,7 +66,9 @@ def _scaled(description: Description, name: str, effort: Effort) -> Experiment |
 
 def _is_quick(description: Description, name: str, text: str) -> bool:
     """Whether a sequence is of the first scenes, and has the right knobs where it says any."""
-    entry, (_, options) = description.experiments, parse_text(text)
+    entry, (bare, options) = description.experiments, parse_text(text)
+    if bare in entry.too_long_for_quick:
+        return False
     knobs = entry.quick_knobs.items()
     has_knobs = all(options.get(key, str(value)) == str(value) for key, value in knobs)
     return has_knobs and int(options.get("scene", 0)) < entry.quick_scenes.get(name, 1)

@@ -2,10 +2,11 @@
 
 It is settled before any tracker runs. The **gate**: a scene is kept if, under the better of
 the two representations, the target at its true box is nearer to the first frame's model than
-the best clutter within three widths, in at least 80 % of 50 or more unoccluded frames. Scenes
-that are not kept are run and shown all the same; verdicts are given for the kept ones and for
-all. The **switch**: d[p1, p2] (Eq. 7) of the first frame's rectangle under its three readings,
-and of rectangles that differ from it as a user's hand might.
+the best clutter within three widths, in at least 80 % of 50 or more unoccluded frames. As many
+scenes are drawn as it takes for enough to be kept (`drawing.py`); the others are run under `--all`,
+and verdicts are then given for the kept ones and for all. The **switch**: d[p1, p2] (Eq. 7) of the
+first frame's rectangle under its three readings, and of rectangles that differ from it as a user's
+hand might.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,9 +34,13 @@ __all__ = [
     "LOG",
     "THRESHOLD",
     "Appearance",
+    "examined_scene",
     "kept",
     "measured",
+    "passes",
+    "read_log",
     "states_of",
+    "write_log",
 ]
 
 INITIAL = {"full": "full", "boxes": "body", "tight": "tight"}
@@ -77,20 +82,18 @@ def measured(names: Sequence[str], folder: Path, jobs: int) -> dict[str, pd.Data
         the multi-part histogram), `kept_scene`. `switch`, a row a scene and first rectangle:
         `sequence`, `init`, `initial`, `kept_scene`, `distance`, `multi_share`.
     """
-    known = pd.concat([_read(LOG), _read(folder / LOG.name)])
+    known = pd.concat([read_log(LOG), read_log(folder / LOG.name)])
     opened = {sequence.name: sequence.fingerprint for sequence in map(datasets.load, names)}
     there = known[known["fingerprint"].isin(opened.values())].drop_duplicates("fingerprint")
     rows: list[Any] = there.to_dict("records")
     left = sorted(set(opened) - {row["name"] for row in rows})
     try:
         title = "Scenes examined before any tracker runs"
-        rows += [row for _, row in examined(_examined, left, jobs, title)]
+        rows += [row for _, row in examined(examined_scene, left, jobs, title)]
     finally:  # also on Ctrl-C: what was examined is not examined again
         found = pd.DataFrame(rows).sort_values("name", ignore_index=True)
-        kept = _passes(found)
-        log = found.assign(kept=kept.map({True: "yes", False: "no"}))
-        write_atomically(folder / LOG.name, log.to_csv(index=False).encode())
-    found = found.assign(kept_scene=kept)
+        write_log(folder / LOG.name, found)
+    found = found.assign(kept_scene=passes(found))
     return {"static": found, "switch": _switch(found)}
 
 
@@ -99,8 +102,8 @@ def kept(tables: Mapping[str, pd.DataFrame]) -> dict[str, bool]:
     return dict(zip(tables["static"]["name"], tables["static"]["kept_scene"], strict=True))
 
 
-def _read(path: Path) -> pd.DataFrame:
-    """A log, without what it says for the reader's sake; empty where there is none."""
+def read_log(path: Path) -> pd.DataFrame:
+    """Scenes of a log, a row each; nothing where there is none."""
     if not path.is_file():
         return pd.DataFrame()
     log = pd.read_csv(path, dtype=str).drop(columns="kept", errors="ignore")
@@ -111,7 +114,14 @@ def _read(path: Path) -> pd.DataFrame:
     return log
 
 
-def _passes(scenes: pd.DataFrame) -> "pd.Series[bool]":
+def write_log(path: Path, scenes: pd.DataFrame) -> None:
+    """Write a log; whether the gate keeps a scene is said for the reader's sake."""
+    log = scenes.assign(kept=passes(scenes).map({True: "yes", False: "no"}))
+    write_atomically(path, log.to_csv(index=False).encode())
+
+
+def passes(scenes: pd.DataFrame) -> "pd.Series[bool]":
+    """Whether the gate keeps each scene of a log."""
     better = scenes[["single", "multi"]].max(axis=1)
     return (scenes["frames"] >= FRAMES) & (better >= KEPT_SHARE)
 
@@ -131,8 +141,8 @@ def _switch(scenes: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def _examined(name: str) -> dict[str, str | float]:
-    """A row of the log; renders `FRAMES` + 1 frames."""
+def examined_scene(name: str) -> dict[str, str | float]:
+    """Examine a scene, for a row of the log; renders `FRAMES` + 1 frames."""
     sequence = datasets.load(name)
     first = sequence.first_frame
     image = sequence[first]

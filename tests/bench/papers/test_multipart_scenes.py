@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import datasets
-from bench.papers.multipart import scenes
+from bench.experiments.experiment import read_experiment
+from bench.papers.multipart import drawing, scenes
 from bench.papers.multipart.scenes import (
     FRAMES,
     INITIAL,
@@ -20,6 +21,7 @@ from bench.papers.multipart.scenes import (
     states_of,
 )
 from datasets import Sequence
+from datasets.text_form import parse_text
 
 BOX = np.array([150.0, 60.0, 24.0, 78.0])
 WHOLE = np.array([144.0, 50.0, 36.0, 100.0])
@@ -130,3 +132,50 @@ def test_a_scene_is_kept_by_the_better_of_the_two_and_needs_fifty_frames(
     assert list(tables["switch"]["init"]) == ["full", "boxes", "tight"]
     again = scenes.measured(["plain/target"], tmp_path, 1)
     pd.testing.assert_frame_equal(again["static"], tables["static"])
+
+
+def log_row(name, passes):
+    return {"name": name, "frames": FRAMES, "single": 0.5, "multi": 0.9 if passes else 0.5}
+
+
+def test_scenes_are_drawn_until_enough_of_them_pass():
+    bad = {"multipart/5:light=dappled:scene=6", "multipart/5:light=dappled:scene=12"}
+    rows = drawing.drawn("multipart/5", "dappled", lambda name: log_row(name, name not in bad))
+    numbers = [4, 5, 6, 7, 12, 13, 14]
+    assert [row["name"] for row in rows] == [
+        f"multipart/5:light=dappled:scene={number}" for number in numbers
+    ]
+
+
+def test_a_gate_that_too_few_scenes_pass_is_told(monkeypatch):
+    monkeypatch.setattr(drawing, "MOST", 3)
+    with pytest.raises(RuntimeError, match="only 0 of 3 scenes of multipart/5 in even light pass"):
+        drawing.drawn("multipart/5", "even", lambda name: log_row(name, False))
+
+
+def named(experiment):
+    """Canonical names of an experiment's scenes, whose truth is not computed."""
+    asked = (parse_text(source.text) for source in read_experiment(experiment).sequences)
+    return {
+        drawing.name_of(name, options.get("light", "even"), int(options["scene"]))
+        for name, options in asked
+    }
+
+
+def test_experiments_run_the_scenes_that_were_drawn():
+    log = scenes.read_log(scenes.LOG)
+    passing = dict(zip(log["name"], scenes.passes(log), strict=True))
+    assert named("multipart-table-1") == {name for name, passes in passing.items() if passes}
+    assert named("multipart-dropped") == {name for name, passes in passing.items() if not passes}
+    assert named("multipart-readings") == named("multipart-dynamics") == named("multipart-table-1")
+    rows = {row["name"]: row for row in log.to_dict("records")}
+    again = [
+        row["name"]
+        for sequence in drawing.SEQUENCES
+        for light in drawing.LIGHTS
+        for row in drawing.drawn(sequence, light, rows.__getitem__)
+    ]
+    assert again == list(log["name"])
+    name = "multipart/8:light=dappled:scene=22"
+    assert datasets.load("multipart/8:scene=22:light=dappled").name == name
+    assert datasets.load(name).fingerprint == rows[name]["fingerprint"]
