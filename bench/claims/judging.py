@@ -17,11 +17,12 @@ from bench.claims.ledger import Claim
 from bench.claims.readings import NO_MATTER, Option, Reading, Readings
 from bench.claims.sides import SETTLED, Compared, Table, light_rows, limited, rows_by_reading
 from bench.claims.verdicts import CELL, verdict_of
+from bench.statistics.intervals import Interval
 from bench.statistics.verdicts import (
     LEAST_CELLS,
     NOWHERE,
+    Outcome,
     Verdict,
-    check,
     conjunction,
     undecided,
 )
@@ -300,13 +301,23 @@ def _whole(
 
 
 def _lost_verdict(test: kinds.LostTest, parts: Mapping[str, Verdict]) -> Verdict:
-    """Counts sequences: the claim is of each one's share, not of its interval."""
+    """Counts sequences: those that are surely lost so often, and those that may be."""
     lost = [name for name, part in parts.items() if part.statistic >= test.share]
+    outcomes = [part.verdict for part in parts.values()]
+    surely, maybe = outcomes.count("holds"), len(parts) - outcomes.count("does-not-hold")
+    words = (
+        f"lost in {100 * test.share:.0f} % of the runs or more: {', '.join(lost) or 'none'}; by "
+        f"the intervals surely {surely} and at most {maybe} of {len(parts)}"
+    )
     fewest = min(part.cells for part in parts.values())
-    words = f"lost in {100 * test.share:.0f} % of the runs or more: {', '.join(lost) or 'none'}"
     if fewest < LEAST_CELLS:
-        return undecided(f"{words}; {LEAST_CELLS} cells of each sequence are needed.")
-    return check(len(lost) >= test.least, float(len(lost)), f"{words}.", fewest)
+        words += f"; {LEAST_CELLS} cells of each sequence are needed"
+    outcome: Outcome = "undecided"
+    if surely >= test.least:
+        outcome = "holds"
+    elif maybe < test.least:
+        outcome = "does-not-hold"
+    return Verdict(outcome, float(len(lost)), Interval(surely, maybe), fewest, f"{words}.")
 
 
 def _summary(claim: Claim, parts: Mapping[str, Conclusion]) -> list[Finding]:

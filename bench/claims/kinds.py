@@ -8,9 +8,10 @@ of the scores or of a table of what was measured besides (`table`):
 - `no-worse`: likewise `equal` or better, on the repetitions that both have;
 - `interaction`: `order` on the sequences `on`, by `where`, against `order` on the rows `against`;
 - `all`: runs of `of` whose first loss is the length;
-- `lost`: of the sequences, how many lose at least `share` of the runs of `of`;
+- `lost`: of the sequences, how many surely lose at least `share` of the runs of `of`;
 - `best`: cells in which `of` is no worse, by `margin`, than the best of `others`;
-- `share`: of `of`, or of its column `trials`, how many a metric counts (in [0, 1]);
+- `share`: of `of`, or of its column `trials`, how many a metric counts (in [0, 1]); of `COUNTS` the
+  mean share of the length;
 - `number`: prints what `of` reaches.
 
 Two need no cells: `bound`, whether all rows lie within limits, and `ratio`, whether one time is
@@ -71,9 +72,9 @@ __all__ = [
 ]
 
 COUNTS = ("success_frames", "frames_inside", "first_loss")
-"""Three readings of "frames tracked successfully", of equal rank: judged as shares of the length.
+"""Three readings of "frames tracked successfully": judged as shares of the length, and all shown.
 
-Other metrics are judged as they are."""
+Which of them decide, `bench.claims.conclusion` says. Other metrics are judged as they are."""
 
 ERRORS = ("centre_error", "size_error", "error")
 """Metrics of which less is better begin so; a margin is a share of the worse side's mean."""
@@ -263,7 +264,7 @@ class AllTest(_OneSided):
 
 
 class LostTest(_OneSided):
-    """The target is lost in at least `share` of the runs on at least `least` sequences."""
+    """The target is surely lost in at least `share` of the runs on at least `least` sequences."""
 
     kind: Literal["lost"]
     by: tuple[Literal["first_loss"]] = ("first_loss",)

@@ -14,6 +14,7 @@ from bench.claims import kinds
 from bench.claims.sides import limited
 from bench.statistics.intervals import Interval
 from bench.statistics.verdicts import (
+    LEAST_CELLS,
     Outcome,
     Verdict,
     all_kept,
@@ -114,8 +115,12 @@ def _share(test: kinds.ShareTest, runs: pd.DataFrame, metric: str) -> Verdict:
     """Rows without a value were no trial: what is asked did not arise in them."""
     runs = runs[runs[metric].notna()]
     trials = runs[test.trials].to_numpy(np.float64) if test.trials else np.ones(len(runs))
-    good = runs[metric].to_numpy(np.float64) * trials
-    return share_at_least(_sums(runs, good), _sums(runs, trials), test.least, test.lower)
+    good = _scaled(runs, metric) * trials
+    verdict = share_at_least(_sums(runs, good), _sums(runs, trials), test.least, test.lower)
+    if metric not in kinds.COUNTS or verdict.cells < LEAST_CELLS:
+        return verdict
+    words = f"{100 * verdict.statistic:.1f} % of the length on average over {verdict.cells} cells."
+    return replace(verdict, reason=words)
 
 
 def _sums(runs: pd.DataFrame, values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -66,12 +66,33 @@ def test_an_outcome_as_the_paper_claims_it_makes_its_claims_hold(name):
 
 
 @pytest.mark.parametrize("name", ["MP-14", "MP-18"])
-def test_what_its_table_says_of_sequence_7_does_not(name):
-    def lost_at_the_end(representation, number, *rest):
-        claimed = as_claimed(representation, number, *rest)
-        return 337 / 377 if (representation, number) == ("adaptive", 7) else claimed
+def test_a_loss_of_sequence_7_where_its_own_table_has_it_is_no_matter_and_early_ones_are(name):
+    def lost_at(share):
+        def tracked(representation, number, *rest):
+            claimed = as_claimed(representation, number, *rest)
+            return share if (representation, number) == ("adaptive", 7) else claimed
 
-    assert concluded(name, scores(lost_at_the_end)).verdict != "holds"
+        return tracked
+
+    found = concluded(name, scores(lost_at(337 / 377)))
+    assert found.verdict == "holds"
+    assert concluded(name, scores(lost_at(0.05))).verdict != "holds"
+    assert concluded(name, scores(lambda *_: 0.5)).verdict == "does-not-hold"
+
+
+def test_how_often_a_target_is_lost_is_counted_where_the_intervals_are_sure():
+    def of_ten(lost):
+        def tracked(representation, number, scene, *rest):
+            often = scene < lost.get(number, 10)
+            return 0.5 if representation == "single" and often else 1.0
+
+        return concluded("MP-3", scores(tracked))
+
+    assert of_ten({1: 5}).verdict == "holds"  # three of four surely
+    found = of_ten({1: 5, 2: 5})
+    assert found.verdict == "undecided"
+    assert "by the intervals surely 2 and at most 4 of 4" in found.reason
+    assert of_ten({1: 0, 2: 0}).verdict == "does-not-hold"
 
 
 @pytest.mark.parametrize("name", ["MP-1", "MP-2", "MP-3", "MP-4", "MP-4a", "MP-5"])
