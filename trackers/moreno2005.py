@@ -94,9 +94,11 @@ class Moreno2005(Segmenter):
     that sometimes jumps, and a floor of density. Of them the shared gain is a prior that fits
     changes of light which are gains; results under such light say as much of it as of dependence.
 
-    The snake's weights are of differences between neighbouring points, as chosen for small
-    ellipses: a large contour shrinks and gets round. In `robust` they are of derivatives along the
-    contour, the same at those ellipses' size (post hoc).
+    The snake's weights are of derivatives along the contour (post hoc). As written they are of
+    differences between neighbouring points, as chosen for small ellipses: a large contour shrinks
+    and gets round. Both draw a contour in by some hundredths of its area;
+    `snake_stiffness=of-change` does not. `robust` is what `recommended` has become, and stays for
+    what was stored of it.
 
     A mask in several parts is taken as the largest of them, its holes filled: a contour has no
     others.

@@ -141,6 +141,19 @@ def test_a_contour_far_outside_the_image_stays_as_it_is():
         assert not accepted
 
 
+@pytest.mark.parametrize("edge", [18.0, 22.0])
+def test_stiff_against_change_a_circle_stops_nearer_to_an_edge_on_either_side(edge):
+    start = circle(20)
+    still = fitted_snake(start, np.zeros((100, 100)), (0, 0), at_rest=True)
+    np.testing.assert_allclose(still, start, atol=1e-9)
+    found = [fitted_snake(start, ridge(edge), (0, 0), at_rest=rests) for rests in (False, True)]
+    drawn_in, free = (edge - np.hypot(*(points - CENTRE).T).mean() for points in found)
+    # What is left of the way is what the stiffness holds: inwards always, or towards the start.
+    assert drawn_in > 0.2
+    assert abs(free) < 0.5 * drawn_in
+    assert np.sign(free) == np.sign(edge - 20)
+
+
 @pytest.mark.parametrize("times", [1.0, 2.0, 4.0])
 @pytest.mark.parametrize("stiffness", ["constant", "by-spacing"])
 def test_a_circle_shrinks_by_the_weights_of_its_stiffness(stiffness, times):

@@ -60,6 +60,7 @@ LITERAL: Mapping[str, str | float] = {
     "weights": "literal",
     "outside": "image",
     "colour_floor": 0.0,
+    "snake_stiffness": "constant",
     "stretch_x_spread": 0.0323,
     "shear_x_spread": 0.05738,
     "shear_y_spread": 0.05397,
@@ -121,9 +122,9 @@ class SegmenterParameters(Parameters):
         "supported", "edges that draw it: those that the posterior shows too, or all"
     )
     snake_stiffness: Stiffness = choice(
-        "constant",
+        "by-spacing",
         "the snake's weights are of differences between its points, whatever their "
-        "distance, or of derivatives along it",
+        "distance, or of derivatives along it, or of those of its change",
     )
     snake_feedback: float = fraction(
         0.0, "share of the contours that start from the snake [fraction]"

@@ -185,6 +185,8 @@ def _lay(
     """Lay a shape over a canvas of samples, with its shadow; the canvas is changed in place."""
     covered = samples(outline)
     rows, columns = _window(outline)
+    if not covered[rows, columns].size:  # it lies beside the picture
+        return
     reach = 2 * round(THICK * FINE) + 1
     soft = cv2.blur(covered[rows, columns].astype(np.float64), (reach, reach))
     canvas[rows, columns] *= 1 - SHADOW * np.asarray(soft)[..., None]
