@@ -66,7 +66,7 @@ a target would be lost and wherever it would be looked for."""
 
 ALPHA, UPDATES, BINS = 0.1, 60, 512  # of a model that is updated in every frame
 
-HEAD = "nummiaro2003/head"
+HEAD = "nummiaro2003/head:pace=calm"
 HEAD_LENGTH = 450  # frames of the paper's Fig. 10, through all of which the head is followed
 
 _HALF = 0.5  # added to every count of an odds, so that it is finite
