@@ -41,7 +41,7 @@ def places(here, otb, monkeypatch):
         ("davis/b*", ["davis/bear"]),
         ("davis/JPEGImages/480p", ["davis/JPEGImages/480p/bear"]),
         ("plain/*:scene=3", ["plain/target:scene=3"]),
-        ("stress", ["stress/twin"]),
+        ("stress", ["stress/pillar", "stress/twin"]),
     ],
 )
 def test_patterns_and_folders_stand_for_their_sequences(places, text, names):
