@@ -21,6 +21,7 @@ class Reference:
     boxes: NDArray[np.float64]
     regions: Mapping[str, NDArray[np.float64]]
     visibility: NDArray[np.float64]
+    known_size: tuple[int, int] | None
 
 
 def reference(truth: Truth, region: str, name: str = "the sequence") -> Truth:
@@ -48,4 +49,4 @@ def reference(truth: Truth, region: str, name: str = "the sequence") -> Truth:
             f"{name}: the region {region!r} is absent in frame {present[0]}, where the target "
             "appears; no tracker can be initialised with it."
         )
-    return Reference(boxes, truth.regions, truth.visibility)
+    return Reference(boxes, truth.regions, truth.visibility, getattr(truth, "known_size", None))

@@ -1,6 +1,5 @@
 """Scores of runs and of anybody's boxes, by named presets."""
 
-from collections.abc import Callable
 from typing import get_args
 
 import numpy as np
@@ -9,15 +8,38 @@ from numpy.typing import ArrayLike
 import datasets
 from bench.evaluation.record import Run, Trace
 from bench.evaluation.reference import reference
-from bench.metrics import PRESETS
+from bench.metrics import preset as metrics_preset
 from bench.metrics.native import Truth
+from bench.metrics.preset import Answer, Judged
 from bench.metrics.regions import segmentation_scores
 from bench.metrics.times import time_scores
 
-__all__ = ["REVISED", "score", "score_both", "score_boxes"]
+__all__ = ["REVISED", "judge", "score", "score_both", "score_boxes"]
 
 REVISED = "revised_"
 """How the names of scores of revised boxes begin, where they stand beside those of online boxes."""
+
+
+def judge(
+    run: Run, sequence: str | Truth, preset: str = "native", trace: Trace = "online"
+) -> Judged:
+    """What a preset makes of a run, by the truth that it was initialised with: scores and curves.
+
+    Parameters as of `score`, and so is what it raises.
+    """
+    if run.failure:
+        raise ValueError(f"{run!r} can't be scored: {run.failure.splitlines()[0]}")
+    if trace not in get_args(Trace):
+        raise ValueError(f"unknown trace {trace!r}. Known: online, revised.")
+    scored = _truth(sequence)
+    fingerprint = getattr(scored, "fingerprint", run.identity.fingerprint)
+    if fingerprint != run.identity.fingerprint:
+        raise ValueError(
+            f"{run!r} was made on another sequence, or on another version of it; run it again."
+        )
+    start = reference(scored, run.identity.init, run.identity.sequence)
+    answer = Answer(run.boxes_in(trace), run.visible, run.confidence)
+    return metrics_preset(preset).judge(start, answer)
 
 
 def score(
@@ -45,20 +67,10 @@ def score(
     Raises
     ------
     ValueError
-        For a failed run, an unknown preset or trace, or a sequence that it was not made on.
+        For a failed run, an unknown preset or trace, a sequence that it was not made on, or a run
+        that the preset can't judge.
     """
-    if run.failure:
-        raise ValueError(f"{run!r} can't be scored: {run.failure.splitlines()[0]}")
-    if trace not in get_args(Trace):
-        raise ValueError(f"unknown trace {trace!r}. Known: online, revised.")
-    scored = _truth(sequence)
-    fingerprint = getattr(scored, "fingerprint", run.identity.fingerprint)
-    if fingerprint != run.identity.fingerprint:
-        raise ValueError(
-            f"{run!r} was made on another sequence, or on another version of it; run it again."
-        )
-    start = reference(scored, run.identity.init, run.identity.sequence)
-    scores = _scorer(preset)(start, run.boxes_in(trace), run.visible)
+    scores = dict(judge(run, sequence, preset, trace).scores)
     if run.segmentation is not None and trace == "online":
         initialised = int(np.flatnonzero(np.isfinite(run.boxes[:, 0]))[0])
         scores |= segmentation_scores(run.segmentation, initialised)
@@ -103,13 +115,7 @@ def score_boxes(
     >>> score_boxes(truth.boxes, truth)["mean_overlap"]
     1.0
     """
-    return _scorer(preset)(_truth(sequence), np.asarray(boxes, np.float64))
-
-
-def _scorer(preset: str) -> Callable[..., dict[str, float]]:
-    if preset not in PRESETS:
-        raise ValueError(f"unknown metrics preset {preset!r}. Known: {', '.join(PRESETS)}.")
-    return PRESETS[preset]
+    return dict(metrics_preset(preset).judge(_truth(sequence), Answer(boxes)).scores)
 
 
 def _truth(sequence: str | Truth) -> Truth:

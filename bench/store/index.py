@@ -34,6 +34,7 @@ from bench.store.truth import read_truth
 __all__ = [
     "BATCH",
     "FIELDS",
+    "SCORED_BY",
     "GrowingIndex",
     "for_json",
     "index_row",
@@ -74,6 +75,8 @@ FIELDS = pa.schema(
 )
 BATCH = 4096
 """Rows that are held as Python objects at a time."""
+SCORED_BY = ("centre_error", "native", "overlap", "regions", "times")
+"""Modules of `bench.metrics` that define what an index holds; other presets change no index."""
 
 
 def index_row(results: Results, path: Path, run: Run, truth: Any) -> dict[str, Any]:
@@ -367,5 +370,6 @@ def _batches(
 def _scorer_version() -> bytes:
     """Changes with the definition of the scores."""
     bench = Path(__file__).parents[1]
-    files = [*sorted(bench.glob("metrics/*.py")), bench / "evaluation/scoring.py"]
+    files = [bench / "metrics" / f"{name}.py" for name in SCORED_BY]
+    files.append(bench / "evaluation/scoring.py")
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest().encode()

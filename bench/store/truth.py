@@ -15,7 +15,7 @@ from bench.store.checksum import DamagedError, arrow_bytes, read_arrow, read_sea
 from bench.store.columns import as_columns
 from bench.store.files import ResultsError, write_atomically
 from bench.store.layout import BOX_COLUMNS, METADATA_KEY, SCHEMA, check_schema, folder_name
-from datasets import Sequence
+from datasets import Sequence, SequenceError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,6 +41,7 @@ class StoredTruth:
     visibility: NDArray[Any]
     attributes: Mapping[str, NDArray[Any]]
     fps: float | None
+    known_size: tuple[int, int] | None = None
 
 
 def truth_path(folder: Path, sequence: str, fingerprint: str) -> Path:
@@ -55,9 +56,10 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
     Raises `ResultsError` where it can't be written.
     """
     path = truth_path(folder, sequence.name, sequence.fingerprint)
-    # What is damaged, or does not say its fingerprint yet, is written anew.
+    # What is damaged, or does not say its fingerprint or the images' size yet, is written anew.
     with suppress(ResultsError, FileNotFoundError):
-        if check_truth(path)[1]:
+        there, fingerprint = check_truth(path)
+        if fingerprint and there.known_size:
             return
     regions = {"boxes": sequence.boxes, **sequence.regions}
     columns: dict[str, Any] = {"visibility": sequence.visibility}
@@ -71,11 +73,20 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
         "name": sequence.name,
         "fingerprint": sequence.fingerprint,
         "fps": sequence.fps,
+        "image_size": _image_size(sequence),
         "regions": list(regions),
         "attributes": list(sequence.attributes),
     }
     described = {METADATA_KEY: json.dumps(metadata).encode()}
     write_atomically(path, arrow_bytes(as_columns(columns), described))
+
+
+def _image_size(sequence: Sequence) -> tuple[int, int] | None:
+    """Width and height of the images; None where the first can't be read, which runs will tell."""
+    try:
+        return sequence.image_size
+    except SequenceError:
+        return None
 
 
 def occurring_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
@@ -118,6 +129,7 @@ def check_truth(path: Path) -> tuple[StoredTruth, str]:
         check_schema(path, metadata["schema"])
         name, fingerprint = metadata["name"], metadata.get("fingerprint", "")
         place = truth_path(path.parents[2], name, fingerprint)
+        size = metadata.get("image_size")  # not kept by trackmark before there were presets for it
         columns = {column: table.column(column).to_numpy() for column in table.column_names}
         regions = {
             region: np.column_stack([columns[f"{region}/{key}"] for key in BOX_COLUMNS])
@@ -130,6 +142,7 @@ def check_truth(path: Path) -> tuple[StoredTruth, str]:
             visibility=columns["visibility"],
             attributes={key: columns[f"attribute/{key}"] for key in metadata["attributes"]},
             fps=metadata["fps"],
+            known_size=tuple(size) if size else None,
         )
     except ResultsError:
         raise

@@ -27,7 +27,7 @@ def test_anybodys_boxes_are_scored():
 
 def test_unknown_presets_and_traces_are_refused_with_the_known_ones(make_sequence):
     sequence = make_sequence()
-    with pytest.raises(ValueError, match=r"unknown metrics preset 'otbx'\. Known: native"):
+    with pytest.raises(ValueError, match=r"'otbx'\. Did you mean 'otb'\? Known: .*native"):
         bench.score_boxes(sequence.boxes, sequence, "otbx")
     with pytest.raises(ValueError, match="unknown trace"):
         bench.score(bench.evaluate("static", sequence), sequence, trace="later")

@@ -1,0 +1,57 @@
+"""Shares of frames by threshold: success by overlap, precision by distance."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "DISTANCES",
+    "NORMALISED_DISTANCES",
+    "OVERLAPS",
+    "normalised_error",
+    "plain_error",
+    "shares",
+]
+
+OVERLAPS = np.linspace(0, 1, 21)
+"""Thresholds of overlap of the OTB family."""
+
+DISTANCES = np.arange(51.0)
+"""Thresholds of the centre's distance of the OTB family, in pixels."""
+
+NORMALISED_DISTANCES = np.arange(51) / 100
+"""Thresholds of the centre's distance in widths and heights of the truth."""
+
+
+def shares(hits: NDArray[np.bool_], thresholds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Curve of the share of frames that hit, by threshold.
+
+    `hits` has a row a frame and a column a threshold. Returns points (threshold, share), shape
+    (thresholds, 2); shares are NaN where there is no frame.
+    """
+    total = len(hits)
+    share = hits.sum(axis=0) / total if total else np.full(len(thresholds), np.nan)
+    return np.column_stack([thresholds, share])
+
+
+def normalised_error(
+    truth: NDArray[np.float64], estimate: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Distance of centres in widths and heights of the truth, row by row, shape (n,).
+
+    Both have shape (n, 4). No number at most a threshold where the truth is absent or has no size,
+    or the estimate is not finite.
+    """
+    return _distance(truth, estimate, truth[:, 2:])
+
+
+def plain_error(truth: NDArray[np.float64], estimate: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distance of centres in pixels, of boxes without size, too; as `normalised_error`."""
+    return _distance(truth, estimate, np.ones((len(truth), 2)))
+
+
+def _distance(
+    truth: NDArray[np.float64], estimate: NDArray[np.float64], unit: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        difference = estimate[:, :2] + estimate[:, 2:] / 2 - (truth[:, :2] + truth[:, 2:] / 2)
+        return np.asarray(np.sqrt(((difference / unit) ** 2).sum(axis=1)))

@@ -1,0 +1,56 @@
+"""Success and precision as the OTB benchmark has them, which a perfect tracker scores .952 by.
+
+The success curve is the share of frames with an overlap above each of 21 thresholds (0, 0.05, …,
+1), the score its mean: no overlap is above 1, so the best is 20/21. Precision is the share of
+frames with centres at most 20 pixels apart. All frames from that of initialisation on count, which
+is overwritten by the truth; absent frames and malformed boxes are misses everywhere. Each sequence
+counts once. Wu, Lim, Yang, "Object Tracking Benchmark", TPAMI 2015.
+"""
+
+import numpy as np
+
+from bench.metrics.centre_error import centre_error
+from bench.metrics.curves import DISTANCES, OVERLAPS, shares
+from bench.metrics.native import Truth
+from bench.metrics.overlap import overlap
+from bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
+
+__all__ = ["PRESET"]
+
+_AT_20_PIXELS = 20
+_AT_HALF = 10
+
+
+def judge(truth: Truth, answer: Answer) -> Judged:
+    """Scores and curves of a run."""
+    run = started(truth, answer)
+    t, e = run.truth, run.estimate
+    overlaps = np.nan_to_num(overlap(t, e))
+    success = shares(overlaps[:, None] > OVERLAPS, OVERLAPS)
+    precision = shares(centre_error(t, e)[:, None] <= DISTANCES, DISTANCES)
+    scores = {
+        "success_auc": float(success[:, 1].mean()),
+        "precision": float(precision[_AT_20_PIXELS, 1]),
+        "success_rate": float(success[_AT_HALF, 1]),
+        "mean_overlap": float(overlaps.mean()),
+        "success_published": float((overlaps >= OVERLAPS[_AT_HALF]).mean()),
+    }
+    return Judged(scores, {"success": success, "precision": precision})
+
+
+PRESET = Preset(
+    columns={
+        "success_auc": Column("mean of the success curve over 21 thresholds", 20 / 21),
+        "precision": Column("share of frames with centres at most 20 px apart"),
+        "success_rate": Column("share of frames with an overlap above 0.5"),
+        "mean_overlap": Column("mean overlap over all frames, as published beside the curves"),
+        "success_published": Column("share of frames with an overlap of 0.5 or more, likewise"),
+    },
+    judge=judge,
+    curves={
+        "success": Axes("overlap threshold", "share of frames"),
+        "precision": Axes("centre distance [px]", "share of frames"),
+    },
+    agrees="the OTB toolkits (MATLAB, jwlim/tracker_benchmark) and got10k's ExperimentOTB",
+    also=("otb100-auc",),
+)

@@ -1,0 +1,185 @@
+"""Overlap of a true region (box, polygon or mask) with an estimated box, cut off at the image.
+
+Two definitions. `raster_overlap` is that of the VOT toolkit: coordinates are rounded to whole
+pixels and pixels are counted; a box covers the pixels from its corner on, a polygon those of its
+vertices, too. `exact_overlap` takes areas as they are. Where the two differ, and why one wants
+both, is shown in docs/metrics.md.
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.metrics.overlap import is_well_formed, overlap
+
+__all__ = ["exact_overlap", "raster_overlap"]
+
+Shapes = Sequence[NDArray[np.float64] | NDArray[np.bool_] | None] | None
+"""By frame a polygon, shape (k, 2), a mask, bool of shape (height, width), or None for the box."""
+
+
+def raster_overlap(
+    truth: NDArray[np.float64],
+    estimate: NDArray[np.float64],
+    size: tuple[int, int] | None = None,
+    shapes: Shapes = None,
+) -> NDArray[np.float64]:
+    """Share of pixels that both regions have of those that any has, frame by frame.
+
+    Parameters
+    ----------
+    truth, estimate : ndarray of float64, shape (n, 4)
+        Boxes in pixels; a NaN row of the truth where the target is absent.
+    size : tuple of int, optional
+        Width and height of the image; pixels outside do not count.
+    shapes : sequence, optional
+        True outlines in the place of boxes (`Shapes`).
+
+    Returns
+    -------
+    ndarray of float64, shape (n,)
+        In [0, 1]; 0 where the target is absent, the estimate malformed, or neither has a pixel.
+    """
+    e = _corners(_whole(np.where(is_well_formed(estimate)[:, None], estimate, 0.0)), size)
+    t = _corners(_whole(np.nan_to_num(truth)), size)
+    found = overlap(_boxes(t), _boxes(e))
+    for i, shape in _given(shapes, truth):
+        pixels = _whole(shape) if shape.dtype != bool else shape
+        found[i] = _counted(pixels, e[i].astype(int), size)
+    return found
+
+
+def exact_overlap(
+    truth: NDArray[np.float64],
+    estimate: NDArray[np.float64],
+    size: tuple[int, int] | None = None,
+    shapes: Shapes = None,
+) -> NDArray[np.float64]:
+    """Intersection over union of areas; arguments and result as of `raster_overlap`.
+
+    What is inside a polygon that crosses itself is told by the even-odd rule; a mask's pixels are
+    unit squares.
+    """
+    e = _corners(np.where(is_well_formed(estimate)[:, None], estimate, 0.0), size)
+    t = _corners(np.nan_to_num(truth), size)
+    found = overlap(_boxes(t), _boxes(e))
+    for i, shape in _given(shapes, truth):
+        everywhere = (0, 0, *size) if size else (-np.inf, -np.inf, np.inf, np.inf)
+        area = _mask_area if shape.dtype == bool else _polygon_area
+        both = area(shape, e[i])
+        either = area(shape, np.array(everywhere)) + np.prod(e[i, 2:] - e[i, :2]) - both
+        found[i] = both / either if either > 0 else 0.0
+    return found
+
+
+def _given(shapes: Shapes, truth: NDArray[np.float64]) -> Iterator[tuple[int, NDArray[np.float64]]]:
+    """Frames whose truth is a shape, and the shape."""
+    for i, shape in enumerate(shapes or ()):
+        if shape is not None and np.isfinite(truth[i]).all():
+            yield i, np.asarray(shape)
+
+
+def _whole(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rounded, halves to even numbers, from the single precision that VOT keeps regions in."""
+    return np.round(values.astype(np.float32)).astype(np.float64)
+
+
+def _corners(boxes: NDArray[np.float64], size: tuple[int, int] | None) -> NDArray[np.float64]:
+    """Corners [left, top, right, bottom] of boxes, inside the image; shape (n, 4)."""
+    low, high = boxes[:, :2], boxes[:, :2] + boxes[:, 2:]
+    if size is not None:
+        low, high = np.clip(low, 0, size), np.clip(high, 0, size)
+    return np.column_stack([low, np.maximum(low, high)])
+
+
+def _boxes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.column_stack([corners[:, :2], corners[:, 2:] - corners[:, :2]])
+
+
+def _counted(
+    shape: NDArray[np.float64], corners: NDArray[np.int64], size: tuple[int, int] | None
+) -> float:
+    """Overlap of a mask, or of a polygon of whole coordinates, with a box, by pixels."""
+    left, top, right, bottom = (int(value) for value in corners)
+    mask, x, y = (shape, 0, 0) if shape.dtype == bool else _polygon_pixels(shape, size, left)
+    height, width = mask.shape
+    rows = slice(max(top - y, 0), max(min(bottom - y, height), 0))
+    columns = slice(max(left - x, 0), max(min(right - x, width), 0))
+    both = np.count_nonzero(mask[rows, columns])
+    either = np.count_nonzero(mask) + (right - left) * (bottom - top) - both
+    return both / either if either else 0.0
+
+
+def _polygon_pixels(
+    points: NDArray[np.float64], size: tuple[int, int] | None, from_column: int
+) -> tuple[NDArray[np.bool_], int, int]:
+    """Pixels of a polygon of whole coordinates, in the image; and where their first one lies.
+
+    A row of pixels is crossed by the polygon's edges, their ends among them; what lies between
+    the first and the second crossing is inside, and so on, both ends included. Crossings at the
+    same place count once, where another one follows. Crossings are cut to whole columns, counted
+    from `from_column` if that is left of the polygon: VOT counts from where either region begins.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    low[0] = min(low[0], from_column)
+    if size is not None:
+        low, high = np.maximum(low, 0), np.minimum(high, np.array(size) - 1)
+    (x, y), (width, height) = low.astype(int), np.maximum(high - low + 1, 0).astype(int)
+    mask = np.zeros((height, width), bool)
+    start = points - low
+    end = np.roll(start, 1, axis=0)
+    for row in range(height):
+        crosses = (np.minimum(start, end)[:, 1] <= row) & (row <= np.maximum(start, end)[:, 1])
+        (sx, sy), (dx, dy) = start[crosses].T, (end - start)[crosses].T
+        share = np.divide(row - sy, dy, out=np.zeros_like(sy), where=dy != 0)
+        nodes = np.sort((sx + share * dx).astype(int)).tolist()
+        while len(nodes) > 1:
+            first = nodes.pop(0)
+            if first == nodes[0] and len(nodes) > 1:
+                continue
+            last = nodes.pop(0)
+            if last >= 0:
+                mask[row, max(first, 0) : last + 1] = True
+    return mask, int(x), int(y)
+
+
+def _mask_area(mask: NDArray[np.float64], corners: NDArray[np.float64]) -> float:
+    """Area of a mask's pixels inside a box."""
+    low, high = np.clip(corners.reshape(2, 2), 0, mask.shape[::-1])
+    columns, rows = (
+        np.clip(np.arange(n) + 1 - a, 0, 1) - np.clip(np.arange(n) + 1 - b, 0, 1)
+        for n, a, b in zip(mask.shape[::-1], low, high, strict=True)
+    )
+    return float(rows @ mask @ columns)
+
+
+def _polygon_area(points: NDArray[np.float64], corners: NDArray[np.float64]) -> float:
+    """Area of a polygon inside a box, by the even-odd rule.
+
+    Between two neighbouring heights at which edges end, cross each other or the box's sides, the
+    inside consists of trapezoids, whose area is the height by the width in the middle.
+    """
+    start = np.asarray(points, np.float64)
+    step = np.roll(start, -1, axis=0) - start
+    left, top, right, bottom = corners
+    sx, sy = start.T
+    dx, dy = step.T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # Edge i meets edge j where start_i + u step_i lies on the line of j.
+        apart = np.subtract.outer(sx, sx), np.subtract.outer(sy, sy)
+        u = (apart[1] * dx - apart[0] * dy) / (np.outer(dx, dy) - np.outer(dy, dx))
+        sides = [sy + (side - sx) / dx * dy for side in (left, right)]
+        meetings = (sy[:, None] + u * dy[:, None]).ravel()
+    heights = np.concatenate([sy, meetings, *sides, [top, bottom]])
+    heights = np.unique(heights[np.isfinite(heights)])
+    heights = heights[(heights >= max(top, sy.min())) & (heights <= min(bottom, sy.max()))]
+    area = 0.0
+    for low, high in pairwise(heights):
+        middle = (low + high) / 2
+        crossed = (sy <= middle) != (sy + dy <= middle)
+        xs = np.sort(sx[crossed] + (middle - sy[crossed]) / dy[crossed] * dx[crossed])
+        xs = np.clip(xs, left, right)
+        area += (high - low) * float((xs[1::2] - xs[::2]).sum())
+    return area
