@@ -20,7 +20,8 @@ def claim_words(claim: Mapping[str, Any]) -> str:
 def ledger_table(claims: Sequence[Mapping[str, Any]], tally: str, *, gated: bool = True) -> Table:
     """Claims with verdict and evidence.
 
-    They have `id`, `source`, `text`, `verdict`, `readings`, and `evidence` with `reason`,
+    They have `id`, `source`, `text`, `verdict`, `effect` (in words), `statistic`, `interval`,
+    `unit`, `cells`, `counted` (in the singular), `readings`, and `evidence` with `reason`,
     `all_drawn_scenes`, `post_hoc`, `fragile`, `asserted` and `ours`. Where the scenes are `gated`,
     some were dropped before anything ran, and the verdict over all of them has a column. The
     `tally` says how many there are by verdict.
@@ -34,10 +35,10 @@ def ledger_table(claims: Sequence[Mapping[str, Any]], tally: str, *, gated: bool
         if evidence["fragile"]:
             holds += "; fragile"
         shown = [claim["id"], claim["source"], claim_words(claim), claim["verdict"]]
-        shown += [evidence["all_drawn_scenes"]] if gated else []
+        shown += [claim["effect"], *([evidence["all_drawn_scenes"]] if gated else [])]
         shown += [holds, evidence["reason"]]
         rows.append([Cell(str(text)) for text in shown])
-    heads = ["claim", "source", "what it says", "verdict"]
+    heads = ["claim", "source", "what it says", "verdict", "effect [95 % interval] unit"]
     heads += ["all drawn scenes"] if gated else []
     heads += ["holds in", "why"]
     rests = ". Verdicts rest on the scenes that the gate kept" if gated else ""
@@ -51,6 +52,12 @@ def ledger_table(claims: Sequence[Mapping[str, Any]], tally: str, *, gated: bool
             {
                 "id": claim["id"],
                 "verdict": claim["verdict"],
+                "effect": claim["statistic"],
+                "low": claim["interval"][0],
+                "high": claim["interval"][1],
+                "unit": claim["unit"],
+                "cells": claim["cells"],
+                "counted": claim["counted"],
                 "readings": claim["readings"],
                 "reason": claim["evidence"]["reason"],
             }

@@ -12,14 +12,14 @@ fragile.
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import isfinite, isnan, nan
 from typing import Any
 
 from bench.claims.findings import Finding
 from bench.claims.kinds import NumberTest
 from bench.claims.ledger import Claim
 from bench.claims.readings import NO_MATTER
-from bench.statistics.verdicts import Outcome, Verdict
+from bench.statistics.outcomes import NOWHERE, Outcome, Verdict, undecided
 
 __all__ = ["Conclusion", "conclude"]
 
@@ -34,7 +34,7 @@ class Conclusion:
     ----------
     claim : Claim
         What was claimed.
-    verdict, reason : str
+    found : Verdict
         The headline reading's.
     drawn : str
         The same reading's verdict on all scenes that were drawn.
@@ -49,16 +49,25 @@ class Conclusion:
     """
 
     claim: Claim
-    verdict: Outcome
-    reason: str
+    found: Verdict
     drawn: Outcome
     readings: str
     post_hoc: str
     fragile: bool
     findings: tuple[Finding, ...]
 
-    def under(self, choice: Mapping[str, str]) -> tuple[Outcome, str] | None:
-        """Verdict and reason under a reading, over all lights and the scenes kept.
+    @property
+    def verdict(self) -> Outcome:
+        """The headline reading's."""
+        return self.found.verdict
+
+    @property
+    def reason(self) -> str:
+        """Of the verdict."""
+        return self.found.reason
+
+    def under(self, choice: Mapping[str, str]) -> Verdict | None:
+        """The verdict under a reading, over all lights and the scenes kept.
 
         The reading is an option by axis; axes that are not named are read as the headline. None
         where the claim was not tested under it.
@@ -81,6 +90,12 @@ class Conclusion:
             "text": claim.says,
             "short": claim.short,
             "verdict": self.verdict,
+            "effect": self.found.effect,
+            "statistic": _plain(self.found.statistic),
+            "interval": [_plain(limit) for limit in self.found.interval],
+            "unit": self.found.unit,
+            "cells": self.found.cells,
+            "counted": self.found.counted,
             "readings": self.readings,
             "evidence": {
                 "reason": self.reason,
@@ -111,17 +126,16 @@ def conclude(claim: Claim, findings: Sequence[Finding]) -> Conclusion:
     if isinstance(claim.test, NumberTest) and claim.test.groups:
         headline = [_one_by_one(finding, findings) for finding in headline]
     rivals = claim.readings.rivals
-    outcome, reason = _settled([f for f in headline if f.scenes == "kept"], rivals)
+    found = _settled([f for f in headline if f.scenes == "kept"], rivals)
     on_drawn = [f for f in headline if f.scenes == "drawn"]
     # What depends on no scene is found once.
-    drawn = _settled(on_drawn, rivals)[0] if on_drawn else outcome
+    drawn = _settled(on_drawn, rivals).verdict if on_drawn else found.verdict
     known = _by_reading(findings, post_hoc=False)
     hindsight = _by_reading(findings, post_hoc=True)
-    seen = {outcome, *known, *hindsight}
+    seen = {found.verdict, *known, *hindsight}
     return Conclusion(
         claim=claim,
-        verdict=outcome,
-        reason=reason,
+        found=found,
         drawn=drawn,
         readings=_count(known),
         post_hoc=_count(hindsight) if hindsight else "",
@@ -141,7 +155,7 @@ def _one_by_one(whole: Finding, findings: Iterable[Finding]) -> Finding:
         f"{', '.join(told)}: means, and in parentheses where one run more would lie with 95 % "
         "(prediction interval); numbers of other videos, printed and not judged."
     )
-    return replace(whole, verdict=replace(whole.verdict, reason=reason))
+    return replace(whole, verdict=Verdict(whole.verdict.verdict, nan, NOWHERE, 0, reason))
 
 
 def _number(verdict: Verdict) -> str:
@@ -173,11 +187,11 @@ def _by_reading(findings: Iterable[Finding], *, post_hoc: bool) -> list[Outcome]
         if finding.post_hoc == post_hoc:
             key = tuple(sorted(finding.reading.items()))
             readings.setdefault(key, []).append(finding)
-    return [_decided(found)[0] for found in readings.values()]
+    return [_decided(found).verdict for found in readings.values()]
 
 
-def _settled(findings: Sequence[Finding], rivals: Sequence[str]) -> tuple[Outcome, str]:
-    """One outcome of rival readings', and its reason."""
+def _settled(findings: Sequence[Finding], rivals: Sequence[str]) -> Verdict:
+    """One verdict of rival readings'."""
     readings: dict[str, list[Finding]] = {}
     for finding in findings:
         told = [f"{name} {finding.reading[name]}" for name in rivals if finding.reading.get(name)]
@@ -185,31 +199,44 @@ def _settled(findings: Sequence[Finding], rivals: Sequence[str]) -> tuple[Outcom
     if len(readings) < 2:
         return _decided(findings)
     said = {words: _decided(found) for words, found in readings.items()}
-    outcomes = {outcome for outcome, _ in said.values()}
     told_apart = " ".join(
-        f"{words} {outcome.replace('-', ' ')}: {reason}"
-        for words, (outcome, reason) in said.items()
+        f"{words} {one.verdict.replace('-', ' ')}: {one.reason}" for words, one in said.items()
     )
-    if len(outcomes) == 1:
-        return outcomes.pop(), told_apart
+    apart = [
+        replace(one, of=", ".join(filter(None, [words, one.of]))) for words, one in said.items()
+    ]
     deciding = [name for name in rivals if len({f.reading.get(name) for f in findings}) > 1]
-    return "undecided", f"it depends on the {' and the '.join(deciding)}. {told_apart}"
+    return _agreed(apart, f"it depends on the {' and the '.join(deciding)}. ", told_apart)
 
 
-def _decided(findings: Iterable[Finding]) -> tuple[Outcome, str]:
-    """One outcome of the metrics', and its reason."""
+def _agreed(verdicts: Sequence[Verdict], unless: str, reason: str) -> Verdict:
+    """One verdict of several on the same claim, which is decided where they agree.
+
+    It has the numbers of the one that is least sure of it; where they don't agree, of the first
+    that doesn't hold. A claim that is just true is said not to hold no oftener than by any.
+    """
+    known = [one.against for one in verdicts if not isnan(one.against)]
+    against = max(known) if known else nan
+    if len({one.verdict for one in verdicts}) == 1:
+        fails = verdicts[0].verdict == "does-not-hold"
+        by_chance = sorted(verdicts, key=lambda one: 2.0 if isnan(one.against) else one.against)
+        shown = next((one for one in reversed(by_chance) if one.against == against), by_chance[0])
+        return replace(shown if fails else by_chance[0], reason=reason, against=against)
+    first = next(one for one in verdicts if one.verdict != "holds")
+    return replace(first, verdict="undecided", reason=f"{unless}{reason}", against=against)
+
+
+def _decided(findings: Iterable[Finding]) -> Verdict:
+    """One verdict of the metrics'."""
     every = list(findings)
     if not every:
-        return "undecided", "nothing was run that tests it under the headline reading."
+        return undecided("nothing was run that tests it under the headline reading.")
     deciding = [f for f in every if f.metric in DECIDING] or every
-    outcomes = {finding.verdict.verdict for finding in deciding}
     told = " ".join(
         f"{finding.metric.replace('_', ' ')}: {finding.verdict.reason}".removeprefix(": ")
         for finding in every
     )
-    if len(outcomes) == 1:
-        return outcomes.pop(), told
-    return "undecided", f"the metrics do not agree. {told}"
+    return _agreed([one.verdict for one in deciding], "the metrics do not agree. ", told)
 
 
 def _count(outcomes: Sequence[Outcome]) -> str:
@@ -234,7 +261,9 @@ def _verdict_for_json(verdict: Verdict) -> dict[str, Any]:
         "verdict": verdict.verdict,
         "statistic": _plain(verdict.statistic),
         "interval": [_plain(limit) for limit in verdict.interval],
+        "unit": verdict.unit,
         "cells": verdict.cells,
+        "counted": verdict.counted,
         "reason": verdict.reason,
     }
 

@@ -9,7 +9,7 @@ import pandas as pd
 from bench.claims.kinds import CheckTest, Side
 from bench.claims.ledger import Claim
 from bench.claims.sides import Compared, Table, rows_by_reading
-from bench.statistics.verdicts import Verdict
+from bench.statistics.outcomes import Verdict
 
 __all__ = ["Check", "Evidence", "Finding"]
 

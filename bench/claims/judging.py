@@ -16,16 +16,8 @@ from bench.claims.findings import Check, Evidence, Finding
 from bench.claims.ledger import Claim
 from bench.claims.readings import NO_MATTER, Option, Reading, Readings
 from bench.claims.sides import SETTLED, Compared, Table, light_rows, limited, rows_by_reading
-from bench.claims.verdicts import CELL, verdict_of
-from bench.statistics.intervals import Interval
-from bench.statistics.verdicts import (
-    LEAST_CELLS,
-    NOWHERE,
-    Outcome,
-    Verdict,
-    conjunction,
-    undecided,
-)
+from bench.claims.verdicts import CELL, in_units, verdict_of
+from bench.statistics.outcomes import NOWHERE, Verdict, conjunction, enough_of, undecided
 
 __all__ = ["COLUMNS", "NOT_RUN", "judge", "judge_all"]
 
@@ -35,7 +27,7 @@ COLUMNS = ("sequence", "scene", "light", "repetition", "frames", "kept_scene")
 _DEFAULTS: Mapping[str, int | bool] = {"repetition": 0, "frames": 1, "kept_scene": True}
 """What tables beside the scores need not have."""
 
-NOT_RUN = "nothing was run that tests it; give --all"
+NOT_RUN = "nothing was run that tests it"
 """Why a claim is undecided that waits for more to be run."""
 
 Tables = Mapping[str, pd.DataFrame]
@@ -104,7 +96,10 @@ def judge(
     if isinstance(test, kinds.CheckTest):
         if test.check not in (checks or {}):
             raise ValueError(f"claim {claim.id}: there is no check {test.check!r}.")
-        found = (checks or {})[test.check](Evidence(claim, scores, tables or {}))
+        found = [
+            replace(one, verdict=replace(one.verdict, unit=one.verdict.unit or test.unit))
+            for one in (checks or {})[test.check](Evidence(claim, scores, tables or {}))
+        ]
     else:
         parts = test.parts if isinstance(test, kinds.PartsTest) else {"": test}
         frames = {name: _frame(claim, part, scores, tables or {}) for name, part in parts.items()}
@@ -259,9 +254,11 @@ def _verdicts(claim: Claim, parts: list[_Part]) -> Iterator[tuple[str, str, Verd
         for metric, group, verdict in _whole_and_groups(claim, part)
         if not group
     }
-    whole = conjunction(list(said.values()), list(said))
-    reasons = [f"{name}: {v.verdict.replace('-', ' ')}, {v.reason}" for name, v in said.items()]
-    yield "", "", replace(whole, reason=" ".join(reasons))
+    reasons = [
+        f"{name}: {verdict.verdict.replace('-', ' ')}, {verdict.told}"
+        for name, verdict in said.items()
+    ]
+    yield "", "", conjunction(list(said.values()), list(said), " ".join(reasons))
     for name, verdict in said.items():
         yield "", name, verdict
 
@@ -269,7 +266,7 @@ def _verdicts(claim: Claim, parts: list[_Part]) -> Iterator[tuple[str, str, Verd
 def _whole_and_groups(claim: Claim, part: _Part) -> Iterator[tuple[str, str, Verdict]]:
     test = part.test
     if isinstance(test, kinds.BoundTest | kinds.RatioTest):
-        yield "", "", verdict_of(claim.id, test, part.sides, "")
+        yield "", "", in_units(claim, test, "", verdict_of(claim.id, test, part.sides, ""))
         return
     groups = test.groups
     if not groups and len(test.on) > 1:
@@ -282,7 +279,7 @@ def _whole_and_groups(claim: Claim, part: _Part) -> Iterator[tuple[str, str, Ver
     limited_parts = {name: part.limited(limits) for name, limits in groups.items()}
     for metric in test.by:
         by_group = {
-            name: verdict_of(claim.id, test, one.sides, metric)
+            name: in_units(claim, test, metric, verdict_of(claim.id, test, one.sides, metric))
             for name, one in limited_parts.items()
         }
         yield metric, "", _whole(claim, whole, test, metric, by_group)
@@ -294,30 +291,10 @@ def _whole(
     claim: Claim, part: _Part, test: kinds.CellTest, metric: str, by_group: Mapping[str, Verdict]
 ) -> Verdict:
     if isinstance(test, kinds.LostTest):
-        return _lost_verdict(test, by_group)
+        return enough_of(list(by_group.values()), list(by_group), test.share, test.least)
     if test.every:
         return conjunction(list(by_group.values()), list(by_group))
-    return verdict_of(claim.id, test, part.sides, metric)
-
-
-def _lost_verdict(test: kinds.LostTest, parts: Mapping[str, Verdict]) -> Verdict:
-    """Counts sequences: those that are surely lost so often, and those that may be."""
-    lost = [name for name, part in parts.items() if part.statistic >= test.share]
-    outcomes = [part.verdict for part in parts.values()]
-    surely, maybe = outcomes.count("holds"), len(parts) - outcomes.count("does-not-hold")
-    words = (
-        f"lost in {100 * test.share:.0f} % of the runs or more: {', '.join(lost) or 'none'}; by "
-        f"the intervals surely {surely} and at most {maybe} of {len(parts)}"
-    )
-    fewest = min(part.cells for part in parts.values())
-    if fewest < LEAST_CELLS:
-        words += f"; {LEAST_CELLS} cells of each sequence are needed"
-    outcome: Outcome = "undecided"
-    if surely >= test.least:
-        outcome = "holds"
-    elif maybe < test.least:
-        outcome = "does-not-hold"
-    return Verdict(outcome, float(len(lost)), Interval(surely, maybe), fewest, f"{words}.")
+    return in_units(claim, test, metric, verdict_of(claim.id, test, part.sides, metric))
 
 
 def _summary(claim: Claim, parts: Mapping[str, Conclusion]) -> list[Finding]:
@@ -336,7 +313,7 @@ def _summary(claim: Claim, parts: Mapping[str, Conclusion]) -> list[Finding]:
 
     for reading in readings.all(lambda axis: any(map(has, axis.options.values())), has):
         told = [part.under(reading.names) for part in parts.values()]
-        said = [Verdict(one[0], nan, NOWHERE, 1, one[1]) for one in told if one is not None]
+        said = [one for one in told if one is not None]
         if len(said) == len(parts):
             found.append(
                 Finding(

@@ -17,7 +17,7 @@ of the scores or of a table of what was measured besides (`table`):
 Two need no cells: `bound`, whether all rows lie within limits, and `ratio`, whether one time is
 longer than another. `parts` is a claim with several tests, all of which must hold; `summary` says
 that several other claims do; `check` is a function of the paper's, with settings of its own; `none`
-is not testable, and says why.
+is not testable, and says why. The `unit` of a check's number is said with it.
 
 `by` names the metrics. `where` limits the cells that a verdict rests on; `groups` are judged beside
 it, with limits of their own (each sequence by `where`, where there are none); with `every` the
@@ -42,6 +42,7 @@ __all__ = [
     "ERRORS",
     "KINDS",
     "SCORES",
+    "UNITS",
     "AllTest",
     "BestTest",
     "BoundTest",
@@ -78,6 +79,9 @@ Which of them decide, `bench.claims.conclusion` says. Other metrics are judged a
 
 ERRORS = ("centre_error", "size_error", "error")
 """Metrics of which less is better begin so; a margin is a share of the worse side's mean."""
+
+UNITS = {"centre_error": "px", "error": "px"}
+"""Of metrics, as far as they are the same in all papers; counts have that of a share."""
 
 SCORES = "scores"
 """Name of the table that a reproduction's runs make."""
@@ -139,6 +143,8 @@ class _TableTest(Entry):
 
     naming: ClassVar[tuple[str, ...]] = ()
     """Keys that name columns."""
+    counted: ClassVar[str] = "scene"
+    """What a verdict rests on, in the singular."""
 
     table: Text = SCORES
     where: Limits = {}
@@ -301,6 +307,7 @@ class ShareTest(_OneSided):
 class NumberTest(_OneSided):
     """Numbers to print beside the paper's."""
 
+    counted = "run"
     kind: Literal["number"]
 
 
@@ -312,6 +319,7 @@ class BoundTest(_TableTest):
     """
 
     naming = ("metric", "interval")
+    counted = "row"
     kind: Literal["bound"]
     metric: Text
     interval: tuple[Text, Text] | None = None
@@ -329,6 +337,7 @@ class RatioTest(_TableTest):
     """One thing takes longer than another by a factor; a row is a pair measured side by side."""
 
     naming = ("longer", "shorter")
+    counted = "pair"
     kind: Literal["ratio"]
     longer: Text
     shorter: Text
@@ -347,6 +356,7 @@ class CheckTest(Entry):
 
     kind: Literal["check"]
     check: Text
+    unit: str = ""
     settings: dict[str, float | str | list[str | float]] = {}
 
 

@@ -8,6 +8,12 @@
 version = 1
 retired = ["X-3"]                # ids that were in use once; none is ever given again
 
+[units]                          # of metrics that aren't shares of frames or runs
+jitter = "px"
+
+[cells]                          # what is repeated in a table beside the scores, if not scenes
+sets = "set of clips"
+
 [usual."suite/sequence"]         # parameters of trackers there, under all others
 proposed = { particles = 15 }
 
@@ -77,10 +83,12 @@ class Published(Entry):
 
 
 class Claim(Entry):
-    """A claim; see the module for what the keys mean. `id` and `readings` come from around it."""
+    """A claim; see the module for what the keys mean. The first four come from around it."""
 
     id: Text
     readings: Readings
+    units: dict[Text, str] = Field(default={})
+    cells: dict[Text, Text] = Field(default={})
     short: Annotated[str, Field(max_length=MOST_LETTERS)] = ""
     source: Text
     quote: Text
@@ -110,8 +118,9 @@ class _Ledger(Entry):
         known = Readings.model_validate(
             {"axes": table.get("readings", {}), "usual": table.pop("usual", {})}
         )
+        shared = {"units": table.pop("units", {}), "cells": table.pop("cells", {})}
         entries = {
-            name: {"id": name, "readings": known, **_with_its_test(entry)}
+            name: {"id": name, "readings": known, **shared, **_with_its_test(entry)}
             if isinstance(entry, dict)
             else entry
             for name, entry in table["claim"].items()

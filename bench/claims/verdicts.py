@@ -11,14 +11,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.claims import kinds
+from bench.claims.ledger import Claim
 from bench.claims.sides import limited
 from bench.statistics.intervals import Interval
+from bench.statistics.outcomes import LEAST_CELLS, Verdict, check, conjunction, undecided
 from bench.statistics.verdicts import (
-    LEAST_CELLS,
-    Outcome,
-    Verdict,
+    above,
     all_kept,
-    check,
     equal,
     no_worse,
     number,
@@ -26,10 +25,9 @@ from bench.statistics.verdicts import (
     order_of_groups,
     ratio_above,
     share_at_least,
-    undecided,
 )
 
-__all__ = ["CELL", "verdict_of"]
+__all__ = ["CELL", "in_units", "verdict_of"]
 
 CELL = ["sequence", "scene"]
 
@@ -65,12 +63,41 @@ def verdict_of(claim: str, test: kinds.PartTest, sides: Sides, metric: str) -> V
     if isinstance(test, kinds.BestTest):
         return _best(test, [_values(side, test, metric) for side in sides])
     if isinstance(test, kinds.NumberTest):
-        shares = _scaled(sides[0], metric)
-        shares = shares[~np.isnan(shares)]
-        return number(shares) if len(shares) > 1 else undecided("fewer than two runs.")
+        values = _scaled(sides[0], metric)
+        values = values[~np.isnan(values)]
+        if len(values) < 2:
+            return undecided("fewer than two runs.")
+        return number(values, shares=metric in kinds.COUNTS)
     if isinstance(test, kinds.ShareTest):
         return _share(test, sides[0], metric)
     return _kept(test, sides[0])
+
+
+def in_units(claim: Claim, test: kinds.PartTest, metric: str, verdict: Verdict) -> Verdict:
+    """The verdict with what was estimated, its unit, and the unit of repetition."""
+    of, unit = metric, kinds.UNITS.get(metric, "")
+    if isinstance(test, kinds.BoundTest):
+        of = test.metric
+    elif isinstance(test, kinds.RatioTest):
+        of, unit = f"{test.longer} to {test.shorter}", "times as long"
+    elif isinstance(test, kinds.AllTest | kinds.LostTest):
+        of, unit = "lost" if isinstance(test, kinds.LostTest) else "never lost", "of the runs"
+    elif isinstance(test, kinds.ShareTest) and metric not in kinds.COUNTS:
+        unit = f"of the {test.trials or 'runs'}".replace("_", " ")
+    elif isinstance(test, kinds.BestTest):
+        unit = "of the scenes"
+    elif metric in kinds.COUNTS:
+        unit = "of the frames"
+    interval = verdict.interval
+    if metric in kinds.COUNTS:  # differences of shares
+        interval = Interval(max(interval.low, -1.0), min(interval.high, 1.0))
+    return replace(
+        verdict,
+        interval=interval,
+        of=of.replace("_", " "),
+        unit=claim.units.get(of, unit),
+        counted=claim.cells.get(test.table, test.counted),
+    )
 
 
 def _compared(
@@ -142,14 +169,16 @@ def _bound(test: kinds.BoundTest, rows: pd.DataFrame) -> Verdict:
     against = f"to be compared with {sign * limit:g}."
     if test.interval is None:
         return check(bool(low[worst] >= limit), value, f"{reason}, {against}", len(rows))
-    around = Interval(*(float(rows[name].iloc[worst]) for name in test.interval))
-    reason += f" (95 %: {around.low:.3g} to {around.high:.3g}), {against}"
-    outcome: Outcome = "undecided"
-    if low[worst] > limit:
-        outcome = "holds"
-    elif (high < limit).any():
-        outcome = "does-not-hold"
-    return Verdict(outcome, value, around, len(rows), reason)
+    values = sign * rows[test.metric].to_numpy(np.float64)
+    found = [
+        above(value, Interval(*ends), limit, LEAST_CELLS, "")
+        for value, *ends in zip(values.tolist(), low.tolist(), high.tolist(), strict=True)
+    ]
+    whole = conjunction(found, [f"row {place}" for place in range(len(found))])
+    value, ends = sign * whole.statistic, sorted(sign * end for end in whole.interval)
+    words = f"{extreme} {test.metric.replace('_', ' ')}"
+    reason = f"the {words} is {value:.3g} (95 %: {ends[0]:.3g} to {ends[1]:.3g}), {against}"
+    return replace(whole, statistic=value, interval=Interval(*ends), cells=len(rows), reason=reason)
 
 
 def _margin(sides: Sides, test: kinds.Comparison, metric: str) -> float:

@@ -157,6 +157,7 @@ def _document(report: "Report", paper: str) -> dict[str, object]:
     """What a script reads."""
     names = dict.fromkeys(row["table"] for row in report.rows)
     return {
+        "title": report.title,
         "paper": paper,
         "remarks": report.remarks,
         "tables": [

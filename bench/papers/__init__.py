@@ -17,9 +17,12 @@ if TYPE_CHECKING:
     from reports.tables import Table
 from datasets.text_form import close_match
 
-__all__ = ["Asked", "Effort", "Report", "load_paper", "paper_names"]
+__all__ = ["NO_EVIDENCE", "Asked", "Effort", "Report", "load_paper", "paper_names"]
 
 FOLDER = Path(__file__).parent
+
+NO_EVIDENCE = "A quick look, no evidence"
+"""Where every report of a quick effort begins."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ class Effort:
         """What is marked on everything that comes of it; empty for the whole."""
         marks = []
         if self.quick:
-            marks.append("quick look: few scenes and seeds, no evidence")
+            marks.append(f"{NO_EVIDENCE[:1].lower()}{NO_EVIDENCE[1:]}: few scenes and seeds")
         if self.seeds is not None:
             marks.append(f"at most {self.seeds} repetitions")
         return "; ".join(marks)
@@ -67,7 +70,7 @@ class Report:
     Attributes
     ----------
     title : str
-        Headline.
+        Headline; of a quick effort it says that it is no evidence.
     remarks : list of str
         What a reader must know before any number: what was run, on what.
     tables : list of Table
@@ -76,8 +79,8 @@ class Report:
         A published number a row, for scripts: `table`, `label`, `column`, `published`,
         `measured`, `interval`.
     claims : list of dict
-        The ledger after the verdicts, for scripts: `id`, `source`, `text`, `verdict`,
-        `readings`, `evidence`.
+        The ledger after the verdicts, for scripts: `id`, `source`, `text`, `verdict`, `effect`
+        (in words), `statistic`, `interval`, `unit`, `cells`, `counted`, `readings`, `evidence`.
     pictures : list of Path
         Figures that were written.
     main : Table, optional

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from bench.papers import Effort, Report
-from bench.papers.screen import claim_count, outcome
+from bench.papers import NO_EVIDENCE, Effort, Report
+from bench.papers.screen import EFFECT, claim_count, outcome
 from bench.store.files import ResultsError
 from reports.files import write_file
 from reports.ledger import claim_words
@@ -67,15 +67,17 @@ def _results(report: Report, paper: str, effort: Effort) -> str:
         *(["--all"] if effort.everything else []),
         *([f"--seeds {effort.seeds}"] if effort.seeds is not None else []),
     ]
-    made = f"What `{' '.join(['trackmark reproduce', paper, *options])}` found"
+    begins = f"**{NO_EVIDENCE}.** What" if effort.quick else "What"
+    made = f"{begins} `{' '.join(['trackmark reproduce', paper, *options])}` found"
     parts = [f"{made}{f' ({effort.words})' if effort.words else ''}:"]
     if report.main is not None:
         parts.append(to_markdown(report.main).rstrip("\n"))
     rows = [
-        f"| {claim['id']} | {_plain(claim_words(claim))} | {outcome(claim)} | {_readings(claim)} |"
+        f"| {claim['id']} | {_plain(claim_words(claim))} | {outcome(claim)} | "
+        f"{_plain(claim['effect']) or '—'} | {_readings(claim)} |"
         for claim in report.claims
     ]
-    heads = ["| claim | what it says | verdict | holds in readings |", "|---|---|---|---|"]
+    heads = [f"| claim | what it says | verdict | {EFFECT} | holds in readings |", f"|{'---|' * 5}"]
     return "\n\n".join([*parts, f"{claim_count(report.claims)}.", "\n".join(heads + rows)]) + "\n"
 
 

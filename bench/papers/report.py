@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from bench.claims.judging import NOT_RUN, judge_all
 from bench.claims.ledger import read_claims
 from bench.claims.readings import Readings
 from bench.experiments.experiment import Experiment
-from bench.papers import Asked, Effort, Report
+from bench.papers import NO_EVIDENCE, Asked, Effort, Report
 from bench.papers.context import Context, hook, own_module, part_of
 from bench.papers.description import Description, TableEntry
 from bench.papers.figures import Drawn, draw_figure, write_pictures
@@ -67,12 +68,14 @@ class Paper:
             tables = part_of(name, "tables", module)
             context.tables.update(tables(context) if tables else {})
         checks = part_of(name, "CHECKS")
-        context.conclusions.extend(judge_all(self.claims, context.scores, context.tables, checks))
+        judged = judge_all(self.claims, context.scores, context.tables, checks)
+        context.conclusions.extend(self._with_advice(one, effort) for one in judged)
         plots = self._plots(context)
         published = part_of(name, "published")
         tables, rows = self._tables(context), published(context) if published else []
+        title = self.description.title
         return Report(
-            title=self.description.title,
+            title=f"{NO_EVIDENCE}: {title}" if effort.quick else title,
             remarks=[*self._remarks(scores, effort, plots), *self._disturbances(context)],
             tables=tables,
             rows=rows,
@@ -80,6 +83,17 @@ class Paper:
             pictures=write_pictures(folder, plots),
             main=self._main(tables, rows),
         )
+
+    def _with_advice(self, one: Conclusion, effort: Effort) -> Conclusion:
+        """Where nothing was run, what runs it: `--all`, or no quick look; else nothing."""
+        if not one.reason.startswith(NOT_RUN):
+            return one
+        entry, claim = self.description.experiments, one.claim
+        further = {self.description.experiment(name) for name in entry.all}
+        later = claim.effort == "all" or (claim.experiment and {*claim.experiment} <= further)
+        advice = "; leave out --quick" if effort.quick and not later else ""
+        advice = "; give --all" if later and not effort.everything else advice
+        return replace(one, found=replace(one.found, reason=f"{NOT_RUN}{advice}."))
 
     def _plots(self, context: Context) -> dict[str, Drawn]:
         """Figures by name; None for one that there are no runs for."""
@@ -158,9 +172,10 @@ class Paper:
     def _tables(self, context: Context) -> list[Table]:
         name, conclusions = self.description.name, context.conclusions
         claims = [one.for_json() for one in conclusions]
+        begins = f"{NO_EVIDENCE}: " if context.effort.quick else ""
         kept = bool(context.scores["kept_scene"].all())
         tables = [
-            ledger_table(claims, claim_count(claims), gated=not kept),
+            ledger_table(claims, f"{begins}{claim_count(claims)}", gated=not kept),
             verdicts_table(conclusions, context.readings, self.description.verdicts),
         ]
         for key, entry in self.description.table.items():
@@ -236,6 +251,6 @@ def verdicts_table(
 
 def _told(conclusion: Conclusion, choice: Mapping[str, str]) -> str:
     found = conclusion.under(choice)
-    if found is None or found[1].startswith(NOT_RUN):
+    if found is None or found.reason.startswith(NOT_RUN):
         return MISSING
-    return found[0].replace("-", " ")
+    return ", ".join(filter(None, [found.verdict.replace("-", " "), found.effect]))

@@ -10,10 +10,12 @@ from bench.claims.judging import NOT_RUN
 from bench.papers import Effort, Report
 from reports.renderers import to_text
 
-__all__ = ["WIDTH", "claim_count", "outcome", "screen"]
+__all__ = ["EFFECT", "WIDTH", "claim_count", "outcome", "screen"]
 
 WIDTH = 100
 """Columns of a terminal that every line fits into [characters]; a main table is made to."""
+
+EFFECT = "effect [95 % interval] unit, what it rests on"
 
 _SHORT = 50  # most characters of a claim's short form
 
@@ -24,7 +26,8 @@ def screen(report: Report, paper: str, effort: Effort, folder: Path) -> str:
     if report.main is not None:
         caption, _, body = to_text(report.main).partition("\n")
         parts += ["", *textwrap.wrap(caption, WIDTH), body.rstrip("\n")]
-    parts += ["", claim_count(report.claims), "", _row("claim", "", "verdict", "holds in")]
+    parts += ["", claim_count(report.claims), ""]
+    parts += [_row("claim", EFFECT, "verdict", "holds in")]
     parts += [_line(claim) for claim in report.claims]
     parts += ["", f"Why, in which readings, all tables and figures: {folder / 'report.md'}"]
     return "\n".join([*parts, *_further(paper, effort)])
@@ -53,7 +56,11 @@ def _line(claim: Mapping[str, Any]) -> str:
     readings, said = claim["readings"].partition(";")[0], outcome(claim)
     holds = f"{readings} readings{fragile}" if readings and said == claim["verdict"] else ""
     ours = "ours" if claim["evidence"]["ours"] else ""
-    return _row(claim["id"], words, said, ", ".join(filter(None, [holds, ours])))
+    line = _row(claim["id"], words, said, ", ".join(filter(None, [holds, ours])))
+    if not claim["effect"]:
+        return line
+    indent = " " * len(_row("", "-", "", "").partition("-")[0])
+    return f"{line}\n{indent}{textwrap.shorten(claim['effect'], WIDTH - len(indent))}"
 
 
 def _row(name: str, words: str, verdict: str, holds: str) -> str:

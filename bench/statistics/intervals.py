@@ -4,7 +4,7 @@ A cell is one sequence in one scene; repetitions have been averaged before. So t
 values, and intervals that count on many (a percentile bootstrap, say) cover too little.
 """
 
-from math import sqrt
+from math import cbrt, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from scipy.special import betaln, ndtri, stdtrit
 __all__ = [
     "Interval",
     "difference_interval",
+    "hall_interval",
     "mean_interval",
     "prediction_interval",
     "share_interval",
@@ -24,7 +25,14 @@ __all__ = [
 RESAMPLES = 2000
 
 ALIKE = np.array([0.001, 0.02, 0.05, *np.arange(0.1, 0.95, 0.1), 0.95, 0.99])
-"""Intraclass correlations that `share_interval` takes to be equally likely beforehand."""
+"""Intraclass correlations that `share_interval` thinks of."""
+
+BEFOREHAND = np.array([32.0, *[1.0] * (len(ALIKE) - 2), 16.0])
+"""How likely it takes each of them to be, in proportion: trials that are independent, or all alike,
+are no rare cases. Chosen by simulation, so that it covers as nominally as it can in both."""
+
+BEYOND = 0.018
+"""Of the posterior, what is left out at either end, likewise."""
 
 
 class Interval(NamedTuple):
@@ -39,7 +47,7 @@ class Interval(NamedTuple):
 
 
 def mean_interval(values: ArrayLike, confidence: float = 0.95) -> Interval:
-    """Student's t interval of a mean: the one that verdicts use.
+    """Student's t interval of a mean.
 
     At nominal 95 % it covers 93 to 96 % over 8 or 20 cells of normal, U-shaped and half-lost
     populations; over 5 cells it falls to 92 % where half are lost. The bootstrap-t covers 94 to
@@ -67,6 +75,34 @@ def mean_interval(values: ArrayLike, confidence: float = 0.95) -> Interval:
     half = t_quantile(len(cells) - 1, confidence) * _standard_error(cells)
     mean = float(cells.mean())
     return Interval(mean - half, mean + half)
+
+
+def hall_interval(values: ArrayLike) -> Interval:
+    """95 % interval of the mean of what may be skewed: the one that verdicts use.
+
+    Student's t after Hall's transformation (J. R. Statist. Soc. B 54, 1992), which takes out what
+    the sample's skewness does to it. Over 8, 20 and 32 cells it covers 95 % of normal, 97 to 98 %
+    of U-shaped, 96 to 99 % of half-lost and 94 to 95 % of exponential populations (Student's t: 90
+    to 93 % of these); the exponential's mean is above it in 6, 4 and 3 %. Where everything depends
+    on one scene of ten, it covers 56, 87 and 95 %: in 43, 12 and 3 % of cases there is none among
+    those drawn, and no interval could tell. A test simulates that.
+
+    Parameters, errors: see `mean_interval`.
+    """
+    cells = _checked(values)
+    n, mean, error = len(cells), float(cells.mean()), _standard_error(cells)
+    if error == 0.0:
+        return Interval(mean, mean)
+    off = cells - mean
+    skew = float((off**3).mean() / (off**2).mean() ** 1.5) / sqrt(n)
+    ends = (t_quantile(n - 1, 0.95) * sign for sign in (1.0, -1.0))
+    if abs(skew) < 1e-6:  # where the transformation only rounds
+        low, high = (mean - error * end for end in ends)
+    else:
+        low, high = (
+            mean - error * 3 / skew * (cbrt(1 + skew * (end - skew / 6)) - 1) for end in ends
+        )
+    return Interval(low, high)
 
 
 def prediction_interval(values: ArrayLike, confidence: float = 0.95) -> Interval:
@@ -139,9 +175,10 @@ def share_interval(successes: ArrayLike, trials: ArrayLike) -> Interval:
     Cells are drawn from a beta distribution, and trials from their cell's share. How alike the
     trials of a cell fare (the intraclass correlation) is not known, least where all of them
     succeed: the interval is that of the posterior over shares and correlations, flat in the
-    share, with 2 % beyond either end. It covers 92 to 99 % over 8 to 32 cells, whether trials are
-    independent or cells are all or nothing, and has the truth above or below it in at most 4 %; a
-    test simulates that.
+    share. Over 8 to 32 cells at a share of .75 it covers 95 to 97 %, whether trials are independent
+    or cells are all or nothing, and has the truth above or below it in at most 3 %; at .6 it covers
+    95 to 98 %. At .9 it covers 96 to 98 %, with the truth above it in up to 4 % where trials are
+    much alike: of so few cells, counts and ends go in steps. A test simulates that.
 
     Parameters
     ----------
@@ -151,7 +188,7 @@ def share_interval(successes: ArrayLike, trials: ArrayLike) -> Interval:
     Examples
     --------
     >>> print("{:.2f} {:.2f}".format(*share_interval([20] * 20, [20] * 20)))
-    0.83 1.00
+    0.84 1.00
     """
     counts = np.stack([np.asarray(successes, np.float64), np.asarray(trials, np.float64)])
     (good, runs), times = np.unique(counts, axis=1, return_counts=True)
@@ -161,9 +198,10 @@ def share_interval(successes: ArrayLike, trials: ArrayLike) -> Interval:
     first, second = np.outer(shares, sizes)[..., None], np.outer(1 - shares, sizes)[..., None]
     logs = betaln(good + first, runs - good + second) - betaln(first, second)
     likelihood = (logs * times).sum(axis=-1)
+    likelihood += np.log(BEFOREHAND)
     posterior = np.exp(likelihood - likelihood.max()).sum(axis=1)
     below = np.concatenate([[0.0], np.cumsum(posterior) / posterior.sum()])
-    low, high = np.interp([0.02, 0.98], below, edges)
+    low, high = np.interp([BEYOND, 1 - BEYOND], below, edges)
     return Interval(float(low) if good.any() else 0.0, float(high) if (good < runs).any() else 1.0)
 
 

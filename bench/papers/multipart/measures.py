@@ -146,8 +146,7 @@ def right_picks(evidence: Evidence) -> list[Finding]:
             f"{100 * parts[worst].statistic:.0f} % (95 %: {100 * low:.0f} to {100 * high:.0f})."
         )
         together = conjunction(list(parts.values()), list(parts))
-        shown = replace(parts[worst], verdict=together.verdict, cells=together.cells, reason=reason)
-        found.append(finding(verdict=shown))
+        found.append(finding(verdict=replace(together, reason=reason, counted="scene")))
     return found
 
 

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from bench.claims.conclusion import conclude
-from bench.claims.judging import judge
+from bench.claims.judging import NOT_RUN, judge
 from bench.claims.ledger import read_claims
 from bench.claims.sides import run_key
 from bench.papers.multipart.measures import CHECKS
@@ -27,16 +27,16 @@ def run(representation, initial="full", variant=""):
 
 
 def scores(shares, *, initials=("full",), variants=("",), kept=lambda scene: True, **columns):
-    """Runs of eight sequences, ten scenes: five even, five dappled, two repetitions.
+    """Runs of eight sequences, twelve scenes: six even, six dappled, two repetitions.
 
     `shares` is called with representation, sequence number, scene, and the reading's labels,
     and gives the share of the length, of all metrics or by metric.
     """
     rows = []
     for number, scene, initial, variant, representation in product(
-        range(1, 9), range(10), initials, variants, ("single", "multi", "adaptive")
+        range(1, 9), range(12), initials, variants, ("single", "multi", "adaptive")
     ):
-        light = "even" if scene < 5 else "dappled"
+        light = "even" if scene < 6 else "dappled"
         share = shares(representation, number, scene, initial, variant, light)
         share = share if isinstance(share, dict) else dict.fromkeys(METRICS, share)
         known = {"sequence": f"multipart/{number}", "scene": scene, "light": light}
@@ -81,18 +81,18 @@ def test_a_loss_of_sequence_7_where_its_own_table_has_it_is_no_matter_and_early_
 
 
 def test_how_often_a_target_is_lost_is_counted_where_the_intervals_are_sure():
-    def of_ten(lost):
+    def of_twelve(lost):
         def tracked(representation, number, scene, *rest):
-            often = scene < lost.get(number, 10)
+            often = scene < lost.get(number, 12)
             return 0.5 if representation == "single" and often else 1.0
 
         return concluded("MP-3", scores(tracked))
 
-    assert of_ten({1: 5}).verdict == "holds"  # three of four surely
-    found = of_ten({1: 5, 2: 5})
+    assert of_twelve({1: 6}).verdict == "holds"  # three of four surely
+    found = of_twelve({1: 6, 2: 6})
     assert found.verdict == "undecided"
     assert "by the intervals surely 2 and at most 4 of 4" in found.reason
-    assert of_ten({1: 0, 2: 0}).verdict == "does-not-hold"
+    assert of_twelve({1: 0, 2: 0}).verdict == "does-not-hold"
 
 
 @pytest.mark.parametrize("name", ["MP-1", "MP-2", "MP-3", "MP-4", "MP-4a", "MP-5"])
@@ -111,13 +111,13 @@ def test_a_choice_that_is_wrong_is_not_the_best():
 def test_a_cell_is_a_sequence_in_a_scene_averaged_over_repetitions():
     frame = scores(as_claimed)
     found = {f.group: f for f in judge(CLAIMS["MP-1"], frame) if f.light == "both"}
-    assert found[""].verdict.cells == 40
-    assert found["multipart/5"].verdict.cells == 10
-    expected = 1 - np.mean([0.6 + 0.01 * (scene % 3) for scene in range(10)])
+    assert found[""].verdict.cells == 48
+    assert found["multipart/5"].verdict.cells == 12
+    expected = 1 - np.mean([0.6 + 0.01 * (scene % 3) for scene in range(12)])
     assert found[""].verdict.statistic == pytest.approx(expected)
 
 
-def test_each_light_is_judged_and_five_scenes_of_one_sequence_decide_nothing():
+def test_each_light_is_judged_and_six_scenes_of_one_sequence_decide_nothing():
     found = judge(CLAIMS["MP-4a"], scores(as_claimed))
     by_light = {f.light: f.verdict.verdict for f in found}
     assert by_light == {"both": "holds", "even": "undecided", "dappled": "undecided"}
@@ -185,15 +185,15 @@ def test_a_scene_in_which_a_compared_run_failed_is_left_out_of_the_claim():
     failed &= (frame["representation"] == "multi") & (frame["repetition"] == 1)
     frame.loc[failed, ["failure", "frames_inside"]] = "multipart on multipart/5: why", np.nan
     found = {f.group: f for f in judge(CLAIMS["MP-1"], frame) if f.light == "both"}
-    assert (found[""].verdict.cells, found["multipart/5"].verdict.cells) == (39, 9)
+    assert (found[""].verdict.cells, found["multipart/5"].verdict.cells) == (47, 11)
     alone = judge(CLAIMS["MP-3"], frame)[0]  # of the single histogram: nothing of it failed
-    assert alone.verdict.cells == 10
+    assert alone.verdict.cells == 12
 
 
 def test_what_was_not_run_is_undecided_and_says_so():
     found = concluded("MP-10", scores(as_claimed))
     assert found.verdict == "undecided"
-    assert "--all" in found.reason
+    assert NOT_RUN in found.reason
     assert concluded("MP-8", scores(as_claimed)).verdict == "undecided"
 
 

@@ -266,11 +266,15 @@ most = 1.0
 def test_a_claim_with_parts_holds_where_all_do_and_says_which_does_not(claim):
     test = claim(PARTS)
     fine, slow = pd.DataFrame({"x": [0.5]}), pd.DataFrame({"x": [2.0]})
-    assert outcome(test, scores(), t=fine).verdict == "holds"
-    found = outcome(test, scores(), t=slow)
+    assert outcome(test, scores(scenes=12), t=fine).verdict == "holds"
+    found = outcome(test, scores(scenes=12), t=slow)
     assert found.verdict == "does-not-hold"
-    assert "kept: holds, 20 of 20" in found.reason
-    assert "quick: does not hold, the greatest x is 2" in found.reason
+    assert (
+        "kept: holds, never lost: 1.00 [0.78, 1.00] of the runs, 12 scenes; 24 of 24"
+        in found.reason
+    )
+    assert "quick: does not hold, x: 2, 1 row; the greatest x is 2" in found.reason
+    assert (found.found.of, found.found.statistic) == ("quick", 2.0)
     assert {f.group for f in found.findings} == {"", "kept", "quick"}
     lost = scores(lambda **_: 0.5)
     assert outcome(test, lost, t=fine).verdict == "does-not-hold"

@@ -17,7 +17,10 @@ from reports.tables import Cell, Table
 def claim(
     name, verdict, text="The target is tracked.", readings="7 of 9; post hoc 1 of 2", **evidence
 ):
+    tested = verdict != "not-testable" and "reason" not in evidence
+    effect = "on target: 0.85 [0.62, 0.96] of the runs, 20 scenes" if tested else ""
     return {
+        "effect": effect,
         "id": name,
         "source": "Section 3",
         "text": text,
@@ -53,6 +56,8 @@ def test_the_screen_has_the_main_table_a_line_a_claim_and_where_the_rest_is(repo
     assert ["RGB", "17.7", "16"] in [line.split() for line in lines]
     assert "5 claims: 2 holds, 1 does-not-hold, 1 not-testable, 1 not run" in lines
     (first, second, third, fourth, fifth) = (line for line in lines if line.startswith("NG-"))
+    assert lines[lines.index(first) + 1] == f"        {report.claims[0]['effect']}"
+    assert lines[lines.index(third) + 1] == fourth
     assert re.fullmatch(r"NG-1 +The target is tracked\. +holds +7 of 9 readings", first)
     assert second.split("does-not-hold ")[-1] == "7 of 9 readings, fragile"
     assert "lost | at once" in second
@@ -76,7 +81,7 @@ def test_a_claim_that_is_ours_is_shown_and_not_counted(report, tmp_path):
 
 def test_a_quick_look_is_marked_and_says_what_gives_evidence(report):
     lines = screen(report, "nguyen2002", Effort(quick=True), Path("r")).splitlines()
-    assert lines[1].startswith("MARKED: quick look")
+    assert lines[1] == "MARKED: a quick look, no evidence: few scenes and seeds."
     assert lines[-1].endswith("trackmark reproduce nguyen2002")
 
 
@@ -87,14 +92,15 @@ def test_a_page_is_begun_and_its_prose_survives_what_is_written_again(report, tm
     assert begun.startswith("# Template tracking\n")
     assert "| RGB | 17.7 | 16 |" in begun
     assert "`trackmark reproduce nguyen2002 --seeds 2` found (at most 2 repetitions)" in begun
-    assert "| NG-1 | The target is tracked. | holds | 7 of 9 |" in begun
+    effect = "on target: 0.85 [0.62, 0.96] of the runs, 20 scenes"
+    assert f"| NG-1 | The target is tracked. | holds | {effect} | 7 of 9 |" in begun
     page.write_text(
         begun.replace("What the paper says, in a paragraph.", "Prose.") + "More prose.\n"
     )
     report.claims[0]["verdict"] = "undecided"
     write_page(page, report, "nguyen2002", Effort())
     again = page.read_text()
-    assert "| undecided | 7 of 9 |" in again
+    assert f"| undecided | {effect} | 7 of 9 |" in again
     assert again.count("NG-1 ") == 1
     assert "Prose." in again
     assert again.endswith("More prose.\n")

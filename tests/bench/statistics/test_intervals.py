@@ -84,7 +84,7 @@ def test_a_share_lies_in_its_interval_and_losses_mirror_successes(counts):
 
 
 def test_single_trials_are_the_beta_posterior_of_a_flat_prior():
-    low, high = stats.beta.ppf([0.02, 0.98], 1 + 9, 1 + 3)
+    low, high = stats.beta.ppf([0.018, 0.982], 1 + 9, 1 + 3)
     assert share_interval([1] * 9 + [0] * 3, [1] * 12) == pytest.approx((low, high), abs=1e-3)
 
 
