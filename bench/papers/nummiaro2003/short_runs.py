@@ -100,7 +100,7 @@ def entrance(sequence: Sequence, quick: bool) -> Tables:
     """
     empty = begun_empty(sequence.name)
     regions = entries(empty.name)
-    waited = _waited(empty, regions, (AS_WRITTEN,), 2 if quick else 20)
+    waited = _waited(empty, regions, (AS_WRITTEN,), 2 if quick else 5)
     return {
         "entrance": _entered(empty, waited),
         "entrance_particles": pd.concat(_pictured(empty, waited), ignore_index=True),
@@ -111,7 +111,7 @@ def entrance(sequence: Sequence, quick: bool) -> Tables:
 def kick_offs(sequence: Sequence, quick: bool) -> Tables:
     """`kick_off`: as `entrance`, with several values of b (NU-12)."""
     empty = begun_empty(sequence.name)
-    waited = _waited(empty, entries(empty.name), KICK_OFFS, 1 if quick else 5)
+    waited = _waited(empty, entries(empty.name), KICK_OFFS, 1 if quick else 3)
     return {"kick_off": _entered(empty, waited)}
 
 

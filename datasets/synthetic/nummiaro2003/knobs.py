@@ -47,6 +47,6 @@ class HeadKnobs(Knobs):
     pace: Literal["brisk", "calm"] = Field(
         "brisk",
         description="brisk: he hurries from machine to machine, and his head moves by up to half "
-        "of its half width a frame; calm: by up to a quarter; the paper's claims are judged on it",
+        "of its half width a frame; calm: by up to 0.3 of it; the paper's claims are judged so",
         json_schema_extra={"later": True},
     )

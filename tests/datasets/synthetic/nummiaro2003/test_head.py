@@ -121,7 +121,7 @@ def steps(sequence):
 
 
 @pytest.mark.parametrize(
-    "seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 8))]
+    "seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 12))]
 )
 def test_a_calm_head_moves_half_as_fast_as_a_brisk_one_and_shows_all_its_sides(seed):
     brisk, calm = (datasets.load(f"{NAME}:pace={pace}:scene={seed}") for pace in ("brisk", "calm"))
