@@ -115,6 +115,7 @@ def least_particles(evidence: Evidence) -> list[Finding]:
         needed = partial(particles_needed, table.columns, share=evidence.setting("share"))
         reason = f"{_words(table, needed)}, to be compared with {least:g} to {most:g}."
         verdict = _judged(table, needed, least, most, reason)
+        verdict = replace(verdict, of="needed", unit="particles")
         found.append(Finding(evidence.claim.id, verdict, **labels))
     return found
 
@@ -131,17 +132,18 @@ def fewer_particles(evidence: Evidence) -> list[Finding]:
         ]
         by_scene = ours[ours["particles"] == particles].groupby("scene")["success"]
         reached = all_kept(by_scene.sum(), by_scene.count())
+        reached = replace(reached, unit="of the runs", counted="scene")
         both = pd.concat(tables, axis=1).dropna()
         reason = "; ".join(
             f"{name}: {_words(table, need)}"
             for name, table, need in zip(("proposed", "traditional"), tables, needs, strict=True)
         )
         compared = partial(_ratio, needs[0], needs[1], len(tables[0].columns))
-        more = _judged(both, compared, ratio, inf, reason)
-        parts = f"success with {particles:g} particles", f"{ratio:g} times as many or more"
-        verdict = conjunction([reached, more], parts)
-        told = f"{verdict.reason} {reached.reason} {more.reason}."
-        found.append(Finding(evidence.claim.id, replace(verdict, reason=told), **labels))
+        more = replace(_judged(both, compared, ratio, inf, ""), unit="times as many")
+        parts = f"success with {particles:g} particles", "the traditional filter's number"
+        told = f"{reached.reason} {reason}, to be compared with {ratio:g} times as many."
+        verdict = conjunction([reached, more], parts, told)
+        found.append(Finding(evidence.claim.id, verdict, **labels))
     return found
 
 
@@ -229,7 +231,10 @@ def _judged(
     most: float,
     reason: str,
 ) -> Verdict:
-    """Whether a number that curves tell lies in a range, by its interval over resampled scenes."""
+    """Whether a number that curves tell lies in a range, by its interval over resampled scenes.
+
+    What all scenes agree on has no width. The p-value is the share of resamples in the range.
+    """
     if len(table) < LEAST_CELLS:
         return undecided(too_few(len(table)))
     cells, generator = table.to_numpy(), np.random.default_rng(0)
@@ -243,7 +248,8 @@ def _judged(
     elif interval.high < least or interval.low > most:
         outcome = "does-not-hold"
     number = float(statistic(cells.mean(axis=0)))
-    return Verdict(outcome, number, interval, len(cells), reason)
+    against = float(np.mean((told >= least) & (told <= most)))
+    return Verdict(outcome, number, interval, len(cells), reason, against, counted="scene")
 
 
 def _words(table: pd.DataFrame, needed: Callable[[Array], Array]) -> str:
