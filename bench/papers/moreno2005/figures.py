@@ -2,7 +2,7 @@
 
 Fig. 4 is a flow chart. Those of one step of the tracker (`stages`), and film strips, are drawn for
 both presets. Runs keep no contours and no maps: those that are shown are made once more, and are
-the same. Which are shown was chosen before any run: scene 0, repetition 0, frames evenly spaced.
+the same. Which are shown was chosen before any run: the first scene, frames evenly spaced.
 """
 
 from collections.abc import Mapping
@@ -74,10 +74,10 @@ GRIDS = np.linspace(*COLOURS, 121), np.linspace(*POSITIONS, 161)
 """Colours and positions at which the densities of Fig. 1 are told."""
 
 SHOWN = {
-    7: "moreno2005/ellipse",
-    8: "moreno2005/octopus",
-    9: "moreno2005/book",
-    10: "moreno2005/leaf:jump=start",
+    7: "moreno2005/ellipse:scene=40:steps=independent",
+    8: "moreno2005/octopus:camouflage=0.75:scene=40",
+    9: "moreno2005/book:scene=40",
+    10: "moreno2005/leaf:scene=40",
 }
 """Sequences of the film strips, by the paper's figures."""
 
@@ -189,7 +189,7 @@ def colour_path_figure(context: Context) -> Figure:
     path = mean_colours(sequence)
     return path_plot(
         path,
-        f"Fig. 7, top, not the paper's video but {sequence.name}, scene 0: path of the target's "
+        f"Fig. 7, top, not the paper's video but {sequence.name}: path of the target's "
         "mean colour in RGB space; frames of the strip are marked",
         evenly_spaced(0, len(path) - 1, MARKS),
     )
@@ -233,7 +233,7 @@ def _strip(sequence: datasets.Sequence, found: Mapping[str, Run], figure: int) -
     (proposed, run), *others = found.items()
     numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, FRAMES)
     truth = {number: true_contour(sequence, number) for number in numbers}
-    title = f"Fig. {figure}, not the paper's video but {sequence.name}, scene 0, repetition 0"
+    title = f"Fig. {figure}, not the paper's video but {sequence.name}, repetition 0"
     shades = colours([*METHODS, BASELINE])
 
     def row(words: str, label: str, of: Run) -> Strip:

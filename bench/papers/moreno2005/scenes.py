@@ -50,7 +50,7 @@ Sets: TypeAlias = tuple[Array, Array]
 COMPONENTS = 2, 5  # of the mixtures of target and background, as the tracker has them
 COLOURS = 500, 1500  # that are drawn, likewise
 
-PRESETS = ("as-written", "recommended", "robust")
+PRESETS = ("as-written", "recommended")
 QUARTERS = ("least", "less", "more", "most")
 NEAR = 12  # pixels, of what is around a target
 QUICK_FRAMES = 20
@@ -185,7 +185,7 @@ def edges(sequence: datasets.Sequence, quick: bool) -> dict[str, pd.DataFrame]:
         shown = posterior_map(sequence[frame - 1], before, image, generator)
         starts = [started(outline(mask), generator) for _ in range(STARTS)]
         for name, support in (("supported", shown), ("all", None)):
-            snakes = [refined(start, image, support) for start in starts]
+            snakes = [refined(start, image, support, "by-spacing") for start in starts]
             found = [filled(snake, *mask.shape) for snake, _ in snakes]
             rows.append(
                 {

@@ -35,6 +35,7 @@ from bench.store.truth import write_truth
 from datasets.text_form import parse_text
 
 SCENES, FRAMES = 8, 100
+LATER = 40  # first scene of experiments whose scenes were drawn later
 
 
 @pytest.fixture
@@ -91,8 +92,10 @@ def made_up_runs(paper, measures=(), repetitions=2):
     of_names = cache(partial(uniform_by_name, [name.encode() for name in names]))
     timed = {description.experiment(one) for one in description.experiments.timed}
     for experiment in paper.experiments(Effort(everything=True)):
-        for source in experiment.sequences if experiment.name not in timed else ():
-            if int(parse_text(source.text)[1].get("scene", 0)) >= SCENES:
+        scenes = [int(parse_text(one.text)[1].get("scene", 0)) for one in experiment.sequences]
+        first = min(scenes, default=0) // LATER * LATER
+        for scene, source in zip(scenes, experiment.sequences, strict=True):
+            if experiment.name in timed or scene >= first + SCENES:
                 continue
             for text, repetition, trace in product(
                 experiment.trackers, range(repetitions), description.traces or ("online",)

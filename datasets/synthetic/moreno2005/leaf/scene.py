@@ -4,6 +4,14 @@ The paper says: a moving leaf; highly cluttered; the illumination changes abrupt
 first and the second of the frames that it shows; the target moves unpredictably. All the rest is
 ours: what leaf, that the others are of nearly its colour, that it is the sun that changes, whether
 it comes or goes, that what is in the shade hardly notices it.
+
+The paper's jump defeats a contour whose colours are refitted to every frame; no jump of ours can.
+In the frame of the jump such colours tell next to nothing: by mixtures of the frame before, mean
+posteriors inside the leaf and around it differ by 0.05 (median of eight scenes, of -0.1 to 0.5).
+But whatever the light has become, it is the new light to which the next frame's colours are
+fitted: from a mask that stayed where the leaf was they differ by 0.7 (0.5 to 0.9), from one that
+lies 12 pixels off, three deviations of a contour's hypotheses, by 0.6, by 0.1 at worst. What loses
+the leaf is its way in that one frame, which the method's contour would have to bridge just so.
 """
 
 from functools import cached_property, lru_cache

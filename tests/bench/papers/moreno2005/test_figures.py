@@ -34,7 +34,7 @@ from bench.papers.moreno2005.stages import model_of, palettes_of, snake_figure, 
 from reports.overlay import TRUTH
 from trackers.contours.outline import bounding_box, filled
 from trackers.contours.posterior import posterior
-from trackers.contours.snake import MARGIN, fitted_snake
+from trackers.contours.snake import ELASTICITY, MARGIN, RIGIDITY, SPACING, fitted_snake
 
 NAME = "plain/target:length=11"
 STEPS = 3
@@ -178,7 +178,10 @@ def test_stages_are_of_the_part_of_the_image_in_which_the_snake_is_fitted(step):
     np.testing.assert_array_equal(mean.shown, step.image[window])
     assert edges.shown.mean() > supported.shown.mean()
     assert step.estimate.details["snake"] == 1
-    fitted = fitted_snake(mean.contour, supported.shown, (0, 0))
+    sides = np.linalg.norm(np.diff(mean.contour, axis=0, append=mean.contour[:1]), axis=1)
+    ratio = SPACING / sides.mean()
+    weights = ELASTICITY * ratio**2, RIGIDITY * ratio**4
+    fitted = fitted_snake(mean.contour, supported.shown, (0, 0), *weights)
     np.testing.assert_allclose(fitted, snake.contour, atol=1e-9)
     for panel, name in ((mean, "mean_contour"), (snake, "contour")):
         agree = region_similarity(filled(arrays[name], 240, 320), step.mask)
