@@ -4,7 +4,7 @@ A cell is one sequence in one scene; repetitions have been averaged before. So t
 values, and intervals that count on many (a percentile bootstrap, say) cover too little.
 """
 
-from math import cbrt, sqrt
+from math import cbrt, exp, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ __all__ = [
     "difference_interval",
     "hall_interval",
     "mean_interval",
+    "odds_ratio",
     "prediction_interval",
     "share_interval",
     "t_quantile",
@@ -203,6 +204,36 @@ def share_interval(successes: ArrayLike, trials: ArrayLike) -> Interval:
     below = np.concatenate([[0.0], np.cumsum(posterior) / posterior.sum()])
     low, high = np.interp([BEYOND, 1 - BEYOND], below, edges)
     return Interval(float(low) if good.any() else 0.0, float(high) if (good < runs).any() else 1.0)
+
+
+def odds_ratio(
+    trials: NDArray[np.float64],
+    successes: NDArray[np.float64],
+    other_trials: NDArray[np.float64],
+    other_successes: NDArray[np.float64],
+) -> tuple[float, Interval]:
+    """How many times as high the odds of a success are in trials as in others, over all cells.
+
+    The 95 % interval is that of a jackknife over cells, of the logarithm. Where many cells have no
+    other trials, only those that have count for its quantile. A half is added to all four sums of
+    successes and failures, so that no odds are infinite. Of cells as unlike as a beta distribution
+    makes them it covers 94 to 96 % at a ratio of 5, over 40 cells of which 8 to 40 have other
+    trials; at a ratio of 20 the truth is below it in 7 to 12 %.
+
+    Parameters
+    ----------
+    trials, successes, other_trials, other_successes : array of float, shape (n_cells,)
+        Counts a cell, two cells or more.
+    """
+    cells = np.stack(
+        [successes, trials - successes, other_successes, other_trials - other_successes]
+    )
+    every = cells.sum(axis=1, keepdims=True)
+    logs = np.log(np.hstack([every, every - cells]) + 0.5)
+    whole, *without = (logs[0] - logs[1] - logs[2] + logs[3]).tolist()
+    degrees = max(int((other_trials > 0).sum()) - 1, 1)
+    half = t_quantile(degrees, 0.95) * float(np.std(without)) * sqrt(len(without) - 1)
+    return exp(whole), Interval(exp(whole - half), exp(whole + half))
 
 
 def wilson_interval(share: float, trials: float, confidence: float = 0.95) -> Interval:

@@ -20,7 +20,15 @@ from bench.metrics.native import first_loss
 from bench.papers.context import Context
 from bench.papers.measures import Course
 from bench.papers.runs import as_run
-from bench.statistics.verdicts import check, order
+from bench.statistics.intervals import odds_ratio
+from bench.statistics.verdicts import (
+    LEAST_CELLS,
+    Outcome,
+    Verdict,
+    check,
+    order,
+    share_at_least,
+)
 from bench.store.truth import StoredTruth
 from trackers.histograms.ellipses import EllipseCounts
 from trackers.histograms.target_model import TargetModel
@@ -68,8 +76,6 @@ ALPHA, UPDATES, BINS = 0.1, 60, 512  # of a model that is updated in every frame
 
 HEAD = "nummiaro2003/head:pace=calm"
 HEAD_LENGTH = 450  # frames of the paper's Fig. 10, through all of which the head is followed
-
-_HALF = 0.5  # added to every count of an odds, so that it is finite
 
 SERIES = {"true_half_width": lambda course: course.truth.boxes[:, 2] / 2}
 """Hx of the truth [pixels]."""
@@ -289,22 +295,34 @@ def published(context: Context) -> list[dict[str, Any]]:
 
 def update_condition(evidence: Evidence) -> list[Finding]:
     """While tracking, the model is updated in good frames, and hardly ever in others."""
+    names = ("good_frames", "good_updates", "other_frames", "other_updates", "waiting_frames")
     found = []
     for finding, runs in _updating(evidence):
-        names = ("good_frames", "good_updates", "other_frames", "other_updates", "waiting_frames")
-        good, good_updates, other, other_updates, waiting = runs[[*names]].sum().tolist()
+        cells = runs.groupby(CELL)[[*names]].sum()
+        good, good_updates, other, other_updates, waiting = cells.sum().tolist()
         if not good or not other:
             continue
-        odds = _odds(good_updates, good) / _odds(other_updates, other)
-        share = good_updates / good
-        reason = (
-            f"updates in {100 * share:.1f} % of the good frames and "
-            f"{100 * other_updates / other:.1f} % of {other:.0f} others, a ratio of odds of "
-            f"{odds:.2f} (while tracking; {100 * other_updates / (other + waiting):.1f} % of the "
-            f"others with the {waiting:.0f} in which it initialises)."
+        odds, around = odds_ratio(*cells[[*names[:4]]].to_numpy(np.float64).T)
+        follows = cells[cells["good_frames"] > 0]
+        share = share_at_least(
+            follows["good_updates"], follows["good_frames"], evidence.setting("least")
         )
-        passed = odds > evidence.setting("odds") and share > evidence.setting("least")
-        found.append(finding(verdict=check(passed, odds, reason, len(runs))))
+        reason = (
+            f"updates in {100 * good_updates / good:.1f} % of the good frames and "
+            f"{100 * other_updates / other:.1f} % of {other:.0f} others, a ratio of odds of "
+            f"{odds:.2f} (95 %: {around.low:.2f} to {around.high:.2f}), to be compared with "
+            f"{evidence.setting('odds'):g} (while tracking; "
+            f"{100 * other_updates / (other + waiting):.1f} % of the others with the "
+            f"{waiting:.0f} in which it initialises)."
+        )
+        outcome: Outcome = "undecided"
+        if (cells["other_frames"] > 0).sum() < LEAST_CELLS:
+            reason = f"too few cells have frames of both kinds; {reason}"
+        elif around.high < evidence.setting("odds") or share.verdict == "does-not-hold":
+            outcome = "does-not-hold"
+        elif around.low > evidence.setting("odds") and share.verdict == "holds":
+            outcome = "holds"
+        found.append(finding(verdict=Verdict(outcome, odds, around, len(cells), reason)))
     return found
 
 
@@ -366,7 +384,3 @@ def _updating(evidence: Evidence) -> Iterator[tuple[Any, pd.DataFrame]]:
     for finding, (runs,) in evidence.by_reading(evidence.scores, [UPDATING], evidence.names("on")):
         if len(runs):
             yield finding, runs
-
-
-def _odds(successes: float, trials: float) -> float:
-    return (successes + _HALF) / (trials - successes + _HALF)

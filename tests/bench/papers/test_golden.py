@@ -85,6 +85,15 @@ def as_counted(runs):
     return runs.assign(**known)
 
 
+def with_frames(runs):
+    """Frames of either kind, and updates in some of them."""
+    updates = {name: (100 * runs[name]).round() for name in ("good_updates", "other_updates")}
+    return runs.assign(good_frames=100.0, other_frames=100.0, waiting_frames=50.0, **updates)
+
+
+COUNTED = {"nguyen2002": as_counted, "nummiaro2003": with_frames}
+"""What makes counts of a paper's made-up numbers."""
+
 OF_RUNS = {
     "moreno2005": lambda runs: {
         "mo-9": moreno2005.patches(runs),
@@ -109,7 +118,7 @@ def test_a_report_of_made_up_runs_is_the_one_that_was_kept(name, made_up, tmp_pa
     paper = load_paper(name)
     runs = made_up.runs(paper, MEASURES[name], REPETITIONS.get(name, 2))
     copies = reporting.part_of(name, "scores")
-    runs = as_counted(runs) if name == "nguyen2002" else runs
+    runs = COUNTED[name](runs) if name in COUNTED else runs
     runs = copies(runs) if copies else runs
     tables = made_up.tables(paper)
     tables |= {key: pd.DataFrame(table) for key, table in TABLES.get(name, {}).items()}

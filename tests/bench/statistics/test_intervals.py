@@ -9,6 +9,7 @@ from scipy import stats
 from bench.statistics.intervals import (
     difference_interval,
     mean_interval,
+    odds_ratio,
     prediction_interval,
     share_interval,
     wilson_interval,
@@ -138,3 +139,18 @@ def test_too_few_or_no_numbers_are_refused(values):
 def test_a_share_that_is_none_is_refused(share, trials):
     with pytest.raises(ValueError, match="a share of"):
         wilson_interval(share, trials)
+
+
+def test_an_odds_ratio_is_that_of_all_cells_and_its_interval_covers():
+    ratio, around = odds_ratio(*np.array([[100, 50, 40, 10], [100, 50, 40, 10]], float).T)
+    assert ratio == pytest.approx(3, rel=0.03)
+    assert around.low == pytest.approx(around.high, rel=0.01)  # cells that are all alike
+    generator = np.random.default_rng(0)
+    inside = []
+    for _ in range(400):
+        trials = np.array([generator.integers(100, 900, 40), np.r_[[100] * 16, [0] * 24]], float)
+        shares = generator.beta([[2.0], [0.5]], [[2.0], [2.5]], (2, 40))  # odds of 1 and of 1 to 5
+        counts = generator.binomial(trials.astype(int), shares).astype(float)
+        _, (low, high) = odds_ratio(trials[0], counts[0], trials[1], counts[1])
+        inside.append(low <= 5 <= high)
+    assert 0.9 < np.mean(inside) < 0.98

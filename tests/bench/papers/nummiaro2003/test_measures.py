@@ -275,12 +275,18 @@ def updates(good, other, options="", others=50, **columns):
 
 @pytest.mark.parametrize(
     ("good", "other", "verdict"),
-    [(50, 1, "holds"), (50, 30, "does-not-hold"), (4, 0, "does-not-hold")],
+    [
+        (50, 1, "holds"),
+        (50, 30, "does-not-hold"),
+        (1, 0, "does-not-hold"),
+        (50, np.r_[np.zeros(7), 10, 20, 30], "undecided"),  # 17 times as high, by three scenes
+        (np.r_[np.zeros(9), 80], 0, "undecided"),  # in 8 % of the good frames, all in one scene
+    ],
 )
 def test_an_update_has_its_place_in_good_frames(good, other, verdict):
     found = concluded("NU-9", updates(good, other))
     assert found.verdict == verdict
-    assert f"{other:.1f} % of the others with the 500 in" in found.reason
+    assert f"{np.mean(other):.1f} % of the others with the 500 in" in found.reason
     assert concluded("NU-9", updates(good, 0, others=0)).verdict == "undecided"
 
 
