@@ -40,9 +40,9 @@ from datasets.text_form import parse_text
 __all__ = [
     "COUNTS",
     "ERRORS",
+    "IN_PIXELS",
     "KINDS",
     "SCORES",
-    "UNITS",
     "AllTest",
     "BestTest",
     "BoundTest",
@@ -80,8 +80,8 @@ Which of them decide, `bench.claims.conclusion` says. Other metrics are judged a
 ERRORS = ("centre_error", "size_error", "error")
 """Metrics of which less is better begin so; a margin is a share of the worse side's mean."""
 
-UNITS = {"centre_error": "px", "error": "px"}
-"""Of metrics, as far as they are the same in all papers; counts have that of a share."""
+IN_PIXELS = ("centre_error", "error")
+"""Metrics whose names begin so are in pixels; of others a ledger says the unit."""
 
 SCORES = "scores"
 """Name of the table that a reproduction's runs make."""

@@ -75,7 +75,7 @@ def verdict_of(claim: str, test: kinds.PartTest, sides: Sides, metric: str) -> V
 
 def in_units(claim: Claim, test: kinds.PartTest, metric: str, verdict: Verdict) -> Verdict:
     """The verdict with what was estimated, its unit, and the unit of repetition."""
-    of, unit = metric, kinds.UNITS.get(metric, "")
+    of, unit = metric, "px" if metric.startswith(kinds.IN_PIXELS) else ""
     if isinstance(test, kinds.BoundTest):
         of = test.metric
     elif isinstance(test, kinds.RatioTest):

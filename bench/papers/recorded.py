@@ -98,7 +98,7 @@ class Recorded(Entry):
             name="recorded",
             caption=(
                 "Recorded sequences, first frame counted as in the published figures: mean "
-                "overlap (± standard deviation over repetitions), share of frames with overlap "
+                "overlap [quartiles over repetitions], share of frames with overlap "
                 "≥ 0.5. All start from the truth's box, or from its mask where there is one and a "
                 "tracker takes it"
             ),
@@ -168,7 +168,8 @@ def _scored(
     n = runs["evaluated_frames"]
     overlaps = (runs["mean_overlap"] * n + 1) / (n + 1)
     success = (runs["success_frames"] + 1) / (n + 1)
-    spread = f" ±{overlaps.std():.3f}" if len(runs) > 1 else ""
+    low, high = overlaps.quantile([0.25, 0.75])
+    spread = f" [{low:.3f}–{high:.3f}]" if len(runs) > 1 else ""
     of_true_size, at_true_centre = _parts(folder, runs, trace)
     return (
         _row(sequence, tracker, f"{overlaps.mean():.3f}{spread}")

@@ -4,6 +4,7 @@ A cell is one sequence in one scene; repetitions have been averaged before. So t
 values, and intervals that count on many (a percentile bootstrap, say) cover too little.
 """
 
+from functools import cache
 from math import cbrt, exp, sqrt
 from typing import NamedTuple
 
@@ -193,13 +194,9 @@ def share_interval(successes: ArrayLike, trials: ArrayLike) -> Interval:
     """
     counts = np.stack([np.asarray(successes, np.float64), np.asarray(trials, np.float64)])
     (good, runs), times = np.unique(counts, axis=1, return_counts=True)
-    edges = np.linspace(0.0, 1.0, 401)
-    shares = (edges[:-1] + edges[1:]) / 2
-    sizes = (1 - ALIKE) / ALIKE  # of the beta distribution's parameters together
-    first, second = np.outer(shares, sizes)[..., None], np.outer(1 - shares, sizes)[..., None]
-    logs = betaln(good + first, runs - good + second) - betaln(first, second)
-    likelihood = (logs * times).sum(axis=-1)
-    likelihood += np.log(BEFOREHAND)
+    edges, first, second, whole = _beta_distributions()
+    logs = betaln(good + first, runs - good + second) - whole
+    likelihood = (logs * times).sum(axis=-1) + np.log(BEFOREHAND)
     posterior = np.exp(likelihood - likelihood.max()).sum(axis=1)
     below = np.concatenate([[0.0], np.cumsum(posterior) / posterior.sum()])
     low, high = np.interp([BEYOND, 1 - BEYOND], below, edges)
@@ -234,6 +231,16 @@ def odds_ratio(
     degrees = max(int((other_trials > 0).sum()) - 1, 1)
     half = t_quantile(degrees, 0.95) * float(np.std(without)) * sqrt(len(without) - 1)
     return exp(whole), Interval(exp(whole - half), exp(whole + half))
+
+
+@cache
+def _beta_distributions() -> tuple[NDArray[np.float64], ...]:
+    """Edges of shares; between them parameters by `ALIKE`, and logarithms of their integrals."""
+    edges = np.linspace(0.0, 1.0, 401)
+    shares = (edges[:-1] + edges[1:]) / 2
+    sizes = (1 - ALIKE) / ALIKE  # of both parameters together
+    first, second = np.outer(shares, sizes)[..., None], np.outer(1 - shares, sizes)[..., None]
+    return edges, first, second, betaln(first, second)
 
 
 def wilson_interval(share: float, trials: float, confidence: float = 0.95) -> Interval:

@@ -3,6 +3,7 @@
 A set of 20 clips is the unit of evidence, so that a table of sets stands beside the scores.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from math import nan
 from typing import Any
@@ -284,12 +285,18 @@ def published(context: Context) -> list[dict[str, Any]]:
 def _row(
     table: str, label: str, column: str, published: float, values: "pd.Series[float] | list[float]"
 ) -> dict[str, Any]:
-    """A published number beside the mean of ours and its interval; None for what there is not."""
+    """A published number beside the mean of ours and its interval; None for what there is not.
+
+    No fewer clips than none are tracked, and no more than there are.
+    """
+    interval = list(mean_interval(values)) if len(values) > 1 else None
+    if interval and (clips := re.search(r" of (\d+),", column)):
+        interval = np.clip(interval, 0.0, float(clips[1])).tolist()
     return {
         "table": table,
         "label": label,
         "column": column,
         "published": published,
         "measured": float(np.mean(values)) if len(values) else None,
-        "interval": list(mean_interval(values)) if len(values) > 1 else None,
+        "interval": interval,
     }

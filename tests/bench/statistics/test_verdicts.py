@@ -1,12 +1,18 @@
 """Verdicts: the rules on cases worked out by hand, their symmetries, and false alarms."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import stats
 
-from bench.statistics.intervals import hall_interval, wilson_interval
+from bench.statistics.intervals import Interval, hall_interval, mean_interval, wilson_interval
+from bench.statistics.outcomes import chance, enough_of
 from bench.statistics.verdicts import (
+    NOWHERE,
+    Verdict,
     all_kept,
     check,
     conjunction,
@@ -103,11 +109,12 @@ def test_false_alarms_are_as_rare_as_said(n):
 
 
 SHARE = 0.75
+DRAWS = 2000
 
 
 def runs_kept(generator, n, alike, share=SHARE, trials=20):
     """Counts of `n` cells whose trials have an intraclass correlation."""
-    if alike == 0:
+    if alike == 0 or share in (0, 1):
         shares = np.full(n, share)
     elif alike == 1:
         shares = (generator.random(n) < share).astype(float)
@@ -117,27 +124,40 @@ def runs_kept(generator, n, alike, share=SHARE, trials=20):
     return generator.binomial(trials, shares)
 
 
+@cache
+def kept_of_sorted(counts):
+    return all_kept(counts, np.full(len(counts), 20))
+
+
+def kept(counts):
+    """The verdict on all runs kept, 20 a cell; the order of cells doesn't matter."""
+    return kept_of_sorted(tuple(sorted(counts.tolist())))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("alike", [0, 0.7, 1])
 @pytest.mark.parametrize("n", [8, 20, 32])
 def test_shares_are_judged_rightly_however_alike_the_runs_of_a_scene_are(n, alike):
-    """At the limit itself either verdict is false; the interval covers."""
+    """At the limit itself either verdict is false; the interval covers 93 to 97 %.
+
+    Where cells are all or nothing, counts go in steps: of eight 97.3 % are covered, with 2.7 %
+    below (three cells kept or fewer). The rest is what 2000 draws leave, two standard deviations.
+    """
     generator = np.random.default_rng(n)
-    covered, said = 0, []
-    for _ in range(1000):
-        verdict = all_kept(runs_kept(generator, n, alike), np.full(n, 20))
-        low, high = verdict.interval
-        covered += low <= SHARE <= high
-        said.append(verdict.verdict)
-    assert covered / 1000 >= 0.93
-    assert said.count("holds") <= 30
-    assert said.count("does-not-hold") <= 35
+    found = [kept(runs_kept(generator, n, alike)) for _ in range(DRAWS)]
+    covered = np.mean([low <= SHARE <= high for low, high in (one.interval for one in found)])
+    said = [one.verdict for one in found]
+    assert 0.93 <= covered <= 0.98
+    assert said.count("holds") / DRAWS <= 0.03 + 0.005
+    assert said.count("does-not-hold") / DRAWS <= 0.03 + 0.0075
 
 
-def near_ties_and_a_rare_gain(generator, n):
-    """Within the margin in nine scenes of ten, and far above in the tenth: .048 in the mean."""
-    rare = generator.random(n) < 0.1
-    return np.where(rare, generator.normal(0.5, 0.05, n), generator.uniform(-0.004, 0, n))
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [10, 11, 12, 16])
+def test_cells_that_are_all_or_nothing_are_no_certainty_before_twelve(n):
+    generator = np.random.default_rng(n)
+    said = [kept(runs_kept(generator, n, 1)).verdict for _ in range(DRAWS)]
+    assert said.count("holds") / DRAWS <= 0.035
 
 
 DIFFERENCES = {
@@ -147,32 +167,90 @@ DIFFERENCES = {
         lambda g, n: np.where(g.random(n) < 0.5, g.normal(0, 0.01, n), g.normal(0.4, 0.15, n)),
         0.2,
     ),
-    "skewed": (near_ties_and_a_rare_gain, 0.048),
+    "skewed": (lambda g, n: g.exponential(0.1, n), 0.1),
+    "a rare gain": (  # within the margin in nine scenes of ten, and far above in the tenth
+        lambda g, n: np.where(g.random(n) < 0.1, g.normal(0.5, 0.05, n), g.uniform(-0.004, 0, n)),
+        0.0482,
+    ),
 }
+"""Populations of differences, and their means."""
+
+COVERED = {"U-shaped": (0.95, 0.99), "half lost": (0.95, 0.995)}
+"""Of these more than 97 % are covered: safe, and the price of what is skewed."""
+
+MISSED = {"skewed": {8: 0.07, 20: 0.05, 32: 0.045, 40: 0.04}}
+"""False verdicts on the side of the tail, where the sample can't show how long it is."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("n", [8, 20, 32, 40])
 @pytest.mark.parametrize("population", DIFFERENCES)
-def test_orders_and_equalities_are_seldom_wrong_where_a_rare_scene_makes_the_difference(
-    population, n
-):
+def test_orders_and_equalities_are_seldom_wrong(population, n):
+    """Of no difference "better" is false, of the margin "not better" and "equal" and "not equal".
+
+    Of the mirror image as well. A rare gain is none of those drawn in .9^n of cases: then no rule
+    can know of it, but those that ask for 35 cells.
+    """
     draw, mean = DIFFERENCES[population]
     generator = np.random.default_rng(n)
-    orders, equals, covered = [], [], 0
-    for _ in range(2000):
-        cells = draw(generator, n)
-        verdict = order(cells)
-        orders.append(verdict.verdict)
-        equals.append(equal(cells).verdict)
-        covered += verdict.interval.low <= mean <= verdict.interval.high
-    if mean == 0:
-        assert orders.count("holds") <= 0.03 * 2000
+    margin, covered, wrong = 0.02, 0, {}
+    for _ in range(DRAWS):
+        cells = draw(generator, n) - mean
+        for side, one in (("", cells), (", mirrored", -cells)):
+            at_margin = one + margin
+            for name, verdict, false in (
+                ("better", order(one, margin), "holds"),
+                ("not better", order(at_margin, margin), "does-not-hold"),
+                ("equal", equal(at_margin, margin), "holds"),
+                ("not equal", equal(at_margin, margin), "does-not-hold"),
+            ):
+                wrong[name + side] = wrong.get(name + side, 0) + (verdict.verdict == false)
+        low, high = order(cells, margin).interval
+        covered += low <= 0 <= high
+    most = MISSED.get(population, {}).get(n, 0.035)
+    if population == "a rare gain":
+        most = 0.9**n + 0.035
     else:
-        assert orders.count("does-not-hold") <= 0.03 * 2000
-        assert equals.count("holds") <= 0.03 * 2000
-    if population != "skewed":  # whose mean no interval over so few scenes covers
-        assert 0.93 <= covered / 2000 <= 0.97
+        lowest, highest = COVERED.get(population, (0.93, 0.97))
+        assert lowest - 0.01 <= covered / DRAWS <= highest + 0.01
+    assert max(wrong.values()) / DRAWS <= most, wrong
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n_parts", [2, 6])
+def test_a_claim_of_many_parts_is_as_seldom_wrong_as_one(n_parts):
+    """All parts just true: "does not hold" is false. One just false, others true: "holds" is."""
+    generator, draws = np.random.default_rng(n_parts), 1000
+    names = [str(place) for place in range(n_parts)]
+    for drawn in (
+        lambda shift: order(generator.normal(shift, 0.1, 12) + 0.02, 0.02),
+        lambda shift: kept(runs_kept(generator, 12, 0.7, min(SHARE + shift, 1.0))),
+    ):
+        fails = [conjunction([drawn(0.0) for _ in names], names).verdict for _ in range(draws)]
+        assert fails.count("does-not-hold") / draws <= 0.035
+        one_false = [
+            conjunction([drawn(-0.02), *(drawn(0.25) for _ in names[1:])], names).verdict
+            for _ in range(draws)
+        ]
+        assert one_false.count("holds") / draws <= 0.035
+
+
+@pytest.mark.slow
+def test_so_many_of_several_are_counted_as_seldom_wrongly():
+    """Three of four are to be above one half: with two above and two just not, or three just so."""
+    generator = np.random.default_rng(0)
+
+    def said(shares):
+        parts = [
+            share_at_least(runs_kept(generator, 12, 0.7, one), np.full(12, 20), 0.5)
+            for one in shares
+        ]
+        return enough_of(parts, list("abcd"), 0.5, 3).verdict
+
+    assert [said((1.0, 1.0, 0.5, 0.5)) for _ in range(1000)].count("holds") <= 35
+    assert [said((0.5, 0.5, 0.5, 0.0)) for _ in range(1000)].count("does-not-hold") <= 35
+    assert said((0.95, 0.95, 0.95, 0.1)) == "holds"
+    assert said((0.95, 0.95, 0.05, 0.1)) == "does-not-hold"
 
 
 def test_runs_are_kept_from_nine_tenths_with_certainty():
@@ -247,6 +325,47 @@ def test_all_parts_must_hold():
     assert conjunction([bad, open_], ["a", "b"]).verdict == "does-not-hold"
     assert conjunction([good, bad], ["a", "b"]).reason == "holds for a; does not hold for b."
     assert conjunction([open_, good], ["a", "b"]).reason == "not measured for a; holds for b."
+
+
+def test_what_fails_alone_may_not_be_enough_among_many():
+    """.02 is seldom enough for one test, and not for two."""
+    weak = Verdict("does-not-hold", -1.0, Interval(-2, -0.1), 20, "is less.", 0.02, unit="px")
+    fine = Verdict("holds", 1.0, Interval(0.5, 1.5), 20, "is more.", 0.9)
+    whole = conjunction([weak, fine], ["a", "b"])
+    assert (whole.verdict, whole.against) == ("undecided", 0.04)
+    assert whole.reason.endswith("Among 2 tests none fails surely enough.")
+    assert whole.effect == "a: -1.0 [-2.0, -0.1] px, 20 cells"
+    assert conjunction([weak], ["a"]).verdict == "does-not-hold"
+    sure = check(False, 0.0, "no chance.")
+    assert conjunction([weak, fine, sure], list("abc")).of == "c"
+    # What has no chance, and what was not run, could not have failed by chance.
+    assert conjunction([weak, check(True, 1.0, "."), undecided(".")], list("abc")).against == 0.02
+
+
+def test_a_p_value_is_the_level_where_the_interval_ends():
+    assert chance(0.0, 0.5, 0.5, 9) == pytest.approx(0.025)
+    assert chance(0.0, 0.5, 0.0, 9) == 0.5
+    assert chance(0.3, 0.3, 0.5, 9) == 0.0
+    assert chance(1.0, 1.0, 0.5, 9) == 1.0
+    cells = np.array([0.1, -0.2, 0.05, 0.3, -0.1, 0.0, 0.2, -0.15, 0.12])
+    against = chance(cells.mean(), mean_interval(cells).high, 0.2, 9)
+    assert against == pytest.approx(stats.ttest_1samp(cells, 0.2, alternative="less").pvalue)
+
+
+@pytest.mark.parametrize(
+    ("interval", "numbers"),
+    [
+        (Interval(0.0823, 0.1612), "0.123 [0.082, 0.161]"),
+        (Interval(-0.0004, 0.1612), "0.12 [0.00, 0.16]"),
+        (Interval(-12.0, 30.0), "0 [-12, 30]"),
+        (Interval(-np.inf, np.inf), "0.123 [-inf, inf]"),
+        (NOWHERE, "0.123"),
+    ],
+)
+def test_an_effect_has_the_digits_that_its_interval_bears(interval, numbers):
+    verdict = Verdict("holds", 0.1234, interval, 1, ".", of="overlap", unit="px", counted="scene")
+    assert verdict.effect == f"overlap: {numbers} px, 1 scene"
+    assert undecided(".").effect == ""
 
 
 def test_every_reason_is_a_sentence():
