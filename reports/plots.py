@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from reports.figures import add_legend, fold, named_line, new_figure
 from reports.palette import colour
 from reports.series import draw_median
-from reports.tables import timed_by
+from reports.times import timed_by
 
 __all__ = [
     "TRACE_WORDS",
@@ -144,7 +144,7 @@ def speed_plot(runs: pd.DataFrame, title: str, trackers: Sequence[str]) -> Figur
     Parameters
     ----------
     runs : DataFrame
-        Timing runs with `tracker` and the columns that `reports.tables.timed_by` names, which are
+        Timing runs with `tracker` and the columns that `reports.times.timed_by` names, which are
         NaN in disturbed and failed passes: the trackers of these get a word instead of a dot, as a
         mean over the rest would be another one.
     trackers : sequence of str

@@ -27,7 +27,6 @@ __all__ = [
     "complete",
     "sequence_table",
     "summary_table",
-    "timed_by",
 ]
 
 Direction: TypeAlias = Literal["higher", "lower"]
@@ -59,19 +58,6 @@ class Measure:
     def head(self) -> str:
         """Title with unit."""
         return f"{self.title} [{self.unit}]" if self.unit else self.title
-
-
-def timed_by(runs: pd.DataFrame) -> str:
-    """Columns of times that runs are compared by: warm where all that were timed have it.
-
-    `warm_seconds`, or `cpu_seconds` (as decoded) where some were stored before; `_median` and the
-    like follow. Empty where none was timed.
-    """
-    decoded, warm = "cpu_seconds_median", "warm_seconds_median"
-    if decoded not in runs or runs[decoded].isna().all():
-        return ""
-    everywhere = warm in runs and (runs[warm].notna() | runs[decoded].isna()).all()
-    return "warm_seconds" if everywhere else "cpu_seconds"
 
 
 @dataclass(frozen=True)

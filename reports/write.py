@@ -11,7 +11,8 @@ import pandas as pd
 from reports.files import write_file
 from reports.printable import one_line
 from reports.renderers import FORMATS, in_markdown, to_markdown
-from reports.tables import Table, timed_by
+from reports.tables import Table
+from reports.times import timed_by
 
 __all__ = ["file_names", "report_page", "write_plots", "write_tables"]
 

@@ -24,7 +24,8 @@ from bench.statistics.paired import (
     scores_interval,
 )
 from bench.store.files import ResultsError
-from reports.tables import Measure, timed_by
+from reports.tables import Measure
+from reports.times import timed_by
 
 __all__ = [
     "LEAST_FOR_RANKS",

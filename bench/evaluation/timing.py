@@ -12,7 +12,6 @@ from statistics import median
 from time import perf_counter, thread_time
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,7 +19,7 @@ from bench.evaluation.loop import walk
 from bench.evaluation.observer import UNOBSERVED, Observer
 from bench.evaluation.record import Run
 from bench.evaluation.recorder import Recorder
-from bench.evaluation.turns import Reference
+from bench.evaluation.turns import Reference, one_thread
 from bench.experiments.contestant import Contestant
 from bench.metrics.times import Times
 from datasets import Sequence
@@ -84,29 +83,25 @@ def time_run(
     """
     sequence.check_runnable()
     first, n = sequence.first_frame, len(sequence)
-    threads, frames = cv2.getNumThreads(), sequence.frames
-    cv2.setNumThreads(1)
-    kept = Remembered(frames, MOST_BYTES)
+    frames, kept = sequence.frames, Remembered(sequence.frames, MOST_BYTES)
     try:
-        warming = _Timer(chosen, repetition, sequence)
-        walk([warming], sequence, min(n, first + WARM_UP_FRAMES), observer, to_the_end=False)
-        sequence.frames = kept
-        gc.collect()
-        gc.disable()
-        machine = [_reference_seconds()]
-        timer, warm = (
-            _Timer(chosen, repetition, sequence, run_seconds=run_seconds, rows=own)
-            for own in (rows, None)
-        )
-        walk([timer], sequence, n, observer, to_the_end=False)
-        machine.append(_reference_seconds())
-        if not timer.failure:
-            stop = next((frame for frame in range(first, n) if frame not in kept), n)
-            walk([warm], sequence, max(stop, first + 1), observer, to_the_end=False)
+        with one_thread():
+            warming = _Timer(chosen, repetition, sequence)
+            walk([warming], sequence, min(n, first + WARM_UP_FRAMES), observer, to_the_end=False)
+            gc.collect()
+            sequence.frames = kept
+            machine = [_reference_seconds()]
+            timer, warm = (
+                _Timer(chosen, repetition, sequence, run_seconds=run_seconds, rows=own)
+                for own in (rows, None)
+            )
+            walk([timer], sequence, n, observer, to_the_end=False)
             machine.append(_reference_seconds())
+            if not timer.failure:
+                stop = next((frame for frame in range(first, n) if frame not in kept), n)
+                walk([warm], sequence, max(stop, first + 1), observer, to_the_end=False)
+                machine.append(_reference_seconds())
     finally:
-        gc.enable()
-        cv2.setNumThreads(threads)
         sequence.frames = frames
     timer.failure = timer.failure or warm.failure
     run = timer.result(timer.times(warm))

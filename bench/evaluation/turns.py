@@ -1,7 +1,8 @@
-"""Two trackers clocked in turns, frames by frames, each in a process of its own.
+"""Trackers clocked in turns, frames by frames, each in a process of its own (`in_turns`).
 
-What else the machine does then hits both alike. The process performs a tracker of whatever
+What else the machine does then hits all alike. The process performs a tracker of whatever
 revision, so it asks of it nothing but the protocol of trackers, and no version of the harness.
+`take_turns` is the same for whatever can be asked for a turn, in this process, too.
 """
 
 import gc
@@ -11,20 +12,21 @@ import os
 import select
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
-from contextlib import ExitStack, suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from math import inf
 from time import monotonic, thread_time
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bench.offspring import Offspring
 
-__all__ = ["Clip", "Performance", "Setup", "TurnError", "in_turns", "main"]
+__all__ = ["Clip", "Performance", "Reference", "Setup", "Side", "TurnError", "Turns", "in_turns"]
+__all__ += ["main", "one_thread", "take_turns"]
 
 ANSWER_SECONDS = 600.0
 """Within which a turn must be over: compiling, too."""
@@ -131,6 +133,22 @@ def _frozen(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return copy
 
 
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Without OpenCV's own threads and Python's garbage collector."""
+    import cv2
+
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    gc.collect()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+        cv2.setNumThreads(threads)
+
+
 def main() -> None:
     """Perform in the child: a line of seconds for each turn that is asked for."""
     import cv2
@@ -231,28 +249,46 @@ def in_turns(setups: Sequence[Setup], clips: Sequence[Clip]) -> NDArray[np.float
         With the reason, where one can't be clocked.
     """
     with ExitStack() as processes:
-        sides = []
+        sides: list[_Side] = []
         for setup in setups:
             sides.append(side := _Side(setup, clips))
             processes.callback(side.end)
-        for most in (
-            2,
-            max(clip.frames for clip in clips),
-        ):  # compiling first; then all, to warm up
-            warming = [(number, 0, min(most, clip.frames)) for number, clip in enumerate(clips)]
-            sums = _pass(sides, warming, 0).sum(axis=1)
-        passes = min(max(round(_PASSES_SECONDS / sums.max()), _FEWEST), _MOST)
-        # On either side, a turn is longer than what it takes to get back into the caches.
-        a_clip = max(1, round(sums.min() / len(clips) / _TURN_SECONDS))
-        turns = []
-        for number, clip in enumerate(clips):
-            edges = np.linspace(0, clip.frames, min(a_clip, clip.frames) + 1).round().astype(int)
-            turns += [(number, *edge) for edge in pairwise(edges.tolist())]
-        return np.stack([_pass(sides, turns, first) for first in range(passes)], axis=1)
+        return take_turns(sides, [clip.frames for clip in clips]).seconds
+
+
+class Side(Protocol):
+    """What can be asked for a turn."""
+
+    def turn(self, number: int, start: int, stop: int) -> float:
+        """CPU seconds of these updates on a clip; from 0 on it begins anew."""
+        ...
+
+
+class Turns(NamedTuple):
+    """CPU seconds, shape (sides, passes, turns), and each turn's clip, first and last image."""
+
+    seconds: NDArray[np.float64]
+    turns: list[tuple[int, int, int]]
+
+
+def take_turns(sides: Sequence[Side], frames: Sequence[int], fewest: int = _FEWEST) -> Turns:
+    """Clock sides, after what warms up; `frames` are those of each clip, `fewest` passes made."""
+    for most in (2, max(frames)):  # compiling first; then all, to warm up
+        warming = [(number, 0, min(most, stop)) for number, stop in enumerate(frames)]
+        sums = _pass(sides, warming, 0).sum(axis=1)
+    passes = min(max(round(_PASSES_SECONDS / sums.max()), fewest), _MOST)
+    # On either side, a turn is longer than what it takes to get back into the caches.
+    a_clip = max(1, round(sums.min() / len(frames) / _TURN_SECONDS))
+    turns = []
+    for number, stop in enumerate(frames):
+        edges = np.linspace(0, stop, min(a_clip, stop) + 1).round().astype(int)
+        turns += [(number, *edge) for edge in pairwise(edges.tolist())]
+    seconds = np.stack([_pass(sides, turns, first) for first in range(passes)], axis=1)
+    return Turns(seconds, turns)
 
 
 def _pass(
-    sides: Sequence[_Side], turns: Sequence[tuple[int, int, int]], first: int
+    sides: Sequence[Side], turns: Sequence[tuple[int, int, int]], first: int
 ) -> NDArray[np.float64]:
     """All turns once; who is asked first alternates among turns, and among passes."""
     seconds = np.empty((len(sides), len(turns)))

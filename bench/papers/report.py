@@ -23,7 +23,7 @@ from bench.papers.scenes import measured_on_scenes
 from bench.papers.screen import claim_count
 from bench.papers.selection import affordable, experiments_of, with_recorded
 from bench.papers.tables import beside_ours, make_table, text_table
-from bench.papers.timing import failed_passes, undisturbed_lacking
+from bench.papers.timing import failed_passes, runs_lacking
 from datasets.text_form import parse_text
 from reports.ledger import ledger_table
 from reports.tables import MISSING, Table
@@ -113,7 +113,7 @@ class Paper:
             line
             for one in names
             if one in context.asked
-            for told in (failed_passes, undisturbed_lacking)
+            for told in (failed_passes, runs_lacking)
             for line in told(context.results / one, context.asked[one])
         ]
 

@@ -13,7 +13,8 @@ from bench.store.loading import as_revised, load_results
 from bench.store.results import Results
 from reports.fitting import on_terminal
 from reports.renderers import to_text
-from reports.tables import Measure, Table, sequence_table, summary_table, timed_by
+from reports.tables import Measure, Table, sequence_table, summary_table
+from reports.times import timed_by
 
 __all__ = [
     "MASKS",

@@ -13,11 +13,11 @@ from bench.papers.context import Context
 from bench.papers.measures import Course
 from bench.papers.moreno2005 import example
 from bench.papers.runs import as_run
-from bench.papers.timing import frame_times
+from bench.papers.timing import tracker_times
 from datasets.text_form import format_text, parse_text
 
 __all__ = ["DEPENDENCES", "SERIES", "STATES", "deviations", "distance", "factorisation", "joint"]
-__all__ += ["of_run", "patches", "scores", "tables", "times"]
+__all__ += ["of_run", "patches", "scores", "tables"]
 
 Values = NDArray[np.float64]
 
@@ -134,7 +134,7 @@ def tables(context: Context) -> dict[str, pd.DataFrame]:
         "mo-9": patches(context.scores),
         "mo-23": deviations(context.scores),
         "one-dimensional-factorisation": factorisation(),
-        "times": times(context),
+        "times": tracker_times(context, "time", frames=10),
     }
 
 
@@ -165,17 +165,6 @@ def deviations(runs: pd.DataFrame) -> pd.DataFrame:
 def _spreads(parameters: Mapping[str, object]) -> dict[str, object]:
     """Parameters that say how far the dynamics stray."""
     return {key: value for key, value in parameters.items() if key.endswith("_spread")}
-
-
-def times(context: Context) -> pd.DataFrame:
-    """CPU times of a frame, mean and median of a run that no load disturbed."""
-    name = context.description.experiment("time")
-    frames = frame_times(context.results / name, context.asked[name])
-    by_run = frames.groupby(["tracker", "sequence", "repetition"], sort=False)["seconds"]
-    found = by_run.agg(milliseconds="mean", median="median").reset_index()
-    found[["milliseconds", "median"]] *= 1e3
-    names = [text.partition(":")[0] for text in found["tracker"]]
-    return found.assign(text=found["tracker"], tracker=names)
 
 
 def factorisation() -> pd.DataFrame:

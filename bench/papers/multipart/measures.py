@@ -14,9 +14,9 @@ from bench.papers.context import Context
 from bench.papers.measures import Course
 from bench.papers.multipart.scenes import JITTERS, THRESHOLD, Appearance, states_of
 from bench.papers.multipart.tables import published
-from bench.papers.multipart.timing import kernel_pairs, update_times
+from bench.papers.multipart.timing import kernel_pairs
 from bench.papers.runs import as_run
-from bench.papers.timing import frame_times
+from bench.papers.timing import tracker_times
 from bench.statistics.separation import auc, auc_interval, error_share, zero_error_thresholds
 from bench.statistics.verdicts import (
     LEAST_CELLS,
@@ -72,16 +72,14 @@ def tables(context: Context) -> dict[str, pd.DataFrame]:
 
     `identity`, a scene a row: `identical` (bool), whether the adaptive run's boxes are, to the bit,
     those of the representation that it picked. `layout`, a target a row, its halves swapped:
-    `single`, `multi` (distances). `times`, a pair of measurements a row: `kernel` (`one pass`, `two
-    calls`), `single`, `multi` [seconds], `ratio`. `updates`: see `timing.update_times`.
+    `single`, `multi` (distances). `times`: see `timing.kernel_pairs`; `updates`, whole ones: see
+    `bench.papers.timing.tracker_times`.
     """
-    name = context.description.experiment("time")
-    frames = frame_times(context.results / name, context.asked.get(name))
     return {
         "identity": _identity(),
         "layout": _layout(),
-        "times": kernel_pairs(quick=context.effort.quick),
-        "updates": update_times(frames),
+        "times": kernel_pairs(context),
+        "updates": tracker_times(context, "time"),
     }
 
 

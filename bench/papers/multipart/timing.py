@@ -1,130 +1,100 @@
 """Time per frame of both representations (the paper's "10 milliseconds more")."""
 
-from functools import cache
-from time import thread_time
+from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-import datasets
-from datasets.text_form import parse_text
-from trackers.base.interface import Image
+from bench.papers.context import Context
+from bench.papers.timing import beginning, kept_times, turn_times
+from trackers.base.interface import Box, Image
 from trackers.base.sharing import SharedFrame
 from trackers.histograms.bins import N_BINS, LuvBins
 from trackers.histograms.counting import region_counts
-from trackers.histograms.rectangles import bhattacharyya_distances, pixel_regions
+from trackers.histograms.rectangles import Regions, bhattacharyya_distances, pixel_regions
 from trackers.multipart import LEAST_PIXELS, LEAST_SHARE
 
-__all__ = ["kernel_pairs", "update_times"]
+__all__ = ["kernel_pairs", "kernel_times"]
 
-_ROUNDS = 15
 _PARTICLES = 200
 _BINS = np.arange(0, N_BINS, 5)  # about as many as a person's histogram has
+_PARTS = {"single": 1, "multi": 2}
+_FRAMES = 8
 
 
-@cache
-def kernel_pairs(*, quick: bool) -> pd.DataFrame:
-    """Weighing the same rectangles whole and by halves, in turns: a pair of times a row.
+def kernel_pairs(context: Context) -> pd.DataFrame:
+    """Weighing the same rectangles whole and by halves, in turns: a row a round.
 
     Returns
     -------
     DataFrame
-        `kernel`; `single` and `multi` [seconds], or, of `two calls`, 1 and the ratio; `ratio`.
+        `kernel` (`one pass` as the tracker does; `two calls`: the plain way, a library call a
+        region); `single`, `multi` and `reference` [seconds], means over sequences; `ratio`.
     """
-    timed = (8,) if quick else range(1, 9)  # opening a sequence takes longer than timing
-    pairs = pd.concat([_kernel_times(f"multipart/{number}") for number in timed])
-    plain = pd.DataFrame(
-        {"kernel": "two calls", "single": 1.0, "multi": naive_ratios("multipart/8")}
-    )
-    both = pd.concat([pairs.assign(kernel="one pass"), plain], ignore_index=True)
-    return both.assign(ratio=both["multi"] / both["single"])
+    numbers = (8,) if context.effort.quick else range(1, 9)  # opening them takes longer than timing
+    names = [f"multipart/{number}" for number in numbers]
+    times = kept_times(context, kernel_times, names, frames=_FRAMES)
+    means = times.groupby(["kernel", "round"], as_index=False).mean(numeric_only=True)
+    return means.assign(ratio=means["multi"] / means["single"])
 
 
-def _kernel_times(name: str) -> pd.DataFrame:
-    """A row a frame of a sequence: `single`, `multi`, medians over rounds [seconds]."""
-    rows = []
-    sequence = datasets.load(name)
-    for frame in (0, len(sequence) // 2):
-        image, box = sequence[frame], sequence.regions["full"][frame]
-        states = _around(box, np.random.default_rng(frame))
-        seconds: dict[str, list[float]] = {"single": [], "multi": []}
-        for _ in range(_ROUNDS):
-            for parts, key in ((1, "single"), (2, "multi")):
-                began = thread_time()
-                _weigh(image, states, float(box[2] / box[3]), parts)
-                seconds[key].append(thread_time() - began)
-        rows.append({key: float(np.median(values)) for key, values in seconds.items()})
-    return pd.DataFrame(rows)
+def kernel_times(names: Sequence[str], frames: int) -> pd.DataFrame:
+    """See `kernel_pairs`; by sequence. Calls are timed on the last one alone."""
+    clips = {name: beginning(name, frames, "full") for name in names}
+    images, box = clips[names[-1]]
+    codes = [LuvBins().codes(image).astype(np.intp) for image in images]
+    pieces = []
+    for kernel, way, shown in (
+        ("one pass", _OnePass, clips),
+        ("two calls", _Calls, {names[-1]: (codes, box)}),
+    ):
+        methods = {name: partial(way, parts) for name, parts in _PARTS.items()}
+        pieces.append(turn_times(methods, shown).assign(kernel=kernel))
+    return pd.concat(pieces, ignore_index=True)
 
 
-def _weigh(image: Image, states: NDArray[np.float64], aspect: float, parts: int) -> None:
+class _OnePass:
     """What the tracker does for the distances of its particles, with one or two parts."""
-    height, width = image.shape[:2]
-    regions = pixel_regions(states, aspect, parts, width, height, LEAST_SHARE, LEAST_PIXELS)
-    colours = LuvBins()
-    counts = region_counts(SharedFrame(image), regions, colours, _BINS)
-    totals = regions.pixels * colours.votes_a_pixel
-    for part in range(parts):
-        reference = counts[part, 0]
-        bhattacharyya_distances(counts[part], totals[part], reference, int(totals[part, 0]))
+
+    def __init__(self, parts: int) -> None:
+        self._parts = parts
+        self._colours = LuvBins()
+
+    def init(self, image: Image, box: Box) -> None:
+        """Scatter particles as they lie around a box after a step of the paper's noise."""
+        x, y, width, height = box
+        jitter = np.random.default_rng(0).uniform(-1, 1, (_PARTICLES, 3))
+        jitter *= [width / 3, width / 3, width * height / 10]
+        self._states = np.array([x + width / 2, y + height / 2, width * height]) + jitter
+        self._aspect = float(width / height)
+
+    def update(self, image: Image) -> None:
+        """Weigh them."""
+        regions, colours = self._regions(image), self._colours
+        counts = region_counts(SharedFrame(image), regions, colours, _BINS)
+        totals = regions.pixels * colours.votes_a_pixel
+        for part in range(self._parts):
+            reference = counts[part, 0]
+            bhattacharyya_distances(counts[part], totals[part], reference, int(totals[part, 0]))
+
+    def _regions(self, image: NDArray[np.generic]) -> Regions:
+        height, width = image.shape[:2]
+        size = width, height, LEAST_SHARE, LEAST_PIXELS
+        return pixel_regions(self._states, self._aspect, self._parts, *size)
 
 
-def _around(box: NDArray[np.float64], generator: np.random.Generator) -> NDArray[np.float64]:
-    """Particles as they lie around a box after a step of the paper's noise."""
-    x, y, width, height = box
-    jitter = generator.uniform(-1, 1, (_PARTICLES, 3)) * [width / 3, width / 3, width * height / 10]
-    return np.asarray(np.array([x + width / 2, y + height / 2, width * height]) + jitter)
+class _Calls(_OnePass):
+    """A library call a region, on images of the colours' codes."""
 
+    def init(self, image: Image, box: Box) -> None:
+        """Scatter particles; regions are no part of the time."""
+        super().init(image, box)
+        self._places = self._regions(image).parts.reshape(-1, 4).tolist()
 
-def naive_ratios(sequence: str, seed: int = 0) -> NDArray[np.float64]:
-    """Time of two histogram calls a particle over that of one, in rounds side by side.
-
-    The plain way, a library call a region: 200 rectangles around the first one of a
-    sequence, whole and by halves. Shape (rounds,).
-    """
-    opened = datasets.load(sequence)
-    image = opened[opened.first_frame]
-    box = opened.boxes[opened.first_frame]
-    states = _around(box, np.random.default_rng(seed))
-    colours = LuvBins()
-    codes = colours.codes(image).astype(np.intp)
-    n_codes = len(colours.votes)
-    shapes = [
-        pixel_regions(
-            states,
-            float(box[2] / box[3]),
-            parts,
-            image.shape[1],
-            image.shape[0],
-            LEAST_SHARE,
-            LEAST_PIXELS,
-        ).parts
-        for parts in (1, 2)
-    ]
-    ratios = []
-    for _ in range(_ROUNDS):
-        seconds = []
-        for parts in shapes:
-            began = thread_time()
-            for left, top, right, bottom in parts.reshape(-1, 4).tolist():
-                np.bincount(codes[top:bottom, left:right].ravel(), minlength=n_codes)
-            seconds.append(thread_time() - began)
-        ratios.append(seconds[1] / seconds[0])
-    return np.array(ratios)
-
-
-def update_times(frames: pd.DataFrame) -> pd.DataFrame:
-    """Whole updates, a frame that both were timed on a row, each the median of its repetitions.
-
-    `sequence`, `single`, `multi` [seconds], `difference` of them, and `ratio`.
-    """
-    names = [parse_text(text)[1]["representation"] for text in frames["tracker"]]
-    keys = ["sequence", "frame"]
-    seconds = frames["seconds"].astype(np.float64)
-    wide = frames.assign(name=names, seconds=seconds).pivot_table(
-        "seconds", keys, "name", aggfunc="median"
-    )
-    wide = wide.reindex(columns=["single", "multi"]).dropna().reset_index()
-    difference, ratio = wide["multi"] - wide["single"], wide["multi"] / wide["single"]
-    return wide.assign(difference=difference, ratio=ratio)
+    def update(self, image: Image) -> None:
+        """Count them."""
+        n_codes = len(self._colours.votes)
+        for left, top, right, bottom in self._places:
+            np.bincount(image[top:bottom, left:right].ravel(), minlength=n_codes)

@@ -20,12 +20,12 @@ from bench.metrics.native import first_loss
 from bench.papers.context import Context
 from bench.papers.measures import Course
 from bench.papers.runs import as_run
-from bench.statistics.intervals import odds_ratio
+from bench.statistics.correlation import rank_correlation as correlation
+from bench.statistics.intervals import Interval, odds_ratio
 from bench.statistics.verdicts import (
     LEAST_CELLS,
     Outcome,
     Verdict,
-    check,
     order,
     share_at_least,
 )
@@ -47,6 +47,7 @@ PARTLY = 0.3, 0.9  # visible fractions between which it is partly hidden
 RECOVERY, BRIDGE, END = 30, 10, 20  # frames
 SETTLED = 5  # frames in a row with the centre inside that make a recovery: one alone is chance
 FAST = 0.2  # share of the frames that are called fast
+STRETCH, RESAMPLES = 20, 1000  # frames that are alike in time and area; of such stretches
 
 NAMES = (
     *("frames", "first_loss", "size_error", "size_bias", "size_correlation", "centre_rms"),
@@ -338,15 +339,26 @@ def fast_frames(evidence: Evidence) -> list[Finding]:
 
 
 def rank_correlation(evidence: Evidence) -> list[Finding]:
-    """Two columns of a table rise together."""
+    """Two columns of a table of frames rise together; stretches of frames are drawn anew."""
     (name,), (first,), (second,) = map(evidence.names, ("table", "first", "second"))
     table = evidence.tables.get(name)
-    value = nan if table is None else float(table[first].corr(table[second], method="spearman"))
-    if table is None or np.isnan(value):
+    if table is None or table[[first, second]].isna().any(axis=None) or len(table) < 2:
         return []
+    value, _ = correlation(table[first], table[second])
+    places = [table["sequence"], table["frame"] // STRETCH]
+    stretches = [rows[[first, second]].to_numpy() for _, rows in table.groupby(places)]
+    generator = np.random.default_rng(0)
+    drawn = generator.integers(len(stretches), size=(RESAMPLES, len(stretches)))
+    samples = [np.concatenate([stretches[one] for one in row]) for row in drawn]
+    low, high = np.quantile([correlation(*sample.T)[0] for sample in samples], [0.025, 0.975])
     least = evidence.setting("least")
-    words = f"rank correlation of {first} and {second} {value:.3f}, to be compared with {least:g}."
-    return [Finding(evidence.claim.id, check(value > least, value, words, len(table)))]
+    outcome: Outcome = "holds" if low > least else "does-not-hold" if high < least else "undecided"
+    words = (
+        f"rank correlation of {first} and {second} {value:.3f} (95 %: {low:.3f} to {high:.3f}), to "
+        f"be compared with {least:g}."
+    )
+    verdict = Verdict(outcome, value, Interval(low, high), len(stretches), words)
+    return [Finding(evidence.claim.id, verdict)]
 
 
 CHECKS: Mapping[str, Check] = {

@@ -1,13 +1,12 @@
 """Times of the paper's tracker: what Fig. 5 shows, what the claims on time rest on.
 
-All are CPU times. Those of the timing runs are the tracker's as written; beside them, in turns on
-the same images, it is timed against a plain filter in NumPy with the same random numbers, by
-samples, area and bins, and in its parts.
+All are CPU times, warm. Those of the timing runs are the tracker's as written; beside them a plain
+filter in NumPy with the same random numbers, either with and without weighting its samples once
+more, and either by samples, area and bins take turns; see `bench.papers.timing`.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import repeat
-from time import thread_time
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,15 +16,16 @@ from numba import njit
 import trackers
 from bench.papers.context import Context
 from bench.papers.nummiaro2003.plain import PlainFilter
-from bench.papers.timing import Update, beginning, frame_times, in_turns, slope
+from bench.papers.timing import beginning, frame_times, kept_times, slope, turn_times
+from bench.statistics.intervals import mean_interval
 from trackers.base.interface import Box, Image
 from trackers.base.particles import normalised
 from trackers.base.sharing import SharedFrame
 from trackers.histograms.bins import JointBins
 from trackers.histograms.target_model import Ellipses, Likelihood, TargetModel
 
-__all__ = ["SWEEPS", "clock_rate", "compiled_filter", "cost_slopes", "cost_times"]
-__all__ += ["plain_filter", "side_by_side", "tables", "weighting_times"]
+__all__ = ["SWEEPS", "compiled_filter", "cost_slopes", "cost_times", "model_times"]
+__all__ += ["plain_filter", "tables", "update_times"]
 
 TIMED = "nummiaro2003-figure-5"
 SEQUENCES = ("nummiaro2003/person", "nummiaro2003/car")
@@ -40,8 +40,8 @@ SWEEPS: Mapping[str, Sequence[float]] = {
 }
 """What is changed, one at a time, for the cost of each."""
 
-ROUNDS = 7  # updates of which the median is taken
-STEPS = 5_000_000  # of the chain that tells the clock
+SHOWN = 2  # times that an image is shown for the cost of each
+STEPS = 250_000  # of the chain that tells the clock
 CYCLES_A_STEP = 6  # three shifts and three operations, none of which can begin before the last
 
 
@@ -50,52 +50,46 @@ def tables(context: Context) -> dict[str, pd.DataFrame]:
 
     `run_times`: `sequence`, `repetition`, `frame`, `seconds` and `area` (of the mean state's
     ellipse [pixels²]) of the timing runs (Fig. 5); `frame_times`: medians over the repetitions.
-    `plain_times`: `sequence`, `milliseconds` of an update in plain NumPy, its median over frames,
-    and `milliseconds_at_800_mhz`, in which the paper's processor has as many cycles. `model_times`,
-    a frame of `students` a row: `one` model and one `per_particle` [seconds]. `time_slopes`: see
-    `cost_slopes`, with `implementation`. `profile`: `sequence`, `implementation`,
-    `weighting_share` (of an update, the median over frames). `times`: what of these is printed, a
-    `value` of `what` on a sequence.
+    `plain_times`, a sequence a row: `milliseconds` of an update in plain NumPy, and
+    `at_800_mhz`, in which the paper's processor has as many cycles, each with 95 % limits over
+    rounds (`low`, `high`; `low_at_800_mhz`, `high_at_800_mhz`). `model_times` and `update_times`:
+    see these functions. `time_slopes`: see `cost_slopes`, with `implementation`. `times`: what of
+    these is printed, a `value` of `what` on a sequence.
     """
-    frames, blocks = (10, 2) if context.effort.quick else (100, 6)
     runs = frame_times(context.results / TIMED, context.asked[TIMED], ("half_width", "half_height"))
+    runs = runs[runs["disturbed"] == 0].copy()
     runs["area"] = np.pi * runs["half_width"] * runs["half_height"]
-    medians = runs.groupby(["sequence", "frame"], as_index=False)[["seconds", "area"]].median()
-    clock = clock_rate()
-    plain = pd.concat(
-        side_by_side(name, {"milliseconds": plain_filter()}, frames).assign(sequence=name)
-        for name in SEQUENCES
-    )
-    plain["milliseconds"] *= 1e3
-    plain["milliseconds_at_800_mhz"] = plain["milliseconds"] * clock / PAPERS_CLOCK
-    models = {"one": compiled_filter(), "per_particle": compiled_filter(models="per-particle")}
-    model_times = side_by_side(STUDENTS, models, frames)
-    parts = weighting_times(SEQUENCES, frames)
-    parts["weighting_share"] = parts["weighting"] / parts["update"]
-    slopes = [
-        cost_slopes(cost_times(SEQUENCES[0], make, blocks)).assign(implementation=implementation)
-        for implementation, make in (("compiled", compiled_filter), ("plain", plain_filter))
+    keys = ["sequence", "frame"]
+    medians = runs.groupby(keys, as_index=False)[["seconds", "decoded", "area"]].median()
+    updates = kept_times(context, update_times, SEQUENCES, frames=15)
+    models = kept_times(context, model_times, (STUDENTS,), frames=15)
+    costs = kept_times(context, cost_times, SEQUENCES[:1])
+    clock = STEPS * CYCLES_A_STEP / updates["clock"]
+    at_800_mhz = 1e3 * updates["plain"] * clock / PAPERS_CLOCK
+    times = {
+        "plain": (updates, 1e3 * updates["plain"]),
+        "plain at 800 MHz": (updates, at_800_mhz),
+        "area": (medians, medians["area"]),
+        "compiled": (medians, 1e3 * medians["seconds"]),
+        "as decoded": (medians, 1e3 * medians["decoded"]),
+        "weighting, compiled": (updates, 100 * _share(updates, "compiled")),
+        "weighting, plain": (updates, 100 * _share(updates, "plain")),
+        "models": (models, models["per_particle"] / models["one"]),
+        "clock": (updates, clock / 1e9),
+        "reference": (updates, 1e3 * updates["reference"]),
+    }
+    told = [
+        pd.DataFrame({"sequence": rows["sequence"], "what": what, "value": values})
+        for what, (rows, values) in times.items()
     ]
-    times = [
-        _told(plain, "plain", plain["milliseconds"]),
-        _told(plain, "plain at 800 MHz", plain["milliseconds_at_800_mhz"]),
-        _told(medians, "area", medians["area"]),
-        _told(medians, "compiled", 1e3 * medians["seconds"]),
-        _told(parts, "weighting, " + parts["implementation"], 100 * parts["weighting_share"]),
-        pd.DataFrame({"sequence": SEQUENCES, "what": "clock", "value": clock / 1e9}),
-        pd.DataFrame({"value": model_times["per_particle"] / model_times["one"]}).assign(
-            sequence=STUDENTS, what="models"
-        ),
-    ]
-    shares = parts.groupby(["sequence", "implementation"], as_index=False)[["weighting_share"]]
     return {
         "run_times": runs,
         "frame_times": medians,
-        "plain_times": plain.groupby("sequence", as_index=False, sort=False).median(),
-        "model_times": model_times,
-        "time_slopes": pd.concat(slopes, ignore_index=True),
-        "profile": shares.median(),
-        "times": pd.concat([one for one in times if len(one)], ignore_index=True),
+        "plain_times": _with_limits(updates["sequence"], 1e3 * updates["plain"], at_800_mhz),
+        "update_times": updates,
+        "model_times": models,
+        "time_slopes": cost_slopes(costs),
+        "times": pd.concat([one for one in told if len(one)], ignore_index=True),
     }
 
 
@@ -116,102 +110,142 @@ def plain_filter(particles: int = PARTICLES, bins: int = BINS) -> PlainFilter:
     return PlainFilter(np.random.SeedSequence(0), particles, bins)
 
 
-def side_by_side(name: str, filters: Mapping[str, Any], frames: int) -> pd.DataFrame:
-    """CPU seconds of updates on the first so many frames of a sequence; a column each."""
-    images, box = beginning(name, frames)
-    for one in filters.values():
-        one.init(images[0], box)
-    return in_turns({label: one.update for label, one in filters.items()}, images[1:])
+FILTERS: Mapping[str, Callable[..., Any]] = {"compiled": compiled_filter, "plain": plain_filter}
 
 
-def cost_times(name: str, make: Callable[[int, int], Any], blocks: int) -> pd.DataFrame:
-    """Times of updates on the first image of a sequence, for all settings in turn.
+def update_times(names: Sequence[str], frames: int) -> pd.DataFrame:
+    """Updates of both implementations on sequences, a round a row.
 
-    `make` gives a filter for a number of samples and of bins a channel. A row a block of some
-    rounds: `factor` (samples, area, bins), `value` (their number; pixels²; the number of bins in
-    all), `seconds` (the median).
+    `sequence`; seconds a frame: `compiled`, `plain`, either with its samples observed and weighted
+    once more (`compiled_twice`, `plain_twice`); `clock` (of the chain that tells it), `reference`.
     """
-    (image, *_), box = beginning(name, 0)
-    values, updates = {}, {}
-    for factor, settings in SWEEPS.items():
-        for setting in settings:
-            particles = int(setting) if factor == "samples" else PARTICLES
-            bins = int(setting) if factor == "bins" else BINS
-            enlarged = _enlarged(box, setting if factor == "area" else 1.0)
-            one = make(particles, bins)
-            one.init(image, enlarged)
-            area = np.pi / 4 * enlarged[2] * enlarged[3]
-            known = {"samples": particles, "area": area, "bins": bins**3}
-            values[f"{factor} {setting}"] = factor, known[factor]
-            updates[f"{factor} {setting}"] = one.update
-    medians = [in_turns(updates, repeat(image, ROUNDS)).median() for _ in range(blocks)]
-    return pd.DataFrame(
-        {"factor": factor, "value": value, "seconds": block[label]}
-        for block in medians
-        for label, (factor, value) in values.items()
-    )
+    methods: dict[str, Callable[[], Any]] = dict(FILTERS)
+    methods |= {"compiled_twice": _CompiledTwice, "plain_twice": _PlainTwice, "clock": _Clock}
+    return turn_times(methods, {name: beginning(name, frames) for name in names})
 
 
-def cost_slopes(costs: pd.DataFrame) -> pd.DataFrame:
-    """Lines through the times of `cost_times`, a row a factor: `factor`, and what `slope` gives.
+def model_times(names: Sequence[str], frames: int) -> pd.DataFrame:
+    """Updates with `one` model, and with one `per_particle` [seconds], a round a row."""
+    methods = {"one": compiled_filter}
+    methods["per_particle"] = partial(compiled_filter, models="per-particle")
+    return turn_times(methods, {name: beginning(name, frames) for name in names})
 
-    In seconds a sample, a pixel² and a bin.
+
+def cost_times(names: Sequence[str], frames: int) -> pd.DataFrame:
+    """Times of updates on the first image of a sequence, by all settings, which take turns.
+
+    A row a round: `implementation`, `factor` (samples, area, bins), `value` (their number;
+    pixels²; the number of bins in all), `seconds`, and those of the `reference`.
     """
-    return pd.DataFrame(
-        {"factor": factor} | slope(times["value"], times["seconds"])
-        for factor, times in costs.groupby("factor", sort=False)
-    )
-
-
-def weighting_times(names: Sequence[str], frames: int) -> pd.DataFrame:
-    """Updates, and observing and weighting their samples once more, on a sequence's first frames.
-
-    A row a frame: `sequence`, `implementation`, `update` and `weighting` [seconds].
-    """
+    (image,), box = beginning(names[0], 0)
+    shown = [image] * (min(frames, SHOWN) + 1)
+    settings = [(factor, one) for factor, several in SWEEPS.items() for one in several]
     pieces = []
-    for name in names:
-        images, box = beginning(name, frames)
-        for implementation, parts_of in (("compiled", _compiled_parts), ("plain", _plain_parts)):
-            found = in_turns(parts_of(images[0], box), images[1:], shuffled=False)
-            pieces.append(found.assign(sequence=name, implementation=implementation))
+    for implementation, make in FILTERS.items():
+        methods = {
+            f"{factor} {one}": partial(_Enlarged, make, factor, one) for factor, one in settings
+        }
+        times = turn_times(methods, {names[0]: (shown, box)})
+        for factor, one in settings:
+            size = box[2:].prod() * np.pi / 4
+            value = {"samples": one, "area": one * size, "bins": one**3}[factor]
+            known = {"implementation": implementation, "factor": factor, "value": value}
+            rows = times[["reference"]].assign(seconds=times[f"{factor} {one}"], **known)
+            pieces.append(rows)
     return pd.concat(pieces, ignore_index=True)
 
 
-def clock_rate() -> float:
-    """Clock of the core that this runs on [Hz], by a chain of operations of a cycle each."""
-    _chain(np.uint64(1), 1)
-    seconds = []
-    for _ in range(ROUNDS):
-        began = thread_time()
+def cost_slopes(costs: pd.DataFrame) -> pd.DataFrame:
+    """Lines through the times of `cost_times`, a row a way and factor, and what `slope` gives.
+
+    In seconds a sample, a pixel² and a bin.
+    """
+    keys = ["implementation", "factor"]
+    return pd.DataFrame(
+        dict(zip(keys, values, strict=True)) | slope(times["value"], times["seconds"])
+        for values, times in costs.groupby(keys, sort=False)
+    )
+
+
+def _share(updates: pd.DataFrame, implementation: str) -> "pd.Series[float]":
+    """Of an update, what observing and weighting take."""
+    return updates[f"{implementation}_twice"] / updates[implementation] - 1
+
+
+def _with_limits(
+    sequences: "pd.Series[str]", milliseconds: "pd.Series[float]", at_800_mhz: "pd.Series[float]"
+) -> pd.DataFrame:
+    rows = []
+    for sequence in sequences.unique():
+        row = {"sequence": sequence}
+        for name, values in (("milliseconds", milliseconds), ("at_800_mhz", at_800_mhz)):
+            here = values[sequences == sequence]
+            suffix = "" if name == "milliseconds" else f"_{name}"
+            row[name] = here.mean()
+            row[f"low{suffix}"], row[f"high{suffix}"] = mean_interval(here)
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+class _Enlarged:
+    """A filter with one of the `SWEEPS` settings, begun with a box that may be enlarged."""
+
+    def __init__(self, make: Callable[..., Any], factor: str, setting: float) -> None:
+        known = {"samples": "particles", "bins": "bins"}
+        options = {known[factor]: int(setting)} if factor in known else {}
+        self._filter, self.update = (one := make(**options)), one.update
+        self._scale = np.sqrt(setting) if factor == "area" else 1.0
+
+    def init(self, image: Image, box: Box) -> None:
+        """Begin with a box of this factor's area about the same centre."""
+        size = box[2:] * self._scale
+        self._filter.init(image, np.concatenate([box[:2] + (box[2:] - size) / 2, size]))
+
+
+class _CompiledTwice:
+    """The tracker, whose samples are observed and weighted once more."""
+
+    def __init__(self) -> None:
+        self._tracker = compiled_filter()
+
+    def init(self, image: Image, box: Box) -> None:
+        """Begin."""
+        self._tracker.init(image, box)
+        settings = self._tracker.parameters
+        self._ellipses = Ellipses(JointBins(settings.colour, settings.bins), settings.kernel)
+        histogram = self._tracker.histogram_of(image, box)
+        self._model = TargetModel(histogram, PARTICLES, False, settings.alpha)
+        readings = settings.update_reading, settings.update_threshold
+        self._likelihood = Likelihood(settings.sigma, *readings)
+
+    def update(self, image: Image) -> None:
+        """Update, and weigh again."""
+        particles = self._tracker.update(image).arrays["particles"]
+        found = self._ellipses.counts(SharedFrame(image), particles, self._model.bins)
+        normalised(self._likelihood.log(self._model.coefficients(found)))
+
+
+class _PlainTwice(PlainFilter):
+    """The plain filter, whose samples are observed and weighted once more."""
+
+    def __init__(self) -> None:
+        super().__init__(np.random.SeedSequence(0), PARTICLES, BINS)
+
+    def update(self, image: Image) -> None:
+        """Update, and weigh again."""
+        super().update(image)
+        self.weigh(self.codes(image))
+
+
+class _Clock:
+    """Operations of a cycle each, whose time tells the clock of the core that this runs on."""
+
+    def init(self, *_: object) -> None:
+        """Begin."""
+
+    def update(self, _: object) -> None:
+        """Go through the chain."""
         _chain(np.uint64(1), STEPS)
-        seconds.append(thread_time() - began)
-    return STEPS * CYCLES_A_STEP / min(seconds)
-
-
-def _compiled_parts(image: Image, box: Box) -> dict[str, Update]:
-    tracker = compiled_filter()
-    tracker.init(image, box)
-    settings = tracker.parameters
-    ellipses = Ellipses(JointBins(settings.colour, settings.bins), settings.kernel)
-    model = TargetModel(tracker.histogram_of(image, box), PARTICLES, False, settings.alpha)
-    likelihood = Likelihood(settings.sigma, settings.update_reading, settings.update_threshold)
-    particles = np.zeros((0, 7))
-
-    def update(image: Image) -> None:
-        nonlocal particles
-        particles = tracker.update(image).arrays["particles"]
-
-    def weigh(image: Image) -> None:
-        found = ellipses.counts(SharedFrame(image), particles, model.bins)
-        normalised(likelihood.log(model.coefficients(found)))
-
-    return {"update": update, "weighting": weigh}
-
-
-def _plain_parts(image: Image, box: Box) -> dict[str, Update]:
-    plain = plain_filter()
-    plain.init(image, box)
-    return {"update": plain.update, "weighting": lambda image: plain.weigh(plain.codes(image))}
 
 
 @njit(cache=True)
@@ -222,15 +256,3 @@ def _chain(state: Any, steps: int) -> Any:
         state ^= state >> np.uint64(7)
         state ^= state << np.uint64(17)
     return state
-
-
-def _enlarged(box: Box, factor: float) -> Box:
-    """A box of this factor's area about the same centre."""
-    size = box[2:] * np.sqrt(factor)
-    return np.asarray(np.concatenate([box[:2] + (box[2:] - size) / 2, size]))
-
-
-def _told(
-    rows: pd.DataFrame, what: "str | pd.Series[str]", values: "pd.Series[float]"
-) -> pd.DataFrame:
-    return pd.DataFrame({"sequence": rows["sequence"], "what": what, "value": values})

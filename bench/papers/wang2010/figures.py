@@ -56,7 +56,7 @@ def time(context: Context) -> Figure | None:
         "particles",
         "time [ms]",
         ["proposed", "particle filter"],
-        heading="medians and ranges over passes",
+        heading="medians and ranges over rounds",
         marks=PAPERS_NUMBERS,
         logarithmic=True,
     )

@@ -1,31 +1,29 @@
 """What an update costs: by method, by the number of particles, and for the motion map alone.
 
-All are CPU times [s], of methods as written, measured in one process, in turns on the same images,
-for the plain methods and for the compiled trackers. A pass through the images gives one time of
-each, the median over frames; it is disturbed where it took noticeably more wall time than CPU time,
-as a timing run is, and then left out. Times are kept beside the report until what is timed changes.
+All are CPU times [s] of methods as written that take turns on the same images in memory, the plain
+methods and the compiled trackers each among themselves; see `bench.papers.timing`.
 """
 
-import hashlib
-import json
-import platform
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import product
-from math import exp, nan
-from pathlib import Path
-from time import perf_counter, thread_time
+from math import nan
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-import datasets
 import trackers
 from bench.experiments.contestant import contestant
-from bench.metrics.times import DISTURBED_RATIO
 from bench.papers.context import Context
-from bench.papers.timing import Update, beginning, frame_times, in_turns, slope
+from bench.papers.timing import (
+    beginning,
+    frame_times,
+    geometric_mean,
+    kept_times,
+    slope,
+    turn_times,
+)
 from bench.papers.wang2010.plain import (
     PlainCamShift,
     PlainImprovedCamShift,
@@ -34,14 +32,10 @@ from bench.papers.wang2010.plain import (
 )
 from bench.papers.wang2010.plain_maps import joint_map, local_difference, moving
 from bench.statistics.intervals import mean_interval
-from bench.store.files import write_atomically
-from datasets.source_digest import source_digest
 from trackers.base.interface import Box, Image
 from trackers.maps.differences import first_frame, frame_after
 
 __all__ = ["METHODS", "PUBLISHED", "tables", "time_rows"]
-
-PACKAGE = Path(str(trackers.__file__)).parent
 
 TABLE_1, SECTION_3_2 = "wang2010/table-tennis:version=2", "wang2010/hand"
 PUBLISHED: Mapping[str, Mapping[str, float]] = {
@@ -69,66 +63,30 @@ RADII = {"proposed": 60**0.5 / 2, "particle_filter": 400**0.5 / 2}
 """Of the transition [pixels], by the rule for each filter's own number of particles, whatever it is
 here: else the cloud would grow with the number, and with it what the compiled trackers sum up."""
 
-PASSES, FRAMES = 10, 60
-QUICK_PASSES, QUICK_FRAMES = 2, 8
-
 
 def tables(context: Context) -> dict[str, pd.DataFrame]:
-    """Times that claims, tables and figures read; passes that other load disturbed are left out.
+    """Times that claims, tables and figures read.
 
-    `method_times`, a pass and window of both CamShifts a row: `sequence`, `implementation`
-    (`plain`, `compiled`), `window`, and seconds a frame of every method of `METHODS` and of
-    `motion` (the motion map alone), all measured side by side; the filters' are the same beside
-    both windows. `motion_share`: `implementation`, `window`, `share` of the motion map in what
-    improved CamShift takes longer on `hand`. `particle_times`, a pass and number a row: `method`,
-    `implementation`, `particles`, `seconds`. `time_slopes`, a line through these a row: `method`,
-    `implementation`, and what `bench.papers.timing.slope` tells, a particle. `times`: see
-    `beside_published`.
+    `method_times`, a round and window of both CamShifts a row: `sequence`, `implementation`
+    (`plain`, `compiled`), `window`, seconds a frame of every method of `METHODS` and of `motion`
+    (the motion map alone), which all took turns, and of the `reference`; the filters' are the same
+    beside both windows. `motion_share`: `implementation`, `window`, `share` of the motion map in
+    what improved CamShift takes longer on `hand`, with the 95 % limits `low` and `high`.
+    `particle_times`, a round and number a row: `method`, `implementation`, `particles`, `seconds`.
+    `time_slopes`, a line through these a row: `method`, `implementation`, and what
+    `bench.papers.timing.slope` tells, a particle. `times`: see `beside_published`.
     """
-    passes, frames = (QUICK_PASSES, QUICK_FRAMES) if context.effort.quick else (PASSES, FRAMES)
-    fewer = max(passes // 2, 1)  # each is of many numbers
-    folder = context.folder / "times"
-    by_method = _kept(folder, method_times, tuple(PUBLISHED), passes, frames)
-    by_number = _kept(folder, particle_times, (TABLE_1,), fewer, frames)
+    by_method = kept_times(context, method_times, tuple(PUBLISHED))
+    by_number = kept_times(context, particle_times, (TABLE_1,), frames=8)
     name = context.description.experiment("table-1")
     runs = frame_times(context.results / name, context.asked.get(name, {}))
     return {
         "method_times": by_method,
-        "motion_share": _motion_share(by_method),
+        "motion_share": motion_share(by_method),
         "particle_times": by_number,
         "time_slopes": particle_slopes(by_number),
-        "times": beside_published(by_method, runs),
+        "times": beside_published(by_method, runs[runs["disturbed"] == 0]),
     }
-
-
-def _kept(
-    folder: Path,
-    measure: Callable[[Sequence[str], int, int], pd.DataFrame],
-    names: Sequence[str],
-    passes: int,
-    frames: int,
-) -> pd.DataFrame:
-    """What was measured undisturbed, now or before on this machine.
-
-    What other load disturbed too often is measured anew the next time.
-    """
-    source = source_digest(Path(__file__), PACKAGE)
-    shown = [[name, datasets.load(name).fingerprint] for name in names]
-    machine = [platform.platform(), platform.node()]
-    identity = [measure.__name__, shown, source, *machine, passes, frames]
-    file = folder / f"{hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:16]}.json"
-    if file.is_file():
-        return pd.DataFrame(json.loads(file.read_bytes()))
-    times = measure(names, passes, frames)
-    quiet = times[times["disturbed"] == 0].drop(columns="disturbed")
-    ways = [column for column in ("sequence", "window", "method", "particles") if column in times]
-    ways.append("implementation")
-    everything = times.groupby(ways).ngroups
-    counts = quiet.groupby(ways).size()
-    if len(counts) == everything and counts.min() >= passes:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_atomically(file, json.dumps(quiet.to_dict("list")).encode())
-    return quiet
 
 
 def make(method: str, implementation: str, **parameters: Any) -> Any:
@@ -140,119 +98,89 @@ def make(method: str, implementation: str, **parameters: Any) -> Any:
     return trackers.create(name, seed, preset="as-written", **parameters)
 
 
-def method_times(names: Sequence[str], passes: int, frames: int) -> pd.DataFrame:
-    """All methods on sequences; see `tables`, with `disturbed` (0 or 1).
-
-    So many passes are undisturbed; twice as many are made at most, disturbed or not.
-    """
-    rows = []
-    for name, implementation in product(names, IMPLEMENTATIONS):
-        images, box = beginning(name, frames)
-        updates = partial(_updates, images[0], box, implementation)
-        for seconds, disturbed in _passes(updates, images[1:], passes):
-            for window in WINDOWS:
-                times = {
-                    method: seconds[f"{method} {window}" if method in WINDOWED else method]
-                    for method in (*METHODS, "motion")
-                }
-                where = {"sequence": name, "implementation": implementation, "window": window}
-                rows.append({**where, "disturbed": disturbed, **times})
-    return pd.DataFrame(rows)
+def method_times(names: Sequence[str], frames: int) -> pd.DataFrame:
+    """All methods on sequences; see `tables`."""
+    clips = {name: beginning(name, frames) for name in names}
+    columns = ["sequence", "round", *METHODS, "motion", "reference"]
+    pieces = []
+    for implementation in IMPLEMENTATIONS:
+        times = turn_times(_methods(implementation), clips)
+        for window in WINDOWS:
+            rows = times.rename(columns={f"{method} {window}": method for method in WINDOWED})
+            known = {"implementation": implementation, "window": window}
+            pieces.append(rows[columns].assign(**known))
+    return pd.concat(pieces, ignore_index=True)
 
 
-def particle_times(names: Sequence[str], passes: int, frames: int) -> pd.DataFrame:
-    """Both filters with several numbers of particles; see `tables` and `method_times`."""
-    (name,) = names
-    images, box = beginning(name, frames)
-    settings = list(product(RADII, NUMBERS))
-
-    def updates(implementation: str) -> dict[str, Update]:
-        found = {}
-        for method, number in settings:
-            one = make(method, implementation, particles=number, radius=RADII[method])
-            one.init(images[0], box)
-            found[f"{method} {number}"] = one.update
-        return found
-
-    return pd.DataFrame(
-        {
-            "method": method,
-            "implementation": implementation,
-            "particles": number,
-            "disturbed": disturbed,
-            "seconds": medians[f"{method} {number}"],
+def particle_times(names: Sequence[str], frames: int) -> pd.DataFrame:
+    """Both filters with several numbers of particles; see `tables`."""
+    clips, pieces = {name: beginning(name, frames) for name in names}, []
+    for implementation in IMPLEMENTATIONS:
+        methods = {
+            (method, number): partial(
+                make, method, implementation, particles=number, radius=RADII[method]
+            )
+            for method, number in product(RADII, NUMBERS)
         }
-        for implementation in IMPLEMENTATIONS
-        for medians, disturbed in _passes(partial(updates, implementation), images[1:], passes)
-        for method, number in settings
-    )
+        times = turn_times({f"{method} {n}": one for (method, n), one in methods.items()}, clips)
+        for method, number in methods:
+            known = {"method": method, "implementation": implementation, "particles": number}
+            rows = times[["reference"]].assign(seconds=times[f"{method} {number}"], **known)
+            pieces.append(rows)
+    return pd.concat(pieces, ignore_index=True)
 
 
-def _passes(
-    updates: Callable[[], Mapping[str, Update]], images: Sequence[Image], wanted: int
-) -> Iterator[tuple["pd.Series[float]", float]]:
-    """Median times of a pass, and 1 for a disturbed one, until there are enough that are not."""
-    undisturbed = 0
-    for _ in range(2 * wanted):
-        chosen = updates()
-        cpu, wall = thread_time(), perf_counter()
-        times = in_turns(chosen, images)
-        wall, cpu = perf_counter() - wall, thread_time() - cpu
-        disturbed = wall > DISTURBED_RATIO * cpu
-        yield times.median(), float(disturbed)
-        undisturbed += not disturbed
-        if undisturbed == wanted:
-            return
-
-
-def _updates(first: Image, box: Box, implementation: str) -> dict[str, Update]:
-    updates = {"motion": _motion(first, implementation)}
+def _methods(implementation: str) -> dict[str, Callable[[], Any]]:
+    methods: dict[str, Callable[[], Any]] = {"motion": partial(_Motion, implementation)}
     for method in METHODS:
         for window in WINDOWS if method in WINDOWED else ("",):
-            one = make(method, implementation, **({"window": window} if window else {}))
-            one.init(first, box)
-            updates[f"{method} {window}".rstrip()] = one.update
-    return updates
+            options = {"window": window} if window else {}
+            methods[f"{method} {window}".rstrip()] = partial(
+                make, method, implementation, **options
+            )
+    return methods
 
 
-def _motion(first: Image, implementation: str) -> Update:
+class _Motion:
     """What makes the motion map of the next image; in plain code, joins it to a map of colours."""
-    if implementation == "compiled":
-        motion = first_frame(first)
 
-        def compiled(image: Image) -> None:
-            nonlocal motion
-            motion = frame_after(image, motion, 5, True)
+    def __init__(self, implementation: str) -> None:
+        self._compiled = implementation == "compiled"
 
-        return compiled
+    def init(self, image: Image, _: Box) -> None:
+        """Begin with the first image."""
+        self._motion: Any = first_frame(image)
+        self._image, self._difference = image, local_difference(image, image)
+        self._colour = np.ones(image.shape[:2])
 
-    previous, before = first, local_difference(first, first)
-    colour = np.ones(first.shape[:2])
-
-    def plain(image: Image) -> None:
-        nonlocal previous, before
-        latest = local_difference(image, previous)
-        joint_map(colour, moving((latest + before) / 2))
-        previous, before = image, latest
-
-    return plain
+    def update(self, image: Image) -> None:
+        """Make a map."""
+        if self._compiled:
+            self._motion = frame_after(image, self._motion, 5, True)
+            return
+        latest = local_difference(image, self._image)
+        joint_map(self._colour, moving((latest + self._difference) / 2))
+        self._image, self._difference = image, latest
 
 
 def particle_slopes(times: pd.DataFrame) -> pd.DataFrame:
     """What one particle more costs; see `tables`."""
     keys = ["method", "implementation"]
-    lines = [
+    return pd.DataFrame(
         dict(zip(keys, values, strict=True)) | slope(rows["particles"], rows["seconds"])
         for values, rows in times.groupby(keys, sort=False)
-    ]
-    return pd.DataFrame(lines, columns=[*keys, "slope", "lower_limit", "upper_limit", "r_squared"])
+    )
 
 
-def _motion_share(times: pd.DataFrame) -> pd.DataFrame:
-    here = times[times["sequence"] == SECTION_3_2].groupby(["implementation", "window"])
-    medians = here[["camshift", "camshift_improved", "motion"]].median()
-    longer = medians["camshift_improved"] - medians["camshift"]
-    return (medians["motion"] / longer).rename("share").reset_index()
+def motion_share(times: pd.DataFrame) -> pd.DataFrame:
+    """Of what the improved CamShift takes longer, that of the motion map; see `tables`."""
+    rows, keys = [], ["implementation", "window"]
+    for values, here in times[times["sequence"] == SECTION_3_2].groupby(keys):
+        shares = here["motion"] / (here["camshift_improved"] - here["camshift"])
+        low, high = mean_interval(shares)
+        known = dict(zip(keys, values, strict=True))
+        rows.append(known | {"share": shares.mean(), "low": low, "high": high})
+    return pd.DataFrame(rows)
 
 
 def beside_published(times: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
@@ -269,48 +197,53 @@ def beside_published(times: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     -------
     DataFrame
         `sequence`, `method`, `window` (empty for the filters), `timed` (`plain`, `compiled`,
-        `runs`), `passes`, `paper` [s], `seconds` (median); `paper_ratio` and `ratio` (geometric
-        mean over passes) over CamShift with a fixed window, and in a row of their own those of the
-        particle filter over the proposed one.
+        `as decoded`: timing runs), `paper` [s], `seconds` (median); `paper_ratio` and `ratio`
+        (geometric mean over rounds, with the 95 % limits `low` and `high`) over CamShift with a
+        fixed window, and in a row of their own those of the particle filter over the proposed one;
+        `reference` (median) [s] and `load`, its slowest round over its fastest.
     """
     rows: list[dict[str, Any]] = []
     for sequence, published in PUBLISHED.items():
-        here = times[times["sequence"] == sequence]
         for method in published:
             for window in WINDOWS if method in WINDOWED else ("",):
                 known: dict[str, Any] = {"sequence": sequence, "method": method, "window": window}
                 known |= {"paper": published[method]}
                 known |= {"paper_ratio": published[method] / published["camshift"]}
                 for name in IMPLEMENTATIONS:
-                    both = here[here["implementation"] == name]
-                    fixed = both.loc[both["window"] == "fixed", "camshift"]
-                    own = both.loc[both["window"] == (window or "fixed"), method]
-                    found = {"seconds": own.median(), "ratio": _ratio(own, fixed)}
-                    rows.append({**known, "timed": name, "passes": len(own), **found})
-                seconds = nan if window == "adaptive" else _of_runs(runs, sequence, method)
-                rows.append({**known, "timed": "runs", "seconds": seconds})
-    first = times[(times["sequence"] == TABLE_1) & (times["window"] == "fixed")]
+                    own, fixed = (
+                        _rounds(times, sequence, name, one) for one in (window or "fixed", "fixed")
+                    )
+                    found = {"timed": name, "seconds": own[method].median()}
+                    found |= _ratio(own, own[method].to_numpy() / fixed["camshift"].to_numpy())
+                    rows.append(known | found)
+                seconds = nan if window == "adaptive" else _decoded(runs, sequence, method)
+                rows.append({**known, "timed": "as decoded", "seconds": seconds})
     paper = PUBLISHED[TABLE_1]
     known = {"sequence": TABLE_1, "method": "particle filter over proposed", "window": ""}
     known |= {"paper_ratio": paper["particle_filter"] / paper["proposed"]}
     for name in IMPLEMENTATIONS:
-        both = first[first["implementation"] == name]
-        ratio = _ratio(both["particle_filter"], both["proposed"])
-        rows.append({**known, "timed": name, "passes": len(both), "ratio": ratio})
+        both = _rounds(times, TABLE_1, name, "fixed")
+        ratios = both["particle_filter"] / both["proposed"]
+        rows.append(known | {"timed": name} | _ratio(both, ratios))
     return pd.DataFrame(rows)
 
 
-def _ratio(longer: "pd.Series[float]", shorter: "pd.Series[float]") -> float:
-    """Geometric mean over passes; NaN where there is none."""
-    logs = np.log(longer.to_numpy() / shorter.to_numpy())
-    return exp(logs.mean()) if len(logs) else nan
+def _rounds(times: pd.DataFrame, sequence: str, implementation: str, window: str) -> pd.DataFrame:
+    chosen = times["implementation"].eq(implementation) & times["window"].eq(window)
+    return times[chosen & times["sequence"].eq(sequence)]
 
 
-def _of_runs(runs: pd.DataFrame, sequence: str, method: str) -> float:
+def _ratio(rounds: pd.DataFrame, ratios: Any) -> dict[str, float]:
+    machine = rounds["reference"]
+    state = {"reference": machine.median(), "load": machine.max() / machine.min()}
+    return geometric_mean(ratios) | state
+
+
+def _decoded(runs: pd.DataFrame, sequence: str, method: str) -> float:
     """Seconds a frame: median over frames of medians over repetitions."""
     label = contestant(f"{METHODS[method][0]}:preset=as-written").label
     here = runs[(runs["tracker"] == label) & (runs["sequence"] == sequence)]
-    return float(here.groupby("frame")["seconds"].median().median())
+    return float(here.groupby("frame")["decoded"].median().median())
 
 
 def time_rows(times: pd.DataFrame) -> list[dict[str, Any]]:
@@ -324,23 +257,19 @@ def time_rows(times: pd.DataFrame) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        See `bench.papers.Report.rows`. Seconds have quartiles over passes, ratios a 95 %
-        interval, which one pass alone has not; there is no row of what was never measured
-        undisturbed.
+        See `bench.papers.Report.rows`. Seconds have quartiles over rounds, ratios a 95 % interval.
     """
-    plain = times[(times["implementation"] == "plain") & (times["window"] == "fixed")]
     rows = []
     for sequence, seconds in PUBLISHED.items():
-        here = plain[plain["sequence"] == sequence]
+        here = _rounds(times, sequence, "plain", "fixed")
         table = "table-1" if sequence == TABLE_1 else "section-3.2"
-        for method, published in seconds.items() if len(here) else ():
+        for method, published in seconds.items():
             label = {"table": table, "label": method}
             low, middle, high = (float(here[method].quantile(q)) for q in (0.25, 0.5, 0.75))
             told = {"column": "seconds a frame", "published": published}
             rows.append({**label, **told, "measured": middle, "interval": [low, high]})
             if method != "camshift":
-                logs = np.log(here[method] / here["camshift"])
-                limits = [exp(limit) for limit in mean_interval(logs)] if len(logs) > 1 else None
+                ratio, *limits = geometric_mean(here[method] / here["camshift"]).values()
                 told = {"column": "ratio to CamShift", "published": published / seconds["camshift"]}
-                rows.append({**label, **told, "measured": exp(logs.mean()), "interval": limits})
+                rows.append({**label, **told, "measured": ratio, "interval": limits})
     return rows

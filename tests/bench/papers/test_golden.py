@@ -10,6 +10,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from bench.experiments.contestant import contestant
 from bench.papers import Effort, load_paper
 from bench.papers import report as reporting
 from bench.papers.moreno2005 import measures as moreno2005
@@ -41,8 +42,9 @@ TABLES = {
         "times": {
             "text": ["moreno2005", "contour-smooth-color"],
             "tracker": ["moreno2005", "contour-smooth-color"],
-            "milliseconds": [15.0, 12.0],
-            "median": [3.0, 2.0],
+            "seconds": [3e-3, 2e-3],
+            "decoded": [5e-3, 4e-3],
+            **{key: [1.0, 0.7] for key in ("ratio", "low", "high", "reference", "load")},
         },
     },
     "multipart": {
@@ -53,6 +55,18 @@ TABLES = {
             "single": [1.0 + i / 20 for i in range(20)],
             "multi": [1.3 + i / 20 for i in range(20)],
             "ratio": [(1.3 + i / 20) / (1.0 + i / 20) for i in range(20)],
+            "reference": [1e-3] * 20,
+        },
+        "updates": {
+            "sequence": ["multipart/5"] * 2,
+            "tracker": ["multipart"] * 2,
+            "text": [
+                contestant(f"multipart:representation={name}:init=full").label
+                for name in ("single", "multi")
+            ],
+            "seconds": [3e-3, 4e-3],
+            "decoded": [5e-3, 6e-3],
+            **{key: [1.0, 1.3] for key in ("ratio", "low", "high", "reference", "load")},
         },
         "switch": {
             "sequence": [f"multipart/{number}" for number in range(1, 9)] * 3,
@@ -63,7 +77,12 @@ TABLES = {
         },
     },
     "nummiaro2003": {
-        "frame_times": {"area": [1.0, 2.0, 3.0, 4.0], "seconds": [1.0, 3.0, 2.0, 4.0]},
+        "frame_times": {
+            "sequence": ["a"] * 4,
+            "frame": [1, 2, 3, 4],
+            "area": [1.0, 2.0, 3.0, 4.0],
+            "seconds": [1.0, 3.0, 2.0, 4.0],
+        },
         "background": {
             "sequence": [f"nummiaro2003/{name}" for name in ("person", "head")] * 8,
             "scene": [number // 2 for number in range(16)],

@@ -9,7 +9,7 @@ from bench.claims.judging import judge
 from bench.claims.ledger import read_claims
 from bench.claims.sides import run_key
 from bench.papers.multipart.measures import CHECKS, scores
-from bench.papers.multipart.timing import naive_ratios, update_times
+from bench.papers.multipart.timing import kernel_times
 
 CLAIMS = read_claims("multipart")
 NOTHING = pd.DataFrame()
@@ -178,21 +178,7 @@ def test_the_proposed_methods_runs_are_copies_of_the_picked_ones():
     assert found["representation"].tolist() == ["single", "adaptive"]
 
 
-def test_whole_updates_are_compared_on_the_frames_that_both_were_timed_on():
-    seconds = {"single": (1.0, 2.0, 9.0), "multi": (1.5, 4.0)}
-    rows = pd.DataFrame(
-        {"tracker": f"multipart:representation={name}", "sequence": "multipart/1", "frame": frame}
-        | {"seconds": value, "repetition": 0}
-        for name, values in seconds.items()
-        for frame, value in enumerate(values)
-    )
-    found = update_times(rows)
-    assert found["ratio"].tolist() == [1.5, 2.0]
-    assert found["difference"].tolist() == [0.5, 2.0]
-    assert update_times(rows[:0]).empty
-
-
-def test_two_library_calls_a_particle_are_timed_against_one():
-    ratios = np.array(naive_ratios("stress/twin:distance=3:scene=1"))
-    assert (ratios > 0).all()
-    assert len(ratios) > 1
+def test_both_kernels_are_timed_whole_and_by_halves():
+    found = kernel_times(["stress/twin:distance=3:scene=1"], 2)
+    assert set(found["kernel"]) == {"one pass", "two calls"}
+    assert (found[["single", "multi", "reference"]] > 0).all(axis=None)

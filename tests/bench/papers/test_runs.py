@@ -12,7 +12,7 @@ from bench.experiments.experiment import Experiment, SequenceSource
 from bench.papers.description import read_description
 from bench.papers.recorded import read_published, shares_of_place_and_size
 from bench.papers.runs import as_run, tidy_runs
-from bench.papers.timing import failed_passes, frame_times
+from bench.papers.timing import failed_passes, frame_times, runs_lacking
 from bench.store.files import ResultsError
 from bench.store.index import read_index
 from bench.store.loading import load_results
@@ -93,14 +93,16 @@ def test_runs_that_were_not_asked_for_now_are_left_aside(folder):
     assert len(tidy(folder, [*asked, absent])) == 2
 
 
-def test_times_come_from_the_passes_that_no_load_disturbed(tmp_path, in_this_process):
+def test_times_of_frames_are_those_of_the_runs_warm_and_as_decoded(tmp_path, in_this_process):
     source = (SequenceSource(NAME),)
     timing = Experiment("t", ("static",), source, repetitions=1, timing=True)
     folder = bench.run(timing, tmp_path, jobs=1)
     frames = frame_times(folder)
-    clean = load_results(folder).query("disturbed == 0")
-    assert len(frames) == 19 * len(clean)
-    assert (frames["seconds"] > 0).all()
+    assert len(frames) == 19
+    assert frames["disturbed"].unique() == load_results(folder)["disturbed"].tolist()
+    assert (frames[["seconds", "decoded"]] > 0).all(axis=None)
+    (machine, *_) = runs_lacking(folder)
+    assert machine.startswith(f"{folder.name}: the reference kernel took ")
 
 
 def test_recorded_runs_stand_beside_published_figures_with_the_first_frame_counted(

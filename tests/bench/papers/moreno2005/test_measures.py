@@ -1,6 +1,5 @@
 """What is measured of a run from its region similarities, and what claims read besides."""
 
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +11,6 @@ from bench.experiments.contestant import contestant
 from bench.experiments.experiment import read_experiment
 from bench.papers import load_paper
 from bench.papers.measures import Course, measured
-from bench.papers.moreno2005 import measures
 from bench.papers.moreno2005.measures import (
     JUMP,
     PATCH,
@@ -163,14 +161,3 @@ def test_each_preset_runs_with_the_deviations_of_the_other_and_stands_among_its_
     table = deviations(runs.assign(settled="own"))
     assert table["deviations"].tolist() == ["learnt", "by hand", "by hand", "learnt"]
     assert table["text"].tolist() == ["moreno2005:preset=as-written", "moreno2005"] * 2
-
-
-@pytest.mark.parametrize("disturbed", [False, True])
-def test_times_are_those_of_runs_that_no_load_disturbed_or_none(monkeypatch, disturbed):
-    labels = {"tracker": "moreno2005:preset=robust", "sequence": "s", "repetition": [0, 0, 1]}
-    frames = pd.DataFrame({**labels, "seconds": [1e-3, 3e-3, 4e-3]})[: 0 if disturbed else 3]
-    monkeypatch.setattr(measures, "frame_times", lambda *_: frames)
-    told = SimpleNamespace(description=PAPER.description, results=Path(), asked={TIMED: set()})
-    rows = measures.times(told)
-    assert rows["milliseconds"].tolist() == ([] if disturbed else [2.0, 4.0])
-    assert set(rows["tracker"]) <= {"moreno2005"}

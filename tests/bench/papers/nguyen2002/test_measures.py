@@ -226,21 +226,21 @@ def test_times_are_of_runs_that_no_load_disturbed_where_there_are_any(
         seconds = np.full(120, 2e-3 * slower)
         seconds[66], seconds[31:66] = 20e-3 * slower, 1e-3 * slower
         rows = {"seconds": seconds, "revision": details["revision"], "disturbed": load}
+        rows |= {"decoded": 2 * seconds, "frame": range(120), "repetition": slower}
         frames.append(pd.DataFrame(rows | {"occluded": details["occluded"]})[1:])
     told = pd.concat(frames).assign(tracker="nguyen2002:preset=as-written:features=rgb")
-    asked = []
-    monkeypatch.setattr(
-        timing, "frame_times", lambda *_, disturbed: asked.append(disturbed) or told
-    )
+    told = told.assign(sequence="s")
+    monkeypatch.setattr(timing, "frame_times", lambda *_: told)
     context = SimpleNamespace(results=Path("r"), asked={timing.EXPERIMENT: set()})
     (row,) = timing.tables(context)["ng-10"].to_dict("records")
-    assert asked == [True]
     assert (row["preset"], row["features"]) == ("as-written", "rgb")
     assert row["disturbed"] == min(disturbed)
     kept = told.loc[told["disturbed"] == min(disturbed), "seconds"]
     assert row["milliseconds"] == pytest.approx(1e3 * kept.mean())
+    assert row["decoded"] == pytest.approx(2e3 * kept.mean())
+    assert row["low"] < row["decoded"] < row["high"]
     assert row["usual"] == pytest.approx(milliseconds)
     assert row["burst"] == pytest.approx(10 * milliseconds)
     assert row["burst_in_usual"] == pytest.approx(10)
-    monkeypatch.setattr(timing, "frame_times", lambda *_, disturbed: told[:0])
+    monkeypatch.setattr(timing, "frame_times", lambda *_: told[:0])
     assert timing.tables(context) == {}

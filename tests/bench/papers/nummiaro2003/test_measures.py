@@ -310,7 +310,12 @@ def test_fast_frames_are_set_against_nine_tenths_of_the_others(fast, verdict):
 
 
 def test_time_and_area_rise_together():
-    area = np.linspace(1, 2, 30)
-    for seconds, verdict in ((area**3, "holds"), (-area, "does-not-hold"), (area[:0], "undecided")):
-        table = pd.DataFrame({"area": area[: len(seconds)], "seconds": seconds})
-        assert concluded("NU-14", frame_times=table).verdict == verdict
+    area = np.linspace(1, 2, 100)
+    one_bad_stretch = np.where(area < 1.2, 1.4 - area, area)
+    seconds = {"holds": area**3, "does-not-hold": -area, "undecided": one_bad_stretch}
+    for verdict, values in seconds.items():
+        table = pd.DataFrame({"sequence": "s", "frame": range(100), "area": area})
+        found = concluded("NU-14", frame_times=table.assign(seconds=values))
+        assert found.verdict == verdict, verdict
+    nothing = table.assign(seconds=0.0)[:0]
+    assert concluded("NU-14", frame_times=nothing).verdict == "undecided"

@@ -6,22 +6,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import bench
 import datasets
 import trackers
-from bench.experiments.experiment import Experiment, SequenceSource
 from bench.papers import Effort
 from bench.papers.nummiaro2003 import timing
 from bench.papers.nummiaro2003.plain import PlainFilter
 from bench.papers.nummiaro2003.timing import (
-    clock_rate,
-    compiled_filter,
     cost_slopes,
-    cost_times,
-    plain_filter,
 )
-from bench.store.loading import load_results
-from bench.store.results import Results
+from bench.papers.timing import ROUNDS
 
 NAME = "plain/target"
 
@@ -83,7 +76,7 @@ def test_slopes_are_those_of_lines_through_the_times():
     seconds = 1e-4 + 2e-6 * values + 1e-5 * random.standard_normal(len(values))
     flat = 1e-4 + 1e-5 * random.standard_normal(len(values))
     costs = pd.concat(
-        pd.DataFrame({"factor": name, "value": values, "seconds": times})
+        pd.DataFrame({"implementation": "plain", "factor": name, "value": values, "seconds": times})
         for name, times in (("samples", seconds), ("bins", flat))
     )
     lines = cost_slopes(costs).set_index("factor")
@@ -97,67 +90,37 @@ def test_slopes_are_those_of_lines_through_the_times():
     assert lines.loc["samples", "r_squared"] == pytest.approx(correlation**2)
 
 
-@pytest.fixture
-def short_sweeps(monkeypatch):
-    sweeps = {"samples": (20, 200), "area": (0.5, 1.0), "bins": (4, 8)}
-    monkeypatch.setattr(timing, "SWEEPS", sweeps)
-    monkeypatch.setattr(timing, "ROUNDS", 3)
-
-
 @pytest.mark.slow
-def test_costs_are_measured_by_samples_area_and_bins(short_sweeps):
-    found = cost_times(NAME, compiled_filter, 2)
-    by_factor = found.groupby("factor")["value"].unique()
-    _, _, width, height = datasets.load(NAME).boxes[0]
-    assert sorted(by_factor["samples"]) == [20, 200]
-    assert sorted(by_factor["bins"]) == [64, 512]
-    assert sorted(by_factor["area"]) == pytest.approx(
-        [np.pi / 4 * width * height * k for k in (0.5, 1)]
-    )
-    assert len(found) == 12
-    plain = cost_times(NAME, plain_filter, 1).query("factor == 'samples'").set_index("value")
-    assert (plain["seconds"] > 0).all()
-    assert {*plain.index} == {20, 200}
-
-
-@pytest.mark.slow
-def test_the_clock_of_a_core_is_between_half_and_ten_gigahertz():
-    assert 0.5e9 < clock_rate() < 10e9
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    tracker = "nummiaro2003:preset=as-written:particles=20"
-    experiment = Experiment("t", (tracker,), (SequenceSource(NAME),), repetitions=2, timing=True)
-    return bench.run(experiment, tmp_path_factory.mktemp("results"), jobs=1)
-
-
-@pytest.mark.slow
-def test_all_that_the_ledger_asks_for_is_measured(folder, monkeypatch, short_sweeps):
+def test_all_that_the_ledger_asks_for_is_measured(monkeypatch, tmp_path):
     monkeypatch.setattr(timing, "SEQUENCES", (NAME,))
     monkeypatch.setattr(timing, "STUDENTS", NAME)
-    monkeypatch.setattr(timing, "TIMED", folder.name)
-    cells = {folder.name: set(Results(folder).asked().cells)}
-    context = SimpleNamespace(results=folder.parent, asked=cells, effort=Effort(quick=True))
+    sweeps = {"samples": (20, 200), "area": (0.5, 1.0), "bins": (4, 8)}
+    monkeypatch.setattr(timing, "SWEEPS", sweeps)
+    known = {"sequence": NAME, "repetition": 0, "frame": [1, 2, 3], "disturbed": [0, 0, 1]}
+    known |= {"seconds": 1e-3, "decoded": 2e-3, "half_width": 3.0, "half_height": 2.0}
+    runs = pd.DataFrame(known)
+    monkeypatch.setattr(timing, "frame_times", lambda *_: runs)
+    context = SimpleNamespace(
+        results=tmp_path, folder=tmp_path, asked={timing.TIMED: ()}, effort=Effort(quick=True)
+    )
     tables = timing.tables(context)
-    runs, frames = tables["run_times"], len(datasets.load(NAME)) - 1
-    clean = load_results(folder).query("disturbed == 0")
-    assert len(runs) == frames * len(clean)
-    assert len(tables["frame_times"]) == (frames if len(clean) else 0)
-    for _, row in runs.groupby("repetition").head(2).iterrows():
-        boxes = bench.evaluate(row["tracker"], NAME, row["repetition"]).boxes
-        _, _, width, height = boxes[row["frame"]]
-        assert row["area"] == pytest.approx(np.pi / 4 * width * height)
-    assert len(tables["model_times"]) == 9
-    ratio = tables["model_times"]["per_particle"] / tables["model_times"]["one"]
-    assert (ratio > 0).all()
-    profile = tables["profile"].set_index("implementation")["weighting_share"]
-    assert (profile[["compiled", "plain"]] > 0).all()
+    assert tables["frame_times"]["area"].tolist() == pytest.approx([6 * np.pi] * 2)
+    assert len(tables["model_times"]) == ROUNDS
     assert len(tables["time_slopes"]) == 6
-    plain = tables["plain_times"].iloc[0]
     times = tables["times"].groupby("what")["value"].median()
-    assert times["plain"] == pytest.approx(plain["milliseconds"])
-    assert times["plain"] > 1.5 * times["compiled"] or not len(clean)
-    slower = times["clock"] * 1e9 / 800e6
-    assert plain["milliseconds_at_800_mhz"] == pytest.approx(slower * plain["milliseconds"])
-    assert {"models", "weighting, plain", "weighting, compiled"} <= set(times.index)
+    assert times["compiled"] == pytest.approx(1.0)
+    assert times["as decoded"] == pytest.approx(2.0)
+    (plain,) = tables["plain_times"].to_dict("records")
+    assert plain["low"] < plain["milliseconds"] < plain["high"]
+    assert plain["low_at_800_mhz"] < plain["at_800_mhz"] < plain["high_at_800_mhz"]
+    assert {"models", "weighting, plain", "weighting, compiled", "reference"} <= set(times.index)
+    assert (times.drop(["weighting, plain", "weighting, compiled"]) > 0).all()
+
+
+def test_what_is_enlarged_is_so_about_its_centre(images):
+    box = datasets.load(NAME).boxes[0]
+    begun = []
+    made = SimpleNamespace(init=lambda image, box: begun.append(box), update=None)
+    timing._Enlarged(lambda **_: made, "area", 4.0).init(images[0], box)
+    assert begun[0][:2] + begun[0][2:] / 2 == pytest.approx(box[:2] + box[2:] / 2)
+    assert begun[0][2:] == pytest.approx(2 * box[2:])
