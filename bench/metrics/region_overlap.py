@@ -76,7 +76,7 @@ def exact_overlap(
 
 def _given(shapes: Shapes, truth: NDArray[np.float64]) -> Iterator[tuple[int, NDArray[np.float64]]]:
     """Frames whose truth is a shape, and the shape."""
-    for i, shape in enumerate(shapes or ()):
+    for i, shape in enumerate(() if shapes is None else shapes):
         if shape is not None and np.isfinite(truth[i]).all():
             yield i, np.asarray(shape)
 

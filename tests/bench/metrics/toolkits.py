@@ -1,0 +1,298 @@
+"""Made-up boxes, and what other people's toolkits score them: recorded once, compared ever after.
+
+The toolkits want Pythons and libraries of their own. To record anew, with `numpy<2 six got10k
+shapely` installed for a Python 3.10, and `vot-toolkit==0.7.1` for a Python 3.7:
+
+    PYTHON-3.10 tests/bench/metrics/toolkits.py got10k
+    PYTHON-3.7 tests/bench/metrics/toolkits.py vot
+
+Each writes a file beside this one. NumPy's old generator is used since it gives the same numbers in
+all versions.
+"""
+
+import json
+import sys
+import tempfile
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+SIZE = (320, 240)
+LENGTHS = (160, 131, 173)
+FAILURES = {0: [[], [40, 90]], 1: [[12], [12, 100]], 2: [[50], []]}
+"""By sequence the frames in which its two supervised runs fail."""
+ANCHORS = {0: (0, 60, -159), 1: (0, -100), 2: (20,)}
+"""By sequence the frames that runs start in; backwards from negative ones."""
+SKIP = 5
+
+
+def truth(i, absent=True):
+    """Boxes of a sequence, shape (n, 4), NaN where the target is absent."""
+    random = np.random.RandomState(100 + i)
+    n = LENGTHS[i]
+    place = 110 + 40 * i + np.cumsum(random.normal(0, 3, (n, 2)), axis=0)
+    size = np.maximum(40 + np.cumsum(random.normal(0, 1, (n, 2)), axis=0), 5)
+    boxes = np.round(np.column_stack([place, size]), 2)
+    if absent and i == 1:
+        boxes[70:80] = np.nan
+    return boxes
+
+
+def estimate(i, run=0):
+    """Boxes of a tracker that drifts off and comes back, shape (n, 4)."""
+    random = np.random.RandomState(1000 + 10 * i + run)
+    whole = truth(i, absent=False)
+    n = len(whole)
+    drift = 25 * np.sin(np.arange(n) / (7.0 + 3 * i + run))[:, None] ** 3 * [1, 0.5, 0.2, 0.2]
+    boxes = np.round(whole + drift + random.normal(0, 2, (n, 4)), 2)
+    boxes[:, 2:] = np.maximum(boxes[:, 2:], 1)
+    lost = slice(n - 30 - 5 * run, n - 10)
+    if i < 2:
+        boxes[lost] += [300, 0, 0, 0]
+    boxes[0] = whole[0]
+    return boxes
+
+
+def cover(i):
+    """Visible share of the target in eighths, as GOT-10k has it."""
+    return np.random.RandomState(50 + i).randint(0, 9, LENGTHS[i])
+
+
+def confidence(i):
+    """How sure a tracker is, shape (n,)."""
+    return np.round(np.random.RandomState(70 + i).uniform(0, 1, LENGTHS[i]), 3)
+
+
+def states(i, run):
+    """States of a supervised run: 0 skipped, 1 initialised, 2 failed, 3 tracked."""
+    found = np.full(LENGTHS[i], 3)
+    found[0] = 1
+    for frame in FAILURES[i][run]:
+        found[frame], found[frame + 1 : frame + SKIP], found[frame + SKIP] = 2, 0, 1
+    return found
+
+
+def from_anchor(boxes, anchor):
+    """Rows of a run from an anchor, in the order in which it goes."""
+    return boxes[anchor:] if anchor >= 0 else boxes[-anchor::-1]
+
+
+def pairs():
+    """Boxes and polygons in pairs with boxes: at halves, small, crossing the image's border."""
+    random = np.random.RandomState(7)
+    boxes = np.round(random.uniform(-20, 60, (60, 4)) * 2) / 2
+    boxes[:, 2:] = np.abs(boxes[:, 2:]) + 2
+    others = np.round(boxes + random.normal(0, 6, boxes.shape), 2)
+    others[:, 2:] = np.maximum(others[:, 2:], 2)
+    polygons = np.round(random.uniform(-30, 30, (60, 4, 2)) + boxes[:, None, :2] + 20, 2)
+    angles = np.sort(random.uniform(0, 2 * np.pi, (60, 5)), axis=1)
+    convex = boxes[:, None, :2] + 15 + 18 * np.stack([np.cos(angles), np.sin(angles)], axis=2)
+    return boxes, others, polygons, np.round(convex, 2)
+
+
+SMALL = (60, 50)
+"""Size of the image that `pairs` lie in and beyond."""
+
+
+class _Data:
+    """A data set as got10k's experiments use one."""
+
+    def __init__(self, sequences):
+        self.seq_names = [str(i) for i in range(3)]
+        self._sequences = sequences
+
+    def __len__(self):
+        return len(self._sequences)
+
+    def __getitem__(self, name):
+        return self._sequences[int(name)] if int(name) < len(self) else self._stop()
+
+    def _stop(self):
+        raise IndexError
+
+
+def record_got10k():
+    """What the experiments of got10k report."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from got10k.experiments import ExperimentGOT10k, ExperimentOTB
+
+    reports = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, kind in (("otb", ExperimentOTB), ("got10k", ExperimentGOT10k)):
+            experiment = object.__new__(kind)
+            experiment.result_dir, experiment.report_dir = folder + "/" + name, folder + "/reports"
+            experiment.nbins_iou = 21 if name == "otb" else 101
+            experiment.nbins_ce, experiment.subset = 51, "val"
+            experiment.dataset = _Data(
+                [
+                    (None, truth(i, False), {"cover": cover(i), "resolution": str(SIZE)})[
+                        : 2 if name == "otb" else 3
+                    ]
+                    for i in range(3)
+                ]
+            )
+            for i in range(3):
+                for run in range(1 if name == "otb" else 2):
+                    file = "{0}.txt" if name == "otb" else "{0}/{0}_{1:03d}.txt"
+                    path = Path(folder, name, "made", file.format(i, run + 1))
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                    np.savetxt(str(path), estimate(i, run), delimiter=",", fmt="%.2f")
+                    np.savetxt(str(path.parent / (str(i) + "_time.txt")), np.ones(3))
+            reports[name] = experiment.report(["made"])["made"]
+    return reports
+
+
+class _Sequence:
+    """A sequence as the analyses of vot-toolkit use one."""
+
+    def __init__(self, i):
+        self.name, self.i, self.size = str(i), i, SIZE
+        self.width, self.height = SIZE
+
+    def __len__(self):
+        return LENGTHS[self.i]
+
+    def groundtruth(self, index=None):
+        regions = _regions(truth(self.i))
+        return regions if index is None else regions[index]
+
+    def object(self, name, index=None):
+        return None
+
+    def values(self, index=None):
+        there = {abs(anchor): 1 if anchor >= 0 else -1 for anchor in ANCHORS[self.i]}
+        return {"anchor": there.get(index, 0)}
+
+
+class _Trajectory:
+    """What a tracker gave, as the analyses use it."""
+
+    def __init__(self, regions, confidence=None):
+        self._regions, self._confidence = regions, confidence
+
+    def __len__(self):
+        return len(self._regions)
+
+    def regions(self):
+        return self._regions
+
+    def properties(self, i):
+        return {} if i == 0 else {"confidence": self._confidence[i]}
+
+    @classmethod
+    def exists(cls, results, name):
+        return True
+
+    @classmethod
+    def read(cls, results, name):
+        i, start = name.split("_")
+        anchor = next(a for a in ANCHORS[int(i)] if abs(a) == int(start))
+        return cls(_regions(from_anchor(estimate(int(i)), anchor), first=1))
+
+
+class _Experiment:
+    anchor = "anchor"
+
+    def __init__(self, gather=None):
+        self._gather = gather
+
+    def results(self, tracker, sequence):
+        return None
+
+    def gather(self, tracker, sequence):
+        return self._gather(sequence.i)
+
+
+def _regions(boxes, codes=None, first=None):
+    from vot.region import Rectangle, Special
+
+    codes = [3] * len(boxes) if codes is None else list(codes)
+    codes[0] = codes[0] if first is None else first
+    return [
+        Rectangle(*box) if code == 3 and not np.isnan(box[0]) else Special(code % 3)
+        for box, code in zip(boxes.tolist(), codes)  # noqa: B905  # Python 3.7 knows no strict
+    ]
+
+
+def record_vot():
+    """What the analyses of vot-toolkit make of the runs."""
+    from vot.analysis import longterm, multistart, supervised
+    from vot.region import Polygon, Rectangle, calculate_overlap
+
+    sequences = [_Sequence(i) for i in range(3)]
+    found = {}
+
+    begun = _Experiment(
+        lambda i: [_Trajectory(_regions(estimate(i, run), states(i, run))) for run in (0, 1)]
+    )
+    alone = supervised.AccuracyRobustness()
+    each = [alone.subcompute(begun, None, sequence, []) for sequence in sequences]
+    accuracy, failures, (robustness, _), _ = supervised.AverageAccuracyRobustness().aggregate(
+        None, sequences, each
+    )
+    (curve,) = supervised.EAOCurve().subcompute(begun, None, sequences, [])
+    found["supervised"] = {
+        "sequences": [[a, f, r] for a, f, (r, _), _ in each],
+        "accuracy": accuracy,
+        "failures": failures,
+        "robustness": robustness,
+        "curve": list(curve),
+    }
+
+    multistart.Trajectory = _Trajectory
+    each = [
+        multistart.AccuracyRobustness().subcompute(_Experiment(), None, s, []) for s in sequences
+    ]
+    accuracy, robustness = multistart.AverageAccuracyRobustness().aggregate(None, sequences, each)[
+        :2
+    ]
+    curves = multistart.EAOCurves(high=755)
+    phi = [curves.subcompute(_Experiment(), None, s, []) for s in sequences]
+    (curve,) = multistart.EAOCurve(high=755).aggregate(None, sequences, phi)
+    found["anchors"] = {
+        "sequences": [one[:2] for one in each],
+        "accuracy": accuracy,
+        "robustness": robustness,
+        "curve": list(curve),
+    }
+
+    scores = [[0, *confidence(i)[1:]] for i in range(3)]
+    thresholds = longterm.determine_thresholds(chain(*scores), 100)
+    each = [
+        longterm.compute_tpr_curves(_regions(estimate(i), first=1), scores[i], s, thresholds)
+        for i, s in enumerate(sequences)
+    ]
+    precision, recall = np.mean(each, axis=0)
+    f = 2 * precision * recall / (precision + recall)
+    best = int(f.argmax())
+    found["longterm"] = {
+        "precision": precision[best],
+        "recall": recall[best],
+        "f": f[best],
+        "curve": np.column_stack([recall, precision]).tolist(),
+    }
+
+    boxes, others, polygons, convex = pairs()
+    shapes = {
+        "boxes": [Rectangle(*box) for box in boxes],
+        "polygons": [Polygon(points.tolist()) for points in polygons],
+        "convex": [Polygon(points.tolist()) for points in convex],
+    }
+    for kind, regions in shapes.items():
+        for cut, bounds in (("", None), (" cut", SMALL)):
+            found[kind + cut] = [
+                calculate_overlap(region, Rectangle(*box), bounds)
+                for region, box in zip(regions, others)  # noqa: B905  # as above
+            ]
+    return found
+
+
+if __name__ == "__main__":
+    toolkit = sys.argv[1]
+    recorded = record_got10k() if toolkit == "got10k" else record_vot()
+    text = json.dumps(recorded, default=float, sort_keys=True)
+    (HERE / ("recorded_" + toolkit + ".json")).write_text(text + "\n")
