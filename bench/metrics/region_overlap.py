@@ -161,11 +161,9 @@ def _polygon_area(points: NDArray[np.float64], corners: NDArray[np.float64]) -> 
     Between two neighbouring heights at which edges end, cross each other or the box's sides, the
     inside consists of trapezoids, whose area is the height by the width in the middle.
     """
-    start = np.asarray(points, np.float64)
-    step = np.roll(start, -1, axis=0) - start
+    (sx, sy), (ex, ey) = np.asarray(points, np.float64).T, np.roll(points, -1, axis=0).T
+    dx, dy = ex - sx, ey - sy
     left, top, right, bottom = corners
-    sx, sy = start.T
-    dx, dy = step.T
     with np.errstate(divide="ignore", invalid="ignore"):
         # Edge i meets edge j where start_i + u step_i lies on the line of j.
         apart = np.subtract.outer(sx, sx), np.subtract.outer(sy, sy)
@@ -178,7 +176,7 @@ def _polygon_area(points: NDArray[np.float64], corners: NDArray[np.float64]) -> 
     area = 0.0
     for low, high in pairwise(heights):
         middle = (low + high) / 2
-        crossed = (sy <= middle) != (sy + dy <= middle)
+        crossed = (sy <= middle) != (ey <= middle)
         xs = np.sort(sx[crossed] + (middle - sy[crossed]) / dy[crossed] * dx[crossed])
         xs = np.clip(xs, left, right)
         area += (high - low) * float((xs[1::2] - xs[::2]).sum())

@@ -92,6 +92,11 @@ def pairs():
     return boxes, others, polygons, np.round(convex, 2)
 
 
+THIN = (((10, 10, 1, 20), (10, 40, 1, 20)), ((5, 5, 1, 1), (5, 30, 1, 1)), ((-9, 0, 10, 20),) * 2)
+"""Boxes in pairs of which one column of pixels is to be seen: two times apart, then the same."""
+MALFORMED = ((50, 50, 0, 0), (float("nan"),) * 4, (50, 50, -4, 9), (40, 40, float("inf"), 20))
+"""Boxes that are none, of a target at TARGET."""
+TARGET = (40, 40, 20, 20)
 SMALL = (60, 50)
 """Size of the image that `pairs` lie in and beyond."""
 
@@ -143,6 +148,14 @@ def record_got10k():
                     np.savetxt(str(path), estimate(i, run), delimiter=",", fmt="%.2f")
                     np.savetxt(str(path.parent / (str(i) + "_time.txt")), np.ones(3))
             reports[name] = experiment.report(["made"])["made"]
+    from got10k.utils.metrics import center_error, rect_iou
+
+    there, given = np.array([TARGET] * len(MALFORMED), float), np.array(MALFORMED, float)
+    reports["malformed"] = {
+        "distance": center_error(given, there).tolist(),
+        "overlap": rect_iou(given, there).tolist(),
+        "overlap cut": rect_iou(given, there, SIZE).tolist(),
+    }
     return reports
 
 
@@ -276,6 +289,7 @@ def record_vot():
         "curve": np.column_stack([recall, precision]).tolist(),
     }
 
+    found["thin"] = [calculate_overlap(Rectangle(*a), Rectangle(*b), SIZE) for a, b in THIN]
     boxes, others, polygons, convex = pairs()
     shapes = {
         "boxes": [Rectangle(*box) for box in boxes],

@@ -1,0 +1,324 @@
+"""Definitions of presets against slow ones, written frame by frame, and published figures.
+
+Where toolkits differ from each other or from us, a row says so (docs/metrics.md).
+"""
+
+import csv
+import json
+from itertools import pairwise
+from math import hypot, isfinite, isnan, nan
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from bench import metrics
+from bench.metrics.preset import Answer
+from bench.metrics.region_overlap import exact_overlap, raster_overlap
+from tests.bench.metrics import toolkits
+from tests.bench.metrics.made import SIZE, answer_of, noisy, states_of, truth_of, walk
+
+SHARED = Path(__file__).parents[3].parent / "shared"
+PUBLISHED = SHARED / "published"
+
+
+def scores(name, truth, boxes, **further):
+    return metrics.preset(name).judge(truth_of(truth), answer_of(boxes, **further)).scores
+
+
+def iou(a, b):
+    """Of two boxes; NaN where one has a NaN."""
+    if any(isnan(value) for value in (*a, *b)):
+        return nan
+    if min(b[2:]) <= 0 or not all(map(isfinite, b)):
+        return 0.0
+    across = max(0.0, min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0]))
+    down = max(0.0, min(a[1] + a[3], b[1] + b[3]) - max(a[1], b[1]))
+    union = a[2] * a[3] + b[2] * b[3] - across * down
+    return across * down / union if union else nan
+
+
+def apart(a, b, sized=False):
+    """Distance of two boxes' centres."""
+    units = a[2:] if sized else (1, 1)
+    if 0 in units:
+        return nan
+    return hypot(*((b[k] + b[k + 2] / 2 - a[k] - a[k + 2] / 2) / units[k] for k in (0, 1)))
+
+
+def is_box(box):
+    return all(map(isfinite, box)) and min(box[2:]) > 0
+
+
+def share(hits):
+    hits = list(hits)
+    return sum(hits) / len(hits)
+
+
+def slow_otb(truth, boxes):
+    rows = list(zip(truth.tolist(), [truth[0].tolist(), *boxes[1:].tolist()], strict=True))
+    overlaps = [iou(t, b) for t, b in rows]
+    distances = [apart(t, b) if is_box(b) else nan for t, b in rows]
+    return {
+        "success_auc": share(share(o > k / 20 + 1e-12 for o in overlaps) for k in range(21)),
+        "precision": share(d <= 20 for d in distances),
+        "success_rate": share(o > 0.5 for o in overlaps),
+        "mean_overlap": sum(o for o in overlaps if not isnan(o)) / len(rows),
+        "success_published": share(o >= 0.5 for o in overlaps),
+    }
+
+
+def slow_lasot(truth, boxes):
+    """As the MATLAB file goes: numbers from 1, results mended, absent frames taken out."""
+    truth, boxes = truth + [1, 1, 0, 0], boxes + [1, 1, 0, 0]
+    n = len(truth)
+    results = [truth[0].tolist(), *boxes[1:].tolist()]
+    overlaps, distances, sized = [], [], []
+    for i in range(n):
+        t = truth[i].tolist()
+        if not is_box(results[i]) and not any(map(isnan, t)):
+            results[i] = results[i - 1]
+        if any(map(isnan, t)):
+            continue
+        valid = all(value > 0 for value in t)
+        overlaps.append(iou(t, results[i]) if valid else -1)
+        usable = is_box(results[i])
+        distances.append((apart(t, results[i]) if usable else nan) if valid else -1)
+        sized.append((apart(t, results[i], True) if usable else nan) if valid else -1)
+    return {
+        "success_auc": sum(sum(o > k / 20 + 1e-12 for o in overlaps) / n for k in range(21)) / 21,
+        "precision": sum(d <= 20 for d in distances) / n,
+        "normalised_precision": sum(d <= 0.20 for d in sized) / n,
+    }
+
+
+def slow_trackingnet(truth, boxes):
+    rows = [
+        (t, b if is_box(b) else [nan] * 4)
+        for t, b in zip(truth.tolist(), boxes.tolist(), strict=True)
+    ]
+    rows = [([whole(v) for v in t], [whole(v) for v in b]) for t, b in rows]
+    rows[0] = rows[0][0], rows[0][0]
+
+    def area(values, hit, most):
+        steps = [share(hit(v, k / 20 * most) for v in values) for k in range(21)]
+        return sum((a + b) / 40 for a, b in pairwise(steps))
+
+    far = [apart(t, b) for t, b in rows]
+    sized = [apart(t, b, True) for t, b in rows]
+    return {
+        "success_auc": area([iou(t, b) for t, b in rows], lambda o, k: o > k + 1e-12, 1),
+        "precision_auc": area(far, lambda d, k: d <= k, 50),
+        "normalised_precision_auc": area(sized, lambda d, k: d <= k + 1e-12, 0.5),
+    }
+
+
+def whole(value):
+    return float(round(value)) if isfinite(value) else value
+
+
+numbers = st.floats(-60, 120).map(lambda value: round(value, 2))
+sizes = st.floats(0.5, 60).map(lambda value: round(value, 2))
+wild = st.sampled_from([nan, np.inf, -3.0, 0.0])
+good = st.tuples(numbers, numbers, sizes, sizes)
+bad = st.tuples(numbers, numbers, wild, sizes) | st.tuples(wild, numbers, sizes, wild)
+present = good | st.just((nan,) * 4)
+
+
+@pytest.mark.parametrize("name", ["otb", "lasot", "trackingnet"])
+@settings(max_examples=40, deadline=None)
+@given(good, st.lists(st.tuples(present, good | good | bad, st.booleans()), max_size=12))
+def test_a_preset_is_its_slow_definition(name, first, rows):
+    truth = np.array([first] + [t for t, _, _ in rows])
+    boxes = np.array([first] + [t if same and not isnan(t[0]) else b for t, b, same in rows])
+    slow = {"otb": slow_otb, "lasot": slow_lasot, "trackingnet": slow_trackingnet}[name]
+    assert scores(name, truth, boxes) == pytest.approx(slow(truth, boxes), abs=1e-12)
+
+
+# One truth and one result in ten ways, scored as the toolkits do it.
+
+CASES = ("noisy", "touching", "absent", "malformed", "no size", "perfect")
+
+
+def case(name):
+    """Truth of 500 frames in numbers from 0, and boxes."""
+    truth = walk(500) + [100, 100, 0, 0]
+    boxes = noisy(truth)
+    tenth, fifth = slice(100, 150), slice(200, 300)
+    if name == "touching":
+        truth[tenth, 0] = -1  # which is 0 in numbers from 1
+        boxes[tenth, 0] = -1
+    if name == "absent":
+        truth[fifth] = nan
+    if name == "malformed":
+        boxes[tenth] = nan
+    if name == "no size":
+        boxes[tenth, 2:] = 0
+    return truth, truth.copy() if name == "perfect" else boxes
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_ten_scorers_differ_and_ours_are_those_that_they_are_called(name):
+    truth, boxes = case(name)
+    otb, lasot = scores("otb", truth, boxes), scores("lasot", truth, boxes)
+    assert otb == pytest.approx(slow_otb(truth, boxes), abs=1e-12)
+    assert lasot == pytest.approx(slow_lasot(truth, boxes), abs=1e-12)
+    plain = scores("otb", *case("noisy"))
+    lost = {"touching": 0.0, "absent": 0.2, "malformed": 0.1, "no size": 0.1}.get(name, 0.0)
+    assert otb["precision"] == pytest.approx(1 - lost)
+    if name in ("absent", "malformed", "no size"):
+        assert otb["success_auc"] == pytest.approx(plain["success_auc"] * (1 - lost), abs=0.01)
+    if name in ("noisy", "absent", "perfect"):
+        assert lasot["success_auc"] == otb["success_auc"]
+    if name == "touching":  # a miss for one score, a hit for the others
+        assert lasot["success_auc"] < 0.91 * otb["success_auc"]
+        assert lasot["precision"] == 1
+    if name in ("malformed", "no size"):  # the box of the frame before stands in for it
+        assert lasot["success_auc"] > otb["success_auc"]
+    if name == "perfect":
+        assert otb["success_auc"] == pytest.approx(0.952, abs=5e-4)
+
+
+# What is different on purpose.
+
+
+def test_malformed_boxes_are_misses_everywhere_where_got10k_counts_some():
+    theirs = json.loads((Path(__file__).parent / "recorded_got10k.json").read_text())["malformed"]
+    truth = np.array([toolkits.TARGET] * 2, float)
+    for k, box in enumerate(toolkits.MALFORMED):
+        boxes = np.array([toolkits.TARGET, box], float)
+        assert scores("otb", truth, boxes)["precision"] == 0.5
+        assert scores("otb", truth, boxes)["mean_overlap"] == 0.5
+        assert scores("got10k", truth, boxes)["ao"] == 0.0
+        assert scores("trackingnet", truth, boxes)["precision_auc"] == pytest.approx(0.5)
+        hit, overlap = theirs["distance"][k] <= 20, theirs["overlap cut"][k]
+        assert (hit, isnan(overlap), overlap > 0) == {
+            0: (True, False, False),
+            1: (False, True, False),
+            2: (True, False, False),
+            3: (False, False, True),
+        }[k]
+
+
+def test_a_sequence_that_is_missed_altogether_counts():
+    truth = walk(50)
+    preset = metrics.preset("lasot")
+    runs = [[preset.judge(truth_of(truth), answer_of(boxes))] for boxes in (truth, truth + 900)]
+    runs[1][0].curves["success"][:, 1] = 0
+    assert preset.overall(runs).curves["success"][0, 1] == 0.5
+
+
+def test_regions_of_one_column_overlap_by_what_they_share():
+    theirs = json.loads((Path(__file__).parent / "recorded_vot.json").read_text())["thin"]
+    a, b = np.array(toolkits.THIN, float).transpose(1, 0, 2)
+    np.testing.assert_array_equal(raster_overlap(a, b, SIZE), [0, 0, 1])
+    assert theirs == [1, 1, 0]
+
+
+def test_expected_average_overlap_is_over_the_lengths_that_occur():
+    truth = walk(200)
+    anchored = scores("vot-anchor", truth, truth)
+    assert (anchored["eao"], anchored["eao_lengths"]) == (1, 200 - 115)
+    supervised = scores("vot-supervised", truth, truth)
+    assert (supervised["eao"], supervised["eao_lengths"]) == (1, 200 - 100)
+    short = scores("vot-supervised", truth[:90], truth[:90])
+    assert isnan(short["eao"])
+    assert short["eao_lengths"] == 0
+
+
+def test_the_given_frame_counts_in_vots_anchors_and_long_term():
+    truth = walk(100)
+    assert scores("vot-anchor", truth, truth)["accuracy"] == pytest.approx(0.99)
+    sure = scores("long-term", truth, truth, confidence=np.full(100, 0.5))
+    assert (sure["precision"], sure["recall"]) == (1, pytest.approx(0.99))
+
+
+def test_recall_is_never_above_one():
+    truth = walk(100)
+    truth[40:80] = nan
+    seen = np.isfinite(truth[:, 0])
+    oracle = scores("long-term", truth, truth, visible=seen, confidence=seen * 1.0)
+    assert oracle["recall"] == pytest.approx(59 / 60)
+    everywhere = scores("long-term", truth, np.where(seen[:, None], truth, 50.0))
+    assert everywhere["precision"] == pytest.approx(59 / 100)
+
+
+def test_a_run_in_one_pass_that_never_failed_is_a_supervised_one():
+    truth = walk(150)
+    boxes = noisy(truth)
+    preset = metrics.preset("vot-supervised")
+    alone, told = (
+        preset.judge(truth_of(truth), Answer(boxes, states=s)) for s in (None, states_of(150))
+    )
+    assert alone.scores == told.scores
+    boxes[70] += 900
+    with pytest.raises(ValueError, match="failed 70 frames after it was initialised"):
+        preset.judge(truth_of(truth), Answer(boxes))
+    begun = preset.judge(truth_of(truth), Answer(boxes, states=states_of(150, [70])))
+    assert begun.scores["failures"] == 1
+    assert begun.scores["robustness"] == pytest.approx(np.exp(-30 / 150))
+    for states in states_of(149), np.full(150, 3):
+        with pytest.raises(ValueError, match="a state a frame, the first one INITIALISED"):
+            preset.judge(truth_of(truth), Answer(boxes, states=states))
+
+
+# Regions.
+
+corner = st.tuples(st.floats(-20, 80), st.floats(-20, 60)).map(lambda point: np.round(point, 1))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(corner, min_size=3, max_size=6), good, st.sampled_from([None, (60, 50)]))
+def test_exact_overlap_with_polygons_is_shapelys(points, box, size):
+    points = np.array(points)
+    outline = shapely.Polygon(points)
+    assume(outline.is_valid and outline.area > 1)
+    other = shapely.box(box[0], box[1], box[0] + box[2], box[1] + box[3])
+    if size:
+        outline, other = (shape & shapely.box(0, 0, *size) for shape in (outline, other))
+    union = (outline | other).area
+    expected = (outline & other).area / union if union else 0.0
+    truth = np.array([[0, 0, 9, 9.0]])
+    ours = exact_overlap(truth, np.array([box]), size, [points])
+    assert ours[0] == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_polygon_that_crosses_itself_is_told_by_the_even_odd_rule():
+    bow = np.array([[0, 0], [10, 10], [10, 0], [0, 10.0]])
+    truth = np.array([[0, 0, 10, 10.0]])
+    assert exact_overlap(truth, truth, None, [bow])[0] == pytest.approx(0.5)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1), good)
+def test_exact_overlap_with_masks_is_that_of_unit_squares(seed, box):
+    mask = np.random.default_rng(seed).random((8, 9)) < 0.5
+    assume(mask.any())
+    squares = shapely.union_all([shapely.box(x, y, x + 1, y + 1) for y, x in np.argwhere(mask)])
+    box = np.array(box) / [10, 10, 5, 5]
+    other = shapely.box(box[0], box[1], box[0] + box[2], box[1] + box[3])
+    expected = (squares & other).area / (squares | other).area
+    truth = np.array([[0, 0, 9, 9.0]])
+    assert exact_overlap(truth, box[None], None, [mask])[0] == pytest.approx(expected, abs=1e-9)
+
+
+# Published figures.
+
+
+@pytest.mark.skipif(not PUBLISHED.is_dir(), reason="published boxes lie beside the project alone")
+@pytest.mark.parametrize("tracker", ["STRUCK", "MEEM", "MUSTer"])
+@pytest.mark.parametrize("name", ["Couple", "Crossing", "Football1"])
+def test_otb_gives_the_published_mean_overlap(tracker, name):
+    with (PUBLISHED / "otb-per-sequence.csv").open() as file:
+        rows = {(row["tracker"], row["sequence"]): row for row in csv.DictReader(file)}
+    row = rows[tracker, name]
+    lines = (SHARED / "sequences/otb" / name / "groundtruth_rect.txt").read_text().split("\n")
+    truth = np.array([line.replace(",", " ").split() for line in lines if line.strip()], float)
+    (run,) = json.loads((PUBLISHED / "boxes" / tracker / f"{name}.json").read_text())
+    ours = scores("otb", truth - [1, 1, 0, 0], np.array(run["res"]) - [1, 1, 0, 0])
+    assert ours["mean_overlap"] == pytest.approx(float(row["mean_iou_overlapScores"]), abs=1e-6)
+    published = float(row["success_at_0.5_from_errorNum"])
+    assert ours["success_published"] == pytest.approx(published, abs=1e-6)
