@@ -21,6 +21,7 @@ from reports.times import timed_by
 
 __all__ = [
     "TRACE_WORDS",
+    "curve_plot",
     "frame_plot",
     "precision_plot",
     "share_curve",
@@ -104,6 +105,37 @@ def precision_plot(
         _draw_shares(axes, values, "centre_error", thresholds, position, tracker, share_at_20)
     axes.set(xlabel="centre error [px]", ylabel="share of frames with at most that")
     add_legend(figure, axes, "tracker (share at 20 px)")
+    return figure
+
+
+def curve_plot(
+    curves: Mapping[str, NDArray[np.float64]],
+    x: str,
+    y: str,
+    title: str,
+    trackers: Sequence[str],
+) -> Figure:
+    """Curves that a metrics preset defines, or points where they have one alone.
+
+    Parameters
+    ----------
+    curves : mapping of str to ndarray of float64, shape (k, 2)
+        Points by tracker; those that lack are named as incomplete.
+    x, y, title : str
+        What the axes show, and the headline.
+    trackers : sequence of str
+        As of `success_plot`.
+    """
+    figure, (axes,) = new_figure(title, 4.6)
+    for position, tracker in enumerate(trackers):
+        points = curves.get(tracker, np.full((1, 2), np.nan))
+        label = tracker if tracker in curves else f"{tracker} (incomplete)"
+        marker = "o" if len(points) == 1 else None
+        axes.plot(*points.T, **named_line(label, position), marker=marker)
+    axes.set(xlabel=x, ylabel=y, ylim=(0, 1.02))
+    if all(len(points) == 1 for points in curves.values()):
+        axes.set_xlim(0, 1.02)
+    add_legend(figure, axes, "tracker")
     return figure
 
 

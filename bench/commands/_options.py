@@ -22,6 +22,7 @@ __all__ = [
     "jobs_option",
     "json_option",
     "memory_size",
+    "metrics_option",
     "output_option",
     "parse_box",
     "patience",
@@ -51,6 +52,24 @@ jobs_option = click.option(
     help="Worker processes.  [default: one a core]",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for a script.")
+
+
+def _presets(context: click.Context, parameter: click.Parameter, text: str) -> list[str]:
+    from bench import metrics
+
+    try:
+        return list(dict.fromkeys(metrics.canonical(name) for name in split_list(text)))
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from error
+
+
+metrics_option = click.option(
+    "--metrics",
+    default="native",
+    show_default=True,
+    callback=_presets,
+    help="Comma-separated metrics presets to score by (`trackmark list metrics`).",
+)
 truth_option = click.option(
     "--truth",
     type=click.Path(path_type=Path, exists=True, dir_okay=False),

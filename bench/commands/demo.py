@@ -41,7 +41,7 @@ def command(output: Path, jobs: int | None) -> int:
     results = output / "results" / experiment.name
     # Times first, so that the table of scores has them.
     timed = replace(experiment, timing=True, repetitions=1)
-    status = execute(timed, results.parent, jobs, tables=False) or execute(
+    status = execute(timed, results.parent, jobs, metrics=()) or execute(
         experiment, results.parent, jobs
     )
     if status:

@@ -1,6 +1,7 @@
-"""Describe a tracker or a sequence: parameters, presets, paper; size, truth, attributes."""
+"""Describe a tracker, a sequence or a metrics preset."""
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,9 @@ __all__ = ["command"]
 @truth_option
 @json_option
 def command(name: str, truth: Path | None, as_json: bool) -> None:
-    """Describe the tracker or the sequence NAME (a built-in name or a path)."""
+    """Describe the tracker, the sequence (a built-in name or a path) or the metrics preset NAME."""
     import trackers
+    from bench import metrics
     from trackers.base.catalogue import in_file
 
     bare = name.partition(":")[0]
@@ -29,6 +31,9 @@ def command(name: str, truth: Path | None, as_json: bool) -> None:
         about = described(plain)
         about["name"] = options.get("as", about["name"])
         lines = _tracker_lines(about)
+    elif metrics.knows(name) and truth is None:
+        about = _metrics(name)
+        lines = _metrics_lines(about)
     else:
         about = _sequence(name, truth)
         said = {key: value for key, value in about.items() if value and key != "knobs"}
@@ -47,6 +52,37 @@ def _tracker_lines(about: dict[str, Any]) -> list[str]:
         changed = ", ".join(f"{key}={value}" for key, value in values.items())
         lines.append(f"  {preset:14} {changed or 'the defaults'}")
     return lines + _setting_lines("parameters", about["parameters"])
+
+
+def _metrics(name: str) -> dict[str, Any]:
+    from bench import metrics
+
+    preset = metrics.preset(name)
+    summary, _, definition = metrics.definition(name).partition("\n\n")
+    return {
+        "name": metrics.canonical(name),
+        "summary": summary,
+        "definition": definition,
+        "also": list(preset.also),
+        "agrees": preset.agrees,
+        "protocol": preset.protocol,
+        "columns": {key: asdict(column) for key, column in preset.columns.items()},
+        "curves": {key: asdict(axes) for key, axes in preset.curves.items()},
+    }
+
+
+def _metrics_lines(about: dict[str, Any]) -> list[str]:
+    lines = [about["name"], "", about["summary"], "", about["definition"], ""]
+    lines.append(f"agrees with  {about['agrees'] or 'nobody'}")
+    lines.append(f"judges       runs by the protocol {about['protocol']!r}")
+    lines += [f"also called  {', '.join(about['also'])}"] if about["also"] else []
+    lines += [f"curves       {', '.join(about['curves'])}"] if about["curves"] else []
+    lines.append("scores, and what a perfect tracker gets")
+    width = max(map(len, about["columns"]))
+    for key, column in about["columns"].items():
+        perfect = "" if column["perfect"] is None else f"{column['perfect']:.3g}"
+        lines.append(f"  {key:{width}}  {perfect:5}  {column['meaning']}")
+    return lines
 
 
 def _setting_lines(heading: str, settings: list[dict[str, Any]]) -> list[str]:

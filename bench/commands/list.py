@@ -1,4 +1,4 @@
-"""List trackers, sequences and experiments."""
+"""List trackers, sequences, experiments and metrics presets."""
 
 import json
 
@@ -8,14 +8,14 @@ from bench.commands._options import json_option
 
 __all__ = ["command"]
 
-KINDS = ("trackers", "sequences", "experiments")
+KINDS = ("trackers", "sequences", "experiments", "metrics")
 
 
 @click.command("list")
 @click.argument("kind", type=click.Choice(KINDS), required=False)
 @json_option
 def command(kind: str | None, as_json: bool) -> None:
-    """List what there is: trackers, built-in sequences, experiments.
+    """List what there is: trackers, built-in sequences, experiments, metrics presets.
 
     A tracker that needs something which is not installed is listed too; `describe` says
     what it needs.
@@ -47,6 +47,10 @@ def _items(kind: str) -> dict[str, str]:
             name: f"{about.length} frames of {about.size[0]}x{about.size[1]}"
             for name, about in known.items()
         }
+    if kind == "metrics":
+        from bench import metrics
+
+        return {name: metrics.definition(name).partition("\n")[0] for name in metrics.names()}
     from bench.experiments.experiment import experiment_names, read_experiment
 
     return {name: read_experiment(name).title for name in experiment_names()}

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands._options import refresh_index
+from bench.commands._options import metrics_option, refresh_index
 
 __all__ = ["command"]
 
@@ -20,17 +20,25 @@ FORMATS = ("text", "markdown", "csv", "latex")
     type=click.Path(path_type=Path),
     help="Write tables in every format, plots and film strips into this folder.",
 )
+@metrics_option
 @click.option("--wide", is_flag=True, help="Print all columns, however wide the tables are.")
 @click.option("--no-pictures", is_flag=True, help="Write tables alone.")
 def command(
-    results: Path, form: str | None, folder: Path | None, wide: bool, no_pictures: bool
+    results: Path,
+    form: str | None,
+    folder: Path | None,
+    metrics: list[str],
+    wide: bool,
+    no_pictures: bool,
 ) -> None:
     """Report on RESULTS (the folder of an experiment, or one that holds several).
 
-    Only that folder is read; film strips alone open the sequences, for their pixels.
+    Only that folder is read; film strips alone open the sequences, for their pixels. With
+    --metrics stored runs are scored by other definitions; nothing is run again.
     """
+    from bench.reporting.by_preset import by_presets, tables_by
     from bench.reporting.report import write_report
-    from bench.reporting.tables import tables, title_of
+    from bench.reporting.tables import PRESET, title_of
     from bench.store.layout import experiment_folders
     from reports.fitting import on_terminal
     from reports.renderers import FORMATS as RENDERERS
@@ -41,13 +49,21 @@ def command(
         refresh_index(experiment)
         _, render = RENDERERS[form or "text"]
         title = title_of(experiment, named=len(experiments) > 1)
-        made = tables(experiment, title=title)
+        others = [name for name in metrics if name != PRESET]
+        scored = by_presets(experiment, others, title=title) if others else []
+        made = tables_by(experiment, metrics, title=title, scored=scored)
         if form is None and not wide:
             render = functools.partial(on_terminal, render=render, more=" (--wide)")
         click.echo("\n".join(map(render, made)))
         if folder is not None:
             target = folder if len(experiments) == 1 else folder / experiment.name
             for path in write_report(
-                experiment, target, tell, made, title=title, pictures=not no_pictures
+                experiment,
+                target,
+                tell,
+                made,
+                title=title,
+                pictures=not no_pictures,
+                scored=scored,
             ):
                 click.echo(str(path), err=True)

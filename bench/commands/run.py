@@ -17,6 +17,7 @@ from bench.commands._options import (
     chosen_sequences,
     engine_options,
     json_option,
+    metrics_option,
     output_option,
     patience,
     progress_bar,
@@ -65,6 +66,7 @@ _LONGEST = 24  # letters of a tracker's or a sequence's name in that of a folder
 @click.option("--retry-failed", is_flag=True, help="Also repeat runs that failed.")
 @click.option("--dry-run", is_flag=True, help="Run nothing; print what would be run.")
 @output_option
+@metrics_option
 @engine_options
 @json_option
 def command(
@@ -79,6 +81,7 @@ def command(
     retry_failed: bool,
     dry_run: bool,
     output: Path,
+    metrics: list[str],
     means: dict[str, Any],
     as_json: bool,
 ) -> int:
@@ -112,6 +115,7 @@ def command(
         chosen, means["known"] = _kept_apart(chosen, output)
     if dry_run:
         return _show_plan(chosen, output, retry_failed=retry_failed, as_json=as_json, **means)
+    means["metrics"] = metrics
     return execute(chosen, output, retry_failed=retry_failed, as_json=as_json, **means)
 
 
@@ -172,10 +176,10 @@ def execute(
     *,
     retry_failed: bool = False,
     as_json: bool = False,
-    tables: bool = True,
+    metrics: Sequence[str] = ("native",),
     **means: Any,
 ) -> int:
-    """Run an experiment, say what came of it (`tables`: its scores, too), give the exit status."""
+    """Run an experiment, say what came of it by some presets' `metrics`, give the exit status."""
     import numpy as np
 
     from bench.execution.plan import State
@@ -215,8 +219,8 @@ def execute(
     if as_json:
         _print_others(now, index, printed)
         click.echo(there, err=True)
-    elif tables or failed:
-        _print_tables(execution)
+    elif metrics or failed:
+        _print_tables(execution, metrics or ("native",))
         click.echo(there)
         _print_remarks(execution, failed)
     if execution.errors:
@@ -254,10 +258,10 @@ def _print_others(now: "Plan", index: "pa.Table", printed: "NDArray[np.bool_]") 
         _print_row(row)
 
 
-def _print_tables(execution: "Execution") -> None:
-    from bench.reporting.tables import summary_text
+def _print_tables(execution: "Execution", metrics: Sequence[str]) -> None:
+    from bench.reporting.by_preset import summary_text
 
-    click.echo(summary_text(execution.folder, execution.plan.asked().cells))
+    click.echo(summary_text(execution.folder, execution.plan.asked().cells, metrics))
 
 
 def _print_remarks(execution: "Execution", failed: int) -> None:

@@ -8,7 +8,7 @@ from types import ModuleType
 
 from bench.metrics.preset import Preset
 
-__all__ = ["definition", "names", "preset"]
+__all__ = ["canonical", "definition", "knows", "names", "preset"]
 
 _FOLDER = Path(__file__).parent / "presets"
 
@@ -25,27 +25,33 @@ def preset(name: str) -> Preset:
 
     Raises `ValueError` for an unknown one, with those that are known.
     """
-    found: Preset = _module(name).PRESET
+    found: Preset = _module(canonical(name)).PRESET
     return found
+
+
+def canonical(name: str) -> str:
+    """A preset's own name, from it or one of its further names; raises as `preset`."""
+    known = names()
+    if name in known:
+        return name
+    further = {also: of for of in known for also in preset(of).also}
+    if name not in further:
+        near = get_close_matches(name, [*known, *further], n=1)
+        hint = f" Did you mean {near[0]!r}?" if near else ""
+        raise ValueError(f"unknown metrics preset {name!r}.{hint} Known: {', '.join(known)}.")
+    return further[name]
+
+
+def knows(name: str) -> bool:
+    """Whether a name is a preset's, or one of its further names."""
+    return name in names() or any(name in preset(of).also for of in names())
 
 
 def definition(name: str) -> str:
     """What a preset's scores mean, and where that is from: a line, and a paragraph."""
-    return (_module(name).__doc__ or "").strip()
+    return (_module(canonical(name)).__doc__ or "").strip()
 
 
 @cache
 def _module(name: str) -> ModuleType:
-    known = names()
-    if name not in known:
-        name = _further_names().get(name, name)
-    if name not in known:
-        near = get_close_matches(name, [*known, *_further_names()], n=1)
-        hint = f" Did you mean {near[0]!r}?" if near else ""
-        raise ValueError(f"unknown metrics preset {name!r}.{hint} Known: {', '.join(known)}.")
     return import_module(f"bench.metrics.presets.{name.replace('-', '_')}")
-
-
-@cache
-def _further_names() -> dict[str, str]:
-    return {also: name for name in names() for also in _module(name).PRESET.also}

@@ -116,10 +116,11 @@ class Judged:
 
 @dataclass(frozen=True)
 class Column:
-    """A score: its meaning, and what a perfect tracker gets (None where that depends)."""
+    """A score: its meaning, a perfect tracker's (None where that depends), which is better."""
 
     meaning: str
     perfect: float | None = 1.0
+    better: Literal["higher", "lower"] | None = "higher"
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from bench.evaluation.record import Run, Trace
 from bench.evaluation.reference import reference
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
+from bench.reporting.by_preset import Scored, write_curves
 from bench.reporting.tables import timing_runs, title_of
 from bench.store.index import read_index
 from bench.store.layout import experiment_folders
@@ -34,11 +35,16 @@ STRIP_FRAMES = 10
 
 
 def write_pictures(
-    experiment: Path, folder: Path, tell: Callable[[str], None], title: str = ""
+    experiment: Path,
+    folder: Path,
+    tell: Callable[[str], None],
+    title: str = "",
+    by_preset: Collection[Scored] = (),
 ) -> list[Path]:
     """Draw plots and film strips of an experiment into a folder, and give the files.
 
-    Each run is read once. `tell` is given a sentence on every sequence that can't be drawn.
+    Each run is read once. `by_preset`: runs as presets score them, whose curves are drawn. `tell`
+    is given a sentence on every sequence that can't be drawn.
     """
     runs = load_results(experiment)
     scored = complete(runs[runs["protocol"] == "accuracy"])
@@ -52,6 +58,7 @@ def write_pictures(
         trackers=trackers,
         incomplete=set(scored[scored["status"] != "finished"]["tracker"]),
     )
+    paths += write_curves(folder, by_preset, trackers)
     rows = {str(row["sequence"]): row for row in read_index(Results(experiment))}
     names = file_names(rows)
     for name, row in sorted(rows.items()):

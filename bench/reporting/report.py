@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from bench.reporting.by_preset import Scored
 from bench.store.files import ResultsError
 from reports.tables import Table
 from reports.write import write_tables
@@ -18,19 +19,20 @@ def write_report(
     *,
     title: str = "",
     pictures: bool = True,
+    scored: Sequence[Scored] = (),
 ) -> list[Path]:
     """Write the tables of an experiment into a folder, and pictures beside them; give the files.
 
     `title` heads plots; it is the experiment's own by default. `tell` is given a sentence on every
-    sequence that can't be drawn. Raises `ResultsError` where results can't be read or the report
-    can't be written.
+    sequence that can't be drawn. `scored`: runs by other presets, whose curves are drawn. Raises
+    `ResultsError` where results can't be read or the report can't be written.
     """
     try:
         paths = write_tables(folder, made)
         if pictures:
             from bench.reporting.pictures import write_pictures  # brings what draws
 
-            paths += write_pictures(experiment, folder, tell, title)
+            paths += write_pictures(experiment, folder, tell, title, scored)
     except OSError as error:
         raise ResultsError(str(error.strerror or error)) from error
     return paths

@@ -11,8 +11,6 @@ from bench.reporting.doubt import LEAST_FOR_NEW, over_seeds, over_sequences
 from bench.store.layout import Cell
 from bench.store.loading import as_revised, load_results
 from bench.store.results import Results
-from reports.fitting import on_terminal
-from reports.renderers import to_text
 from reports.tables import Measure, Table, sequence_table, summary_table
 from reports.times import timed_by
 
@@ -22,7 +20,6 @@ __all__ = [
     "SUMMARY",
     "TIMES",
     "own_times",
-    "summary_text",
     "tables",
     "timing_runs",
     "title_of",
@@ -175,12 +172,6 @@ def _segmenting(scored: pd.DataFrame) -> set[str]:
     """Trackers with scores of masks."""
     there = [measure.name for measure in MASKS if measure.name in scored]
     return set(scored["tracker"][scored[there].notna().any(axis=1)])
-
-
-def summary_text(folder: Path, cells: Collection[Cell]) -> str:
-    """Tables of some runs of an experiment for a terminal."""
-    more = f" (`trackmark report {folder} --wide`)"
-    return "\n".join(on_terminal(table, to_text, more) for table in tables(folder, cells))
 
 
 def timing_runs(runs: pd.DataFrame) -> pd.DataFrame:

@@ -63,7 +63,7 @@ def combine(runs: Runs) -> Judged:
     }
     curves = {
         "eao": np.column_stack([np.arange(len(curve)), curve])[active > 0],
-        "ar": np.array([[scores["robustness"], scores["accuracy"]]]),
+        "accuracy_robustness": np.array([[scores["robustness"], scores["accuracy"]]]),
     }
     return Judged(scores, curves)
 
@@ -101,13 +101,13 @@ PRESET = Preset(
         "accuracy": Column("mean overlap before failures", None),
         "robustness": Column("share of frames before failures"),
         "eao": Column("expected average overlap over 115 to 754 frames"),
-        "eao_lengths": Column("of these 640 lengths those that occur", None),
+        "eao_lengths": Column("of these 640 lengths those that occur", None, None),
     },
     judge=judge,
     combine=combine,
     curves={
         "eao": Axes("frames", "expected average overlap"),
-        "ar": Axes("robustness", "accuracy"),
+        "accuracy_robustness": Axes("robustness", "accuracy"),
     },
     protocol="anchors",
     agrees="vot-toolkit 0.7.1 on data of which runs have 755 frames or more",

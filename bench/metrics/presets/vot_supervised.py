@@ -78,7 +78,7 @@ def combine(runs: Runs) -> Judged:
         scores[f"eao{kind}"] = float(part.mean()) if len(part) else np.nan
         scores["eao_lengths"] = float(len(part))
         curves[f"eao{kind}"] = np.column_stack([np.arange(len(curve)), curve])
-    curves["ar"] = np.array([[scores["robustness"], scores["accuracy"]]])
+    curves["accuracy_robustness"] = np.array([[scores["robustness"], scores["accuracy"]]])
     return Judged({name: scores[name] for name in PRESET.columns}, curves)
 
 
@@ -139,10 +139,10 @@ def _expected(pieces: list[tuple[NDArray[np.float64], bool]]) -> NDArray[np.floa
 PRESET = Preset(
     columns={
         "accuracy": Column("mean overlap while tracking"),
-        "failures": Column("failures a sequence", 0.0),
+        "failures": Column("failures a sequence", 0.0, "lower"),
         "robustness": Column("exp(-30 failures / frames)"),
         "eao": Column("expected average overlap over 100 to 356 frames"),
-        "eao_lengths": Column("of these 257 lengths those that occur", None),
+        "eao_lengths": Column("of these 257 lengths those that occur", None, None),
         "accuracy_exact": Column("accuracy by exact areas"),
         "eao_exact": Column("expected average overlap by exact areas"),
     },
@@ -151,7 +151,7 @@ PRESET = Preset(
     curves={
         "eao": Axes("frames", "expected average overlap"),
         "eao_exact": Axes("frames", "expected average overlap"),
-        "ar": Axes("robustness", "accuracy"),
+        "accuracy_robustness": Axes("robustness", "accuracy"),
     },
     protocol="supervised",
     agrees="vot-toolkit 0.7.1",

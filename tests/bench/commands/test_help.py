@@ -79,6 +79,20 @@ def test_describe_a_sequence_gives_size_and_truth(trackmark):
     assert rendered.partition("fingerprint")[2] != variant.partition("fingerprint")[2]
 
 
+def test_presets_are_described_and_asked_for_by_their_names(trackmark):
+    assert "\n  otb " in trackmark("list", "metrics").stdout
+    said = trackmark("describe", "vot").stdout
+    assert said.startswith("vot-supervised\n\nAccuracy, robustness")
+    assert "vot-toolkit 0.7.1" in said
+    about = json.loads(trackmark("describe", "otb", "--json").stdout)
+    assert about["columns"]["success_auc"]["perfect"] == 20 / 21
+    asked = ("run", "--trackers", "static", "--sequences", "data/Small")
+    assert "metrics preset otb." in trackmark(*asked, "--metrics", "otb").stdout
+    assert "metrics preset lasot." in trackmark("report", "results", "--metrics", "lasot").stdout
+    refused = trackmark("report", "results", "--metrics", "otbb", status=2).stderr
+    assert "Did you mean 'otb'?" in refused
+
+
 def test_describe_takes_a_file_as_run_does(trackmark):
     (said,) = {
         trackmark("describe", text).stdout for text in ("knob.py", "knob.py:Knob", "knob.py:knob=3")

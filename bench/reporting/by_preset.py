@@ -1,0 +1,156 @@
+"""Tables and curves of stored runs by any metrics presets: nothing is run again.
+
+Each run is read once and judged by all presets that are asked for, and what a tracker's runs make
+together is what the preset says: means of sequences, or of frames, or a curve over lengths.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from numpy.typing import NDArray
+
+from bench.evaluation.scoring import judge
+from bench.metrics import preset as metrics_preset
+from bench.metrics.preset import Judged, Preset
+from bench.reporting.tables import PRESET, tables, title_of
+from bench.store.layout import Cell, run_path
+from bench.store.loading import load_results
+from bench.store.results import Results
+from bench.store.truth import read_truth
+from reports.fitting import on_terminal
+from reports.renderers import to_text
+from reports.tables import Measure, Table, complete, sequence_table
+
+__all__ = ["Scored", "by_presets", "summary_text", "tables_by", "write_curves"]
+
+TOGETHER = "all sequences"
+"""What stands for the sequences in rows of what a preset makes of them together."""
+
+NOT_SCORED = "not scored"
+"""Status of finished runs that a preset can't judge: of another protocol than it is for."""
+
+_MOST_NOTES = 3  # on runs that can't be judged; the others have reasons alike
+
+
+@dataclass(frozen=True)
+class Scored:
+    """An experiment's runs as one preset scores them."""
+
+    preset: str
+    title: str
+    table: Table
+    curves: Mapping[str, Mapping[str, NDArray[Any]]]  # by curve, then tracker; whole ones alone
+
+
+def by_presets(
+    folder: Path, names: Sequence[str], cells: Collection[Cell] | None = None, title: str = ""
+) -> list[Scored]:
+    """Score the runs of an experiment by presets.
+
+    `folder`: of its results. `names`: of the presets. `cells`: the runs that are meant, all by
+    default. `title`: what captions begin with. Timing runs are left out. Raises `ResultsError` for
+    a file that can't be read.
+    """
+    runs = load_results(folder, cells)
+    runs = complete(runs[runs["protocol"] == "accuracy"]).reset_index(drop=True)
+    runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
+    if runs.empty:
+        return []
+    results, truth = Results(folder), cache(partial(read_truth, folder))
+    judged: dict[str, dict[int, Judged | str]] = {name: {} for name in names}
+    finished = runs[runs["status"] == "finished"]
+    for number, row in zip(finished.index.tolist(), finished.to_dict("records"), strict=True):
+        path = run_path(row["tracker"], row["sequence"], int(row["repetition"]), row["protocol"])
+        run = results.read(folder / path)
+        for name in names:
+            try:
+                found: Judged | str = judge(run, truth(row["sequence"], row["fingerprint"]), name)
+            except ValueError as error:  # the preset says why it can't judge such a run
+                found = str(error)
+            judged[name][number] = found
+    return [_scored(name, runs, judged[name], title or title_of(folder)) for name in names]
+
+
+def tables_by(
+    folder: Path,
+    names: Sequence[str],
+    cells: Collection[Cell] | None = None,
+    title: str = "",
+    scored: Sequence[Scored] | None = None,
+) -> list[Table]:
+    """Tables of an experiment by presets; `native` has those of `bench.reporting.tables`."""
+    others = [name for name in names if name != PRESET]
+    made = tables(folder, cells, title) if PRESET in names else []
+    scored = by_presets(folder, others, cells, title) if scored is None else scored
+    return made + [one.table for one in scored]
+
+
+def summary_text(folder: Path, cells: Collection[Cell], metrics: Sequence[str] = (PRESET,)) -> str:
+    """Tables of some runs of an experiment for a terminal."""
+    given = "" if tuple(metrics) == (PRESET,) else f" --metrics {','.join(metrics)}"
+    more = f" (`trackmark report {folder}{given} --wide`)"
+    made = tables_by(folder, metrics, cells)
+    return "\n".join(on_terminal(table, to_text, more) for table in made)
+
+
+def write_curves(folder: Path, scored: Collection[Scored], trackers: Sequence[str]) -> list[Path]:
+    """Draw the curves of presets into a folder, and give the files.
+
+    `trackers`: all of the report, in the order of their colours. Raises `OSError`.
+    """
+    from reports.figures import write_figure  # brings what draws
+    from reports.plots import curve_plot
+
+    paths = []
+    for one in scored:
+        for name, axes in metrics_preset(one.preset).curves.items():
+            title = f"{one.title}: {name.replace('_', ' ')}, metrics preset {one.preset}"
+            figure = curve_plot(one.curves.get(name, {}), axes.x, axes.y, title, trackers)
+            path = folder / f"metrics-{one.preset}-{name.replace('_', '-')}.png"
+            paths.append(write_figure(path, figure))
+    return paths
+
+
+def _scored(
+    name: str, runs: pd.DataFrame, judged: Mapping[int, Judged | str], title: str
+) -> Scored:
+    preset = metrics_preset(name)
+    scores = {row: dict(one.scores) for row, one in judged.items() if isinstance(one, Judged)}
+    shown = runs[["tracker", "sequence", "repetition", "status", "failure"]].copy()
+    refused = [row for row, one in judged.items() if isinstance(one, str)]
+    shown.loc[refused, "status"] = NOT_SCORED
+    shown = shown.join(pd.DataFrame.from_dict(scores, "index", columns=list(preset.columns)))
+    pieces = []
+    curves: dict[str, dict[str, NDArray[Any]]] = {curve: {} for curve in preset.curves}
+    for tracker, of in shown.groupby("tracker", sort=False):
+        if (of["status"] != "finished").any():
+            lacking = of["status"].where(of["status"] == "finished", "lacking")
+            pieces.append(of[["tracker", "repetition"]].assign(status=lacking))
+            continue
+        together = _together(preset, of, judged)
+        pieces.append(pd.DataFrame([{**together.scores, "tracker": tracker, "status": "finished"}]))
+        for curve, points in together.curves.items():
+            curves[curve][str(tracker)] = points
+    if len(shown["sequence"].unique()) > 1:
+        shown = pd.concat([pd.concat(pieces).assign(sequence=TOGETHER), shown], ignore_index=True)
+    measures = [
+        Measure(key, key.replace("_", " "), "", column.better, 3 if column.better else 0)
+        for key, column in preset.columns.items()
+    ]
+    table = sequence_table(shown, measures, title, name)
+    why = dict.fromkeys(f"{NOT_SCORED}: {judged[row]}" for row in refused)
+    notes = [*table.notes, *list(why)[:_MOST_NOTES]]
+    return Scored(name, title, replace(table, name=f"metrics-{name}", notes=notes), curves)
+
+
+def _together(preset: Preset, of: pd.DataFrame, judged: Mapping[int, Judged | str]) -> Judged:
+    """What a preset makes of all finished runs of a tracker."""
+    runs = [
+        [one for row in rows.index if isinstance(one := judged[row], Judged)]
+        for _, rows in of.groupby("sequence", sort=False)
+    ]
+    return preset.overall(runs)

@@ -1,0 +1,79 @@
+"""Stored runs scored by any metrics preset, without being run again."""
+
+import numpy as np
+import pytest
+
+import bench
+import datasets
+from bench import metrics
+from bench.experiments.experiment import Experiment, SequenceSource
+from bench.metrics.preset import Answer
+from bench.reporting.by_preset import TOGETHER, by_presets, tables_by, write_curves
+from bench.store.loading import load_results
+from bench.store.truth import read_truth
+
+SOURCES = tuple(SequenceSource(f"plain/target:length={15 + n}:scene={n}") for n in (0, 1))
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory, without_processes):
+    with without_processes():
+        folder = tmp_path_factory.mktemp("presets")
+        return bench.run(Experiment("trial", ("static", "camshift"), SOURCES), folder, jobs=1)
+
+
+def texts(table):
+    """Cells of a table by sequence and tracker."""
+    return {(row[0].text, row[1].text): [cell.text for cell in row[2:]] for row in table.rows}
+
+
+@pytest.mark.parametrize("name", metrics.names())
+def test_a_stored_run_scores_what_its_boxes_do_together_as_the_preset_says(stored, name):
+    preset = metrics.preset(name)
+    (scored,) = by_presets(stored, [name])
+    found = scored.table.data.set_index(["sequence", "tracker", "measure"])["mean"]
+    judged = []
+    for source in SOURCES:
+        sequence = datasets.load(source.text)
+        run = bench.evaluate("camshift", sequence)
+        one = preset.judge(sequence, Answer(run.boxes, run.visible, run.confidence))
+        judged.append([one])
+        key, expected = next(iter(one.scores.items()))
+        assert found[sequence.name, "camshift", key] == pytest.approx(expected)
+    together = preset.overall(judged)
+    for key, value in together.scores.items():
+        shown = found.get((TOGETHER, "camshift", key), np.nan)
+        assert shown == pytest.approx(value, nan_ok=True), key
+    assert set(scored.curves) == set(preset.curves)
+
+
+def test_stored_truth_knows_the_images_size(stored):
+    runs = load_results(stored)
+    truth = read_truth(stored, runs["sequence"][0], runs["fingerprint"][0])
+    assert truth.known_size == datasets.load(SOURCES[0].text).image_size
+
+
+def test_a_run_that_lacks_makes_what_it_belongs_to_missing(stored):
+    rows = load_results(stored).itertuples()
+    names = [(row.tracker, row.sequence, row.repetition, row.protocol) for row in rows]
+    (scored,) = by_presets(stored, ["otb"], cells=names[1:])
+    assert texts(scored.table)[TOGETHER, names[0][0]][0] == "— (1 of 2 lacking)"
+    assert names[0][0] not in scored.curves["success"]
+
+
+def test_a_preset_says_why_it_does_not_judge_a_run(stored):
+    (scored,) = by_presets(stored, ["vot-supervised"])
+    refused = [note for note in scored.table.notes if note.startswith("not scored: vot-supervised")]
+    lost = [row for row in texts(scored.table).values() if "not scored" in row[0]]
+    assert bool(refused) == bool(lost)
+
+
+def test_several_presets_give_a_table_each_and_native_its_own(stored, tmp_path):
+    made = [table.name for table in tables_by(stored, ["native", "otb", "lasot"])]
+    assert made == ["summary", "sequences", "metrics-otb", "metrics-lasot"]
+    scored = by_presets(stored, ["vot-anchor"])
+    paths = write_curves(tmp_path, scored, ["static", "camshift"])
+    assert [path.name for path in paths] == [
+        "metrics-vot-anchor-eao.png",
+        "metrics-vot-anchor-accuracy-robustness.png",
+    ]
