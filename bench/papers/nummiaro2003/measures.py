@@ -310,8 +310,7 @@ def update_condition(evidence: Evidence) -> list[Finding]:
         )
         reason = (
             f"updates in {100 * good_updates / good:.1f} % of the good frames and "
-            f"{100 * other_updates / other:.1f} % of {other:.0f} others, a ratio of odds of "
-            f"{odds:.2f} (95 %: {around.low:.2f} to {around.high:.2f}), to be compared with "
+            f"{100 * other_updates / other:.1f} % of {other:.0f} others, odds to be compared with "
             f"{evidence.setting('odds'):g} (while tracking; "
             f"{100 * other_updates / (other + waiting):.1f} % of the others with the "
             f"{waiting:.0f} in which it initialises)."
@@ -323,7 +322,8 @@ def update_condition(evidence: Evidence) -> list[Finding]:
             outcome = "does-not-hold"
         elif around.low > evidence.setting("odds") and share.verdict == "holds":
             outcome = "holds"
-        found.append(finding(verdict=Verdict(outcome, odds, around, len(cells), reason)))
+        verdict = Verdict(outcome, odds, around, len(cells), reason, of="ratio of odds")
+        found.append(finding(verdict=verdict))
     return found
 
 
