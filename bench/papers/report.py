@@ -21,7 +21,7 @@ from bench.papers.recorded import RECORDED, read_published
 from bench.papers.runs import tidy_runs
 from bench.papers.scenes import measured_on_scenes
 from bench.papers.screen import claim_count
-from bench.papers.selection import affordable, experiments_of, with_recorded
+from bench.papers.selection import affordable, experiments_of, more_to_run, with_recorded
 from bench.papers.tables import beside_ours, make_table, text_table
 from bench.papers.timing import failed_passes, runs_lacking
 from datasets.text_form import parse_text
@@ -29,6 +29,13 @@ from reports.ledger import ledger_table
 from reports.tables import MISSING, Table
 
 __all__ = ["Paper"]
+
+JUDGED = (
+    "Effects have 95 % intervals; a difference is positive where it is as the claim has it. A "
+    "claim of several parts shows the one that decides, and is said not to hold only where one "
+    "fails surely enough for their number. For the number of claims nothing is corrected: of "
+    "forty that are just true, one is expected to be said not to hold (docs/verdicts.md)."
+)
 
 
 class Paper:
@@ -69,7 +76,9 @@ class Paper:
             context.tables.update(tables(context) if tables else {})
         checks = part_of(name, "CHECKS")
         judged = judge_all(self.claims, context.scores, context.tables, checks)
-        context.conclusions.extend(self._with_advice(one, effort) for one in judged)
+        context.conclusions.extend(
+            _advised(one, more_to_run(one.claim, self.description, effort)) for one in judged
+        )
         plots = self._plots(context)
         published = part_of(name, "published")
         tables, rows = self._tables(context), published(context) if published else []
@@ -83,17 +92,6 @@ class Paper:
             pictures=write_pictures(folder, plots),
             main=self._main(tables, rows),
         )
-
-    def _with_advice(self, one: Conclusion, effort: Effort) -> Conclusion:
-        """Where nothing was run, what runs it: `--all`, or no quick look; else nothing."""
-        if not one.reason.startswith(NOT_RUN):
-            return one
-        entry, claim = self.description.experiments, one.claim
-        further = {self.description.experiment(name) for name in entry.all}
-        later = claim.effort == "all" or (claim.experiment and {*claim.experiment} <= further)
-        advice = "; leave out --quick" if effort.quick and not later else ""
-        advice = "; give --all" if later and not effort.everything else advice
-        return replace(one, found=replace(one.found, reason=f"{NOT_RUN}{advice}."))
 
     def _plots(self, context: Context) -> dict[str, Drawn]:
         """Figures by name; None for one that there are no runs for."""
@@ -203,6 +201,7 @@ class Paper:
         }
         remarks = [f"MARKED: {effort.words}."] if effort.words else []
         remarks += [remark.format(**known) for remark in self.description.remarks]
+        remarks.append(JUDGED)
         lacking = [one for one in plots if plots[one] is None]
         if lacking:
             remarks.append(f"Not drawn, for want of finished runs: {', '.join(lacking)}.")
@@ -213,6 +212,13 @@ class Paper:
                 "verdict leaves out the scenes in which a run that it compares failed."
             )
         return [*remarks, *(f"failed: {line}" for line in failed["failure"])]
+
+
+def _advised(one: Conclusion, words: str) -> Conclusion:
+    """With what would run the tests of a claim for which nothing was run."""
+    if not one.reason.startswith(NOT_RUN) or not words:
+        return one
+    return replace(one, found=replace(one.found, reason=f"{NOT_RUN}; {words}."))
 
 
 def _made(key: str, entry: TableEntry, context: Context, paper: str) -> list[Table]:

@@ -4,13 +4,14 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import datasets
+from bench.claims.ledger import Claim
 from bench.experiments.experiment import Experiment, read_experiment
 from bench.papers import Effort
 from bench.papers.description import Description
 from bench.papers.recorded import RECORDED, read_published
 from datasets.text_form import parse_text
 
-__all__ = ["affordable", "experiments_of", "with_recorded"]
+__all__ = ["affordable", "experiments_of", "more_to_run", "with_recorded"]
 
 RECORDED_REPETITIONS = 20
 QUICK_REPETITIONS = 1
@@ -27,6 +28,14 @@ def experiments_of(description: Description, effort: Effort) -> list[Experiment]
         return chosen
     least = {description.experiment(name): number for name, number in entry.thorough.items()}
     return [_thorough(one, least.get(one.name, 1), effort) for one in chosen]
+
+
+def more_to_run(claim: Claim, description: Description, effort: Effort) -> str:
+    """Which option would run more of what tests a claim, in words; empty where none would."""
+    further = {description.experiment(name) for name in description.experiments.all}
+    if not effort.everything and (claim.effort == "all" or further & {*claim.experiment}):
+        return "give --all"
+    return "leave out --quick" if effort.quick else ""
 
 
 def _thorough(experiment: Experiment, least: int, effort: Effort) -> Experiment:

@@ -7,9 +7,10 @@ import pandas as pd
 import pytest
 
 from bench.claims.judging import NOT_RUN
-from bench.papers import Effort, Report
+from bench.papers import Effort, Report, load_paper
 from bench.papers.page import BEGIN, END, write_page
 from bench.papers.screen import screen
+from bench.papers.selection import more_to_run
 from bench.store.files import ResultsError
 from reports.tables import Cell, Table
 
@@ -77,6 +78,20 @@ def test_a_claim_that_is_ours_is_shown_and_not_counted(report, tmp_path):
     assert re.search(r"NG-1 .* holds +7 of 9 readings, ours\n", printed)
     write_page(tmp_path / "page.md", report, "nguyen2002", Effort())
     assert "The target is tracked. (ours, not the paper's) |" in (tmp_path / "page.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("name", "effort", "words"),
+    [
+        ("MP-10", Effort(), "give --all"),  # of another model of motion
+        ("MP-10", Effort(everything=True), ""),
+        ("MP-8", Effort(quick=True), "leave out --quick"),
+        ("MP-8", Effort(), ""),
+    ],
+)
+def test_all_is_advised_only_where_it_would_run_what_is_missing(name, effort, words):
+    paper = load_paper("multipart")
+    assert more_to_run(paper.claims[name], paper.description, effort) == words
 
 
 def test_a_quick_look_is_marked_and_says_what_gives_evidence(report):
