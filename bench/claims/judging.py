@@ -97,7 +97,7 @@ def judge(
         if test.check not in (checks or {}):
             raise ValueError(f"claim {claim.id}: there is no check {test.check!r}.")
         found = [
-            replace(one, verdict=replace(one.verdict, unit=one.verdict.unit or test.unit))
+            replace(one, verdict=_of_check(one.verdict, test))
             for one in (checks or {})[test.check](Evidence(claim, scores, tables or {}))
         ]
     else:
@@ -106,6 +106,12 @@ def judge(
         there = {name: frame for name, frame in frames.items() if frame is not None}
         found = list(_judged(claim, parts, there)) if len(there) == len(parts) else []
     return found or [Finding(claim.id, undecided(NOT_RUN + "."))]
+
+
+def _of_check(verdict: Verdict, test: kinds.CheckTest) -> Verdict:
+    """The verdict with the unit that the ledger says, and of scenes, unless it has its own."""
+    counted = "scene" if verdict.counted == "cell" else verdict.counted
+    return replace(verdict, unit=verdict.unit or test.unit, counted=counted)
 
 
 def _frame(

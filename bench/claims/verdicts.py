@@ -79,7 +79,7 @@ def in_units(claim: Claim, test: kinds.PartTest, metric: str, verdict: Verdict) 
     if isinstance(test, kinds.BoundTest):
         of = test.metric
     elif isinstance(test, kinds.RatioTest):
-        of, unit = f"{test.longer} to {test.shorter}", "times as long"
+        of, unit = f"{test.longer} to {test.shorter}", verdict.unit
     elif isinstance(test, kinds.AllTest | kinds.LostTest):
         of, unit = "lost" if isinstance(test, kinds.LostTest) else "never lost", "of the runs"
     elif isinstance(test, kinds.ShareTest) and metric not in kinds.COUNTS:

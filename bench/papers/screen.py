@@ -22,7 +22,8 @@ _SHORT = 50  # most characters of a claim's short form
 
 def screen(report: Report, paper: str, effort: Effort, folder: Path) -> str:
     """The answer of `trackmark reproduce`, in a screen and a half; the rest is in the folder."""
-    parts = [report.title, *([f"MARKED: {effort.words}."] if effort.words else [])]
+    parts = textwrap.wrap(report.title, WIDTH)
+    parts += [f"MARKED: {effort.words}."] if effort.words else []
     if report.main is not None:
         caption, _, body = to_text(report.main).partition("\n")
         parts += ["", *textwrap.wrap(caption, WIDTH), body.rstrip("\n")]

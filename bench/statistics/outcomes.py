@@ -93,13 +93,13 @@ class Verdict:
 
     @property
     def _numbers(self) -> str:
-        """To two digits of the interval's width."""
+        """To two digits of half of the interval's width."""
         width = self.interval.high - self.interval.low
         if isnan(width):
             return f"{self.statistic:.3g}"
         form = ".3g"
         if isfinite(width) and width > 0:
-            form = f".{min(max(1 - floor(log10(width)), 0), 9)}f"
+            form = f".{min(max(1 - floor(log10(width / 2)), 0), 9)}f"
         # What rounds to zero has no sign.
         low, value, high = (
             format(one, form) if float(format(one, form)) else format(0.0, form)

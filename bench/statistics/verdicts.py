@@ -240,7 +240,8 @@ def ratio_above(numerator: ArrayLike, denominator: ArrayLike, least: float) -> V
         f"{exp(mean):.3f} times as long (95 %: {interval.low:.3f} to {interval.high:.3f}), to be "
         f"compared with {least:g}."
     )
-    return replace(found, statistic=exp(mean), interval=interval, reason=words)
+    unit = "times as long"
+    return replace(found, statistic=exp(mean), interval=interval, reason=words, unit=unit)
 
 
 def above(value: float, interval: Interval, least: float, cells: int, words: str) -> Verdict:

@@ -194,7 +194,8 @@ def preferable(evidence: Evidence) -> list[Finding]:
     for finding, sides in evidence.by_reading(evidence.scores, [SINGLE, MULTI], plain):
         for metric in ("frames_inside", "first_loss"):
             single, multi = (_shares(runs, metric) for runs in sides)
-            parts = [no_worse((single - multi).dropna().groupby(CELL).mean()), time]
+            tracked = no_worse((single - multi).dropna().groupby(CELL).mean())
+            parts = [replace(tracked, unit="of the frames"), time]
             verdict = conjunction(parts, ["single no worse", "single no slower"])
             found.append(finding(verdict=verdict, metric=metric))
     return found

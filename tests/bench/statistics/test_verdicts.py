@@ -334,7 +334,7 @@ def test_what_fails_alone_may_not_be_enough_among_many():
     whole = conjunction([weak, fine], ["a", "b"])
     assert (whole.verdict, whole.against) == ("undecided", 0.04)
     assert whole.reason.endswith("Among 2 tests none fails surely enough.")
-    assert whole.effect == "a: -1.0 [-2.0, -0.1] px, 20 cells"
+    assert whole.effect == "a: -1.00 [-2.00, -0.10] px, 20 cells"
     assert conjunction([weak], ["a"]).verdict == "does-not-hold"
     sure = check(False, 0.0, "no chance.")
     assert conjunction([weak, fine, sure], list("abc")).of == "c"
@@ -356,7 +356,7 @@ def test_a_p_value_is_the_level_where_the_interval_ends():
     ("interval", "numbers"),
     [
         (Interval(0.0823, 0.1612), "0.123 [0.082, 0.161]"),
-        (Interval(-0.0004, 0.1612), "0.12 [0.00, 0.16]"),
+        (Interval(-0.0004, 0.1612), "0.123 [0.000, 0.161]"),
         (Interval(-12.0, 30.0), "0 [-12, 30]"),
         (Interval(-np.inf, np.inf), "0.123 [-inf, inf]"),
         (NOWHERE, "0.123"),
