@@ -271,20 +271,28 @@ class Turns(NamedTuple):
     turns: list[tuple[int, int, int]]
 
 
-def take_turns(sides: Sequence[Side], frames: Sequence[int], fewest: int = _FEWEST) -> Turns:
-    """Clock sides, after what warms up; `frames` are those of each clip, `fewest` passes made."""
+def take_turns(
+    sides: Sequence[Side],
+    frames: Sequence[int],
+    fewest: int = _FEWEST,
+    seconds: float = _PASSES_SECONDS,
+) -> Turns:
+    """Clock sides, after what warms up.
+
+    `frames`: of each clip. `fewest`: passes that are made at least, as many as the slowest side
+    takes these `seconds` for.
+    """
     for most in (2, max(frames)):  # compiling first; then all, to warm up
         warming = [(number, 0, min(most, stop)) for number, stop in enumerate(frames)]
         sums = _pass(sides, warming, 0).sum(axis=1)
-    passes = min(max(round(_PASSES_SECONDS / sums.max()), fewest), _MOST)
+    passes = min(max(round(seconds / sums.max()), fewest), _MOST)
     # On either side, a turn is longer than what it takes to get back into the caches.
     a_clip = max(1, round(sums.min() / len(frames) / _TURN_SECONDS))
     turns = []
     for number, stop in enumerate(frames):
         edges = np.linspace(0, stop, min(a_clip, stop) + 1).round().astype(int)
         turns += [(number, *edge) for edge in pairwise(edges.tolist())]
-    seconds = np.stack([_pass(sides, turns, first) for first in range(passes)], axis=1)
-    return Turns(seconds, turns)
+    return Turns(np.stack([_pass(sides, turns, n) for n in range(passes)], axis=1), turns)
 
 
 def _pass(

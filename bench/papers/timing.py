@@ -55,6 +55,9 @@ PACKAGE = Path(str(trackers.__file__)).parent
 ROUNDS = 12
 """Over which an interval is taken; see `turn_times`."""
 
+SECONDS = 0.5
+"""That the slowest method takes at least in all rounds."""
+
 FRAMES, QUICK_FRAMES = 40, 8
 
 Clips: TypeAlias = Mapping[str, tuple[Any, ...]]
@@ -165,8 +168,8 @@ class _Shown:
 def turn_times(methods: Mapping[str, Callable[[], Any]], clips: Clips) -> pd.DataFrame:
     """What updates cost by methods that take turns on clips.
 
-    Other load only ever adds to a turn's time: of several passes in a round the least stands for
-    it. Where code and data come to lie in memory, a per cent, stays the same in all rounds.
+    Other load only ever adds to a turn's time: of two or more passes in a round the least stands
+    for it. Where code and data come to lie in memory, a per cent, stays the same in all rounds.
 
     Parameters
     ----------
@@ -185,7 +188,7 @@ def turn_times(methods: Mapping[str, Callable[[], Any]], clips: Clips) -> pd.Dat
     sides = [_Shown(make, [*clips.values()]) for make in (*methods.values(), Reference)]
     frames = [len(images) - 1 for images, *_ in clips.values()]
     with one_thread():
-        seconds, turns = take_turns(sides, frames, ROUNDS)
+        seconds, turns = take_turns(sides, frames, 2 * ROUNDS, SECONDS)
     a_round = seconds.shape[1] // ROUNDS
     rounds = seconds[:, : a_round * ROUNDS].reshape(len(sides), ROUNDS, a_round, len(turns))
     least, owners = rounds.min(axis=2), np.array([number for number, *_ in turns])

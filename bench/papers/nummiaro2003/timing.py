@@ -34,9 +34,9 @@ PAPERS_CLOCK = 800e6  # Hz
 
 PARTICLES, BINS = 100, 8
 SWEEPS: Mapping[str, Sequence[float]] = {
-    "samples": (50, 100, 200, 300, 400),
-    "area": (0.5, 1.0, 2.0, 3.0, 4.0),  # of the given ellipse's
-    "bins": (4, 6, 8, 12, 16),  # a channel
+    "samples": (50, 100, 200, 400),
+    "area": (0.5, 1.0, 2.0, 4.0),  # of the given ellipse's
+    "bins": (4, 8, 12, 16),  # a channel
 }
 """What is changed, one at a time, for the cost of each."""
 

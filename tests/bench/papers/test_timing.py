@@ -22,7 +22,7 @@ class Clock:
     @classmethod
     def spend(cls, seconds):
         cls.asked += 1
-        cls.now += seconds * (1.7 if cls.asked % 97 == 0 else 1.0)
+        cls.now += seconds * (1.7 if cls.asked % 211 == 0 else 1.0)
 
 
 class Method:
