@@ -8,6 +8,7 @@ from scipy import stats
 
 from bench.statistics.intervals import (
     difference_interval,
+    hall_interval,
     mean_interval,
     odds_ratio,
     prediction_interval,
@@ -82,6 +83,24 @@ def test_a_share_lies_in_its_interval_and_losses_mirror_successes(counts):
     assert 0 <= low < high <= 1
     lost = [more for _, more in counts]
     assert share_interval(lost, runs) == pytest.approx((1 - high, 1 - low), abs=1e-9)
+
+
+def test_an_interval_for_what_may_be_skewed_is_halls():
+    """Its ends are where the transformed t, by its cubic polynomial, is that of Student."""
+    cells = np.array([0.0, 0.02, 0.01, 0.4, 0.03, 0.0, 0.1, 0.05])
+    n, error = len(cells), cells.std(ddof=1) / np.sqrt(8)
+    a = stats.skew(cells) / np.sqrt(n)
+    low, high = hall_interval(cells)
+    for end, quantile in ((low, 0.975), (high, 0.025)):
+        t = (cells.mean() - end) / error
+        assert t + a * t**2 / 3 + a**2 * t**3 / 27 + a / 6 == pytest.approx(
+            stats.t.ppf(quantile, n - 1)
+        )
+    assert high - cells.mean() > 2 * (cells.mean() - low)  # towards the tail
+    assert hall_interval(-cells) == pytest.approx((-high, -low))
+    even = [1.0, 2.0, 3.0, 4.0]
+    assert hall_interval(even) == pytest.approx(mean_interval(even))
+    assert hall_interval([0.5] * 9) == (0.5, 0.5)
 
 
 def test_single_trials_are_the_beta_posterior_of_a_flat_prior():
