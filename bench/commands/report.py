@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands._options import metrics_option, refresh_index
+from bench.commands._options import metrics_option, patience, refresh_index
 
 __all__ = ["command"]
 
@@ -50,7 +50,8 @@ def command(
         _, render = RENDERERS[form or "text"]
         title = title_of(experiment, named=len(experiments) > 1)
         others = [name for name in metrics if name != PRESET]
-        scored = by_presets(experiment, others, title=title) if others else []
+        with patience("Scoring runs"):
+            scored = by_presets(experiment, others, title=title) if others else []
         made = tables_by(experiment, metrics, title=title, scored=scored)
         if form is None and not wide:
             render = functools.partial(on_terminal, render=render, more=" (--wide)")

@@ -261,7 +261,9 @@ def _print_others(now: "Plan", index: "pa.Table", printed: "NDArray[np.bool_]") 
 def _print_tables(execution: "Execution", metrics: Sequence[str]) -> None:
     from bench.reporting.by_preset import summary_text
 
-    click.echo(summary_text(execution.folder, execution.plan.asked().cells, metrics))
+    with patience("Scoring runs"):
+        text = summary_text(execution.folder, execution.plan.asked().cells, metrics)
+    click.echo(text)
 
 
 def _print_remarks(execution: "Execution", failed: int) -> None:
