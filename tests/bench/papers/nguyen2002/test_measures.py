@@ -244,3 +244,4 @@ def test_times_are_of_runs_that_no_load_disturbed_where_there_are_any(
     assert row["burst_in_usual"] == pytest.approx(10)
     monkeypatch.setattr(timing, "frame_times", lambda *_: told[:0])
     assert timing.tables(context) == {}
+    assert timing.tables(SimpleNamespace(results=Path("r"), asked={})) == {}
