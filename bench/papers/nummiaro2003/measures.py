@@ -24,6 +24,7 @@ from bench.statistics.correlation import rank_correlation as correlation
 from bench.statistics.intervals import Interval, odds_ratio
 from bench.statistics.verdicts import (
     LEAST_CELLS,
+    NOWHERE,
     Outcome,
     Verdict,
     order,
@@ -317,7 +318,7 @@ def update_condition(evidence: Evidence) -> list[Finding]:
         )
         outcome: Outcome = "undecided"
         if (cells["other_frames"] > 0).sum() < LEAST_CELLS:
-            reason = f"too few cells have frames of both kinds; {reason}"
+            around, reason = NOWHERE, f"too few cells have frames of both kinds; {reason}"
         elif around.high < evidence.setting("odds") or share.verdict == "does-not-hold":
             outcome = "does-not-hold"
         elif around.low > evidence.setting("odds") and share.verdict == "holds":
