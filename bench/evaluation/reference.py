@@ -21,7 +21,13 @@ class Reference:
     boxes: NDArray[np.float64]
     regions: Mapping[str, NDArray[np.float64]]
     visibility: NDArray[np.float64]
-    known_size: tuple[int, int] | None
+    origin: Truth
+
+    @property
+    def image_size(self) -> tuple[int, int] | None:
+        """Width and height of the images, where the sequence or its stored truth knows them."""
+        size: tuple[int, int] | None = getattr(self.origin, "image_size", None)
+        return size
 
 
 def reference(truth: Truth, region: str, name: str = "the sequence") -> Truth:
@@ -49,4 +55,4 @@ def reference(truth: Truth, region: str, name: str = "the sequence") -> Truth:
             f"{name}: the region {region!r} is absent in frame {present[0]}, where the target "
             "appears; no tracker can be initialised with it."
         )
-    return Reference(boxes, truth.regions, truth.visibility, getattr(truth, "known_size", None))
+    return Reference(boxes, truth.regions, truth.visibility, truth)

@@ -56,7 +56,7 @@ class Target:
         Further truths by name.
     visibility : ndarray of float64, shape (n,)
         Visible fraction; NaN where unknown.
-    known_size : tuple of int, or None
+    image_size : tuple of int, or None
         Width and height of the images in pixels, by which some presets cut regions off.
     shapes : sequence of ndarray or None, or None
         By frame the outline that the box bounds, for presets that have overlaps of regions: a
@@ -66,7 +66,7 @@ class Target:
     boxes: NDArray[Any]
     regions: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     visibility: NDArray[Any] = field(default_factory=lambda: np.array(np.nan))
-    known_size: tuple[int, int] | None = None
+    image_size: tuple[int, int] | None = None
     shapes: Sequence[NDArray[Any] | None] | None = None
 
 
@@ -241,7 +241,7 @@ def started(truth: Truth, answer: Answer) -> Started:
         boxes[frames],
         estimate[frames],
         present[frames],
-        getattr(truth, "known_size", None),
+        getattr(truth, "image_size", None),
         None if shapes is None else shapes[frames],
     )
 

@@ -41,7 +41,7 @@ class StoredTruth:
     visibility: NDArray[Any]
     attributes: Mapping[str, NDArray[Any]]
     fps: float | None
-    known_size: tuple[int, int] | None = None
+    image_size: tuple[int, int] | None = None
 
 
 def truth_path(folder: Path, sequence: str, fingerprint: str) -> Path:
@@ -59,7 +59,7 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
     # What is damaged, or does not say its fingerprint or the images' size yet, is written anew.
     with suppress(ResultsError, FileNotFoundError):
         there, fingerprint = check_truth(path)
-        if fingerprint and there.known_size:
+        if fingerprint and there.image_size:
             return
     regions = {"boxes": sequence.boxes, **sequence.regions}
     columns: dict[str, Any] = {"visibility": sequence.visibility}
@@ -142,7 +142,7 @@ def check_truth(path: Path) -> tuple[StoredTruth, str]:
             visibility=columns["visibility"],
             attributes={key: columns[f"attribute/{key}"] for key in metadata["attributes"]},
             fps=metadata["fps"],
-            known_size=tuple(size) if size else None,
+            image_size=tuple(size) if size else None,
         )
     except ResultsError:
         raise

@@ -8,7 +8,7 @@ SIZE = (320, 240)
 
 
 def truth_of(boxes, **further):
-    return Target(np.asarray(boxes, float), **{"known_size": SIZE, **further})
+    return Target(np.asarray(boxes, float), **{"image_size": SIZE, **further})
 
 
 def walk(n, seed=0):

@@ -198,7 +198,7 @@ def test_scores_move_and_grow_with_the_image(name, dx, dy, factor):
 
     def scores(change):
         return judge(
-            name, truth_of(change(truth), known_size=None), answer_of(change(boxes))
+            name, truth_of(change(truth), image_size=None), answer_of(change(boxes))
         ).scores
 
     plain = scores(lambda rows: rows)

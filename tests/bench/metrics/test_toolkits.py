@@ -25,7 +25,7 @@ def close(value):
 
 
 def target(i, absent=True, visibility=np.nan):
-    return Target(toolkits.truth(i, absent), known_size=toolkits.SIZE, visibility=visibility)
+    return Target(toolkits.truth(i, absent), image_size=toolkits.SIZE, visibility=visibility)
 
 
 def judged(name, answer, runs=(0,), **of):
@@ -105,7 +105,7 @@ def test_vot_anchor_is_vot_toolkits_analysis():
         runs.append(
             [
                 preset.judge(
-                    Target(toolkits.from_anchor(truth, anchor), known_size=toolkits.SIZE),
+                    Target(toolkits.from_anchor(truth, anchor), image_size=toolkits.SIZE),
                     Answer(toolkits.from_anchor(boxes, anchor), of=len(truth)),
                 )
                 for anchor in toolkits.ANCHORS[i]

@@ -50,7 +50,7 @@ def test_a_stored_run_scores_what_its_boxes_do_together_as_the_preset_says(store
 def test_stored_truth_knows_the_images_size(stored):
     runs = load_results(stored)
     truth = read_truth(stored, runs["sequence"][0], runs["fingerprint"][0])
-    assert truth.known_size == datasets.load(SOURCES[0].text).image_size
+    assert truth.image_size == datasets.load(SOURCES[0].text).image_size
 
 
 def test_a_run_that_lacks_makes_what_it_belongs_to_missing(stored):
