@@ -21,8 +21,9 @@ from datasets.text_form import format_text
 __all__ = ["LIGHTS", "MOST", "PASSING", "SEQUENCES", "drawn", "name_of", "numbers"]
 
 PASSING = 6
-"""Scenes of a sequence that are wanted in each light, twelve in all: where all runs of ten are kept,
-the interval of that share still reaches below the three quarters that are asked for."""
+"""Scenes of a sequence that are wanted in each light, twelve in all: where all runs of ten
+scenes are kept, the interval of that share still reaches below the three quarters that are asked
+for."""
 
 MOST = 100
 """Scenes of a sequence that are drawn in a light before giving up."""
