@@ -358,7 +358,7 @@ def rank_correlation(evidence: Evidence) -> list[Finding]:
         f"rank correlation of {first} and {second} {value:.3f} (95 %: {low:.3f} to {high:.3f}), to "
         f"be compared with {least:g}."
     )
-    verdict = Verdict(outcome, value, Interval(low, high), len(stretches), words)
+    verdict = Verdict(outcome, value, Interval(low, high), len(stretches), words, counted="section")
     return [Finding(evidence.claim.id, verdict)]
 
 
