@@ -137,13 +137,8 @@ def right_picks(evidence: Evidence) -> list[Finding]:
             str(name): share_at_least(cells, np.full(len(cells), JITTERS), *limits)
             for name, cells in right
         }
-        worst = min(parts, key=lambda name: parts[name].statistic)
-        low, high = parts[worst].interval
-        reason = (
-            f"{100 * share.mean():.0f} % of the picks are right, on the worst sequence ({worst}) "
-            f"{100 * parts[worst].statistic:.0f} % (95 %: {100 * low:.0f} to {100 * high:.0f})."
-        )
         together = conjunction(list(parts.values()), list(parts))
+        reason = f"{100 * share.mean():.0f} % of all picks are right; {together.reason}"
         found.append(finding(verdict=replace(together, reason=reason, counted="scene")))
     return found
 
@@ -229,7 +224,7 @@ def lost_to(evidence: Evidence) -> list[Finding]:
             continue
         lost = runs[runs["first_loss"] < runs["frames"]]
         near = int(lost["near_occlusion"].sum())
-        beside = number(runs["first_loss"] / runs["frames"])
+        beside = number(runs["first_loss"] / runs["frames"], shares=True)
         words = f"lost in {len(lost)} of {len(runs)} runs, {near} of them near an occlusion"
         verdict = replace(beside, reason=f"{beside.reason[:-1]}; {words}.")
         found.append(finding(verdict=verdict, metric="first_loss"))

@@ -4,7 +4,6 @@ Of a run: sizes, updates, what became of the target when it was hidden. Of all o
 several readings of the text.
 """
 
-from collections.abc import Iterator, Mapping
 from math import nan
 from typing import Any, NamedTuple
 
@@ -12,24 +11,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.claims.findings import Check, Evidence, Finding
-from bench.claims.verdicts import CELL
 from bench.evaluation.record import Run
 from bench.metrics.centre_error import centre_error, centre_inside
 from bench.metrics.native import first_loss
 from bench.papers.context import Context
 from bench.papers.measures import Course
+from bench.papers.nummiaro2003.checks import CHECKS
 from bench.papers.runs import as_run
-from bench.statistics.correlation import rank_correlation as correlation
-from bench.statistics.intervals import Interval, odds_ratio
-from bench.statistics.verdicts import (
-    LEAST_CELLS,
-    NOWHERE,
-    Outcome,
-    Verdict,
-    order,
-    share_at_least,
-)
 from bench.store.truth import StoredTruth
 from trackers.histograms.ellipses import EllipseCounts
 from trackers.histograms.target_model import TargetModel
@@ -48,7 +36,6 @@ PARTLY = 0.3, 0.9  # visible fractions between which it is partly hidden
 RECOVERY, BRIDGE, END = 30, 10, 20  # frames
 SETTLED = 5  # frames in a row with the centre inside that make a recovery: one alone is chance
 FAST = 0.2  # share of the frames that are called fast
-STRETCH, RESAMPLES = 20, 1000  # frames that are alike in time and area; of such stretches
 
 NAMES = (
     *("frames", "first_loss", "size_error", "size_bias", "size_correlation", "centre_rms"),
@@ -59,7 +46,6 @@ NAMES = (
 )
 """What is known of a run; see `of_run`."""
 
-UPDATING = "nummiaro2003:model_update=true:reinitialise=true"
 AS_WRITTEN = {"nummiaro2003", "preset=as-written"}
 SAME = {
     "model_update=false": [
@@ -295,81 +281,6 @@ def published(context: Context) -> list[dict[str, Any]]:
     return rows
 
 
-def update_condition(evidence: Evidence) -> list[Finding]:
-    """While tracking, the model is updated in good frames, and hardly ever in others."""
-    names = ("good_frames", "good_updates", "other_frames", "other_updates", "waiting_frames")
-    found = []
-    for finding, runs in _updating(evidence):
-        cells = runs.groupby(CELL)[[*names]].sum()
-        good, good_updates, other, other_updates, waiting = cells.sum().tolist()
-        if not good or not other:
-            continue
-        odds, around = odds_ratio(*cells[[*names[:4]]].to_numpy(np.float64).T)
-        follows = cells[cells["good_frames"] > 0]
-        share = share_at_least(
-            follows["good_updates"], follows["good_frames"], evidence.setting("least")
-        )
-        reason = (
-            f"updates in {100 * good_updates / good:.1f} % of the good frames and "
-            f"{100 * other_updates / other:.1f} % of {other:.0f} others, odds to be compared with "
-            f"{evidence.setting('odds'):g} (while tracking; "
-            f"{100 * other_updates / (other + waiting):.1f} % of the others with the "
-            f"{waiting:.0f} in which it initialises)."
-        )
-        outcome: Outcome = "undecided"
-        if (cells["other_frames"] > 0).sum() < LEAST_CELLS:
-            around, reason = NOWHERE, f"too few cells have frames of both kinds; {reason}"
-        elif around.high < evidence.setting("odds") or share.verdict == "does-not-hold":
-            outcome = "does-not-hold"
-        elif around.low > evidence.setting("odds") and share.verdict == "holds":
-            outcome = "holds"
-        verdict = Verdict(outcome, odds, around, len(cells), reason, of="ratio of odds")
-        found.append(finding(verdict=verdict))
-    return found
-
-
-def fast_frames(evidence: Evidence) -> list[Finding]:
-    """The centre is inside in fast frames nearly as often as in the others."""
-    found = []
-    for finding, runs in _updating(evidence):
-        known = runs.dropna(subset=["inside_fast", "inside_otherwise"])
-        reserve = known["inside_fast"] - evidence.setting("least") * known["inside_otherwise"]
-        by_cell = reserve.groupby([known[key] for key in CELL]).mean()
-        found.append(finding(verdict=order(by_cell, margin=0.0)))
-    return found
-
-
-def rank_correlation(evidence: Evidence) -> list[Finding]:
-    """Two columns of a table of frames rise together; stretches of frames are drawn anew."""
-    (name,), (first,), (second,) = map(evidence.names, ("table", "first", "second"))
-    table = evidence.tables.get(name)
-    if table is None or table[[first, second]].isna().any(axis=None) or len(table) < 2:
-        return []
-    value, _ = correlation(table[first], table[second])
-    places = [table["sequence"], table["frame"] // STRETCH]
-    stretches = [rows[[first, second]].to_numpy() for _, rows in table.groupby(places)]
-    generator = np.random.default_rng(0)
-    drawn = generator.integers(len(stretches), size=(RESAMPLES, len(stretches)))
-    samples = [np.concatenate([stretches[one] for one in row]) for row in drawn]
-    low, high = np.quantile([correlation(*sample.T)[0] for sample in samples], [0.025, 0.975])
-    least = evidence.setting("least")
-    outcome: Outcome = "holds" if low > least else "does-not-hold" if high < least else "undecided"
-    words = (
-        f"rank correlation of {first} and {second} {value:.3f} (95 %: {low:.3f} to {high:.3f}), to "
-        f"be compared with {least:g}."
-    )
-    verdict = Verdict(outcome, value, Interval(low, high), len(stretches), words, counted="section")
-    return [Finding(evidence.claim.id, verdict)]
-
-
-CHECKS: Mapping[str, Check] = {
-    "update-condition": update_condition,
-    "fast-frames": fast_frames,
-    "rank-correlation": rank_correlation,
-}
-"""By the name that the ledger gives."""
-
-
 def _nearer(runs: pd.DataFrame) -> "pd.Series[float]":
     """Among runs with update, 1 in scenes in which the mean error of Hx is smaller than without."""
     pairs = runs.assign(pair=runs["text"].str.replace(":model_update=false", ""))
@@ -390,10 +301,3 @@ def _forgetting() -> pd.DataFrame:
     ages = np.arange(UPDATES)[::-1]
     weights = np.r_[(1 - ALPHA) ** UPDATES, ALPHA * (1 - ALPHA) ** ages]
     return pd.DataFrame({"difference": np.abs(model.current - weights @ frames)})
-
-
-def _updating(evidence: Evidence) -> Iterator[tuple[Any, pd.DataFrame]]:
-    """Runs with model update and with re-initialisation, by reading."""
-    for finding, (runs,) in evidence.by_reading(evidence.scores, [UPDATING], evidence.names("on")):
-        if len(runs):
-            yield finding, runs

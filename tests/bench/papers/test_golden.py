@@ -78,10 +78,10 @@ TABLES = {
     },
     "nummiaro2003": {
         "frame_times": {
-            "sequence": ["a"] * 4,
-            "frame": [1, 2, 3, 4],
-            "area": [1.0, 2.0, 3.0, 4.0],
-            "seconds": [1.0, 3.0, 2.0, 4.0],
+            "sequence": ["nummiaro2003/person"] * 80 + ["nummiaro2003/car"] * 80,
+            "frame": [*range(80)] * 2,
+            "area": [float(number) for number in range(160)],
+            "seconds": [float(number % 140) for number in range(160)],
         },
         "background": {
             "sequence": [f"nummiaro2003/{name}" for name in ("person", "head")] * 8,

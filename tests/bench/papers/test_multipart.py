@@ -90,9 +90,9 @@ def test_the_switch_must_be_right_on_every_sequence():
         for row in good[:wrong]:  # of the twelve of the first sequence
             row["multi_share"] = 0.0
         assert concluded("MP-7", switch=good).verdict == verdict
-    assert (
-        "on the worst sequence (multipart/1) 25 % (95 %: " in concluded("MP-7", switch=good).reason
-    )
+    found = concluded("MP-7", switch=good)
+    assert found.found.effect.startswith("multipart/1: 0.25 [")
+    assert "91 % of all picks are right; does not hold for multipart/1; holds for" in found.reason
     assert concluded("MP-7", switch=rectangles(0.1, -0.1)[::5]).verdict == "undecided"
 
 
@@ -155,6 +155,8 @@ def test_when_a_target_is_lost_is_printed():
     found = concluded("MP-15", runs(lambda *_: 0.8))
     assert found.verdict == "not-testable"
     assert "lost in 36 of 36 runs, 0 of them near an occlusion." in found.reason
+    mixed = concluded("MP-15", runs(lambda *_: 0.8).assign(first_loss=[1, 100] * 144))
+    assert mixed.found.interval == (0.0, 1.0)
 
 
 def picked(distance, representation, failure=""):

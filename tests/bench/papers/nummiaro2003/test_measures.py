@@ -279,6 +279,7 @@ def updates(good, other, options="", others=50, **columns):
         (50, 1, "holds"),
         (50, 30, "does-not-hold"),
         (1, 0, "does-not-hold"),
+        (50, [7, 7, 7, 8, 8, 15, 15, 15, 15, 15], "undecided"),  # fails at 2.5 %, not at half of it
         (50, np.r_[np.zeros(7), 10, 20, 30], "undecided"),  # 17 times as high, by three scenes
         (np.r_[np.zeros(9), 80], 0, "undecided"),  # in 8 % of the good frames, all in one scene
     ],
@@ -306,16 +307,31 @@ def test_each_reading_of_the_condition_is_judged():
 )
 def test_fast_frames_are_set_against_nine_tenths_of_the_others(fast, verdict):
     frame = runs_of(inside_fast=fast + WOBBLE, inside_otherwise=1.0)
-    assert concluded("NU-23", frame).verdict == verdict
+    found = concluded("NU-23", frame)
+    assert found.verdict == verdict
+    assert found.found.effect.startswith("fast frames less 0.9 of the others: ") != np.isnan(fast)
+
+
+@pytest.mark.parametrize(
+    ("error", "correlation", "verdict"),
+    [(0.2, 0.9, "holds"), (0.2, 0.1, "does-not-hold"), (0.8, 0.9, "does-not-hold")],
+)
+def test_size_must_be_nearer_and_follow_better(error, correlation, verdict):
+    told = {"size_error": error + WOBBLE, "size_correlation": correlation, "update_share": 0.5}
+    without = {"size_error": 0.5, "size_correlation": 0.5, "update_share": 0.0}
+    both = runs_of(":model_update=true", **told), runs_of(":model_update=false", **without)
+    assert concluded("NU-22", *both).verdict == verdict
 
 
 def test_time_and_area_rise_together():
-    area = np.linspace(1, 2, 100)
+    area = np.linspace(1, 2, 200)
     one_bad_stretch = np.where(area < 1.2, 1.4 - area, area)
+    sequence = np.repeat(["nummiaro2003/person", "nummiaro2003/car"], 100)
     seconds = {"holds": area**3, "does-not-hold": -area, "undecided": one_bad_stretch}
     for verdict, values in seconds.items():
-        table = pd.DataFrame({"sequence": "s", "frame": range(100), "area": area})
+        table = pd.DataFrame({"sequence": sequence, "frame": range(200), "area": area})
         found = concluded("NU-14", frame_times=table.assign(seconds=values))
         assert found.verdict == verdict, verdict
-    nothing = table.assign(seconds=0.0)[:0]
-    assert concluded("NU-14", frame_times=nothing).verdict == "undecided"
+    for few in (slice(100), slice(70, 130)):  # one of the two; sections of both, but five
+        part = table.assign(seconds=area)[few]
+        assert concluded("NU-14", frame_times=part).verdict == "undecided"
