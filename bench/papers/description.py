@@ -202,12 +202,12 @@ class FigureEntry(Entry):
 class Scenes(Entry):
     """On which sequences the checks of `scenes.py` measure: those of experiments, and others.
 
-    In a quick look on those of `quick` alone, without variant; empty for all.
+    Where not everything is asked for, on those of `few` alone, without variant; empty for all.
     """
 
     of: Texts
     further: tuple[Text, ...] = ()
-    quick: tuple[Text, ...] = ()
+    few: tuple[Text, ...] = ()
 
 
 class Description(Entry):

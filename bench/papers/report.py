@@ -44,6 +44,7 @@ class Paper:
     def __init__(self, description: Description) -> None:
         self.description = description
         self.claims = read_claims(description.name)
+        self._measured: dict[tuple[Path, Effort], dict[str, pd.DataFrame]] = {}
 
     def experiments(self, effort: Effort) -> Sequence[Experiment]:
         """Experiments to run, in order.
@@ -57,7 +58,7 @@ class Paper:
 
     def prepare(self, folder: Path, effort: Effort) -> None:
         """Measure on scenes what no run shows, before any tracker runs; the report's folder."""
-        self._on_scenes(folder, effort)
+        self._measured[folder, effort] = self._on_scenes(folder, effort)
 
     def report(self, results: Path, folder: Path, effort: Effort, asked: Asked) -> Report:
         """Judge the runs in `results` that were asked for now, write pictures into `folder`."""
@@ -65,7 +66,8 @@ class Paper:
         timed = [self.description.experiment(one) for one in self.description.experiments.timed]
         left = {*timed, self.description.experiment(RECORDED)}
         scores = self._scores(results, {k: v for k, v in asked.items() if k not in left})
-        measured = self._on_scenes(folder, effort)
+        # To look it up again takes half a minute where scenes take long to open.
+        measured = self._measured.pop((folder, effort), None) or self._on_scenes(folder, effort)
         if gate := part_of(name, "kept", "scenes"):
             scores["kept_scene"] = scores["name"].map(gate(measured)).fillna(True).astype(bool)
         context = Context(
@@ -150,8 +152,8 @@ class Paper:
         named = [one for one in entry.of if one in asked]
         chosen = affordable(self.description, named, effort)
         texts = [source.text for one in chosen for source in one.sequences]
-        if effort.quick and entry.quick:
-            texts = [text for text in texts if parse_text(text)[0] in entry.quick]
+        if entry.few and (effort.quick or not effort.everything):
+            texts = [text for text in texts if parse_text(text)[0] in entry.few]
         names = list(dict.fromkeys([*texts, *entry.further]))
         folder.mkdir(parents=True, exist_ok=True)
         jobs = effort.jobs or os.cpu_count() or 1
