@@ -1,10 +1,11 @@
 """Sequences: recorded ones behind readers, synthetic ones behind a renderer."""
 
-from datasets.catalogue import load, matching, names, options, outline, summary
-from datasets.interface import Sequence, SequenceError, Summary
+from datasets.catalogue import load, matching, names, options, outline, summary, taken_for
+from datasets.interface import Origin, Sequence, SequenceError, Summary
 from datasets.outline import Outline
 
 __all__ = [
+    "Origin",
     "Outline",
     "Sequence",
     "SequenceError",
@@ -15,4 +16,5 @@ __all__ = [
     "options",
     "outline",
     "summary",
+    "taken_for",
 ]

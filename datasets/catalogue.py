@@ -13,7 +13,16 @@ from datasets.interface import Sequence, SequenceError, Summary
 from datasets.outline import Outline, outlined
 from datasets.text_form import close_match, natural_order, parse_text
 
-__all__ = ["is_built_in", "load", "matching", "names", "options", "outline", "summary"]
+__all__ = [
+    "is_built_in",
+    "load",
+    "matching",
+    "names",
+    "options",
+    "outline",
+    "summary",
+    "taken_for",
+]
 
 
 class Suite(Protocol):
@@ -88,6 +97,19 @@ def options(name: str) -> list[dict[str, Any]]:
 def is_built_in(text: str) -> bool:
     """Whether `load` takes a text for the name of a built-in sequence, not for a path."""
     return text.partition(":")[0] in _suites()
+
+
+def taken_for(text: str) -> str:
+    """What a path is taken for, in words; empty for a built-in name and for what nobody knows.
+
+    Raises `SequenceError` where the path can't be looked at.
+    """
+    text, _ = _without_filters(text)
+    if is_built_in(text):
+        return ""
+    from datasets import readers
+
+    return readers.taken_for(_path_and_choice(text)[0])
 
 
 def matching(text: str) -> list[str]:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from collections.abc import Sequence as SequenceOf
 from io import BytesIO
+from itertools import pairwise
 from pathlib import Path
 
 import cv2
@@ -15,10 +16,18 @@ from PIL.PpmImagePlugin import PpmImageFile
 from PIL.TiffImagePlugin import TiffImageFile
 
 from datasets.decoding import check_name, check_pixels, decoding
-from datasets.interface import Image
+from datasets.interface import Image, SequenceError
 from datasets.text_form import natural_order
 
-__all__ = ["SUFFIXES", "ImageFiles", "decode_image", "image_files", "image_size"]
+__all__ = [
+    "SUFFIXES",
+    "ImageFiles",
+    "decode_image",
+    "image_files",
+    "image_size",
+    "numbered_images",
+    "size_of_first",
+]
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".tif", ".tiff")
 
@@ -137,3 +146,42 @@ def image_files(folder: Path) -> list[Path]:
     for file in files:
         check_name(file)
     return sorted(files, key=lambda file: natural_order(file.name))
+
+
+def numbered_images(folder: Path) -> list[Path]:
+    """Image files directly in a folder whose names are numbers, in their order, without a gap.
+
+    Truth of benchmarks goes by such numbers: what is behind a missing image would be shifted.
+
+    Raises
+    ------
+    SequenceError
+        Naming the image that is missing, or has no number; or that there are none.
+    """
+    images = image_files(folder) if folder.is_dir() else []
+    if not images:
+        raise SequenceError(f"{folder}: there are no images.")
+    for file in images:
+        if not file.stem.isdecimal():
+            raise SequenceError(
+                f"{file}: its name is no number; images here are called 00000.jpg, 00001.jpg, …"
+            )
+    for before, after in pairwise(images):
+        if int(after.stem) != int(before.stem) + 1:
+            missing = before.with_stem(f"{int(before.stem) + 1:0{len(before.stem)}}")
+            raise SequenceError(
+                f"{missing}: there is no such image between {before.name} and {after.name}. "
+                "Get the file, or remove those on one side of the gap."
+            )
+    return images
+
+
+def size_of_first(images: SequenceOf[Path]) -> tuple[int, int]:
+    """Width and height of the first image; no more than its head is decoded.
+
+    Raises `SequenceError` where that can't be told.
+    """
+    size = image_size(images[0].read_bytes())
+    if size is None:
+        raise SequenceError(f"{images[0]}: this is no image, or damaged. Get the file anew.")
+    return size

@@ -12,6 +12,7 @@ __all__ = [
     "Frames",
     "Image",
     "Mask",
+    "Origin",
     "Sequence",
     "SequenceError",
     "Summary",
@@ -43,6 +44,28 @@ class Summary:
 
     length: int
     size: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where recorded data come from; a field is empty where nothing is known.
+
+    Attributes
+    ----------
+    format : str
+        What they were taken for.
+    licence : str
+        Under which one may use them.
+    citation : str
+        The paper to cite.
+    description : str
+        What the data say of the target or the scene, in words.
+    """
+
+    format: str = ""
+    licence: str = ""
+    citation: str = ""
+    description: str = ""
 
 
 class Frames(Protocol):
@@ -94,6 +117,10 @@ class Sequence:
         Why there is none, though a file looks like one: a sentence.
     image_size : tuple of int, optional
         Width and height in pixels, where they are known without reading an image.
+    values : mapping of str to array of shape (n,), optional
+        Numbers that the data bring by name and frame (VOT's `anchor`).
+    origin : Origin, optional
+        Where the data come from.
 
     Attributes
     ----------
@@ -128,8 +155,11 @@ class Sequence:
         truth_source: str = "",
         truth_missing: str = "",
         image_size: tuple[int, int] | None = None,
+        values: Mapping[str, ArrayLike] | None = None,
+        origin: Origin | None = None,
     ) -> None:
         self.name = name
+        self.origin = origin or Origin()
         self.fps = fps
         self.truth_source = truth_source or name
         self.truth_missing = truth_missing
@@ -158,6 +188,10 @@ class Sequence:
         self.regions = {
             key: _column(np.asarray(value, np.float64), n, 4, f"region {key}", name)
             for key, value in (regions or {}).items()
+        }
+        self.values = {
+            key: _column(np.asarray(value, np.float64), n, None, f"value {key}", name)
+            for key, value in (values or {}).items()
         }
         given = np.full(n, np.nan) if visibility is None else np.asarray(visibility, np.float64)
         self.visibility = _column(given, n, None, "visibility", name)
@@ -312,6 +346,8 @@ class Sequence:
             truth_source=self.truth_source,
             truth_missing=self.truth_missing,
             image_size=self.known_size,
+            values={key: value[numbers] for key, value in self.values.items()},
+            origin=self.origin,
         )
 
 

@@ -1,10 +1,10 @@
 """What a description tells of a sequence; of rendered ones it is sealed, so that none is opened."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-from datasets.interface import Sequence
+from datasets.interface import Origin, Sequence
 
 __all__ = ["Outline", "known_of", "outlined"]
 
@@ -37,6 +37,8 @@ class Outline:
         As `Sequence.fingerprint`.
     truth_missing : str
         Why there is no truth, though a file looks like one; else empty.
+    origin : Origin
+        Where recorded data come from.
     """
 
     name: str
@@ -50,6 +52,7 @@ class Outline:
     images_beyond_truth: int
     fingerprint: str
     truth_missing: str = ""
+    origin: Origin = field(default_factory=Origin)
 
 
 def known_of(sequence: Sequence) -> dict[str, Any]:
@@ -77,5 +80,6 @@ def outlined(sequence: Sequence, size: tuple[int, int] | None = None) -> Outline
         truth_missing=sequence.truth_missing,
         images_beyond_truth=sequence.images_beyond_truth,
         fingerprint=sequence.fingerprint,
+        origin=sequence.origin,
         **known_of(sequence),
     )

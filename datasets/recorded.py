@@ -4,15 +4,17 @@ import hashlib
 from collections.abc import Callable, Mapping
 from collections.abc import Sequence as SequenceOf
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from datasets.file_digest import file_digests
-from datasets.interface import Frames, Mask, Sequence
+from datasets.image_files import ImageFiles
+from datasets.interface import Frames, Mask, Origin, Sequence
 from datasets.truth_file import Truth
 
-__all__ = ["recorded"]
+__all__ = ["recorded", "recorded_images"]
 
 
 def recorded(
@@ -27,6 +29,8 @@ def recorded(
     frame_names: list[str] | None = None,
     attributes: Mapping[str, NDArray[np.bool_]] | None = None,
     masks: Callable[[int], Mask | None] | None = None,
+    values: Mapping[str, NDArray[np.float64]] | None = None,
+    description: str = "",
     digests: Callable[[SequenceOf[Path]], list[str]] = file_digests,
 ) -> Sequence:
     """Sequence of recorded images.
@@ -43,8 +47,10 @@ def recorded(
         What is known of the target.
     truth_source : Path or None
         File that the truth comes from.
-    truth_missing, fps, frame_names, attributes, masks
+    truth_missing, fps, frame_names, attributes, masks, values
         As for `Sequence`.
+    description : str
+        As for `Origin`.
     digests : callable
         Gives the digests of the files that were read; those of masks must be among them.
     """
@@ -65,8 +71,19 @@ def recorded(
         frame_names=frame_names,
         truth_source=str(truth_source or ""),
         truth_missing=truth_missing,
+        values=values,
+        origin=Origin(description=description),
     )
     return sequence
+
+
+def recorded_images(
+    name: str, images: list[Path], truth: Truth | None, truth_source: Path | None, **more: Any
+) -> Sequence:
+    """Sequence of images in files, which are what its frames are known by; see `recorded`."""
+    names = [file.name for file in images]
+    frames = ImageFiles(images)
+    return recorded(name, frames, images, truth, truth_source, frame_names=names, **more)
 
 
 def _fingerprint(sequence: Sequence, digests: SequenceOf[str]) -> str:

@@ -114,6 +114,8 @@ def _sequence(name: str, truth: Path | None) -> dict[str, Any]:
     width, height = found.size
     none = f"none {found.truth_missing}".strip()
     beyond = f"{found.images_beyond_truth} images beyond the last truth row"
+    origin = found.origin
+    licence = origin.licence or "not stated with the data" if origin.format else origin.licence
     return {
         "name": found.name,
         "frames": found.length,
@@ -124,6 +126,10 @@ def _sequence(name: str, truth: Path | None) -> dict[str, Any]:
         "not read": beyond if found.images_beyond_truth else "",
         "regions": ", ".join(found.regions),
         "attributes": ", ".join(f"{key} ({n} frames)" for key, n in found.attributes.items()),
+        "taken for": origin.format,
+        "says": origin.description,
+        "licence": licence,
+        "cite": origin.citation,
         "fingerprint": found.fingerprint,
         "knobs": datasets.options(name),
     }

@@ -193,7 +193,7 @@ def execute(
             experiment, output, jobs, retry_failed=retry_failed, opened=opened, **means
         )
     plan = execution.plan
-    _remark(plan)
+    _remark(plan, [source.text for source in experiment.sequences])
     stopped = False
     printed = np.zeros(len(plan), bool)
     with telling_of_replaced(execution, " (--keep: in a folder of their own)"):
@@ -228,8 +228,15 @@ def execute(
     return EXIT_ANSWER_IS_NO if failed else 0
 
 
-def _remark(plan: "Plan") -> None:
-    """Say what of the input is not read."""
+def _remark(plan: "Plan", texts: Sequence[str]) -> None:
+    """Say what paths among the sequences were taken for, and what of them is not read."""
+    import datasets
+
+    kinds = {text: datasets.taken_for(text) for text in texts}
+    for kind in filter(None, dict.fromkeys(kinds.values())):
+        first, *others = [text for text in texts if kinds[text] == kind]
+        more = f" and {len(others)} more" if others else ""
+        click.echo(f"{first}{more}: taken for {kind}.", err=True)
     for sequence in plan.sequences:
         if sequence.images_beyond_truth:
             click.echo(

@@ -44,6 +44,7 @@ def changed(
         "truth_source": sequence.truth_source,
         "truth_missing": sequence.truth_missing,
         "image_size": sequence.known_size,
+        "origin": sequence.origin,
     }
     shown = image or (lambda frame: sequence[frame].copy())
     return Sequence(frames=_Shown(len(boxes), shown), **(given | new))

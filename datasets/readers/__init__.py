@@ -3,6 +3,7 @@
 import importlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any, Protocol, cast, runtime_checkable
@@ -11,7 +12,16 @@ from datasets.decoding import brief
 from datasets.interface import Sequence, SequenceError
 from datasets.text_form import natural_order
 
-__all__ = ["Choosing", "Reader", "knows", "options", "read", "sequences_in"]
+__all__ = [
+    "Choosing",
+    "Collecting",
+    "Reader",
+    "knows",
+    "options",
+    "read",
+    "sequences_in",
+    "taken_for",
+]
 
 
 class Reader(Protocol):
@@ -23,6 +33,9 @@ class Reader(Protocol):
         What the format looks like on disk, for messages.
     GENERAL : bool
         Whether the reader takes what others know better; such readers are asked last.
+
+    A module may also have `CITATION`, the paper of a benchmark, and `LICENCE`, what its makers say
+    of its use: both become fields of the sequences (`Origin`).
     """
 
     EXPECTS: str
@@ -64,6 +77,12 @@ class Collecting(Protocol):
 def knows(path: Path) -> bool:
     """Whether a reader knows the path; some know names of what lies elsewhere."""
     return _reader(path) is not None
+
+
+def taken_for(path: Path) -> str:
+    """What a path is taken for: its reader's `EXPECTS`; empty where no reader knows it."""
+    reader = _reader(path)
+    return "" if reader is None else reader.EXPECTS
 
 
 def sequences_in(folder: Path) -> list[Path]:
@@ -119,17 +138,31 @@ def read(
     if reader is None:
         expected = "; ".join(reader.EXPECTS for reader in _readers())
         raise SequenceError(f"{path}: this is nothing that a reader knows. Expected is {expected}.")
-    if not chosen:
-        with _looking(path):
-            return reader.read(path, truth)
-    known = [option["name"] for option in options(path)]
-    unknown = sorted(chosen.keys() - known)
-    if unknown or not isinstance(reader, Choosing):
+    known = [option["name"] for option in options(path)] if chosen else []
+    unknown = sorted((chosen or {}).keys() - known)
+    if unknown:
         raise SequenceError(
             f"{path}: unknown option {brief(unknown[0])}. Known: {', '.join(known) or 'none'}."
         )
     with _looking(path):
-        return reader.read(path, truth, chosen)
+        if chosen and isinstance(reader, Choosing):
+            sequence = reader.read(path, truth, chosen)
+        else:
+            sequence = reader.read(path, truth)
+        sequence.origin = replace(
+            sequence.origin,
+            format=reader.EXPECTS,
+            licence=_licence(path) or getattr(reader, "LICENCE", ""),
+            citation=getattr(reader, "CITATION", ""),
+        )
+    return sequence
+
+
+def _licence(path: Path) -> str:
+    """Name of a licence's file in the folder of a sequence; empty where there is none."""
+    names = sorted(file.name for file in path.iterdir()) if path.is_dir() else []
+    found = (name for name in names if name.upper().startswith(("LICENSE", "LICENCE", "COPYING")))
+    return next((f"see {path / name}" for name in found), "")
 
 
 def _reader(path: Path) -> Reader | None:

@@ -8,7 +8,6 @@ segmentation", arXiv:1704.00675: its values number the objects from 1, and 255 i
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -20,16 +19,25 @@ from PIL import Image
 from datasets import truth_file
 from datasets.decoding import brief, check_pixels, decoding
 from datasets.file_digest import file_digests
-from datasets.image_files import ImageFiles, image_files, image_size
+from datasets.image_files import (
+    image_files,
+    image_size,
+    numbered_images,
+    size_of_first,
+)
 from datasets.interface import Mask, Sequence, SequenceError
-from datasets.recorded import recorded
+from datasets.recorded import recorded_images
 
-__all__ = ["EXPECTS", "GENERAL", "members", "options", "read", "recognises"]
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "members", "options", "read", "recognises"]
 
 IMAGES, MASKS = "JPEGImages", "Annotations"
 USUAL_RESOLUTION = "480p"
 EXPECTS = f"a folder {IMAGES}/RESOLUTION/NAME with {MASKS}/RESOLUTION/NAME (DAVIS)"
 GENERAL = False
+CITATION = (
+    "Perazzi et al., A benchmark dataset and evaluation methodology for video object segmentation, "
+    "CVPR 2016; Pont-Tuset et al., The 2017 DAVIS challenge, arXiv:1704.00675"
+)
 
 _VOID = 255
 """Belongs to no object where objects are numbered; where nothing else is, it is the object."""
@@ -64,10 +72,8 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     """
     images, _ = _images(path)
     name = path.resolve().name
-    names = [file.name for file in images]
     if truth is not None:
-        given = truth_file.read(truth)
-        return recorded(name, ImageFiles(images), images, given, truth, frame_names=names)
+        return recorded_images(name, images, truth_file.read(truth), truth)
     images, masks = _files(path)
     objects = _objects(images, masks)
     first = next(iter(objects))
@@ -76,13 +82,11 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
         known = ", ".join(map(str, objects))
         raise SequenceError(f"{path}: there is no object {brief(asked)}. There are: {known}.")
     target = objects[int(asked)]
-    return recorded(
+    return recorded_images(
         name if int(asked) == first else f"{name}:object={asked}",
-        ImageFiles(images),
         images,
         truth_file.Truth(target.boxes),
         masks[0].parent,
-        frame_names=names,
         masks=target.mask,
         digests=lambda files: file_digests([*files, *masks]),
     )
@@ -103,10 +107,7 @@ class _Object:
 
 def _objects(images: list[Path], masks: list[Path]) -> dict[int, _Object]:
     """Objects by number, in order; all masks are read for it."""
-    size = image_size(images[0].read_bytes())  # no more than its head is decoded
-    if size is None:
-        raise SequenceError(f"{images[0]}: this is no image, or damaged. Get the file anew.")
-    width, height = size
+    width, height = size_of_first(images)
     boxes: dict[int, NDArray[np.float64]] = {}
     for frame, file in enumerate(masks):
         values = _values(file)
@@ -175,22 +176,7 @@ def _images(path: Path) -> tuple[list[Path], Path]:
     """
     folders = _folders(path)
     assert folders is not None  # asked of what is recognised alone
-    images = image_files(folders[0])
-    if not images:
-        raise SequenceError(f"{folders[0]}: there are no images.")
-    for file in images:
-        if not file.stem.isdecimal():
-            raise SequenceError(
-                f"{file}: its name is no number; images of DAVIS are called 00000.jpg, 00001.jpg, …"
-            )
-    for before, after in pairwise(images):
-        if int(after.stem) != int(before.stem) + 1:
-            missing = before.with_stem(f"{int(before.stem) + 1:0{len(before.stem)}}")
-            raise SequenceError(
-                f"{missing}: there is no such image between {before.name} and {after.name}. "
-                "Get the file, or remove those on one side of the gap."
-            )
-    return images, folders[1]
+    return numbered_images(folders[0]), folders[1]
 
 
 def _files(path: Path) -> tuple[list[Path], list[Path]]:

@@ -79,6 +79,13 @@ def test_describe_a_sequence_gives_size_and_truth(trackmark):
     assert rendered.partition("fingerprint")[2] != variant.partition("fingerprint")[2]
 
 
+def test_describe_tells_what_a_path_is_taken_for_its_licence_and_whom_to_cite(trackmark):
+    about = json.loads(trackmark("describe", "data/Small", "--json").stdout)
+    assert about["taken for"].endswith("(OTB)")
+    assert "Wu, Lim, Yang" in about["cite"]
+    assert about["licence"] == "not stated with the data"
+
+
 def test_presets_are_described_and_asked_for_by_their_names(trackmark):
     assert "\n  otb " in trackmark("list", "metrics").stdout
     said = trackmark("describe", "vot").stdout

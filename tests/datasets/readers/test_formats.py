@@ -2,14 +2,17 @@
 
 import os
 import shutil
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
 import datasets
+import datasets.readers
 from datasets.image_files import ImageFiles
 from datasets.video_frames import VideoFrames
+from tests.datasets.readers.layouts import LAYOUTS
 
 TRUTH = "frame,x,y,width,height\n0,1,2,3,4\n1,5,6,7,8\n"
 
@@ -41,13 +44,21 @@ def video(folder, write_images, write_video):
     return file, folder / "walk.csv", file
 
 
-@pytest.fixture(params=[images, otb, davis, video], ids=lambda make: make.__name__)
+MAKERS = [images, otb, davis, video, *LAYOUTS]
+
+
+def test_every_reader_that_is_found_is_asked():
+    found = {file.stem for file in Path(datasets.readers.__file__).parent.glob("[a-z]*.py")}
+    assert {make.__name__.partition("_")[0] for make in MAKERS} == found
+
+
+@pytest.fixture(params=MAKERS, ids=lambda make: make.__name__)
 def recording(request, tmp_path, write_images, write_video):
     """A sequence of three frames: its path, its own truth, the file that holds a frame."""
     path, own, frame = request.param(tmp_path / "data", write_images, write_video)
     if own.suffix == ".csv":
         own.write_text(TRUTH)
-    elif own.suffix == ".txt":
+    elif not own.exists():
         own.write_text("2,3,3,4\n6,7,7,8\n")
     return path, own, frame
 
@@ -57,6 +68,7 @@ def test_its_own_truth_is_taken_and_it_can_be_run(recording):
     assert sequence.name.partition(".")[0] == "walk"
     assert len(sequence) + sequence.images_beyond_truth == 3
     assert sequence.present[:2].all()
+    assert sequence.origin.format
     sequence.check_runnable()
 
 

@@ -5,6 +5,7 @@ import pytest
 
 import datasets
 from datasets import SequenceError
+from tests.datasets.readers.layouts import LAYOUTS
 
 EVERYDAY, ALL, LARGEST = 100, 10_000, 1e7
 BOXES = "frame,x,y,width,height,visibility,source\n0,1,2,8,9,0.5,marked\n1,2,2,8,9,,\n2,,,,,,\n"
@@ -63,7 +64,15 @@ def avi(folder, write_images, write_video):
     return write_video(folder / "walk.avi", "mpeg4", n=4, b_frames=1)
 
 
-READERS = [images, otb, davis, mp4, avi]
+def small(layout):
+    def make(folder, write_images, write_video):
+        return layout(folder.parent, write_images, write_video, size=(24, 16))[0]
+
+    make.__name__ = layout.__name__
+    return make
+
+
+READERS = [images, otb, davis, mp4, avi, *map(small, LAYOUTS)]
 
 
 def mutated(data, random):

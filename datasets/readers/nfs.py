@@ -1,0 +1,110 @@
+"""Sequences of Need for Speed: `NAME/30/NAME/` with `NAME/30/NAME.txt`, and the same in `NAME/240`.
+
+A row of the truth is one of VATIC: track, left, top, right, bottom (from 0), frame, and whether the
+target is lost (absent), occluded and generated, then its name. Of 30 images a second some truths
+have the rows of all 240, of which every eighth counts. Kiani Galoogahi et al., "Need for speed: a
+benchmark for higher frame rate object tracking", ICCV 2017.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets import truth_file
+from datasets.decoding import brief
+from datasets.image_files import numbered_images
+from datasets.interface import Sequence, SequenceError
+from datasets.number_files import as_boxes, numbers
+from datasets.recorded import recorded_images
+
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "options", "read", "recognises"]
+
+RATES = ("30", "240")
+EXPECTS = "a folder NAME/30 or NAME/240 with NAME/ and NAME.txt (NfS)"
+GENERAL = False
+CITATION = (
+    "Kiani Galoogahi et al., Need for speed: a benchmark for higher frame rate object tracking, "
+    "ICCV 2017"
+)
+
+_COLUMNS = 9
+_ROW = "track left top right bottom frame lost occluded generated, and a name"
+
+
+def recognises(path: Path) -> bool:
+    """Whether it is a sequence's folder, or the one of a rate in it."""
+    return bool(_places(path))
+
+
+def options(path: Path) -> list[dict[str, Any]]:
+    """What can be chosen: `fps`; see `datasets.options`."""
+    rates = list(_places(path))
+    meaning = f"which rate of {', '.join(rates)} images a second"
+    return [{"name": "fps", "default": int(rates[0]), "meaning": meaning}]
+
+
+def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None) -> Sequence:
+    """Open the sequence, by default of 30 images a second; occlusion is an attribute."""
+    places = _places(path)
+    rate = (chosen or {}).get("fps", next(iter(places)))
+    if rate not in places:
+        raise SequenceError(
+            f"{path}: there is no rate {brief(rate)}. There are: {', '.join(places)}."
+        )
+    folder, source = places[rate]
+    name = source.stem if rate == RATES[0] else f"{source.stem}:fps={rate}"
+    images = numbered_images(folder)
+    if truth is not None:
+        return recorded_images(name, images, truth_file.read(truth), truth, fps=float(rate))
+    rows = _rows(source)
+    if rate == RATES[0] and abs(len(rows) - 8 * len(images)) < 8:
+        rows = rows[::8]
+    if len(rows) == len(images) + 1:  # as in some sequences of the benchmark
+        rows = rows[:-1]
+    sides = np.column_stack([rows[:, 1:3], rows[:, 3:5] - rows[:, 1:3]])
+    boxes = as_boxes(sides, source)
+    boxes[rows[:, 6] > 0] = np.nan
+    return recorded_images(
+        name,
+        images,
+        truth_file.Truth(boxes),
+        source,
+        fps=float(rate),
+        attributes={"occlusion": rows[:, 7] > 0},
+    )
+
+
+def _rows(source: Path) -> NDArray[np.float64]:
+    """Numbers of the truth, shape (n, 9): without the names, which may hold spaces."""
+    rows: list[list[float]] = []
+    for number, line in enumerate(truth_file.read_text(source).rstrip().splitlines(), 1):
+        row = numbers(" ".join(line.split()[:_COLUMNS]))
+        if len(row) != _COLUMNS or not set(row[6:]) <= {0.0, 1.0}:
+            raise SequenceError(
+                f"{source}: line {number}: {brief(line.strip())} is no row of VATIC; expected are "
+                f"{_ROW}."
+            )
+        if rows and row[5] <= rows[-1][5]:
+            raise SequenceError(
+                f"{source}: line {number}: frame {row[5]:g} follows frame {rows[-1][5]:g}."
+            )
+        rows.append(row)
+    if not rows:
+        raise SequenceError(f"{source}: there are no rows.")
+    return np.array(rows)
+
+
+def _places(path: Path) -> dict[str, tuple[Path, Path]]:
+    """Folder of images, and truth, by rate; what the path leaves open there may be several of."""
+    whole = path.resolve()
+    rates = [whole.name] if whole.name in RATES else RATES
+    root = whole.parent if whole.name in RATES else whole
+    found = {rate: (root / rate / root.name, root / rate / f"{root.name}.txt") for rate in rates}
+    return {
+        rate: (images, truth)
+        for rate, (images, truth) in found.items()
+        if images.is_dir() and truth.is_file()
+    }

@@ -1,0 +1,65 @@
+"""Sequences of Temple Color 128: `img/`, `NAME_gt.txt` and `NAME_frames.txt` (first, last).
+
+A row of the truth is `x,y,width,height`; x and y count from 1, as in the OTB toolkit, for which
+it is written. Liang, Blasch, Ling, "Encoding color information for visual tracking: algorithms and
+benchmark", IEEE TIP 24(12), 2015.
+"""
+
+from pathlib import Path
+
+from datasets import truth_file
+from datasets.image_files import numbered_images
+from datasets.interface import Sequence, SequenceError
+from datasets.number_files import read_boxes, read_rows
+from datasets.recorded import recorded_images
+
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "read", "recognises"]
+
+TRUTH, RANGE = "_gt.txt", "_frames.txt"
+EXPECTS = f"a folder with img/, NAME{TRUTH} and NAME{RANGE} (TColor-128)"
+GENERAL = False
+CITATION = (
+    "Liang, Blasch, Ling, Encoding color information for visual tracking: algorithms and "
+    "benchmark, IEEE TIP 24(12), 2015"
+)
+
+
+def recognises(path: Path) -> bool:
+    """Whether the folder holds `img/` and one pair of a truth and its range."""
+    return (path / "img").is_dir() and _files(path) is not None
+
+
+def read(path: Path, truth: Path | None) -> Sequence:
+    """Open the images of the range."""
+    files = _files(path)
+    assert files is not None  # asked of what is recognised alone
+    source, span = files
+    name, folder = path.resolve().name, path / "img"
+    rows = read_rows(span, {2}, "the numbers of the first and the last image", "a range")
+    first, last = rows[0].tolist()
+    images = {int(file.stem): file for file in numbered_images(folder)}
+    for number in (first, last):
+        if number not in images or last < first or len(rows) > 1:
+            raise SequenceError(
+                f"{span}: there is no image {number:g} in {folder}; expected are the numbers of "
+                f"the first and the last image, of {min(images)} to {max(images)}, in one line."
+            )
+    shown = [file for number, file in images.items() if first <= number <= last]
+    if truth is not None:
+        return recorded_images(name, shown, truth_file.read(truth), truth)
+    boxes = read_boxes(source, origin=1.0)
+    if len(boxes) != len(shown):
+        raise SequenceError(
+            f"{source}: {len(boxes)} rows for the {len(shown)} images that {span.name} tells."
+        )
+    return recorded_images(name, shown, truth_file.Truth(boxes), source)
+
+
+def _files(path: Path) -> tuple[Path, Path] | None:
+    """Truth and range; None where there is not one of each."""
+    found = [
+        (file, other)
+        for file in path.glob(f"*{TRUTH}")
+        if (other := file.with_name(file.name.removesuffix(TRUTH) + RANGE)).is_file()
+    ]
+    return found[0] if len(found) == 1 else None

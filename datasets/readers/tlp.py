@@ -1,0 +1,49 @@
+"""Sequences of TLP (Track Long and Prosper): `img/` and a `groundtruth_rect.txt` of six columns.
+
+A row of the truth is `frame,x,y,width,height,lost`; frames count from 1, x and y from 0: nothing
+else is stated. A lost target is absent. Moudgil, Gandhi, "Long-term visual object tracking
+benchmark", ACCV 2018.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from datasets import truth_file
+from datasets.image_files import numbered_images
+from datasets.interface import Sequence, SequenceError
+from datasets.number_files import as_boxes, columns, read_rows
+from datasets.recorded import recorded_images
+
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "read", "recognises"]
+
+TRUTH, COLUMNS = "groundtruth_rect.txt", 6
+EXPECTS = f"a folder with img/ and a {TRUTH} of {COLUMNS} columns (TLP)"
+GENERAL = False
+CITATION = "Moudgil, Gandhi, Long-term visual object tracking benchmark, ACCV 2018"
+
+
+def recognises(path: Path) -> bool:
+    """Whether the folder holds `img/` and a truth whose first line has six numbers."""
+    truth = path / TRUTH
+    return (path / "img").is_dir() and truth.is_file() and columns(truth) == COLUMNS
+
+
+def read(path: Path, truth: Path | None) -> Sequence:
+    """Open the folder."""
+    name, images, source = path.resolve().name, numbered_images(path / "img"), path / TRUTH
+    if truth is not None:
+        return recorded_images(name, images, truth_file.read(truth), truth)
+    rows = read_rows(source, {COLUMNS}, "six numbers, frame x y width height lost", "a row of TLP")
+    wrong = np.flatnonzero(
+        (rows[:, 0] != np.arange(1, len(rows) + 1)) | ~np.isin(rows[:, 5], (0, 1))
+    )
+    if len(wrong):
+        line = int(wrong[0])
+        raise SequenceError(
+            f"{source}: line {line + 1}: frame {rows[line, 0]:g}, lost {rows[line, 5]:g}; expected "
+            f"are frame {line + 1} and 0 or 1."
+        )
+    boxes = as_boxes(rows[:, 1:5], source)
+    boxes[rows[:, 5] > 0] = np.nan
+    return recorded_images(name, images, truth_file.Truth(boxes), source)

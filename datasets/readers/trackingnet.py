@@ -1,0 +1,60 @@
+"""Sequences of TrackingNet: `SET/frames/NAME/` and, beside, `SET/anno/NAME.txt`.
+
+A row of the truth is `x,y,width,height`, from 0: nothing else is stated. Of the set TEST only the
+first box is public: the frames behind it have no truth and are not scored. Müller et al.,
+"TrackingNet: a large-scale dataset and benchmark for object tracking in the wild", ECCV 2018.
+"""
+
+from pathlib import Path
+
+from datasets import truth_file
+from datasets.image_files import numbered_images
+from datasets.interface import Sequence
+from datasets.number_files import read_boxes, without_rest
+from datasets.recorded import recorded_images
+from datasets.text_form import natural_order
+
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "members", "read", "recognises"]
+
+IMAGES, TRUTHS = "frames", "anno"
+EXPECTS = f"a folder {IMAGES}/NAME with {TRUTHS}/NAME.txt (TrackingNet)"
+GENERAL = False
+CITATION = (
+    "Müller et al., TrackingNet: a large-scale dataset and benchmark for object tracking in the "
+    "wild, ECCV 2018"
+)
+
+
+def recognises(path: Path) -> bool:
+    """Whether it is a sequence's folder of images, or its name in the folder of its set."""
+    return _place(path) is not None
+
+
+def members(folder: Path) -> list[Path]:
+    """Sequences of a set (`TEST`, `TRAIN_0`, …), or of all sets in a folder; see `Collecting`."""
+    places = [folder, *folder.iterdir()] if folder.is_dir() else []
+    sets = [place for place in places if (place / TRUTHS).is_dir() and (place / IMAGES).is_dir()]
+    found = [
+        place / IMAGES / file.stem for place in sets for file in (place / TRUTHS).glob("*.txt")
+    ]
+    return sorted(filter(recognises, found), key=lambda path: natural_order(str(path)))
+
+
+def read(path: Path, truth: Path | None) -> Sequence:
+    """Open the sequence."""
+    place = _place(path)
+    assert place is not None  # asked of what is recognised alone
+    images, source = numbered_images(place[0]), place[1]
+    if truth is not None:
+        return recorded_images(source.stem, images, truth_file.read(truth), truth)
+    boxes = without_rest(read_boxes(source), len(images))
+    return recorded_images(source.stem, images, truth_file.Truth(boxes), source)
+
+
+def _place(path: Path) -> tuple[Path, Path] | None:
+    """Folder of a sequence's images, and its truth; None where this is none."""
+    whole = path.resolve()
+    root = whole.parents[1] if whole.parent.name == IMAGES else whole.parent
+    images, truth = root / IMAGES / whole.name, root / TRUTHS / f"{whole.name}.txt"
+    own = (images / "truth.csv").is_file()  # makes it a folder of images
+    return (images, truth) if images.is_dir() and truth.is_file() and not own else None
