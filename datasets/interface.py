@@ -195,13 +195,10 @@ class Sequence:
         }
         given = np.full(n, np.nan) if visibility is None else np.asarray(visibility, np.float64)
         self.visibility = _column(given, n, None, "visibility", name)
-        self.attributes: dict[str, NDArray[np.bool_]] = {}
-        for key, value in (attributes or {}).items():
-            flags = np.array(value, dtype=np.bool_)
-            if flags.shape != (n,):
-                raise SequenceError(f"{name}: attribute {key} has shape {flags.shape}, not ({n},).")
-            flags.flags.writeable = False
-            self.attributes[key] = flags
+        self.attributes = {
+            key: _flags(value, n, f"attribute {key}", name)
+            for key, value in (attributes or {}).items()
+        }
 
     def __len__(self) -> int:
         return len(self.boxes)
@@ -381,3 +378,12 @@ def _column(
     column = np.array(values, dtype=np.float64)
     column.flags.writeable = False
     return column
+
+
+def _flags(values: ArrayLike, n: int, what: str, name: str) -> NDArray[np.bool_]:
+    """What is true of each frame, checked and frozen."""
+    flags = np.array(values, dtype=np.bool_)
+    if flags.shape != (n,):
+        raise SequenceError(f"{name}: {what} has shape {flags.shape}, not ({n},).")
+    flags.flags.writeable = False
+    return flags

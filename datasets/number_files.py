@@ -103,9 +103,9 @@ def as_boxes(
         Naming the line of a box of negative size.
     """
     boxes = rows - [origin, origin, 0.0, 0.0]
-    negative = (boxes[:, 2:] < 0.0).any(axis=1)
+    negative = np.asarray((boxes[:, 2:] < 0.0).any(axis=1))
     negative[0] = False
-    absent = np.isnan(boxes).any(axis=1)
+    absent = np.asarray(np.isnan(boxes).any(axis=1))
     absent[1:] |= (boxes[1:, 2:] == 0.0).any(axis=1)
     if minus_is_absent:
         absent |= negative
