@@ -193,7 +193,7 @@ def execute(
             experiment, output, jobs, retry_failed=retry_failed, opened=opened, **means
         )
     plan = execution.plan
-    _remark(plan, [source.text for source in experiment.sequences])
+    _remark(plan)
     stopped = False
     printed = np.zeros(len(plan), bool)
     with telling_of_replaced(execution, " (--keep: in a folder of their own)"):
@@ -223,20 +223,14 @@ def execute(
         _print_tables(execution, metrics or ("native",))
         click.echo(there)
         _print_remarks(execution, failed)
+        _print_formats([source.text for source in experiment.sequences])
     if execution.errors:
         return EXIT_WRONG_INPUT
     return EXIT_ANSWER_IS_NO if failed else 0
 
 
-def _remark(plan: "Plan", texts: Sequence[str]) -> None:
-    """Say what paths among the sequences were taken for, and what of them is not read."""
-    import datasets
-
-    kinds = {text: datasets.taken_for(text) for text in texts}
-    for kind in filter(None, dict.fromkeys(kinds.values())):
-        first, *others = [text for text in texts if kinds[text] == kind]
-        more = f" and {len(others)} more" if others else ""
-        click.echo(f"{first}{more}: taken for {kind}.", err=True)
+def _remark(plan: "Plan") -> None:
+    """Say what of the input is not read."""
     for sequence in plan.sequences:
         if sequence.images_beyond_truth:
             click.echo(
@@ -244,6 +238,17 @@ def _remark(plan: "Plan", texts: Sequence[str]) -> None:
                 "row are not read.",
                 err=True,
             )
+
+
+def _print_formats(texts: Sequence[str]) -> None:
+    """What paths among the sequences were taken for, a line a format."""
+    import datasets
+
+    kinds = {text: datasets.taken_for(text) for text in texts}
+    for kind in filter(None, dict.fromkeys(kinds.values())):
+        first, *others = [text for text in texts if kinds[text] == kind]
+        more = f" and {len(others)} more" if others else ""
+        click.echo(f"{first}{more}: taken for {kind}.")
 
 
 def _print_row(row: Mapping[str, Any]) -> None:

@@ -59,14 +59,15 @@ def test_a_suite_is_all_its_sequences(places):
 
 
 def test_a_folder_is_run_as_a_whole(trackmark, places):
-    said = trackmark("run", "--trackers", "static", "--sequences", "data", "--json")
-    assert {json.loads(row)["sequence"] for row in said.stdout.splitlines()} == {
+    run = ("run", "--trackers", "static", "--sequences", "data")
+    said = trackmark(*run, "--json").stdout
+    assert {json.loads(row)["sequence"] for row in said.splitlines()} == {
         "Small",
         "walk2",
         "walk10",
     }
     took = "data/Small and 2 more: taken for a folder with img/ and groundtruth_rect.txt (OTB)."
-    assert took in said.stderr.splitlines()
+    assert took in trackmark(*run).stdout.splitlines()
 
 
 @pytest.mark.parametrize("text", ["multipat/*", "data/*.mp4", "nowhere/*", "data/n*"])
