@@ -23,6 +23,9 @@ __all__ = [
     "taken_for",
 ]
 
+_NAMED = 4
+"""Files of an unknown layout that are named."""
+
 
 class Reader(Protocol):
     """What a module in this folder defines.
@@ -136,8 +139,7 @@ def read(
     """
     reader = _reader(path)
     if reader is None:
-        expected = "; ".join(reader.EXPECTS for reader in _readers())
-        raise SequenceError(f"{path}: this is nothing that a reader knows. Expected is {expected}.")
+        raise SequenceError(_unknown(path))
     known = [option["name"] for option in options(path)] if chosen else []
     unknown = sorted((chosen or {}).keys() - known)
     if unknown:
@@ -156,6 +158,22 @@ def read(
             citation=getattr(reader, "CITATION", ""),
         )
     return sequence
+
+
+def _unknown(path: Path) -> str:
+    """What lies at a path that no reader knows, and what was looked for: the nearest, if any."""
+    there = [f"a file {path.suffix}".rstrip()]
+    if path.is_dir():
+        with _looking(path):
+            there = sorted(file.name + "/" * file.is_dir() for file in path.iterdir())
+    expected = [reader.EXPECTS for reader in _readers()]
+    near = [text for text in expected if set(there) & set(text.replace(",", "").split())]
+    named = ", ".join(there[:_NAMED]) or "nothing in it"
+    more = f" and {len(there) - _NAMED} more" if len(there) > _NAMED else ""
+    return (
+        f"{path}: this is nothing that a reader knows: there is {brief(named)}{more}. "
+        f"Expected is {'; '.join(near or expected)}."
+    )
 
 
 def _licence(path: Path) -> str:

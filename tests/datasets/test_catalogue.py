@@ -111,8 +111,17 @@ class TestErrors:
 
     def test_an_empty_folder_is_nothing_that_a_reader_knows(self, here):
         (here / "walk").mkdir()
-        with pytest.raises(SequenceError, match="walk: this is nothing that a reader knows"):
+        with pytest.raises(SequenceError, match=r"walk: this is nothing .* 'nothing in it'"):
             datasets.load("walk")
+
+    def test_of_a_layout_that_is_nearly_known_what_is_there_and_what_is_missing_are_told(
+        self, here
+    ):
+        (here / "walk" / "img").mkdir(parents=True)
+        (here / "walk" / "truth.mat").write_text("")
+        with pytest.raises(SequenceError, match=r"there is 'img/, truth\.mat'.*\(OTB\)") as caught:
+            datasets.load("walk")
+        assert "(VOT)" not in str(caught.value)
 
     def test_an_option_that_is_none_is_named(self):
         with pytest.raises(SequenceError, match="sequence 'samples/face:x': 'x' is not key=value"):
