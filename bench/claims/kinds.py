@@ -39,6 +39,7 @@ from datasets.text_form import parse_text
 
 __all__ = [
     "COUNTS",
+    "DEGREES",
     "ERRORS",
     "IN_PIXELS",
     "KINDS",
@@ -79,6 +80,9 @@ Which of them decide, `bench.claims.conclusion` says. Other metrics are judged a
 
 ERRORS = ("centre_error", "size_error", "error")
 """Metrics of which less is better begin so; a margin is a share of the worse side's mean."""
+
+DEGREES = "degrees"
+"""Column that tells the degrees of freedom of intervals that a table has (see `BoundTest`)."""
 
 IN_PIXELS = ("centre_error", "error")
 """Metrics whose names begin so are in pixels; of others a ledger says the unit."""
@@ -305,17 +309,19 @@ class ShareTest(_OneSided):
 
 
 class NumberTest(_OneSided):
-    """Numbers to print beside the paper's."""
+    """Numbers to print beside the paper's; `most` is the greatest that a metric can be."""
 
     counted = "run"
     kind: Literal["number"]
+    most: dict[Text, float] = {}
 
 
 class BoundTest(_TableTest):
     """No row lies beyond a limit.
 
     A criterion that leaves nothing to chance, unless `interval` names the columns with the lower
-    and the upper limit of each row's interval: then no row may lie beyond it surely.
+    and the upper limit of each row's interval: then no row may lie beyond it surely. The table's
+    column `DEGREES` says how many degrees of freedom the quantile of t had that made them.
     """
 
     naming = ("metric", "interval")
@@ -325,6 +331,11 @@ class BoundTest(_TableTest):
     interval: tuple[Text, Text] | None = None
     least: float | None = None
     most: float | None = None
+
+    @property
+    def columns(self) -> set[str]:
+        """Likewise; and that which intervals need."""
+        return super().columns | ({DEGREES} if self.interval else set())
 
     @model_validator(mode="after")
     def _has_one_limit(self) -> "BoundTest":

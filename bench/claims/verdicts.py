@@ -67,7 +67,7 @@ def verdict_of(claim: str, test: kinds.PartTest, sides: Sides, metric: str) -> V
         values = values[~np.isnan(values)]
         if len(values) < 2:
             return undecided("fewer than two runs.")
-        return number(values, shares=metric in kinds.COUNTS)
+        return number(values, most=1.0 if metric in kinds.COUNTS else test.most.get(metric))
     if isinstance(test, kinds.ShareTest):
         return _share(test, sides[0], metric)
     return _kept(test, sides[0])
@@ -83,14 +83,15 @@ def in_units(claim: Claim, test: kinds.PartTest, metric: str, verdict: Verdict) 
     elif isinstance(test, kinds.AllTest | kinds.LostTest):
         of, unit = "lost" if isinstance(test, kinds.LostTest) else "never lost", "of the runs"
     elif isinstance(test, kinds.ShareTest) and metric not in kinds.COUNTS:
-        unit = f"of the {test.trials or 'runs'}".replace("_", " ")
+        unit = f"of the {test.trials}".replace("_", " ") if test.trials else verdict.unit
     elif isinstance(test, kinds.BestTest):
         unit = "of the scenes"
     elif metric in kinds.COUNTS:
         unit = "of the frames"
     interval = verdict.interval
-    if metric in kinds.COUNTS:  # differences of shares
-        interval = Interval(max(interval.low, -1.0), min(interval.high, 1.0))
+    if metric in kinds.COUNTS:  # differences of shares, or of these differences
+        most = 2.0 if isinstance(test, kinds.InteractionTest) else 1.0
+        interval = Interval(max(interval.low, -most), min(interval.high, most))
     return replace(
         verdict,
         interval=interval,
@@ -144,6 +145,8 @@ def _share(test: kinds.ShareTest, runs: pd.DataFrame, metric: str) -> Verdict:
     trials = runs[test.trials].to_numpy(np.float64) if test.trials else np.ones(len(runs))
     good = _scaled(runs, metric) * trials
     verdict = share_at_least(_sums(runs, good), _sums(runs, trials), test.least, test.lower)
+    if test.table == kinds.SCORES and set(runs[metric].tolist()) <= {0.0, 1.0}:
+        verdict = replace(verdict, unit="of the runs")  # a yes or no each; others are shares of it
     if metric not in kinds.COUNTS or verdict.cells < LEAST_CELLS:
         return verdict
     words = f"{100 * verdict.statistic:.1f} % of the length on average over {verdict.cells} cells."
@@ -162,23 +165,30 @@ def _bound(test: kinds.BoundTest, rows: pd.DataFrame) -> Verdict:
     if sign < 0:
         low_name, high_name = high_name, low_name
     low, high = (sign * rows[name].to_numpy(np.float64) for name in (low_name, high_name))
-    worst = int(low.argmin())
-    value = float(rows[test.metric].iloc[worst])
-    extreme = "least" if sign > 0 else "greatest"
-    reason = f"the {extreme} {test.metric.replace('_', ' ')} is {value:.3g}"
-    against = f"to be compared with {sign * limit:g}."
+    words, against = test.metric.replace("_", " "), f"to be compared with {sign * limit:g}."
     if test.interval is None:
-        return check(bool(low[worst] >= limit), value, f"{reason}, {against}", len(rows))
+        worst = int(low.argmin())
+        value = float(rows[test.metric].iloc[worst])
+        reason = f"the {'least' if sign > 0 else 'greatest'} {words} is {value:.3g}, {against}"
+        return check(bool(low[worst] >= limit), value, reason, len(rows))
     values = sign * rows[test.metric].to_numpy(np.float64)
     found = [
-        above(value, Interval(*ends), limit, LEAST_CELLS, "")
-        for value, *ends in zip(values.tolist(), low.tolist(), high.tolist(), strict=True)
+        above(value, Interval(*ends), limit, int(degrees) + 1, "")
+        for value, *ends, degrees in zip(
+            values.tolist(), low.tolist(), high.tolist(), rows[kinds.DEGREES].tolist(), strict=True
+        )
     ]
-    whole = conjunction(found, [f"row {place}" for place in range(len(found))])
+    whole = conjunction(found, [f"row {place}" for place in range(len(found))], "")
     value, ends = sign * whole.statistic, sorted(sign * end for end in whole.interval)
-    words = f"{extreme} {test.metric.replace('_', ' ')}"
+    words += f" of the row that decides, of {len(rows)}," if len(rows) > 1 else ""
     reason = f"the {words} is {value:.3g} (95 %: {ends[0]:.3g} to {ends[1]:.3g}), {against}"
-    return replace(whole, statistic=value, interval=Interval(*ends), cells=len(rows), reason=reason)
+    return replace(
+        whole,
+        statistic=value,
+        interval=Interval(*ends),
+        cells=len(rows),
+        reason=f"{reason}{whole.reason}",
+    )
 
 
 def _margin(sides: Sides, test: kinds.Comparison, metric: str) -> float:

@@ -83,8 +83,8 @@ class Report:
         (in words), `statistic`, `interval`, `unit`, `cells`, `counted`, `readings`, `evidence`.
     pictures : list of Path
         Figures that were written.
-    main : Table, optional
-        What stands on the screen and on the paper's page: at most 100 columns wide.
+    main : list of Table
+        What stands on the paper's page; on the screen only the first: at most 100 columns wide.
     """
 
     title: str
@@ -93,7 +93,7 @@ class Report:
     rows: list[dict[str, Any]]
     claims: list[dict[str, Any]]
     pictures: list[Path] = field(default_factory=list)
-    main: "Table | None" = None
+    main: "list[Table]" = field(default_factory=list)
 
 
 Asked: TypeAlias = Mapping[str, Collection[Cell]]

@@ -63,10 +63,14 @@ def _by_place(*keys: str) -> BeforeValidator:
 
 
 class Experiments(Entry):
-    """Which experiments there are, by effort; and which sequences a quick look takes."""
+    """Which experiments there are, by effort; and which sequences a quick look takes.
+
+    `more_scenes` are those of `all` that add scenes to what is judged without them.
+    """
 
     always: Texts
     all: tuple[Text, ...] = ()
+    more_scenes: tuple[Text, ...] = ()
     not_quick: tuple[Text, ...] = ()
     timed: tuple[Text, ...] = ()
     thorough: dict[Text, int] = Field(default={})
@@ -243,6 +247,7 @@ class Description(Entry):
     def _names_what_there_is(self) -> "Description":
         every = {*self.experiments.always, *self.experiments.all}
         told: dict[str, set[str]] = {
+            "more_scenes": set(self.experiments.more_scenes),
             "not_quick": set(self.experiments.not_quick),
             "timed": set(self.experiments.timed),
             "thorough": set(self.experiments.thorough),

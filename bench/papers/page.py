@@ -35,7 +35,7 @@ trackmark reproduce {paper}
 
 
 def write_page(path: Path, report: Report, paper: str, effort: Effort) -> None:
-    """Write the main table and a line a claim between a page's marks; the rest stays as it is.
+    """Write the main tables and a line a claim between a page's marks; the rest stays as it is.
 
     A page that is not there is begun, with a skeleton for its prose.
 
@@ -70,8 +70,7 @@ def _results(report: Report, paper: str, effort: Effort) -> str:
     begins = f"**{NO_EVIDENCE}.** What" if effort.quick else "What"
     made = f"{begins} `{' '.join(['trackmark reproduce', paper, *options])}` found"
     parts = [f"{made}{f' ({effort.words})' if effort.words else ''}:"]
-    if report.main is not None:
-        parts.append(to_markdown(report.main).rstrip("\n"))
+    parts += [to_markdown(table).rstrip("\n") for table in report.main]
     rows = [
         f"| {claim['id']} | {_plain(claim_words(claim))} | {outcome(claim)} | "
         f"{_plain(claim['effect']) or '—'} | {_readings(claim)} |"

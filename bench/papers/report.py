@@ -21,7 +21,13 @@ from bench.papers.recorded import RECORDED, read_published
 from bench.papers.runs import tidy_runs
 from bench.papers.scenes import measured_on_scenes
 from bench.papers.screen import claim_count
-from bench.papers.selection import affordable, experiments_of, more_to_run, with_recorded
+from bench.papers.selection import (
+    affordable,
+    experiments_of,
+    more_scenes,
+    more_to_run,
+    with_recorded,
+)
 from bench.papers.tables import beside_ours, make_table, text_table
 from bench.papers.timing import failed_passes, runs_lacking
 from datasets.text_form import parse_text
@@ -78,9 +84,7 @@ class Paper:
             context.tables.update(tables(context) if tables else {})
         checks = part_of(name, "CHECKS")
         judged = judge_all(self.claims, context.scores, context.tables, checks)
-        context.conclusions.extend(
-            _advised(one, more_to_run(one.claim, self.description, effort)) for one in judged
-        )
+        context.conclusions.extend(_advised(one, self.description, effort) for one in judged)
         plots = self._plots(context)
         published = part_of(name, "published")
         tables, rows = self._tables(context), published(context) if published else []
@@ -117,12 +121,13 @@ class Paper:
             for line in told(context.results / one, context.asked[one])
         ]
 
-    def _main(self, tables: Sequence[Table], rows: Sequence[Mapping[str, Any]]) -> Table | None:
-        """What a reader of the paper looks for first: its numbers beside ours, or a table."""
-        found = [row for row in rows if row["table"] in self.description.main]
-        if found:
-            return beside_ours("main", found)
-        return next((table for table in tables if table.name in self.description.main), None)
+    def _main(self, tables: Sequence[Table], rows: Sequence[Mapping[str, Any]]) -> list[Table]:
+        """What a reader of the paper looks for first: its numbers beside ours, and tables."""
+        names = self.description.main
+        found = [row for row in rows if row["table"] in names]
+        left = [name for name in names if name not in {row["table"] for row in found}]
+        shown = [table for name in left for table in tables if table.name == name]
+        return [beside_ours("main", found), *shown] if found else shown
 
     def _scores(self, results: Path, asked: Asked) -> pd.DataFrame:
         """All runs once, and what they are copies of; `experiments` says where they stand."""
@@ -216,11 +221,14 @@ class Paper:
         return [*remarks, *(f"failed: {line}" for line in failed["failure"])]
 
 
-def _advised(one: Conclusion, words: str) -> Conclusion:
-    """With what would run the tests of a claim for which nothing was run."""
-    if not one.reason.startswith(NOT_RUN) or not words:
-        return one
-    return replace(one, found=replace(one.found, reason=f"{NOT_RUN}; {words}."))
+def _advised(one: Conclusion, description: Description, effort: Effort) -> Conclusion:
+    """With what would run the tests of a claim, or more scenes of one that is undecided."""
+    not_run = one.reason.startswith(NOT_RUN)
+    told = NOT_RUN if not_run else one.reason.removesuffix(".")
+    words = more_to_run(one.claim, description, effort) if not_run else ""
+    if not not_run and one.verdict == "undecided":
+        words = more_scenes(one.claim, description, effort)
+    return replace(one, found=replace(one.found, reason=f"{told}; {words}.")) if words else one
 
 
 def _made(key: str, entry: TableEntry, context: Context, paper: str) -> list[Table]:

@@ -24,8 +24,8 @@ def screen(report: Report, paper: str, effort: Effort, folder: Path) -> str:
     """The answer of `trackmark reproduce`, in a screen and a half; the rest is in the folder."""
     parts = textwrap.wrap(report.title, WIDTH)
     parts += [f"MARKED: {effort.words}."] if effort.words else []
-    if report.main is not None:
-        caption, _, body = to_text(report.main).partition("\n")
+    for table in report.main[:1]:
+        caption, _, body = to_text(table).partition("\n")
         parts += ["", *textwrap.wrap(caption, WIDTH), body.rstrip("\n")]
     parts += ["", claim_count(report.claims), ""]
     parts += [_row("claim", EFFECT, "verdict", "holds in")]

@@ -4,14 +4,16 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import datasets
+from bench.claims.kinds import EqualTest, NoWorseTest, PartsTest
 from bench.claims.ledger import Claim
 from bench.experiments.experiment import Experiment, read_experiment
 from bench.papers import Effort
 from bench.papers.description import Description
 from bench.papers.recorded import RECORDED, read_published
+from bench.statistics.verdicts import LEAST_FOR_NOTHING
 from datasets.text_form import parse_text
 
-__all__ = ["affordable", "experiments_of", "more_to_run", "with_recorded"]
+__all__ = ["affordable", "experiments_of", "more_scenes", "more_to_run", "with_recorded"]
 
 RECORDED_REPETITIONS = 20
 QUICK_REPETITIONS = 1
@@ -31,11 +33,37 @@ def experiments_of(description: Description, effort: Effort) -> list[Experiment]
 
 
 def more_to_run(claim: Claim, description: Description, effort: Effort) -> str:
-    """Which option would run more of what tests a claim, in words; empty where none would."""
+    """Which option would run what tests a claim, in words; empty where none would."""
+    if effort.quick and claim.effort != "all":
+        return "leave out --quick"
     further = {description.experiment(name) for name in description.experiments.all}
-    if not effort.everything and (claim.effort == "all" or further & {*claim.experiment}):
-        return "give --all"
-    return "leave out --quick" if effort.quick else ""
+    if effort.everything or not (claim.effort == "all" or further & {*claim.experiment}):
+        return "leave out --quick" if effort.quick else ""
+    return f"give --all{_too_few_for_nothing(claim)}"
+
+
+def more_scenes(claim: Claim, description: Description, effort: Effort) -> str:
+    """Which option would run more scenes of what tests a claim, likewise."""
+    if effort.quick:
+        return "leave out --quick"
+    added = {description.experiment(name) for name in description.experiments.more_scenes}
+    return "" if effort.everything or not added & {*claim.experiment} else "give --all for more"
+
+
+def _too_few_for_nothing(claim: Claim) -> str:
+    """That a claim can't hold because it finds no difference, where it has too few scenes."""
+    tests = claim.test.parts.values() if isinstance(claim.test, PartsTest) else [claim.test]
+    texts = [source.text for one in claim.experiment for source in read_experiment(one).sequences]
+    cells = {(name, options.get("scene", "0")) for name, options in map(parse_text, texts)}
+    fewest = LEAST_FOR_NOTHING
+    for test in tests:
+        if isinstance(test, EqualTest | NoWorseTest) and texts:
+            of_test = [scene for name, scene in cells if name in test.on]
+            several = of_test or {scene for _, scene in cells}  # of clips that make a set
+            fewest = min(fewest, len({*several}) if test.every else len(several))
+    if fewest == LEAST_FOR_NOTHING:
+        return ""
+    return f"; that a difference does not matter takes {LEAST_FOR_NOTHING} scenes, it has {fewest}"
 
 
 def _thorough(experiment: Experiment, least: int, effort: Effort) -> Experiment:

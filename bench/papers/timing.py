@@ -297,7 +297,7 @@ def slope(values: "pd.Series[float]", seconds: "pd.Series[float]") -> dict[str, 
     -------
     dict of str to float
         `slope` of the line through the times, `lower_limit` and `upper_limit` of its 95 %
-        interval [seconds], and `r_squared`.
+        interval [seconds], of so many `degrees` of freedom, and `r_squared`.
     """
     from scipy.special import stdtrit
     from scipy.stats import linregress
@@ -308,5 +308,6 @@ def slope(values: "pd.Series[float]", seconds: "pd.Series[float]") -> dict[str, 
         "slope": line.slope,
         "lower_limit": line.slope - half,
         "upper_limit": line.slope + half,
+        "degrees": len(values) - 2,
         "r_squared": line.rvalue**2,
     }

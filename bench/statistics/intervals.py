@@ -4,7 +4,6 @@ A cell is one sequence in one scene; repetitions have been averaged before. So t
 values, and intervals that count on many (a percentile bootstrap, say) cover too little.
 """
 
-from functools import cache
 from math import cbrt, exp, sqrt
 from typing import NamedTuple
 
@@ -26,15 +25,20 @@ __all__ = [
 
 RESAMPLES = 2000
 
-ALIKE = np.array([0.001, 0.02, 0.05, *np.arange(0.1, 0.95, 0.1), 0.95, 0.99])
+INDEPENDENT = [0.0003, 0.0006, 0.0012, 0.0025, 0.005, 0.01]
+"""Intraclass correlations that only hundreds of trials a cell tell from none."""
+
+ALIKE = np.array([*INDEPENDENT, 0.02, 0.05, *np.arange(0.1, 0.95, 0.1), 0.95, 0.99])
 """Intraclass correlations that `share_interval` thinks of."""
 
-BEFOREHAND = np.array([32.0, *[1.0] * (len(ALIKE) - 2), 16.0])
+BEFOREHAND = np.full(len(ALIKE), 1.0)
+BEFOREHAND[: len(INDEPENDENT)], BEFOREHAND[-1] = 32.0 / len(INDEPENDENT), 16.0
 """How likely it takes each of them to be, in proportion: trials that are independent, or all alike,
-are no rare cases. Chosen by simulation, so that it covers as nominally as it can in both."""
+are no rare cases. Chosen by the simulation that tests it, so that it covers as nominally as it can
+in both."""
 
 BEYOND = 0.018
-"""Of the posterior, what is left out at either end, likewise."""
+"""Of the posterior, what is left out at either end, chosen likewise."""
 
 
 class Interval(NamedTuple):
@@ -194,11 +198,13 @@ def share_interval(successes: ArrayLike, trials: ArrayLike) -> Interval:
     """
     counts = np.stack([np.asarray(successes, np.float64), np.asarray(trials, np.float64)])
     (good, runs), times = np.unique(counts, axis=1, return_counts=True)
-    edges, first, second, whole = _beta_distributions()
-    logs = betaln(good + first, runs - good + second) - whole
-    likelihood = (logs * times).sum(axis=-1) + np.log(BEFOREHAND)
-    posterior = np.exp(likelihood - likelihood.max()).sum(axis=1)
-    below = np.concatenate([[0.0], np.cumsum(posterior) / posterior.sum()])
+    edges = np.linspace(0.0, 1.0, 101)
+    below = _share_below(edges, good, runs, times)
+    # Once more where the share lies: of many trials, between two or three of these edges.
+    first = max(int(np.searchsorted(below, 1e-6)) - 2, 0)
+    last = min(int(np.searchsorted(below, 1 - 1e-6)) + 1, len(edges) - 1)
+    edges = np.linspace(edges[first], edges[last], 301)
+    below = _share_below(edges, good, runs, times)
     low, high = np.interp([BEYOND, 1 - BEYOND], below, edges)
     return Interval(float(low) if good.any() else 0.0, float(high) if (good < runs).any() else 1.0)
 
@@ -233,14 +239,23 @@ def odds_ratio(
     return exp(whole), Interval(exp(whole - half), exp(whole + half))
 
 
-@cache
-def _beta_distributions() -> tuple[NDArray[np.float64], ...]:
-    """Edges of shares; between them parameters by `ALIKE`, and logarithms of their integrals."""
-    edges = np.linspace(0.0, 1.0, 401)
+def _share_below(
+    edges: NDArray[np.float64],
+    good: NDArray[np.float64],
+    runs: NDArray[np.float64],
+    times: NDArray[np.int_],
+) -> NDArray[np.float64]:
+    """How likely the share is below each of these edges, if it is between the first and the last.
+
+    Cells have `good` successes of `runs`, so many `times`.
+    """
     shares = (edges[:-1] + edges[1:]) / 2
-    sizes = (1 - ALIKE) / ALIKE  # of both parameters together
+    sizes = (1 - ALIKE) / ALIKE  # of both parameters of a beta distribution together
     first, second = np.outer(shares, sizes)[..., None], np.outer(1 - shares, sizes)[..., None]
-    return edges, first, second, betaln(first, second)
+    logs = betaln(good + first, runs - good + second) - betaln(first, second)
+    likelihood = (logs * times).sum(axis=-1) + np.log(BEFOREHAND)
+    posterior = np.exp(likelihood - likelihood.max()).sum(axis=1)
+    return np.concatenate([[0.0], np.cumsum(posterior) / posterior.sum()])
 
 
 def wilson_interval(share: float, trials: float, confidence: float = 0.95) -> Interval:

@@ -65,6 +65,9 @@ class Verdict:
         What was estimated, and in what; of a claim with parts, the one that decides.
     counted : str
         Unit of repetition, in the singular.
+    tests : int
+        One of how many it is, where it would fail by itself and doesn't surely among so many; else
+        0.
     """
 
     verdict: Outcome
@@ -76,6 +79,7 @@ class Verdict:
     of: str = ""
     unit: str = ""
     counted: str = "cell"
+    tests: int = 0
 
     @property
     def told(self) -> str:
@@ -89,6 +93,7 @@ class Verdict:
             return ""
         told = f"{self.of}: {self._numbers}" if self.of else self._numbers
         rests = f"{self.cells} {self.counted}{'' if self.cells == 1 else 's'}"
+        rests += f", one of {self.tests} tests" if self.tests else ""
         return f"{' '.join(filter(None, [told, self.unit]))}, {rests}"
 
     @property
@@ -174,10 +179,12 @@ def conjunction(
         for part in parts
     )
     reason = f"{said}." if reason is None else reason
+    tests = decides.tests
     if failing and not surely:
         reason += f" Among {len(tested)} tests none fails surely enough."
+        tests = len(tested)
     against = nan if certain or not tested else min(1.0, len(tested) * min(tested))
-    return replace(decides, verdict=outcome, reason=reason, against=against)
+    return replace(decides, verdict=outcome, reason=reason, against=against, tests=tests)
 
 
 def enough_of(

@@ -49,6 +49,7 @@ __all__ = [
     "KEPT_LIMIT",
     "KEPT_SHARE",
     "LEAST_CELLS",
+    "LEAST_FOR_NOTHING",
     "MARGIN",
     "NOWHERE",
     "Outcome",
@@ -272,7 +273,7 @@ def number(
     published: float | None = None,
     same_setting: bool = False,
     *,
-    shares: bool = False,
+    most: float | None = None,
 ) -> Verdict:
     """Set a published number beside ours.
 
@@ -287,12 +288,13 @@ def number(
         The paper's.
     same_setting : bool
         Whether ours come from the paper's own data or setting.
-    shares : bool
-        Whether the values can't lie outside [0, 1]; then their interval doesn't, either.
+    most : float, optional
+        The greatest that values can be where they can't lie below 0, either: 1 for shares, or how
+        many there are to count. Then their interval lies in between, too.
     """
     runs = _cells(values, 0.0)
     interval = prediction_interval(runs)
-    interval = Interval(*np.clip(interval, 0.0, 1.0).tolist()) if shares else interval
+    interval = interval if most is None else Interval(*np.clip(interval, 0.0, most).tolist())
     mean = float(runs.mean())
     beside = f"{mean:.3f} (one run: {interval.low:.3f} to {interval.high:.3f})"
     if published is not None:

@@ -17,7 +17,8 @@ attaches colours of the filter whatever their weights. Of the parameters the pap
   numbers.
 - `one-dimensional-differences`: paired, over repetitions, a row a set, number, `pair` (as
   `independent less dependent`) and `quantity` (`error`, `position_error`, …): `mean`,
-  `standard_error`, limits of the 95 % interval (`lower_limit`, `upper`).
+  `standard_error`, limits of the 95 % interval (`lower_limit`, `upper`) and its `degrees`
+  of freedom.
 - `one-dimensional-trends`: a row a set and filter: `rank_correlation` (of mean error and number),
   and the limits of the interval of error(10) less error(500).
 - `one-dimensional-association`: a row a set, repetition and `association` (`by-weight`,
@@ -291,6 +292,7 @@ def _limits(values: "pd.Series[float]") -> dict[str, float]:
         "standard_error": float(values.std() / np.sqrt(len(values))),
         "lower_limit": interval.low,
         "upper": interval.high,
+        "degrees": len(values) - 1,
     }
 
 

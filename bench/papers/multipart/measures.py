@@ -224,7 +224,7 @@ def lost_to(evidence: Evidence) -> list[Finding]:
             continue
         lost = runs[runs["first_loss"] < runs["frames"]]
         near = int(lost["near_occlusion"].sum())
-        beside = number(runs["first_loss"] / runs["frames"], shares=True)
+        beside = number(runs["first_loss"] / runs["frames"], most=1.0)
         words = f"lost in {len(lost)} of {len(runs)} runs, {near} of them near an occlusion"
         verdict = replace(beside, reason=f"{beside.reason[:-1]}; {words}.")
         found.append(finding(verdict=verdict, metric="first_loss"))

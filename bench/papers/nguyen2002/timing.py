@@ -52,6 +52,7 @@ def tables(context: Context) -> dict[str, pd.DataFrame]:
                 "decoded": chosen["decoded"].mean(),
                 "low": low,
                 "high": high,
+                "degrees": len(means) - 1,
                 "usual": usual,
                 "burst": burst,
                 "burst_in_usual": burst / usual,

@@ -183,6 +183,7 @@ def _with_limits(
             suffix = "" if name == "milliseconds" else f"_{name}"
             row[name] = here.mean()
             row[f"low{suffix}"], row[f"high{suffix}"] = mean_interval(here)
+            row["degrees"] = len(here) - 1
         rows.append(row)
     return pd.DataFrame(rows)
 

@@ -179,7 +179,8 @@ def motion_share(times: pd.DataFrame) -> pd.DataFrame:
         shares = here["motion"] / (here["camshift_improved"] - here["camshift"])
         low, high = mean_interval(shares)
         known = dict(zip(keys, values, strict=True))
-        rows.append(known | {"share": shares.mean(), "low": low, "high": high})
+        known |= {"share": shares.mean(), "low": low, "high": high}
+        rows.append(known | {"degrees": len(shares) - 1})
     return pd.DataFrame(rows)
 
 

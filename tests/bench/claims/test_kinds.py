@@ -212,9 +212,10 @@ def test_no_row_lies_beyond_a_bound(claim):
 )
 def test_where_rows_have_intervals_none_may_surely_lie_beyond(claim, limit, low, high, verdict):
     test = claim(f'bound = {{ table = "t", metric = "x", interval = ["low", "high"], {limit} }}')
-    table = pd.DataFrame({"x": np.add(low, high) / 2, "low": low, "high": high})
+    table = pd.DataFrame({"x": np.add(low, high) / 2, "low": low, "high": high, "degrees": 20})
     found = outcome(test, scores(), t=table)
     assert found.verdict == verdict
+    assert "of the row that decides, of 2, is" in found.reason
     low_end, high_end = found.findings[0].verdict.interval
     assert low_end <= found.findings[0].verdict.statistic <= high_end
 

@@ -10,7 +10,7 @@ from bench.claims.judging import NOT_RUN
 from bench.papers import Effort, Report, load_paper
 from bench.papers.page import BEGIN, END, write_page
 from bench.papers.screen import screen
-from bench.papers.selection import more_to_run
+from bench.papers.selection import more_scenes, more_to_run
 from bench.store.files import ResultsError
 from reports.tables import Cell, Table
 
@@ -48,7 +48,7 @@ def report():
         claim("NG-4", "holds", "word " * 30),
         claim("NG-5", "undecided", reason=f"{NOT_RUN}."),
     ]
-    return Report("Template tracking", ["a remark"], [table], [], claims, main=table)
+    return Report("Template tracking", ["a remark"], [table], [], claims, main=[table])
 
 
 def test_the_screen_has_the_main_table_a_line_a_claim_and_where_the_rest_is(report):
@@ -87,11 +87,23 @@ def test_a_claim_that_is_ours_is_shown_and_not_counted(report, tmp_path):
         ("MP-10", Effort(everything=True), ""),
         ("MP-8", Effort(quick=True), "leave out --quick"),
         ("MP-8", Effort(), ""),
+        ("MP-4a", Effort(quick=True), "leave out --quick"),  # though --all has more readings
     ],
 )
 def test_all_is_advised_only_where_it_would_run_what_is_missing(name, effort, words):
     paper = load_paper("multipart")
     assert more_to_run(paper.claims[name], paper.description, effort) == words
+
+
+def test_all_is_advised_for_more_scenes_and_not_without_saying_that_they_are_too_few():
+    paper = load_paper("nguyen2002")
+    sets, equal = paper.claims["NG-6"], paper.claims["NG-22"]
+    sets = sets.model_copy(update={"experiment": ("nguyen2002-table-1", "nguyen2002-more-sets")})
+    assert more_scenes(sets, paper.description, Effort()) == "give --all for more"
+    assert more_scenes(sets, paper.description, Effort(everything=True)) == ""
+    assert more_scenes(equal, paper.description, Effort()) == ""
+    words = "give --all; that a difference does not matter takes 35 scenes, it has 10"
+    assert more_to_run(equal, paper.description, Effort()) == words
 
 
 def test_a_quick_look_is_marked_and_says_what_gives_evidence(report):

@@ -334,7 +334,7 @@ def test_what_fails_alone_may_not_be_enough_among_many():
     whole = conjunction([weak, fine], ["a", "b"])
     assert (whole.verdict, whole.against) == ("undecided", 0.04)
     assert whole.reason.endswith("Among 2 tests none fails surely enough.")
-    assert whole.effect == "a: -1.00 [-2.00, -0.10] px, 20 cells"
+    assert whole.effect == "a: -1.00 [-2.00, -0.10] px, 20 cells, one of 2 tests"
     assert conjunction([weak], ["a"]).verdict == "does-not-hold"
     sure = check(False, 0.0, "no chance.")
     assert conjunction([weak, fine, sure], list("abc")).of == "c"
