@@ -39,7 +39,10 @@ def more_to_run(claim: Claim, description: Description, effort: Effort) -> str:
     further = {description.experiment(name) for name in description.experiments.all}
     if effort.everything or not (claim.effort == "all" or further & {*claim.experiment}):
         return "leave out --quick" if effort.quick else ""
-    return f"give --all{_too_few_for_nothing(claim)}"
+    tests = claim.test.parts.values() if isinstance(claim.test, PartsTest) else [claim.test]
+    if not any(isinstance(test, EqualTest | NoWorseTest) for test in tests):
+        return "give --all"
+    return f"give --all; that no difference matters takes {LEAST_FOR_NOTHING} scenes or more"
 
 
 def more_scenes(claim: Claim, description: Description, effort: Effort) -> str:
@@ -48,22 +51,6 @@ def more_scenes(claim: Claim, description: Description, effort: Effort) -> str:
         return "leave out --quick"
     added = {description.experiment(name) for name in description.experiments.more_scenes}
     return "" if effort.everything or not added & {*claim.experiment} else "give --all for more"
-
-
-def _too_few_for_nothing(claim: Claim) -> str:
-    """That a claim can't hold because it finds no difference, where it has too few scenes."""
-    tests = claim.test.parts.values() if isinstance(claim.test, PartsTest) else [claim.test]
-    texts = [source.text for one in claim.experiment for source in read_experiment(one).sequences]
-    cells = {(name, options.get("scene", "0")) for name, options in map(parse_text, texts)}
-    fewest = LEAST_FOR_NOTHING
-    for test in tests:
-        if isinstance(test, EqualTest | NoWorseTest) and texts:
-            of_test = [scene for name, scene in cells if name in test.on]
-            several = of_test or {scene for _, scene in cells}  # of clips that make a set
-            fewest = min(fewest, len({*several}) if test.every else len(several))
-    if fewest == LEAST_FOR_NOTHING:
-        return ""
-    return f"; that a difference does not matter takes {LEAST_FOR_NOTHING} scenes, it has {fewest}"
 
 
 def _thorough(experiment: Experiment, least: int, effort: Effort) -> Experiment:

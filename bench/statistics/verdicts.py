@@ -89,7 +89,8 @@ def order(differences: ArrayLike, margin: float = MARGIN) -> Verdict:
 
     Holds where the 95 % interval of the mean difference is above 0 and not wholly inside
     ± margin, and the difference is above 0 in at least three quarters of the cells. Does not
-    hold where the interval is below 0 or, over `LEAST_FOR_NOTHING` cells or more, inside ± margin.
+    hold where the interval is below 0 and not wholly inside ± margin; over `LEAST_FOR_NOTHING`
+    cells or more, also where it is inside.
 
     Parameters
     ----------

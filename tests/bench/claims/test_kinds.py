@@ -220,6 +220,27 @@ def test_where_rows_have_intervals_none_may_surely_lie_beyond(claim, limit, low,
     assert low_end <= found.findings[0].verdict.statistic <= high_end
 
 
+@pytest.mark.parametrize(
+    ("high", "degrees", "verdict"),
+    [(0.45, 1000, "undecided"), (0.4, 1000, "does-not-hold"), (0.4, 2, "undecided")],
+)
+def test_how_surely_one_row_of_two_fails_depends_on_its_degrees_of_freedom(
+    claim, high, degrees, verdict
+):
+    test = claim('bound = { table = "t", metric = "x", interval = ["low", "high"], least = 0.5 }')
+    table = pd.DataFrame({"x": [0.0, 0.9], "low": [-high, 0.8], "high": [high, 1.0]})
+    found = outcome(test, scores(), t=table.assign(degrees=degrees))
+    assert found.verdict == verdict
+    told = (found.reason.endswith("Among 2 tests none fails surely enough."), found.found.tests)
+    assert told == ((True, 2) if verdict == "undecided" else (False, 0))
+
+
+def test_what_is_of_the_runs_is_a_yes_or_no_of_each(claim):
+    test = claim('on = "s"\nshare = { of = { tracker = "ours" }, by = "there" }')
+    for value, unit in ((1.0, "of the runs"), (0.9, "")):
+        assert outcome(test, scores().assign(there=value)).found.unit == unit
+
+
 def test_a_ratio_is_of_pairs(claim):
     test = claim('ratio = { table = "t", longer = "a", shorter = "b" }')
     b = np.linspace(1, 2, 10)

@@ -1,6 +1,7 @@
 """What a reproduction prints, and what it writes into a paper's page."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -48,7 +49,8 @@ def report():
         claim("NG-4", "holds", "word " * 30),
         claim("NG-5", "undecided", reason=f"{NOT_RUN}."),
     ]
-    return Report("Template tracking", ["a remark"], [table], [], claims, main=[table])
+    main = [table, replace(table, caption="On the page alone")]
+    return Report("Template tracking", ["a remark"], [table], [], claims, main=main)
 
 
 def test_the_screen_has_the_main_table_a_line_a_claim_and_where_the_rest_is(report):
@@ -69,6 +71,7 @@ def test_the_screen_has_the_main_table_a_line_a_claim_and_where_the_rest_is(repo
     assert any("results/nguyen2002/report.md" in line for line in lines)
     assert lines[-1].endswith("trackmark reproduce nguyen2002 --all")
     assert "a remark" not in lines
+    assert "On the page alone" not in lines
 
 
 def test_a_claim_that_is_ours_is_shown_and_not_counted(report, tmp_path):
@@ -95,14 +98,14 @@ def test_all_is_advised_only_where_it_would_run_what_is_missing(name, effort, wo
     assert more_to_run(paper.claims[name], paper.description, effort) == words
 
 
-def test_all_is_advised_for_more_scenes_and_not_without_saying_that_they_are_too_few():
+def test_all_is_advised_for_more_scenes_and_says_what_equality_takes():
     paper = load_paper("nguyen2002")
     sets, equal = paper.claims["NG-6"], paper.claims["NG-22"]
     sets = sets.model_copy(update={"experiment": ("nguyen2002-table-1", "nguyen2002-more-sets")})
     assert more_scenes(sets, paper.description, Effort()) == "give --all for more"
     assert more_scenes(sets, paper.description, Effort(everything=True)) == ""
     assert more_scenes(equal, paper.description, Effort()) == ""
-    words = "give --all; that a difference does not matter takes 35 scenes, it has 10"
+    words = "give --all; that no difference matters takes 35 scenes or more"
     assert more_to_run(equal, paper.description, Effort()) == words
 
 
@@ -117,7 +120,7 @@ def test_a_page_is_begun_and_its_prose_survives_what_is_written_again(report, tm
     write_page(page, report, "nguyen2002", Effort(seeds=2))
     begun = page.read_text()
     assert begun.startswith("# Template tracking\n")
-    assert "| RGB | 17.7 | 16 |" in begun
+    assert begun.count("| RGB | 17.7 | 16 |") == 2
     assert "`trackmark reproduce nguyen2002 --seeds 2` found (at most 2 repetitions)" in begun
     effect = "on target: 0.85 [0.62, 0.96] of the runs, 20 scenes"
     assert f"| NG-1 | The target is tracked. | holds | {effect} | 7 of 9 |" in begun

@@ -8,7 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from bench.statistics.intervals import Interval, hall_interval, mean_interval, wilson_interval
+from bench.statistics.intervals import (
+    Interval,
+    hall_interval,
+    mean_interval,
+    share_interval,
+    wilson_interval,
+)
 from bench.statistics.outcomes import chance, enough_of
 from bench.statistics.verdicts import (
     NOWHERE,
@@ -135,8 +141,8 @@ def kept(counts):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("alike", [0, 0.7, 1])
-@pytest.mark.parametrize("n", [8, 20, 32])
+@pytest.mark.parametrize("alike", [0, 0.02, 0.7, 1])
+@pytest.mark.parametrize("n", [8, 12, 13, 20, 32])
 def test_shares_are_judged_rightly_however_alike_the_runs_of_a_scene_are(n, alike):
     """At the limit itself either verdict is false; the interval covers 93 to 97 %.
 
@@ -148,8 +154,19 @@ def test_shares_are_judged_rightly_however_alike_the_runs_of_a_scene_are(n, alik
     covered = np.mean([low <= SHARE <= high for low, high in (one.interval for one in found)])
     said = [one.verdict for one in found]
     assert 0.93 <= covered <= 0.98
-    assert said.count("holds") / DRAWS <= 0.03 + 0.005
-    assert said.count("does-not-hold") / DRAWS <= 0.03 + 0.0075
+    assert said.count("holds") / DRAWS <= 0.03 + 0.0075
+    assert said.count("does-not-hold") / DRAWS <= 0.03 + 0.01
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("alike", [0, 0.0007, 0.003, 0.01])
+@pytest.mark.parametrize("n", [20, 60])
+def test_shares_of_a_thousand_trials_a_scene_are_judged_rightly(n, alike):
+    """How alike they fare shows there, however little; three standard deviations of 300 draws."""
+    generator = np.random.default_rng(n)
+    trials = np.full(n, 1000)
+    ends = [share_interval(runs_kept(generator, n, alike, 0.95, 1000), trials) for _ in range(300)]
+    assert np.mean([low <= 0.95 <= high for low, high in ends]) >= 0.91
 
 
 @pytest.mark.slow
@@ -178,12 +195,12 @@ DIFFERENCES = {
 COVERED = {"U-shaped": (0.95, 0.99), "half lost": (0.95, 0.995)}
 """Of these more than 97 % are covered: safe, and the price of what is skewed."""
 
-MISSED = {"skewed": {8: 0.07, 20: 0.05, 32: 0.045, 40: 0.04}}
+MISSED = {"skewed": {8: 0.07, 12: 0.06, 13: 0.06, 20: 0.05, 32: 0.045, 40: 0.04}}
 """False verdicts on the side of the tail, where the sample can't show how long it is."""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n", [8, 20, 32, 40])
+@pytest.mark.parametrize("n", [8, 12, 13, 20, 32, 40])
 @pytest.mark.parametrize("population", DIFFERENCES)
 def test_orders_and_equalities_are_seldom_wrong(population, n):
     """Of no difference "better" is false, of the margin "not better" and "equal" and "not equal".
@@ -316,6 +333,7 @@ def test_a_number_is_reproduced_only_in_the_papers_setting():
     assert number(runs, 0.85, same_setting=True).verdict == "reproduced"
     assert number(runs, 0.30, same_setting=True).verdict == "does-not-hold"
     assert number(runs, same_setting=True).verdict == "not-testable"
+    assert number([20.0, 16.0, 20.0], most=20).interval.high == 20
 
 
 def test_all_parts_must_hold():
