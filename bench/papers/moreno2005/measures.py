@@ -80,7 +80,8 @@ def _at_least(values: Values, least: float) -> Values:
 def of_run(course: Course) -> dict[str, float]:
     """What a number of a series can't say.
 
-    `first_loss`: first frame with J below .5, the number of frames for none. `lost_by_jump`:
+    `first_loss`: first frame with J below .5, the number of frames for none. `lost`: whether there
+    is one. `lost_by_jump`:
     whether J is below .5 in the tenth frame from the first jump of the light on, of targets that
     had more in the frame before the jump; NaN where what is asked did not arise.
     """
@@ -88,6 +89,7 @@ def of_run(course: Course) -> dict[str, float]:
     below = np.flatnonzero(values < TRACKED)
     return {
         "first_loss": float(below[0] if len(below) else len(values)),
+        "lost": float(len(below) > 0),
         "lost_by_jump": _lost_by_jump(values, np.flatnonzero(_where(course, JUMP))),
     }
 

@@ -20,7 +20,7 @@ from bench.papers.nummiaro2003 import measures as nummiaro2003
 FOLDER = Path(__file__).parent / "golden"
 
 MEASURES = {
-    "moreno2005": ("lost_by_jump", "mean_region_similarity", "mean_contour_accuracy"),
+    "moreno2005": ("lost", "lost_by_jump", "mean_region_similarity", "mean_contour_accuracy"),
     "multipart": ("part_distance", "near_occlusion"),
     "nguyen2002": (
         *("on_target", "success", "said_hidden", "jitter", "outliers", "never_lost"),
