@@ -14,7 +14,12 @@ import click
 
 from bench.commands import EXIT_ANSWER_IS_NO
 from bench.commands._design import Bench, budget_option
-from bench.commands._options import engine_options, json_option, output_option
+from bench.commands._options import (
+    engine_options,
+    json_option,
+    metrics_option,
+    output_option,
+)
 
 if TYPE_CHECKING:
     from bench.comparing.baseline import Baseline
@@ -47,6 +52,7 @@ WIDTH = 100
     metavar="REVISION",
     help="With --time: beside this git revision of them, not by the baseline's speeds.",
 )
+@metrics_option
 @budget_option
 @output_option
 @engine_options
@@ -63,6 +69,7 @@ def command(
     junit: Path | None,
     timed: bool,
     against: str | None,
+    metrics: list[str],
     budget: float,
     output: Path,
     means: dict[str, Any],
@@ -71,7 +78,8 @@ def command(
     """Compare what trackers score now with the baseline NAME.
 
     Runs what is needed, and adds repetitions where it can't be told. Exit status 1 where a tracker
-    got worse, or slower.
+    got worse, or slower. With --metrics what it scores now is shown by other definitions, too; it
+    is judged by native.
     """
     from bench.comparing.baseline import baseline_path, read_baseline, write_baseline
     from bench.comparing.checking import check
@@ -96,6 +104,8 @@ def command(
             speeds = clock.speeds()
     found = check(before, _measured(before, f"check-{path.stem}", output, means, budget))
     _show(found, clocked, as_json=as_json, whole=whole, markdown=markdown, junit=junit)
+    if others := [one for one in metrics if one != "native"]:
+        click.echo(_by_others(found, output / f"check-{path.stem}", others), err=as_json)
     if accept is not None and because is not None:
         today = datetime.now(UTC).date().isoformat()
         moved = kept.moved_on(accept, replace(found.now, speeds=speeds), because, today)
@@ -145,6 +155,19 @@ def _show(
         )
     if junit is not None:
         _write(junit, as_junit(found, speeds_as_cases(clocked)))
+
+
+def _by_others(found: "Check", folder: Path, metrics: list[str]) -> str:
+    """Tables of what was run, by other presets."""
+    from bench.comparing.baseline import DECISIVE
+    from bench.reporting.by_preset import summary_text
+
+    cells = [
+        (tracker, sequence, repetition, "accuracy")
+        for tracker, sequence in found.names
+        for repetition in range(found.now.cells[tracker][sequence].scores[DECISIVE].n)
+    ]
+    return summary_text(folder, cells, metrics)
 
 
 def _text(made: "Table") -> str:

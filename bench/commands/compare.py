@@ -5,16 +5,20 @@ import json
 import math
 import textwrap
 from collections.abc import Collection
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from bench.commands._guests import guests_of, guests_option, together
 from bench.commands._options import (
     chosen_sequences,
     engine_options,
     json_option,
+    metrics_option,
     output_option,
+    patience,
     progress_bar,
     refresh_index,
     split_list,
@@ -26,7 +30,7 @@ from bench.experiments.experiment import Experiment
 if TYPE_CHECKING:
     from bench.comparing.comparison import Comparison
     from bench.store.layout import Cell
-    from reports.tables import Table
+    from reports.tables import Measure
 
 __all__ = ["command"]
 
@@ -44,13 +48,19 @@ MARGINS = {
 }
 """Differences that mean nothing in practice, in the scores' units, unless --margin says others."""
 
+_HINT = "--metric"
+
 
 @click.command("compare")
 @click.argument("trackers", nargs=-1)
 @click.option("--sequences", help="Comma-separated names (with * and ?) or paths; runs what lacks.")
 @click.option("--results", type=click.Path(path_type=Path), help="Compare what is stored there.")
+@guests_option
+@metrics_option
 @click.option(
-    "--metric", type=click.Choice(list(MARGINS)), default="mean_overlap", show_default=True
+    "--metric",
+    help=f"Score to compare by: of native {', '.join(MARGINS)}; or a column of the --metrics.  "
+    "[default: mean_overlap, or the first column]",
 )
 @click.option("--margin", type=click.FloatRange(0), help="Difference that means nothing.")
 @click.option(
@@ -78,7 +88,9 @@ def command(
     trackers: tuple[str, ...],
     sequences: str | None,
     results: Path | None,
-    metric: str,
+    results_of: tuple[str, ...],
+    metrics: list[str],
+    metric: str | None,
     margin: float | None,
     question: str | None,
     seeds: int | None,
@@ -92,48 +104,115 @@ def command(
     """Compare TRACKERS pair by pair on the same sequences.
 
     Either on --sequences, running what is not there yet, or from --results alone (then all
-    trackers there, if none is named). Answers are better, practically equal, or cannot tell.
+    trackers there, if none is named); with --results-of others' results, too. Answers are better,
+    practically equal, or cannot tell. By several --metrics there are several comparisons.
     """
     if (sequences is None) == (results is None):
         raise click.UsageError("Give --sequences or --results (one of them).")
     if margin is not None and not math.isfinite(margin):
         raise click.UsageError("--margin is a finite number.")
+    measures = {preset: _measure(preset, metric, margin) for preset in metrics or ["native"]}
+    guests = guests_of(results_of)
+    trackers = tuple(name for given in trackers for name in split_list(given))
+    labels = _labels(trackers)
+    cells, experiments = None, []
+    if sequences is not None and len(trackers) + len(guests) < 2:
+        raise click.UsageError("Name the trackers to compare, two or more.")
+    if sequences is not None and trackers:
+        ran, labels, cells = _run(trackers, sequences, seeds, name, output, means)
+        experiments = [ran]
+    elif results is not None:
+        experiments = [_only_experiment(results)]
+    only = None if cells is None else {sequence for _, sequence, _, _ in cells}
+    with together(experiments, guests, sequences, only) as (experiment,):
+        asked = _Asked(experiment, labels, cells, [one.tracker for one in guests], published)
+        for preset, (measure, limit) in measures.items():
+            answers = _answers(asked, preset, measure, limit, question)
+            _show(answers, preset, as_json=as_json)
+            if folder is not None:
+                target = folder / preset if len(measures) > 1 else folder
+                for path in _write(answers, experiment, target):
+                    click.echo(str(path), err=True)
+    return 0
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """Which runs are compared: of an experiment, and scores that others published."""
+
+    experiment: Path
+    labels: list[str] | None  # of our trackers; None for all there
+    cells: "Collection[Cell] | None"  # of our trackers; None for all there
+    guests: list[str]  # labels of trackers whose results are others'
+    published: Path | None
+
+
+def _measure(preset: str, metric: str | None, margin: float | None) -> "tuple[Measure, float]":
+    """By what a preset's runs are compared, and the difference that means nothing."""
+    from bench.metrics import preset as metrics_preset
+    from bench.reporting.tables import PER_SEQUENCE, PRESET, SUMMARY
+    from reports.tables import Measure
+
+    if preset == PRESET:
+        name = metric or next(iter(MARGINS))
+        if name not in MARGINS:
+            raise click.BadParameter(f"{name!r} is none of {', '.join(MARGINS)}.", param_hint=_HINT)
+        found = next(one for one in (*SUMMARY, *PER_SEQUENCE) if one.name == name)
+        return found, MARGINS[name] if margin is None else margin
+    columns = {key: one for key, one in metrics_preset(preset).columns.items() if one.better}
+    name = metric or next(iter(columns))
+    if name not in columns:
+        raise click.BadParameter(
+            f"{preset} has no {name!r}; it has {', '.join(columns)}.", param_hint=_HINT
+        )
+    if margin is None and columns[name].better == "lower":
+        raise click.UsageError(f"{name} is no share: give the --margin that means nothing.")
+    title = f"{name.replace('_', ' ')} ({preset})"
+    found = Measure(name, title, direction=columns[name].better, decimals=3)
+    return found, MARGINS["mean_overlap"] if margin is None else margin
+
+
+def _answers(
+    asked: _Asked, preset: str, measure: "Measure", limit: float, question: str | None
+) -> "Comparison":
+    """Compare by a preset's score."""
     from bench.comparing.comparison import compare
     from bench.comparing.published import with_published
-    from bench.comparing.tables import as_data, files, screen
-    from bench.comparing.words import paragraph
-    from bench.reporting.tables import PER_SEQUENCE, SUMMARY
+    from bench.reporting.by_preset import runs_by
+    from bench.reporting.tables import PRESET
     from bench.store.loading import load_results
+    from bench.store.results import Results
     from bench.store.truth import occurring_attributes
+
+    folder, labels, cells = asked.experiment, asked.labels, asked.cells
+    if asked.guests:
+        others = (one for one in Results(folder).asked().cells if one[0] in asked.guests)
+        cells = None if cells is None else [*cells, *others]
+        labels = None if labels is None else [*labels, *asked.guests]
+    runs = load_results(folder, cells)
+    attributes = occurring_attributes(folder, runs[runs["status"] == "finished"])
+    if preset != PRESET:
+        with patience("Scoring runs"):
+            runs = runs_by(folder, preset, runs)
+    if asked.published is not None:
+        runs, told = with_published(runs, asked.published, measure)
+        labels = None if labels is None else [*labels, *told]
+    wanted: Any = None if question is None else f"new {question}"
+    return compare(runs, measure, limit, labels, wanted, attributes)
+
+
+def _show(answers: "Comparison", preset: str, *, as_json: bool) -> None:
+    """Print a comparison."""
+    from bench.comparing.tables import as_data, screen
+    from bench.comparing.words import paragraph
     from reports.fitting import on_terminal
     from reports.renderers import to_text
 
-    trackers = tuple(name for given in trackers for name in split_list(given))
-    labels = _labels(trackers)
-    cells = None
-    if sequences is not None:
-        if len(trackers) < 2:
-            raise click.UsageError("Name the trackers to compare, two or more.")
-        results, labels, cells = _run(trackers, sequences, seeds, name, output, means)
-    experiment = _only_experiment(results)
-    measure = next(one for one in (*SUMMARY, *PER_SEQUENCE) if one.name == metric)
-    runs = load_results(experiment, cells)
-    attributes = occurring_attributes(experiment, runs[runs["status"] == "finished"])
-    if published is not None:
-        runs, others = with_published(runs, published, measure)
-        labels = None if labels is None else [*labels, *others]
-    asked: Any = None if question is None else f"new {question}"
-    limit = MARGINS[metric] if margin is None else margin
-    answers = compare(runs, measure, limit, labels, asked, attributes)
     if as_json:
-        click.echo(json.dumps(as_data(answers), allow_nan=False))
-    else:
-        click.echo("\n".join(on_terminal(one, to_text) for one in screen(answers)))
-        click.echo(textwrap.fill(paragraph(answers), WIDTH, break_on_hyphens=False))
-    if folder is not None:
-        for path in _write(answers, files(answers), experiment, folder):
-            click.echo(str(path), err=True)
-    return 0
+        click.echo(json.dumps({"metrics": preset, **as_data(answers)}, allow_nan=False))
+        return
+    click.echo("\n".join(on_terminal(one, to_text) for one in screen(answers)))
+    click.echo(textwrap.fill(paragraph(answers), WIDTH, break_on_hyphens=False))
 
 
 def _labels(trackers: tuple[str, ...]) -> list[str] | None:
@@ -195,17 +274,16 @@ def _run(
     return execution.folder, labels, execution.plan.asked().cells
 
 
-def _write(
-    answers: "Comparison", tables: "list[Table]", experiment: Path, folder: Path
-) -> list[Path]:
+def _write(answers: "Comparison", experiment: Path, folder: Path) -> list[Path]:
     """Write tables in every format, figures, film strips where trackers differ, the paragraph."""
     from bench.comparing.figures import write_figures
+    from bench.comparing.tables import files
     from bench.comparing.words import paragraph
     from bench.reporting.pictures import write_strips
     from reports.files import write_file
     from reports.write import write_tables
 
-    paths = [*write_tables(folder, tables), *write_figures(answers, folder)]
+    paths = [*write_tables(folder, files(answers)), *write_figures(answers, folder)]
     tell = functools.partial(click.echo, err=True)
     different = answers.most_different(STRIPS)
     paths += write_strips(experiment, folder, tell, different, list(answers.scores))

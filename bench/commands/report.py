@@ -5,7 +5,8 @@ from pathlib import Path
 
 import click
 
-from bench.commands._options import metrics_option, patience, refresh_index
+from bench.commands._guests import guests_of, guests_option, together
+from bench.commands._options import metrics_option, patience
 
 __all__ = ["command"]
 
@@ -13,20 +14,24 @@ FORMATS = ("text", "markdown", "csv", "latex")
 
 
 @click.command("report")
-@click.argument("results", type=click.Path(path_type=Path))
+@click.argument("results", type=click.Path(path_type=Path), required=False)
 @click.option("--format", "form", type=click.Choice(FORMATS), help="Print in this format alone.")
 @click.option(
     "--folder",
     type=click.Path(path_type=Path),
     help="Write tables in every format, plots and film strips into this folder.",
 )
+@guests_option
+@click.option("--sequences", help="Of --results-of, where there are no RESULTS; as for `run`.")
 @metrics_option
 @click.option("--wide", is_flag=True, help="Print all columns, however wide the tables are.")
 @click.option("--no-pictures", is_flag=True, help="Write tables alone.")
 def command(
-    results: Path,
+    results: Path | None,
     form: str | None,
     folder: Path | None,
+    results_of: tuple[str, ...],
+    sequences: str | None,
     metrics: list[str],
     wide: bool,
     no_pictures: bool,
@@ -34,37 +39,61 @@ def command(
     """Report on RESULTS (the folder of an experiment, or one that holds several).
 
     Only that folder is read; film strips alone open the sequences, for their pixels. With
-    --metrics stored runs are scored by other definitions; nothing is run again.
+    --metrics stored runs are scored by other definitions; nothing is run again. With --results-of
+    others' results on the same sequences stand in the same tables.
     """
+    from bench.store.layout import experiment_folders
+
+    if results is None and not (results_of and sequences):
+        raise click.UsageError("Give RESULTS, or --results-of and --sequences.")
+    if results is not None and sequences is not None:
+        raise click.UsageError("--sequences goes without RESULTS, whose sequences are known.")
+    experiments = [] if results is None else experiment_folders(results)
+    with together(experiments, guests_of(results_of), sequences) as shown:
+        for experiment in shown:
+            target = folder
+            if folder is not None and len(shown) > 1:
+                target = folder / experiment.name
+            _report(
+                experiment,
+                target,
+                form,
+                metrics,
+                named=len(shown) > 1,
+                wide=wide,
+                pictures=not no_pictures,
+            )
+
+
+def _report(
+    experiment: Path,
+    folder: Path | None,
+    form: str | None,
+    metrics: list[str],
+    *,
+    named: bool,
+    wide: bool,
+    pictures: bool,
+) -> None:
+    """Print the tables of an experiment, and write them and its pictures into a folder."""
     from bench.reporting.by_preset import by_presets, tables_by
     from bench.reporting.report import write_report
     from bench.reporting.tables import PRESET, title_of
-    from bench.store.layout import experiment_folders
     from reports.fitting import on_terminal
     from reports.renderers import FORMATS as RENDERERS
 
-    tell = functools.partial(click.echo, err=True)
-    experiments = experiment_folders(results)
-    for experiment in experiments:
-        refresh_index(experiment)
-        _, render = RENDERERS[form or "text"]
-        title = title_of(experiment, named=len(experiments) > 1)
-        others = [name for name in metrics if name != PRESET]
-        with patience("Scoring runs"):
-            scored = by_presets(experiment, others, title=title) if others else []
-        made = tables_by(experiment, metrics, title=title, scored=scored)
-        if form is None and not wide:
-            render = functools.partial(on_terminal, render=render, more=" (--wide)")
-        click.echo("\n".join(map(render, made)))
-        if folder is not None:
-            target = folder if len(experiments) == 1 else folder / experiment.name
-            for path in write_report(
-                experiment,
-                target,
-                tell,
-                made,
-                title=title,
-                pictures=not no_pictures,
-                scored=scored,
-            ):
-                click.echo(str(path), err=True)
+    _, render = RENDERERS[form or "text"]
+    title = title_of(experiment, named=named)
+    others = [name for name in metrics if name != PRESET]
+    with patience("Scoring runs"):
+        scored = by_presets(experiment, others, title=title) if others else []
+    made = tables_by(experiment, metrics, title=title, scored=scored)
+    if form is None and not wide:
+        render = functools.partial(on_terminal, render=render, more=" (--wide)")
+    click.echo("\n".join(map(render, made)))
+    if folder is not None:
+        tell = functools.partial(click.echo, err=True)
+        for path in write_report(
+            experiment, folder, tell, made, title=title, pictures=pictures, scored=scored
+        ):
+            click.echo(str(path), err=True)

@@ -1,4 +1,4 @@
-"""Look after stored results: list, log, remove, check, merge."""
+"""Look after stored results: list, log, remove, check, merge, import, export."""
 
 import json
 from collections import Counter
@@ -12,7 +12,8 @@ from urllib.parse import unquote
 import click
 
 from bench.commands import EXIT_ANSWER_IS_NO
-from bench.commands._options import DEFAULT_OUTPUT, json_option, progress_bar
+from bench.commands._guests import guests_of, imported
+from bench.commands._options import DEFAULT_OUTPUT, json_option, output_option, progress_bar, say
 
 __all__ = ["command"]
 
@@ -240,3 +241,69 @@ def merge(sources: tuple[Path, ...], target: Path) -> int:
         return 1
     click.echo(f"Copied {copied} runs to {target}.")
     return 0
+
+
+@command.command("import")
+@click.argument("guests", nargs=-1, required=True, metavar="NAME=PATH...")
+@click.option("--sequences", required=True, help="Comma-separated names or paths, as for `run`.")
+@click.option("--name", default="published", show_default=True, help="Of the results' folder.")
+@output_option
+def import_others(guests: tuple[str, ...], sequences: str, name: str, output: Path) -> None:
+    """Keep others' results of trackers, NAME=PATH or NAME=LAYOUT:PATH, as runs.
+
+    PATH is a tracker's folder, in the layout of OTB, GOT-10k, VOT, pysot or pytracking. Any preset
+    scores them on --sequences, on all of which there must be results.
+    """
+    number = imported(guests_of(guests), sequences, output / name)
+    click.echo(f"{number} runs are in {output / name}.")
+
+
+@command.command("export")
+@click.argument("experiment", type=click.Path(path_type=Path))
+@click.argument("folder", type=click.Path(path_type=Path))
+@click.option(
+    "--as", "layout", required=True, help="otb, otb-json, got10k, vot, pysot, pytracking."
+)
+@click.option("--tracker", default="*", help="Only trackers that match; * and ? are wild.")
+@click.option("--sequence", default="*", help="Only sequences that match; * and ? are wild.")
+@click.option(
+    "--from",
+    "origin",
+    type=click.IntRange(0, 1),
+    help="Number of the first pixel.  [default: the layout's]",
+)
+@click.option(
+    "--trace",
+    type=click.Choice(["online", "revised"]),
+    default="online",
+    show_default=True,
+    help="What trackers said at once, or in the end.",
+)
+def export(
+    experiment: Path,
+    folder: Path,
+    layout: str,
+    tracker: str,
+    sequence: str,
+    origin: int | None,
+    trace: Any,
+) -> None:
+    """Write the runs of EXPERIMENT into FOLDER, for others' tools: a folder a tracker."""
+    from bench.exchange.exporting import export_results
+    from bench.store.layout import experiment_folders
+
+    found = experiment_folders(experiment)
+    if len(found) > 1:
+        names = ", ".join(path.name for path in found)
+        raise click.UsageError(f"{experiment} holds several experiments ({names}): name one.")
+    written = export_results(
+        found[0],
+        layout,
+        folder,
+        say,
+        tracker=tracker,
+        sequence=sequence,
+        origin=origin,
+        trace=trace,
+    )
+    click.echo(f"{len(written)} files are in {folder}.")

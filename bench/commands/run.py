@@ -88,8 +88,8 @@ def command(
     """Run EXPERIMENT (a name or a .toml file), or --trackers on --sequences.
 
     What is done already is not done again. With --json a line with its scores for every run
-    asked for; else tables of them. Exit status 1 where runs failed. With --dry-run nothing is
-    run: the plan is printed, and how long it will take.
+    asked for (by --metrics, too); else tables of them. Exit status 1 where runs failed. With
+    --dry-run nothing is run: the plan is printed, and how long it will take.
     """
     if not experiment and not (trackers and sequences):
         raise click.UsageError("Give an experiment, or --trackers and --sequences.")
@@ -201,7 +201,7 @@ def execute(
             with progress_bar(execution.work, "frame") as progress:
                 for row in execution.rows(progress):
                     if as_json:
-                        _print_row(row)
+                        _print_row(row, execution.folder, metrics)
                         printed[plan.runs(index_table([row]))] = True
         except KeyboardInterrupt:
             stopped = True
@@ -217,7 +217,7 @@ def execute(
     for error in execution.errors:
         complain(error)
     if as_json:
-        _print_others(now, index, printed)
+        _print_others(now, index, printed, execution.folder, metrics)
         click.echo(there, err=True)
     elif metrics or failed:
         _print_tables(execution, metrics or ("native",))
@@ -251,13 +251,25 @@ def _print_formats(texts: Sequence[str]) -> None:
         click.echo(f"{first}{more}: taken for {kind}.")
 
 
-def _print_row(row: Mapping[str, Any]) -> None:
+def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> None:
+    """A line of JSON: with the scores by other presets where these are asked for."""
     from bench.store.index import for_json
 
-    click.echo(json.dumps(for_json(row), allow_nan=False))
+    told = for_json(row)
+    if others := [name for name in metrics if name != "native"]:
+        from bench.reporting.by_preset import scores_by  # brings what makes tables
+
+        told["metrics"] = scores_by(folder, row, others)
+    click.echo(json.dumps(told, allow_nan=False))
 
 
-def _print_others(now: "Plan", index: "pa.Table", printed: "NDArray[np.bool_]") -> None:
+def _print_others(
+    now: "Plan",
+    index: "pa.Table",
+    printed: "NDArray[np.bool_]",
+    folder: Path,
+    metrics: Sequence[str],
+) -> None:
     """Rows of what was done before, which is an answer too."""
     import pyarrow as pa
 
@@ -267,7 +279,7 @@ def _print_others(now: "Plan", index: "pa.Table", printed: "NDArray[np.bool_]") 
     printed |= now.states.ravel() < State.FAILED
     runs = now.runs(index)
     for row in index_rows(index.filter(pa.array((runs >= 0) & ~printed[runs]))):
-        _print_row(row)
+        _print_row(row, folder, metrics)
 
 
 def _print_tables(execution: "Execution", metrics: Sequence[str]) -> None:

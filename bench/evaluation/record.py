@@ -18,7 +18,7 @@ Trace: TypeAlias = Literal["online", "revised"]
 RESERVED_COLUMNS = frozenset(
     ["frame", "x", "y", "width", "height", "visible", "confidence"]
     + ["wall_seconds", "cpu_seconds", "warm_wall_seconds", "warm_cpu_seconds"]
-    + ["region_similarity", "contour_accuracy"]
+    + ["region_similarity", "contour_accuracy", "state"]
 )
 """Columns of our own, of which some runs lack some; a tracker's details have other names."""
 
@@ -50,6 +50,8 @@ class Run:
         Of a tracker that gave masks, on a sequence that has them; not in timing runs.
     times : Times or None
         In timing runs.
+    states : ndarray of int32, shape (n,), or None
+        A `bench.metrics.preset.State` a frame, in runs that were begun again after failures.
     circumstances : mapping of str to value
         What did not determine it: date, host, libraries, where the sequence was opened from, …
     output : str
@@ -66,6 +68,7 @@ class Run:
     arrays: Mapping[int, Mapping[str, NDArray[Any]]] = field(default_factory=dict)
     segmentation: Segmentation | None = None
     times: Times | None = None
+    states: NDArray[Any] | None = None
     circumstances: Mapping[str, Any] = field(default_factory=dict)
     output: str = ""
 

@@ -38,8 +38,11 @@ def judge(
             f"{run!r} was made on another sequence, or on another version of it; run it again."
         )
     start = reference(scored, run.identity.init, run.identity.sequence)
-    answer = Answer(run.boxes_in(trace), run.visible, run.confidence)
-    return metrics_preset(preset).judge(start, answer)
+    one = metrics_preset(preset)
+    if run.states is not None and one.protocol != "supervised":
+        raise ValueError(f"{preset}: {run!r} was begun again after failures; it judges others.")
+    answer = Answer(run.boxes_in(trace), run.visible, run.confidence, run.states)
+    return one.judge(start, answer)
 
 
 def score(

@@ -7,6 +7,7 @@ together is what the preset says: means of sequences, or of frames, or a curve o
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from bench.evaluation.scoring import judge
 from bench.metrics import preset as metrics_preset
 from bench.metrics.preset import Judged, Preset
 from bench.reporting.tables import PRESET, tables, title_of
+from bench.store.files import ResultsError
 from bench.store.layout import Cell, run_path
 from bench.store.loading import load_results
 from bench.store.results import Results
@@ -25,7 +27,15 @@ from reports.fitting import on_terminal
 from reports.renderers import to_text
 from reports.tables import Measure, Table, complete, sequence_table
 
-__all__ = ["Scored", "by_presets", "summary_text", "tables_by", "write_curves"]
+__all__ = [
+    "Scored",
+    "by_presets",
+    "runs_by",
+    "scores_by",
+    "summary_text",
+    "tables_by",
+    "write_curves",
+]
 
 TOGETHER = "all sequences"
 """What stands for the sequences in rows of what a preset makes of them together."""
@@ -60,6 +70,46 @@ def by_presets(
     runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
     if runs.empty:
         return []
+    judged = _judged(folder, names, runs)
+    return [_scored(name, runs, judged[name], title or title_of(folder)) for name in names]
+
+
+def runs_by(folder: Path, name: str, runs: pd.DataFrame) -> pd.DataFrame:
+    """Runs with a preset's scores as columns, in the place of those that are called alike.
+
+    `runs`: as `load_results` gives them. Raises `ResultsError` for a run that the preset can't
+    judge, too.
+    """
+    scored = runs[(runs["protocol"] == "accuracy") & (runs["status"] == "finished")]
+    (judged,) = _judged(folder, [name], scored).values()
+    scores = {row: dict(one.scores) for row, one in judged.items() if isinstance(one, Judged)}
+    if len(scores) < len(judged):
+        raise ResultsError(next(one for one in judged.values() if isinstance(one, str)))
+    columns = list(metrics_preset(name).columns)
+    told = pd.DataFrame.from_dict(scores, "index", columns=columns)
+    return runs.drop(columns=columns, errors="ignore").join(told)
+
+
+def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
+    """Scores of a run by presets: by name, None for a preset that can't judge it.
+
+    `row`: of the run, as `bench.store.index` has it.
+    """
+    if row["status"] != "finished" or row["protocol"] != "accuracy":
+        return dict.fromkeys(names)
+    judged = _judged(folder, names, pd.DataFrame([dict(row)]))
+    return {
+        name: {key: value if isfinite(value) else None for key, value in one.scores.items()}
+        if isinstance(one := found[0], Judged)
+        else None
+        for name, found in judged.items()
+    }
+
+
+def _judged(
+    folder: Path, names: Sequence[str], runs: pd.DataFrame
+) -> dict[str, dict[int, Judged | str]]:
+    """What presets make of each finished run, by its place in the frame; or why they can't."""
     results, truth = Results(folder), cache(partial(read_truth, folder))
     judged: dict[str, dict[int, Judged | str]] = {name: {} for name in names}
     finished = runs[runs["status"] == "finished"]
@@ -72,7 +122,7 @@ def by_presets(
             except ValueError as error:  # the preset says why it can't judge such a run
                 found = str(error)
             judged[name][number] = found
-    return [_scored(name, runs, judged[name], title or title_of(folder)) for name in names]
+    return judged
 
 
 def tables_by(

@@ -105,7 +105,8 @@ def index_row(results: Results, path: Path, run: Run, truth: Any) -> dict[str, A
         "seconds": run.circumstances.get("seconds"),
         "frame_seconds": run.circumstances.get("frame_seconds"),
         "update_seconds": run.circumstances.get("update_seconds"),
-        "scores": {} if run.failure else score_both(run, truth),
+        # No scores by `native`, which judges runs in one pass, of those begun again after failures.
+        "scores": {} if run.failure or run.states is not None else score_both(run, truth),
     }
 
 

@@ -214,6 +214,8 @@ def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
     }
     if run.segmentation is not None:
         columns |= vars(run.segmentation)
+    if run.states is not None:
+        columns |= {"state": run.states.astype(np.int32)}
     if run.times is not None:
         columns |= {"wall_seconds": run.times.wall, "cpu_seconds": run.times.cpu}
         if run.times.warm_wall is not None and run.times.warm_cpu is not None:
@@ -262,6 +264,7 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
         arrays=_read_arrays(arrays) if arrays else {},
         segmentation=segmentation,
         times=times,
+        states=columns.get("state") if "state" not in metadata["details"] else None,
         circumstances=dict(metadata["circumstances"]),
         output=metadata["output"],
     )

@@ -1,0 +1,99 @@
+"""Our stored runs written for others' tools: a folder a tracker, in a layout."""
+
+from collections.abc import Callable
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bench.evaluation.record import Run, Trace
+from bench.exchange import layout
+from bench.exchange.layout import ExchangeError, Said, file_name
+from bench.store.files import write_atomically
+from bench.store.index import index_rows, read_table
+from bench.store.results import Results
+
+__all__ = ["export_results"]
+
+
+def export_results(
+    experiment: Path,
+    kind: str,
+    target: Path,
+    tell: Callable[[str], None],
+    *,
+    tracker: str = "*",
+    sequence: str = "*",
+    origin: int | None = None,
+    trace: Trace = "online",
+) -> list[Path]:
+    """Write the finished runs of an experiment in a layout, and give the files.
+
+    Parameters
+    ----------
+    experiment, target : Path
+        A folder of results, and where a folder a tracker is made.
+    kind : str
+        The layout's name.
+    tell : callable
+        Is given the sentence on what the layout keeps, and those on what is left out.
+    tracker, sequence : str
+        Patterns of what is meant.
+    origin : int, optional
+        Number of the first pixel, where it is to be another than the layout's.
+    trace : {'online', 'revised'}
+        What trackers said at once, or in the end.
+
+    Raises
+    ------
+    ExchangeError
+        Where nothing matches, or two would be one file.
+    ResultsError
+        Where a file can't be read or written.
+    """
+    form, results = layout(kind), Results(experiment)
+    start = form.origin if origin is None else origin
+    rows = _meant(results, tracker, sequence)
+    finished = [row for row in rows if row["status"] == "finished"]
+    kept = [row for row in finished if form.repeats or not row["repetition"]]
+    if not kept:
+        raise ExchangeError(f"{experiment}: no finished run matches; nothing was written.")
+    texts: dict[Path, str] = {}
+    for row in kept:
+        said = _said(results.read(experiment / row["path"]), start, trace)
+        folder = target / file_name(row["tracker"])
+        made = form.write(folder, row["sequence"], row["repetition"], said)
+        if both := texts.keys() & made.keys():
+            raise ExchangeError(f"{min(both)} would hold two runs: export them into two folders.")
+        texts |= made
+    for path, text in texts.items():
+        write_atomically(path, text.encode(), durable=False)
+    tell(f"{kind} keeps {form.holds}; pixels count from {start}.")
+    if failed := len(rows) - len(finished):
+        tell(f"{failed} runs failed and are left out.")
+    if further := len(finished) - len(kept):
+        tell(f"{further} runs are left out: {kind} has room for one repetition.")
+    return list(texts)
+
+
+def _meant(results: Results, tracker: str, sequence: str) -> list[dict[str, Any]]:
+    """Rows of runs that two patterns fit, but for timing runs."""
+    return [
+        row
+        for row in index_rows(read_table(results))
+        if row["protocol"] == "accuracy"
+        and fnmatchcase(row["tracker"], tracker)
+        and fnmatchcase(row["sequence"], sequence)
+    ]
+
+
+def _said(run: Run, origin: int, trace: Trace) -> Said:
+    """A run in a layout's numbers."""
+    seconds = run.circumstances.get("seconds")
+    return Said(
+        run.boxes_in(trace) + [origin, origin, 0, 0],
+        run.confidence if np.isfinite(run.confidence).any() else None,
+        run.states,
+        np.nan if seconds is None else seconds / len(run.boxes),
+    )

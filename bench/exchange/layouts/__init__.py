@@ -1,0 +1,1 @@
+"""Layouts of results, a file each."""

@@ -1,0 +1,263 @@
+"""What holds for every layout of results: round trips, and what is said of malformed files."""
+
+import numpy as np
+import pytest
+
+from bench import exchange
+from bench.exchange.importing import Guest, On, guest, import_results
+from bench.exchange.layout import ExchangeError, Said
+from bench.metrics.preset import State
+from bench.store.results import Results
+
+FRAMES = 12
+
+
+def walked(seed=0):
+    """Boxes with many digits, some beyond the image's border."""
+    random = np.random.default_rng(seed)
+    place = random.uniform(-9, 90, (FRAMES, 2))
+    return np.column_stack([place, random.uniform(1, 40, (FRAMES, 2))])
+
+
+def written(kind, folder, said, sequence="Some-one_1", repetition=0):
+    made = exchange.layout(kind).write(folder, sequence, repetition, said)
+    for path, text in made.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return list(made)
+
+
+def on(boxes, name="Some-one_1"):
+    return On(name, f"fingerprint {name}", boxes, f"/data/{name}")
+
+
+def imported(kind, folder, truth, target, told=None):
+    tell = [].append if told is None else told.append
+    import_results([Guest("theirs", kind, folder)], [on(truth)], target, tell)
+    results = Results(target)
+    return [results.read(path) for path in results.files()]
+
+
+@pytest.mark.parametrize("kind", exchange.names())
+def test_it_says_what_it_expects_and_what_it_keeps(kind):
+    one = exchange.layout(kind)
+    assert "SEQ" in one.expects
+    assert one.holds
+    assert one.origin in (0, 1)
+
+
+@pytest.mark.parametrize("kind", exchange.names())
+@pytest.mark.parametrize("origin", [0, 1])
+def test_a_round_trip_gives_the_boxes_that_the_layout_keeps(kind, origin, tmp_path):
+    boxes, one = walked(), exchange.layout(kind)
+    shift = np.array([origin, origin, 0, 0])
+    files = written(kind, tmp_path / "theirs", Said(boxes + shift, seconds=0.01))
+    told = []
+    # A special code of VOT's stands for the first box, and shows no origin.
+    start = one.origin if kind == "vot" else origin
+    (run,) = imported(kind, tmp_path / "theirs", boxes, tmp_path / "results", told)
+    kept = one.held(boxes + shift) - [start, start, 0, 0]
+    np.testing.assert_array_equal(run.boxes[0], boxes[0])
+    np.testing.assert_allclose(run.boxes[1:], kept[1:], rtol=0, atol=1e-9)
+    assert not told
+    assert files
+    assert run.circumstances["source"] == "/data/Some-one_1"
+
+
+@pytest.mark.parametrize("kind", exchange.names())
+def test_what_is_exported_is_known_again(kind, tmp_path):
+    written(kind, tmp_path, Said(walked()))
+    known = guest(f"theirs={tmp_path}").layout
+    assert known == ("otb" if kind == "pysot" else kind)  # whose files look alike
+    assert guest(f"theirs={kind}:{tmp_path}").layout == kind
+
+
+@pytest.mark.parametrize("kind", ["pysot", "pytracking", "vot"])
+def test_confidences_make_the_round_trip(kind, tmp_path):
+    confidence = np.r_[np.nan, np.linspace(-3, 7, FRAMES - 1)]
+    written(kind, tmp_path / "theirs", Said(walked(), confidence))
+    (run,) = imported(kind, tmp_path / "theirs", walked(), tmp_path / "results")
+    np.testing.assert_array_equal(run.confidence, confidence)
+
+
+@pytest.mark.parametrize("kind", ["pysot", "vot"])
+def test_states_of_supervised_runs_make_the_round_trip(kind, tmp_path):
+    states = np.full(FRAMES, State.TRACKED)
+    states[[0, 8]], states[3], states[4:8] = State.INITIALISED, State.FAILED, State.SKIPPED
+    written(kind, tmp_path / "theirs", Said(walked(), states=states))
+    (run,) = imported(kind, tmp_path / "theirs", walked(), tmp_path / "results")
+    np.testing.assert_array_equal(run.states, states)
+    np.testing.assert_array_equal(np.isfinite(run.boxes[1:, 0]), states[1:] == State.TRACKED)
+
+
+@pytest.mark.parametrize("kind", exchange.names())
+def test_repetitions_have_a_file_each_where_there_is_room(kind, tmp_path):
+    for number in range(2):
+        written(kind, tmp_path / "theirs", Said(walked(number)), repetition=number)
+    runs = imported(kind, tmp_path / "theirs", walked(), tmp_path / "results")
+    assert len(runs) == (2 if exchange.layout(kind).repeats else 1)
+    assert [run.identity.repetition for run in runs] == list(range(len(runs)))
+
+
+@pytest.mark.parametrize("kind", sorted({*exchange.names()} - {"otb-json"}))
+@pytest.mark.parametrize(
+    ("harm", "words"),
+    [
+        (lambda text: text.replace("\n", "\n\n\n", 1), "line 2"),
+        (lambda text: text.replace("5", "five"), "five"),
+        (lambda text: text.replace("5", "5_0", 3), "5_0"),
+        (lambda text: text + text, "24 rows for the 12 frames of Some-one_1: line 13 is one"),
+        (lambda text: text.rpartition("\n")[0].rpartition("\n")[0] + "\n", "ends after line 11"),
+    ],
+)
+def test_damaged_files_are_one_line_that_names_file_and_line(kind, harm, words, tmp_path):
+    (file, *_) = written(kind, tmp_path / "theirs", Said(walked()))
+    file.write_text(harm(file.read_text()))
+    with pytest.raises(ExchangeError) as raised:
+        imported(kind, tmp_path / "theirs", walked(), tmp_path / "results")
+    said = str(raised.value)
+    assert str(file) in said
+    assert "line" in said
+    assert words in said
+    assert "\n" not in said
+
+
+@pytest.mark.parametrize("kind", exchange.names())
+def test_of_damaged_bytes_there_are_boxes_or_a_line(kind, tmp_path):
+    (file, *_) = written(kind, tmp_path, Said(walked()))
+    whole, random = file.read_bytes(), np.random.default_rng(0)
+    refused = []
+    for _ in range(300):
+        content = bytearray(whole)
+        for place in random.integers(0, len(content), random.integers(1, 4)):
+            content[place] = random.choice([*b'\n\t ,.-e0m[]{}"', random.integers(256)])
+        file.write_bytes(bytes(content))
+        try:
+            said = exchange.layout(kind).read(file)
+        except ExchangeError as error:
+            refused.append(str(error))
+        else:
+            assert said.boxes.ndim == 2
+            assert said.boxes.shape[1] == 4
+    assert 50 < len(refused) < 300
+    assert all(str(file) in line and "\n" not in line for line in refused)
+
+
+@pytest.mark.parametrize("kind", exchange.names())
+def test_a_sequence_without_results_says_what_there_is(kind, tmp_path):
+    written(kind, tmp_path / "theirs", Said(walked()), sequence="Other")
+    with pytest.raises(ExchangeError, match=r"no results on Some-one_1.*there are Other"):
+        imported(kind, tmp_path / "theirs", walked(), tmp_path / "results")
+
+
+def test_names_that_toolkits_write_differently_are_one(tmp_path):
+    written("otb", tmp_path / "theirs", Said(walked()), sequence="some.one-1")
+    written("otb", tmp_path / "theirs", Said(walked()), sequence="Other")
+    told = []
+    (run,) = imported("otb", tmp_path / "theirs", walked(), tmp_path / "results", told)
+    assert run.identity.sequence == "Some-one_1"
+    assert told == [
+        f"{tmp_path / 'theirs'}: not taken, as their sequences are not asked for: Other."
+    ]
+
+
+def test_a_first_box_that_is_not_the_truths_is_told(tmp_path):
+    written("otb", tmp_path / "theirs", Said(walked(1)))
+    told = []
+    imported("otb", tmp_path / "theirs", walked(), tmp_path / "results", told)
+    assert "count from 1" in told[0]
+
+
+def test_results_that_changed_replace_those_that_were_imported(tmp_path):
+    for number in range(2):
+        written("otb", tmp_path / "theirs", Said(walked(number)))
+        (run,) = imported("otb", tmp_path / "theirs", walked(), tmp_path / "results")
+        np.testing.assert_allclose(run.boxes[5, 2:], walked(number)[5, 2:], atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("region", "box"),
+    [
+        ("2,3,9,3,9,8,2,8", [2, 3, 7, 5]),
+        ("m4,5,3,3,4,1,4", [5, 6, 1, 1]),  # the middle of three by three
+        ("m4,5,3,3,2,2,5", [4, 5, 3, 2]),  # the end of a row and the beginning of the next
+        ("m4,5,3,3,9", [np.nan] * 4),
+        ("0", [np.nan] * 4),
+    ],
+)
+def test_regions_of_vot_count_as_the_boxes_around_them(region, box, tmp_path):
+    file = tmp_path / "theirs" / "unsupervised" / "Some-one_1" / "Some-one_1_001.txt"
+    file.parent.mkdir(parents=True)
+    file.write_text("1\n" + f"{region}\n" * (FRAMES - 1))
+    told = []
+    (run,) = imported("vot", tmp_path / "theirs", walked(), tmp_path / "results", told)
+    np.testing.assert_array_equal(run.boxes[1:], [box] * (FRAMES - 1))
+    assert bool(told) == ("," in region)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("3", "a region, 0, 1 or 2"),
+        ("1,2", "2 numbers are no region"),
+        ("m0,0,2", "no mask"),
+        ("m0,0,2,2,3,9", "more pixels than 2x2"),
+        ("m0,0,1e9,nan,3,9", "no mask"),
+        ("nan", "a region"),
+        ("m0,0,inf,inf,3,9", "more pixels"),
+    ],
+)
+def test_no_region_is_taken_for_one(line, words, tmp_path):
+    file = tmp_path / "unsupervised" / "Some-one_1" / "Some-one_1_001.txt"
+    file.parent.mkdir(parents=True)
+    file.write_text("1\n" + f"{line}\n" * (FRAMES - 1))
+    with pytest.raises(ExchangeError, match=f"line 2.*{words}"):
+        imported("vot", tmp_path, walked(), tmp_path / "results")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[[]]", "expected is an object"),
+        ('{"res": [[1, 2, 3]]}', "box 1"),
+        ('{"res": [[1, 2, 3, "4"]]}', "box 1"),
+        ('{"res": [[1, 2, 3, true]]}', "box 1"),
+        ('{"res": [], "resType": "ivtAff"}', "ivtAff of OPE"),
+        ('{"res": [], "evalType": "TRE"}', "rect of TRE"),
+        ("[" * 100_000, "JSON|deeply"),
+        ("{", "line 1"),
+        ("1" * 5000, "line 1"),
+        ('{"res": [[1, 2, 3, 4]]}', "1 rows for the 12 frames .*: ends after box 1"),
+    ],
+)
+def test_json_that_is_no_run_in_one_pass_is_refused(text, words, tmp_path):
+    (tmp_path / "Some-one_1.json").write_text(text)
+    with pytest.raises(ExchangeError, match=words):
+        imported("otb-json", tmp_path, walked(), tmp_path / "results")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("STRUCK", "NAME=PATH"),
+        ("=nowhere", "NAME=PATH"),
+        ("STRUCK=nowhere", "no folder"),
+        ("STRUCK=otb:nowhere", "no folder"),
+        ("STRUCK=.", "Looked for"),
+    ],
+)
+def test_what_is_no_guest_is_told(text, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ExchangeError, match=words):
+        guest(text)
+
+
+def test_several_experiments_and_results_from_anchors_are_refused(tmp_path):
+    for kind in ("baseline", "realtime"):
+        (tmp_path / "a" / kind).mkdir(parents=True)
+    with pytest.raises(ExchangeError, match="name one"):
+        guest(f"theirs={tmp_path / 'a'}")
+    (tmp_path / "b" / "baseline" / "bag").mkdir(parents=True)
+    (tmp_path / "b" / "baseline" / "bag" / "bag_00000000.txt").write_text("1\n")
+    with pytest.raises(ExchangeError, match="many anchors"):
+        guest(f"theirs={tmp_path / 'b'}")
