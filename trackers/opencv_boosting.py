@@ -1,9 +1,23 @@
 """OpenCV's Boosting: on-line AdaBoost over Haar features."""
 
+from typing import Any
+
 from trackers.base.interface import Randomness
-from trackers.base.opencv import OpenCVTracker, factory
+from trackers.base.opencv import OpenCVParameters, OpenCVTracker, factory, with_read_parameters
+from trackers.base.parameters import fraction, positive, whole
 
 __all__ = ["Boosting"]
+
+
+class BoostingParameters(OpenCVParameters):
+    """Parameters of `Boosting`: OpenCV's, with its defaults."""
+
+    # OpenCV draws as many features as its defaults need, whatever is asked for: more would read
+    # beyond them.
+    classifiers: int = whole(100, "weak classifiers that are chosen [count]", most=100)
+    initial_steps: int = whole(50, "steps of learning in the first frame [count]", most=50)
+    overlap: float = fraction(0.99, "overlap of neighbouring places that are tried [fraction]")
+    search_factor: float = positive(1.8, "region that is searched, over the target's size [ratio]")
 
 
 class Boosting(OpenCVTracker):
@@ -14,6 +28,19 @@ class Boosting(OpenCVTracker):
     """
 
     paper = "H. Grabner, M. Grabner, H. Bischof, Real-time tracking via on-line boosting, BMVC 2006"
+    Parameters = BoostingParameters
     create_tracker = factory("Boosting")
     randomness = Randomness.PROCESS
     smallest_side = 5
+
+    def _make(self) -> Any:
+        settings = self.parameters
+        values = {
+            "numClassifiers": settings.classifiers,
+            "iterationInit": settings.initial_steps,
+            "overlap": settings.overlap,
+            # OpenCV knows it by two names, of which the second counts.
+            "samplerSearchFactor": settings.search_factor,
+            "searchFactor": settings.search_factor,
+        }
+        return with_read_parameters(super()._make(), values)

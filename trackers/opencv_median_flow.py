@@ -1,8 +1,25 @@
 """OpenCV's MedianFlow: the median motion of points tracked forward and back."""
 
-from trackers.base.opencv import OpenCVTracker, factory
+from typing import Any
+
+from trackers.base.opencv import OpenCVParameters, OpenCVTracker, factory, with_read_parameters
+from trackers.base.parameters import nonnegative, positive, whole
 
 __all__ = ["MedianFlow"]
+
+
+class MedianFlowParameters(OpenCVParameters):
+    """Parameters of `MedianFlow`: OpenCV's, with its defaults."""
+
+    grid: int = whole(10, "points along each side of the grid [count]", most=100)
+    window: int = whole(3, "side of the window of the optical flow [pixels]", least=3)
+    levels: int = whole(5, "levels of the pyramid above the image [count]", least=0, most=10)
+    max_iterations: int = whole(20, "most steps of the optical flow on a level [count]")
+    stop_distance: float = positive(0.3, "a step shorter than this is the last one [pixels]")
+    patch: int = whole(30, "side of the patches that are compared [pixels]", least=2)
+    longest_deviation: float = nonnegative(
+        10.0, "where half of the points move more otherwise than the box, it is lost [pixels]"
+    )
 
 
 class MedianFlow(OpenCVTracker):
@@ -16,4 +33,18 @@ class MedianFlow(OpenCVTracker):
         "Z. Kalal, K. Mikolajczyk, J. Matas, Forward-backward error: automatic detection of "
         "tracking failures, ICPR 2010"
     )
+    Parameters = MedianFlowParameters
     create_tracker = factory("MedianFlow")
+
+    def _make(self) -> Any:
+        settings = self.parameters
+        values = {
+            "pointsInGrid": settings.grid,
+            "winSize": [settings.window] * 2,
+            "maxLevel": settings.levels,
+            "termCriteria_maxCount": settings.max_iterations,
+            "termCriteria_epsilon": settings.stop_distance,
+            "winSizeNCC": [settings.patch] * 2,
+            "maxMedianLengthOfDisplacementDifference": settings.longest_deviation,
+        }
+        return with_read_parameters(super()._make(), values)

@@ -2,8 +2,6 @@
 
 from typing import Any
 
-import cv2
-
 from trackers.base.interface import Randomness
 from trackers.base.opencv import OpenCVTracker, factory
 from trackers.base.parameters import Parameters, positive, whole
@@ -40,16 +38,17 @@ class MIL(OpenCVTracker):
     randomness = Randomness.PROCESS
     Parameters = MILParameters
     create_tracker = factory("MIL")
+    opencv_parameters = "TrackerMIL_Params"
     smallest_side = 5
 
-    def _make(self) -> Any:
+    def _opencv_values(self) -> dict[str, Any]:
         settings = self.parameters
-        parameters = cv2.TrackerMIL_Params()  # type: ignore[attr-defined]  # not in OpenCV's stubs
-        parameters.samplerInitInRadius = settings.initial_radius
-        parameters.samplerInitMaxNegNum = settings.initial_negatives
-        parameters.samplerSearchWinSize = settings.search_window
-        parameters.samplerTrackInRadius = settings.track_radius
-        parameters.samplerTrackMaxPosNum = settings.track_positives
-        parameters.samplerTrackMaxNegNum = settings.track_negatives
-        parameters.featureSetNumFeatures = settings.features
-        return type(self).create_tracker(parameters)
+        return {
+            "samplerInitInRadius": settings.initial_radius,
+            "samplerInitMaxNegNum": settings.initial_negatives,
+            "samplerSearchWinSize": settings.search_window,
+            "samplerTrackInRadius": settings.track_radius,
+            "samplerTrackMaxPosNum": settings.track_positives,
+            "samplerTrackMaxNegNum": settings.track_negatives,
+            "featureSetNumFeatures": settings.features,
+        }

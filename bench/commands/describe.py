@@ -50,7 +50,8 @@ def _tracker_lines(about: dict[str, Any]) -> list[str]:
     lines.append("presets")
     for preset, values in about["presets"].items():
         changed = ", ".join(f"{key}={value}" for key, value in values.items())
-        lines.append(f"  {preset:14} {changed or 'the defaults'}")
+        alone = " (what the name alone means)" if preset == about["default_preset"] else ""
+        lines.append(f"  {preset:14} {changed or 'the defaults'}{alone}")
     return lines + _setting_lines("parameters", about["parameters"])
 
 

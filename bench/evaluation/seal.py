@@ -115,8 +115,9 @@ def _trackers() -> Iterator[Sealed]:
             continue
         tree = tree_digest(specification.file, PACKAGE)
         libraries = imported_libraries(specification.file, PACKAGE)
-        presets = trackers.describe(name)["presets"]
-        texts = [name if key == "recommended" else f"{name}:preset={key}" for key in presets]
+        about = trackers.describe(name)
+        plain = about["default_preset"]
+        texts = [name if key == plain else f"{name}:preset={key}" for key in about["presets"]]
         asked = [f"{text} on {sequence}" for text in texts for sequence, _, _ in SHORT]
         yield Sealed(name, GOLDEN, tree, seals.get(name), asked, golden_boxes, libraries, [])
 

@@ -6,7 +6,7 @@ import json
 import typing
 import zlib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -18,7 +18,7 @@ from datasets.seal import seal_of
 from datasets.source_digest import library_versions, source_digest
 from datasets.text_form import format_text, parse_text
 from trackers import Randomness, Tracker, TrackerError
-from trackers.base.catalogue import in_file
+from trackers.base.catalogue import DEFAULT_PRESET, in_file
 
 __all__ = [
     "BOXES",
@@ -52,8 +52,11 @@ class Identity:
 
     tracker: str  # canonical text form: name, preset unless it is the default, changed parameters
     tracker_name: str  # the name alone; the seed depends on it
-    preset: str  # where the parameters start from
-    parameters: Mapping[str, Any]  # all parameters, the defaults too
+    # Where the parameters start from; `recommended` for what the name alone means, too.
+    preset: str
+    # All parameters, the defaults too; of a tracker whose parameters are younger than its first
+    # results (`OpenCVParameters`) those that differ from their defaults.
+    parameters: Mapping[str, Any]
     # `source` (its sealed version, or a digest of the syntax trees of the tracker's file and of the
     # shared modules it imports) and `libraries` (version by distribution).
     tracker_version: Mapping[str, Any]
@@ -99,6 +102,8 @@ class Contestant:
     file: Path | None  # source file; None for a callable without one
     init: str = BOXES  # truth that it is initialised with: `boxes`, or the name of a region
     class_name: str = ""  # class within its file, where the name does not tell it
+    # Parameters that its runs are identified without; see `Identity.parameters`.
+    implied: list[str] = field(default_factory=list)
 
     @cached_property
     def version(self) -> dict[str, Any]:
@@ -199,7 +204,9 @@ def identify(
         tracker=chosen.label,
         tracker_name=chosen.name,
         preset=chosen.preset,
-        parameters=chosen.parameters,
+        parameters={
+            key: value for key, value in chosen.parameters.items() if key not in chosen.implied
+        },
         tracker_version=chosen.version,
         sequence=sequence.name,
         fingerprint=sequence.fingerprint,
@@ -214,20 +221,30 @@ def _from_text(text: str) -> Contestant:
     # What a run starts from is the harness's business: no tracker has such a parameter.
     init = options.pop("init", BOXES)
     specification = trackers.resolve(name, **options)
+    parameters = specification.parameters
     shown = {} if init == BOXES else {"init": init}
     class_name = specification.plugin.__name__
     named = in_file(name) is None or specification.name.endswith(f".py:{class_name}")
     return Contestant(
         label=format_text(specification.name, {**specification.options, **shown}),
         name=specification.name,
-        preset=specification.preset,
-        parameters=specification.parameters.model_dump(),
+        preset=specification.options.get("preset", DEFAULT_PRESET),
+        parameters=parameters.model_dump(),
         randomness=specification.randomness,
         make=specification.create,
         file=specification.file,
         init=init,
         class_name="" if named else class_name,
+        implied=_implied(parameters),
     )
+
+
+def _implied(parameters: trackers.Parameters) -> list[str]:
+    """Parameters that have their defaults, of a tracker that had results before it had any."""
+    if not getattr(parameters, "implied", False):
+        return []
+    fields = type(parameters).model_fields
+    return [key for key, value in parameters if value == fields[key].default]
 
 
 def split_text(text: str) -> tuple[str, dict[str, str]]:

@@ -41,7 +41,7 @@ _MOST_BYTES = 1 << 26  # of what is answered
 
 # What is told of a tracker, and the type that JSON makes of it.
 _KINDS: dict[str, type] = dict.fromkeys(("label", "name", "preset", "init", "class_name"), str)
-_KINDS |= {"randomness": str, "file": str, "parameters": dict, "version": dict}
+_KINDS |= {"randomness": str, "file": str, "parameters": dict, "version": dict, "implied": list}
 
 
 def settled(texts: Iterable[str]) -> dict[str, Contestant]:

@@ -1,6 +1,7 @@
 """OpenCV's trackers behind our interface."""
 
 import ctypes
+import typing
 
 import cv2
 import numpy as np
@@ -104,10 +105,11 @@ def test_a_tracker_that_the_installed_opencv_lacks_says_what_to_install():
 
 def test_every_opencv_tracker_is_listed_and_either_there_or_says_what_to_install():
     listed = [name for name in trackers.names() if name.startswith("opencv-")]
-    kinds = ["boosting", "camshift", "csrt", "kcf", "median-flow", "mil", "mosse", "tld"]
-    assert listed == [f"opencv-{kind}" for kind in kinds]
-    listed.remove("opencv-camshift")  # a function of OpenCV's, no tracker class
-    for name in listed:
+    kinds = ["boosting", "csrt", "kcf", "median-flow", "mil", "mosse", "tld"]
+    models = ["dasiamrpn", "goturn", "nano", "vit"]  # see test_opencv_models.py
+    # CamShift is a function of OpenCV's, no tracker class.
+    assert listed == sorted(f"opencv-{kind}" for kind in [*kinds, *models, "camshift"])
+    for name in (f"opencv-{kind}" for kind in kinds):
         try:
             assert trackers.resolve(name).plugin.__base__ is OpenCVTracker
         except TrackerError as error:
@@ -144,18 +146,86 @@ def test_a_tracker_that_declares_no_randomness_ignores_the_process(name, moving_
         np.testing.assert_array_equal(tracker.update(image).box, expected)
 
 
-def test_mil_has_opencvs_defaults_and_hands_its_parameters_on(monkeypatch):
+def another(value, annotation):
+    """A value that a parameter may have besides its own."""
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, str):
+        return next(other for other in typing.get_args(annotation) if other != value)
+    if isinstance(value, int):
+        return value + 1 if value <= 3 else value - 1
+    return value * 1.01 if value > 1 else value / 2
+
+
+def changed_alone(name):
+    """The tracker, made with its defaults, and with each parameter changed alone."""
+    plugin = usable(name).plugin
+    yield "", trackers.create(name)
+    for field, about in plugin.Parameters.model_fields.items():
+        yield field, trackers.create(name, **{field: another(about.default, about.annotation)})
+
+
+@pytest.mark.parametrize("name", ["opencv-mil", "opencv-kcf", "opencv-csrt"])
+def test_opencvs_defaults_are_ours_and_every_parameter_is_handed_on(name, monkeypatch):
+    plugin = usable(name).plugin
     handed = []
-    plugin = trackers.resolve("opencv-mil").plugin
     monkeypatch.setattr(plugin, "create_tracker", handed.append)
-    names = [name for name in dir(cv2.TrackerMIL_Params) if not name.startswith("_")]
-    trackers.create("opencv-mil")._make()
-    defaults = cv2.TrackerMIL_Params()
-    assert all(getattr(handed[0], name) == getattr(defaults, name) for name in names)
-    fields = list(plugin.Parameters.model_fields)
-    assert len(fields) == len(names)
-    for number, field in enumerate(fields):
-        trackers.create("opencv-mil", **{field: 200 + number})._make()
-        changed = {n for n in names if getattr(handed[-1], n) != getattr(defaults, n)}
-        assert len(changed) == 1, field
-        assert getattr(handed[-1], changed.pop()) == 200 + number
+    fields = [field for field, tracker in changed_alone(name) if tracker._make() is None]
+    kind = getattr(cv2, plugin.opencv_parameters)
+    names = [key for key in dir(kind) if not key.startswith("_")]
+    assert len(names) == len(fields) - 1
+    values = [{key: getattr(one, key) for key in names} for one in (kind(), *handed)]
+    defaults, ours, *others = values
+    assert ours == defaults
+    changed = [{key for key in names if other[key] != ours[key]} for other in others]
+    assert all(len(keys) == 1 for keys in changed)
+    assert set.union(*changed) == set(names)
+
+
+def written(tracker):
+    """Parameters that a tracker of `cv2.legacy` writes, by OpenCV's names."""
+    storage = cv2.FileStorage(".yml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
+    tracker.write(storage)
+    lines = storage.releaseAndGetString().splitlines()
+    return dict(line.split(": ") for line in lines if ": " in line)
+
+
+@pytest.mark.parametrize("name", ["opencv-median-flow", "opencv-boosting"])
+def test_what_opencv_reads_has_its_defaults_and_every_parameter_is_handed_on(name):
+    plugin = usable(name).plugin
+    (_, ours), *others = ((field, written(one._make())) for field, one in changed_alone(name))
+    assert ours == written(plugin.create_tracker())
+    for field, other in others:
+        changed = {key.lower() for key in other if other[key] != ours[key]}
+        assert len({key.removeprefix("sampler") for key in changed}) == 1, field
+
+
+@pytest.mark.parametrize(
+    ("name", "threshold"), [("opencv-kcf", "detect_thresh"), ("opencv-csrt", "psr_threshold")]
+)
+def test_only_opencv_gives_up_where_the_answer_is_weak(name, threshold, moving_target):
+    usable(name)
+    presets = [trackers.resolve(name, preset=key).parameters for key in ("opencv", "recommended")]
+    assert trackers.resolve(name).parameters == presets[0]
+    other = {key for key, value in presets[0] if value != getattr(presets[1], key)}
+    assert other == {threshold}
+    assert getattr(presets[1], threshold) == 0
+    clip = moving_target(4)
+    for value, expected in ((0, True), (100, False)):
+        tracker = trackers.create(name, **{threshold: value})
+        tracker.init(clip.images[0], clip.boxes[0])
+        visible = [tracker.update(image).visible for image in clip.images[1:]]
+        assert set(visible[1:]) == {expected}  # KCF looks for nothing in its first update
+
+
+def test_a_parameter_that_the_installed_opencv_lacks_is_said(monkeypatch):
+    monkeypatch.setattr(cv2, "TrackerMIL_Params", object)
+    with pytest.raises(TrackerError, match=r"has no sampler.* TrackerMIL_Params; install a newer"):
+        trackers.create("opencv-mil")._make()
+
+
+def test_a_filter_without_features_is_refused():
+    usable("opencv-csrt")  # OpenCV's own code ends the process
+    off = dict.fromkeys(["use_hog", "use_color_names", "use_gray", "use_rgb"], False)
+    with pytest.raises(TrackerError, match="opencv-csrt needs features"):
+        trackers.create("opencv-csrt", **off).init(IMAGE, np.array([10.0, 10, 20, 20]))

@@ -22,6 +22,7 @@ from trackers.base.interface import Randomness, Tracker, TrackerPlugin
 from trackers.base.parameters import Parameters, TrackerError, unknown
 
 __all__ = [
+    "DEFAULT_PRESET",
     "Specification",
     "create",
     "describe",
@@ -35,6 +36,7 @@ __all__ = [
 FOLDER = Path(__file__).parents[1]
 ENTRY_POINTS = "trackmark.trackers"
 DEFAULT_PRESET = "recommended"
+"""What a tracker's name alone means, unless its class has another `default_preset`."""
 
 
 @dataclass(frozen=True)
@@ -102,15 +104,22 @@ def resolve(name: str, **parameters: Any) -> Specification:
     label = name
     if in_file(name) is not None:
         label = _own_name(plugin, file, parameters.pop("as", ""))
-    preset = str(parameters.pop("preset", DEFAULT_PRESET))
+    default = _default_preset(plugin)
+    preset = str(parameters.pop("preset", default))
     presets = {DEFAULT_PRESET: {}, **plugin.presets}
     if preset not in presets:
         raise unknown(f"preset of {label}", preset, presets)
-    base = plugin.Parameters.checked(label, presets[preset])
-    settled = plugin.Parameters.checked(label, {**presets[preset], **parameters})
-    options: dict[str, Any] = {} if preset == DEFAULT_PRESET else {"preset": preset}
-    for key in sorted(plugin.Parameters.model_fields):
-        if getattr(settled, key) != getattr(base, key):
+    fields = plugin.Parameters.model_fields
+    values = presets[preset]
+    settled = plugin.Parameters.checked(label, {**values, **parameters})
+    # What has to be given has no value to differ from.
+    given = {key for key, field in fields.items() if field.is_required() and key not in values}
+    base = plugin.Parameters.checked(
+        label, {**values, **{key: getattr(settled, key) for key in given}}
+    )
+    options: dict[str, Any] = {} if preset == default else {"preset": preset}
+    for key in sorted(fields):
+        if key in given or getattr(settled, key) != getattr(base, key):
             options[key] = getattr(settled, key)
     return Specification(label, preset, settled, options, plugin, file)
 
@@ -118,25 +127,32 @@ def resolve(name: str, **parameters: Any) -> Specification:
 def describe(name: str) -> dict[str, Any]:
     """Say what a tracker is.
 
-    `name`, `summary`, `paper`, `randomness`, `presets`, and `parameters`: a list of dicts with
-    `name`, `type`, `default` (of the recommended preset) and `meaning` (unit in brackets).
+    `name`, `summary`, `paper`, `randomness`, `presets`, `default_preset` (which the name alone
+    means), and `parameters`: a list of dicts with `name`, `type`, `default` (of that preset; empty
+    for what has to be given) and `meaning` (unit in brackets).
     """
-    specification = resolve(name)
-    plugin = specification.plugin
+    plugin, file = _load(name)
+    fields = plugin.Parameters.model_fields
+    required = {key: "" for key, field in fields.items() if field.is_required()}
+    if required:
+        values: Mapping[str, Any] = {key: field.default for key, field in fields.items()} | required
+    else:
+        values = dict(resolve(name).parameters)
     return {
-        "name": specification.name,
+        "name": name if in_file(name) is None else _own_name(plugin, file, ""),
         "summary": inspect.cleandoc(plugin.__doc__ or ""),
         "paper": plugin.paper,
         "randomness": str(plugin.randomness),
         "presets": {DEFAULT_PRESET: {}, **{key: dict(v) for key, v in plugin.presets.items()}},
+        "default_preset": _default_preset(plugin),
         "parameters": [
             {
                 "name": key,
                 "type": _type_text(field.annotation),
-                "default": getattr(specification.parameters, key),
+                "default": values[key],
                 "meaning": field.description or "",
             }
-            for key, field in plugin.Parameters.model_fields.items()
+            for key, field in fields.items()
         ],
     }
 
@@ -162,6 +178,11 @@ def in_file(name: str) -> tuple[Path, str] | None:
 def is_outside(name: str) -> bool:
     """Whether a tracker is none of this package: importing it may do anything."""
     return in_file(name) is not None or bool(metadata.entry_points(group=ENTRY_POINTS, name=name))
+
+
+def _default_preset(plugin: type[TrackerPlugin]) -> str:
+    """Preset that a tracker's name alone means."""
+    return str(getattr(plugin, "default_preset", DEFAULT_PRESET))
 
 
 def _own_name(plugin: type[TrackerPlugin], file: Path, given: str) -> str:
@@ -288,6 +309,8 @@ def _checked(plugin: Any, name: str) -> type[TrackerPlugin]:
         and all(isinstance(k, str) and isinstance(v, Mapping) for k, v in presets.items())
     ):
         raise TrackerError(f"tracker {name!r}: presets are parameter values by preset name.")
+    if _default_preset(plugin) not in {DEFAULT_PRESET, *presets}:
+        raise TrackerError(f"tracker {name!r}: default_preset is one of its presets.")
     if not isinstance(plugin.randomness, Randomness):
         raise TrackerError(f"tracker {name!r}: randomness is one of trackers.Randomness.")
     if not (isinstance(plugin.Parameters, type) and issubclass(plugin.Parameters, Parameters)):

@@ -148,8 +148,9 @@ class TrackerPlugin(ABC):
     randomness : Randomness
         `NONE` trackers run once a sequence, the others once a repetition.
     presets : mapping of str to mapping
-        Parameter values by preset name. `recommended` is the default preset; it exists,
-        empty, where a tracker defines none.
+        Parameter values by preset name. `recommended` always exists, empty where a tracker
+        defines none. The tracker's name alone means it, or the one that a class attribute
+        `default_preset` names.
     Parameters : type
         The tracker's parameters, frozen at creation.
 

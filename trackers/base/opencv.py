@@ -1,7 +1,7 @@
 """One adapter for all of OpenCV's trackers."""
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import floor
 from typing import Any, ClassVar
 
@@ -17,24 +17,40 @@ from trackers.base.interface import (
     TrackerPlugin,
     four_numbers,
 )
-from trackers.base.parameters import TrackerError
+from trackers.base.parameters import Parameters, TrackerError
 
-__all__ = ["OpenCVTracker", "factory", "pixel_rectangle"]
+__all__ = [
+    "OpenCVParameters",
+    "OpenCVTracker",
+    "factory",
+    "pixel_rectangle",
+    "with_read_parameters",
+]
+
+CONTRIBUTED = "install opencv-contrib-python-headless in place of opencv-python-headless"
 
 
-def factory(name: str) -> Callable[..., Any]:
+def factory(name: str, remedy: str = CONTRIBUTED) -> Callable[..., Any]:
     """OpenCV's function that makes a tracker: `cv2.Tracker<name>_create`, or `cv2.legacy`'s.
 
-    Raises ImportError where the installed OpenCV has neither.
+    Raises ImportError where the installed OpenCV has neither, with what helps.
     """
     for module in (cv2, getattr(cv2, "legacy", None)):
         create = getattr(module, f"Tracker{name}_create", None)
         if create is not None:
             return create  # type: ignore[no-any-return]  # OpenCV's stubs know only some of them
-    raise ImportError(
-        f"the installed OpenCV {cv2.__version__} has no Tracker{name}; "
-        "install opencv-contrib-python-headless in place of opencv-python-headless."
-    )
+    raise ImportError(f"the installed OpenCV {cv2.__version__} has no Tracker{name}; {remedy}.")
+
+
+def with_read_parameters(tracker: Any, values: Mapping[str, object]) -> Any:
+    """A tracker of `cv2.legacy` with these parameters, by the names that its `read` knows.
+
+    Python sees no `Params` of these trackers, but they read them as they would from a file.
+    """
+    lines = ["%YAML:1.0", "---", *(f"{name}: {value}" for name, value in values.items()), ""]
+    storage = cv2.FileStorage("\n".join(lines), cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
+    tracker.read(storage.root())
+    return tracker
 
 
 def pixel_rectangle(box: Box, image: Image) -> tuple[int, int, int, int]:
@@ -61,6 +77,19 @@ def _pixels(start: float, end: float, n_pixels: int) -> tuple[int, int]:
     return first, min(max(floor(end + 0.5), first + 1), n_pixels) - first
 
 
+class OpenCVParameters(Parameters):
+    """Parameters that a tracker of OpenCV's was given after results had been kept.
+
+    Attributes
+    ----------
+    implied : bool
+        Whether a run is identified without parameters that have their defaults, as it was before
+        there were any.
+    """
+
+    implied: ClassVar[bool] = True
+
+
 class OpenCVTracker(TrackerPlugin):
     """A tracker of OpenCV's behind our interface.
 
@@ -68,16 +97,24 @@ class OpenCVTracker(TrackerPlugin):
     the target, or returns a box without area, the estimate is the last good box and not
     visible.
 
+    A name alone means OpenCV's defaults, the preset `opencv`; `recommended` is what the method's
+    authors published where OpenCV departs from it.
+
     Attributes
     ----------
     create_tracker : callable
         Makes OpenCV's object; see `factory`.
+    opencv_parameters : str
+        Name in `cv2` of the parameters that it takes; empty where it takes none.
     smallest_side : int
         Least width and height of the first box, in pixels: below it OpenCV's `init` fails
         or never returns (found by experiment with OpenCV 4.14 and 5.0).
     """
 
+    default_preset: ClassVar[str] = "opencv"
+    presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {"opencv": {}, "recommended": {}}
     create_tracker: ClassVar[Callable[..., Any]]
+    opencv_parameters: ClassVar[str] = ""
     smallest_side: ClassVar[int] = 1
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
@@ -114,7 +151,22 @@ class OpenCVTracker(TrackerPlugin):
         return Estimate(self._box.copy(), visible=good)
 
     def _make(self) -> Any:
-        return type(self).create_tracker()
+        """OpenCV's object, with its parameters."""
+        if not self.opencv_parameters:
+            return type(self).create_tracker()
+        parameters = getattr(cv2, self.opencv_parameters)()
+        for name, value in self._opencv_values().items():
+            if not hasattr(parameters, name):
+                raise TrackerError(
+                    f"the installed OpenCV {cv2.__version__} has no {name} among its "
+                    f"{self.opencv_parameters}; install a newer one."
+                )
+            setattr(parameters, name, value)
+        return type(self).create_tracker(parameters)
+
+    def _opencv_values(self) -> dict[str, Any]:
+        """OpenCV's parameters by its own names."""
+        return dict(self.parameters)
 
     def _seed_process(self) -> None:
         """Seed both generators that OpenCV's trackers draw from: libc's `rand` and its own."""

@@ -2,14 +2,17 @@
 
 import functools
 from importlib import metadata
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bench.experiments import contestant as module
-from bench.experiments.contestant import PACKAGE, contestant, contestants, run_seed
+from bench.experiments.contestant import PACKAGE, contestant, contestants, identify, run_seed
+from bench.experiments.outside import settled
 from datasets.seal import Seal
 from datasets.source_digest import source_digest
+from tests.trackers.tiny_models import write_models
 from trackers import TrackerError
 
 TREE = "0123456789abcdef"
@@ -193,3 +196,60 @@ def test_a_callable_is_named_by_its_qualified_name():
     assert contestant(maker).label.endswith("<locals>.maker")
     assert contestant(maker).version["source"] != "unknown"
     assert contestant(functools.partial(maker)).label == "partial"
+
+
+LATE = """
+from trackers.base.interface import TrackerPlugin
+from trackers.base.opencv import OpenCVParameters
+
+
+class Settings(OpenCVParameters):
+    threshold: float = 0.5
+
+
+class Late(TrackerPlugin):
+    presets = {"usual": {}, "recommended": {"threshold": 0.0}}
+    default_preset = "usual"
+    Parameters = Settings
+
+    def init(self, image, box, mask=None): ...
+
+    def update(self, image): ...
+"""
+
+
+class Data:
+    name, fingerprint = "somewhere", "0"
+
+
+def test_parameters_that_came_later_are_no_part_of_what_identifies_a_run_by_default(tmp_path):
+    file = tmp_path / "late.py"
+    file.write_text(LATE)
+    told = [f"{file}", f"{file}:preset=usual", f"{file}:threshold=0.5"]
+    both = [contestant(text) for text in told] + list(settled(told).values())
+    for chosen in both:
+        assert chosen.label == "late.py:Late"
+        assert chosen.parameters == {"threshold": 0.5}
+        known = identify(chosen, Data, 0)
+        # As it was before it had parameters, or another preset.
+        assert (known.preset, known.parameters) == ("recommended", {})
+    other = contestant(f"{file}:preset=recommended")
+    assert other.label == "late.py:Late:preset=recommended"
+    assert identify(other, Data, 0).parameters == {"threshold": 0.0}
+
+
+def test_another_model_under_the_same_name_makes_other_runs(tmp_path):
+    model = Path(write_models(tmp_path)["opencv-vit"]["net"])
+    content = model.read_bytes()
+
+    def version(text=f"opencv-vit:net={model}"):
+        chosen = contestant(text)
+        assert chosen.label == text
+        return identify(chosen, Data, 0).version
+
+    first = version()
+    assert version() == first
+    model.write_bytes(content + b"\0")
+    assert version() != first
+    model.write_bytes(content)
+    assert version() == first

@@ -73,7 +73,7 @@ ENDS = {
 
 
 TOLD = dict.fromkeys(("label", "name", "preset", "init", "class_name"), "a")
-TOLD |= {"randomness": "none", "parameters": {}, "version": {}}
+TOLD |= {"randomness": "none", "parameters": {}, "version": {}, "implied": []}
 FORGED = [
     5,
     {},

@@ -1,0 +1,122 @@
+"""OpenCV's trackers that need trained models, with tiny models that follow what is bright."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trackers
+from tests.trackers.tiny_models import write_models
+from trackers.base.parameters import TrackerError
+
+KINDS = {
+    "opencv-dasiamrpn": ["model", "kernel_cls1", "kernel_r1"],
+    "opencv-goturn": ["network", "weights"],
+    "opencv-nano": ["backbone", "neckhead"],
+    "opencv-vit": ["net"],
+}
+
+
+@pytest.fixture(scope="module", name="models")
+def _models(tmp_path_factory):
+    return write_models(tmp_path_factory.mktemp("models"))
+
+
+def refused(name, **parameters):
+    """What is said where the tracker can't be had; GOTURN is not in every OpenCV."""
+    with pytest.raises(TrackerError) as caught:
+        trackers.resolve(name, **parameters)
+    if isinstance(caught.value.__cause__, ImportError):
+        pytest.skip(str(caught.value))
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_model_that_is_not_given_or_not_there_is_named_with_where_it_comes_from(name, tmp_path):
+    first, *rest = KINDS[name]
+    said = refused(name)
+    assert said.startswith(f"{name}: parameter {first} has to be given, as in {name}:{first}=PATH")
+    assert "trackmark" in said  # which has none
+    there = tmp_path / "there.onnx"
+    there.write_bytes(b"a model")
+    gone = tmp_path / "gone.onnx"
+    for parameter in KINDS[name]:
+        files = {key: str(gone if key == parameter else there) for key in (first, *rest)}
+        said = refused(name, **files)
+        assert f"{name}: parameter {parameter}={gone}: the file can't be read (No such" in said
+        assert "It has to be the " in said
+    said = refused(name, **dict.fromkeys(KINDS[name], str(tmp_path)))
+    assert "(Is a directory)" in said
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_describe_names_the_files_without_having_any(name):
+    try:
+        about = trackers.describe(name)["parameters"]
+    except TrackerError as error:
+        pytest.skip(str(error))
+    assert [part["name"] for part in about][: len(KINDS[name])] == KINDS[name]
+    assert {part["default"] for part in about if part["type"] == "ModelFile"} == {""}
+
+
+@pytest.mark.parametrize("content", [b"", b"no model" * 50, None], ids=["empty", "words", "half"])
+@pytest.mark.parametrize("name", ["opencv-nano", "opencv-vit"])
+def test_what_opencv_cannot_load_is_one_line_that_names_the_files(
+    name, content, models, tmp_path, moving_target
+):
+    files = dict(models[name])
+    last = KINDS[name][-1]
+    broken = tmp_path / "broken.onnx"
+    whole = Path(files[last]).read_bytes()
+    broken.write_bytes(whole[: len(whole) // 2] if content is None else content)
+    files[last] = str(broken)
+    clip = moving_target(2)
+    with pytest.raises(
+        TrackerError, match=f"can't use the models of .*{last}={broken}: "
+    ) as caught:
+        trackers.create(name, **files).init(clip.images[0], clip.boxes[0])
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "of"),
+    [("opencv-nano", "backbone", "net"), ("opencv-vit", "net", "neckhead")],
+)
+def test_a_model_of_another_tracker_is_one_line_that_names_it(
+    name, parameter, of, models, moving_target
+):
+    everything = {key: file for files in models.values() for key, file in files.items()}
+    files = models[name] | {parameter: everything[of]}
+    clip = moving_target(3)
+    tracker = trackers.create(name, **files)
+
+    def follow():
+        tracker.init(clip.images[0], clip.boxes[0])
+        tracker.update(clip.images[1])
+
+    with pytest.raises(TrackerError, match=f"models .*{parameter}={everything[of]}") as caught:
+        follow()
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["opencv-nano", "opencv-vit"])
+def test_it_follows_what_its_models_see_and_is_as_sure_as_they_are(name, models, moving_target):
+    clip = moving_target(10, 140, 200, velocity=(6, 3))
+    tracker = trackers.create(name, **models[name])
+    tracker.init(clip.images[0], clip.boxes[0])
+    found = [tracker.update(image) for image in clip.images[1:]]
+    assert all(one.visible and 0 < one.confidence < 1 for one in found)
+    centres = np.array([one.box[:2] + one.box[2:] / 2 for one in found])
+    true = clip.boxes[1:, :2] + clip.boxes[1:, 2:] / 2
+    # The target went 57 pixels to the right; cells of the answer are some pixels wide.
+    assert np.abs(centres - true).max() < 25
+
+
+def test_where_the_score_is_low_the_target_counts_as_lost(models, moving_target):
+    clip = moving_target(3)
+    tracker = trackers.create("opencv-vit", tracking_score_threshold=1, **models["opencv-vit"])
+    tracker.init(clip.images[0], clip.boxes[0])
+    estimate = tracker.update(clip.images[1])
+    assert not estimate.visible
+    assert estimate.box.tolist() == clip.boxes[0].tolist()
