@@ -26,13 +26,7 @@ verdict is that all hold.
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    model_validator,
-)
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from bench.statistics.verdicts import KEPT_LIMIT, KEPT_SHARE, MARGIN
 from datasets.text_form import parse_text
