@@ -170,10 +170,10 @@ def test_our_own_baseline_has_every_tracker_and_preset_on_every_sequence():
     usable = [name for name in trackers.names() if not name.startswith("opencv-")]
     labels = {
         name if preset == "recommended" else f"{name}:preset={preset}"
-        for name in [*usable, "opencv-camshift", "opencv-mil"]
+        for name in usable
         for preset in trackers.describe(name)["presets"]
     }
-    assert set(kept.cells) == labels
+    assert set(kept.cells) == labels | {"opencv-camshift", "opencv-mil"}  # whose presets are equal
     sequences = {tuple(cells) for cells in kept.cells.values()}
     assert len(sequences) == 1
     suites = {name.partition("/")[0] for name in next(iter(sequences))}
