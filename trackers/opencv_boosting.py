@@ -25,6 +25,9 @@ class Boosting(OpenCVTracker):
 
     A classifier of target against surroundings, boosted anew in every frame. It draws from
     libc's `rand` in every frame too; OpenCV seeds it always alike, we by the repetition.
+
+    OpenCV's code ends the process for an `overlap` of .5 or 0, and raises for a `search_factor` of
+    .5 (seen with 5.0): the former costs the run its process.
     """
 
     paper = "H. Grabner, M. Grabner, H. Bischof, Real-time tracking via on-line boosting, BMVC 2006"
