@@ -30,6 +30,7 @@ __all__ = [
     "refresh_index",
     "split_list",
     "telling_of_replaced",
+    "trace_option",
     "truth_option",
 ]
 
@@ -69,6 +70,13 @@ metrics_option = click.option(
     show_default=True,
     callback=_presets,
     help="Comma-separated metrics presets to score by (`trackmark list metrics`).",
+)
+trace_option = click.option(
+    "--trace",
+    type=click.Choice(["online", "revised"]),
+    default="online",
+    show_default=True,
+    help="What trackers said at once, or in the end.",
 )
 truth_option = click.option(
     "--truth",

@@ -13,7 +13,14 @@ import click
 
 from bench.commands import EXIT_ANSWER_IS_NO
 from bench.commands._guests import guests_of, imported
-from bench.commands._options import DEFAULT_OUTPUT, json_option, output_option, progress_bar, say
+from bench.commands._options import (
+    DEFAULT_OUTPUT,
+    json_option,
+    output_option,
+    progress_bar,
+    say,
+    trace_option,
+)
 
 __all__ = ["command"]
 
@@ -272,13 +279,7 @@ def import_others(guests: tuple[str, ...], sequences: str, name: str, output: Pa
     type=click.IntRange(0, 1),
     help="Number of the first pixel.  [default: the layout's]",
 )
-@click.option(
-    "--trace",
-    type=click.Choice(["online", "revised"]),
-    default="online",
-    show_default=True,
-    help="What trackers said at once, or in the end.",
-)
+@trace_option
 def export(
     experiment: Path,
     folder: Path,

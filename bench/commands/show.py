@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.commands._options import patience, progress_bar, truth_option
+from bench.commands._options import patience, progress_bar, trace_option, truth_option
 
 if TYPE_CHECKING:
     from bench.evaluation.record import Trace
@@ -21,13 +21,7 @@ __all__ = ["command"]
     type=click.Path(path_type=Path),
     help="Draw the boxes of the runs in this folder too.",
 )
-@click.option(
-    "--trace",
-    type=click.Choice(["online", "revised"]),
-    default="online",
-    show_default=True,
-    help="What trackers said at once, or in the end.",
-)
+@trace_option
 @click.option("--repetition", type=click.IntRange(0), default=0, show_default=True)
 @click.option(
     "--output",

@@ -7,8 +7,9 @@ the files; `importing` and `exporting` shift them.
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ __all__ = [
     "file_name",
     "first_line",
     "numbers_of",
+    "rounded",
     "text_of",
 ]
 
@@ -62,8 +64,17 @@ class Said:
     remark: str = ""
 
 
+Held: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""What is kept of boxes, float64 of shape (n, 4)."""
+
+
 def _as_it_is(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
     return boxes
+
+
+def rounded(decimals: int) -> Held:
+    """Boxes with so many decimals: what a text of them keeps."""
+    return partial(np.round, decimals=decimals)
 
 
 @dataclass(frozen=True)
@@ -102,7 +113,7 @@ class Layout:
     fits: Callable[[Path], bool] | None
     read: Callable[[Path], Said]
     write: Callable[[Path, str, int, Said], Mapping[Path, str]]
-    held: Callable[[NDArray[np.float64]], NDArray[np.float64]] = _as_it_is
+    held: Held = _as_it_is
     repeats: bool = False
     row: str = "line"
 

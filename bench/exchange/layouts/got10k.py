@@ -3,10 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-from bench.exchange.layout import Layout, Said, boxes_from, file_name, first_line
+from bench.exchange.layout import Layout, Said, boxes_from, file_name, first_line, rounded
 
 __all__ = ["LAYOUT", "files", "repetitions"]
 
@@ -39,11 +36,6 @@ def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[P
     return texts
 
 
-def held(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Three decimals."""
-    return np.round(boxes, 3)
-
-
 LAYOUT = Layout(
     expects="SEQ/SEQ_001.txt with x,y,width,height a line",
     holds="boxes to 3 decimals; as times the mean a frame of the first repetition; no confidence",
@@ -52,6 +44,6 @@ LAYOUT = Layout(
     fits=fits,
     read=boxes_from,
     write=write,
-    held=held,
+    held=rounded(3),
     repeats=True,
 )

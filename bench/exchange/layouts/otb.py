@@ -3,10 +3,15 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-from bench.exchange.layout import Layout, Said, boxes_from, by_sequence, file_name, first_line
+from bench.exchange.layout import (
+    Layout,
+    Said,
+    boxes_from,
+    by_sequence,
+    file_name,
+    first_line,
+    rounded,
+)
 
 __all__ = ["LAYOUT"]
 
@@ -28,11 +33,6 @@ def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[P
     return {folder / f"{file_name(sequence)}.txt": "".join(f"{row}\n" for row in rows)}
 
 
-def held(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Four decimals."""
-    return np.round(boxes, 4)
-
-
 LAYOUT = Layout(
     expects="SEQ.txt with x,y,width,height a line",
     holds="boxes to 4 decimals; no confidence, no times",
@@ -41,5 +41,5 @@ LAYOUT = Layout(
     fits=fits,
     read=boxes_from,
     write=write,
-    held=held,
+    held=rounded(4),
 )

@@ -39,5 +39,5 @@ LAYOUT = Layout(
     fits=None,
     read=read,
     write=write,
-    held=otb.held,
+    held=otb.LAYOUT.held,
 )

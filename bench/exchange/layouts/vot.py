@@ -19,6 +19,7 @@ from bench.exchange.layout import (
     file_name,
     first_line,
     numbers_of,
+    rounded,
     text_of,
 )
 from bench.exchange.layouts.got10k import repetitions
@@ -125,11 +126,6 @@ def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[P
     return texts
 
 
-def held(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Four decimals."""
-    return np.round(boxes, 4)
-
-
 LAYOUT = Layout(
     expects="SEQ/SEQ_001.txt with a region a line, in baseline, unsupervised, longterm or realtime",
     holds="boxes to 4 decimals but for the first, which is the truth's; confidence; no times",
@@ -138,6 +134,6 @@ LAYOUT = Layout(
     fits=fits,
     read=read,
     write=write,
-    held=held,
+    held=rounded(4),
     repeats=True,
 )
