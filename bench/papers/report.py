@@ -1,8 +1,9 @@
 """A paper as its folder describes it: what is run, and the report of what came out."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from bench.papers.description import Description, TableEntry
 from bench.papers.figures import Drawn, draw_figure, write_pictures
 from bench.papers.recorded import RECORDED, read_published
 from bench.papers.runs import tidy_runs
-from bench.papers.scenes import measured_on_scenes
+from bench.papers.scenes import examined, measured_on_scenes
 from bench.papers.screen import claim_count
 from bench.papers.selection import (
     affordable,
@@ -30,11 +31,15 @@ from bench.papers.selection import (
 )
 from bench.papers.tables import beside_ours, make_table, text_table
 from bench.papers.timing import failed_passes, runs_lacking
+from bench.store.layout import Cell
 from datasets.text_form import parse_text
 from reports.ledger import ledger_table
 from reports.tables import MISSING, Table
 
 __all__ = ["Paper"]
+
+WORTH_WORKERS = 3000
+"""Runs from which on workers, which take seconds to start, read them sooner."""
 
 JUDGED = (
     "Effects have 95 % intervals; a difference is positive where it is as the claim has it. A "
@@ -71,7 +76,8 @@ class Paper:
         name = self.description.name
         timed = [self.description.experiment(one) for one in self.description.experiments.timed]
         left = {*timed, self.description.experiment(RECORDED)}
-        scores = self._scores(results, {k: v for k, v in asked.items() if k not in left})
+        jobs = effort.jobs or os.cpu_count() or 1
+        scores = self._scores(results, {k: v for k, v in asked.items() if k not in left}, jobs)
         # To look it up again takes half a minute where scenes take long to open.
         measured = self._measured.pop((folder, effort), None) or self._on_scenes(folder, effort)
         if gate := part_of(name, "kept", "scenes"):
@@ -129,16 +135,16 @@ class Paper:
         shown = [table for name in left for table in tables if table.name == name]
         return [beside_ours("main", found), *shown] if found else shown
 
-    def _scores(self, results: Path, asked: Asked) -> pd.DataFrame:
+    def _scores(self, results: Path, asked: Asked, jobs: int) -> pd.DataFrame:
         """All runs once, and what they are copies of; `experiments` says where they stand."""
         name = self.description.name
-        series, of_run = part_of(name, "SERIES"), part_of(name, "of_run") or None
-        pieces = [
-            tidy_runs(results / one, cells, self.description, series, of_run).assign(
-                experiments=f",{one},"
-            )
-            for one, cells in asked.items()
-        ]
+        tidied = partial(_tidied, description=self.description, results=results)
+        if jobs > 1 and sum(map(len, asked.values())) > WORTH_WORKERS:
+            found = examined(tidied, [*asked.items()], jobs, "Runs read")
+            made = {experiment: piece for (experiment, _), piece in found}
+            pieces = [made[experiment] for experiment in asked]
+        else:
+            pieces = [*map(tidied, asked.items())]
         runs = pd.concat(pieces, ignore_index=True)
         keys = ["text", "name", "repetition", "trace"]
         # Several experiments have some runs; equal text means equal boxes.
@@ -219,6 +225,15 @@ class Paper:
                 "verdict leaves out the scenes in which a run that it compares failed."
             )
         return [*remarks, *(f"failed: {line}" for line in failed["failure"])]
+
+
+def _tidied(
+    asked: tuple[str, Collection[Cell]], description: Description, results: Path
+) -> pd.DataFrame:
+    """Runs of an experiment; the paper's own series are found by name, also in a worker."""
+    series, of_run = part_of(description.name, "SERIES"), part_of(description.name, "of_run")
+    runs = tidy_runs(results / asked[0], asked[1], description, series, of_run or None)
+    return runs.assign(experiments=f",{asked[0]},")
 
 
 def _advised(one: Conclusion, description: Description, effort: Effort) -> Conclusion:

@@ -5,7 +5,7 @@ import importlib
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
@@ -16,7 +16,7 @@ from datasets.source_digest import tree_digest
 from datasets.synthetic.knobs import Knobs
 
 if TYPE_CHECKING:
-    from datasets.synthetic.scene import Scene
+    from datasets.synthetic.scene import Scene, Truth
 
 __all__ = ["Entry", "SceneModule", "Suite", "suites"]
 
@@ -91,6 +91,8 @@ class Suite:
     def __init__(self, folder: Path, entries: Iterable[Entry]) -> None:
         self.entries = {entry.name: entry for entry in entries}
         self.golden = folder / "golden.json"
+        # A command opens a sequence to plan, to examine and to draw it; solids take a second each.
+        self._truth = lru_cache(maxsize=1024)(self._true)
 
     def names(self) -> list[str]:
         """Names of the sequences, without options."""
@@ -130,8 +132,7 @@ class Suite:
         """
         entry = self.entries[name]
         knobs, module = entry.opened(options)
-        scene = module.scene(knobs, *entry.which)
-        truth = scene.truth()
+        scene, truth = module.scene(knobs, *entry.which), self._truth(name, knobs)
         return Sequence(
             knobs.canonical_name(name),
             scene,
@@ -144,6 +145,11 @@ class Suite:
             masks=scene.mask,
             image_size=scene.size,
         )
+
+    def _true(self, name: str, knobs: Knobs) -> "Truth":
+        entry = self.entries[name]
+        module = cast(SceneModule, importlib.import_module(entry.module))
+        return module.scene(knobs, *entry.which).truth()
 
     def tree(self, name: str) -> str:
         """Digest of the syntax trees that make a sequence's scenes: of modules in this folder.
