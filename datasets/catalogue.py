@@ -156,7 +156,7 @@ def _paths_matching(text: str) -> list[str]:
     paths = [
         str(sequence)
         for place in sorted(found, key=lambda place: natural_order(str(place)))
-        for sequence in ([place] if readers.knows(place) else readers.sequences_in(place))
+        for sequence in readers.each(place) or readers.sequences_in(place)
     ]
     if is_pattern and not paths:  # names in a folder that holds its sequences further inside
         inside = readers.sequences_in(path.parent)

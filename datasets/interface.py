@@ -7,6 +7,8 @@ from typing import Protocol, TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from datasets.shapes import Shapes
+
 __all__ = [
     "LARGEST",
     "Frames",
@@ -121,6 +123,8 @@ class Sequence:
         Numbers that the data bring by name and frame (VOT's `anchor`).
     origin : Origin, optional
         Where the data come from.
+    shapes : Shapes, optional
+        By frame the polygon or mask that the box is around; `regions` are boxes.
 
     Attributes
     ----------
@@ -157,15 +161,15 @@ class Sequence:
         image_size: tuple[int, int] | None = None,
         values: Mapping[str, ArrayLike] | None = None,
         origin: Origin | None = None,
+        shapes: Shapes | None = None,
     ) -> None:
         self.name = name
         self.origin = origin or Origin()
         self.fps = fps
         self.truth_source = truth_source or name
         self.truth_missing = truth_missing
-        self.frames = frames
-        self._masks = masks
-        self._frame_names = frame_names
+        self.frames, self._frame_names = frames, frame_names
+        self._masks, self.shapes = masks, shapes
         self.known_size = image_size
         self._fingerprint = fingerprint
 
@@ -345,6 +349,7 @@ class Sequence:
             image_size=self.known_size,
             values={key: value[numbers] for key, value in self.values.items()},
             origin=self.origin,
+            shapes=None if self.shapes is None else self.shapes[index],
         )
 
 

@@ -1,7 +1,7 @@
 """Text files of numbers, as benchmarks write their truth; a mistake is told with file and line."""
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from math import isinf, nan
 from pathlib import Path
 
@@ -17,26 +17,34 @@ __all__ = [
     "columns",
     "fps_of",
     "numbers",
+    "place_of",
     "read_boxes",
     "read_fields",
     "read_flags",
     "read_rows",
     "without_rest",
+    "words",
 ]
 
 # What `float` takes besides (1_0, infinity, digits of other scripts) is a mistake in such a file.
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan)", re.ASCII | re.IGNORECASE)
+_BETWEEN = re.compile(r"\s*,\s*|\s+")
 _FIELD = re.compile(r"([^=:\[#;]+?)\s*[=:]\s*(.*)")
 
 _MOST_FPS = 100_000.0
 
 
+def words(line: str) -> list[str]:
+    """What stands between a line's commas, tabs or spaces; empty between two commas."""
+    return _BETWEEN.split(line.strip()) if line.strip() else []
+
+
 def numbers(line: str) -> list[float]:
-    """Numbers of a line, separated by commas, tabs or spaces; none where anything else is in it."""
-    words = line.replace(",", " ").split()
-    if not all(map(_NUMBER.fullmatch, words)):
+    """Numbers of a line, see `words`; none where anything else is in it, or one is missing."""
+    found = words(line)
+    if not all(map(_NUMBER.fullmatch, found)):
         return []
-    values = [float(word) for word in words]
+    values = [float(word) for word in found]
     return [] if any(map(isinf, values)) else values
 
 
@@ -152,7 +160,7 @@ def read_flags(path: Path, n: int, most: int = 1, *, padded: bool = False) -> ND
     """
     values: list[int] = []
     for number, line in enumerate(read_text(path).splitlines(), 1):
-        for word, value in zip(line.replace(",", " ").split(), numbers(line), strict=False):
+        for word, value in zip(words(line), numbers(line), strict=False):
             if value not in range(most + 1):
                 raise SequenceError(
                     f"{path}: line {number}: {brief(word)} is not a whole number of 0 to {most}."
@@ -190,6 +198,21 @@ def fps_of(fields: dict[str, str], key: str, path: Path) -> float | None:
     if len(found) != 1 or not 0.0 < found[0] <= _MOST_FPS:
         raise SequenceError(f"{path}: {key} is {brief(fields[key])}; expected are frames a second.")
     return found[0]
+
+
+def place_of(fields: Mapping[str, str], key: str, path: Path, otherwise: str = "") -> Path:
+    """File or folder that a field names, or its place where there is no such field.
+
+    `path`: the file of the fields, in whose folder it lies. `otherwise`: a name in that folder.
+
+    Raises `SequenceError` naming file and field where it leads out of that folder.
+    """
+    named = Path(fields.get(key, otherwise).replace("\\", "/"))
+    if named.is_absolute() or ".." in named.parts:
+        raise SequenceError(
+            f"{path}: {key} is {brief(fields[key])}; expected is what lies in this folder."
+        )
+    return path.parent / named
 
 
 def columns(path: Path) -> int:

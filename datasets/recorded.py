@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from datasets.file_digest import file_digests
 from datasets.image_files import ImageFiles
 from datasets.interface import Frames, Mask, Origin, Sequence
+from datasets.shapes import Shapes
 from datasets.truth_file import Truth
 
 __all__ = ["recorded", "recorded_images"]
@@ -29,6 +30,7 @@ def recorded(
     frame_names: list[str] | None = None,
     attributes: Mapping[str, NDArray[np.bool_]] | None = None,
     masks: Callable[[int], Mask | None] | None = None,
+    shapes: Shapes | None = None,
     values: Mapping[str, NDArray[np.float64]] | None = None,
     description: str = "",
     digests: Callable[[SequenceOf[Path]], list[str]] = file_digests,
@@ -47,7 +49,7 @@ def recorded(
         What is known of the target.
     truth_source : Path or None
         File that the truth comes from.
-    truth_missing, fps, frame_names, attributes, masks, values
+    truth_missing, fps, frame_names, attributes, masks, shapes, values
         As for `Sequence`.
     description : str
         As for `Origin`.
@@ -68,6 +70,7 @@ def recorded(
         attributes=attributes,
         fps=fps,
         masks=masks,
+        shapes=shapes,
         frame_names=frame_names,
         truth_source=str(truth_source or ""),
         truth_missing=truth_missing,

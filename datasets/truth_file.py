@@ -203,7 +203,7 @@ def _row(header: list[str], cells: list[str], after: int) -> _Row:
 
 def _number(text: str) -> float:
     try:
-        number = float(text)
+        number = float(text) if "_" not in text else nan  # Python takes 1_0 for ten
     except ValueError:
         number = nan
     if not isfinite(number):

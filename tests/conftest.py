@@ -1,5 +1,6 @@
 """What holds for all tests."""
 
+import pytest
 from hypothesis import settings
 
 from bench.compilation import attend
@@ -9,3 +10,17 @@ settings.register_profile("trackmark", deadline=None)
 settings.load_profile("trackmark")
 
 attend()  # tests run side by side
+
+EVIDENCE = pytest.StashKey()
+
+
+@pytest.fixture
+def evidence(request):
+    """Note a line that stands at the end of the tests' report."""
+    return request.config.stash.setdefault(EVIDENCE, []).append
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """Say what was counted."""
+    for line in config.stash.get(EVIDENCE, []):
+        terminalreporter.write_line(line)

@@ -7,7 +7,6 @@ the files; `importing` and `exporting` shift them.
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -74,7 +73,7 @@ def _as_it_is(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def rounded(decimals: int) -> Held:
     """Boxes with so many decimals: what a text of them keeps."""
-    return partial(np.round, decimals=decimals)
+    return lambda boxes: np.round(boxes, decimals)
 
 
 @dataclass(frozen=True)

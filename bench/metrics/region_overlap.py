@@ -130,11 +130,15 @@ def _polygon_pixels(
     mask = np.zeros((height, width), bool)
     start = points - low
     end = np.roll(start, 1, axis=0)
-    for row in range(height):
-        crosses = (np.minimum(start, end)[:, 1] <= row) & (row <= np.maximum(start, end)[:, 1])
-        (sx, sy), (dx, dy) = start[crosses].T, (end - start)[crosses].T
-        share = np.divide(row - sy, dy, out=np.zeros_like(sy), where=dy != 0)
-        nodes = np.sort((sx + share * dx).astype(int)).tolist()
+    (sx, sy), (dx, dy) = start.T, (end - start).T
+    rows = np.arange(height)[:, None]
+    crosses = (np.minimum(sy, end[:, 1]) <= rows) & (rows <= np.maximum(sy, end[:, 1]))
+    share = np.divide(rows - sy, dy, out=np.zeros(crosses.shape), where=dy != 0)
+    # What does not cross a row comes last, and is left out.
+    found = np.sort(np.where(crosses, (sx + share * dx).astype(int), np.iinfo(int).max), axis=1)
+    counts = np.count_nonzero(crosses, axis=1).tolist()
+    for row, (crossings, count) in enumerate(zip(found.tolist(), counts, strict=True)):
+        nodes = crossings[:count]
         while len(nodes) > 1:
             first = nodes.pop(0)
             if first == nodes[0] and len(nodes) > 1:

@@ -16,6 +16,7 @@ from bench.store.columns import as_columns
 from bench.store.files import ResultsError, write_atomically
 from bench.store.layout import BOX_COLUMNS, METADATA_KEY, SCHEMA, check_schema, folder_name
 from datasets import Sequence, SequenceError
+from datasets.shapes import EncodedMask, Shapes
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,6 +31,9 @@ __all__ = [
     "write_truth",
 ]
 
+_OUTLINE = "shape/"
+"""How the names of columns of polygons and masks begin."""
+
 
 @dataclass(frozen=True)
 class StoredTruth:
@@ -42,6 +46,7 @@ class StoredTruth:
     attributes: Mapping[str, NDArray[Any]]
     fps: float | None
     image_size: tuple[int, int] | None = None
+    shapes: Shapes | None = None
 
 
 def truth_path(folder: Path, sequence: str, fingerprint: str) -> Path:
@@ -56,10 +61,11 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
     Raises `ResultsError` where it can't be written.
     """
     path = truth_path(folder, sequence.name, sequence.fingerprint)
-    # What is damaged, or does not say its fingerprint or the images' size yet, is written anew.
+    # What is damaged, or does not say its fingerprint, the images' size or outlines yet, is written
+    # anew.
     with suppress(ResultsError, FileNotFoundError):
         there, fingerprint = check_truth(path)
-        if fingerprint and there.image_size:
+        if fingerprint and there.image_size and (there.shapes or not sequence.shapes):
             return
     regions = {"boxes": sequence.boxes, **sequence.regions}
     columns: dict[str, Any] = {"visibility": sequence.visibility}
@@ -78,7 +84,42 @@ def write_truth(folder: Path, sequence: Sequence) -> None:
         "attributes": list(sequence.attributes),
     }
     described = {METADATA_KEY: json.dumps(metadata).encode()}
-    write_atomically(path, arrow_bytes(as_columns(columns), described))
+    table = as_columns(columns)
+    for kind, rows in _outlines(sequence.shapes).items():
+        table = table.append_column(f"{_OUTLINE}{kind}", rows)
+    write_atomically(path, arrow_bytes(table, described))
+
+
+def _outlines(shapes: Shapes | None) -> dict[str, pa.Array]:
+    """Polygons as their points' coordinates, masks as where they lie and their runs; else null."""
+    stored = [] if shapes is None else shapes.as_stored()
+    polygons = [one.ravel() if isinstance(one, np.ndarray) else None for one in stored]
+    masks = [
+        [one.x, one.y, one.width, one.height, *one.runs] if isinstance(one, EncodedMask) else None
+        for one in stored
+    ]
+    columns = {
+        "polygon": pa.array(polygons, pa.list_(pa.float64())),
+        "mask": pa.array(masks, pa.list_(pa.int64())),
+    }
+    return {kind: rows for kind, rows in columns.items() if rows.null_count < len(rows)}
+
+
+def _shapes_of(table: pa.Table, size: tuple[int, int] | None) -> Shapes | None:
+    """What `_outlines` made; raises `ValueError` for what it would not make."""
+    known: dict[int, NDArray[np.float64] | EncodedMask] = {}
+    for name in filter(_is_outline, table.column_names):
+        for frame, row in enumerate(table.column(name).to_pylist()):
+            if row is not None and name == f"{_OUTLINE}polygon":
+                known[frame] = np.array(row, np.float64).reshape(-1, 2)
+            elif row is not None:
+                x, y, width, height, *runs = row
+                known[frame] = EncodedMask(x, y, width, height, np.array(runs, np.int64))
+    return Shapes(known, range(len(table)), size or (0, 0)) if known else None
+
+
+def _is_outline(column: str) -> bool:
+    return column.startswith(_OUTLINE)
 
 
 def _image_size(sequence: Sequence) -> tuple[int, int] | None:
@@ -130,7 +171,11 @@ def check_truth(path: Path) -> tuple[StoredTruth, str]:
         name, fingerprint = metadata["name"], metadata.get("fingerprint", "")
         place = truth_path(path.parents[2], name, fingerprint)
         size = metadata.get("image_size")  # not kept by trackmark before there were presets for it
-        columns = {column: table.column(column).to_numpy() for column in table.column_names}
+        columns = {
+            column: table.column(column).to_numpy()
+            for column in table.column_names
+            if not _is_outline(column)
+        }
         regions = {
             region: np.column_stack([columns[f"{region}/{key}"] for key in BOX_COLUMNS])
             for region in metadata["regions"]
@@ -143,6 +188,7 @@ def check_truth(path: Path) -> tuple[StoredTruth, str]:
             attributes={key: columns[f"attribute/{key}"] for key in metadata["attributes"]},
             fps=metadata["fps"],
             image_size=tuple(size) if size else None,
+            shapes=_shapes_of(table, size),
         )
     except ResultsError:
         raise

@@ -69,6 +69,10 @@ docs/stress.md says what their values mean.
 """
 
 
+IN_PLACE = frozenset({"occlusion", "similarity", "gain", "blur", "noise", "box_error"})
+"""Filters under which polygons and masks of a truth stay true; under others its boxes count."""
+
+
 def split_filters(text: str) -> tuple[str, dict[str, float]]:
     """A sequence's text without filters, and the values of its filters, checked.
 
@@ -143,7 +147,8 @@ def filtered(sequence: Sequence, values: Mapping[str, float]) -> Sequence:
         identity = [sequence.fingerprint, dict(values), _code()]
         return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
 
-    return timing.changed(made, name=name, fingerprint=fingerprint)
+    shapes = sequence.shapes if values.keys() <= IN_PLACE | {DRAW} else None
+    return timing.changed(made, name=name, fingerprint=fingerprint, shapes=shapes)
 
 
 @cache

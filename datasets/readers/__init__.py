@@ -16,6 +16,8 @@ __all__ = [
     "Choosing",
     "Collecting",
     "Reader",
+    "Splitting",
+    "each",
     "knows",
     "options",
     "read",
@@ -77,6 +79,15 @@ class Collecting(Protocol):
         ...
 
 
+@runtime_checkable
+class Splitting(Protocol):
+    """What a reader offers besides, of whose paths one may be several sequences."""
+
+    def each(self, path: Path) -> list[Path]:
+        """Paths of all sequences that lie there, options behind them."""
+        ...
+
+
 def knows(path: Path) -> bool:
     """Whether a reader knows the path; some know names of what lies elsewhere."""
     return _reader(path) is not None
@@ -88,21 +99,42 @@ def taken_for(path: Path) -> str:
     return "" if reader is None else reader.EXPECTS
 
 
+def each(path: Path) -> list[Path]:
+    """Paths of the sequences that lie at a path: itself, or several targets; none if unknown."""
+    reader = _reader(path)
+    with _looking(path):
+        return (
+            [] if reader is None else reader.each(path) if isinstance(reader, Splitting) else [path]
+        )
+
+
 def sequences_in(folder: Path) -> list[Path]:
     """Paths of the sequences that lie in a folder, in natural order of their names.
+
+    Where none does, those in its folders: of GOT-10k's `val` and `test`, of one's own data sets.
 
     Raises
     ------
     SequenceError
         For a folder that can't be read.
     """
+    return _directly_in(folder) or [
+        path for place in _inside(folder) for path in _directly_in(place)
+    ]
+
+
+def _directly_in(folder: Path) -> list[Path]:
     for reader in _readers():
         if isinstance(reader, Collecting) and (members := reader.members(folder)):
             return members
+    return [sequence for path in _inside(folder) for sequence in each(path)]
+
+
+def _inside(folder: Path) -> list[Path]:
+    """What is in a folder, in natural order of names; nothing in a file."""
     with _looking(folder):
         inside = folder.iterdir() if folder.is_dir() else ()
-        found = sorted(inside, key=lambda path: natural_order(path.name))
-    return [path for path in found if knows(path)]
+        return sorted(inside, key=lambda path: natural_order(path.name))
 
 
 def options(path: Path) -> list[dict[str, Any]]:

@@ -116,7 +116,9 @@ def _objects(images: list[Path], masks: list[Path]) -> dict[int, _Object]:
                 f"{file}: the mask has {values.shape[1]}x{values.shape[0]} pixels, the images have "
                 f"{width}x{height}. Get the masks of their resolution."
             )
-        for value in (1 + np.flatnonzero(np.bincount(values.ravel())[1:])).tolist():
+        # NumPy would count in eight bytes a pixel.
+        there = cv2.calcHist([values], [0], None, [256], [0, 256]).ravel()
+        for value in (1 + np.flatnonzero(there[1:])).tolist():
             rows = boxes.setdefault(value, np.full((len(masks), 4), np.nan))
             rows[frame] = cv2.boundingRect((values == value).view(np.uint8))
     if not boxes:

@@ -17,7 +17,7 @@ from datasets import truth_file
 from datasets.decoding import brief
 from datasets.image_files import numbered_images
 from datasets.interface import Sequence, SequenceError
-from datasets.number_files import fps_of, read_fields, read_rows
+from datasets.number_files import fps_of, place_of, read_fields, read_rows
 from datasets.recorded import recorded_images
 
 __all__ = ["CITATION", "EXPECTS", "GENERAL", "options", "read", "recognises"]
@@ -49,7 +49,7 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     """Open the sequence of one target, by default of the one that is in most frames."""
     name = path.resolve().name
     fields = read_fields(path / FIELDS) if (path / FIELDS).is_file() else {}
-    images = numbered_images(path / fields.get("imDir", IMAGES))
+    images = numbered_images(place_of(fields, "imDir", path / FIELDS, IMAGES))
     fps = fps_of(fields, "frameRate", path / FIELDS)
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth, fps=fps)

@@ -1,20 +1,25 @@
 """Sequences of the Object Tracking Benchmark: `img/` and `groundtruth_rect.txt`.
 
 Wu, Lim, Yang, "Object tracking benchmark", IEEE TPAMI 37(9), 2015. A row of the truth is
-`x, y, width, height`, separated by commas, tabs or spaces; x and y count from 1.
+`x, y, width, height`, separated by commas, tabs or spaces; x and y count from 1. A folder with
+`groundtruth_rect.1.txt` and `groundtruth_rect.2.txt` is two sequences, Jogging.1 and Jogging.2;
+toolkits call them so, or Jogging-1 or Jogging_1.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from datasets import truth_file
+from datasets.decoding import brief
 from datasets.image_files import image_files
 from datasets.interface import Sequence, SequenceError
 from datasets.number_files import columns, read_boxes
 from datasets.recorded import recorded_images
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "read", "recognises"]
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "each", "options", "read", "recognises"]
 
 TRUTH, TLP_COLUMNS = "groundtruth_rect.txt", 6
 EXPECTS = f"a folder with img/ and {TRUTH} (OTB)"
@@ -35,21 +40,43 @@ def recognises(path: Path) -> bool:
     return not (path / TRUTH).is_file() or columns(path / TRUTH) != TLP_COLUMNS
 
 
-def read(path: Path, truth: Path | None) -> Sequence:
-    """Open the folder; tags in its `attrs.txt` hold for the whole sequence."""
+def options(path: Path) -> list[dict[str, Any]]:
+    """What can be chosen where there are several: `target`; see `datasets.options`."""
+    targets = list(_truths(path))
+    if len(targets) < 2:
+        return []
+    meaning = f"which target of {', '.join(targets)}"
+    return [{"name": "target", "default": int(targets[0]), "meaning": meaning}]
+
+
+def each(path: Path) -> list[Path]:
+    """All sequences of a folder; see `Splitting`."""
+    targets = list(_truths(path))
+    several = [path.with_name(f"{path.name}:target={target}") for target in targets]
+    return several if len(several) > 1 else [path]
+
+
+def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None) -> Sequence:
+    """Open the folder, by default of its first target; tags in `attrs.txt` hold for all frames."""
     name = path.resolve().name
     files = image_files(path / "img")
-    if truth is None and not (path / TRUTH).is_file():
-        there = sorted(file.name for file in path.glob("groundtruth_rect*.txt"))
-        raise SequenceError(
-            f"{path}: there is {', '.join(there[:3])}, a truth of one of several targets, but no "
-            f"{TRUTH}. Copy the one that you want to {TRUTH}."
-        )
     if truth is None:
-        rows, source = truth_file.Truth(read_boxes(path / TRUTH, origin=1.0)), path / TRUTH
+        targets = _truths(path)
+        if not targets:
+            raise SequenceError(
+                f"{path}: there is no {TRUTH}, nor a groundtruth_rect.1.txt with rows. Copy the "
+                f"truth that you want to {TRUTH}."
+            )
+        target = (chosen or {}).get("target", next(iter(targets)))
+        if target not in targets:
+            known = ", ".join(targets)
+            raise SequenceError(f"{path}: there is no target {brief(target)}. There are: {known}.")
+        source = targets[target]
+        rows = truth_file.Truth(read_boxes(source, origin=1.0))
         skipped = IMAGES_BEFORE_TRUTH.get(name.lower(), 0)
         if len(files) >= skipped + len(rows.boxes):
             files = files[skipped:]
+        name = f"{name}.{target}" if target else name
     else:
         rows, source = truth_file.read(truth), truth
     attrs = path / "attrs.txt"
@@ -61,3 +88,15 @@ def read(path: Path, truth: Path | None) -> Sequence:
         source,
         attributes={tag: np.ones(len(rows.boxes), dtype=np.bool_) for tag in tags},
     )
+
+
+def _truths(path: Path) -> dict[str, Path]:
+    """Truths by target: one alone, or the numbered ones but for those that are empty (Human4)."""
+    if (path / TRUTH).is_file():
+        return {"": path / TRUTH}
+    numbered = {file.name.split(".")[1]: file for file in path.glob("groundtruth_rect.*.txt")}
+    return {
+        number: numbered[number]
+        for number in sorted(numbered)
+        if number.isascii() and number.isdecimal() and numbered[number].stat().st_size
+    }

@@ -4,15 +4,16 @@ A row of `groundtruth.txt` is a box `x,y,width,height`, a polygon `x1,y1,x2,y2,â
 `mX,Y,WIDTH,HEIGHT,RUN,RUN,â€¦` (runs of pixels outside and inside in turn, row by row), or `0` where
 nothing is known; coordinates count from 0, as the toolkit takes them. The box of a polygon or a
 mask is the smallest upright one around it. (The GOT-10k toolkit makes a smaller one of a polygon,
-of the polygon's area, and adds a pixel to its sides.) Kristan et al., "A novel performance
-evaluation methodology for single-target trackers", IEEE TPAMI 38(11), 2016.
+of the polygon's area, and adds a pixel to its sides.) A folder with `groundtruth_OBJECT.txt` in its
+place, as since 2023, is a sequence an object. Kristan et al., "A novel performance evaluation
+methodology for single-target trackers", IEEE TPAMI 38(11), 2016.
 """
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,12 +22,22 @@ from datasets.decoding import brief, check_pixels
 from datasets.file_digest import file_digests
 from datasets.image_files import image_files, numbered_images, size_of_first
 from datasets.interface import Mask, Sequence, SequenceError
-from datasets.number_files import fps_of, numbers, read_fields, read_flags, read_rows
+from datasets.number_files import (
+    fps_of,
+    numbers,
+    place_of,
+    read_fields,
+    read_flags,
+    read_rows,
+    words,
+)
 from datasets.recorded import recorded_images
+from datasets.shapes import EncodedMask, Shapes
+from datasets.text_form import natural_order
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "read", "recognises"]
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "each", "options", "read", "recognises"]
 
-TRUTH, FIELDS = "groundtruth.txt", "sequence"
+TRUTH, OBJECT, FIELDS = "groundtruth.txt", "groundtruth_", "sequence"
 EXPECTS = f"a folder with {TRUTH} and images or color/ (VOT)"
 GENERAL = False
 CITATION = (
@@ -42,15 +53,31 @@ def recognises(path: Path) -> bool:
 
     A truth of one's own beside the images, `truth.csv`, makes it a folder of images.
     """
-    if not (path / TRUTH).is_file() or (path / "truth.csv").is_file():
+    if not _truths(path) or (path / "truth.csv").is_file():
         return False
     if any((path / name).exists() for name in (FIELDS, "color")):
         return True
-    images = image_files(path)
+    images = image_files(path) if (path / TRUTH).is_file() else []
     return bool(images) and images[0].stem.isdecimal()
 
 
-def read(path: Path, truth: Path | None) -> Sequence:
+def options(path: Path) -> list[dict[str, Any]]:
+    """What can be chosen where there are several: `object`; see `datasets.options`."""
+    objects = list(_truths(path))
+    if len(objects) < 2:
+        return []
+    meaning = f"which object of {', '.join(objects)}"
+    return [{"name": "object", "default": objects[0], "meaning": meaning}]
+
+
+def each(path: Path) -> list[Path]:
+    """All sequences of a folder; see `Splitting`."""
+    objects = list(_truths(path))
+    several = [path.with_name(f"{path.name}:object={one}") for one in objects]
+    return several if len(several) > 1 else [path]
+
+
+def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None) -> Sequence:
     """Open the folder; files `*.tag` and `*.label` are attributes, `*.value` are values."""
     name, fields = path.resolve().name, {}
     if (path / FIELDS).is_file():
@@ -58,7 +85,13 @@ def read(path: Path, truth: Path | None) -> Sequence:
     images = numbered_images(_channel(path, fields))
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
-    source = path / fields.get("groundtruth", TRUTH)
+    truths = _truths(path)
+    target = (chosen or {}).get("object", next(iter(truths)))
+    if target not in truths:
+        known = ", ".join(truths)
+        raise SequenceError(f"{path}: there is no object {brief(target)}. There are: {known}.")
+    source = truths[target] if target else place_of(fields, "groundtruth", path / FIELDS, TRUTH)
+    name = f"{name}_{target}" if len(truths) > 1 else name
     regions = _regions(source, images)
     n = len(regions.boxes)
     tags = _files(path, (".tag", ".label"))
@@ -70,32 +103,18 @@ def read(path: Path, truth: Path | None) -> Sequence:
         fps=fps_of(fields, "fps", path / FIELDS),
         attributes={file.stem: read_flags(file, n, padded=True) > 0 for file in tags},
         values={file.stem: _values(file, n) for file in _files(path, (".value",))},
-        masks=regions.mask if regions.masks else None,
+        masks=regions.mask if regions.size != (0, 0) else None,
+        shapes=Shapes(regions.shapes, range(n), regions.size) if regions.shapes else None,
         digests=lambda files: file_digests([*files, source]),
     )
 
 
-@dataclass(frozen=True)
-class _EncodedMask:
-    """A mask as it stands in the truth: where its part of the image lies, and runs in that."""
-
-    x: int
-    y: int
-    width: int
-    height: int
-    runs: NDArray[np.int64]
-
-    def pixels(self) -> Mask:
-        """Its part of the image, shape (height, width)."""
-        inside = np.arange(len(self.runs)) % 2 == 1
-        return np.repeat(inside, self.runs).reshape(self.height, self.width)
-
-    def box(self) -> list[float]:
-        """The smallest box around its pixels; NaN where there is none."""
-        if not self.runs[1::2].any():
-            return [np.nan] * 4
-        x, y, width, height = cv2.boundingRect(self.pixels().view(np.uint8))
-        return [self.x + x, self.y + y, width, height]
+def _truths(path: Path) -> dict[str, Path]:
+    """Truths by object: of a single one, or of those that are told apart; none where none is."""
+    if (path / TRUTH).is_file():
+        return {"": path / TRUTH}
+    files = sorted(path.glob(f"{OBJECT}*.txt"), key=lambda file: natural_order(file.name))
+    return {file.stem.removeprefix(OBJECT): file for file in files}
 
 
 @dataclass(frozen=True)
@@ -103,17 +122,13 @@ class _Regions:
     """What the truth says of all frames."""
 
     boxes: NDArray[np.float64]  # (n, 4); NaN where the target is absent
-    masks: Mapping[int, _EncodedMask]  # by frame
+    shapes: Mapping[int, NDArray[np.float64] | EncodedMask]  # by frame, where there is one
     size: tuple[int, int]  # of the images; only known where there are masks
 
     def mask(self, frame: int) -> Mask | None:
         """The mask of a frame, where it has one."""
-        part = self.masks.get(frame)
-        if part is None:
-            return None
-        whole = np.zeros(self.size[::-1], np.bool_)
-        whole[part.y : part.y + part.height, part.x : part.x + part.width] = part.pixels()
-        return whole
+        shape = self.shapes.get(frame)
+        return shape.whole(self.size) if isinstance(shape, EncodedMask) else None
 
 
 def _regions(path: Path, images: list[Path]) -> _Regions:
@@ -121,56 +136,64 @@ def _regions(path: Path, images: list[Path]) -> _Regions:
     size = (0, 0)
     if any(line.lstrip().startswith("m") for line in lines):
         size = size_of_first(images)
-    boxes, masks = np.full((len(lines), 4), np.nan), {}
+    boxes = np.full((len(lines), 4), np.nan)
+    shapes: dict[int, NDArray[np.float64] | EncodedMask] = {}
     for frame, line in enumerate(lines):
         try:
             if line.lstrip().startswith("m"):
-                masks[frame] = _encoded(line.strip().removeprefix("m"), size)
-                boxes[frame] = masks[frame].box()
+                shapes[frame] = mask = _encoded(line.strip().removeprefix("m"), size)
+                boxes[frame] = mask.box()
             else:
-                boxes[frame] = _box(line, first=frame == 0)
+                row = _row(line)
+                boxes[frame] = _box(row, first=frame == 0)
+                if len(row) > 4 and np.isfinite(boxes[frame]).all():
+                    shapes[frame] = np.array(row).reshape(-1, 2)
         except ValueError as error:
             raise SequenceError(f"{path}: line {frame + 1}: {error}.") from None
     if not lines:
         raise SequenceError(f"{path}: there are no rows.")
-    return _Regions(boxes, masks, size)
+    return _Regions(boxes, shapes, size)
 
 
-def _box(line: str, *, first: bool) -> list[float]:
-    """Box of a row that is no mask; NaN where the target is absent."""
+def _row(line: str) -> list[float]:
+    """Numbers of a row that is no mask; none where the target is absent."""
     row = numbers(line)
-    absent = [np.nan] * 4
     unknown = np.isnan(row)
     if row == [0.0] or (unknown.any() and len(row) in (1, 4)) or (len(row) and unknown.all()):
-        return absent
+        return []
     if len(row) < 4 or unknown.any() or (len(row) > 4 and len(row) % 2):
         raise ValueError(f"{brief(line.strip())} is no region; expected are {_ROW}")
+    return row
+
+
+def _box(row: list[float], *, first: bool) -> list[float]:
+    """Box of a row's numbers; NaN where the target is absent."""
+    if not row:
+        return [np.nan] * 4
     if len(row) > 4:
         points = np.array(row).reshape(-1, 2)
         row = [*points.min(axis=0), *np.ptp(points, axis=0)]
     elif not first and min(row[2:]) < 0.0:
         raise ValueError("the box has a negative size")
     # Without size it is absent, but not in the first row: there it is a mistake, see `as_boxes`.
-    return absent if not first and min(row[2:]) == 0.0 else row
+    return [np.nan] * 4 if not first and min(row[2:]) == 0.0 else row
 
 
-def _encoded(text: str, size: tuple[int, int]) -> _EncodedMask:
+def _encoded(text: str, size: tuple[int, int]) -> EncodedMask:
     """A mask that lies in an image of this size."""
-    words = text.replace(",", " ").split()
-    if len(words) < 5 or not all(
-        word.isascii() and word.isdecimal() and len(word) < 10 for word in words
+    found = words(text)
+    if len(found) < 5 or not all(
+        word.isascii() and word.isdecimal() and len(word) < 10 for word in found
     ):
         raise ValueError(f"{brief(f'm{text}')} is no mask; expected are {_ROW}")
-    x, y, width, height, *runs = map(int, words)
+    x, y, width, height, *runs = map(int, found)
     if x + width > size[0] or y + height > size[1]:
         raise ValueError(
             f"the mask's part of {width}x{height} pixels at {x}, {y} does not lie in the image, "
             f"which has {size[0]}x{size[1]}"
         )
     check_pixels(*size)
-    if sum(runs) != width * height:
-        raise ValueError(f"the runs make {sum(runs)} pixels, not {width}x{height}")
-    return _EncodedMask(x, y, width, height, np.array(runs, np.int64))
+    return EncodedMask(x, y, width, height, np.array(runs, np.int64))
 
 
 def _channel(path: Path, fields: Mapping[str, str]) -> Path:
@@ -178,7 +201,7 @@ def _channel(path: Path, fields: Mapping[str, str]) -> Path:
     kinds = [key for key in fields if key.startswith("channels.")]
     key = "channels.color" if "channels.color" in kinds or not kinds else kinds[0]
     if key in fields:
-        place = path / fields[key].replace("\\", "/")
+        place = place_of(fields, key, path / FIELDS)
         return place.parent if place.suffix else place
     return path / "color" if (path / "color").is_dir() else path
 

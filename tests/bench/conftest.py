@@ -222,21 +222,6 @@ def spoil(here):
     return spoiled
 
 
-EVIDENCE = pytest.StashKey()
-
-
-@pytest.fixture
-def evidence(request):
-    """Note a line that stands at the end of the tests' report."""
-    return request.config.stash.setdefault(EVIDENCE, []).append
-
-
-def pytest_terminal_summary(terminalreporter, config):
-    """Say what was counted."""
-    for line in config.stash.get(EVIDENCE, []):
-        terminalreporter.write_line(line)
-
-
 class Substitute:
     """A module of which some calls are handed to a test.
 

@@ -1,8 +1,11 @@
 """Data as a hostile world has them: a line that names the culprit, never a traceback."""
 
 import os
+import subprocess
+import sys
 import zlib
 
+import cv2
 import numpy as np
 import pytest
 from PIL import Image
@@ -25,9 +28,9 @@ def no_truth(folder, write_images):
     return folder
 
 
-def one_target_of_two(folder, write_images):
+def no_target(folder, write_images):
     write_images(folder / "img", ["0001.png"])
-    (folder / "groundtruth_rect.1.txt").write_text("1,2,3,4\n")
+    (folder / "groundtruth_rect.1.txt").write_text("")
     return folder
 
 
@@ -146,7 +149,7 @@ def bomb(folder, write_images):
 
 HOSTILE = {
     no_truth: r"there is no truth.* \S+groundtruth\.txt is of a format .* truth\.csv with frame,x",
-    one_target_of_two: r"groundtruth_rect\.1\.txt, .* Copy the one that you want",
+    no_target: r"no groundtruth_rect\.txt, nor a groundtruth_rect\.1\.txt with rows\. Copy",
     attributes: r"attrs\.txt: this is no text in UTF-8",
     far_otb: r"groundtruth_rect\.txt: the box of 0002\.png, .*1e\+300",
     far_csv: r"truth\.csv: the box of 2\.png, -1e\+300",
@@ -194,7 +197,7 @@ def test_paths_that_lead_nowhere_are_a_line(text, words, tmp_path, monkeypatch):
 
 
 def test_a_truth_that_is_given_wins_over_one_of_several_targets(tmp_path, write_images):
-    path = one_target_of_two(tmp_path / "walk", write_images)
+    path = no_target(tmp_path / "walk", write_images)
     (tmp_path / "mine.csv").write_text(BOX)
     assert len(load_all(path, truth=tmp_path / "mine.csv")[0]) == 1
 
@@ -217,6 +220,39 @@ def test_a_frame_of_another_size_in_a_video_is_named(tmp_path, write_video):
         SequenceError, match=r"both\.mpg: frame [45] has 48x32 pixels, others have 96"
     ):
         load_all(tmp_path / "both.mpg")
+
+
+LOOK = """
+import resource, sys
+import datasets
+sequence = datasets.load(sys.argv[1])
+for frame in range(len(sequence)):
+    sequence[frame], sequence.mask(frame), sequence.shapes and sequence.shapes[frame]
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["images", "davis", "vot"])
+def test_the_largest_images_that_are_read_take_less_than_a_gigabyte(kind, tmp_path, write_images):
+    """Of 10^8 pixels, all alike, so that the files are small."""
+    path, side = tmp_path / "walk", 10_000
+    if kind == "davis":
+        path, mask = davis(path, write_images)
+        assert cv2.imwrite(str(mask), np.eye(side, dtype=np.uint8))
+        assert cv2.imwrite(str(path / "00000.jpg"), np.zeros((side, side), np.uint8))
+    else:
+        write_images(path, ["1.png"])
+        assert cv2.imwrite(str(path / "1.png"), np.zeros((side, side), np.uint8))
+        (path / "truth.csv").write_text(BOX)
+    if kind == "vot":
+        (path / "truth.csv").unlink()
+        (path / "groundtruth.txt").write_text(f"m0,0,{side},{side},5,{side * side - 5}\n")
+    assert sum(file.stat().st_size for file in tmp_path.rglob("*") if file.is_file()) < 2e6
+    done = subprocess.run(
+        [sys.executable, "-c", LOOK, str(path)], capture_output=True, text=True, check=True
+    )
+    assert int(done.stdout) * 1024 < 2**30
 
 
 def test_a_reader_that_cannot_look_says_where(tmp_path):

@@ -8,17 +8,19 @@ from bench.exchange.layout import Layout, Said, boxes_from, file_name, first_lin
 __all__ = ["LAYOUT", "files", "repetitions"]
 
 
-def repetitions(folder: Path) -> Mapping[str, list[Path]]:
+def repetitions(folder: Path, suffix: str = ".txt") -> Mapping[str, list[Path]]:
     """Files `SEQ/SEQ_001.txt` of all sequences in a folder."""
     found = {
-        path.name: sorted(path.glob(f"{path.name}_[0-9][0-9][0-9].txt"))
+        path.name: sorted(path.glob(f"{path.name}_[0-9][0-9][0-9]{suffix}"))
         for path in sorted(folder.iterdir())
         if path.is_dir() and not set(path.name) & set("[]*?")  # those stand for others in a pattern
     }
     return {name: of for name, of in found.items() if of}
 
 
-files = repetitions
+def files(folder: Path) -> Mapping[str, list[Path]]:
+    """Texts by sequence, one a repetition."""
+    return repetitions(folder)
 
 
 def fits(file: Path) -> bool:

@@ -2,10 +2,12 @@
 
 A line is a rectangle, a polygon, a mask, or one number: 1 where the tracker is initialised, 2 where
 it failed, 0 where there is none. Of `baseline` the tracker was begun again after failures. Beside
-lie `SEQ_001_confidence.value`, and times. Polygons and masks count as the boxes around them.
+lie `SEQ_001_confidence.value`, and times. Polygons and masks count as the boxes around them. Files
+`SEQ_001.bin`, which the toolkit writes by default, hold the same in single precision.
 """
 
-from collections.abc import Mapping
+import struct
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -38,32 +40,32 @@ def files(folder: Path) -> Mapping[str, list[Path]]:
     if len(there) > 1:
         names = ", ".join(path.name for path in there)
         raise ExchangeError(f"{folder} holds several experiments ({names}): name one, as a path.")
-    found = repetitions(there[0] if there else folder)
-    if there and not found and any(there[0].glob("*/*_[0-9]*.txt")):
-        raise ExchangeError(f"{there[0]}: results from many anchors, which are not read.")
+    place = there[0] if there else folder
+    found = {**repetitions(place, ".bin"), **repetitions(place)}
+    others = (file.suffix for file in place.glob("*/*_[0-9]*"))
+    if there and not found and any(suffix in (".txt", ".bin") for suffix in others):
+        raise ExchangeError(f"{place}: results from many anchors, which are not read.")
     return found
 
 
 def fits(file: Path) -> bool:
     """Whether it lies in an experiment's folder, or its first line is no rectangle."""
-    return file.parent.parent.name in EXPERIMENTS or first_line(file).count(",") != 3
+    known = file.parent.parent.name in EXPERIMENTS or file.suffix == ".bin"
+    return known or first_line(file).count(",") != 3
 
 
 def read(file: Path) -> Said:
     """Boxes, states of a supervised run, and confidences where they lie beside."""
-    lines = text_of(file).rstrip().splitlines()
-    boxes, states = np.full((len(lines), 4), np.nan), np.full(len(lines), int(State.TRACKED))
+    regions = list(_binary(file) if file.suffix == ".bin" else _text(file))
+    boxes, states = np.full((len(regions), 4), np.nan), np.full(len(regions), int(State.TRACKED))
     around = 0
-    for number, line in enumerate(lines):
-        place = f"{file}, line {number + 1}"
-        if line.startswith("m"):
-            boxes[number] = _around_mask(numbers_of(line[1:], place), place)
+    for number, (place, is_mask, numbers) in enumerate(regions):
+        if is_mask:
+            boxes[number] = _around_mask(numbers, place)
             around += 1
-            continue
-        numbers = numbers_of(line, place)
-        if len(numbers) == 1:
+        elif len(numbers) == 1:
             if numbers[0] not in CODES:
-                raise ExchangeError(f"{place}: {line.strip()}; a region, 0, 1 or 2 is expected.")
+                raise ExchangeError(f"{place}: {numbers[0]:g}; a region, 0, 1 or 2 is expected.")
             states[number] = CODES[numbers[0]]
         elif len(numbers) == 4:
             boxes[number] = numbers
@@ -76,10 +78,56 @@ def read(file: Path) -> Said:
     again = bool((states == State.FAILED).any()) or file.parent.parent.name == SUPERVISED
     return Said(
         boxes,
-        column_from(file.with_name(f"{file.stem}_confidence.value"), len(lines)),
+        column_from(file.with_name(f"{file.stem}_confidence.value"), len(regions)),
         states if again else None,
         remark=f"{around} polygons or masks count as the boxes around them" if around else "",
     )
+
+
+def _text(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
+    """By line where it stands, whether it is a mask, and its numbers."""
+    for number, line in enumerate(text_of(file).rstrip().splitlines(), 1):
+        place = f"{file}, line {number}"
+        yield place, line.startswith("m"), numbers_of(line.removeprefix("m"), place)
+
+
+def _binary(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
+    """The same of a file of the toolkit's: version and length, and by region a kind and numbers."""
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise ExchangeError(f"{file}: this can't be read ({error.strerror}).") from error
+    at = 0
+
+    def read(form: str, place: str) -> tuple[float, ...]:
+        nonlocal at
+        try:
+            values = struct.unpack_from(f"<{form}", data, at)
+        except struct.error:
+            raise ExchangeError(f"{place}: the file ends in it. Get it anew.") from None
+        at += struct.calcsize(f"<{form}")
+        return values
+
+    version, length = read("hI", f"{file}, its head")
+    if version != 1:
+        raise ExchangeError(f"{file}: this is of version {version}; version 1 is read.")
+    for number in range(1, int(length) + 1):
+        place = f"{file}, region {number}"
+        (kind,) = read("B", place)
+        if kind == 0:
+            yield place, False, list(read("I", place))
+        elif kind == 1:
+            yield place, False, list(read("4f", place))
+        elif kind == 2:
+            (points,) = read("H", place)
+            yield place, False, list(read(f"{2 * int(points)}f", place))
+        elif kind == 3:
+            *part, runs = read("hhHHH", place)
+            yield place, True, [*part, *read(f"{int(runs)}H", place)]
+        else:
+            raise ExchangeError(f"{place}: there is no kind {kind} of regions. Get the file anew.")
+    if behind := len(data) - at:
+        raise ExchangeError(f"{file}: there are {behind} bytes behind its {length} regions.")
 
 
 def _around_mask(numbers: list[float], place: str) -> NDArray[np.float64]:

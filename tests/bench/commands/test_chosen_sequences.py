@@ -27,6 +27,9 @@ def places(here, otb, monkeypatch):
     return here
 
 
+DAYS = ["shots/day2", "shots/day10"]
+
+
 @pytest.mark.parametrize(
     ("text", "names"),
     [
@@ -37,6 +40,7 @@ def places(here, otb, monkeypatch):
         ("d?ta/walk?", ["data/walk2"]),
         ("*/day?", ["shots/day2"]),
         ("shots/day2,s*ts", ["shots/day2", "shots/day10"]),
+        (".", ["data/Small", "data/walk2", "data/walk10", "davis/bear", *DAYS]),
         ("davis", ["davis/bear"]),
         ("davis/b*", ["davis/bear"]),
         ("davis/JPEGImages/480p", ["davis/JPEGImages/480p/bear"]),

@@ -68,6 +68,41 @@ class TestVot:
         assert sequence.mask(1) is None
         assert sequence.mask(0)[mask].sum() == 13
 
+    def test_polygons_and_masks_are_its_outlines(self, opened):
+        classic = opened(layouts.vot_classic).shapes
+        assert classic[1].tolist() == [[2.5, 2], [9, 3], [8, 8], [1, 7]]
+        assert classic[2] is None
+        current = opened(layouts.vot_current)
+        np.testing.assert_array_equal(current.shapes[0], current.mask(0))
+        assert current.shapes[1] is None
+        assert current[1:].shapes[0] is None
+        np.testing.assert_array_equal(current[::-1].shapes[2], current.mask(0))
+
+    def test_outlines_stay_under_filters_that_leave_the_target_where_it_is(self, opened, tmp_path):
+        opened(layouts.vot_classic)
+        dim = datasets.load(f"{tmp_path / 'walk'}:filter.gain=0.5:filter.noise=3")
+        assert dim.shapes[1].tolist() == [[2.5, 2], [9, 3], [8, 8], [1, 7]]
+        assert datasets.load(f"{tmp_path / 'walk'}:filter.size=6").shapes is None
+
+    def test_a_truth_of_ones_own_has_none(self, opened, tmp_path):
+        opened(layouts.vot_classic)
+        (tmp_path / "mine.csv").write_text("frame,x,y,width,height\n0,9,8,7,6\n")
+        assert datasets.load(tmp_path / "walk", tmp_path / "mine.csv").shapes is None
+
+    def test_objects_that_are_told_apart_are_a_sequence_each(self, opened, tmp_path):
+        opened(layouts.vot_current)
+        walk = tmp_path / "walk"
+        (walk / "groundtruth.txt").rename(walk / "groundtruth_1.txt")
+        (walk / "groundtruth_2.txt").write_text("4,5,6,7\n")
+        found = datasets.matching(str(tmp_path))
+        assert [datasets.load(path).name for path in found] == ["walk_1", "walk_2"]
+        assert datasets.load(found[1]).boxes.tolist() == [[4, 5, 6, 7]]
+        assert datasets.load(walk).name == "walk_1"
+        with pytest.raises(SequenceError, match=r"no object '3'\. There are: 1, 2\."):
+            datasets.load(f"{walk}:object=3")
+        (walk / "groundtruth_2.txt").unlink()
+        assert datasets.load(walk).name == "walk"
+
     def test_an_empty_mask_is_an_absent_target(self, opened):
         sequence = opened(layouts.vot_current, {"groundtruth.txt": "2,3,8,9\nm0,0,0,0,0\n"})
         assert sequence.present.tolist() == [True, False]

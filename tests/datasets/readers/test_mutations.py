@@ -1,10 +1,15 @@
-"""Damaged files: right data, or an error that names the file; never a traceback of another kind."""
+"""Damaged files: what they say now, or an error that names the file; never another traceback."""
+
+import resource
+from collections import Counter
+from functools import partial
 
 import numpy as np
 import pytest
 
 import datasets
 from datasets import SequenceError
+from tests.datasets.readers import plain_readings
 from tests.datasets.readers.layouts import LAYOUTS
 
 EVERYDAY, ALL, LARGEST = 50, 10_000, 1e7
@@ -102,14 +107,21 @@ def mutated(data, random):
     return bytes(data)
 
 
-def check_all(path):
-    """Read everything there is of a sequence; what is told must be well-formed."""
+def check_all(path, plain):
+    """Read everything there is of a sequence; what is told must be so, and well-formed.
+
+    `plain`: gives the boxes of so many images. Returns what was told of the target.
+    """
     sequence = datasets.load(path)
     assert sequence.fingerprint
     datasets.options(str(path))
     boxes = sequence.boxes[sequence.present]
     assert np.isfinite(boxes).all()
     assert (np.abs(boxes) <= LARGEST).all()
+    said = plain(len(sequence) + sequence.images_beyond_truth)
+    absent = [np.nan] * 4
+    said = [absent if box is None else box for box in said]
+    np.testing.assert_allclose(sequence.boxes, np.reshape(said, (-1, 4)), rtol=1e-12, atol=1e-9)
     if sequence.present.any():
         sequence.check_runnable()
     shapes = set()
@@ -121,6 +133,7 @@ def check_all(path):
         assert mask is None or mask.shape == image.shape[:2]
     assert len(shapes) == 1
     assert len(shapes.pop()) == 3
+    return sequence.boxes.tobytes(), sequence.visibility.tobytes(), *sequence.attributes
 
 
 @pytest.mark.parametrize("make", READERS, ids=lambda make: make.__name__)
@@ -129,20 +142,26 @@ def check_all(path):
     [range(EVERYDAY), pytest.param(range(EVERYDAY, ALL), marks=pytest.mark.slow)],
     ids=["everyday", "all"],
 )
-def test_damaged_files_are_told_in_their_name(make, numbers, tmp_path, write_images, write_video):
-    path = make(tmp_path / "data" / "walk", write_images, write_video)
+def test_damaged_files_are_told_in_their_name_or_read_as_they_stand(
+    make, numbers, tmp_path, write_images, write_video, evidence
+):
+    walk = tmp_path / "data" / "walk"
+    path = make(walk, write_images, write_video)
+    plain = partial(getattr(plain_readings, make.__name__), walk)
     files = sorted(file for file in (tmp_path / "data").rglob("*") if file.is_file())
     whole = {file: file.read_bytes() for file in files}
-    check_all(path)
-    refused = 0
+    before = check_all(path, plain)
+    outcomes = Counter()
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     for number in numbers:
         random = np.random.default_rng([READERS.index(make), number])
         file = files[number % len(files)]
         file.write_bytes(mutated(whole[file], random))
         try:
-            check_all(path)
+            same = check_all(path, plain) == before
+            outcomes["the same" if same else "other numbers, as they stand"] += 1
         except SequenceError as error:
-            refused += 1
+            outcomes["refused"] += 1
             said = str(error)
             assert file.name in said or str(tmp_path / "data") in said, (number, said)
             assert len(said) < 1000, (number, said)
@@ -152,4 +171,8 @@ def test_damaged_files_are_told_in_their_name(make, numbers, tmp_path, write_ima
             raise
         finally:
             file.write_bytes(whole[file])
-    assert 0 < refused < len(numbers)
+    assert 0 < outcomes["refused"] < len(numbers)
+    grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory) / 2**20  # of KiB
+    assert grown < 1, "GiB"
+    counts = ", ".join(f"{count} {what}" for what, count in sorted(outcomes.items()))
+    evidence(f"{make.__name__}, {len(numbers)} mutations: {counts}; at most {grown:.2f} GiB more")

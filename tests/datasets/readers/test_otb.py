@@ -112,6 +112,28 @@ def test_the_truth_of_david_begins_with_its_300th_image(write_otb, tmp_path):
     assert cut.frame_name(0) == "0001.jpg"
 
 
+def test_a_folder_with_several_truths_is_several_sequences(write_otb, tmp_path):
+    folder = write_otb(tmp_path / "Jogging", rows(","))
+    (folder / "groundtruth_rect.txt").rename(folder / "groundtruth_rect.1.txt")
+    (folder / "groundtruth_rect.2.txt").write_text("7,8,9,10\n")
+    write_otb(tmp_path / "Dog", rows(","))
+    found = datasets.matching(str(tmp_path))
+    assert [datasets.load(path).name for path in found] == ["Dog", "Jogging.1", "Jogging.2"]
+    assert datasets.load(found[2]).boxes.tolist() == [[6, 7, 9, 10]]
+    assert datasets.matching(str(tmp_path / "J*")) == found[1:] == datasets.matching(str(folder))
+    assert datasets.load(folder).name == "Jogging.1"
+    assert datasets.options(str(folder)) == [
+        {"name": "target", "default": 1, "meaning": "which target of 1, 2"}
+    ]
+    assert datasets.options(str(tmp_path / "Dog")) == []
+    with pytest.raises(SequenceError, match=r"no target '3'\. There are: 1, 2\."):
+        datasets.load(f"{folder}:target=3")
+    (folder / "groundtruth_rect.1.txt").write_text("")  # as of Human4
+    assert datasets.matching(str(folder)) == [str(folder)]
+    only = datasets.load(folder)
+    assert (only.name, only.boxes.tolist()) == ("Jogging.2", [[6, 7, 9, 10]])
+
+
 @pytest.mark.parametrize(
     ("name", "frames", "beyond", "size", "first"),
     [

@@ -1,0 +1,170 @@
+"""What truths say, read a second time: slowly, plainly, by other means than the readers.
+
+Each takes the folder that a maker of `test_mutations` wrote into, and the number of images, and
+gives boxes by frame, None where there is no target. They take more than the readers do: whatever a
+reader takes must be what is said here.
+"""
+
+import csv
+import re
+from math import isnan
+
+import numpy as np
+from PIL import Image
+
+
+def lines_of(path):
+    return path.read_bytes().decode("utf-8-sig").rstrip().splitlines()
+
+
+def row_of(line):
+    return [
+        float(word)
+        for word in re.sub(r"\s+", ",", re.sub(r"\s*,\s*", ",", line.strip())).split(",")
+    ]
+
+
+def rows_of(path):
+    return [row_of(line) for line in lines_of(path)]
+
+
+def there(row, first=False):
+    """Whether a row x, y, width, height is of a target that is there."""
+    return not any(map(isnan, row)) and (first or min(row[2:]) > 0)
+
+
+def boxes_from(rows, origin):
+    return [
+        [row[0] - origin, row[1] - origin, *row[2:]] if there(row, i == 0) else None
+        for i, row in enumerate(rows)
+    ]
+
+
+def without(boxes, flags):
+    """The same without a target where a flag says so."""
+    return [None if flag else box for box, flag in zip(boxes, flags, strict=True)]
+
+
+def flags_of(path):
+    return [int(float(word)) for line in lines_of(path) for word in row_of(line)]
+
+
+def truth_csv(path):
+    rows = [line for line in lines_of(path) if line.strip() and not line.lstrip().startswith("#")]
+    boxes = []
+    for cells in list(csv.reader(rows, quoting=csv.QUOTE_NONE))[1:]:
+        boxes += [None] * (int(cells[0]) - len(boxes))
+        boxes.append(
+            [float(cell) for cell in cells[1:5]] if any(map(str.strip, cells[1:5])) else None
+        )
+    return boxes
+
+
+def images(walk, n):
+    return truth_csv(walk / "truth.csv")
+
+
+def otb(walk, n):
+    return boxes_from(rows_of(walk / "groundtruth_rect.txt"), 1)
+
+
+def davis(walk, n):
+    folder = walk / "Annotations" / "480p" / "walk"
+    masks = [np.asarray(Image.open(file)) for file in sorted(folder.iterdir())]
+    others = sorted({int(value) for mask in masks for value in np.unique(mask)} - {0})
+    value = others[0] if others == [255] else min(set(others) - {255})
+    return [around(np.argwhere(mask == value)[:, ::-1]) for mask in masks]
+
+
+def around(points):
+    """Box of whole pixels (x, y)."""
+    if not len(points):
+        return None
+    low, high = points.min(axis=0), points.max(axis=0)
+    return [*low.tolist(), *(high - low + 1).tolist()]
+
+
+def mp4(walk, n):
+    return truth_csv(walk / "walk.csv")
+
+
+def avi(walk, n):
+    return [None] * n
+
+
+def vot_region(line, first):
+    if line.lstrip().startswith("m"):
+        x, y, width, _, *runs = map(int, row_of(line.strip()[1:]))
+        ends = np.cumsum(runs).tolist()
+        inside = [
+            (x + at % width, y + at // width)
+            for start, end in zip(ends[::2], ends[1::2], strict=False)
+            for at in range(start, end)
+        ]
+        return around(np.array(inside))
+    row = row_of(line)
+    if len(row) > 4:
+        if all(map(isnan, row)):
+            return None
+        xs, ys = row[::2], row[1::2]
+        row = [min(xs), min(ys), max(xs) - min(xs), max(ys) - min(ys)]
+    return row if len(row) == 4 and there(row, first) else None
+
+
+def vot_classic(walk, n):
+    return [vot_region(line, i == 0) for i, line in enumerate(lines_of(walk / "groundtruth.txt"))]
+
+
+vot_current = vot_classic
+
+
+def got10k(walk, n):
+    boxes = boxes_from(rows_of(walk / "groundtruth.txt"), 1)
+    boxes += [None] * (n - 1 if len(boxes) == 1 else 0)
+    return without(boxes, flags_of(walk / "absence.label"))
+
+
+def lasot(walk, n):
+    boxes = boxes_from(rows_of(walk / "groundtruth.txt"), 1)
+    hidden, away = (flags_of(walk / f"{name}.txt") for name in ("full_occlusion", "out_of_view"))
+    return without(without(boxes, hidden), away)
+
+
+def trackingnet(walk, n):
+    boxes = boxes_from(rows_of(walk.parent / "TRAIN_0" / "anno" / "walk.txt"), 0)
+    return boxes + [None] * (n - 1 if len(boxes) == 1 else 0)
+
+
+def uav123(walk, n):
+    return boxes_from(rows_of(walk.parent / "anno" / "UAV123" / "walk.txt"), 1)
+
+
+def nfs(walk, n):
+    rows = [
+        [float(word) for word in line.replace(",", " ").split()[1:7]]
+        for line in lines_of(walk / "30" / "walk.txt")
+    ]
+    rows = rows[::8] if 8 * n - 8 < len(rows) < 8 * n + 8 else rows
+    rows = rows[:n] if len(rows) == n + 1 else rows
+    sides = [[left, top, right - left, bottom - top] for left, top, right, bottom, *_ in rows]
+    return without(boxes_from(sides, 0), [row[5] for row in rows])
+
+
+def tcolor128(walk, n):
+    return boxes_from(rows_of(walk / "walk_gt.txt"), 1)
+
+
+def tlp(walk, n):
+    rows = rows_of(walk / "groundtruth_rect.txt")
+    if len(rows[0]) == 4:  # nothing but six columns tells such a folder from one of OTB's
+        return otb(walk, n)
+    return without(boxes_from([row[1:5] for row in rows], 0), [row[5] for row in rows])
+
+
+def mot(walk, n):
+    targets = {}
+    for frame, target, x, y, width, height, counts, *_ in rows_of(walk / "gt" / "gt.txt"):
+        if counts > 0:
+            targets.setdefault(target, {})[int(frame) - 1] = [x - 1, y - 1, width, height]
+    longest = max(sorted(targets), key=lambda target: len(targets[target]))
+    return [targets[longest].get(frame) for frame in range(n)]

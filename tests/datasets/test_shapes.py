@@ -1,0 +1,56 @@
+"""Outlines of a truth: polygons, and masks as runs."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from datasets.shapes import EncodedMask, Shapes
+
+POLYGON = np.array([[1.5, 2], [9, 2], [9, 8]])
+
+
+def runs_of(mask):
+    """Lengths of runs outside and inside in turn, row by row, pixel after pixel."""
+    runs, inside = [0], False
+    for pixel in mask.ravel().tolist():
+        if pixel != inside:
+            runs.append(0)
+            inside = pixel
+        runs[-1] += 1
+    return np.array(runs)
+
+
+@given(arrays(bool, st.tuples(st.integers(1, 6), st.integers(1, 7))), st.integers(0, 3))
+def test_a_mask_is_what_its_runs_say(part, shift):
+    height, width = part.shape
+    encoded = EncodedMask(shift, 2 * shift, width, height, runs_of(part))
+    np.testing.assert_array_equal(encoded.pixels(), part)
+    whole = encoded.whole((12, 13))
+    assert whole.shape == (13, 12)
+    assert whole.sum() == part.sum()
+    rows, columns = np.nonzero(whole)
+    if len(rows):
+        size = np.ptp(columns) + 1, np.ptp(rows) + 1
+        assert encoded.box() == [columns.min(), rows.min(), *size]
+    else:
+        assert np.isnan(encoded.box()).all()
+
+
+@pytest.mark.parametrize("runs", [[3], [5, 2], [4, -1, 3]])
+def test_runs_that_do_not_fill_the_mask_are_refused(runs):
+    with pytest.raises(ValueError, match="pixels, not 2x3"):
+        EncodedMask(0, 0, 2, 3, np.array(runs))
+
+
+def test_outlines_are_those_of_the_frames_that_are_meant():
+    mask = EncodedMask(1, 0, 2, 1, np.array([1, 1]))
+    shapes = Shapes({0: POLYGON, 2: mask}, range(4), (3, 2))
+    assert len(shapes) == 4
+    kinds = [None if one is None else one.dtype for one in shapes]
+    assert kinds == [np.float64, None, np.bool_, None]
+    assert shapes[2].tolist() == [[False, False, True], [False, False, False]]
+    assert [one is None for one in shapes[::-1]] == [True, False, True, False]
+    assert shapes[1:][1:].as_stored() == [mask, None]
+    assert shapes[1:-1][1].shape == (2, 3)
