@@ -1,6 +1,6 @@
 """Sequences: recorded ones behind readers, synthetic ones behind a renderer."""
 
-from datasets.catalogue import load, matching, names, options, outline, summary, taken_for
+from datasets.catalogue import identity, load, matching, names, options, outline, summary, taken_for
 from datasets.interface import Origin, Sequence, SequenceError, Summary
 from datasets.outline import Outline
 
@@ -10,6 +10,7 @@ __all__ = [
     "Sequence",
     "SequenceError",
     "Summary",
+    "identity",
     "load",
     "matching",
     "names",

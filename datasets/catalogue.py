@@ -14,6 +14,7 @@ from datasets.outline import Outline, outlined
 from datasets.text_form import close_match, natural_order, parse_text
 
 __all__ = [
+    "identity",
     "is_built_in",
     "load",
     "matching",
@@ -76,6 +77,20 @@ def outline(name_or_path: str | Path, truth: str | Path | None = None) -> Outlin
     if isinstance(name_or_path, str) and truth is None and text in _suites():
         return _suites()[text].outline(text)
     return outlined(load(name_or_path, truth))
+
+
+def identity(text: str) -> tuple[str, str]:
+    """Name and fingerprint of the sequence that `load` gives for a text; errors are as of it.
+
+    It is opened, which takes a second where solids are rendered, unless it is a synthetic one.
+    """
+    from datasets.synthetic.suite import Suite as Rendered
+
+    suite = _suites().get(text.partition(":")[0])
+    if isinstance(suite, Rendered) and not _without_filters(text)[1]:
+        return suite.identity(text.partition(":")[0], _options_in(text))
+    sequence = load(text)
+    return sequence.name, sequence.fingerprint
 
 
 def options(name: str) -> list[dict[str, Any]]:
@@ -207,11 +222,7 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
         name = text.partition(":")[0]
         if truth is not None:
             raise SequenceError(f"{name}: a built-in sequence has its own truth; omit {truth}.")
-        try:
-            _, options = parse_text(text)
-        except ValueError as error:
-            raise SequenceError(f"sequence {error}") from None
-        return _suites()[name].load(name, options)
+        return _suites()[name].load(name, _options_in(text))
     from datasets import readers  # decoders are loaded only for recorded data
 
     path, chosen = _path_and_choice(text)
@@ -221,6 +232,14 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     if truth_file is not None and not truth_file.is_file():
         raise SequenceError(f"{truth_file}: there is no such truth file.")
     return readers.read(path, truth_file, chosen)
+
+
+def _options_in(text: str) -> dict[str, str]:
+    """Options of a built-in sequence that a text says."""
+    try:
+        return parse_text(text)[1]
+    except ValueError as error:
+        raise SequenceError(f"sequence {error}") from None
 
 
 def _without_filters(text: str) -> tuple[str, dict[str, float]]:

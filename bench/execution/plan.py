@@ -35,6 +35,9 @@ __all__ = ["KnownSequences", "Plan", "PlannedSequence", "State", "make_plan"]
 MOST_RUNS = 10_000_000
 """Of an experiment: some gigabytes of memory."""
 
+WORTH_WORKERS = 12
+"""Sequences from which on worker processes, which take seconds to start, open them sooner."""
+
 
 class State(IntEnum):
     """What is known of a run that was asked for."""
@@ -188,12 +191,13 @@ def make_plan(
     results: Results,
     known: KnownSequences | None = None,
     opened: Callable[[int, int], None] = lambda *_: None,
+    jobs: int = 1,
 ) -> Plan:
     """Settle trackers and sequences, and look up which runs are there.
 
     `experiment`: what is asked for. `results`: where the runs lie, and go. `known`: sequences that
     were opened for another plan; those of this one are added. `opened`: told how many sequences
-    have been opened, and of how many.
+    have been opened, and of how many. `jobs`: processes that open them, where there are many.
 
     Raises `TrackerError`, `SequenceError`, `ExperimentError`, `ResultsError` for anything that can
     be known to fail before the first run.
@@ -208,7 +212,11 @@ def make_plan(
     sequences: list[PlannedSequence] = []
     versions: list[list[bytes]] = []
     protocol: Protocol = "timing" if experiment.timing else "accuracy"
-    for found in _distinct_sequences(experiment, {} if known is None else known, opened):
+    known = {} if known is None else known
+    left = [source for source in dict.fromkeys(experiment.sequences) if source not in known]
+    if jobs > 1 and len(left) >= WORTH_WORKERS:
+        _open_by_workers(left, known, opened, jobs)
+    for found in _distinct_sequences(experiment, known, opened):
         for entry in trackers.values():
             if entry.init not in found.starts:  # then this says why
                 reference(_opened(found.source), entry.init, found.name)
@@ -274,6 +282,23 @@ def _distinct_sequences(
                 f"{source.text}. Rename a folder or a file."
             )
     return list(found.values())
+
+
+def _open_by_workers(
+    left: list[SequenceSource],
+    known: KnownSequences,
+    opened: Callable[[int, int], None],
+    jobs: int,
+) -> None:
+    from loky import ProcessPoolExecutor
+
+    executor = ProcessPoolExecutor(max_workers=jobs)
+    try:
+        for number, sequence in enumerate(executor.map(_planned, left)):
+            opened(number, len(left))
+            known[sequence.source] = sequence
+    finally:
+        executor.shutdown(wait=True, kill_workers=True)
 
 
 def _check_names(plan: Plan, index: pa.Table, folder: Path) -> None:

@@ -1,6 +1,7 @@
 """Running an experiment: plan, perform what is left, keep index and log."""
 
 import math
+import os
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -105,7 +106,8 @@ class Execution:
     def __post_init__(self) -> None:
         self.folder = self.output / self.experiment.name
         self._results = Results(self.folder)
-        self.plan: Plan = make_plan(self.experiment, self._results, self.known, self.opened)
+        jobs = self.jobs or os.cpu_count() or 1
+        self.plan: Plan = make_plan(self.experiment, self._results, self.known, self.opened, jobs)
         self._own_seconds = 0.0
         self._shown_frames = 0
 

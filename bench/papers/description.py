@@ -206,12 +206,14 @@ class FigureEntry(Entry):
 class Scenes(Entry):
     """On which sequences the checks of `scenes.py` measure: those of experiments, and others.
 
-    Where not everything is asked for, on those of `few` alone, without variant; empty for all.
+    Where not everything is asked for, on those of `few` alone, without variant (empty for all), and
+    on the first `most` of each.
     """
 
     of: Texts
     further: tuple[Text, ...] = ()
     few: tuple[Text, ...] = ()
+    most: Annotated[int, Field(ge=1)] | None = None
 
 
 class Description(Entry):

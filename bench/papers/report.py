@@ -163,8 +163,14 @@ class Paper:
         named = [one for one in entry.of if one in asked]
         chosen = affordable(self.description, named, effort)
         texts = [source.text for one in chosen for source in one.sequences]
-        if entry.few and (effort.quick or not effort.everything):
-            texts = [text for text in texts if parse_text(text)[0] in entry.few]
+        if effort.quick or not effort.everything:
+            by_name: dict[str, list[str]] = {}
+            for text in dict.fromkeys(texts):
+                by_name.setdefault(parse_text(text)[0], []).append(text)
+            few = entry.few or by_name
+            texts = [
+                text for bare in by_name if bare in few for text in by_name[bare][: entry.most]
+            ]
         names = list(dict.fromkeys([*texts, *entry.further]))
         folder.mkdir(parents=True, exist_ok=True)
         jobs = effort.jobs or os.cpu_count() or 1

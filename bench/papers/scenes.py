@@ -121,10 +121,9 @@ def measured_on_scenes(
             chosen = tuple(
                 one for one in checks if one.everything == further and bare in one.sequences
             )
-            if chosen:  # only then is it worth the time to make a scene
-                sequence = datasets.load(name)
-                identity = [sequence.name, sequence.fingerprint, digest, quick, further]
-                parts[sequence.name, chosen] = identity
+            if chosen:
+                canonical, fingerprint = datasets.identity(name)
+                parts[canonical, chosen] = [canonical, fingerprint, digest, quick, further]
     return kept_tables(partial(_measured, quick=quick), parts, folder / "checks", jobs, TITLE)
 
 

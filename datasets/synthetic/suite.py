@@ -122,6 +122,12 @@ class Suite:
             **seal.known[name],
         )
 
+    def identity(self, name: str, options: Mapping[str, str]) -> tuple[str, str]:
+        """Name and fingerprint of the sequence that `load` gives; errors are as of it."""
+        entry = self.entries[name]
+        knobs = entry.knobs.checked(name, options)
+        return knobs.canonical_name(name), self._fingerprint(entry, knobs)
+
     def load(self, name: str, options: Mapping[str, str]) -> Sequence:
         """Sequence of one of `names()` with some knobs set; renders nothing.
 

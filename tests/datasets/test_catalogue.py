@@ -135,3 +135,19 @@ class TestErrors:
     def test_a_built_in_sequence_takes_no_other_truth(self, here):
         with pytest.raises(SequenceError, match=r"samples/face: .* has its own truth; omit t\.csv"):
             datasets.load("samples/face", "t.csv")
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["plain/target", "plain/target:scene=3:noise=4", "samples/face", "plain/target:filter.noise=4"],
+)
+def test_identity_is_what_an_opened_sequence_says_of_itself(text):
+    sequence = datasets.load(text)
+    assert datasets.identity(text) == (sequence.name, sequence.fingerprint)
+
+
+def test_an_identity_of_what_cannot_be_opened_says_why():
+    with pytest.raises(datasets.SequenceError, match="scene"):
+        datasets.identity("plain/target:scnee=3")
+    with pytest.raises(datasets.SequenceError, match="nowhere"):
+        datasets.identity("nowhere/to-be-found")

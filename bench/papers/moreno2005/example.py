@@ -6,7 +6,7 @@ position a colour drawn by the weights of the colour filter; independent, one dr
 of the space of colours. A third way, not in the paper, tells two effects apart: `unweighted`
 attaches colours of the filter whatever their weights. Of the parameters the paper gives one: λ = 1.
 
-    measure(folder, jobs, quick=False) -> dict[str, DataFrame], kept until the source changes
+    measure(folder, jobs, effort) -> dict[str, DataFrame], kept until the source changes
 
 - `one-dimensional-errors`: a row a set of parameters (`set`), `samples`, `repetition` and `filter`
   (`observation`, `independent`, `dependent`, `unweighted`): `error` (the distance to the truth in
@@ -40,6 +40,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 import trackers
+from bench.papers import Effort
 from bench.papers.scenes import kept_tables
 from bench.statistics.intervals import mean_interval
 from datasets.source_digest import source_digest
@@ -94,7 +95,8 @@ SETTINGS: Mapping[str, Setting] = {
 PACKAGE = Path(str(trackers.__file__)).parent
 TITLE = "Section 3, one dimension"
 
-REPETITIONS, ASSOCIATIONS = 200, 20
+REPETITIONS, ASSOCIATIONS = 80, 20
+MORE_REPETITIONS = 200
 QUICK_REPETITIONS, QUICK_ASSOCIATIONS, QUICK_NUMBERS = 20, 4, (10, 50, 200, 500)
 
 QUANTITIES = ("error", "position_error", "colour_error", "own_error", "own_colour_error")
@@ -226,17 +228,18 @@ class _Part(NamedTuple):
     samples: int
 
 
-def measure(folder: Path, jobs: int, quick: bool = False) -> dict[str, pd.DataFrame]:
+def measure(folder: Path, jobs: int, effort: Effort) -> dict[str, pd.DataFrame]:
     """Simulate, or look up what was simulated before, which `folder` keeps in `one-dimensional/`.
 
-    By so many worker processes; of fewer numbers and repetitions for a quick look.
+    By so many worker processes; of fewer numbers and repetitions for a quick look, and of more
+    repetitions where everything is asked for.
     """
     digest = source_digest(Path(__file__), PACKAGE)
-    repetitions, associations, numbers = (
-        (QUICK_REPETITIONS, QUICK_ASSOCIATIONS, QUICK_NUMBERS)
-        if quick
-        else (REPETITIONS, ASSOCIATIONS, NUMBERS)
-    )
+    repetitions = MORE_REPETITIONS if effort.everything else REPETITIONS
+    associations, numbers = ASSOCIATIONS, NUMBERS
+    if effort.quick:
+        repetitions, associations = QUICK_REPETITIONS, QUICK_ASSOCIATIONS
+        numbers = QUICK_NUMBERS
     # The longest come first, so that no process is left alone with one in the end.
     parts = [_Part(name, number) for number in sorted(numbers)[::-1] for name in SETTINGS]
     parts += [_Part(name, -1) for name in SETTINGS]

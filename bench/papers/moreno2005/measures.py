@@ -126,7 +126,7 @@ def tables(context: Context) -> dict[str, pd.DataFrame]:
     """The one-dimensional example; runs by patches, and by deviations; times of a frame."""
     effort = context.effort
     jobs = effort.jobs or os.cpu_count() or 1
-    found = example.measure(context.folder, jobs, quick=effort.quick)
+    found = example.measure(context.folder, jobs, effort)
     association = found["one-dimensional-association"]
     # A course is what a scene is: the unit of evidence.
     found["one-dimensional-association"] = association.assign(

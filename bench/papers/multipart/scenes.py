@@ -83,7 +83,7 @@ def measured(names: Sequence[str], folder: Path, jobs: int) -> dict[str, pd.Data
         `sequence`, `init`, `initial`, `kept_scene`, `distance`, `multi_share`.
     """
     known = pd.concat([read_log(LOG), read_log(folder / LOG.name)])
-    opened = {sequence.name: sequence.fingerprint for sequence in map(datasets.load, names)}
+    opened = dict(map(datasets.identity, names))
     there = known[known["fingerprint"].isin(opened.values())].drop_duplicates("fingerprint")
     rows: list[Any] = there.to_dict("records")
     left = sorted(set(opened) - {row["name"] for row in rows})

@@ -262,3 +262,24 @@ def test_versions_and_cells_are_those_of_the_runs(finished):
         stored[key.tracker, key.sequence, key.repetition, key.protocol] = key.version
     assert dict(plan.asked().cells) == stored
     assert plan.counts().tolist() == [[0, 0, 0, 1], [0, 0, 0, 3]]
+
+
+def test_workers_open_the_sequences_of_a_large_plan_as_this_process_does(here, monkeypatch):
+    names = ["plain/target", *(f"plain/target:scene={scene}" for scene in range(1, 4))]
+    large = Experiment(
+        name="large", trackers=("static",), sequences=tuple(map(SequenceSource, names))
+    )
+    results, told = Results(here / "results" / "large"), []
+    alone = make_plan(large, results)
+    monkeypatch.setattr("bench.execution.plan.WORTH_WORKERS", 4)
+    shared = make_plan(large, results, opened=lambda *number: told.append(number), jobs=2)
+    assert told[:4] == [(number, 4) for number in range(4)]
+    for field in ("name", "fingerprint", "frames", "starts"):
+        assert [getattr(one, field) for one in shared.sequences] == [
+            getattr(one, field) for one in alone.sequences
+        ]
+    broken = Experiment(
+        name="large", trackers=("static",), sequences=(*large.sequences, SequenceSource("no/where"))
+    )
+    with pytest.raises(SequenceError, match="no/where"):
+        make_plan(broken, results, jobs=2)

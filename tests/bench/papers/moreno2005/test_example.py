@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from bench.papers import Effort
 from bench.papers.moreno2005 import example
 from bench.papers.moreno2005.example import (
     COLOURS,
@@ -101,7 +102,7 @@ def test_all_is_measured_and_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(example, "QUICK_NUMBERS", (10, 500))
     monkeypatch.setattr(example, "QUICK_REPETITIONS", 3)
     monkeypatch.setattr(example, "QUICK_ASSOCIATIONS", 2)
-    found = measure(tmp_path, 1, quick=True)
+    found = measure(tmp_path, 1, Effort(quick=True))
     errors = found["one-dimensional-errors"]
     assert len(errors) == 2 * 2 * 3 * 4
     assert list(errors.groupby(["set", "samples"], sort=False).groups) == [
@@ -114,7 +115,7 @@ def test_all_is_measured_and_kept(tmp_path, monkeypatch):
     seen = errors[errors["filter"] == "observation"]
     assert seen.groupby(["set", "repetition"])["error"].agg(np.ptp).max() == 0
     assert set(found["one-dimensional-association"]["association"]) == {"by-weight", "uniform"}
-    again = measure(tmp_path, 1, quick=True)
+    again = measure(tmp_path, 1, Effort(quick=True))
     pd.testing.assert_frame_equal(again["one-dimensional-errors"], errors)
     assert len(list((tmp_path / "one-dimensional").iterdir())) == 2 * (2 + 1)
 
