@@ -15,7 +15,7 @@ from PIL.PngImagePlugin import PngImageFile
 from PIL.PpmImagePlugin import PpmImageFile
 from PIL.TiffImagePlugin import TiffImageFile
 
-from datasets.decoding import check_name, check_pixels, decoding
+from datasets.decoding import check_name, check_pixels, decoding, pixel_limit
 from datasets.interface import Image, SequenceError
 from datasets.text_form import natural_order
 
@@ -31,11 +31,17 @@ __all__ = [
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".tif", ".tiff")
 
-_JPEG_START = b"\xff\xd8"
+_JPEG_START, _PNG_START = b"\xff\xd8", b"\x89PNG"
+
+_MOST_BYTES = 6
+"""A pixel, where there are as many as may be: of a PPM file of 16 bits."""
+
+_TIFF_BYTES = 32
+"""A pixel, at most: four numbers in double precision."""
 
 # What reads no more than a header, by how a file begins.
 _HEADERS: Mapping[bytes, Callable[[BytesIO], ImageFile]] = {
-    b"\x89PNG": PngImageFile,
+    _PNG_START: PngImageFile,
     b"BM": BmpImageFile,
     b"P": PpmImageFile,
     b"II": TiffImageFile,
@@ -112,15 +118,15 @@ def decode_image(data: bytes, most_pixels: int | None = None) -> Image:
         Where decoding takes more memory than there is.
     """
     size = image_size(data)
-    if size is not None:
-        check_pixels(*size, most_pixels)
-    elif data and not data.startswith((_JPEG_START, *_HEADERS)):
+    if size is None:
         # OpenCV knows more formats, of which fifty bytes may take it a minute and gigabytes.
         raise ValueError("not an image of JPEG, PNG, BMP, PPM or TIFF, or damaged")
+    check_pixels(*size, most_pixels)
+    _check_memory(data, size, pixel_limit(most_pixels))
     if data.startswith(_JPEG_START):
         return np.asarray(simplejpeg.decode_jpeg(data, "BGR"), dtype=np.uint8)
     try:
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), _COLOUR) if data else None
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), _COLOUR)
     except cv2.error as error:
         if error.code == cv2.Error.StsNoMem:
             raise MemoryError from None
@@ -128,6 +134,27 @@ def decode_image(data: bytes, most_pixels: int | None = None) -> Image:
     if image is None:
         raise ValueError("damaged, cut short, or not an image")
     return np.asarray(image, dtype=np.uint8)
+
+
+def _check_memory(data: bytes, size: tuple[int, int], most: int) -> None:
+    """Refuse what would take a decoder more memory than pixels of three bytes do.
+
+    Raises `ValueError` for as many pixels of many bytes, and for parts of a PNG file that say to be
+    longer than the file, for which OpenCV would make room.
+    """
+    depth = _TIFF_BYTES if data.startswith((b"II", b"MM")) else 3
+    if data.startswith(_PNG_START):
+        depth = data[24] * {2: 3, 4: 2, 6: 4}.get(data[25], 1) // 8  # bits a sample, kind of colour
+        at = 8
+        while at < len(data) and data[at + 4 : at + 8] != b"IEND":
+            at += int.from_bytes(data[at : at + 4], "big") + 12
+        if at > len(data):
+            raise ValueError("a part of it is longer than the file: it is damaged, or cut short")
+    if size[0] * size[1] * depth > _MOST_BYTES * most:
+        raise ValueError(
+            f"it claims {size[0]}x{size[1]} pixels, too many where one may have {depth} bytes; "
+            "TRACKMARK_MOST_PIXELS sets another limit"
+        )
 
 
 def image_files(folder: Path) -> list[Path]:

@@ -122,6 +122,39 @@ def test_an_image_that_claims_too_many_pixels_is_refused_by_its_header(
         frames[0]
 
 
+def long_part(data):
+    """A PNG file with a part before its end that says to be of a gigabyte."""
+    return data[:-12] + struct.pack(">I", 1 << 30) + b"tEXt" + data[-12:]
+
+
+def without_head(data):
+    return data[:12] + b"NONE" + data[16:]
+
+
+def of_many_bits(data):
+    """A PNG file that claims as many pixels as may be, of four samples of 16 bits."""
+    head = b"IHDR" + struct.pack(">IIBB", 10_000, 10_000, 16, 6) + bytes(data[26:29])
+    return data[:12] + head + struct.pack(">I", zlib.crc32(head)) + data[33:]
+
+
+@pytest.mark.parametrize(
+    ("suffix", "harm", "words"),
+    [
+        (".png", long_part, "longer than the file"),
+        (".png", without_head, "not an image"),
+        (".png", of_many_bits, "10000x10000 pixels, too many where one may have 8 bytes"),
+        (".tif", lambda data: claiming(".tif", 9000, 9000), "may have 32 bytes"),
+        (".png", lambda data: b"", "not an image"),
+    ],
+)
+def test_no_room_is_made_for_what_a_small_file_claims(suffix, harm, words, monkeypatch):
+    data = encoded(suffix)
+    assert decode_image(data).shape == (40, 60, 3)
+    monkeypatch.setattr(cv2, "imdecode", lambda *args: pytest.fail("it was decoded"))
+    with pytest.raises(ValueError, match=words):
+        decode_image(harm(data))
+
+
 def test_how_many_pixels_are_decoded_is_a_parameter(monkeypatch):
     data = encoded(".png")
     assert decode_image(data, most_pixels=2400).shape == (40, 60, 3)
