@@ -30,11 +30,13 @@ if TYPE_CHECKING:
     from bench.evaluation.scoring import score, score_boxes
     from bench.execution.run import run
     from bench.experiments.experiment import Experiment, read_experiment
+    from bench.reporting.by_attribute import by_attribute
     from bench.store.loading import load_results
 
 __all__ = [
     "Experiment",
     "Run",
+    "by_attribute",
     "evaluate",
     "load_results",
     "read_experiment",
@@ -56,6 +58,7 @@ except NameClashError as error:
 _HOMES = {
     "Experiment": "bench.experiments.experiment",
     "Run": "bench.evaluation.record",
+    "by_attribute": "bench.reporting.by_attribute",
     "evaluate": "bench.evaluation.loop",
     "load_results": "bench.store.loading",
     "read_experiment": "bench.experiments.experiment",

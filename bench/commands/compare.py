@@ -13,9 +13,11 @@ import click
 
 from bench.commands._guests import guests_of, guests_option, together
 from bench.commands._options import (
+    by_attribute_option,
     chosen_sequences,
     engine_options,
     json_option,
+    measured_attributes,
     metrics_option,
     output_option,
     patience,
@@ -76,6 +78,7 @@ _HINT = "--metric"
     type=click.Path(path_type=Path, exists=True, dir_okay=False),
     help="CSV tracker,sequence,METRIC of scores that others published.",
 )
+@by_attribute_option
 @click.option(
     "--folder",
     type=click.Path(path_type=Path),
@@ -96,6 +99,7 @@ def command(
     seeds: int | None,
     name: str | None,
     published: Path | None,
+    by_attribute: bool,
     folder: Path | None,
     output: Path,
     means: dict[str, Any],
@@ -125,7 +129,8 @@ def command(
         experiments = [_only_experiment(results)]
     only = None if cells is None else {sequence for _, sequence, _, _ in cells}
     with together(experiments, guests, sequences, only) as (experiment,):
-        asked = _Asked(experiment, labels, cells, [one.tracker for one in guests], published)
+        others = [one.tracker for one in guests]
+        asked = _Asked(experiment, labels, cells, others, published, by_attribute)
         for preset, (measure, limit) in measures.items():
             answers = _answers(asked, preset, measure, limit, question)
             _show(answers, preset, as_json=as_json)
@@ -145,6 +150,7 @@ class _Asked:
     cells: "Collection[Cell] | None"  # of our trackers; None for all there
     guests: list[str]  # labels of trackers whose results are others'
     published: Path | None
+    by_attribute: bool
 
 
 def _measure(preset: str, metric: str | None, margin: float | None) -> "tuple[Measure, float]":
@@ -198,7 +204,8 @@ def _answers(
         runs, told = with_published(runs, asked.published, measure)
         labels = None if labels is None else [*labels, *told]
     wanted: Any = None if question is None else f"new {question}"
-    return compare(runs, measure, limit, labels, wanted, attributes)
+    measured = functools.partial(measured_attributes, runs) if asked.by_attribute else None
+    return compare(runs, measure, limit, labels, wanted, attributes, measured)
 
 
 def _show(answers: "Comparison", preset: str, *, as_json: bool) -> None:

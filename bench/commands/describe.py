@@ -1,13 +1,14 @@
-"""Describe a tracker, a sequence or a metrics preset."""
+"""Describe a tracker, a sequence, a metrics preset or an attribute."""
 
 import json
 from dataclasses import asdict
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import click
 
-from bench.commands._options import json_option, patience, truth_option
+from bench.commands._options import json_option, patience, progress_bar, truth_option
 
 __all__ = ["command"]
 
@@ -15,9 +16,18 @@ __all__ = ["command"]
 @click.command("describe")
 @click.argument("name")
 @truth_option
+@click.option(
+    "--attributes",
+    "measure",
+    is_flag=True,
+    help="Of a sequence: also what is measured in its frames, which are opened for it once.",
+)
 @json_option
-def command(name: str, truth: Path | None, as_json: bool) -> None:
-    """Describe the tracker, the sequence (a built-in name or a path) or the metrics preset NAME."""
+def command(name: str, truth: Path | None, measure: bool, as_json: bool) -> None:
+    """Describe NAME: a tracker, a sequence (a built-in name or a path), a preset or an attribute.
+
+    A preset is one of metrics, an attribute one that is measured of sequences (`trackmark list`).
+    """
     import trackers
     from bench import metrics
     from trackers.base.catalogue import in_file
@@ -34,11 +44,16 @@ def command(name: str, truth: Path | None, as_json: bool) -> None:
     elif metrics.knows(name) and truth is None:
         about = _metrics(name)
         lines = _metrics_lines(about)
+    elif truth is None and name.isidentifier() and (about := _attribute(name)):
+        lines = [f"{key:11} {value}" for key, value in about.items() if value]
     else:
         about = _sequence(name, truth)
         said = {key: value for key, value in about.items() if value and key != "knobs"}
         lines = [f"{key:12} {value}" for key, value in said.items()]
         lines += _setting_lines("knobs", about["knobs"])
+        if measure:
+            about["measured"] = _measured(name, truth)
+            lines += _measured_lines(about["measured"])
     click.echo(json.dumps(about, indent=1, default=str) if as_json else "\n".join(lines))
 
 
@@ -84,6 +99,54 @@ def _metrics_lines(about: dict[str, Any]) -> list[str]:
         perfect = "" if column["perfect"] is None else f"{column['perfect']:.3g}"
         lines.append(f"  {key:{width}}  {perfect:5}  {column['meaning']}")
     return lines
+
+
+def _attribute(name: str) -> dict[str, Any]:
+    """What is told of an attribute; nothing for another name."""
+    from datasets import attributes
+
+    if name not in attributes.names():
+        return {}
+    one = attributes.of_name(name)
+    return {
+        "name": one.name,
+        "unit": one.unit,
+        "range": f"{one.least:g} to {one.most:g}",
+        "sequence": f"{one.over} of its frames",
+        "definition": one.definition.replace("\n", f"\n{'':12}").replace(f"\n{'':12}\n", "\n\n"),
+    }
+
+
+def _measured(name: str, truth: Path | None) -> dict[str, Any]:
+    """Attributes of a sequence: a value of the whole, and those of its frames."""
+    import datasets
+    from datasets import attributes
+
+    with progress_bar(None, "frame") as progress:
+        series = attributes.measured(datasets.load(name, truth), progress)
+    whole = attributes.overall(series)
+    return {
+        one.name: {
+            "value": _or_none(whole[one.name]),
+            "unit": one.unit,
+            "over": one.over,
+            "frames": [_or_none(value) for value in series[one.name].tolist()],
+        }
+        for one in map(attributes.of_name, attributes.names())
+    }
+
+
+def _measured_lines(measured: dict[str, Any]) -> list[str]:
+    """A line an attribute; of which frames a value is where it is not their mean."""
+    lines = ["measured (`trackmark describe NAME` defines each)"]
+    for name, one in measured.items():
+        value = "none" if one["value"] is None else f"{one['value']:.3g}"
+        lines.append(f"  {name:18} {value:>8} {one['unit']:14} {one['over']} of frames")
+    return lines
+
+
+def _or_none(value: float) -> float | None:
+    return value if isfinite(value) else None
 
 
 def _setting_lines(heading: str, settings: list[dict[str, Any]]) -> list[str]:

@@ -1,4 +1,4 @@
-"""List trackers, sequences, experiments and metrics presets."""
+"""List trackers, sequences, experiments, metrics presets and attributes."""
 
 import json
 
@@ -8,14 +8,14 @@ from bench.commands._options import json_option
 
 __all__ = ["command"]
 
-KINDS = ("trackers", "sequences", "experiments", "metrics")
+KINDS = ("trackers", "sequences", "experiments", "metrics", "attributes")
 
 
 @click.command("list")
 @click.argument("kind", type=click.Choice(KINDS), required=False)
 @json_option
 def command(kind: str | None, as_json: bool) -> None:
-    """List what there is: trackers, built-in sequences, experiments, metrics presets.
+    """List what there is: trackers, built-in sequences, experiments, metrics presets, attributes.
 
     A tracker that needs something which is not installed is listed too; `describe` says
     what it needs.
@@ -51,6 +51,11 @@ def _items(kind: str) -> dict[str, str]:
         from bench import metrics
 
         return {name: metrics.definition(name).partition("\n")[0] for name in metrics.names()}
+    if kind == "attributes":
+        from datasets import attributes
+
+        found = map(attributes.of_name, attributes.names())
+        return {one.name: one.definition.partition("\n")[0] for one in found}
     from bench.experiments.experiment import experiment_names, read_experiment
 
     return {name: read_experiment(name).title for name in experiment_names()}

@@ -6,7 +6,12 @@ from pathlib import Path
 import click
 
 from bench.commands._guests import guests_of, guests_option, together
-from bench.commands._options import metrics_option, patience
+from bench.commands._options import (
+    by_attribute_option,
+    measured_attributes,
+    metrics_option,
+    patience,
+)
 
 __all__ = ["command"]
 
@@ -24,6 +29,7 @@ FORMATS = ("text", "markdown", "csv", "latex")
 @guests_option
 @click.option("--sequences", help="Of --results-of, where there are no RESULTS; as for `run`.")
 @metrics_option
+@by_attribute_option
 @click.option("--wide", is_flag=True, help="Print all columns, however wide the tables are.")
 @click.option("--no-pictures", is_flag=True, help="Write tables alone.")
 def command(
@@ -33,14 +39,15 @@ def command(
     results_of: tuple[str, ...],
     sequences: str | None,
     metrics: list[str],
+    by_attribute: bool,
     wide: bool,
     no_pictures: bool,
 ) -> None:
     """Report on RESULTS (the folder of an experiment, or one that holds several).
 
-    Only that folder is read; film strips alone open the sequences, for their pixels. With
-    --metrics stored runs are scored by other definitions; nothing is run again. With --results-of
-    others' results on the same sequences stand in the same tables.
+    Only that folder is read; film strips and --by-attribute alone open the sequences, for their
+    pixels. With --metrics stored runs are scored by other definitions; nothing is run again. With
+    --results-of others' results on the same sequences stand in the same tables.
     """
     from bench.store.layout import experiment_folders
 
@@ -60,6 +67,7 @@ def command(
                 form,
                 metrics,
                 named=len(shown) > 1,
+                by_attribute=by_attribute,
                 wide=wide,
                 pictures=not no_pictures,
             )
@@ -72,6 +80,7 @@ def _report(
     metrics: list[str],
     *,
     named: bool,
+    by_attribute: bool,
     wide: bool,
     pictures: bool,
 ) -> None:
@@ -88,12 +97,25 @@ def _report(
     with patience("Scoring runs"):
         scored = by_presets(experiment, others, title=title) if others else []
     made = tables_by(experiment, metrics, title=title, scored=scored)
+    against = []
+    if by_attribute:
+        from bench.reporting.by_attribute import attribute_report
+
+        against = attribute_report(experiment, metrics, measured_attributes)
+        made += [one.table for one in against]
     if form is None and not wide:
         render = functools.partial(on_terminal, render=render, more=" (--wide)")
     click.echo("\n".join(map(render, made)))
     if folder is not None:
         tell = functools.partial(click.echo, err=True)
         for path in write_report(
-            experiment, folder, tell, made, title=title, pictures=pictures, scored=scored
+            experiment,
+            folder,
+            tell,
+            made,
+            title=title,
+            pictures=pictures,
+            scored=scored,
+            against=against,
         ):
             click.echo(str(path), err=True)

@@ -4,11 +4,11 @@ A tracker's repetitions on a sequence are averaged first. Trackers are then pair
 never by seed: the same seed means nothing to two methods.
 """
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import nan
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bench.comparing.pairs import Losses, Pair, Question, Scores, paired, sign_of
 from bench.reporting.doubt import LEAST_FOR_NEW
 from bench.reporting.tables import own_times
-from bench.statistics.intervals import Interval
+from bench.statistics.intervals import Interval, mean_interval
 from bench.statistics.paired import (
     cells_mean,
     critical_difference,
@@ -26,6 +26,9 @@ from bench.statistics.paired import (
 from bench.store.files import ResultsError
 from reports.tables import Measure
 from reports.times import timed_by
+
+if TYPE_CHECKING:
+    from bench.reporting.against import Curve
 
 __all__ = [
     "LEAST_FOR_RANKS",
@@ -75,6 +78,8 @@ class Comparison:
     standings: Sequence[Standing]
     pairs: Sequence[Pair]
     attributes: Sequence[Collection[str]] = ()  # that occur in each sequence, where it is known
+    # Of attributes that were measured, a value a sequence; NaN where it has none.
+    measured: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
     @cached_property
     def best(self) -> Standing:
@@ -114,7 +119,8 @@ class Comparison:
         """A pair's differences on parts of the sequences: by knob and value, by attribute.
 
         Knobs are what the sequences' names say (`:light=dappled`), but for their scene, where
-        they take several values; attributes are those that some sequences have and some have not.
+        they take several values; attributes are those that some sequences have and some have not,
+        and bins of those that were measured.
         """
         rows = [
             dict(part.split("=", 1) for part in name.split(":")[1:] if "=" in part)
@@ -132,7 +138,24 @@ class Comparison:
             having = np.array([name in names for names in self.attributes])
             if not having.all():
                 parts["attribute", name] = pair.differences[having]
+        for curve in self.curves_of([pair]):
+            parts |= {(curve.attribute, one.words): one.scores for one in curve.bins}
         return parts
+
+    @cached_property
+    def curves(self) -> "list[Curve]":
+        """Mean scores of every tracker against the attributes that were measured."""
+        from bench.reporting.against import against  # brings scipy.stats, see `_standings`
+
+        means = {name: np.array([run.mean() for run in runs]) for name, runs in self.scores.items()}
+        return against(means, self.measured, scores_interval)
+
+    def curves_of(self, pairs: Sequence[Pair]) -> "list[Curve]":
+        """Differences of pairs against them; p is corrected for all of these together."""
+        from bench.reporting.against import against  # as above
+
+        differences = {f"{pair.first} - {pair.second}": pair.differences for pair in pairs}
+        return against(differences, self.measured, mean_interval)
 
 
 def compare(
@@ -142,6 +165,7 @@ def compare(
     trackers: Sequence[str] | None = None,
     question: Question | None = None,
     attributes: Mapping[str, Collection[str]] | None = None,
+    measured: Callable[[Sequence[str]], Mapping[str, NDArray[np.float64]]] | None = None,
 ) -> Comparison:
     """Compare trackers on the sequences that all of them ran on.
 
@@ -159,6 +183,8 @@ def compare(
         What intervals tell of; of new sequences by default where there are five or more.
     attributes : mapping of str to collection of str, optional
         Attributes that occur, by sequence.
+    measured : callable, optional
+        Gives values of attributes by sequence, NaN where one has none, of the sequences' names.
 
     Raises
     ------
@@ -183,8 +209,9 @@ def compare(
     pairs = paired(values, losses, measure, margin, question)
     standings = _standings(runs, values, losses, measure, question, pairs)
     occurring = [] if attributes is None else [attributes.get(name, ()) for name in sequences]
+    about = occurring, measured(sequences) if measured else {}
     return Comparison(
-        measure, margin, question, sequences, values, losses, standings, pairs, occurring
+        measure, margin, question, sequences, values, losses, standings, pairs, *about
     )
 
 

@@ -21,6 +21,8 @@ from bench.comparing.words import (
     times,
     unit,
 )
+from bench.reporting.against import as_data as curves_as_data
+from bench.reporting.against import attribute_table
 from bench.reporting.doubt import LEAST_FOR_NEW
 from bench.statistics.intervals import Interval, mean_interval
 from bench.statistics.paired import SIGNIFICANCE, smallest_p
@@ -30,11 +32,15 @@ __all__ = ["as_data", "files", "screen"]
 
 
 def screen(comparison: Comparison) -> list[Table]:
-    """Two tables for a terminal: how trackers stand, and what pairs of them show."""
+    """Tables for a terminal: how trackers stand, and what pairs of them show.
+
+    Also against what the pairs' differences rise or fall, where attributes were measured.
+    """
     pairs = spoken_of(comparison)
     others = len(comparison.pairs) - len(pairs)
     left_out = [f"{others} other pairs are in --json and --folder."] if others else []
-    return [_standings(comparison), _pair_table(comparison, pairs, left_out)]
+    made = [_standings(comparison), _pair_table(comparison, pairs, left_out)]
+    return [*made, _gains(comparison)] if comparison.measured else made
 
 
 def files(comparison: Comparison) -> list[Table]:
@@ -44,7 +50,13 @@ def files(comparison: Comparison) -> list[Table]:
         _pair_table(comparison, spoken_of(comparison, whole=True), []),
         _sequences(comparison),
     ]
-    return [*made, *([parts] if (parts := _parts(comparison)).rows else [])]
+    if (parts := _parts(comparison)).rows:
+        made.append(parts)
+    if comparison.measured:
+        name = "comparison-attributes"
+        scores = attribute_table(comparison.curves, comparison.measure, "tracker", name)
+        made += [scores, _gains(comparison)]
+    return made
 
 
 def as_data(comparison: Comparison) -> dict[str, Any]:
@@ -90,6 +102,14 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
             for pair in comparison.pairs
         ],
         "parts": json.loads(_parts(comparison).data.to_json(orient="records")),
+        "attributes": {
+            "measured": {
+                name: [value if isfinite(value) else None for value in values.tolist()]
+                for name, values in comparison.measured.items()
+            },
+            "trackers": curves_as_data(comparison.curves, "tracker"),
+            "pairs": curves_as_data(comparison.curves_of(spoken_of(comparison)), "pair"),
+        },
         "paragraph": paragraph(comparison),
     }
 
@@ -278,6 +298,13 @@ def _parts(comparison: Comparison) -> Table:
         rows=rows,
         data=pd.DataFrame(data),
     )
+
+
+def _gains(comparison: Comparison) -> Table:
+    """Against what the differences of pairs rise or fall."""
+    curves = comparison.curves_of(spoken_of(comparison))
+    name = "comparison-attribute-differences"
+    return attribute_table(curves, comparison.measure, "pair", name)
 
 
 def _needed(pair: Pair) -> str:

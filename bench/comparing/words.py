@@ -6,6 +6,7 @@ from string import ascii_uppercase
 
 from bench.comparing.comparison import Comparison
 from bench.comparing.pairs import Answer, Pair
+from bench.reporting.doubt import p_value
 from bench.statistics.intervals import Interval
 from bench.statistics.paired import SIGNIFICANCE, smallest_p
 from reports.tables import MISSING
@@ -160,11 +161,6 @@ def between(comparison: Comparison, interval: Interval | None, *, signed: bool =
 def share_between(interval: Interval) -> str:
     """An interval of a share in [0, 1]."""
     return f"[{interval.low:.2f}, {interval.high:.2f}]"
-
-
-def p_value(value: float) -> str:
-    """A p as papers print it, without the zero before the point."""
-    return "< .001" if value < 0.001 else f"{value:.3f}".lstrip("0") if value < 1 else "1"
 
 
 def equals(p: float) -> str:

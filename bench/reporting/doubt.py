@@ -16,7 +16,7 @@ from bench.statistics.paired import (
 )
 from reports.tables import Direction, Doubt
 
-__all__ = ["LEAST_FOR_NEW", "over_seeds", "over_sequences"]
+__all__ = ["LEAST_FOR_NEW", "over_seeds", "over_sequences", "p_value"]
 
 LEAST_FOR_NEW = 5
 """Sequences from which on intervals tell of new ones, unless it is said otherwise."""
@@ -56,6 +56,11 @@ def over_seeds(
 
     means = np.array([np.mean([run.mean() for run in runs]) for runs in values])
     return Doubt(halves, _contenders(means, direction, tested))
+
+
+def p_value(value: float) -> str:
+    """A p as papers print it, without the zero before the point."""
+    return "< .001" if value < 0.001 else f"{value:.3f}".lstrip("0") if value < 1 else "1"
 
 
 def _contenders(

@@ -9,19 +9,18 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-import datasets
 from bench.evaluation.record import Run, Trace
 from bench.evaluation.reference import reference
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
 from bench.reporting.by_preset import Scored, write_curves
+from bench.reporting.opening import opened
 from bench.reporting.tables import timing_runs, title_of
 from bench.store.index import read_index
 from bench.store.layout import experiment_folders
 from bench.store.loading import load_results, ordered_rows
 from bench.store.results import Results
 from bench.store.truth import StoredTruth, read_truth
-from datasets import Sequence
 from reports.film_strip import evenly_spaced, film_strip, write_film_strip
 from reports.overlay import TRUTH
 from reports.palette import colours
@@ -99,7 +98,7 @@ def _write_strip(
 ) -> list[Path]:
     """Draw the boxes of `shown`, all by default, in their colours among the `trackers`."""
     name = str(row["sequence"])
-    sequence = _opened(row)
+    sequence = opened(row)
     if sequence is None:
         tell(f"{name}: no film strip: it is not at {row['source']} as it was.")
         return []
@@ -108,15 +107,6 @@ def _write_strip(
     shades = boxes.shades(trackers) if boxes else {}
     strip = film_strip(sequence.__getitem__, numbers, placed, name, shades=shades)
     return [write_film_strip(path, strip)]
-
-
-def _opened(row: Mapping[str, Any]) -> Sequence | None:
-    """The sequence of a run, where it is still there and the same."""
-    try:
-        sequence = datasets.load(row["source"], truth=row["truth"] or None)
-    except datasets.SequenceError:
-        return None
-    return sequence if sequence.fingerprint == row["fingerprint"] else None
 
 
 def _read(folder: Path, **only: str) -> Iterator[tuple[Mapping[str, Any], Run, StoredTruth]]:

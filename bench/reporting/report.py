@@ -2,11 +2,16 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bench.reporting.by_preset import Scored
+from bench.reporting.tables import title_of
 from bench.store.files import ResultsError
 from reports.tables import Table
 from reports.write import write_tables
+
+if TYPE_CHECKING:
+    from bench.reporting.by_attribute import Shown
 
 __all__ = ["write_report"]
 
@@ -20,12 +25,14 @@ def write_report(
     title: str = "",
     pictures: bool = True,
     scored: Sequence[Scored] = (),
+    against: "Sequence[Shown]" = (),
 ) -> list[Path]:
     """Write the tables of an experiment into a folder, and pictures beside them; give the files.
 
     `title` heads plots; it is the experiment's own by default. `tell` is given a sentence on every
-    sequence that can't be drawn. `scored`: runs by other presets, whose curves are drawn. Raises
-    `ResultsError` where results can't be read or the report can't be written.
+    sequence that can't be drawn. `scored`: runs by other presets, whose curves are drawn;
+    `against`: scores against attributes, likewise. Raises `ResultsError` where results can't be
+    read or the report can't be written.
     """
     try:
         paths = write_tables(folder, made)
@@ -33,6 +40,9 @@ def write_report(
             from bench.reporting.pictures import write_pictures  # brings what draws
 
             paths += write_pictures(experiment, folder, tell, title, scored)
+            for one in against:
+                path = folder / f"{one.table.name}.png"
+                paths += one.drawn(path, title or title_of(experiment))
     except OSError as error:
         raise ResultsError(str(error.strerror or error)) from error
     return paths

@@ -296,3 +296,27 @@ def test_what_new_seeds_need_is_repetitions(make_runs):
     assert 24 <= found <= 39  # of 40; four in five are meant
     (other,) = compare(make_runs(few), OVERLAP, 0.0, question="new sequences").pairs
     assert np.isnan(other.needed) or other.needed > len(HARDNESS)
+
+
+def test_bins_of_what_is_measured_stand_beside_knobs_and_tags(make_runs):
+    names = [f"street:pace={1 + number % 2}:scene={number}" for number in range(10)]
+    runs = make_runs({"a": around(HARDNESS), "b": around(HARDNESS[::-1])}, names=names)
+    tags = {name: {"occlusion"} for name in names[:4]}
+    blurs = np.arange(10.0)
+    found = compare(
+        runs, OVERLAP, 0.01, attributes=tags, measured=lambda asked: {"blur": blurs[: len(asked)]}
+    )
+    (pair,) = found.pairs
+    parts = found.by_part(pair)
+    assert set(parts) == {
+        ("pace", "1"),
+        ("pace", "2"),
+        ("attribute", "occlusion"),
+        ("blur", "0 to 4"),
+        ("blur", "5 to 9"),
+    }
+    assert parts["blur", "5 to 9"].tolist() == pair.differences[5:].tolist()
+    assert [table.name for table in screen(found)][-1] == "comparison-attribute-differences"
+    (rising,) = found.curves_of([pair])
+    assert rising.correlation == pytest.approx(1.0)
+    assert rising.adjusted < 0.01

@@ -1,0 +1,281 @@
+"""Scores, or differences of them, against attributes of the sequences: numbers in, curves out.
+
+A sequence is one observation: its score, and one value of the attribute. Frames are none, as a
+target that was lost once stays lost, whatever the pictures are like then.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import pairwise
+from math import isfinite, nan
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+from scipy.stats import rankdata
+
+from bench.reporting.doubt import LEAST_FOR_NEW, p_value
+from bench.statistics.correlation import FEWEST, rank_correlation
+from bench.statistics.intervals import Interval
+from bench.statistics.paired import SIGNIFICANCE, holm
+from reports.tables import MISSING, Cell, Measure, Table
+
+__all__ = ["Bin", "Curve", "against", "as_data", "attribute_table", "bins_of"]
+
+MOST_BINS = 5
+"""However many sequences there are: more would be a line that nobody can read."""
+
+SHUFFLES = 9999
+"""Random orders that an order is held against: the smallest p is one in ten thousand."""
+
+
+@dataclass(frozen=True)
+class Bin:
+    """Sequences whose values of an attribute are neighbours."""
+
+    first: float  # least value of the attribute
+    last: float
+    centre: float  # its mean
+    scores: NDArray[np.float64]  # of these sequences
+    interval: Interval  # 95 %, of their mean
+
+    @property
+    def mean(self) -> float:
+        """Mean score."""
+        return float(self.scores.mean())
+
+    @property
+    def words(self) -> str:
+        """Which values: `0.21 to 0.44`."""
+        return f"{self.first:.3g} to {self.last:.3g}"
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A tracker's score, or a difference of two, against an attribute; (n,) sequences that have it.
+
+    `correlation` is Spearman's, NaN where scores or attribute are all the same; `p` is that of
+    chance, and `adjusted` that after Holm's correction for all curves that were looked at together.
+    """
+
+    label: str
+    attribute: str
+    places: NDArray[np.float64]  # values of the attribute
+    scores: NDArray[np.float64]
+    correlation: float
+    interval: Interval
+    p: float
+    adjusted: float
+    bins: Sequence[Bin]  # in the order of the attribute; none where there are too few sequences
+
+
+def against(
+    values: Mapping[str, ArrayLike],
+    attributes: Mapping[str, ArrayLike],
+    interval: Callable[[ArrayLike], Interval],
+) -> list[Curve]:
+    """Every row of values against every attribute that two sequences have or more.
+
+    Parameters
+    ----------
+    values : mapping of str to array of float, shape (n,)
+        Scores by sequence, or differences of them, by label.
+    attributes : mapping of str to array of float, shape (n,)
+        Values by sequence, NaN where a sequence has none, by name.
+    interval : callable
+        Gives that of the mean of some values.
+    """
+    found = [
+        _curve(
+            label, name, np.asarray(scores, np.float64), np.asarray(places, np.float64), interval
+        )
+        for label, scores in values.items()
+        for name, places in attributes.items()
+        if np.isfinite(places).sum() > 1
+    ]
+    tested = [place for place, curve in enumerate(found) if isfinite(curve.p)]
+    for place, level in zip(tested, holm([found[k].p for k in tested]).tolist(), strict=True):
+        found[place] = replace(found[place], adjusted=level)
+    return found
+
+
+def bins_of(places: ArrayLike) -> list[NDArray[np.intp]]:
+    """Numbers of sequences in bins of about as many, in the order of their values, (n,) finite.
+
+    As many bins as have five sequences each, five at most; equal values are never set apart. None
+    where there would be one alone.
+    """
+    given = np.asarray(places, np.float64)
+    order = np.argsort(given, kind="stable")
+    ranked, n = given[order], len(given)
+    count = min(MOST_BINS, n // LEAST_FOR_NEW)
+    cuts = [0]
+    for number in range(1, count):
+        cut = int(np.searchsorted(ranked, ranked[number * n // count]))
+        if min(cut - cuts[-1], n - cut) >= LEAST_FOR_NEW:
+            cuts.append(cut)
+    found = [order[first:last] for first, last in pairwise([*cuts, n])]
+    return found if len(found) > 1 else []
+
+
+def attribute_table(
+    curves: Sequence[Curve], measure: Measure, what: str, name: str = "attributes"
+) -> Table:
+    """Curves as a table: whether they rise or fall, and the means at both ends.
+
+    `what`: are labelled, `tracker` or `pair`; `name`: of the table's files. Its data have a row a
+    bin, one without bin where there are none.
+    """
+    rows = []
+    data: list[dict[str, Any]] = []
+    for curve in curves:
+        rows.append(
+            [
+                Cell(curve.label),
+                Cell(curve.attribute),
+                Cell(str(len(curve.places))),
+                Cell(f"{curve.correlation:+.2f}" if isfinite(curve.correlation) else MISSING),
+                Cell("[{:+.2f}, {:+.2f}]".format(*curve.interval)),
+                Cell(
+                    p_value(curve.adjusted) if isfinite(curve.adjusted) else MISSING,
+                    best=curve.adjusted < SIGNIFICANCE,
+                ),
+                *(Cell(text) for text in _ends(curve, measure, "+" if what == "pair" else "")),
+            ]
+        )
+        data += _rows(curve, what)
+    scores = "differences" if what == "pair" else "scores"
+    few = [curve for curve in curves if not curve.bins]
+    notes = ["There is nothing to show: it takes two sequences with scores."] * (not curves)
+    notes += [
+        f"p is corrected for all {len(curves)} rows (Holm), * below {SIGNIFICANCE:g}; intervals "
+        "are not.",
+        "Lowest and highest: means over the sequences with least and most of the attribute.",
+    ]
+    if few:
+        notes.append(
+            f"Without curve: {len(few)} of {len(curves)} rows. It takes two bins of "
+            f"{LEAST_FOR_NEW} sequences with different values."
+        )
+    return Table(
+        name=name,
+        caption=(
+            f"{measure.head} against attributes of the sequences (docs/attributes.md): rank "
+            f"correlation of {scores} and attribute over n sequences, with 95 % intervals."
+        ),
+        heads=[what, "attribute", "n", "correlation", "95 %", "p", "lowest", "highest"],
+        n_labels=2,
+        rows=rows,
+        notes=notes,
+        data=pd.DataFrame(data),
+        ranks=[3, 0, 1, 0, 2, 2],
+    )
+
+
+def as_data(curves: Sequence[Curve], what: str) -> list[dict[str, Any]]:
+    """Curves for `--json`, scores unscaled, gaps null; `what` their labels are."""
+    return [
+        {
+            what: curve.label,
+            "attribute": curve.attribute,
+            "places": curve.places.tolist(),
+            "scores": curve.scores.tolist(),
+            "correlation": _or_none(curve.correlation),
+            "interval": list(curve.interval),
+            "p": _or_none(curve.p),
+            "p_holm": _or_none(curve.adjusted),
+            "bins": [
+                {
+                    "from": one.first,
+                    "to": one.last,
+                    "sequences": len(one.scores),
+                    "mean": one.mean,
+                    "interval": list(one.interval),
+                }
+                for one in curve.bins
+            ],
+        }
+        for curve in curves
+    ]
+
+
+def _curve(
+    label: str,
+    name: str,
+    scores: NDArray[np.float64],
+    places: NDArray[np.float64],
+    interval: Callable[[ArrayLike], Interval],
+) -> Curve:
+    known = np.isfinite(scores) & np.isfinite(places)
+    scores, places = scores[known], places[known]
+    correlation, around = rank_correlation(places, scores)
+    p = _p(places, scores) if isfinite(correlation) and len(places) >= FEWEST else nan
+    bins = [
+        Bin(
+            float(places[chosen].min()),
+            float(places[chosen].max()),
+            float(places[chosen].mean()),
+            scores[chosen],
+            interval(scores[chosen]),
+        )
+        for chosen in bins_of(places)
+    ]
+    return Curve(label, name, places, scores, correlation, around, p, nan, bins)
+
+
+def _p(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    """Two-sided p that two orders agree so well by chance: by random orders, the same each time."""
+    ranks, others = (rankdata(values) - (len(values) + 1) / 2 for values in (first, second))
+    seen = abs(float(ranks @ others))
+    drawn = np.abs(ranks[_orders(len(ranks))] @ others)
+    return (1 + int((drawn >= seen - 1e-9).sum())) / (SHUFFLES + 1)
+
+
+@cache
+def _orders(n: int) -> NDArray[np.intp]:
+    """Random orders of n things, shape (SHUFFLES, n)."""
+    generator = np.random.default_rng(n)
+    return generator.permuted(np.tile(np.arange(n), (SHUFFLES, 1)), axis=1)
+
+
+def _rows(curve: Curve, what: str) -> list[dict[str, Any]]:
+    told = {
+        what: curve.label,
+        "attribute": curve.attribute,
+        "sequences": len(curve.places),
+        "correlation": curve.correlation,
+        "low": curve.interval.low,
+        "high": curve.interval.high,
+        "p": curve.p,
+        "p_holm": curve.adjusted,
+    }
+    bins: list[dict[str, Any]] = [
+        {
+            "bin": number,
+            "bin_from": one.first,
+            "bin_to": one.last,
+            "bin_sequences": len(one.scores),
+            "bin_mean": one.mean,
+            "bin_low": one.interval.low,
+            "bin_high": one.interval.high,
+        }
+        for number, one in enumerate(curve.bins, 1)
+    ]
+    return [{**told, **one} for one in bins] or [told]
+
+
+def _ends(curve: Curve, measure: Measure, sign: str) -> tuple[str, str]:
+    """Means of the lowest and of the highest bin, and where these end."""
+    if not curve.bins:
+        return MISSING, MISSING
+    low, high = (
+        f"{one.mean * measure.scale:{sign}.{measure.decimals}f}"
+        for one in (curve.bins[0], curve.bins[-1])
+    )
+    return f"{low} (≤ {curve.bins[0].last:.2g})", f"{high} (≥ {curve.bins[-1].first:.2g})"
+
+
+def _or_none(value: float) -> float | None:
+    return value if isfinite(value) else None

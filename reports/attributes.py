@@ -1,0 +1,71 @@
+"""Scores against attributes of sequences: small multiples, a panel an attribute."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from reports.figures import add_legend, bare_figure, named_line
+from reports.palette import colour
+
+__all__ = ["Against", "attribute_plot"]
+
+COLUMNS = 3
+
+
+@dataclass(frozen=True)
+class Against:
+    """Scores of a label against an attribute.
+
+    Attributes
+    ----------
+    label : str
+        Of the line, the same in every panel.
+    places, scores : ndarray of float64, shape (n,)
+        Attribute and score by sequence.
+    centres, means, low, high : ndarray of float64, shape (k,)
+        Of bins: mean of the attribute, mean of the scores, and its interval. May be empty.
+    """
+
+    label: str
+    places: NDArray[np.float64]
+    scores: NDArray[np.float64]
+    centres: NDArray[np.float64]
+    means: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+
+def attribute_plot(panels: Mapping[str, Sequence[Against]], quantity: str, title: str) -> Figure:
+    """A dot a sequence, and over bins of sequences the mean with its 95 % interval.
+
+    `panels`: by name of the attribute with its unit, a label in the same colour in each.
+    `quantity`: what the scores are, with their unit.
+    """
+    labels = list(dict.fromkeys(one.label for drawn in panels.values() for one in drawn))
+    rows = ceil(len(panels) / COLUMNS)
+    figure = bare_figure(title, 0.6 + 2.2 * rows)
+    grid = figure.subplots(rows, COLUMNS, sharey=True, squeeze=False)
+    for number, axes in enumerate(grid.ravel()):
+        if number >= len(panels):
+            axes.set_visible(False)
+            continue
+        name = list(panels)[number]
+        axes.grid(alpha=0.3)
+        axes.spines[["top", "right"]].set_visible(False)
+        for one in panels[name]:
+            position = labels.index(one.label)
+            shade = colour(position)
+            axes.scatter(one.places, one.scores, 8, color=shade, alpha=0.35, linewidths=0)
+            reach = np.stack([one.means - one.low, one.high - one.means])
+            style = named_line(one.label, position)
+            axes.errorbar(one.centres, one.means, reach, marker="o", markersize=3, **style)
+        axes.set_xlabel(name, fontsize=9)
+        axes.tick_params(labelsize=8)
+        if number % COLUMNS == 0:
+            axes.set_ylabel(quantity, fontsize=9)
+    add_legend(figure, grid[0, 0], "dots: sequences; lines: means over bins, 95 % intervals")
+    return figure

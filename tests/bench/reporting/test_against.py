@@ -1,0 +1,167 @@
+"""Scores against attributes: bins, intervals, chance, and what is told of them."""
+
+from itertools import pairwise, permutations
+from math import isfinite, isnan
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import spearmanr
+
+from bench.reporting.against import against, as_data, attribute_table, bins_of
+from bench.reporting.tables import SUMMARY
+from bench.statistics.intervals import mean_interval
+from bench.statistics.paired import scores_interval
+from reports.attributes import Against, attribute_plot
+from reports.figures import write_figure
+from reports.fitting import on_terminal
+from reports.renderers import to_csv, to_markdown, to_text
+
+OVERLAP = SUMMARY[0]
+
+
+@given(st.lists(st.integers(0, 12), max_size=60))
+@settings(max_examples=100, deadline=None)
+def test_bins_hold_every_sequence_once_in_order_and_never_part_equal_ones(places):
+    values = np.array(places, float)
+    bins = bins_of(values)
+    if not bins:
+        assert len(values) < 10 or len(set(places)) < 10
+        return
+    assert sorted(np.concatenate(bins).tolist()) == list(range(len(values)))
+    assert 2 <= len(bins) <= 5
+    assert min(map(len, bins)) >= 5
+    for low, high in pairwise(bins):
+        assert values[low].max() < values[high].min()
+
+
+@pytest.mark.parametrize(("n", "count"), [(4, 0), (9, 0), (10, 2), (14, 2), (25, 5), (100, 5)])
+def test_there_are_as_many_bins_as_have_five_sequences(n, count):
+    bins = bins_of(np.random.default_rng(0).permutation(n))
+    assert len(bins) == count
+    assert max(map(len, bins), default=0) - min(map(len, bins), default=0) <= 1
+
+
+def test_a_bin_has_the_mean_and_the_interval_of_its_sequences():
+    generator = np.random.default_rng(1)
+    places, scores = generator.random(20), generator.random(20)
+    (curve,) = against({"a": scores}, {"blur": places}, scores_interval)
+    order = np.argsort(places)
+    for one, chosen in zip(curve.bins, order.reshape(4, 5), strict=True):
+        assert one.mean == pytest.approx(scores[chosen].mean())
+        assert one.interval == pytest.approx(scores_interval(scores[chosen]))
+        assert (one.first, one.last) == (places[chosen].min(), places[chosen].max())
+    assert curve.correlation == pytest.approx(spearmanr(places, scores).statistic)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_p_is_the_share_of_orders_that_agree_as_well(seed):
+    generator = np.random.default_rng(seed)
+    places, scores = generator.random(6), generator.integers(0, 4, 6).astype(float)
+    if len(set(scores)) == 1:
+        return
+    (curve,) = against({"a": scores}, {"blur": places}, mean_interval)
+    drawn = [spearmanr(order, scores).statistic for order in permutations(places)]
+    exact = np.mean(np.abs(drawn) >= abs(curve.correlation) - 1e-9)
+    assert curve.p == pytest.approx(exact, abs=0.015)
+
+
+def test_what_rises_with_an_attribute_is_seen_and_the_others_are_not():
+    generator = np.random.default_rng(2)
+    measured = {f"a{k}": generator.random(30) for k in range(10)}
+    differences = measured["a3"] ** 2 + generator.normal(0, 0.05, 30)
+    curves = against({"x - y": differences}, measured, mean_interval)
+    assert [curve.attribute for curve in curves if curve.adjusted < 0.05] == ["a3"]
+    (found,) = (curve for curve in curves if curve.attribute == "a3")
+    assert found.interval.low > 0
+    assert (np.diff([one.mean for one in found.bins]) > 0).all()
+    assert found.adjusted == pytest.approx(10 * found.p)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [5, 8, 12, 30])
+def test_chance_is_taken_for_more_in_five_cases_of_a_hundred_whatever_number_is_looked_at(n):
+    generator = np.random.default_rng(n)
+    alarms = 0
+    for _ in range(400):
+        half_lost = np.where(generator.random(n) < 0.5, 0.0, generator.random(n))
+        common = generator.random(n)  # attributes go together
+        measured = {f"a{k}": common + generator.random(n) for k in range(10)}
+        curves = against({"x": half_lost}, measured, scores_interval)
+        alarms += any(curve.adjusted < 0.05 for curve in curves)
+    assert alarms / 400 <= 0.075  # three deviations above
+
+
+def test_sequences_without_the_attribute_are_left_out_and_one_that_none_has_is_not_shown():
+    measured = {"visibility": [np.nan] * 5, "size": [1, 2, np.nan, 4, 5], "one": [1] + [np.nan] * 4}
+    (curve,) = against({"a": [0.1, 0.2, 0.3, 0.4, np.nan]}, measured, scores_interval)
+    assert curve.attribute == "size"
+    assert curve.places.tolist() == [1, 2, 4]
+    assert isnan(curve.p)  # three say nothing
+    assert curve.interval == (-1, 1)
+
+
+def test_scores_that_are_all_the_same_have_no_correlation_and_are_told():
+    (curve,) = against({"a": [0.5] * 12}, {"size": np.arange(12)}, scores_interval)
+    assert isnan(curve.correlation)
+    assert isnan(curve.adjusted)
+    text = to_text(attribute_table([curve], OVERLAP, "tracker"))
+    assert "—" in text
+
+
+def made(n, trackers=("camshift:window=adaptive", "opencv-mil")):
+    generator = np.random.default_rng(n)
+    scores = {name: generator.random(n) for name in trackers}
+    names = ("brightness_change", "border", "size")
+    measured = {name: generator.normal(-1.1, 3, n) for name in names}
+    return against(scores, measured, scores_interval)
+
+
+def test_the_table_fits_a_terminal_with_both_ends():
+    text = on_terminal(attribute_table(made(20), OVERLAP, "tracker"), to_text)
+    assert max(map(len, text.splitlines())) <= 100
+    assert "lowest" in text
+    assert "highest" in text
+    assert "Holm" in text
+
+
+def test_few_sequences_are_told_of():
+    text = to_markdown(attribute_table(made(8), OVERLAP, "tracker"))
+    assert "Without curve: 6 of 6 rows" in text
+
+
+def test_the_files_have_a_row_a_bin_at_full_precision():
+    curves = made(20)
+    table = attribute_table(curves, OVERLAP, "tracker")
+    assert len(table.data) == 4 * len(curves)
+    assert table.data["bin_mean"][2] == curves[0].bins[2].mean
+    assert to_csv(table).count("\n") == 1 + 4 * len(curves)
+    (first, *_) = as_data(curves, "tracker")
+    assert first["bins"][2]["mean"] == curves[0].bins[2].mean
+    assert len(first["scores"]) == len(first["places"]) == 20
+
+
+@pytest.mark.parametrize("n", [3, 20])
+def test_a_plot_has_a_panel_an_attribute_a_dot_a_sequence_and_the_bins(n, tmp_path):
+    curves = made(n)
+    panels = {}
+    for curve in curves:
+        ends = [
+            np.array([getattr(one.interval, end) for one in curve.bins]) for end in ("low", "high")
+        ]
+        centres, means = (
+            np.array([getattr(one, part) for one in curve.bins]) for part in ("centre", "mean")
+        )
+        drawn = Against(curve.label, curve.places, curve.scores, centres, means, *ends)
+        panels.setdefault(curve.attribute, []).append(drawn)
+    figure = attribute_plot(panels, "mean overlap", "title")
+    shown = [axes for axes in figure.axes if axes.get_visible()]
+    assert [axes.get_xlabel() for axes in shown] == list(panels)
+    dots = shown[0].collections[0].get_offsets()
+    assert np.asarray(dots).tolist() == [
+        [x, y] for x, y in zip(curves[0].places, curves[0].scores, strict=True)
+    ]
+    assert len(shown[0].lines[0].get_xdata()) == len(curves[0].bins)
+    assert write_figure(tmp_path / "plot.png", figure).stat().st_size > 0
+    assert all(isfinite(value) for value in figure.get_size_inches())
