@@ -1,6 +1,7 @@
 """The paper's Fig. 1, and pictures of our own: boxes of all features, and numbers over frames."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cache
 
 import numpy as np
 import pandas as pd
@@ -13,6 +14,7 @@ from bench.evaluation.record import Run, Trace
 from bench.papers.context import Context
 from bench.papers.nguyen2002.events import hidden_in
 from bench.store.truth import StoredTruth
+from datasets.interface import Image
 from reports.curves import roc_plot
 from reports.film_strip import film_strip
 from reports.overlay import TRUTH
@@ -62,19 +64,22 @@ def strips(context: Context) -> dict[str, Strip | None]:
     """Fig. 1, and the same as recommended: a row of frames for each kind of features."""
     runs, truth = _first_runs(context)
     names = {"as written": "figure-1", "recommended": "figure-1-recommended"}
+    image_of = cache(datasets.load(RECORDING).__getitem__)  # six rows show the same frames
     return {
-        name: _strip(runs[words], truth, words) if truth and words in runs else None
+        name: _strip(image_of, runs[words], truth, words) if truth and words in runs else None
         for words, name in names.items()
     }
 
 
-def _strip(runs: Mapping[str, Run], truth: StoredTruth, words: str) -> Strip:
+def _strip(
+    image_of: Callable[[int], Image], runs: Mapping[str, Run], truth: StoredTruth, words: str
+) -> Strip:
     """The paper's features come first."""
-    sequence, frames = datasets.load(RECORDING), chosen_frames(truth)
+    frames = chosen_frames(truth)
     return np.vstack(
         [
             film_strip(
-                sequence.__getitem__,
+                image_of,
                 list(frames),
                 {TRUTH: truth.boxes, **{said: run.boxes_in(one) for one, said in TRACES.items()}},
                 f"Fig. 1, {label}, {words}, {RECORDING}, scene 0",
