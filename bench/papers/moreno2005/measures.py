@@ -132,12 +132,21 @@ def tables(context: Context) -> dict[str, pd.DataFrame]:
     found["one-dimensional-association"] = association.assign(
         sequence="one dimension", scene=association["repetition"], repetition=0
     )
-    return found | {
-        "mo-9": patches(context.scores),
-        "mo-23": deviations(context.scores),
-        "one-dimensional-factorisation": factorisation(),
-        "times": tracker_times(context, "time", frames=10),
-    }
+    return (
+        found
+        | {
+            "mo-9": patches(context.scores),
+            "mo-23": deviations(context.scores),
+            "one-dimensional-factorisation": factorisation(),
+        }
+        | _times(context)
+    )
+
+
+def _times(context: Context) -> dict[str, pd.DataFrame]:
+    if context.description.experiment("time") not in context.asked:  # a quick look times nothing
+        return {}
+    return {"times": tracker_times(context, "time", frames=10)}
 
 
 def patches(runs: pd.DataFrame) -> pd.DataFrame:

@@ -128,7 +128,7 @@ def trajectories(context: Context) -> Figure | None:
 
 def times(context: Context) -> Figure | None:
     """Fig. 5."""
-    times = context.tables["run_times"]
+    times = context.tables.get("run_times", pd.DataFrame())
     if times.empty:
         return None
     series = times.assign(label=times["sequence"], value=1e3 * times["seconds"])

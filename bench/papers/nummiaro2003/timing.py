@@ -56,6 +56,8 @@ def tables(context: Context) -> dict[str, pd.DataFrame]:
     see these functions. `time_slopes`: see `cost_slopes`, with `implementation`. `times`: what of
     these is printed, a `value` of `what` on a sequence.
     """
+    if TIMED not in context.asked:  # a quick look times nothing
+        return {}
     runs = frame_times(context.results / TIMED, context.asked[TIMED], ("half_width", "half_height"))
     runs = runs[runs["disturbed"] == 0].copy()
     runs["area"] = np.pi * runs["half_width"] * runs["half_height"]

@@ -1,5 +1,6 @@
 """Methods that take turns: what a round tells, what is kept, and how trackers stand beside."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 
 from bench.experiments.contestant import contestant
 from bench.papers import Effort, timing
+from bench.papers.context import part_of
+from bench.papers.nummiaro2003 import figures as nummiaro2003_figures
 from bench.papers.timing import ROUNDS, geometric_mean, kept_times, tracker_times, turn_times
 
 IMAGES = [np.full((2, 2, 3), shade, np.uint8) for shade in range(9)]
@@ -133,3 +136,13 @@ def test_trackers_take_turns_as_runs_begin():
     times = timing.times_of_trackers(["samples/bow-tie"], 4, "static", "camshift")
     assert (times[[*labels, "reference"]] > 0).all(axis=None)
     assert set(times["sequence"]) == {"samples/bow-tie"}
+
+
+@pytest.mark.parametrize("paper", ["nguyen2002", "nummiaro2003"])
+def test_a_look_without_timing_runs_has_no_times(paper):
+    tables = part_of(paper, "tables", "timing")
+    assert tables(SimpleNamespace(asked={}, results=Path())) == {}
+
+
+def test_a_look_without_timing_runs_has_no_figure_of_times():
+    assert nummiaro2003_figures.times(SimpleNamespace(tables={})) is None
