@@ -207,13 +207,14 @@ class Scenes(Entry):
     """On which sequences the checks of `scenes.py` measure: those of experiments, and others.
 
     Where not everything is asked for, on those of `few` alone, without variant (empty for all), and
-    on the first `most` of each.
+    on the first `most` of each; a quick look leaves those of `not_quick` out.
     """
 
     of: Texts
     further: tuple[Text, ...] = ()
     few: tuple[Text, ...] = ()
     most: Annotated[int, Field(ge=1)] | None = None
+    not_quick: tuple[Text, ...] = ()
 
 
 class Description(Entry):

@@ -167,7 +167,7 @@ class Paper:
             by_name: dict[str, list[str]] = {}
             for text in dict.fromkeys(texts):
                 by_name.setdefault(parse_text(text)[0], []).append(text)
-            few = entry.few or by_name
+            few = {*(entry.few or by_name)} - {*(entry.not_quick if effort.quick else ())}
             texts = [
                 text for bare in by_name if bare in few for text in by_name[bare][: entry.most]
             ]
