@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 from bench.packages import NameClashError, check_place
 
 if TYPE_CHECKING:
-    from bench.evaluation.loop import evaluate
+    from bench.evaluation.conducting import evaluate
     from bench.evaluation.record import Run
     from bench.evaluation.scoring import score, score_boxes
     from bench.execution.run import run
@@ -59,7 +59,7 @@ _HOMES = {
     "Experiment": "bench.experiments.experiment",
     "Run": "bench.evaluation.record",
     "by_attribute": "bench.reporting.by_attribute",
-    "evaluate": "bench.evaluation.loop",
+    "evaluate": "bench.evaluation.conducting",
     "load_results": "bench.store.loading",
     "read_experiment": "bench.experiments.experiment",
     "run": "bench.execution.run",

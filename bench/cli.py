@@ -95,9 +95,10 @@ def _told(error: Exception) -> str | None:
     if isinstance(error, ImportError):
         return str(error)
     from bench.experiments.experiment import ExperimentError
+    from bench.protocols import ProtocolError
     from bench.store.files import ResultsError
     from datasets import SequenceError
     from trackers import TrackerError
 
-    ours = (ExperimentError, ResultsError, SequenceError, TrackerError)
+    ours = (ExperimentError, ProtocolError, ResultsError, SequenceError, TrackerError)
     return str(error) if isinstance(error, ours) else None

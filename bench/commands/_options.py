@@ -33,6 +33,7 @@ __all__ = [
     "parse_box",
     "patience",
     "progress_bar",
+    "protocol_option",
     "refresh_index",
     "split_list",
     "telling_of_replaced",
@@ -88,6 +89,11 @@ trace_option = click.option(
     default="online",
     show_default=True,
     help="What trackers said at once, or in the end.",
+)
+protocol_option = click.option(
+    "--protocol",
+    metavar="NAME[:KNOB=VALUE]…",
+    help="How trackers are run (`trackmark list protocols`).  [default: one-pass]",
 )
 truth_option = click.option(
     "--truth",

@@ -4,7 +4,7 @@ import functools
 import json
 import math
 import textwrap
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +22,7 @@ from bench.commands._options import (
     output_option,
     patience,
     progress_bar,
+    protocol_option,
     refresh_index,
     split_list,
     telling_of_replaced,
@@ -58,6 +59,7 @@ _HINT = "--metric"
 @click.option("--sequences", help="Comma-separated names (with * and ?) or paths; runs what lacks.")
 @click.option("--results", type=click.Path(path_type=Path), help="Compare what is stored there.")
 @guests_option
+@protocol_option
 @metrics_option
 @click.option(
     "--metric",
@@ -92,6 +94,7 @@ def command(
     sequences: str | None,
     results: Path | None,
     results_of: tuple[str, ...],
+    protocol: str | None,
     metrics: list[str],
     metric: str | None,
     margin: float | None,
@@ -115,7 +118,11 @@ def command(
         raise click.UsageError("Give --sequences or --results (one of them).")
     if margin is not None and not math.isfinite(margin):
         raise click.UsageError("--margin is a finite number.")
-    measures = {preset: _measure(preset, metric, margin) for preset in metrics or ["native"]}
+    stored = _stored(protocol)
+    measures = {
+        preset: _measure(preset, metric, margin)
+        for preset in _judging(metrics or ["native"], stored)
+    }
     guests = guests_of(results_of)
     trackers = tuple(name for given in trackers for name in split_list(given))
     labels = _labels(trackers)
@@ -123,14 +130,14 @@ def command(
     if sequences is not None and len(trackers) + len(guests) < 2:
         raise click.UsageError("Name the trackers to compare, two or more.")
     if sequences is not None and trackers:
-        ran, labels, cells = _run(trackers, sequences, seeds, name, output, means)
+        ran, labels, cells = _run(trackers, sequences, seeds, name, protocol, output, means)
         experiments = [ran]
     elif results is not None:
         experiments = [_only_experiment(results)]
     only = None if cells is None else {sequence for _, sequence, _, _ in cells}
     with together(experiments, guests, sequences, only) as (experiment,):
         others = [one.tracker for one in guests]
-        asked = _Asked(experiment, labels, cells, others, published, by_attribute)
+        asked = _Asked(experiment, labels, cells, others, published, by_attribute, stored)
         for preset, (measure, limit) in measures.items():
             answers = _answers(asked, preset, measure, limit, question)
             _show(answers, preset, as_json=as_json)
@@ -151,6 +158,26 @@ class _Asked:
     guests: list[str]  # labels of trackers whose results are others'
     published: Path | None
     by_attribute: bool
+    stored: str  # the protocol by which they were made, as runs are filed under it
+
+
+def _stored(protocol: str | None) -> str:
+    """What runs by a protocol are filed under."""
+    from bench.protocols import STORED_ONCE
+    from bench.protocols import protocol as protocol_of
+
+    return STORED_ONCE if protocol is None else protocol_of(protocol).text
+
+
+def _judging(metrics: Sequence[str], stored: str) -> list[str]:
+    """Presets that are asked for; for `native`, where it judges no such run, the protocol's own."""
+    from bench.evaluation.scoring import can_judge
+    from bench.protocols import protocol as protocol_of
+    from bench.reporting.tables import PRESET
+
+    own = protocol_of(stored).preset
+    named = [own if name == PRESET and not can_judge(name, stored) else name for name in metrics]
+    return list(dict.fromkeys(named))
 
 
 def _measure(preset: str, metric: str | None, margin: float | None) -> "tuple[Measure, float]":
@@ -182,7 +209,7 @@ def _answers(
     asked: _Asked, preset: str, measure: "Measure", limit: float, question: str | None
 ) -> "Comparison":
     """Compare by a preset's score."""
-    from bench.comparing.comparison import compare
+    from bench.comparing.comparison import compare, of_protocol
     from bench.comparing.published import with_published
     from bench.reporting.by_preset import runs_by
     from bench.reporting.tables import PRESET
@@ -199,7 +226,8 @@ def _answers(
     attributes = occurring_attributes(folder, runs[runs["status"] == "finished"])
     if preset != PRESET:
         with patience("Scoring runs"):
-            runs = runs_by(folder, preset, runs)
+            runs = runs_by(folder, preset, runs, asked.stored)
+    runs, measure = of_protocol(runs, asked.stored, measure)
     if asked.published is not None:
         runs, told = with_published(runs, asked.published, measure)
         labels = None if labels is None else [*labels, *told]
@@ -253,6 +281,7 @@ def _run(
     sequences: str,
     seeds: int | None,
     name: str | None,
+    protocol: str | None,
     output: Path,
     means: dict[str, Any],
 ) -> "tuple[Path, list[str], Collection[Cell]]":
@@ -269,6 +298,7 @@ def _run(
         trackers=trackers,
         sequences=chosen,
         repetitions=seeds or Experiment.repetitions,
+        protocol=protocol or Experiment.protocol,
     )
     refresh_index(output / experiment.name)
     execution = Execution(experiment, output, **means)

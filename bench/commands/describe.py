@@ -1,4 +1,4 @@
-"""Describe a tracker, a sequence, a metrics preset or an attribute."""
+"""Describe a tracker, a sequence, a metrics preset, an attribute or a protocol."""
 
 import json
 from dataclasses import asdict
@@ -24,12 +24,12 @@ __all__ = ["command"]
 )
 @json_option
 def command(name: str, truth: Path | None, measure: bool, as_json: bool) -> None:
-    """Describe NAME: a tracker, a sequence (a built-in name or a path), a preset or an attribute.
+    """Describe NAME: a tracker, sequence (built-in or a path), preset, attribute or protocol.
 
     A preset is one of metrics, an attribute one that is measured of sequences (`trackmark list`).
     """
     import trackers
-    from bench import metrics
+    from bench import metrics, protocols
     from trackers.base.catalogue import in_file
 
     bare = name.partition(":")[0]
@@ -44,6 +44,12 @@ def command(name: str, truth: Path | None, measure: bool, as_json: bool) -> None
     elif metrics.knows(name) and truth is None:
         about = _metrics(name)
         lines = _metrics_lines(about)
+        if name in protocols.names():  # two things have this name
+            about["protocol_of_this_name"] = protocols.definition(name)
+            lines += ["", *_protocol_lines(about["protocol_of_this_name"])]
+    elif bare in protocols.names() and truth is None:
+        about = protocols.definition(name)
+        lines = _protocol_lines(about)
     elif truth is None and name.isidentifier() and (about := _attribute(name)):
         lines = [f"{key:11} {value}" for key, value in about.items() if value]
     else:
@@ -147,6 +153,12 @@ def _measured_lines(measured: dict[str, Any]) -> list[str]:
 
 def _or_none(value: float) -> float | None:
     return value if isfinite(value) else None
+
+
+def _protocol_lines(about: dict[str, Any]) -> list[str]:
+    lines = [f"protocol {about['name']}", "", about["summary"], "", about["definition"], ""]
+    lines.append(f"tables by    the metrics preset {about['preset']}, unless others are asked for")
+    return lines + _setting_lines("knobs", about["knobs"])
 
 
 def _setting_lines(heading: str, settings: list[dict[str, Any]]) -> list[str]:

@@ -1,4 +1,4 @@
-"""List trackers, sequences, experiments, metrics presets and attributes."""
+"""List trackers, sequences, experiments, metrics presets, attributes and protocols."""
 
 import json
 
@@ -8,14 +8,14 @@ from bench.commands._options import json_option
 
 __all__ = ["command"]
 
-KINDS = ("trackers", "sequences", "experiments", "metrics", "attributes")
+KINDS = ("trackers", "sequences", "experiments", "metrics", "attributes", "protocols")
 
 
 @click.command("list")
 @click.argument("kind", type=click.Choice(KINDS), required=False)
 @json_option
 def command(kind: str | None, as_json: bool) -> None:
-    """List what there is: trackers, built-in sequences, experiments, metrics presets, attributes.
+    """List trackers, built-in sequences, experiments, metrics presets, attributes, protocols.
 
     A tracker that needs something which is not installed is listed too; `describe` says
     what it needs.
@@ -56,6 +56,10 @@ def _items(kind: str) -> dict[str, str]:
 
         found = map(attributes.of_name, attributes.names())
         return {one.name: one.definition.partition("\n")[0] for one in found}
+    if kind == "protocols":
+        from bench import protocols
+
+        return {name: protocols.definition(name)["summary"] for name in protocols.names()}
     from bench.experiments.experiment import experiment_names, read_experiment
 
     return {name: read_experiment(name).title for name in experiment_names()}

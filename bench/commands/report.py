@@ -85,17 +85,16 @@ def _report(
     pictures: bool,
 ) -> None:
     """Print the tables of an experiment, and write them and its pictures into a folder."""
-    from bench.reporting.by_preset import by_presets, tables_by
+    from bench.reporting.by_preset import beside_native, tables_by
     from bench.reporting.report import write_report
-    from bench.reporting.tables import PRESET, title_of
+    from bench.reporting.tables import title_of
     from reports.fitting import on_terminal
     from reports.renderers import FORMATS as RENDERERS
 
     _, render = RENDERERS[form or "text"]
     title = title_of(experiment, named=named)
-    others = [name for name in metrics if name != PRESET]
     with patience("Scoring runs"):
-        scored = by_presets(experiment, others, title=title) if others else []
+        scored = beside_native(experiment, metrics, title=title)
     made = tables_by(experiment, metrics, title=title, scored=scored)
     against = []
     if by_attribute:

@@ -18,6 +18,7 @@ from bench.commands._options import (
     json_option,
     output_option,
     progress_bar,
+    protocol_option,
     say,
     trace_option,
 )
@@ -63,9 +64,9 @@ def list_results(folder: Path, as_json: bool) -> None:
             *place, status = (group[key] for key in keys)
             counts.setdefault(tuple(place), Counter())[status] += group["count_all"]
         for (tracker, sequence, protocol), number in sorted(counts.items()):
-            timing = " (timing)" if protocol == "timing" else ""
+            how = "" if protocol == "accuracy" else f" ({protocol})"
             failed = f", {number['failed']} failed" if number["failed"] else ""
-            click.echo(f"  {tracker} on {sequence}{timing}: {number.total()}{failed}")
+            click.echo(f"  {tracker} on {sequence}{how}: {number.total()}{failed}")
         for file, reached, frames in unfinished_runs(experiment):
             click.echo(
                 f"  unfinished, {reached} of {frames} frames: {file.relative_to(experiment)}"
@@ -175,7 +176,7 @@ def remove(folder: Path, tracker: str, sequence: str, failed: bool, yes: bool) -
 
     def matches(file: Path) -> bool:
         its_tracker, its_sequence = map(unquote, file.parts[-3:-1])
-        label = its_tracker.removesuffix(":protocol=timing")
+        label = its_tracker.partition(":protocol=")[0]
         return fnmatchcase(label, tracker) and fnmatchcase(its_sequence, sequence)
 
     chosen: dict[Path, list[str]] = {}
@@ -279,6 +280,7 @@ def import_others(guests: tuple[str, ...], sequences: str, name: str, output: Pa
     type=click.IntRange(0, 1),
     help="Number of the first pixel.  [default: the layout's]",
 )
+@protocol_option
 @trace_option
 def export(
     experiment: Path,
@@ -287,6 +289,7 @@ def export(
     tracker: str,
     sequence: str,
     origin: int | None,
+    protocol: str | None,
     trace: Any,
 ) -> None:
     """Write the runs of EXPERIMENT into FOLDER, for others' tools: a folder a tracker."""
@@ -306,5 +309,6 @@ def export(
         sequence=sequence,
         origin=origin,
         trace=trace,
+        protocol=protocol or "one-pass",
     )
     click.echo(f"{len(written)} files are in {folder}.")

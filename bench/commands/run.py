@@ -21,6 +21,7 @@ from bench.commands._options import (
     output_option,
     patience,
     progress_bar,
+    protocol_option,
     refresh_index,
     split_list,
     telling_of_replaced,
@@ -56,6 +57,7 @@ _LONGEST = 24  # letters of a tracker's or a sequence's name in that of a folder
 @click.option("--sequences", help="Comma-separated names or paths, with * and ?, or folders.")
 @truth_option
 @click.option("--seeds", type=click.IntRange(1), help="Repetitions of trackers that draw.")
+@protocol_option
 @click.option("--timing", is_flag=True, help="Time the trackers, one by one, instead.")
 @click.option("--name", help="Name of the results' folder.  [default: made from what is asked]")
 @click.option(
@@ -75,6 +77,7 @@ def command(
     sequences: str | None,
     truth: Path | None,
     seeds: int | None,
+    protocol: str | None,
     timing: bool,
     name: str | None,
     keep: bool,
@@ -101,6 +104,7 @@ def command(
         "trackers": tuple(split_list(trackers or "")),
         "sequences": chosen_sequences(sequences, truth) if sequences else (),
         "repetitions": seeds,
+        "protocol": protocol,
         "timing": timing,
     }
     given = {key: value for key, value in given.items() if value}
@@ -256,10 +260,12 @@ def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> 
     from bench.store.index import for_json
 
     told = for_json(row)
-    if others := [name for name in metrics if name != "native"]:
-        from bench.reporting.by_preset import scores_by  # brings what makes tables
+    if list(metrics) != ["native"] or row["protocol"] not in ("accuracy", "timing"):
+        from bench.reporting.by_preset import fitting, scores_by  # brings what makes tables
 
-        told["metrics"] = scores_by(folder, row, others)
+        fit = fitting(metrics, row["protocol"])
+        if others := [name for name in fit if name != "native"]:
+            told["metrics"] = scores_by(folder, row, others)
     click.echo(json.dumps(told, allow_nan=False))
 
 

@@ -5,7 +5,7 @@ never by seed: the same seed means nothing to two methods.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import nan
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.comparing.pairs import Losses, Pair, Question, Scores, paired, sign_of
+from bench.protocols import STORED_ONCE, TIMING, title
 from bench.reporting.doubt import LEAST_FOR_NEW
 from bench.reporting.tables import own_times
 from bench.statistics.intervals import Interval, mean_interval
@@ -36,6 +37,7 @@ __all__ = [
     "ComparisonError",
     "Standing",
     "compare",
+    "of_protocol",
 ]
 
 LEAST_FOR_RANKS = 10
@@ -213,6 +215,30 @@ def compare(
     return Comparison(
         measure, margin, question, sequences, values, losses, standings, pairs, *about
     )
+
+
+def of_protocol(runs: pd.DataFrame, stored: str, measure: Measure) -> tuple[pd.DataFrame, Measure]:
+    """Runs by one protocol as `compare` takes them, and the measure, whose title says which.
+
+    `runs`: as `bench.load_results` gives them. `stored`: what those by the protocol are filed
+    under. Timing runs stay beside them. When a target was lost is told of one pass alone; and its
+    title says nothing, where nothing else is there.
+
+    Raises `ComparisonError` where there are none.
+    """
+    there = list(map(str, runs["protocol"].unique()))
+    others = [title(name) for name in there if name not in (stored, TIMING)]
+    if stored not in there:
+        known = f"; there are some by {', '.join(others)} (--protocol)" if others else ""
+        raise ComparisonError(f"there are no runs by the protocol {title(stored)}{known}.")
+    if others or stored != STORED_ONCE:
+        measure = replace(measure, title=f"{measure.title}, protocol {title(stored)}")
+    if stored == STORED_ONCE:
+        return runs, measure
+    protocols = runs["protocol"].astype(str)
+    chosen = runs[protocols.isin([stored, TIMING])]
+    known_as = protocols[chosen.index].replace(stored, STORED_ONCE)
+    return chosen.assign(protocol=known_as, first_loss=nan), measure
 
 
 def _standings(

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 import datasets
 from bench.engine.process import Surroundings, peak_memory, reset_peak, umask
 from bench.engine.unit import Entry, Limits, Unit
+from bench.evaluation.conducting import frames_of_segments, run_by_protocol
 from bench.evaluation.loop import run_in_lock_step
 from bench.evaluation.observer import UNOBSERVED, NotAttributableError, Observer
 from bench.evaluation.record import Run
@@ -27,6 +28,7 @@ from bench.evaluation.recorder import COLUMNS
 from bench.evaluation.reference import reference
 from bench.evaluation.timing import time_run
 from bench.experiments.contestant import Contestant, Identity, contestants, identify
+from bench.protocols import TIMING, protocol
 from bench.store.files import ResultsError
 from bench.store.index import row_of_file
 from bench.store.layout import UNFINISHED, beside
@@ -110,7 +112,10 @@ def perform(
     """
     began = _Began()
     opened, changed = _open(unit, folder)
-    frames = [map_rows(path, len(opened.sequence), COLUMNS) for path in opened.unfinished]
+    frames = [
+        map_rows(path, sum(map(len, segments)) or len(opened.sequence), COLUMNS)
+        for path, segments in zip(opened.unfinished, opened.segments, strict=True)
+    ]
     before = Surroundings.now()
     runs, measured = _runs(opened, (limits or Limits()).run_seconds, frames, observer)
     runs = _checked_surroundings(runs, before, opened)
@@ -143,11 +148,13 @@ def record_failure(unit: Unit, folder: Path, failure: Failure) -> Outcome:
     opened, _ = _open(unit, folder)
     sequence = opened.sequence
     (path,), (key,), (chosen,) = opened.unfinished, opened.identities, opened.contestants
+    (segments,) = opened.segments
     rows = read_rows(path)
     if rows is None:
-        rows = np.full((len(sequence), COLUMNS), nan)
+        rows = np.full((sum(map(len, segments)) or len(sequence), COLUMNS), nan)
     given = reference(sequence, chosen.init, sequence.name).boxes
-    rows[sequence.first_frame, :4] = given[sequence.first_frame]
+    if not segments:
+        rows[sequence.first_frame, :4] = given[sequence.first_frame]
     where = "" if failure.frame is None else f"{sequence.frame_name(failure.frame)}: "
     run = Run(
         identity=key,
@@ -156,6 +163,7 @@ def record_failure(unit: Unit, folder: Path, failure: Failure) -> Outcome:
         confidence=rows[:, 5],
         failure=where + failure.reason,
         output=failure.output,
+        segments=segments,
     )
     return began.outcome(_store([(run, unit.entries[0])], opened), unit, nan)
 
@@ -211,6 +219,7 @@ class _Opened(NamedTuple):
     contestants: list[Contestant]
     identities: list[Identity]
     unfinished: list[Path]
+    segments: list[tuple[NDArray[np.int32], ...]]  # frames by segment, see `Run`
     results: Results
 
 
@@ -227,7 +236,7 @@ def _open(unit: Unit, folder: Path) -> tuple[_Opened, list[str]]:
     os.umask(mask)  # a file that is imported may change it
     results = Results(folder)
     entries: list[Entry] = []
-    opened = _Opened(unit, sequence, [], [], [], results)
+    opened = _Opened(unit, sequence, [], [], [], [], results)
     changed = []
     for entry in unit.entries:
         tracker = chosen.get(entry.tracker)
@@ -242,6 +251,7 @@ def _open(unit: Unit, folder: Path) -> tuple[_Opened, list[str]]:
         opened.contestants.append(tracker)
         opened.identities.append(key)
         opened.unfinished.append(beside(results.path(key), UNFINISHED))
+        opened.segments.append(frames_of_segments(unit.protocol, sequence, tracker.init))
     if not entries:
         raise SequenceError("\n".join(dict.fromkeys(changed)))
     return opened._replace(unit=replace(unit, entries=tuple(entries))), changed
@@ -266,7 +276,7 @@ def _runs(
     unit = opened.unit
     repetitions = [entry.repetition for entry in unit.entries]
     entries = list(zip(opened.contestants, repetitions, strict=True))
-    if unit.protocol == "timing":
+    if unit.protocol == TIMING:
         ((chosen, repetition),) = entries
         run = time_run(
             chosen,
@@ -277,8 +287,13 @@ def _runs(
             observer=observer,
         )
         return [run], {}
-    passed = run_in_lock_step(
-        entries, opened.sequence, run_seconds=run_seconds, rows=rows, observer=observer
+    passed = run_by_protocol(
+        entries,
+        opened.sequence,
+        protocol(unit.protocol),
+        run_seconds=run_seconds,
+        rows=rows,
+        observer=observer,
     )
     measured = {"overhead": passed.overhead, "frame_seconds": passed.frame_seconds}
     return passed.runs, measured

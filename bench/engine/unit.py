@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
-from bench.experiments.contestant import Protocol
 from bench.experiments.experiment import ExperimentError, SequenceSource
 
 __all__ = ["LEAST_MEMORY", "Entry", "Limits", "Unit"]
@@ -28,7 +27,7 @@ class Unit:
     source: SequenceSource
     # Its runs. Timing units hold a single one.
     entries: tuple[Entry, ...]
-    protocol: Protocol
+    protocol: str  # as in `Identity`
     frames: int
     # What a process that performs it is kept for: it performs no unit of another owner, then or
     # later. Empty for trackers of the package, which share processes.

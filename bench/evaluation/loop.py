@@ -14,55 +14,14 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-import datasets
 from bench.evaluation.observer import UNOBSERVED, Observer
 from bench.evaluation.record import Run
 from bench.evaluation.recorder import Recorder
-from bench.experiments.contestant import Contestant, TrackerMaker, contestant
+from bench.experiments.contestant import Contestant
 from datasets import Sequence
 from trackers.base.sharing import SharedFrame
 
-__all__ = ["Clocks", "Pass", "evaluate", "run_in_lock_step", "walk"]
-
-
-def evaluate(
-    tracker: str | TrackerMaker,
-    sequence: str | Sequence,
-    repetition: int = 0,
-    *,
-    keep_arrays: bool = False,
-) -> Run:
-    """Run one tracker through one sequence, once (one-pass evaluation).
-
-    The tracker is initialised with the truth of the first frame in which the target is
-    present, and updated on every later frame. With `init=REGION` in its text it is
-    initialised with, and scored by, that region of the sequence instead of its boxes.
-
-    Parameters
-    ----------
-    tracker : str or callable
-        Text form such as `camshift:window=adaptive`, or a callable that makes a tracker
-        from a `numpy.random.SeedSequence`.
-    sequence : str or Sequence
-        What to run on; text is passed to `datasets.load`.
-    repetition : int
-        From 0; another repetition has other random numbers.
-    keep_arrays : bool
-        Keep `Estimate.arrays` and masks of every frame.
-
-    Returns
-    -------
-    Run
-        With status `failed` where the tracker raised or returned a malformed estimate.
-
-    Raises
-    ------
-    TrackerError, SequenceError
-        For what can't be run: unknown names or parameters, no truth, an unreadable image.
-    """
-    loaded = datasets.load(sequence) if isinstance(sequence, str) else sequence
-    chosen = contestant(tracker)
-    return run_in_lock_step([(chosen, repetition)], loaded, keep_arrays=keep_arrays).runs[0]
+__all__ = ["Clocks", "Pass", "run_in_lock_step", "walk"]
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ Trace: TypeAlias = Literal["online", "revised"]
 RESERVED_COLUMNS = frozenset(
     ["frame", "x", "y", "width", "height", "visible", "confidence"]
     + ["wall_seconds", "cpu_seconds", "warm_wall_seconds", "warm_cpu_seconds"]
-    + ["region_similarity", "contour_accuracy", "state"]
+    + ["region_similarity", "contour_accuracy", "state", "segment", "answered"]
 )
 """Columns of our own, of which some runs lack some; a tracker's details have other names."""
 
@@ -26,6 +26,8 @@ RESERVED_COLUMNS = frozenset(
 @dataclass(frozen=True)
 class Run:
     """One tracker, one sequence, one repetition.
+
+    It has a row a frame; by a protocol with segments those of the first, then of the second, …
 
     Attributes
     ----------
@@ -52,6 +54,10 @@ class Run:
         In timing runs.
     states : ndarray of int32, shape (n,), or None
         A `bench.metrics.preset.State` a frame, in runs that were begun again after failures.
+    answered : ndarray of int32, shape (n,), or None
+        Frame whose answer stands in a row, in runs in real time; -1 before the first.
+    segments : tuple of ndarray of int32
+        Numbers of the frames of each segment; empty for a run over the whole sequence.
     circumstances : mapping of str to value
         What did not determine it: date, host, libraries, where the sequence was opened from, …
     output : str
@@ -69,6 +75,8 @@ class Run:
     segmentation: Segmentation | None = None
     times: Times | None = None
     states: NDArray[Any] | None = None
+    answered: NDArray[Any] | None = None
+    segments: tuple[NDArray[Any], ...] = ()
     circumstances: Mapping[str, Any] = field(default_factory=dict)
     output: str = ""
 

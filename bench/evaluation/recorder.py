@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from bench.evaluation.observer import NotAttributableError
 from bench.evaluation.record import RESERVED_COLUMNS, Run
 from bench.evaluation.reference import reference
-from bench.experiments.contestant import Contestant, Protocol, identify, run_seed
+from bench.experiments.contestant import Contestant, identify, run_seed
 from bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from bench.metrics.times import Times
+from bench.protocols import STORED_ONCE
 from datasets import Sequence
 from trackers import Box, Estimate, Finisher, Mask, Tracker, Watcher
 from trackers.base.sharing import SharedFrame, SharingTracker
@@ -75,7 +76,7 @@ class Recorder:
         repetition: int,
         sequence: Sequence,
         *,
-        protocol: Protocol = "accuracy",
+        protocol: str = STORED_ONCE,
         share: bool,
         keep_arrays: bool,
         alone: bool = True,
@@ -105,6 +106,7 @@ class Recorder:
         self._segmentation: Segmentation | None = None
         self._revisions: dict[int, Box] = {}
         self._first_seen = 0
+        self._begun = 0  # trackers before this one, in the same run
         self._update: Callable[[SharedFrame], Estimate]
         self._made: Tracker | None = None
 
@@ -201,7 +203,8 @@ class Recorder:
 
     def _tracker(self) -> Tracker:
         if self._made is None:
-            seed = run_seed(self._chosen.name, self._sequence.name, self.identity.repetition)
+            key = self.identity
+            seed = run_seed(self._chosen.name, key.sequence, key.repetition, self._begun)
             self._made = self._chosen.make(seed)
         return self._made
 
@@ -223,7 +226,7 @@ class Recorder:
         """Check an estimate and keep it."""
         box, confidence = _checked(estimate)
         self._mask = _checked_mask(estimate.mask, shown.image.shape[:2])
-        self.segments |= self._mask is not None and self.identity.protocol == "accuracy"
+        self.segments |= self._mask is not None and self.identity.protocol == STORED_ONCE
         self._rows[frame] = (*box, bool(estimate.visible), confidence)
         for key, value in estimate.details.items():
             if key not in self._details:

@@ -1,20 +1,26 @@
 """Scores of runs and of anybody's boxes, by named presets."""
 
-from typing import get_args
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 import datasets
 from bench.evaluation.record import Run, Trace
 from bench.evaluation.reference import reference
+from bench.metrics import canonical
 from bench.metrics import preset as metrics_preset
 from bench.metrics.native import Truth
-from bench.metrics.preset import Answer, Judged
+from bench.metrics.preset import Answer, Judged, Preset, Target
 from bench.metrics.regions import segmentation_scores
 from bench.metrics.times import time_scores
+from bench.protocols import STORED_ONCE, TIMING, ProtocolError, title
+from bench.protocols import names as protocol_names
+from bench.protocols import protocol as protocol_of
 
-__all__ = ["REVISED", "judge", "score", "score_both", "score_boxes"]
+__all__ = ["REVISED", "can_judge", "judge", "score", "score_both", "score_boxes"]
 
 REVISED = "revised_"
 """How the names of scores of revised boxes begin, where they stand beside those of online boxes."""
@@ -39,10 +45,56 @@ def judge(
         )
     start = reference(scored, run.identity.init, run.identity.sequence)
     one = metrics_preset(preset)
+    if not can_judge(preset, run.identity.protocol):
+        raise ValueError(
+            f"{canonical(preset)} judges no runs by the protocol {title(run.identity.protocol)}, "
+            f"but those by {', '.join(_protocols_for(one))}."
+        )
     if run.states is not None and one.protocol != "supervised":
         raise ValueError(f"{preset}: {run!r} was begun again after failures; it judges others.")
-    answer = Answer(run.boxes_in(trace), run.visible, run.confidence, run.states)
-    return one.judge(start, answer)
+    boxes = run.boxes_in(trace)
+    if not run.segments:
+        return one.judge(start, Answer(boxes, run.visible, run.confidence, run.states))
+    parts = []
+    for frames, rows in zip(run.segments, _rows_of(run.segments), strict=True):
+        answer = Answer(boxes[rows], run.visible[rows], run.confidence[rows], of=len(start.boxes))
+        parts.append(one.judge(_seen_in(frames, start), answer))
+    return replace(one.combine([parts]), parts=parts)
+
+
+def can_judge(preset: str, protocol: str) -> bool:
+    """Whether a metrics preset is for runs that are filed under a protocol.
+
+    None is for unknown ones: runs of a later trackmark may be by protocols that it has alone.
+    """
+    try:
+        one = protocol_of(STORED_ONCE if protocol == TIMING else protocol)
+    except ProtocolError:
+        return False
+    return metrics_preset(preset).protocol in one.judged
+
+
+def _protocols_for(one: Preset) -> list[str]:
+    return [name for name in protocol_names() if one.protocol in protocol_of(name).judged]
+
+
+def _rows_of(segments: Sequence[NDArray[Any]]) -> list[slice]:
+    """Which rows of a run its segments are."""
+    ends = np.cumsum([len(frames) for frames in segments]).tolist()
+    return [slice(end - len(frames), end) for frames, end in zip(segments, ends, strict=True)]
+
+
+def _seen_in(frames: NDArray[Any], truth: Truth) -> Target:
+    """The truth of a segment's frames, in its order."""
+    shapes = getattr(truth, "shapes", None)
+    step = -1 if frames[-1] < frames[0] else 1  # to an end of the sequence
+    return Target(
+        truth.boxes[frames],
+        {name: boxes[frames] for name, boxes in truth.regions.items()},
+        truth.visibility[frames],
+        getattr(truth, "image_size", None),
+        None if shapes is None else shapes[int(frames[0]) :: step],
+    )
 
 
 def score(

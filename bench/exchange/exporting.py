@@ -10,6 +10,8 @@ import numpy as np
 from bench.evaluation.record import Run, Trace
 from bench.exchange import layout
 from bench.exchange.layout import ExchangeError, Said, file_name
+from bench.protocols import ONCE
+from bench.protocols import protocol as protocol_of
 from bench.store.files import write_atomically
 from bench.store.index import index_rows, read_table
 from bench.store.results import Results
@@ -27,6 +29,7 @@ def export_results(
     sequence: str = "*",
     origin: int | None = None,
     trace: Trace = "online",
+    protocol: str = ONCE,
 ) -> list[Path]:
     """Write the finished runs of an experiment in a layout, and give the files.
 
@@ -38,8 +41,8 @@ def export_results(
         The layout's name.
     tell : callable
         Is given the sentence on what the layout keeps, and those on what is left out.
-    tracker, sequence : str
-        Patterns of what is meant.
+    tracker, sequence, protocol : str
+        Patterns of what is meant, and the protocol of these runs.
     origin : int, optional
         Number of the first pixel, where it is to be another than the layout's.
     trace : {'online', 'revised'}
@@ -47,18 +50,18 @@ def export_results(
 
     Raises
     ------
-    ExchangeError
-        Where nothing matches, or two would be one file.
+    ExchangeError, ProtocolError
+        Where nothing matches, two would be one file, or the runs have segments; unknown protocols.
     ResultsError
         Where a file can't be read or written.
     """
     form, results = layout(kind), Results(experiment)
     start = form.origin if origin is None else origin
-    rows = _meant(results, tracker, sequence)
+    rows = _meant(results, tracker, sequence, protocol_of(protocol).text)
     finished = [row for row in rows if row["status"] == "finished"]
     kept = [row for row in finished if form.repeats or not row["repetition"]]
     if not kept:
-        raise ExchangeError(f"{experiment}: no finished run matches; nothing was written.")
+        raise ExchangeError(f"{experiment}: no finished run by {protocol} matches.")
     texts: dict[Path, str] = {}
     for row in kept:
         said = _said(results.read(experiment / row["path"]), start, trace)
@@ -77,12 +80,12 @@ def export_results(
     return list(texts)
 
 
-def _meant(results: Results, tracker: str, sequence: str) -> list[dict[str, Any]]:
-    """Rows of runs that two patterns fit, but for timing runs."""
+def _meant(results: Results, tracker: str, sequence: str, stored: str) -> list[dict[str, Any]]:
+    """Rows of runs by a protocol that two patterns fit."""
     return [
         row
         for row in index_rows(read_table(results))
-        if row["protocol"] == "accuracy"
+        if row["protocol"] == stored
         and fnmatchcase(row["tracker"], tracker)
         and fnmatchcase(row["sequence"], sequence)
     ]
@@ -90,6 +93,10 @@ def _meant(results: Results, tracker: str, sequence: str) -> list[dict[str, Any]
 
 def _said(run: Run, origin: int, trace: Trace) -> Said:
     """A run in a layout's numbers."""
+    if run.segments:
+        raise ExchangeError(
+            f"{run!r} has {len(run.segments)} segments, for which no layout has room."
+        )
     seconds = run.circumstances.get("seconds")
     return Said(
         run.boxes_in(trace) + [origin, origin, 0, 0],

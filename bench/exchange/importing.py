@@ -10,7 +10,7 @@ import re
 import shutil
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -23,6 +23,7 @@ from bench.exchange import layout, names, sniffed
 from bench.exchange.layout import ExchangeError, Layout, Said
 from bench.experiments.contestant import Identity
 from bench.experiments.experiment import SequenceSource
+from bench.protocols import STORED_ONCE
 from bench.store.asked import Asked
 from bench.store.index import index_rows, read_table
 from bench.store.layout import Cell
@@ -96,7 +97,7 @@ def import_results(
     a sequence without results, and files that are malformed or too short or long.
     """
     results = Results(folder)
-    runs = [run for one in guests for run in _runs(one, on, tell)]
+    runs = [run for one in guests for run in _by_protocol(list(_runs(one, on, tell)))]
     keys = [run.identity for run in runs]
     cells: dict[Cell, str] = {
         (key.tracker, key.sequence, key.repetition, key.protocol): key.version for key in keys
@@ -152,6 +153,14 @@ def with_guests(
 
 
 _SOURCE = "results of others"
+_BEGUN_AGAIN = "supervised"  # the protocol of runs that say so
+
+
+def _by_protocol(runs: list[Run]) -> list[Run]:
+    """A tracker's runs, which were begun again after failures where one of them was."""
+    if all(run.states is None for run in runs):
+        return runs
+    return [replace(run, identity=replace(run.identity, protocol=_BEGUN_AGAIN)) for run in runs]
 
 
 def _runs(one: Guest, on: Sequence[On], tell: Callable[[str], None]) -> Iterator[Run]:
@@ -196,7 +205,7 @@ def _runs_on(
             on.name,
             on.fingerprint,
             repetition,
-            "accuracy",
+            STORED_ONCE,
         )
         yield Run(
             key,

@@ -17,10 +17,12 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 import datasets
+from bench.evaluation.conducting import frames_of_segments
 from bench.evaluation.reference import reference
-from bench.experiments.contestant import BOXES, Contestant, Protocol, identify
+from bench.experiments.contestant import BOXES, Contestant, identify
 from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from bench.experiments.outside import settled
+from bench.protocols import STORED_ONCE
 from bench.store.asked import Asked, Cells
 from bench.store.columns import coded, codes
 from bench.store.index import read_table
@@ -62,10 +64,11 @@ class PlannedSequence:
     source: SequenceSource
     name: str  # as `datasets.Sequence` has them
     fingerprint: str
-    frames: int
+    frames: int  # of a run: of all its segments, where the protocol has some
     images_beyond_truth: int  # images that nobody reads
     starts: frozenset[str]  # truths that a run can start from; see `bench.evaluation.reference`
     opening_seconds: float  # how long it took to open it
+    protocol: str = STORED_ONCE  # by which `frames` are those of a run, in all its segments
 
 
 KnownSequences = dict[SequenceSource, PlannedSequence]
@@ -94,10 +97,10 @@ class Plan:
     def __len__(self) -> int:
         return self.states.size
 
-    @property
-    def protocol(self) -> Protocol:
-        """What is asked."""
-        return "timing" if self.experiment.timing else "accuracy"
+    @cached_property
+    def protocol(self) -> str:
+        """How trackers are run, as runs are filed under it."""
+        return self.experiment.filed_under
 
     @cached_property
     def run_trackers(self) -> NDArray[np.int64]:
@@ -112,7 +115,7 @@ class Plan:
 
     @property
     def frames(self) -> NDArray[np.int64]:
-        """Lengths of the sequences."""
+        """Frames of a run, by sequence."""
         return np.array([sequence.frames for sequence in self.sequences], np.int64)
 
     def count(self, state: State) -> int:
@@ -149,7 +152,7 @@ class Plan:
         names = {found.name: i for i, found in enumerate(self.sequences)}
         tracker = _numbers(index["tracker"], labels)
         sequence = _numbers(index["sequence"], names)
-        protocol = _numbers(index["protocol"], {str(self.protocol): 0})
+        protocol = _numbers(index["protocol"], {self.protocol: 0})
         repetition = index["repetition"].to_numpy()
         asked = (tracker >= 0) & (sequence >= 0) & (protocol >= 0)
         asked &= repetition < self.repetitions[tracker]
@@ -211,11 +214,12 @@ def make_plan(
     ]
     sequences: list[PlannedSequence] = []
     versions: list[list[bytes]] = []
-    protocol: Protocol = "timing" if experiment.timing else "accuracy"
+    protocol = experiment.filed_under
     known = {} if known is None else known
+    _forget_others(known, experiment)
     left = [source for source in dict.fromkeys(experiment.sequences) if source not in known]
     if jobs > 1 and len(left) >= WORTH_WORKERS:
-        _open_by_workers(left, known, opened, jobs)
+        _open_by_workers(left, known, opened, jobs, _frames_by(experiment))
     for found in _distinct_sequences(experiment, known, opened):
         for entry in trackers.values():
             if entry.init not in found.starts:  # then this says why
@@ -273,7 +277,7 @@ def _distinct_sequences(
     for number, source in enumerate(experiment.sequences):
         opened(number, len(experiment.sequences))
         if source not in known:
-            known[source] = _planned(source)
+            known[source] = _planned(source, _frames_by(experiment))
         sequence = known[source]
         other = found.setdefault(sequence.name, sequence)
         if other.fingerprint != sequence.fingerprint:
@@ -284,17 +288,31 @@ def _distinct_sequences(
     return list(found.values())
 
 
+def _frames_by(experiment: Experiment) -> str:
+    """The protocol that says how many frames a run has; timing runs have those of one pass."""
+    return STORED_ONCE if experiment.timing else experiment.filed_under
+
+
+def _forget_others(known: KnownSequences, experiment: Experiment) -> None:
+    """Leave out sequences whose runs have other numbers of frames, by other protocols."""
+    protocol = _frames_by(experiment)
+    for source in experiment.sequences:
+        if source in known and known[source].protocol != protocol:
+            del known[source]
+
+
 def _open_by_workers(
     left: list[SequenceSource],
     known: KnownSequences,
     opened: Callable[[int, int], None],
     jobs: int,
+    protocol: str,
 ) -> None:
     from loky import ProcessPoolExecutor
 
     executor = ProcessPoolExecutor(max_workers=jobs)
     try:
-        for number, sequence in enumerate(executor.map(_planned, left)):
+        for number, sequence in enumerate(executor.map(partial(_planned, protocol=protocol), left)):
             opened(number, len(left))
             known[sequence.source] = sequence
     finally:
@@ -316,7 +334,7 @@ def _check_names(plan: Plan, index: pa.Table, folder: Path) -> None:
             )
 
 
-def _planned(source: SequenceSource) -> PlannedSequence:
+def _planned(source: SequenceSource, protocol: str) -> PlannedSequence:
     began = perf_counter()
     sequence = _opened(source)
     fingerprint = sequence.fingerprint
@@ -324,10 +342,11 @@ def _planned(source: SequenceSource) -> PlannedSequence:
         source=source,
         name=sequence.name,
         fingerprint=fingerprint,
-        frames=len(sequence),
+        frames=sum(map(len, frames_of_segments(protocol, sequence, BOXES))) or len(sequence),
         images_beyond_truth=sequence.images_beyond_truth,
         starts=frozenset(filter(partial(_can_start, sequence), [BOXES, *sequence.regions])),
         opening_seconds=perf_counter() - began,
+        protocol=protocol,
     )
 
 

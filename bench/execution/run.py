@@ -113,8 +113,8 @@ class Execution:
 
     @cached_property
     def performer(self) -> Engine:
-        """The engine; timing runs go one by one."""
-        jobs = 1 if self.experiment.timing else self.jobs
+        """The engine; runs that depend on how long trackers take go one by one."""
+        jobs = 1 if self.experiment.clocked else self.jobs
         return engine(self.engine, jobs=jobs, address=self.address)
 
     @cached_property

@@ -69,11 +69,11 @@ class Units:
     @cached_property
     def _groups(self) -> list[_Group]:
         """Runs by what may share a process; those of the package's trackers come last."""
-        timing = self.plan.experiment.timing
+        clocked = self.plan.experiment.clocked
         keys = [
             (
-                chosen.label if timing else owner_of(chosen),
-                timing or chosen.randomness is Randomness.PROCESS,
+                chosen.label if clocked else owner_of(chosen),
+                clocked or chosen.randomness is Randomness.PROCESS,
             )
             for chosen in self.plan.trackers.values()
         ]

@@ -9,11 +9,12 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 import trackers
+from bench.protocols import STORED_ONCE
 from datasets.seal import seal_of
 from datasets.source_digest import library_versions, source_digest
 from datasets.text_form import format_text, parse_text
@@ -25,7 +26,6 @@ __all__ = [
     "Contestant",
     "Identity",
     "KnownVersions",
-    "Protocol",
     "TrackerMaker",
     "contestant",
     "contestants",
@@ -33,8 +33,6 @@ __all__ = [
     "run_seed",
     "split_text",
 ]
-
-Protocol: TypeAlias = Literal["accuracy", "timing"]
 
 TrackerMaker: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
 
@@ -63,7 +61,7 @@ class Identity:
     sequence: str
     fingerprint: str
     repetition: int
-    protocol: Protocol  # what was asked: boxes, or times
+    protocol: str  # how it was run, as `bench.protocols.Protocol.text` has it; or `timing`
     # Truth that the tracker was initialised with and is scored by: `boxes`, or the name of one of
     # the sequence's regions.
     init: str = "boxes"
@@ -172,14 +170,16 @@ def contestants(texts: Iterable[str], known: KnownVersions | None = None) -> dic
     return chosen
 
 
-def run_seed(name: str, sequence: str, repetition: int) -> np.random.SeedSequence:
+def run_seed(name: str, sequence: str, repetition: int, begun: int = 0) -> np.random.SeedSequence:
     """Seed of a run: depends on tracker name, sequence name and repetition, on nothing else.
+
+    `begun`: how many trackers were begun before in the same run, by a protocol that does so.
 
     Parameters never enter, so variants of a tracker share their random numbers; neither
     does what else is run, so adding a tracker changes nobody's.
     """
     key = (zlib.crc32(name.encode()), zlib.crc32(sequence.encode()))
-    return np.random.SeedSequence(repetition, spawn_key=key)
+    return np.random.SeedSequence(repetition, spawn_key=(*key, begun) if begun else key)
 
 
 class Known(typing.Protocol):
@@ -197,7 +197,7 @@ class Known(typing.Protocol):
 
 
 def identify(
-    chosen: Contestant, sequence: Known, repetition: int, protocol: Protocol = "accuracy"
+    chosen: Contestant, sequence: Known, repetition: int, protocol: str = STORED_ONCE
 ) -> Identity:
     """What determines a run of this tracker on this sequence."""
     return Identity(

@@ -3,6 +3,7 @@
 ```toml
 version = 1
 title = "Window rules on an easy target"
+protocol = "one-pass"                    # how they are run; another is "supervised:skip=10"
 repetitions = 5                          # of trackers that draw random numbers
 trackers = [
     "static",
@@ -23,10 +24,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from datasets.decoding import brief
 from datasets.text_form import close_match, format_text
+
+if TYPE_CHECKING:
+    from bench.protocols import Protocol
 
 __all__ = [
     "Experiment",
@@ -95,6 +99,8 @@ class Experiment:
         Whether runs are timed, one by one, instead of scored in lock step.
     title : str
         Headline of its report.
+    protocol : str
+        How trackers are run, as `bench.protocols.protocol` takes it; timing runs are in one pass.
     """
 
     name: str
@@ -104,6 +110,25 @@ class Experiment:
     repeated: Mapping[str, int] = field(default_factory=dict)
     timing: bool = False
     title: str = ""
+    protocol: str = "one-pass"
+
+    @property
+    def filed_under(self) -> str:
+        """Canonical text of the protocol, as runs are filed under it; `timing` of timing runs."""
+        from bench.protocols import TIMING
+
+        return TIMING if self.timing else self._protocol.text
+
+    @property
+    def clocked(self) -> bool:
+        """Whether runs depend on how long trackers take, so that they go one by one."""
+        return self.timing or self._protocol.clocked
+
+    @property
+    def _protocol(self) -> "Protocol":
+        from bench.protocols import protocol  # brings numerics, which help texts have no need of
+
+        return protocol(self.protocol)
 
     def __post_init__(self) -> None:
         if not self.name or "/" in self.name or self.name.startswith((".", "_")):
@@ -117,6 +142,15 @@ class Experiment:
             ((text, number),) = Counter(named).most_common(1)
             if number > 1:
                 raise ExperimentError(f"{self.name}: {brief(text)} is named twice.")
+        try:
+            once = self.protocol == Experiment.protocol
+            once = once or self._protocol.name == Experiment.protocol
+        except ValueError as error:
+            raise ExperimentError(f"{self.name}: {error}") from None
+        if self.timing and not once:
+            raise ExperimentError(
+                f"{self.name}: timing runs are in one pass; leave out the protocol {self.protocol}."
+            )
 
 
 def experiment_names() -> list[str]:
@@ -174,6 +208,7 @@ def read_toml(path: Path, error: type[ValueError]) -> dict[str, Any]:
 _KINDS: Mapping[str, type] = {
     "version": int,
     "title": str,
+    "protocol": str,
     "repetitions": int,
     "timing": bool,
     "trackers": list,
@@ -205,6 +240,7 @@ def _experiment(path: Path, table: Mapping[str, Any]) -> Experiment:
         repeated={text: number for text, number in entrants if number is not None},
         repetitions=table.get("repetitions", 1),
         timing=table.get("timing", False),
+        protocol=table.get("protocol", Experiment.protocol),
     )
 
 

@@ -32,7 +32,7 @@ __all__ = [
 ]
 
 Protocol: TypeAlias = Literal["one pass", "supervised", "anchors"]
-"""How runs are made: once from the first box, begun again after failures, from many frames."""
+"""What a preset takes a run for: once from a box, begun again after failures, from anchors."""
 
 
 class State(IntEnum):
@@ -107,11 +107,14 @@ class Judged:
         Points (x, y) by the preset's curves.
     evidence : mapping of str to ndarray
         What the preset needs of this run to judge several together.
+    parts : sequence of Judged
+        What it was made of, where the run has segments.
     """
 
     scores: Mapping[str, float]
     curves: Mapping[str, NDArray[Any]]
     evidence: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    parts: Sequence["Judged"] = ()
 
 
 @dataclass(frozen=True)
@@ -187,11 +190,11 @@ class Preset:
         """Scores of runs on several sequences together.
 
         Where a sequence has no run every score is NaN, and there is no curve: what is missing is
-        never averaged over.
+        never averaged over. The segments of a run count like runs.
         """
         if not runs or not all(runs):
             return Judged(dict.fromkeys(self.columns, np.nan), {})
-        return self.combine(runs)
+        return self.combine([[part for run in of for part in run.parts or [run]] for of in runs])
 
 
 @dataclass(frozen=True)

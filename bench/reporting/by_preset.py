@@ -4,6 +4,7 @@ Each run is read once and judged by all presets that are asked for, and what a t
 together is what the preset says: means of sequences, or of frames, or a curve over lengths.
 """
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
@@ -14,9 +15,11 @@ from typing import Any
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.evaluation.scoring import judge
+from bench.evaluation.scoring import can_judge, judge
 from bench.metrics import preset as metrics_preset
 from bench.metrics.preset import Judged, Preset
+from bench.protocols import STORED_ONCE, TIMING, ProtocolError, protocol
+from bench.protocols import title as title_of_protocol
 from bench.reporting.tables import PRESET, tables, title_of
 from bench.store.files import ResultsError
 from bench.store.layout import Cell, run_path
@@ -29,7 +32,10 @@ from reports.tables import Measure, Table, complete, sequence_table
 
 __all__ = [
     "Scored",
+    "beside_native",
     "by_presets",
+    "fitting",
+    "protocols_in",
     "runs_by",
     "scores_by",
     "summary_text",
@@ -56,31 +62,89 @@ class Scored:
     curves: Mapping[str, Mapping[str, NDArray[Any]]]  # by curve, then tracker; whole ones alone
 
 
-def by_presets(
+def protocols_in(folder: Path, cells: Collection[Cell] | None = None) -> list[str]:
+    """Protocols of an experiment's runs, as these are filed under them, one pass first.
+
+    Parameters as of `by_presets`. Timing runs are left out.
+    """
+    there = set(map(str, load_results(folder, cells)["protocol"].unique()))
+    return sorted(there - {TIMING}, key=lambda name: (name != STORED_ONCE, name))
+
+
+def fitting(names: Sequence[str], stored: str) -> list[str]:
+    """Presets for runs by a protocol: for `native` its own stands, and `native` too, if it can.
+
+    `names`: of those that are asked for. `stored`: what runs by the protocol are filed under.
+    """
+    if stored in (STORED_ONCE, TIMING):
+        return list(names)
+    try:
+        own = [protocol(stored).preset]
+    except ProtocolError:  # of a later trackmark, which knows by what to judge it
+        return list(names)
+    own += [PRESET] if can_judge(PRESET, stored) else []
+    found = [one for name in names for one in (own if name == PRESET else [name])]
+    return list(dict.fromkeys(found))
+
+
+def beside_native(
     folder: Path, names: Sequence[str], cells: Collection[Cell] | None = None, title: str = ""
 ) -> list[Scored]:
-    """Score the runs of an experiment by presets.
+    """All that `bench.reporting.tables` has no tables of: other presets, other protocols.
+
+    Parameters and errors as of `by_presets`; see `fitting` for runs by other protocols.
+    """
+    there = protocols_in(folder, cells)
+    scored: list[Scored] = []
+    for stored in there:
+        found = fitting(names, stored)
+        if stored == STORED_ONCE:
+            found = [name for name in found if name != PRESET]
+        headed = _headed(title or title_of(folder), stored, there)
+        scored += by_presets(folder, found, cells, headed, stored) if found else []
+    return scored
+
+
+def _headed(text: str, stored: str, there: Sequence[str]) -> str:
+    """A title that says the protocol, unless all there is was run in one pass."""
+    return text if set(there) <= {STORED_ONCE} else f"{text}, protocol {title_of_protocol(stored)}"
+
+
+def by_presets(
+    folder: Path,
+    names: Sequence[str],
+    cells: Collection[Cell] | None = None,
+    title: str = "",
+    stored: str = STORED_ONCE,
+) -> list[Scored]:
+    """Score the runs of an experiment that were made by one protocol, by presets.
 
     `folder`: of its results. `names`: of the presets. `cells`: the runs that are meant, all by
-    default. `title`: what captions begin with. Timing runs are left out. Raises `ResultsError` for
-    a file that can't be read.
+    default. `title`: what captions begin with. `stored`: what runs by the protocol are filed under.
+    Raises `ResultsError` for a file that can't be read.
     """
     runs = load_results(folder, cells)
-    runs = complete(runs[runs["protocol"] == "accuracy"]).reset_index(drop=True)
+    runs = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
     runs = runs.astype(dict.fromkeys(["tracker", "sequence", "status"], str))
     if runs.empty:
         return []
     judged = _judged(folder, names, runs)
-    return [_scored(name, runs, judged[name], title or title_of(folder)) for name in names]
+    made = [_scored(name, runs, judged[name], title or title_of(folder)) for name in names]
+    if stored == STORED_ONCE:
+        return made
+    prefix = re.sub(r"[^a-z0-9.]+", "-", stored)
+    return [
+        replace(one, table=replace(one.table, name=f"{prefix}-{one.table.name}")) for one in made
+    ]
 
 
-def runs_by(folder: Path, name: str, runs: pd.DataFrame) -> pd.DataFrame:
+def runs_by(folder: Path, name: str, runs: pd.DataFrame, stored: str = STORED_ONCE) -> pd.DataFrame:
     """Runs with a preset's scores as columns, in the place of those that are called alike.
 
-    `runs`: as `load_results` gives them. Raises `ResultsError` for a run that the preset can't
-    judge, too.
+    `runs`: as `load_results` gives them, of which those by one protocol are scored. Raises
+    `ResultsError` for a run that the preset can't judge, too.
     """
-    scored = runs[(runs["protocol"] == "accuracy") & (runs["status"] == "finished")]
+    scored = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
     (judged,) = _judged(folder, [name], scored).values()
     scores = {row: dict(one.scores) for row, one in judged.items() if isinstance(one, Judged)}
     if len(scores) < len(judged):
@@ -95,7 +159,7 @@ def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dic
 
     `row`: of the run, as `bench.store.index` has it.
     """
-    if row["status"] != "finished" or row["protocol"] != "accuracy":
+    if row["status"] != "finished" or row["protocol"] == TIMING:
         return dict.fromkeys(names)
     judged = _judged(folder, names, pd.DataFrame([dict(row)]))
     return {
@@ -132,10 +196,15 @@ def tables_by(
     title: str = "",
     scored: Sequence[Scored] | None = None,
 ) -> list[Table]:
-    """Tables of an experiment by presets; `native` has those of `bench.reporting.tables`."""
-    others = [name for name in names if name != PRESET]
-    made = tables(folder, cells, title) if PRESET in names else []
-    scored = by_presets(folder, others, cells, title) if scored is None else scored
+    """Tables of an experiment by presets; `native` has those of `bench.reporting.tables`.
+
+    `scored`: what `beside_native` gave, where it was asked already.
+    """
+    made: list[Table] = []
+    if PRESET in names:
+        there = protocols_in(folder, cells)
+        made = tables(folder, cells, _headed(title or title_of(folder), STORED_ONCE, there))
+    scored = beside_native(folder, names, cells, title) if scored is None else scored
     return made + [one.table for one in scored]
 
 
@@ -160,7 +229,7 @@ def write_curves(folder: Path, scored: Collection[Scored], trackers: Sequence[st
         for name, axes in metrics_preset(one.preset).curves.items():
             title = f"{one.title}: {name.replace('_', ' ')}, metrics preset {one.preset}"
             figure = curve_plot(one.curves.get(name, {}), axes.x, axes.y, title, trackers)
-            path = folder / f"metrics-{one.preset}-{name.replace('_', '-')}.png"
+            path = folder / f"{one.table.name}-{name.replace('_', '-')}.png"
             paths.append(write_figure(path, figure))
     return paths
 

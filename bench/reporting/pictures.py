@@ -48,7 +48,7 @@ def write_pictures(
     runs = load_results(experiment)
     scored = complete(runs[runs["protocol"] == "accuracy"])
     frames, boxes = frames_and_boxes(experiment)
-    trackers = [str(name) for name in scored["tracker"].unique()]
+    trackers = [str(name) for name in runs[runs["protocol"] != "timing"]["tracker"].unique()]
     paths = write_plots(
         folder,
         frames,

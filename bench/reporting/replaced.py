@@ -58,6 +58,8 @@ def _table(stages: dict[str, pa.Table], caption: str) -> Table:
     ]
     runs = pa.concat_tables(tables, promote_options="default").unify_dictionaries().to_pandas()
     masks = [one for one in MASKS if one.name in runs and runs[one.name].notna().any()]
+    lacking = [one.name for one in SUMMARY if one.name not in runs]  # of runs begun again, say
+    runs = runs.assign(**dict.fromkeys(lacking, np.nan))
     measures = TIMES if (runs["protocol"] == "timing").any() else (*SUMMARY, *masks)
     parts: list[Table] = []
     rows: list[list[Cell]] = []

@@ -23,7 +23,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from bench.evaluation.record import Run
-from bench.evaluation.scoring import score_both
+from bench.evaluation.scoring import can_judge, score_both
 from bench.store.checksum import arrow_bytes, read_arrow
 from bench.store.columns import CELL, PLACE, TEXT, coded, numbered, places, tidy, with_place
 from bench.store.files import ResultsError, unreadable, write_atomically
@@ -105,9 +105,13 @@ def index_row(results: Results, path: Path, run: Run, truth: Any) -> dict[str, A
         "seconds": run.circumstances.get("seconds"),
         "frame_seconds": run.circumstances.get("frame_seconds"),
         "update_seconds": run.circumstances.get("update_seconds"),
-        # No scores by `native`, which judges runs in one pass, of those begun again after failures.
-        "scores": {} if run.failure or run.states is not None else score_both(run, truth),
+        "scores": score_both(run, truth) if _has_scores(run) else {},
     }
+
+
+def _has_scores(run: Run) -> bool:
+    """Whether `native` judges it: not where the tracker was begun again after failures."""
+    return not run.failure and run.states is None and can_judge("native", run.identity.protocol)
 
 
 def row_of_file(results: Results, file: Path) -> dict[str, Any]:

@@ -190,7 +190,8 @@ class Results:
 
 def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
     """A run as the sealed content of a Parquet file; `names` are its companions' by kind."""
-    columns: dict[str, Any] = {"frame": np.arange(len(run.boxes), dtype=np.int32)}
+    frames = np.concatenate(run.segments) if run.segments else np.arange(len(run.boxes))
+    columns: dict[str, Any] = {"frame": frames.astype(np.int32)}
     columns |= dict(zip(BOX_COLUMNS, run.boxes.T, strict=True))
     columns |= {"visible": run.visible, "confidence": run.confidence}
     columns |= run.details
@@ -216,6 +217,11 @@ def _run_file(run: Run, names: Mapping[str, str]) -> bytes:
         columns |= vars(run.segmentation)
     if run.states is not None:
         columns |= {"state": run.states.astype(np.int32)}
+    if run.answered is not None:
+        columns |= {"answered": run.answered.astype(np.int32)}
+    if run.segments:
+        lengths = [len(of) for of in run.segments]
+        columns |= {"segment": np.repeat(np.arange(len(lengths), dtype=np.int32), lengths)}
     if run.times is not None:
         columns |= {"wall_seconds": run.times.wall, "cpu_seconds": run.times.cpu}
         if run.times.warm_wall is not None and run.times.warm_cpu is not None:
@@ -248,6 +254,16 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
         warm = (columns.get(f"warm_{clock}_seconds") for clock in ("wall", "cpu"))  # lacking in old
         decoded = columns["wall_seconds"], columns["cpu_seconds"]
         times = Times(*decoded, *metadata["initialisation"], *warm)
+    # In files of before these were reserved, a tracker's details may be called so.
+    ours = {
+        name: columns[name]
+        for name in ("state", "answered", "segment")
+        if name in columns and name not in metadata["details"]
+    }
+    segments: tuple[NDArray[Any], ...] = ()
+    if "segment" in ours:
+        borders = np.flatnonzero(np.diff(ours["segment"])) + 1
+        segments = tuple(np.split(columns["frame"], borders))
     belonging = {
         kind: _companion(path, name) for kind, name in sorted(dict(metadata["companions"]).items())
     }
@@ -264,7 +280,9 @@ def _run(path: Path, table: pa.Table, metadata: Mapping[str, Any]) -> Run:
         arrays=_read_arrays(arrays) if arrays else {},
         segmentation=segmentation,
         times=times,
-        states=columns.get("state") if "state" not in metadata["details"] else None,
+        states=ours.get("state"),
+        answered=ours.get("answered"),
+        segments=segments,
         circumstances=dict(metadata["circumstances"]),
         output=metadata["output"],
     )

@@ -89,7 +89,7 @@ def _states(overlaps: NDArray[np.float64], given: NDArray[Any] | None) -> NDArra
         if len(missed):
             raise ValueError(
                 f"vot-supervised: the tracker failed {missed[0]} frames after it was initialised, "
-                "and was not begun again there; it judges runs of the supervised protocol."
+                "and was not begun again there; it judges runs by --protocol supervised."
             )
         given = np.full(len(overlaps), State.TRACKED)
         given[0] = State.INITIALISED

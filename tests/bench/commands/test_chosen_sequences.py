@@ -109,10 +109,10 @@ def test_opening_that_takes_long_is_told_with_how_far_it_is(trackmark, places, m
         if "1 of 3" in str(text):
             told.set()
 
-    def slow(source, planned=plan._planned):
+    def slow(source, protocol, planned=plan._planned):
         if source.text == "data/walk2":  # the second of three
             assert told.wait(300)
-        return planned(source)
+        return planned(source, protocol)
 
     monkeypatch.setattr(_options, "PATIENCE", 0.01)
     monkeypatch.setattr(_options.click, "echo", heard)

@@ -22,8 +22,8 @@ def theirs(here, otb):
     return "theirs"
 
 
-def scores(here, preset, score):
-    with (here / "report" / f"metrics-{preset}.csv").open() as file:
+def scores(here, preset, score, protocol=""):
+    with (here / "report" / f"{protocol}metrics-{preset}.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["measure"] == score]
     return {(row["tracker"], row["sequence"]): float(row["mean"]) for row in rows}
 
@@ -133,7 +133,7 @@ def test_an_unknown_layout_and_nothing_to_export_are_told(trackmark, theirs):
     asked = ("results", "export", "results/published", "there")
     assert "Did you mean 'vot'?" in trackmark(*asked, "--as", "vott", status=2).stderr
     nothing = trackmark(*asked, "--as", "vot", "--tracker", "x", status=2)
-    assert "no finished run matches" in nothing.stderr
+    assert "no finished run by one-pass matches" in nothing.stderr
 
 
 def test_runs_that_were_begun_again_are_judged_by_presets_of_that_protocol_alone(
@@ -146,8 +146,8 @@ def test_runs_that_were_begun_again_are_judged_by_presets_of_that_protocol_alone
     file.write_text("".join(f"{row}\n" for row in rows))
     asked = ("report", "--results-of", "SOMEBODY=theirs", "--sequences", "data/Other")
     said = trackmark(*asked, "--metrics", "native,vot,otb", "--folder", "report", "--no-pictures")
-    assert scores(here, "vot-supervised", "failures") == {("SOMEBODY", "Other"): 1}
-    assert "was begun again after failures" in said.stdout
+    assert scores(here, "vot-supervised", "failures", "supervised-") == {("SOMEBODY", "Other"): 1}
+    assert "otb judges no runs by the protocol supervised" in said.stdout
     assert "nan" not in said.stdout
 
 

@@ -186,7 +186,8 @@ def export(folder, trackmark):
         results = f"{TRACKER}={kind}:{folder / 'given' / kind / inside}"
         where = ("--sequences", folder / data, "--name", name, "--output", folder / "stored")
         trackmark("results", "import", results, *where)
-        trackmark("results", "export", folder / "stored" / name, folder / into, "--as", kind)
+        how = ["--protocol", "supervised"] if name == "baseline" else []
+        trackmark("results", "export", folder / "stored" / name, folder / into, "--as", kind, *how)
 
 
 def picture():

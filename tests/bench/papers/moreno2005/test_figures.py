@@ -9,7 +9,7 @@ import pytest
 from skimage import measure
 
 import datasets
-from bench.evaluation.loop import evaluate
+from bench.evaluation.conducting import evaluate
 from bench.experiments.contestant import contestant
 from bench.experiments.experiment import read_experiment
 from bench.metrics.regions import region_similarity

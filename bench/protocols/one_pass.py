@@ -1,0 +1,26 @@
+"""Once over the sequence: one-pass evaluation (OPE).
+
+The tracker is given the truth of the first frame in which the target is present, and is asked in
+every later one; nothing helps it after that. It is what trackers are run by unless told otherwise.
+Wu, Lim and Yang, "Online object tracking: a benchmark", CVPR 2013.
+"""
+
+from typing import ClassVar
+
+from bench.protocols import STORED_ONCE, Protocol
+
+__all__ = ["PROTOCOL"]
+
+
+class OnePass(Protocol):
+    """Has no knobs."""
+
+    judged: ClassVar[tuple[str, ...]] = ("one pass", "supervised", "anchors")
+
+    @property
+    def text(self) -> str:
+        """What its runs were filed under before there were other protocols."""
+        return STORED_ONCE
+
+
+PROTOCOL = OnePass

@@ -1,0 +1,175 @@
+"""Where segments start, which boxes they are given, and what their scores are."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import bench
+from bench.evaluation.scoring import judge
+from bench.metrics.preset import Answer, Target
+from bench.protocols import Segment, protocol
+from tests.bench.evaluation.walkers import Walker
+
+presences = st.lists(st.booleans(), min_size=1, max_size=120).filter(any).map(np.array)
+
+
+def starts_of(text, present, **values):
+    return [(one.start, one.step) for one in protocol(text).segments(present, values)]
+
+
+def test_tre_starts_at_equal_distances_and_leaves_room_for_the_last():
+    starts = [start for start, _ in starts_of("tre", np.ones(210, bool))]
+    assert starts == list(range(0, 191, 10))
+    assert starts_of("tre:starts=1", np.ones(50, bool)) == [(0, 1)]
+    short = [start for start, _ in starts_of("tre:starts=4:least=5", np.ones(7, bool))]
+    assert short == [0, 1, 2]
+    absent = np.ones(12, bool)
+    absent[[0, 5, 6]] = False
+    assert starts_of("tre:starts=3:least=4", absent) == [(0, 1), (3, 1), (8, 1)]
+
+
+@given(presences, st.integers(1, 30), st.integers(2, 40))
+def test_tre_starts_with_a_target_no_frame_twice_and_the_first_is_the_whole(present, n, least):
+    segments = protocol(f"tre:starts={n}:least={least}").segments(present, {})
+    assert segments[0] == Segment()
+    starts = [one.start for one in segments[1:]]
+    assert starts == sorted(set(starts))
+    room = [f for f in np.flatnonzero(present)[1:] if len(present) - f >= least]
+    assert set(starts) <= set(room)
+    assert len(segments) == min(n, len(room) + 1)
+    assert n == 1 or not room or starts[-1] == room[-1]
+
+
+def test_the_first_segment_of_tre_is_the_run_in_one_pass(make_sequence):
+    sequence = make_sequence(n=60, absent=(0, 1))
+    whole = bench.evaluate(Walker, sequence)
+    run = bench.evaluate(Walker, sequence, protocol="tre:starts=3")
+    np.testing.assert_array_equal(run.boxes[:60], whole.boxes)
+    np.testing.assert_array_equal(run.details["brightness"][:60], whole.details["brightness"])
+    assert [of[0] for of in run.segments] == [0, 21, 40]
+    shown = [float(sequence[int(frame)].mean()) for frame in run.segments[2][1:]]
+    np.testing.assert_allclose(run.details["brightness"][-19:], shown)
+
+
+def test_segments_have_random_numbers_of_their_own(make_sequence):
+    run = bench.evaluate(Walker, make_sequence(), protocol="sre")
+    steps = [np.diff(rows, axis=0)[:, :2] for rows in run.boxes.reshape(12, 20, 4)]
+    assert len({step.tobytes() for step in steps}) == 12
+
+
+def test_sre_gives_these_twelve_boxes():
+    truth = np.array([100.0, 50.0, 40.0, 20.0])  # right side at 140, lower one at 70
+    segments = protocol("sre").segments(np.ones(3, bool), {})
+    boxes = np.array([one.given(truth) for one in segments])
+    expected = [
+        [96, 50, 40, 20],  # left
+        [104, 50, 40, 20],  # right
+        [100, 48, 40, 20],  # up
+        [100, 52, 40, 20],  # down, of the same size: not wider, as in a toolkit of others
+        [96, 48, 44, 22],  # corners are drawn outwards: the opposite one stays
+        [100, 48, 44, 22],
+        [96, 50, 44, 22],
+        [100, 50, 44, 22],
+        [104, 52, 32, 16],  # scaled about the centre
+        [102, 51, 36, 18],
+        [98, 49, 44, 22],
+        [96, 48, 48, 24],
+    ]
+    np.testing.assert_allclose(boxes, expected, atol=1e-12)
+    assert {(one.start, one.step) for one in segments} == {(0, 1)}
+
+
+def test_sre_moves_the_region_that_a_run_starts_from_and_scores_by_it(make_sequence):
+    boxes = make_sequence(n=6).boxes
+    sequence = make_sequence(n=6, regions={"wide": boxes + [0, 0, 12, 0]})
+    run = bench.evaluate("static:init=wide", sequence, protocol="sre")
+    np.testing.assert_allclose(run.boxes[0], boxes[0] + [-2, 0, 12, 0])
+    np.testing.assert_array_equal(run.boxes[:6], np.tile(run.boxes[0], (6, 1)))
+
+
+@given(presences, st.integers(1, 60))
+def test_anchors_lie_where_targets_are_and_go_to_the_further_end(present, spacing):
+    n, frames = len(present), np.flatnonzero(present)
+    segments = starts_of(f"anchors:spacing={spacing}", present)
+    anchors = [frames[0] if start == 0 and step == 1 else start for start, step in segments]
+    assert anchors == sorted(set(anchors))
+    assert (anchors[0], anchors[-1]) == (frames[0], frames[-1])
+    for anchor, (_, step) in zip(anchors, segments, strict=True):
+        assert present[anchor]
+        assert (step == 1) == (n - 1 - anchor >= anchor)
+    if present.all():
+        assert np.diff(anchors).max(initial=0) <= 1.5 * spacing + 1
+
+
+def test_anchors_of_the_data_are_taken_as_they_are():
+    value = np.array([1, 0, np.nan, -1, 1, 0, -1.0])
+    present = np.array([True, True, True, True, True, True, False])
+    assert starts_of("anchors", present, anchor=value) == [(0, 1), (3, -1), (4, 1)]
+    assert starts_of("anchors:spacing=3", present, anchor=0 * value) == [(0, 1), (2, 1), (5, -1)]
+
+
+def test_backwards_the_frames_come_backwards(make_sequence):
+    sequence = make_sequence(n=30)
+    run = bench.evaluate(Walker, sequence, protocol="anchors:spacing=15")
+    assert [of.tolist() for of in run.segments] == [
+        list(range(30)),
+        list(range(14, 30)),
+        list(range(29, -1, -1)),
+    ]
+    shown = [float(sequence[frame].mean()) for frame in range(28, -1, -1)]
+    np.testing.assert_allclose(run.details["brightness"][-29:], shown)
+    np.testing.assert_array_equal(run.boxes[-30], sequence.boxes[29])
+
+
+@pytest.mark.parametrize("preset", ["native", "otb", "got10k"])
+def test_a_score_of_segments_is_the_mean_of_theirs(make_sequence, preset):
+    from bench import metrics
+
+    sequence = make_sequence(n=40)
+    run = bench.evaluate(Walker, sequence, protocol="tre:starts=4:least=10")
+    one, at, alone = metrics.preset(preset), 0, []
+    for frames in run.segments:
+        rows = slice(at, at + len(frames))
+        visible = sequence.visibility[frames]
+        truth = Target(sequence.boxes[frames], {}, visible, sequence.image_size)
+        alone.append(one.judge(truth, Answer(run.boxes[rows], run.visible[rows])))
+        at += len(frames)
+    found = judge(run, sequence, preset).scores
+    if preset == "got10k":  # every frame counts once
+        weights = [len(frames) - 1 for frames in run.segments]
+        values = [part.scores["ao"] for part in alone]
+        assert found["ao"] == pytest.approx(np.average(values, weights=weights))
+        return
+    key = "mean_overlap" if preset == "native" else "success_auc"
+    assert found[key] == pytest.approx(np.mean([part.scores[key] for part in alone]))
+
+
+def test_robustness_and_eao_of_anchors_by_hand(make_sequence):
+    """Of a tracker that stays, on a target that leaves it: all is counted by the definition."""
+    sequence = make_sequence(n=30, image_size=(32, 24))
+    run = bench.evaluate("static", sequence, protocol="anchors:spacing=29")
+    truth = sequence.boxes
+    progress, summed = [], 0.0
+    for frames in run.segments:
+        overlaps = [0.0]
+        for frame in frames[1:]:
+            first, now = (np.round(truth[f]).astype(int) for f in (frames[0], frame))
+            pixels = [
+                {
+                    (x, y)
+                    for x in range(b[0], b[0] + b[2])
+                    for y in range(b[1], b[1] + b[3])
+                    if 0 <= x < 32 and 0 <= y < 24
+                }
+                for b in (first, now)
+            ]
+            overlaps.append(len(pixels[0] & pixels[1]) / len(pixels[0] | pixels[1]))
+        low = [value <= 0.1 for value in overlaps]
+        failed = [i for i in range(len(low) - 9) if all(low[i : i + 10])]
+        progress.append(failed[0] if failed else len(low))
+        summed += sum(overlaps[: progress[-1]])
+    found = judge(run, sequence, "vot-anchor").scores
+    assert min(progress) < 30
+    assert found["robustness"] == pytest.approx(sum(progress) / 60)
+    assert found["accuracy"] == pytest.approx(summed / sum(progress))
