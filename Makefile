@@ -39,6 +39,8 @@ test: $(READY)
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE)
 
 test-full: $(FULL)
+	@command -v chromium chromium-browser google-chrome >/dev/null || \
+	  echo "NO BROWSER: tests that drive pages are skipped. Install Debian's chromium." >&2
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "slow or not slow"
 
 lint: $(READY)

@@ -1,13 +1,15 @@
 """What a table looks like: as plain text, Markdown, CSV and LaTeX."""
 
+import json
 import re
 import unicodedata
 from collections.abc import Callable, Mapping
+from math import isfinite
 
 from reports.printable import one_line
 from reports.tables import Table
 
-__all__ = ["FORMATS", "in_markdown", "to_csv", "to_latex", "to_markdown", "to_text"]
+__all__ = ["FORMATS", "in_markdown", "to_csv", "to_json", "to_latex", "to_markdown", "to_text"]
 
 _LATEX = {
     "\\": r"\textbackslash{}",
@@ -41,6 +43,19 @@ def to_csv(table: Table) -> str:
     that taking one away gives the text). Numbers are left alone.
     """
     return table.data.map(_in_csv).to_csv(index=False, lineterminator="\n")
+
+
+def to_json(table: Table) -> str:
+    """Render a table's data on one line of JSON: at full precision, what is missing null."""
+    rows = [
+        {
+            key: None if isinstance(value, float) and not isfinite(value) else value
+            for key, value in row.items()
+        }
+        for row in table.data.to_dict("records")
+    ]
+    told = {"table": table.name, "caption": table.caption, "notes": table.notes, "rows": rows}
+    return json.dumps(told)
 
 
 def to_markdown(table: Table) -> str:

@@ -28,6 +28,7 @@ from bench.commands._options import (
     telling_of_replaced,
 )
 from bench.commands.run import ad_hoc_name
+from bench.comparing import MARGINS
 from bench.experiments.experiment import Experiment
 
 if TYPE_CHECKING:
@@ -41,15 +42,6 @@ WIDTH = 96
 
 STRIPS = 3
 """Sequences that are drawn as film strips: where two trackers differ most."""
-
-MARGINS = {
-    "mean_overlap": 0.01,
-    "success_share": 0.01,
-    "inside_share": 0.01,
-    "centre_error": 0.5,
-    "centre_error_median": 0.5,
-}
-"""Differences that mean nothing in practice, in the scores' units, unless --margin says others."""
 
 _HINT = "--metric"
 

@@ -38,6 +38,7 @@ __all__ = [
     "Standing",
     "compare",
     "of_protocol",
+    "parts_of",
 ]
 
 LEAST_FOR_RANKS = 10
@@ -124,22 +125,8 @@ class Comparison:
         they take several values; attributes are those that some sequences have and some have not,
         and bins of those that were measured.
         """
-        rows = [
-            dict(part.split("=", 1) for part in name.split(":")[1:] if "=" in part)
-            for name in self.sequences
-        ]
-        knobs = sorted({knob for row in rows for knob in row} - {"scene"})
-        found = {
-            (knob, value): pair.differences[[row.get(knob) == value for row in rows]]
-            for knob in knobs
-            for value in sorted({row[knob] for row in rows if knob in row})
-        }
-        several = {knob for knob in knobs if sum(name == knob for name, _ in found) > 1}
-        parts = {key: values for key, values in found.items() if key[0] in several}
-        for name in sorted({name for names in self.attributes for name in names}):
-            having = np.array([name in names for names in self.attributes])
-            if not having.all():
-                parts["attribute", name] = pair.differences[having]
+        masks = parts_of(self.sequences, self.attributes)
+        parts = {key: pair.differences[chosen] for key, chosen in masks.items()}
         for curve in self.curves_of([pair]):
             parts |= {(curve.attribute, one.words): one.scores for one in curve.bins}
         return parts
@@ -158,6 +145,32 @@ class Comparison:
 
         differences = {f"{pair.first} - {pair.second}": pair.differences for pair in pairs}
         return against(differences, self.measured, mean_interval)
+
+
+def parts_of(
+    sequences: Sequence[str], attributes: Sequence[Collection[str]] = ()
+) -> dict[tuple[str, str], NDArray[np.bool_]]:
+    """Which of n sequences are of a part, (n,), by knob and value, or attribute and its name.
+
+    `attributes`: that occur in each sequence, where it is known. See `Comparison.by_part`.
+    """
+    rows = [
+        dict(part.split("=", 1) for part in name.split(":")[1:] if "=" in part)
+        for name in sequences
+    ]
+    knobs = sorted({knob for row in rows for knob in row} - {"scene"})
+    found = {
+        (knob, value): np.array([row.get(knob) == value for row in rows])
+        for knob in knobs
+        for value in sorted({row[knob] for row in rows if knob in row})
+    }
+    several = {knob for knob in knobs if sum(name == knob for name, _ in found) > 1}
+    parts = {key: chosen for key, chosen in found.items() if key[0] in several}
+    for name in sorted({name for names in attributes for name in names}):
+        having = np.array([name in names for names in attributes])
+        if not having.all():
+            parts["attribute", name] = having
+    return parts
 
 
 def compare(

@@ -28,7 +28,13 @@ from reports.plots import TRACE_WORDS
 from reports.tables import complete
 from reports.write import file_names, write_plots
 
-__all__ = ["boxes_of", "frames_and_boxes", "write_pictures", "write_strips"]
+__all__ = [
+    "boxes_of",
+    "frames_and_boxes",
+    "scored_runs",
+    "write_pictures",
+    "write_strips",
+]
 
 STRIP_FRAMES = 10
 
@@ -109,7 +115,7 @@ def _write_strip(
     return [write_film_strip(path, strip)]
 
 
-def _read(folder: Path, **only: str) -> Iterator[tuple[Mapping[str, Any], Run, StoredTruth]]:
+def scored_runs(folder: Path, **only: str) -> Iterator[tuple[Mapping[str, Any], Run, StoredTruth]]:
     """Runs that were scored, each read once, with their rows and their truth."""
     results = Results(folder)
     truth = cache(partial(read_truth, folder))
@@ -127,7 +133,7 @@ def frames_and_boxes(folder: Path) -> tuple[pd.DataFrame, "dict[str, _Boxes]"]:
     """
     pieces = []
     boxes: dict[str, _Boxes] = {}
-    for row, run, truth in _read(folder):
+    for row, run, truth in scored_runs(folder):
         if row["status"] == "finished":
             pieces.append(_frames(row, run, truth))
         boxes.setdefault(row["sequence"], _Boxes(truth)).add(row, run)
@@ -193,7 +199,7 @@ def _boxes_of(
 ) -> _Boxes | None:
     boxes = None
     for experiment in experiments:
-        for row, run, truth in _read(experiment, sequence=sequence):
+        for row, run, truth in scored_runs(experiment, sequence=sequence):
             boxes = boxes or _Boxes(truth, repetition, trace)
             boxes.add(row, run)
     return boxes

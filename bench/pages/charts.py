@@ -1,0 +1,152 @@
+"""Charts of an experiment's page, from its runs; their points open the frames behind them."""
+
+from collections.abc import Mapping, Sequence
+from math import isfinite
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from bench.pages.takes import ERRORS, OVERLAPS, Clip, Reading, Stage
+from bench.reporting.tables import SUMMARY
+from bench.statistics.survival import kaplan_meier
+from reports.page.page import Chart, Line, Place
+from reports.tables import Table
+
+__all__ = ["error_charts", "share_charts", "speed_chart", "survival_chart"]
+
+_BINS = 120
+"""Points of a curve over the frames of a sequence."""
+
+
+def share_charts(reading: Reading, trackers: Sequence[str]) -> list[Chart]:
+    """Shares of frames by overlap and by centre error, each sequence counting once.
+
+    `trackers`: those all of whose runs finished.
+    """
+    if not trackers or not reading.stages:
+        return []
+    success, precision = list[Line](), list[Line]()
+    for name in trackers:
+        number = reading.trackers.index(name)
+        for lines, kind, thresholds in (
+            (success, "success", OVERLAPS),
+            (precision, "precision", ERRORS),
+        ):
+            found = [getattr(stage, kind).get(number, []) for stage in reading.stages]
+            shares = np.mean([np.mean(one, axis=0) for one in found if one], axis=0)
+            worst = reading.place(name, None, "overlap" if kind == "success" else "centre_error")
+            lines.append(Line(name, number, thresholds, shares, places=[worst]))
+    return [
+        Chart(
+            "Success",
+            "overlap",
+            "share of frames with at least that",
+            success,
+            "Share of frames with at least an overlap, by tracker; further right is better.",
+            top=1.0,
+        ),
+        Chart(
+            "Precision",
+            "centre error [px]",
+            "share of frames with at most that",
+            precision,
+            "Share of frames with at most a centre error, by tracker; higher is better.",
+            top=1.0,
+        ),
+    ]
+
+
+def error_charts(reading: Reading) -> list[Chart]:
+    """Centre error over the frames, a chart a sequence: the median of the repetitions."""
+    charts = []
+    for position, stage in enumerate(reading.stages):
+        by_tracker: dict[int, list[Clip]] = {}
+        for clip in stage.clips:
+            if not clip.failure:
+                by_tracker.setdefault(clip.tracker, []).append(clip)
+        lines = [
+            _error_line(position, stage, reading.trackers[number], clips)
+            for number, clips in sorted(by_tracker.items())
+        ]
+        words = f"Centre error over the frames of {stage.name}, by tracker; lower is better."
+        if lines:
+            charts.append(Chart(stage.name, "frame", "centre error [px]", lines, words))
+    return charts
+
+
+def _error_line(position: int, stage: Stage, name: str, clips: Sequence[Clip]) -> Line:
+    """Of each stretch of frames the worst one, and there the repetition that is furthest off."""
+    errors = np.array([clip.errors for clip in clips])
+    known = np.isfinite(errors).any(axis=0)
+    medians = np.full(errors.shape[1], np.nan)
+    medians[known] = np.nanmedian(errors[:, known], axis=0)
+    frames = [
+        int(stretch[np.nanargmax(medians[stretch])]) if known[stretch].any() else int(stretch[0])
+        for stretch in np.array_split(np.arange(len(medians)), min(_BINS, len(medians)))
+    ]
+    places = [
+        Place(position, clips[0].tracker, clips[_furthest(errors[:, frame])].repetition, frame)
+        for frame in frames
+    ]
+    return Line(name, clips[0].tracker, frames, medians[frames], places=places)
+
+
+def _furthest(errors: NDArray[np.float32]) -> int:
+    return int(np.nanargmax(errors)) if np.isfinite(errors).any() else 0
+
+
+def survival_chart(scored: pd.DataFrame, reading: Reading) -> list[Chart]:
+    """Share of runs that have not lost the target, over frames."""
+    if "first_loss" not in scored:
+        return []
+    finished = scored[scored["first_loss"].notna() & scored["frames"].notna()]
+    numbers = {stage.name: position for position, stage in enumerate(reading.stages)}
+    lines = []
+    for position, name in enumerate(reading.trackers):
+        runs = finished[finished["tracker"] == name]
+        if runs.empty:
+            continue
+        first, frames = (runs[column].to_numpy(float) for column in ("first_loss", "frames"))
+        ends, lost = np.minimum(first, frames), first < frames
+        found = kaplan_meier(ends, lost)
+        rows = zip(ends.tolist(), lost, runs["sequence"], runs["repetition"], strict=True)
+        at = {
+            end: Place(numbers[str(sequence)], position, int(repetition), int(end))
+            for end, failed, sequence, repetition in rows
+            if failed and str(sequence) in numbers
+        }
+        places = [None, *(at.get(time) for time in found.times.tolist())]
+        shares, low, high = (np.concatenate([[1.0], part]) for part in found[1:])
+        times = np.append(0.0, found.times)
+        lines.append(Line(name, position, times, shares, low, high, places))
+    words = (
+        "Share of runs that have not lost the target (ten visible frames on end with the centre "
+        "outside the box), over frames, with 95 % bands; higher is better."
+    )
+    chart = Chart("", "frame", "share of runs not lost", lines, words, kind="step", top=1.0)
+    return [chart] if lines else []
+
+
+def speed_chart(tables: Mapping[str, Table], reading: Reading) -> list[Chart]:
+    """Mean overlap against the time a frame, as the summary has them."""
+    if "summary" not in tables:
+        return []
+    data = tables["summary"].data
+    quantity = SUMMARY[0]
+    lines = []
+    for position, name in enumerate(reading.trackers):
+        of = data[data["tracker"] == name].set_index("measure")
+        if not {quantity.name, "milliseconds"} <= set(of.index):
+            continue
+        means, halves = (of[column].to_dict() for column in ("mean", "standard_deviation"))
+        score, half = float(means[quantity.name]), float(halves[quantity.name])
+        time = float(means["milliseconds"])
+        if isfinite(score) and isfinite(time):
+            place = reading.place(name, None, "overlap")
+            line = Line(name, position, [time], [score], [score - half], [score + half], [place])
+            lines.append(line)
+    (head,) = (head for head in tables["summary"].heads if "time a frame" in head)
+    words = f"{quantity.title} against {head}, with 95 % intervals; up and to the left is better."
+    chart = Chart("", head, quantity.head, lines, words, kind="dots", logarithmic=True)
+    return [chart] if lines else []

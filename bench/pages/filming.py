@@ -1,0 +1,100 @@
+"""The frames behind a page's numbers: read where sequences are still there and the same."""
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import count
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import datasets
+from bench.reporting.opening import opened
+from reports.page.film import film
+
+__all__ = ["Filmed", "Keep", "Watch", "film_all"]
+
+Watch = Callable[[int, int | None], None]
+"""Told how many frames are done, of how many."""
+
+Keep = Callable[[str, Sequence[bytes]], object]
+"""Given the name and the frames of a chunk that stands beside the page."""
+
+THUMBNAIL = 160
+"""Height of the frames that a page holds [pixels]."""
+
+_FULL_QUALITY = 85  # of WebP
+
+_WORTH_WORKERS = 1500  # frames from which on processes, which take seconds to start, are sooner
+
+
+class Filmed(NamedTuple):
+    """Frames of a sequence: `thumbnails` in chunks, sizes of `full` ones, `why` there are none."""
+
+    thumbnails: Sequence[Sequence[bytes]] = ()
+    full: Sequence[Sequence[int]] = ()
+    why: str = ""
+
+
+def film_all(
+    rows: Sequence[tuple[Mapping[str, Any], int]], watch: Watch, keep: Keep | None = None
+) -> Iterator[Filmed]:
+    """Frames of sequences in their order, by a row of a run of each and the number of its frames.
+
+    `keep`: given frames of their own size, too; it can be pickled.
+    """
+    lengths = [n for _, n in rows]
+    told = [
+        {key: row[key] for key in ("sequence", "source", "truth", "fingerprint")} for row, _ in rows
+    ]
+    given = told, count(), lengths, [keep] * len(rows)
+    if sum(lengths) < _WORTH_WORKERS or len(rows) < 2:
+        done = 0
+
+        def seen() -> None:
+            nonlocal done
+            done += 1
+            watch(done, sum(lengths))
+
+        for one in zip(*given, strict=False):
+            yield _filmed(*one, seen)
+        return
+    from loky import ProcessPoolExecutor
+
+    with ProcessPoolExecutor(min(os.cpu_count() or 1, len(rows))) as workers:
+        for number, found in enumerate(workers.map(_filmed, *given), 1):
+            watch(sum(lengths[:number]), sum(lengths))
+            yield found
+
+
+def _filmed(
+    row: Mapping[str, Any],
+    number: int,
+    n: int,
+    keep: Keep | None,
+    seen: Callable[[], None] = lambda: None,
+) -> Filmed:
+    sequence = opened(row)
+    if sequence is None:
+        gone = f"{row['sequence']} is not at {row['source']} as it was when it was run."
+        return Filmed(why=f"No frames: {gone}")
+    sizes = []
+    try:
+        images = (sequence[frame] for frame in range(n))
+        thumbnails = list(film(_counted(images, seen), THUMBNAIL))
+        if keep is not None:
+            images = (sequence[frame] for frame in range(n))
+            for chunk, frames in enumerate(film(images, quality=_FULL_QUALITY)):
+                keep(f"full-{number}-{chunk}", frames)
+                sizes.append([len(frame) for frame in frames])
+    except datasets.SequenceError as error:
+        return Filmed(why=f"No frames: {error}")
+    return Filmed(thumbnails, sizes)
+
+
+def _counted(
+    images: Iterable[NDArray[np.uint8]], seen: Callable[[], None]
+) -> Iterator[NDArray[np.uint8]]:
+    for image in images:
+        yield image
+        seen()

@@ -1,0 +1,331 @@
+"""The page of an experiment: what came out, and what to look at."""
+
+import shlex
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from bench.comparing import MARGINS
+from bench.comparing.comparison import Comparison, ComparisonError, compare, parts_of
+from bench.comparing.tables import files as comparison_tables
+from bench.comparing.words import paragraph
+from bench.pages.charts import error_charts, share_charts, speed_chart, survival_chart
+from bench.pages.filming import Watch
+from bench.pages.takes import Reading, read_takes, scenes
+from bench.reporting.tables import SUMMARY
+from bench.statistics.paired import scores_interval
+from bench.store.loading import load_results
+from bench.store.truth import occurring_attributes
+from reports.page.page import Page, Place, Section, Sheet, write_chunk, write_page
+from reports.tables import MISSING, Cell, Table, complete
+
+__all__ = ["Said", "write_report_page"]
+
+_MOST_FAILURES = 200
+"""Rows of failed runs that are listed one by one."""
+
+
+@dataclass(frozen=True)
+class Said:
+    """How the results are called in commands: what follows `report` and `compare`."""
+
+    results: str = ""  # of the folder; empty where there is none that stays
+    others: Sequence[str] = ()
+
+    def command(self, name: str, *options: str) -> str:
+        """A command on them, as it is typed."""
+        option = ["--results"] if name == "compare" else []
+        given = [*option, self.results] if self.results else []
+        return shlex.join(["trackmark", name, *given, *self.others, *options])
+
+
+def write_report_page(
+    experiment: Path,
+    path: Path,
+    tables: Sequence[Table],
+    title: str,
+    said: Said,
+    watch: Watch,
+    *,
+    full: bool = False,
+) -> list[Path]:
+    """Write the page of an experiment's results to `path`, and give its files.
+
+    It shows the `tables` of its report under a `title`. `said` is how commands call the results;
+    `watch` is told how many frames are read, of how many. `full`: frames of their own size are
+    written beside it. Raises `ResultsError` where results can't be read, and `OSError` where a file
+    can't be written.
+    """
+    runs = load_results(experiment)
+    scored = complete(runs[runs["protocol"] == "accuracy"])
+    trackers = [str(name) for name in scored["tracker"].unique()]
+    reading = read_takes(experiment, trackers)
+    kept = {table.name: table for table in tables}
+    incomplete = set(scored[scored["status"] != "finished"]["tracker"].astype(str))
+    whole = [name for name in trackers if name not in incomplete]
+    folder = said.command("report", "--folder", "report")
+    finished = scored[scored["status"] == "finished"]
+    occurring = occurring_attributes(experiment, finished)
+    answers, differences = _answers(runs, occurring, reading, said)
+    opened = ["Open one to see its frames."] if reading.stages else []
+    made = [
+        _overview(complete(runs), reading, tables, said),
+        *([_summary(kept["summary"], reading, said)] if "summary" in kept else []),
+        *([_heat(kept["sequences"], reading, said)] if "sequences" in kept else []),
+        Section("frames", "Sequences", words=opened, scenes=True),
+        answers,
+        Section("curves", "Success and precision", charts=share_charts(reading, whole)),
+        Section("errors", "Centre error over the frames", charts=error_charts(reading)),
+        Section("survival", "Time to failure", charts=survival_chart(scored, reading)),
+        _parts(scored, occurring, reading, differences),
+        Section("speed", "Speed against accuracy", charts=speed_chart(kept, reading)),
+        *_others(tables, reading, said),
+        _provenance(runs, reading),
+    ]
+    made = [
+        replace(one, command=one.command or (folder if one.charts else ""))
+        for one in made
+        if one.charts or one.sheets or one.words
+    ]
+    keep = partial(write_chunk, path) if full else None
+    shown = list(scenes(reading, said.results, watch, keep))
+    return write_page(path, Page(title, made, reading.trackers, shown))
+
+
+def _overview(
+    scored: pd.DataFrame, reading: Reading, tables: Sequence[Table], said: Said
+) -> Section:
+    """What was run and where, and first of all what failed."""
+    n_trackers, n_sequences = (scored[name].nunique() for name in ("tracker", "sequence"))
+    counts = Counter(scored["status"].astype(str))
+    hosts = sorted({str(one["host"]) for one in reading.circumstances})
+    days = sorted({one["date"] for one in reading.circumstances if one["date"]})
+    when = f" from {days[0]} to {days[-1]}" if len(set(days)) > 1 else f" on {''.join(days[:1])}"
+    words = [
+        f"{len(scored)} runs: {n_trackers} tracker{'s' if n_trackers != 1 else ''} on "
+        f"{n_sequences} sequence{'s' if n_sequences != 1 else ''}; run{when} "
+        f"at {', '.join(hosts)}."
+        if reading.circumstances
+        else f"{len(scored)} runs."
+    ]
+    wrong = {status: count for status, count in counts.items() if status != "finished"}
+    if wrong:
+        told = ", ".join(f"{count} {status}" for status, count in wrong.items())
+        words.append(f"Not all is here: {told}. Means that need these runs are missing.")
+    else:
+        words.append("All runs finished.")
+    notes = dict.fromkeys(note for table in tables for note in table.notes)
+    words += [note for note in notes if not note.startswith("failed: ")]
+    failed = [
+        (Place(position, clip.tracker, clip.repetition, clip.end), stage.name, clip.failure)
+        for position, stage in enumerate(reading.stages)
+        for clip in stage.clips
+        if clip.failure
+    ]
+    if not failed:
+        return Section("runs", "What was run", words)
+    rows = [
+        [reading.trackers[place.tracker], name, str(place.repetition), str(place.frame)]
+        + [why.partition("\n")[0]]
+        for place, name, why in failed[:_MOST_FAILURES]
+    ]
+    left = len(failed) - len(rows)
+    table = _plain(
+        "failed",
+        f"{len(failed)} runs failed; their last frame with a box opens.",
+        ["tracker", "sequence", "repetition", "last box", "what went wrong"],
+        rows,
+        [f"{left} more are listed by `trackmark results failures`."] if left else [],
+    )
+    places = [[None, None, place, None] for place, _, _ in failed[:_MOST_FAILURES]]
+    command = f"trackmark results failures {shlex.quote(said.results)}" if said.results else ""
+    return Section("runs", "What was run", words, [Sheet(table, places=places)], command=command)
+
+
+def _kind(measure: str) -> str:
+    """What makes a frame the worst one by a measure."""
+    if measure == "first_loss":
+        return "loss"
+    return "centre_error" if measure.startswith(("centre_error", "precision")) else "overlap"
+
+
+def _sheet(table: Table, reading: Reading) -> Sheet:
+    """A table of scores; its numbers sort at full precision and open the worst frames."""
+    data, columns = table.data, len(table.heads) - table.n_labels
+    if "measure" not in data or len(data) != len(table.rows) * columns:
+        return Sheet(table)
+    values = data["mean"].to_numpy(float).reshape(len(table.rows), columns)
+    kinds = [_kind(str(name)) for name in data["measure"][:columns]]
+    names = {stage.name for stage in reading.stages}
+    places = []
+    for row in data[::columns].to_dict("records"):
+        sequence = row.get("sequence")
+        sequence = sequence if sequence in names else None
+        places.append([reading.place(row["tracker"], sequence, kind) for kind in kinds])
+    return Sheet(table, values.tolist(), places)
+
+
+def _summary(table: Table, reading: Reading, said: Said) -> Section:
+    sheet = _sheet(table, reading)
+    return Section("summary", "Summary", sheets=[sheet], command=said.command("report", "--wide"))
+
+
+def _others(tables: Sequence[Table], reading: Reading, said: Said) -> list[Section]:
+    """All other tables of the report."""
+    sheets = [_sheet(table, reading) for table in tables if table.name != "summary"]
+    command = said.command("report", "--wide")
+    return [Section("tables", "Every sequence", sheets=sheets, command=command)] if sheets else []
+
+
+def _answers(
+    runs: pd.DataFrame, occurring: Mapping[str, set[str]], reading: Reading, said: Said
+) -> tuple[Section, list[Sheet]]:
+    """Which tracker is better, or why that can't be said; and by how much on which parts."""
+    title, measure, command = "Which is better", SUMMARY[0], said.command("compare")
+    try:
+        found = compare(runs, measure, MARGINS[measure.name], attributes=occurring)
+    except ComparisonError as error:
+        return Section("answers", title, [f"No comparison: {error}"], command=command), []
+    sheets = {}
+    for table in comparison_tables(found):
+        columns = len(table.heads) - table.n_labels
+        rows = table.data.to_dict("records")
+        if table.name != "comparison-sequences":
+            places = [[_told_by(row, found, reading)] * columns for row in rows]
+            sheets[table.name] = Sheet(table, places=places)
+    differences = [sheets.pop(name) for name in list(sheets) if name == "comparison-parts"]
+    words = [paragraph(found)]
+    return Section("answers", title, words, list(sheets.values()), command=command), differences
+
+
+def _told_by(row: Mapping[Any, Any], found: Comparison, reading: Reading) -> Place | None:
+    """What a row of a comparison opens: of a pair the sequence on which they differ most."""
+    if "first" not in row:
+        return reading.place(str(row["tracker"]), None, "overlap")
+    for pair in found.pairs:
+        if {pair.first, pair.second} == {row["first"], row["second"]}:
+            position = int(np.argmax(np.abs(pair.differences)))
+            ahead = pair.differences[position] > 0
+            behind = pair.second if ahead else pair.first
+            return reading.place(behind, found.sequences[position], "overlap")
+    return None
+
+
+def _heat(table: Table, reading: Reading, said: Said) -> Section:
+    """Sequences by trackers, shaded by the mean overlap."""
+    data = table.data[table.data["measure"] == "mean_overlap"]
+    means = data.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
+    means = means.reindex(index=data["sequence"].unique(), columns=pd.unique(data["tracker"]))
+    values = means.to_numpy(float)
+    rows = [
+        [str(name), *(f"{one:.3f}" if np.isfinite(one) else MISSING for one in row)]
+        for name, row in zip(means.index, values, strict=True)
+    ]
+    places = [
+        [reading.place(str(name), str(sequence), "overlap") for name in means.columns]
+        for sequence in means.index
+    ]
+    grid = _plain(
+        "heat",
+        "Mean overlap by sequence and tracker; the darker, the better.",
+        ["sequence", *map(str, means.columns)],
+        rows,
+    )
+    sheet = Sheet(grid, values.tolist(), places, heat=True)
+    command = said.command("report", "--format", "csv")
+    return Section("heat", "Sequences by trackers", sheets=[sheet], command=command)
+
+
+def _parts(
+    scored: pd.DataFrame,
+    occurring: Mapping[str, set[str]],
+    reading: Reading,
+    differences: Sequence[Sheet],
+) -> Section:
+    """Mean overlap on the sequences that have a knob's value, or an attribute."""
+    if "mean_overlap" not in scored:
+        return Section("parts", "")  # no run finished
+    sequences = [stage.name for stage in reading.stages]
+    parts = parts_of(sequences, [occurring.get(name, ()) for name in sequences])
+    by = scored.groupby(["tracker", "sequence"], observed=True)["mean_overlap"]
+    means = by.mean().where(by.count() == by.size())
+    rows, values = [], []
+    for (knob, value), chosen in parts.items():
+        here = [name for name, taken in zip(sequences, chosen, strict=True) if taken]
+        found = [means.get(name, pd.Series(dtype=float)).reindex(here) for name in reading.trackers]
+        values.append([len(here), *(float(one.mean(skipna=False)) for one in found)])
+        cells = [_with_interval(one.to_numpy(float)) for one in found]
+        rows.append([f"{knob}={value}", str(len(here)), *cells])
+    table = _plain(
+        "parts",
+        "Mean overlap by knob and by attribute (of sequences in which it occurs), each sequence "
+        "counting once. ± 95 % interval for new sequences like these.",
+        ["part", "sequences", *reading.trackers],
+        rows,
+    )
+    sheets = [Sheet(table, values), *differences] if rows else []
+    return Section("parts", "By knob and attribute", sheets=sheets)
+
+
+def _with_interval(values: NDArray[np.float64]) -> str:
+    if not len(values) or not np.isfinite(values).all():
+        return MISSING
+    low, high = scores_interval(values) if len(values) > 1 else (np.nan, np.nan)
+    around = f" ±{(high - low) / 2:.3f}" if np.isfinite(high - low) else ""
+    return f"{values.mean():.3f}{around}"
+
+
+def _provenance(runs: pd.DataFrame, reading: Reading) -> Section:
+    """What determined the runs, and where they were made."""
+    trackers = runs.dropna(subset="tracker_version").drop_duplicates(["tracker", "version"])
+    sequences = runs.dropna(subset="fingerprint").drop_duplicates(["sequence", "fingerprint"])
+    tables = [
+        _plain(
+            "trackers",
+            "Trackers: parameters, and the digest of source and libraries.",
+            ["tracker", "parameters", "version"],
+            [
+                [str(row.tracker), str(row.parameters), str(row.tracker_version)[:16]]
+                for row in trackers.drop_duplicates(["tracker", "tracker_version"]).itertuples()
+            ],
+        ),
+        _plain(
+            "sequences-read",
+            "Sequences: where they were read, and their fingerprint.",
+            ["sequence", "source", "fingerprint", "frames"],
+            [
+                [str(row.sequence), str(row.source), str(row.fingerprint)[:16], f"{row.frames:.0f}"]
+                for row in sequences.itertuples()
+            ],
+        ),
+        _plain(
+            "circumstances",
+            "Where and when runs were made.",
+            ["host", "date", "platform", "Python", "libraries"],
+            [
+                [*(str(one[key]) for key in ("host", "date", "platform", "python")), _listed(one)]
+                for one in reading.circumstances
+            ],
+        ),
+    ]
+    return Section("provenance", "Provenance", sheets=[Sheet(table) for table in tables])
+
+
+def _plain(
+    name: str, caption: str, heads: list[str], rows: list[list[str]], notes: Sequence[str] = ()
+) -> Table:
+    """A table of texts, the first of which names the row."""
+    cells = [[Cell(str(text)) for text in row] for row in rows]
+    return Table(name, caption, heads, 1, cells, list(notes))
+
+
+def _listed(circumstance: Mapping[str, Any]) -> str:
+    libraries = circumstance["libraries"].items()
+    return ", ".join(f"{name} {number}" for name, number in libraries)

@@ -1,0 +1,263 @@
+"""Stored runs as the player of a page shows them: boxes, worst frames, curves, thumbnails."""
+
+import json
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.evaluation.record import Run
+from bench.evaluation.reference import reference
+from bench.metrics.centre_error import centre_error
+from bench.metrics.overlap import overlap
+from bench.pages.filming import Filmed, Keep, Watch, film_all
+from bench.reporting.pictures import scored_runs
+from bench.store.truth import StoredTruth
+from reports.page.film import packed, quantised, squeezed
+from reports.page.page import Place, Scene, Take
+
+__all__ = ["ERRORS", "OVERLAPS", "Clip", "Reading", "Stage", "read_takes", "scenes"]
+
+Array = NDArray[np.float64]
+OVERLAPS = np.linspace(0.0, 1.0, 51)
+ERRORS = np.linspace(0.0, 50.0, 51)
+"""Thresholds of success [overlap] and precision [pixels]."""
+
+_POINTS = 300
+"""Particles that are shown of each frame."""
+
+
+@dataclass(frozen=True)
+class Clip:
+    """What the page knows of a run."""
+
+    tracker: int
+    repetition: int
+    failure: str
+    boxes: NDArray[np.int32]
+    revised: NDArray[np.int32] | None
+    shapes: dict[int, dict[str, Any]]
+    end: int  # the last frame with a box
+    worst: Mapping[str, tuple[float, int]]  # badness and frame, by what it is judged by
+    errors: NDArray[np.float32]  # of the centre by frame; NaN where it is not judged
+
+
+@dataclass
+class Stage:
+    """What the page knows of a sequence; `truth` is what its runs are judged by."""
+
+    row: Mapping[str, Any]
+    stored: StoredTruth
+    truth: Array
+    clips: list[Clip] = field(default_factory=list)
+    success: dict[int, list[Array]] = field(default_factory=dict)  # by tracker
+    precision: dict[int, list[Array]] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """Of the sequence."""
+        return str(self.row["sequence"])
+
+
+@dataclass(frozen=True)
+class Reading:
+    """All scored runs of an experiment."""
+
+    trackers: Sequence[str]
+    stages: Sequence[Stage]
+    circumstances: Sequence[Mapping[str, Any]]  # of all runs, each once
+
+    def place(self, tracker: str, sequence: str | None, kind: str) -> Place | None:
+        """The worst frame of a tracker's worst run: of one sequence, or of all.
+
+        `kind`: `overlap`, `centre_error` or `loss`.
+        """
+        found = self._worst.get((tracker, sequence, kind))
+        return None if found is None else found[1]
+
+    @cached_property
+    def _worst(self) -> dict[tuple[str, str | None, str], tuple[float, Place]]:
+        """How bad the worst runs are, and their worst frames."""
+        worst: dict[tuple[str, str | None, str], tuple[float, Place]] = {}
+        for position, stage in enumerate(self.stages):
+            for clip in stage.clips:
+                name = self.trackers[clip.tracker]
+                for kind, (badness, frame) in clip.worst.items():
+                    place = Place(position, clip.tracker, clip.repetition, frame)
+                    for sequence in (stage.name, None):
+                        known = worst.get((name, sequence, kind))
+                        if known is None or badness > known[0]:
+                            worst[name, sequence, kind] = badness, place
+        return worst
+
+
+def read_takes(experiment: Path, trackers: Sequence[str]) -> Reading:
+    """Read all scored runs of an experiment, each once.
+
+    `trackers`: in the order of their colours; others follow. Raises `ResultsError` for a file that
+    can't be read.
+    """
+    names = list(trackers)
+    stages: dict[str, Stage] = {}
+    told: dict[str, Mapping[str, Any]] = {}
+    for row, run, stored in scored_runs(experiment):
+        truth = np.asarray(reference(stored, run.identity.init, row["sequence"]).boxes)
+        stage = stages.setdefault(row["sequence"], Stage(row, stored, truth))
+        if row["fingerprint"] != stage.row["fingerprint"]:
+            continue  # of another version of the sequence: it is stale, and tables say so
+        if row["tracker"] not in names:
+            names.append(row["tracker"])
+        number = names.index(row["tracker"])
+        stage.clips.append(_clip(stage, truth, run, row, number))
+        about = {key: run.circumstances.get(key) for key in ("host", "platform", "python")}
+        about |= {"libraries": run.circumstances.get("libraries") or {}}
+        about |= {"date": str(run.circumstances.get("date", ""))[:10]}
+        told[json.dumps(about, sort_keys=True, default=str)] = about
+    return Reading(names, list(stages.values()), list(told.values()))
+
+
+def _clip(stage: Stage, truth: Array, run: Run, row: Mapping[str, Any], tracker: int) -> Clip:
+    judged = np.flatnonzero(np.isfinite(truth).all(axis=1))[1:]
+    overlaps = np.nan_to_num(overlap(truth[judged], run.boxes[judged]))
+    errors = np.full(len(run.boxes), np.nan)
+    errors[judged] = centre_error(truth[judged], run.boxes[judged])
+    if row["status"] == "finished" and len(judged):
+        ordered = np.sort(overlaps)
+        share = 1.0 - np.searchsorted(ordered, OVERLAPS, "left") / len(judged)
+        stage.success.setdefault(tracker, []).append(share)
+        ordered = np.sort(np.nan_to_num(errors[judged], nan=np.inf))
+        share = np.searchsorted(ordered, ERRORS, "right") / len(judged)
+        stage.precision.setdefault(tracker, []).append(share)
+    there = np.flatnonzero(np.isfinite(run.boxes).all(axis=1))
+    end = int(there[-1]) if len(there) else 0
+    return Clip(
+        tracker,
+        int(row["repetition"]),
+        run.failure,
+        quantised(run.boxes),
+        None if run.revised is None else quantised(run.revised),
+        _shapes(run),
+        end,
+        _worst(run, row, judged, overlaps, errors, end),
+        errors.astype(np.float32),
+    )
+
+
+def _worst(
+    run: Run,
+    row: Mapping[str, Any],
+    judged: NDArray[np.int64],
+    overlaps: Array,
+    errors: Array,
+    end: int,
+) -> dict[str, tuple[float, int]]:
+    """How bad a run is (larger is worse) and its worst frame, by what it is judged by."""
+    if run.failure or not len(judged):
+        return dict.fromkeys(("overlap", "centre_error", "loss"), (inf, end))
+    distance = np.nan_to_num(errors[judged], nan=np.inf)
+    # Of frames without any overlap the one that is furthest away.
+    by_overlap = int(np.lexsort((-distance, overlaps))[0])
+    by_error = int(np.argmax(distance))
+    first = row["scores"].get("first_loss", len(run.boxes))
+    first = len(run.boxes) if first is None else int(first)
+    frame = min(first, int(judged[-1]))
+    return {
+        "overlap": (-float(overlaps.mean()), int(judged[by_overlap])),
+        "centre_error": (float(distance.mean()), int(judged[by_error])),
+        "loss": (-float(first), frame),
+    }
+
+
+def _shapes(run: Run) -> dict[int, dict[str, Any]]:
+    """Outlines of masks and contours, and particles, by frame: lists of points."""
+    found: dict[int, dict[str, Any]] = {}
+    for frame, arrays in run.arrays.items():
+        lines = [_points(arrays["contour"])] if "contour" in arrays else []
+        lines += _outlines(arrays["mask"]) if "mask" in arrays else []
+        places = np.asarray(arrays.get("particles", np.empty((0, 2))))
+        if places.ndim != 2 or places.shape[1] < 2:
+            places = np.empty((0, 2))
+        points = _points(places[:: max(1, len(places) // _POINTS), :2])
+        found[frame] = {"lines": lines, "points": points}
+    return found
+
+
+def _true_shapes(stored: StoredTruth) -> dict[int, dict[str, Any]]:
+    """Outlines of the truth, where more than its boxes is known."""
+    known = {frame: shape for frame, shape in enumerate(stored.shapes or ()) if shape is not None}
+    return {
+        frame: {"lines": _outlines(shape) if shape.dtype == np.bool_ else [_points(shape)]}
+        for frame, shape in known.items()
+    }
+
+
+def _outlines(mask: NDArray[Any]) -> list[list[list[float]]]:
+    """Of a mask's parts and holes; pixel centres lie at halves."""
+    whole = np.ascontiguousarray(mask, np.uint8)
+    found, _ = cv2.findContours(whole, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+    return [_points(outline[:, 0] + 0.5) for outline in found]
+
+
+def _points(points: NDArray[Any]) -> list[list[float]]:
+    """Finite points (k, 2) to a tenth of a pixel."""
+    points = np.asarray(points, np.float64).reshape(-1, 2)
+    shown: list[list[float]] = points[np.isfinite(points).all(axis=1)].round(1).tolist()
+    return shown
+
+
+def scenes(
+    reading: Reading, results: str, watch: Watch, keep: Keep | None = None
+) -> Iterator[Scene]:
+    """The sequences with their frames.
+
+    `results`: how the folder is named in commands. See `film_all` for the others.
+    """
+    rows = [(stage.row, len(stage.truth)) for stage in reading.stages]
+    for stage, filmed in zip(reading.stages, film_all(rows, watch, keep), strict=True):
+        yield _scene(stage, results, filmed)
+
+
+def _scene(stage: Stage, results: str, filmed: Filmed) -> Scene:
+    row, stored = stage.row, stage.stored
+    boxes, takes = [quantised(stage.truth)], list[Take]()
+    shapes = {0: _true_shapes(stored)}
+    for clip in stage.clips:
+        place = len(boxes)
+        boxes.append(clip.boxes)
+        if clip.revised is not None:
+            boxes.append(clip.revised)
+        shapes[place] = clip.shapes
+        revised = None if clip.revised is None else place + 1
+        takes.append(Take(clip.tracker, clip.repetition, place, revised, clip.failure))
+    shapes = {place: shown for place, shown in shapes.items() if shown}
+    present = np.flatnonzero(np.isfinite(stored.boxes).all(axis=1))
+    given = ["--truth", row["truth"]] if row["truth"] else []
+    show = ["trackmark", "show", row["source"], *given, "--results", results]
+    return Scene(
+        name=stage.name,
+        frames=len(stage.truth),
+        size=stored.image_size or _extent(stored.boxes),
+        boxes=packed(np.stack(boxes)),
+        takes=takes,
+        thumbnails=filmed.thumbnails,
+        full=filmed.full,
+        why=filmed.why,
+        fps=stored.fps,
+        first=int(present[0]) if len(present) else 0,
+        shapes=squeezed(json.dumps(shapes).encode()) if shapes else "",
+        show=shlex.join(show) if results else "",
+    )
+
+
+def _extent(boxes: Array) -> tuple[int, int]:
+    """An image that holds all boxes, where nobody knows its size any more."""
+    ends = (boxes[:, :2] + boxes[:, 2:])[np.isfinite(boxes).all(axis=1)]
+    wide, tall = np.ceil(ends.max(axis=0)).tolist() if len(ends) else (320, 240)
+    return max(1, int(wide)), max(1, int(tall))

@@ -1,0 +1,326 @@
+"""A page: sections of tables and charts, and a player of the frames behind every number."""
+
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from itertools import chain
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+from urllib.parse import quote, urlencode
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from reports.files import write_file
+from reports.page.film import ABSENT
+from reports.palette import COLOURS
+from reports.printable import one_line
+from reports.tables import Table
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+__all__ = [
+    "Chart",
+    "Line",
+    "Page",
+    "Place",
+    "Scene",
+    "Section",
+    "Sheet",
+    "Take",
+    "write_chunk",
+    "write_page",
+]
+
+INSIDE = 15_000_000
+"""Bytes of frames that a page holds; those of further sequences lie beside it."""
+
+_PARTS = Path(__file__).parent
+_DASHES: Sequence[Sequence[int]] = ([], [7, 4], [9, 3, 2, 3], [2, 3])
+"""Of lines, as `reports.palette.LINE_STYLES` has them: `-`, `--`, `-.`, `:`."""
+
+
+class Place(NamedTuple):
+    """Where the player opens: positions of sequence and tracker in the page's lists."""
+
+    sequence: int
+    tracker: int
+    repetition: int
+    frame: int
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table, with what its numbers open."""
+
+    table: Table
+    values: Sequence[Sequence[float]] = ()  # of the columns beside the labels, to sort by
+    places: Sequence[Sequence[Place | None]] = ()  # likewise; where they lead
+    heat: bool = False  # whether cells are shaded by their value, in [0, 1]
+
+    def value(self, row: int, column: int) -> float | None:
+        """What a cell is sorted by; None where its text says it."""
+        column -= self.table.n_labels
+        if column < 0 or not len(self.values):
+            return None
+        return self.values[row][column]
+
+    def place(self, row: int, column: int) -> Place | None:
+        """Where a cell leads."""
+        column -= self.table.n_labels
+        if column < 0 or not self.places:
+            return None
+        return self.places[row][column]
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a chart: shapes (k,), NaN where it has a gap."""
+
+    label: str
+    position: int  # of its colour
+    x: ArrayLike
+    y: ArrayLike
+    low: ArrayLike = ()
+    high: ArrayLike = ()
+    places: Sequence[Place | None] = ()  # one a point, or one for all
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Lines over a quantity; `words` say what is seen, also to those who don't see it."""
+
+    title: str
+    x: str
+    y: str
+    lines: Sequence[Line]
+    words: str
+    kind: str = "line"  # or `step`, or `dots`, which stand alone
+    logarithmic: bool = False
+    top: float | None = None  # the ordinate ends there
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a page. `command` makes again what it shows; `scenes`: whether these are listed."""
+
+    key: str
+    title: str
+    words: Sequence[str] = ()
+    sheets: Sequence[Sheet] = ()
+    charts: Sequence[Chart] = ()
+    command: str = ""
+    scenes: bool = False
+
+
+@dataclass(frozen=True)
+class Take:
+    """A run as the player shows it; `boxes` and `revised` are rows of its scene's boxes."""
+
+    tracker: int
+    repetition: int
+    boxes: int
+    revised: int | None = None
+    failure: str = ""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A sequence as the player shows it.
+
+    `boxes`: of truth (first) and takes, see `reports.page.film.packed`. `shapes`: outlines and
+    points by row of boxes and frame, squeezed JSON. `thumbnails`: frames in chunks, see
+    `reports.page.film.film`; `full`: sizes of the larger ones that `write_chunk` wrote. `why`: why
+    there are no frames. `show`: the command that draws a frame, to which its number is added.
+    """
+
+    name: str
+    frames: int
+    size: tuple[int, int]
+    boxes: str
+    takes: Sequence[Take]
+    thumbnails: Sequence[Sequence[bytes]] = ()
+    full: Sequence[Sequence[int]] = ()
+    why: str = ""
+    fps: float | None = None
+    first: int = 0
+    shapes: str = ""
+    show: str = ""
+
+
+@dataclass(frozen=True)
+class Page:
+    """All that a page shows."""
+
+    title: str
+    sections: Sequence[Section]
+    trackers: Sequence[str] = ()
+    scenes: Sequence[Scene] = ()
+
+    def address(self, place: Place) -> str:
+        """Where the player opens a place, as part of a link."""
+        asked = {
+            "sequence": self.scenes[place.sequence].name,
+            "tracker": self.trackers[place.tracker],
+            "repetition": place.repetition,
+            "frame": place.frame,
+        }
+        return "#" + urlencode(asked, errors="replace")
+
+    def opening(self, scene: Scene) -> str:
+        """Where the player opens a scene."""
+        return "#" + urlencode({"sequence": scene.name, "frame": scene.first}, errors="replace")
+
+
+def write_page(path: Path, page: Page) -> list[Path]:
+    """Write a page, and beside it what is too much for it; give the files.
+
+    Raises
+    ------
+    OSError
+        Where one can't be written.
+    """
+    from markupsafe import Markup  # templates are for who writes pages
+
+    inside: dict[str, str] = {}
+    written: list[Path] = []
+    room = INSIDE
+    told = []
+    for number, scene in enumerate(page.scenes):
+        inside[f"boxes-{number}"] = scene.boxes
+        inside |= {f"shapes-{number}": scene.shapes} if scene.shapes else {}
+        needed = sum(map(len, chain(*scene.thumbnails)))
+        fits = needed <= room
+        room -= needed if fits else 0
+        for chunk, frames in enumerate(scene.thumbnails):
+            name = f"thumbnails-{number}-{chunk}"
+            if fits:
+                inside[name] = b64encode(b"".join(frames)).decode()
+            else:
+                written.append(write_chunk(path, name, frames))
+        sizes = [[len(frame) for frame in frames] for frames in scene.thumbnails]
+        reels = {"thumbnails": sizes, "full": scene.full}
+        told.append(_told(scene, reels))
+    data = {
+        "trackers": [one_line(name) for name in page.trackers],
+        "labels": list(page.trackers),
+        "colours": COLOURS,
+        "dashes": _DASHES,
+        "scenes": told,
+        "beside": quote(_folder(path).name),
+        "absent": ABSENT,
+        "charts": {
+            f"{section.key}-{number}": _chart(chart)
+            for section in page.sections
+            for number, chart in enumerate(section.charts)
+        },
+    }
+    blocks = {name: Markup(text) for name, text in inside.items()}  # noqa: S704  # base64
+    text = _environment().get_template("page.html").render(page=page, data=data, blocks=blocks)
+    write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
+    return [path, *written]
+
+
+def _environment() -> "Environment":
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from markupsafe import Markup
+
+    environment = Environment(
+        loader=FileSystemLoader(_PARTS),
+        autoescape=True,
+        undefined=StrictUndefined,
+        finalize=lambda value: one_line(value) if type(value) is str else value,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
+    environment.globals["part"] = lambda name: Markup(  # noqa: S704  # our own file
+        (_PARTS / name).read_text("utf-8")
+    )
+    environment.globals["version"] = version("trackmark")
+    environment.filters["poster"] = _poster
+    environment.tests["finite_number"] = lambda value: value is not None and isfinite(value)
+    return environment
+
+
+def write_chunk(page: Path, name: str, frames: Sequence[bytes]) -> Path:
+    """Write frames beside a page: as a script, since a page on disk may read nothing else.
+
+    `name`: `full-SCENE-CHUNK` by their numbers. Raises `OSError` where it can't be written.
+    """
+    content = f'trackmark("{name}","{b64encode(b"".join(frames)).decode()}")'
+    path = _folder(page) / f"{name}.js"
+    return write_file(path, lambda file: file.write_text(content, encoding="ascii"))
+
+
+def _folder(page: Path) -> Path:
+    """Where what is too much for a page lies."""
+    return page.with_name(f"{page.stem}-frames")
+
+
+def _poster(scene: Scene) -> str:
+    """The middle frame of a scene as an address; empty where there is none."""
+    frames = [*chain(*scene.thumbnails)]
+    if not frames:
+        return ""
+    return "data:image/webp;base64," + b64encode(frames[len(frames) // 2]).decode()
+
+
+def _told(scene: Scene, reels: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        "name": scene.name,
+        "title": one_line(scene.name),
+        "frames": scene.frames,
+        "size": scene.size,
+        "first": scene.first,
+        "fps": scene.fps,
+        "why": one_line(scene.why),
+        "show": scene.show,
+        "shapes": bool(scene.shapes),
+        "reels": {kind: sizes for kind, sizes in reels.items() if sizes},
+        "takes": [
+            [
+                one.tracker,
+                one.repetition,
+                one.boxes,
+                one.revised,
+                one_line(one.failure.partition("\n")[0]),
+            ]
+            for one in scene.takes
+        ],
+    }
+
+
+def _chart(chart: Chart) -> dict[str, Any]:
+    return {
+        "x": chart.x,
+        "y": chart.y,
+        "words": chart.words,
+        "kind": chart.kind,
+        "log": chart.logarithmic,
+        "top": chart.top,
+        "lines": [
+            {
+                "label": one_line(line.label),
+                "position": line.position,
+                "places": line.places,
+                **{
+                    name: _numbers(values)
+                    for name in ("x", "y", "low", "high")
+                    if len(values := np.asarray(getattr(line, name), float))
+                },
+            }
+            for line in chart.lines
+        ],
+    }
+
+
+def _numbers(values: ArrayLike) -> list[float | None]:
+    """To five digits, as many as can be seen; None for a gap."""
+    return [
+        float(f"{value:.5g}") if isfinite(value) else None
+        for value in np.asarray(values, float).tolist()
+    ]

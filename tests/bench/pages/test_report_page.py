@@ -1,0 +1,451 @@
+"""The page of a report: its numbers, and the frames behind them, driven in a browser."""
+
+import csv
+import json
+import re
+import shutil
+from base64 import b64decode
+from html.parser import HTMLParser
+from urllib.parse import urlencode
+
+import cv2
+import numpy as np
+import pytest
+
+import bench
+import datasets
+from bench.experiments.experiment import Experiment, SequenceSource
+from bench.metrics.centre_error import centre_error, centre_inside
+from bench.metrics.overlap import overlap
+from bench.pages.report import Said, write_report_page
+from bench.reporting.pictures import scored_runs
+from bench.reporting.tables import tables
+from reports.page import page as pages
+from tests import browser
+
+HOSTILE = "</script><script>alert('x')</script> \"q\" & ключ 跟踪"
+
+DRIFTING = '''
+"""Goes astray, each time another way."""
+from trackers.base.interface import Estimate, Randomness, TrackerPlugin
+
+
+class Drifting(TrackerPlugin):
+    """Drifts."""
+
+    randomness = Randomness.GENERATOR
+
+    def init(self, image, box, mask=None):
+        import numpy
+        self.box, self.random = box, numpy.random.default_rng(self.seed)
+
+    def update(self, image):
+        self.box = self.box + [*self.random.normal(0.5, 1.5, 2), 0, 0]
+        return Estimate(self.box)
+
+    def finish(self):
+        return {3: self.box}
+'''
+
+
+class Cells(HTMLParser):
+    """Tables of a page, as somebody reads them who knows nothing of ours."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tables, self.links, self.tags = {}, [], []
+        self._table = self._row = self._cell = None
+        self.feed(text)
+
+    def handle_starttag(self, tag, given):
+        told = dict(given)
+        self.tags.append(tag)
+        if tag == "table":
+            self._table = self.tables[told["id"]] = []
+        if tag == "tr":
+            self._row = []
+            self._table.append(self._row)
+        if tag in ("td", "th"):
+            self._cell = {"text": "", "value": told.get("data-value"), "link": None}
+            self._row.append(self._cell)
+        if tag == "a" and self._cell is not None:
+            self._cell["link"] = told["href"]
+
+    def handle_endtag(self, tag):
+        if tag in ("td", "th"):
+            self._cell = None
+
+    def handle_data(self, text):
+        if self._cell is not None:
+            self._cell["text"] += text
+
+
+@pytest.fixture(autouse=True)
+def without_plots(monkeypatch):
+    """Plots and film strips are other tests' matter, and take longer than pages."""
+    monkeypatch.setattr("bench.reporting.pictures.write_pictures", lambda *_: [])
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory, without_processes):
+    folder = tmp_path_factory.mktemp("paged")
+    (folder / "drifting.py").write_text(DRIFTING)
+    sources = [f"plain/target:length=60:scene={n}" for n in range(5)]
+    sources += ["plain/target:length=60:scene=9:noise=30"]
+    trackers = ("static", "camshift", f"{folder / 'drifting.py'}:Drifting")
+    asked = Experiment("trial", trackers, tuple(map(SequenceSource, sources)), repetitions=3)
+    with without_processes():
+        return bench.run(asked, folder, jobs=1)
+
+
+def written(experiment, folder, **options):
+    """The page of an experiment."""
+    said = Said(str(experiment))
+    made = tables(experiment)
+    paths = write_report_page(
+        experiment, folder / "report.html", made, "Trial", said, lambda *_: None, **options
+    )
+    return paths[0]
+
+
+@pytest.fixture(scope="module")
+def page(results, tmp_path_factory):
+    return written(results, tmp_path_factory.mktemp("page"))
+
+
+@pytest.fixture(scope="module")
+def chromium(tmp_path_factory):
+    opened = browser.Browser(tmp_path_factory.mktemp("profile"))
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def shown(chromium, page):
+    """The page in a browser that has nothing to complain of."""
+    chromium.console.clear()
+    chromium.size(1280, 900)
+    chromium.open(page.as_uri())
+    yield chromium
+    assert chromium.console == []
+
+
+def state(shown):
+    return dict(shown.run("[...state]"))
+
+
+def named(text):
+    """A sequence's canonical name."""
+    return datasets.load(text).name
+
+
+def seen(shown, **address):
+    """Open the player at an address, and wait for its frame."""
+    shown.run(f"location.hash = {json.dumps(urlencode(address))}")
+    number = address["frame"]
+    name = json.dumps(address["sequence"])
+    shown.wait(f"scene && scene.name === {name} && paintedFrame === {number}")
+
+
+def test_numbers_on_the_page_are_those_of_csv_and_json(trackmark, here):
+    trackers = "static,camshift,knob.py:Knob"
+    where = "plain/target:length=20:scene=0,plain/target:length=20:scene=1,data/Small"
+    trackmark("run", "--trackers", trackers, "--sequences", where, "--seeds", 2, "--name", "mine")
+    trackmark("report", "results/mine", "--folder", "report", "--metrics", "native,otb")
+    said = trackmark("report", "results/mine", "--json", "--metrics", "native,otb").stdout
+    told = {one["table"]: one["rows"] for one in map(json.loads, said.splitlines())}
+    shown = Cells((here / "report" / "report.html").read_text()).tables
+    assert {"summary", "sequences", "metrics-otb"} <= told.keys() <= shown.keys()
+    for name, rows in told.items():
+        with (here / "report" / f"{name}.csv").open() as file:
+            in_csv = [row["mean"] for row in csv.DictReader(file)]
+        cells = [cell for row in shown[name][1:] for cell in row]
+        on_page = [cell["value"] for cell in cells if cell["value"] is not None]
+        assert [float(value) for value in in_csv] == [row["mean"] for row in rows]
+        assert [float(value) for value in on_page] == [row["mean"] for row in rows]
+        texts = (here / "report" / f"{name}.txt").read_text()
+        assert all(cell["text"] in texts for cell in cells)
+
+
+def test_a_link_of_a_number_leads_to_the_worst_frame_of_the_worst_run(results, page):
+    cells = {
+        (row[0]["text"], row[1]["text"]): row
+        for row in Cells(page.read_text()).tables["sequences"][1:]
+    }
+    checked = 0
+    worst = {}
+    for row, run, truth in scored_runs(results):
+        judged = np.arange(1, len(truth.boxes))
+        overlaps = overlap(truth.boxes[1:], run.boxes[1:])
+        errors = centre_error(truth.boxes[1:], run.boxes[1:])
+        least = judged[overlaps == overlaps.min()]
+        furthest = int(least[np.argmax(errors[least - 1])])
+        key = row["sequence"], row["tracker"]
+        worst.setdefault(key, []).append((overlaps.mean(), row["repetition"], furthest))
+    for (sequence, tracker), runs in worst.items():
+        _, repetition, frame = min(runs)
+        asked = {"sequence": sequence, "tracker": tracker}
+        asked |= {"repetition": repetition, "frame": frame}
+        assert cells[sequence, tracker][2]["link"] == "#" + urlencode(asked)
+        checked += 1
+    assert checked == 18
+
+
+def test_names_and_messages_of_others_do_no_harm(trackmark, here, spoil, otb):
+    spoil(f"raise ValueError({HOSTILE!r} + chr(10) + '=1+1')")
+    name = HOSTILE.replace("/", "⁄")  # a folder has no slash
+    otb(here / "data" / name, 4)
+    run = ("run", "--trackers", "static,knob.py:Knob", "--sequences", f"data/{name}")
+    trackmark(*run, "--name", "mine", status=1)
+    trackmark("report", "results/mine", "--folder", "report")
+    text = (here / "report" / "report.html").read_text()
+    found = Cells(text)
+    assert "alert('x')" not in re.sub(
+        r"\\u[0-9a-f]{4}", "", re.search(r"<main>.*</main>", text, re.S)[0]
+    )
+    assert found.tags.count("script") == text.count("<script")
+    row = found.tables["failed"][1]
+    assert row[1]["text"] == name
+    assert HOSTILE in row[4]["text"]
+    data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
+    assert data["scenes"][0]["name"] == name
+
+
+def test_failures_stand_up_front_and_lead_to_the_last_box(trackmark, here, spoil):
+    spoil(
+        "self.n = getattr(self, 'n', 0) + 1\n"
+        "        if self.n > 2: raise ValueError('lost')\n        return Estimate(self.box)"
+    )
+    trackmark("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", status=1)
+    trackmark("report", "results", "--folder", "report")
+    text = (here / "report" / "report.html").read_text()
+    assert text.index("Not all is here: ") < text.index('id="sequences"')
+    for row in Cells(text).tables["failed"][1:]:
+        assert row[3]["text"] == "2"
+        assert "frame=2" in row[3]["link"]
+
+
+def test_a_page_of_sequences_that_are_gone_has_numbers_and_says_why_no_frames(trackmark, here):
+    trackmark("run", "--trackers", "static", "--sequences", "data/Small", "--name", "mine")
+    shutil.rmtree(here / "data" / "Small")
+    trackmark("report", "results/mine", "--folder", "report")
+    text = (here / "report" / "report.html").read_text()
+    assert "No frames: Small is not at" in text
+    assert Cells(text).tables["sequences"][1][2]["text"] == "1.000"
+    assert "image/webp;base64" not in text
+
+
+def test_frames_options_need_a_folder(trackmark, here):
+    assert "--folder" in trackmark("report", "results", "--frames", status=2).stderr
+    said = trackmark("report", "results", "--json", "--format", "csv", status=2).stderr
+    assert "exclude" in said
+
+
+@browser.needs_browser
+def test_tables_are_sorted_and_filtered_and_a_link_keeps_that(shown, page):
+    column = "[...document.querySelectorAll('#summary tbody tr')].map(row => row.cells[1])"
+    shown.click("#summary thead th:nth-child(2) button")
+    values = [float(value) for value in shown.run(f"{column}.map(cell => cell.dataset.value)")]
+    assert values == sorted(values, reverse=True)
+    shown.click("#summary thead th:nth-child(2) button")
+    assert shown.run("document.querySelector('th[aria-sort]').ariaSort") == "ascending"
+    shown.run("byId('filter').value = 'noise=30'; byId('filter').dispatchEvent(new Event('input'))")
+    visible = "[...document.querySelectorAll('#heat tbody tr')].filter(row => !row.hidden).length"
+    assert shown.run(visible) == 1
+    shown.wait("location.hash.includes('sort.summary=1a')")
+    shown.open(shown.run("location.href"))
+    assert shown.run(visible) == 1
+    assert (
+        values == [float(v) for v in shown.run(f"{column}.map(cell => cell.dataset.value)")][::-1]
+    )
+
+
+@browser.needs_browser
+def test_a_number_opens_its_worst_frame_and_the_copied_link_shows_the_same(shown, page):
+    href = shown.run("document.querySelector('#sequences tbody tr:nth-child(3) a').hash")
+    shown.click("#sequences tbody tr:nth-child(3) a")
+    shown.wait("byId('player').open && paintedFrame >= 0")
+    asked = dict(shown.run(f"[...new URLSearchParams({json.dumps(href)}.slice(1))]"))
+    assert state(shown) == asked
+    shown.key("2")
+    shown.key("e")
+    shown.key("m")
+    shown.key("ArrowLeft")
+    shown.run("navigator.clipboard.writeText = async (text) => { window.copied = text; }")
+    shown.key("l")
+    link = shown.wait("window.copied")
+    before = state(shown)
+    assert before == asked | {
+        "frame": str(int(asked["frame"]) - 1), "show": "0.2", "curve": "overlap", "lens": "1"
+    }  # fmt: skip
+    shown.open(link)
+    shown.wait("byId('player').open && paintedFrame >= 0")
+    assert state(shown) == before
+    assert shown.run("frame") == int(before["frame"])
+    shown.key("Escape")
+    shown.wait("!byId('player').open && !location.hash.includes('sequence')")
+
+
+@browser.needs_browser
+def test_boxes_are_drawn_where_they_are(shown, results):
+    row, run, truth = next(
+        one for one in scored_runs(results) if one[0]["tracker_name"] == "camshift"
+    )
+    tracker = shown.run(f"data.labels.indexOf({json.dumps(row['tracker'])})")
+    seen(shown, sequence=row["sequence"], tracker=row["tracker"], repetition=0, frame=30)
+    got = shown.run(f"scene.box(scene.take({tracker}, 0).row, 30)")
+    assert got == pytest.approx(run.boxes[30], abs=0.0501)
+    assert shown.run("scene.box(0, 30)") == pytest.approx(truth.boxes[30], abs=0.0501)
+    # The right edge of the truth, in the middle, is white or black: its dashes.
+    shown.key(str(1 + tracker))
+    shown.run("choose({show: 'none'})")
+    shown.wait("!byId('legend').querySelector('[aria-pressed=true]')")
+    x, y, width, height = truth.boxes[30]
+    scale = shown.run("screen.width / scene.size[0]")
+    pixels = shown.run(
+        f"[...pen.getImageData({(x + width) * scale - 1}, {y * scale}, 2, {height * scale}).data]"
+    )
+    colours = np.reshape(pixels, (-1, 4))[:, :3]
+    assert (colours.max(axis=1) < 90).any()
+    assert (colours.min(axis=1) > 200).any()
+
+
+@browser.needs_browser
+def test_keys_move_by_frames_to_failures_and_to_disagreements(shown, results):
+    name = named("plain/target:length=60:scene=9:noise=30")
+    trackers = shown.run("data.labels")
+    seen(shown, sequence=name, tracker=trackers[0], repetition=1, frame=5)
+    for key, shift, frame in (
+        ("ArrowRight", False, 6), ("ArrowRight", True, 16), ("ArrowLeft", False, 15),
+        ("ArrowLeft", True, 5), ("End", False, 59), ("ArrowRight", False, 59), ("Home", False, 0),
+    ):  # fmt: skip
+        shown.key(key, shift=shift)
+        assert shown.run("frame") == frame, key
+    boxes, truth = {}, None
+    for row, run, stored in scored_runs(results, sequence=name):
+        if row["repetition"] == 1 or row["tracker"] not in boxes:
+            boxes[row["tracker"]], truth = run.boxes, stored.boxes
+    out = [~centre_inside(truth, its) for its in boxes.values()]
+    leaving = sorted({int(f) for one in out for f in np.flatnonzero(one[1:] & ~one[:-1]) + 1})
+    for frame in [*leaving, leaving[0]]:
+        shown.key("f")
+        assert shown.run("frame") == frame
+    pairs = [(a, b) for a in boxes for b in boxes if a < b]
+    apart = np.max([centre_error(boxes[a], boxes[b]) for a, b in pairs], axis=0)
+    shown.key("d")
+    assert apart[shown.run("frame")] == pytest.approx(apart.max(), abs=0.2)
+    first = shown.run("frame")
+    shown.key("d")
+    far = np.abs(np.arange(60) - first) >= 10
+    assert apart[shown.run("frame")] == pytest.approx(apart[far].max(), abs=0.2)
+    shown.key("g")
+    shown.run("byId('frame').value = 42")
+    shown.key("Enter")
+    assert shown.run("frame") == 42
+
+
+@browser.needs_browser
+def test_it_plays_scrubs_holds_another_run_enlarges_and_saves(shown):
+    name = named("plain/target:length=60:scene=0")
+    trackers = shown.run("data.labels")
+    seen(shown, sequence=name, tracker=trackers[2], repetition=0, frame=0)
+    shown.run(
+        "window.visited = [];"
+        "{ const before = seek; seek = (f) => { visited.push(f); return before(f); }; }"
+    )
+    shown.key(" ")
+    shown.wait("visited.length >= 12")
+    shown.key(" ")
+    visited = shown.run("visited")
+    assert visited[:12] == list(range(1, 13))  # one frame means one frame
+    assert not shown.run("playing")
+    shown.run("byId('slider').value = 33; byId('slider').dispatchEvent(new Event('input'))")
+    shown.wait("paintedFrame === 33")
+    pixels = "screen.toDataURL()"
+    plain = shown.run(pixels)
+    shown.run("choose({other: '2.1'})")
+    shown.key("c", held=True)
+    held = shown.run(pixels)
+    assert held != plain
+    assert shown.run("drawnTakes().map(take => take.repetition)") == [1]
+    shown.release("c")
+    assert shown.run(pixels) == plain
+    shown.key("m")
+    at = shown.run("(({x, y}) => ({x: x + 90, y: y + 90}))(screen.getBoundingClientRect())")
+    shown.call("Input.dispatchMouseEvent", type="mouseMoved", **at)
+    shown.wait("pointer !== null")
+    assert shown.run(pixels) != plain
+    shown.run(
+        "HTMLAnchorElement.prototype.click = function () {"
+        " window.saved = [this.href, this.download]; }"
+    )
+    shown.key("s")
+    url, file = shown.wait("window.saved")
+    size = shown.run(
+        f"fetch({url!r}).then(r => r.blob()).then(createImageBitmap).then(i => [i.width, i.height])"
+    )
+    assert size == shown.run("[screen.width, screen.height]")
+    assert file == re.sub(r"[^\w.-]+", "-", name) + "-00033.png"
+    shown.key("o")
+    assert state(shown)["trace"] == "revised"
+    shown.key("?")
+    assert shown.run("!byId('help').hidden")
+
+
+@browser.needs_browser
+def test_a_point_of_a_curve_opens_its_frame(shown):
+    shown.wait(
+        "new Promise((done) => {"
+        " byId('errors-2').scrollIntoView({block: 'center', behavior: 'instant'});"
+        " requestAnimationFrame(() => done(document.querySelector('#errors-2 svg') !== null)); })"
+    )
+    shown.point("#errors-2 svg")
+    tip = shown.wait("!tip.hidden && tip.textContent")
+    shown.click("#errors-2 svg")
+    shown.wait("byId('player').open && paintedFrame >= 0")
+    assert tip.endswith(f"at frame {shown.run('frame')}")
+    assert shown.run("scene.number") == 2
+
+
+@browser.needs_browser
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_phone_shows_all_without_scrolling_aside(shown, dark):
+    shown.size(390, 844, dark=dark, mobile=True)
+    assert shown.run("document.documentElement.scrollWidth") == 390
+    seen(shown, sequence=named("plain/target:length=60:scene=0"), frame=3)
+    assert shown.run("byId('player').scrollWidth <= 390")
+
+
+@browser.needs_browser
+def test_frames_beside_the_page_come_when_they_are_needed(chromium, results, tmp_path, monkeypatch):
+    monkeypatch.setattr(pages, "INSIDE", 0)
+    beside = written(results, tmp_path, full=True)
+    assert len(list((tmp_path / "report-frames").glob("thumbnails-*.js"))) >= 6
+    chromium.console.clear()
+    chromium.open(beside.as_uri())
+    assert chromium.run("document.querySelectorAll('script[src]').length") == 0
+    name = named("plain/target:length=60:scene=1")
+    seen(chromium, sequence=name, frame=7)
+    size = datasets.load(name).image_size
+    chromium.wait(f"painted.width === {size[0]}")  # of its own size: by --frames
+    assert chromium.console == []
+    shutil.rmtree(tmp_path / "report-frames")
+    chromium.open(beside.as_uri() + "#" + urlencode({"sequence": name, "frame": 7}))
+    assert "not beside this page" in chromium.wait("byId('said').textContent")
+
+
+def test_frames_are_kept_in_order_and_small(results, page):
+    text = page.read_text()
+    data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
+    for number, scene in enumerate(data["scenes"]):
+        sequence = datasets.load(scene["name"])
+        sizes = scene["reels"]["thumbnails"]
+        assert sum(map(len, sizes)) == len(sequence)
+        block = re.search(f'id="thumbnails-{number}-0">(.*?)</script>', text, re.S)[1]
+        content = b64decode(block)
+        for frame in (0, 17, 40):
+            start = sum(sizes[0][:frame])
+            got = cv2.imdecode(np.frombuffer(content[start : start + sizes[0][frame]], np.uint8), 1)
+            assert got.shape[0] <= 160
+            wanted = cv2.resize(sequence[frame], got.shape[1::-1], interpolation=cv2.INTER_AREA)
+            assert np.abs(got.astype(int) - wanted).mean() < 14  # of noise, too

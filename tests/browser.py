@@ -1,0 +1,172 @@
+"""A headless Chromium that tests drive over its debugging pipe: no driver, no network."""
+
+import json
+import os
+import select
+import shutil
+import subprocess
+import time
+from base64 import b64decode
+
+import pytest
+
+CHROMIUM = next(
+    (
+        found
+        for name in ("chromium", "chromium-browser", "google-chrome")
+        if (found := shutil.which(name))
+    ),
+    None,
+)
+
+needs_browser = pytest.mark.skipif(
+    CHROMIUM is None, reason="no Chromium on PATH: install Debian's `chromium` to drive pages"
+)
+
+PATIENCE = 120  # seconds: however busy it is here
+
+KEYS = {"ArrowLeft": 37, "ArrowRight": 39, "Home": 36, "End": 35, "Escape": 27, "Enter": 13}
+
+
+class Browser:
+    """One page of it; what it says on its console is kept as `console`."""
+
+    def __init__(self, profile):
+        read, self._in = os.pipe()
+        self._out, write = os.pipe()
+        command = [
+            CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars",
+            "--no-first-run", "--disable-background-networking", "--disable-dev-shm-usage",
+            f"--user-data-dir={profile}", "--remote-debugging-pipe", "about:blank",
+        ]  # fmt: skip
+        # The browser reads from 3 and writes to 4.
+        shell = f'exec "$@" 3<&{read} 4>&{write}'
+        self._process = subprocess.Popen(
+            ["bash", "-c", shell, "browser", *command], pass_fds=(read, write),
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        os.close(read)
+        os.close(write)
+        self._left, self._number, self.console, self._session = b"", 0, [], None
+        (page,) = [
+            target for target in self.call("Target.getTargets")["targetInfos"]
+            if target["type"] == "page"
+        ]  # fmt: skip
+        attached = self.call("Target.attachToTarget", targetId=page["targetId"], flatten=True)
+        self._session = attached["sessionId"]
+        for domain in ("Page", "Runtime", "Log", "Network"):
+            self.call(f"{domain}.enable")
+
+    def close(self):
+        self._session = None
+        try:
+            self.call("Browser.close")
+            self._process.wait(PATIENCE)
+        finally:
+            self._process.kill()
+            self._process.wait()
+            os.close(self._in)
+            os.close(self._out)
+
+    def call(self, method, **parameters):
+        """Have the browser do something, and give its answer."""
+        self._number += 1
+        asked = {"id": self._number, "method": method, "params": parameters}
+        if self._session:
+            asked["sessionId"] = self._session
+        os.write(self._in, json.dumps(asked).encode() + b"\0")
+        while True:
+            told = self._read(PATIENCE)
+            assert told is not None, f"the browser does not answer {method}"
+            if told.get("id") == self._number:
+                assert "error" not in told, told["error"]
+                return told["result"]
+
+    def _read(self, patience):
+        """The next message, an event kept on the way; None where none comes in so many seconds."""
+        while b"\0" not in self._left:
+            if not select.select([self._out], [], [], patience)[0]:
+                return None
+            piece = os.read(self._out, 1 << 20)
+            assert piece, "the browser went away"
+            self._left += piece
+        message, _, self._left = self._left.partition(b"\0")
+        told = json.loads(message)
+        if (method := told.get("method")) is not None:
+            if method in ("Runtime.exceptionThrown", "Log.entryAdded") or (
+                method == "Runtime.consoleAPICalled" and told["params"]["type"] != "debug"
+            ):
+                self.console.append(json.dumps(told["params"]))
+            if method == "Network.requestWillBeSent":
+                url = told["params"]["request"]["url"]
+                if not url.startswith(("data:", "blob:", "file:", "about:")):
+                    self.console.append(f"asked the network for {url}")
+        return told
+
+    def open(self, url):
+        """Open a page, also one that differs in its hash alone, and wait until it is loaded."""
+        self.call("Page.navigate", url="about:blank")
+        self.wait("location.href === 'about:blank'")
+        self.call("Page.navigate", url=url)
+        self.wait("location.href !== 'about:blank' && document.readyState === 'complete'")
+
+    def size(self, width, height, *, dark=False, mobile=False):
+        """What is seen of a page, and how it likes to be shown."""
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width, height=height, deviceScaleFactor=1, mobile=mobile,
+        )  # fmt: skip
+        features = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
+        self.call("Emulation.setEmulatedMedia", features=features)
+
+    def run(self, script):
+        """Value of an expression on the page; promises are awaited."""
+        told = self.call(
+            "Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True,
+            userGesture=True,
+        )  # fmt: skip
+        assert "exceptionDetails" not in told, told["exceptionDetails"]
+        return told["result"].get("value")
+
+    def wait(self, script):
+        """Wait until an expression is true, and give its value."""
+        until = time.monotonic() + PATIENCE
+        while not (value := self.run(script)):
+            assert time.monotonic() < until, f"never true: {script}"
+            time.sleep(0.05)
+        return value
+
+    def point(self, selector):
+        """Move the mouse to the middle of an element, and give the place."""
+        found = f"document.querySelector({json.dumps(selector)})"
+        self.run(f"{found}.scrollIntoView({{block: 'center', behavior: 'instant'}})")
+        self.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        place = self.run(
+            f"(({{x, y, width, height}}) => ({{x: x + width / 2, y: y + height / 2}}))"
+            f"({found}.getBoundingClientRect())"
+        )
+        self.call("Input.dispatchMouseEvent", type="mouseMoved", **place)
+        return place
+
+    def click(self, selector):
+        """Click into the middle of an element, as a mouse does."""
+        place = self.point(selector)
+        for kind in ("mousePressed", "mouseReleased"):
+            self.call("Input.dispatchMouseEvent", type=kind, button="left", clickCount=1, **place)
+
+    def key(self, key, *, shift=False, held=False):
+        """Press a key, and let it go unless it is to be `held`."""
+        text = {"text": key} if len(key) == 1 else {}
+        code = {"windowsVirtualKeyCode": KEYS.get(key, ord(key[0].upper()))}
+        told = {"key": key, "modifiers": 8 if shift else 0, **code}
+        self.call("Input.dispatchKeyEvent", type="keyDown", **told, **text)
+        if not held:
+            self.release(key)
+
+    def release(self, key):
+        """Let a key go."""
+        self.call("Input.dispatchKeyEvent", type="keyUp", key=key)
+
+    def shoot(self, path):
+        """Keep a picture of what is seen."""
+        path.write_bytes(b64decode(self.call("Page.captureScreenshot")["data"]))

@@ -1,0 +1,88 @@
+"""What a page's player reads, against plain definitions."""
+
+import json
+import zlib
+from base64 import b64decode
+
+import cv2
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from reports.page.film import ABSENT, film, packed, quantised
+from reports.page.page import Chart, Line, Page, Place, Scene, Section, Sheet, write_page
+from reports.tables import Cell, Table
+
+BOXES = arrays(
+    np.float64,
+    st.tuples(st.integers(1, 3), st.integers(1, 9), st.just(4)),
+    elements=st.one_of(st.floats(-1e7, 1e7), st.just(np.nan), st.floats(allow_nan=True)),
+)
+
+
+def unpacked(text, rows):
+    """The player's way back, number by number."""
+    content = zlib.decompress(b64decode(text))
+    n = len(content) // 4
+    steps = [sum(content[k * n + i] << 8 * k for k in range(4)) for i in range(n)]
+    values = []
+    for i, step in enumerate(steps):
+        before = 0 if i % (n // rows) < 4 else values[i - 4]
+        values.append((before + step) % 2**32)
+    return [value - 2**32 if value >= 2**31 else value for value in values]
+
+
+@settings(deadline=None)
+@given(BOXES)
+def test_boxes_come_back_to_a_tenth_of_a_pixel(boxes):
+    whole = np.stack([quantised(row) for row in boxes])
+    assert unpacked(packed(whole), len(boxes)) == whole.ravel().tolist()
+    known = np.isfinite(boxes).all(axis=2)
+    assert (whole[~known] == ABSENT).all()
+    assert (whole[known] != ABSENT).all()
+    near = known & (np.abs(boxes) < 1e7).all(axis=2)
+    np.testing.assert_allclose(whole[near] / 10, boxes[near], atol=0.0501)
+
+
+def test_a_page_of_nothing_but_words_is_one(tmp_path):
+    (path,) = write_page(tmp_path / "a.html", Page("T", [Section("a", "A", ["<b>"])]))
+    text = path.read_text()
+    assert "&lt;b&gt;" in text
+    assert "player" not in text.partition("</style>")[2].partition("<script")[0]
+
+
+def test_gaps_and_infinities_are_no_numbers_in_the_page(tmp_path):
+    chart = Chart("c", "x", "y", [Line("l", 0, [0, 1], [np.nan, np.inf])], "words")
+    table = Table("t", "", ["", "n"], 1, [[Cell("a"), Cell("—")]])
+    sheet = Sheet(table, [[float("nan")]], [[None]])
+    (path,) = write_page(
+        tmp_path / "a.html", Page("T", [Section("a", "A", sheets=[sheet], charts=[chart])])
+    )
+    text = path.read_text()
+    data = json.loads(text.partition('id="data">')[2].partition("</script>")[0])
+    assert data["charts"]["a-0"]["lines"][0]["y"] == [None, None]
+    assert "data-value" not in text.partition("</style>")[2].partition("<script")[0]
+
+
+def decoded(frame):
+    return cv2.imdecode(np.frombuffer(frame, np.uint8), cv2.IMREAD_COLOR)
+
+
+def test_frames_stand_in_chunks_in_order_and_are_not_enlarged():
+    images = [np.full((40, 60, 3), shade, np.uint8) for shade in range(0, 250, 5)]
+    frames = [frame for chunk in film(iter(images), height=160) for frame in chunk]
+    assert [decoded(frame).shape for frame in frames] == [(40, 60, 3)] * 50
+    assert all(
+        abs(decoded(frame).mean() - shade) < 2
+        for frame, shade in zip(frames, range(0, 250, 5), strict=True)
+    )
+    assert [decoded(frame).shape for (frame,) in film(images[:1], height=20)] == [(20, 30, 3)]
+
+
+def test_an_address_says_names_as_they_are():
+    place = Place(0, 0, 2, 7)
+    scene = Scene("a&b=ц#", 9, (4, 3), "", [])
+    assert Page("", [], ["x y"], [scene]).address(place) == (
+        "#sequence=a%26b%3D%D1%86%23&tracker=x+y&repetition=2&frame=7"
+    )
