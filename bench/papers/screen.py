@@ -61,7 +61,8 @@ def _line(claim: Mapping[str, Any]) -> str:
     if not claim["effect"]:
         return line
     indent = " " * len(_row("", "-", "", "").partition("-")[0])
-    return f"{line}\n{indent}{textwrap.shorten(claim['effect'], WIDTH - len(indent))}"
+    effect = textwrap.fill(claim["effect"], WIDTH, initial_indent=indent, subsequent_indent=indent)
+    return f"{line}\n{effect}"
 
 
 def _row(name: str, words: str, verdict: str, holds: str) -> str:
@@ -72,7 +73,7 @@ def _further(paper: str, effort: Effort) -> list[str]:
     """What to run for more."""
     if effort.quick:
         return [
-            "A quick look decides few claims: a verdict needs eight scenes or more.",
+            "A quick look decides few claims: differences and shares need eight scenes or more.",
             f"Evidence, from all scenes and seeds: trackmark reproduce {paper}",
         ]
     if not effort.everything:

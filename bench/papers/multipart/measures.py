@@ -183,7 +183,7 @@ def preferable(evidence: Evidence) -> list[Finding]:
     """On plain targets single is as good or better, and no slower."""
     table = evidence.tables["times"]
     pairs = table[table["kernel"] == "one pass"]
-    time = ratio_above(pairs["multi"], pairs["single"], AS_SLOW)
+    time = replace(ratio_above(pairs["multi"], pairs["single"], AS_SLOW), counted="pair")
     found = []
     plain = evidence.names("plain")
     for finding, sides in evidence.by_reading(evidence.scores, [SINGLE, MULTI], plain):
@@ -224,7 +224,8 @@ def lost_to(evidence: Evidence) -> list[Finding]:
             continue
         lost = runs[runs["first_loss"] < runs["frames"]]
         near = int(lost["near_occlusion"].sum())
-        beside = number(runs["first_loss"] / runs["frames"], most=1.0)
+        shares = runs["first_loss"] / runs["frames"]
+        beside = replace(number(shares, most=1.0), counted="run")
         words = f"lost in {len(lost)} of {len(runs)} runs, {near} of them near an occlusion"
         verdict = replace(beside, reason=f"{beside.reason[:-1]}; {words}.")
         found.append(finding(verdict=verdict, metric="first_loss"))
