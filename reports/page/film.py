@@ -72,8 +72,11 @@ def _webp(image: NDArray[np.uint8], height: int | None, quality: int) -> bytes:
 def quantised(boxes: NDArray[Any]) -> NDArray[np.int32]:
     """Boxes (n, 4) in pixels as whole numbers of `STEP`; `ABSENT` where one is not finite."""
     known = np.isfinite(boxes).all(axis=1, keepdims=True)
-    whole = np.rint(np.where(known, boxes, 0.0) / STEP).clip(ABSENT + 1, -ABSENT - 1)
-    return np.where(known, whole, ABSENT).astype(np.int32)
+    most = -ABSENT - 1
+    near = np.where(known, boxes, 0.0).clip(
+        -most * STEP, most * STEP
+    )  # else the division overflows
+    return np.where(known, np.rint(near / STEP).clip(-most, most), ABSENT).astype(np.int32)
 
 
 def packed(boxes: NDArray[np.int32]) -> str:
