@@ -25,6 +25,7 @@ __all__ = [
     "frame_plot",
     "precision_plot",
     "share_curve",
+    "share_of",
     "speed_plot",
     "success_plot",
 ]
@@ -47,16 +48,21 @@ def share_curve(
     column, `overlap` or `centre_error`; good is `>=` (`at_least`) or `<=`, and a frame without a
     value is never good.
     """
-    curves = []
-    worst = -np.inf if at_least else np.inf
-    for _, frames in values.groupby("sequence"):
-        ordered = np.sort(frames[column].fillna(worst).to_numpy())
-        if at_least:
-            share = 1.0 - np.searchsorted(ordered, thresholds, "left") / len(ordered)
-        else:
-            share = np.searchsorted(ordered, thresholds, "right") / len(ordered)
-        curves.append(share)
+    curves = [
+        share_of(frames[column].to_numpy(np.float64), thresholds, at_least=at_least)
+        for _, frames in values.groupby("sequence")
+    ]
     return np.asarray(np.mean(curves, axis=0))
+
+
+def share_of(
+    values: NDArray[np.float64], thresholds: NDArray[np.float64], *, at_least: bool
+) -> NDArray[np.float64]:
+    """As `share_curve`, of the frames of one sequence: `values` (n,), n at least 1."""
+    ordered = np.sort(np.where(np.isnan(values), -np.inf if at_least else np.inf, values))
+    if at_least:
+        return np.asarray(1.0 - np.searchsorted(ordered, thresholds, "left") / len(ordered))
+    return np.asarray(np.searchsorted(ordered, thresholds, "right") / len(ordered))
 
 
 def success_plot(

@@ -139,14 +139,19 @@ def speed_chart(tables: Mapping[str, Table], reading: Reading) -> list[Chart]:
         of = data[data["tracker"] == name].set_index("measure")
         if not {quantity.name, "milliseconds"} <= set(of.index):
             continue
-        means, halves = (of[column].to_dict() for column in ("mean", "standard_deviation"))
-        score, half = float(means[quantity.name]), float(halves[quantity.name])
+        means, deviations = (of[column].to_dict() for column in ("mean", "standard_deviation"))
+        score, deviation = float(means[quantity.name]), float(deviations[quantity.name])
         time = float(means["milliseconds"])
         if isfinite(score) and isfinite(time):
             place = reading.place(name, None, "overlap")
-            line = Line(name, position, [time], [score], [score - half], [score + half], [place])
+            line = Line(
+                name, position, [time], [score], [score - deviation], [score + deviation], [place]
+            )
             lines.append(line)
     (head,) = (head for head in tables["summary"].heads if "time a frame" in head)
-    words = f"{quantity.title} against {head}, with 95 % intervals; up and to the left is better."
+    words = (
+        f"{quantity.title} against {head}; bars: a standard deviation over repetitions, "
+        "where there are several. Up and to the left is better."
+    )
     chart = Chart("", head, quantity.head, lines, words, kind="dots", logarithmic=True)
     return [chart] if lines else []

@@ -22,6 +22,7 @@ from bench.reporting.pictures import scored_runs
 from bench.store.truth import StoredTruth
 from reports.page.film import packed, quantised, squeezed
 from reports.page.page import Place, Scene, Take
+from reports.plots import share_of
 
 __all__ = ["ERRORS", "OVERLAPS", "Clip", "Reading", "Stage", "read_takes", "scenes"]
 
@@ -129,12 +130,10 @@ def _clip(stage: Stage, truth: Array, run: Run, row: Mapping[str, Any], tracker:
     errors = np.full(len(run.boxes), np.nan)
     errors[judged] = centre_error(truth[judged], run.boxes[judged])
     if row["status"] == "finished" and len(judged):
-        ordered = np.sort(overlaps)
-        share = 1.0 - np.searchsorted(ordered, OVERLAPS, "left") / len(judged)
-        stage.success.setdefault(tracker, []).append(share)
-        ordered = np.sort(np.nan_to_num(errors[judged], nan=np.inf))
-        share = np.searchsorted(ordered, ERRORS, "right") / len(judged)
-        stage.precision.setdefault(tracker, []).append(share)
+        success = share_of(overlaps, OVERLAPS, at_least=True)
+        stage.success.setdefault(tracker, []).append(success)
+        precision = share_of(errors[judged], ERRORS, at_least=False)
+        stage.precision.setdefault(tracker, []).append(precision)
     there = np.flatnonzero(np.isfinite(run.boxes).all(axis=1))
     end = int(there[-1]) if len(there) else 0
     return Clip(
