@@ -130,8 +130,9 @@ def summary_table(
     title, preset : str
         What the caption begins with, and the metrics preset that it names.
     doubts : callable, optional
-        What stands behind ±, and whom the data can't tell from the best; the best mean is marked
-        and ± is a standard deviation over repetitions by default.
+        What stands behind ± (ends of that interval join the data as `low` and `high`), and whom
+        the data can't tell from the best; the best mean is marked and ± is a standard deviation
+        over repetitions by default.
     meaning : str
         Of ±, for the caption.
     """
@@ -150,8 +151,10 @@ def summary_table(
         _lacking(runs, tracker), mean, spread.where(repeated), mean * np.nan, measures
     )
     rows = _rows([[tracker] for tracker in trackers], entries, measures)
+    data = _tidy([{"tracker": tracker} for tracker in trackers], entries, measures, preset)
     if doubts is not None:
-        rows = _doubted(runs, (tracker, sequence), rows, entries, measures, doubts)
+        rows, halves = _doubted(runs, (tracker, sequence), rows, entries, measures, doubts)
+        data = data.assign(low=data["mean"] - halves, high=data["mean"] + halves)
     names = ", ".join(sequences) if len(sequences) <= 4 else f"{len(sequences)} sequences"
     return Table(
         name="summary",
@@ -163,7 +166,7 @@ def summary_table(
         n_labels=1,
         rows=rows,
         notes=_notes(runs),
-        data=_tidy([{"tracker": tracker} for tracker in trackers], entries, measures, preset),
+        data=data,
         ranks=[measure.rank for measure in measures],
     )
 
@@ -183,6 +186,7 @@ def sequence_table(
     labels = [
         [sequences[cell // len(trackers)], trackers[cell % len(trackers)]] for cell in mean.index
     ]
+    named = [{"sequence": one, "tracker": of} for one, of in labels]
     rows: list[list[Cell]] = []
     for _, block in groupby(range(len(labels)), key=lambda row: labels[row][0]):
         here = list(block)
@@ -197,12 +201,7 @@ def sequence_table(
         n_labels=2,
         rows=rows,
         notes=_notes(runs),
-        data=_tidy(
-            [dict(zip(("sequence", "tracker"), x, strict=True)) for x in labels],
-            entries,
-            measures,
-            preset,
-        ),
+        data=_tidy(named, entries, measures, preset),
         ranks=[measure.rank for measure in measures],
     )
 
@@ -303,27 +302,27 @@ def _doubted(
     entries: list[list[_Entry]],
     measures: Sequence[Measure],
     doubts: Doubts,
-) -> list[list[Cell]]:
-    """The rows of a summary with what `doubts` finds; means that are missing stay so."""
+) -> tuple[list[list[Cell]], NDArray[np.float64]]:
+    """Rows of a summary, and halves of intervals cell by cell; missing means stay missing."""
     tracker, sequence = numbers
     cells = [
         [np.flatnonzero((tracker == row) & (sequence == one)) for one in np.unique(sequence)]
         for row in range(len(rows))
     ]
     made = [list(row) for row in rows]
+    halves = np.full((len(rows), len(measures)), np.nan)
     for column, measure in enumerate(measures):
         known = [row for row, found in enumerate(entries) if np.isfinite(found[column].mean)]
         if not known or measure.name not in runs:
             continue
         values = runs[measure.name].to_numpy(np.float64)
-        doubt = doubts(
-            [[values[places] for places in cells[row]] for row in known],
-            measure.direction,
-        )
+        repeated = [[values[places] for places in cells[row]] for row in known]
+        doubt = doubts(repeated, measure.direction)
         for row, half, contender in zip(known, doubt.halves, doubt.contenders, strict=True):
             entry = replace(entries[row][column], spread=half)
             made[row][column + 1] = Cell(_shown(entry, measure), contender)
-    return made
+            halves[row, column] = half
+    return made, halves.ravel()
 
 
 def _best(means: Iterable[float], measure: Measure) -> float | None:

@@ -8,6 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.pages.takes import ERRORS, OVERLAPS, Clip, Reading, Stage
+from bench.reporting.doubt import meaning_of_intervals
 from bench.reporting.tables import SUMMARY
 from bench.statistics.survival import kaplan_meier
 from reports.page.page import Chart, Line, Place
@@ -129,29 +130,25 @@ def survival_chart(scored: pd.DataFrame, reading: Reading) -> list[Chart]:
 
 
 def speed_chart(tables: Mapping[str, Table], reading: Reading) -> list[Chart]:
-    """Mean overlap against the time a frame, as the summary has them."""
+    """Mean overlap against the time a frame, with its interval, as the summary has them."""
     if "summary" not in tables:
         return []
-    data = tables["summary"].data
-    quantity = SUMMARY[0]
+    data, quantity = tables["summary"].data, SUMMARY[0]
     lines = []
     for position, name in enumerate(reading.trackers):
         of = data[data["tracker"] == name].set_index("measure")
         if not {quantity.name, "milliseconds"} <= set(of.index):
             continue
-        means, deviations = (of[column].to_dict() for column in ("mean", "standard_deviation"))
-        score, deviation = float(means[quantity.name]), float(deviations[quantity.name])
+        means, *ends = (of[column].to_dict() for column in ("mean", "low", "high"))
+        score, low, high = (float(one[quantity.name]) for one in (means, *ends))
         time = float(means["milliseconds"])
         if isfinite(score) and isfinite(time):
             place = reading.place(name, None, "overlap")
-            line = Line(
-                name, position, [time], [score], [score - deviation], [score + deviation], [place]
-            )
-            lines.append(line)
+            lines.append(Line(name, position, [time], [score], [low], [high], [place]))
     (head,) = (head for head in tables["summary"].heads if "time a frame" in head)
     words = (
-        f"{quantity.title} against {head}; bars: a standard deviation over repetitions, "
-        "where there are several. Up and to the left is better."
+        f"{quantity.title} against {head}; bars: {meaning_of_intervals(len(reading.stages))}, none "
+        "where nothing varied. Up and to the left is better."
     )
     chart = Chart("", head, quantity.head, lines, words, kind="dots", logarithmic=True)
     return [chart] if lines else []

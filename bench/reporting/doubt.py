@@ -16,10 +16,26 @@ from bench.statistics.paired import (
 )
 from reports.tables import Direction, Doubt
 
-__all__ = ["LEAST_FOR_NEW", "over_seeds", "over_sequences", "p_value"]
+__all__ = [
+    "LEAST_FOR_NEW",
+    "meaning_of_intervals",
+    "over_seeds",
+    "over_sequences",
+    "p_value",
+]
 
 LEAST_FOR_NEW = 5
 """Sequences from which on intervals tell of new ones, unless it is said otherwise."""
+
+
+def meaning_of_intervals(n_sequences: int) -> str:
+    """What the intervals of a summary of so many sequences tell of."""
+    of = (
+        "new sequences like these"
+        if n_sequences >= LEAST_FOR_NEW
+        else "these sequences with new seeds"
+    )
+    return f"95 % interval for {of}"
 
 
 def over_sequences(

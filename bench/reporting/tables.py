@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from bench.reporting.doubt import LEAST_FOR_NEW, over_seeds, over_sequences
+from bench.reporting.doubt import LEAST_FOR_NEW, meaning_of_intervals, over_seeds, over_sequences
 from bench.store.layout import Cell
 from bench.store.loading import as_revised, load_results
 from bench.store.results import Results
@@ -133,12 +133,9 @@ def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[
     sequences = len(scored["sequence"].unique())
     if sequences > 1:
         scored, time = _with_times(scored, timed)
-        doubts, meaning = over_seeds, "95 % interval for these sequences with new seeds"
-        if sequences >= LEAST_FOR_NEW:
-            doubts, meaning = over_sequences, "95 % interval for new sequences like these"
-        table = summary_table(
-            scored, (*SUMMARY, *masks, time), title, PRESET, doubts, f"{meaning}; {MARKED}"
-        )
+        doubts = over_sequences if sequences >= LEAST_FOR_NEW else over_seeds
+        meaning = f"{meaning_of_intervals(sequences)}; {MARKED}"
+        table = summary_table(scored, (*SUMMARY, *masks, time), title, PRESET, doubts, meaning)
         made.append(table)
     if len(scored):
         made.append(sequence_table(scored, PER_SEQUENCE + masks, title, PRESET))

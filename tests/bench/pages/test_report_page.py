@@ -154,7 +154,8 @@ def test_numbers_on_the_page_are_those_of_csv_and_json(trackmark, here):
     trackmark("report", "results/mine", "--folder", "report", "--metrics", "native,otb")
     said = trackmark("report", "results/mine", "--json", "--metrics", "native,otb").stdout
     told = {one["table"]: one["rows"] for one in map(json.loads, said.splitlines())}
-    shown = Cells((here / "report" / "report.html").read_text()).tables
+    page = (here / "report" / "report.html").read_text()
+    shown = Cells(page).tables
     assert {"summary", "sequences", "metrics-otb"} <= told.keys() <= shown.keys()
     for name, rows in told.items():
         with (here / "report" / f"{name}.csv").open() as file:
@@ -165,6 +166,32 @@ def test_numbers_on_the_page_are_those_of_csv_and_json(trackmark, here):
         assert [float(value) for value in on_page] == [row["mean"] for row in rows]
         texts = (here / "report" / f"{name}.txt").read_text()
         assert all(cell["text"] in texts for cell in cells)
+    intervals_are_equal(told["summary"], here / "report" / "summary.csv", shown["summary"], page)
+
+
+def intervals_are_equal(rows, csv_file, shown, page):
+    """Ends in JSON and CSV, what stands behind ± in the table, and bars of the chart of speed."""
+    with csv_file.open() as file:
+        ends = [[row[key] or None for key in ("low", "high")] for row in csv.DictReader(file)]
+    assert [[None if end is None else float(end) for end in both] for both in ends] == [
+        [row["low"], row["high"]] for row in rows
+    ]
+    cells = [cell["text"] for row in shown[1:] for cell in row[1:]]
+    assert len(cells) == len(rows)
+    checked = 0
+    for text, row in zip(cells, rows, strict=True):
+        assert ("±" in text) == (row["low"] is not None)
+        if "±" in text and row["measure"] == "mean_overlap":
+            assert text == f"{row['mean']:.3f} ±{(row['high'] - row['low']) / 2:.3f}"
+            checked += 1
+    assert checked == 1  # of the tracker that draws
+    dots = json.loads(re.search(r'id="data">(.*?)</script>', page, re.S)[1])["charts"]["speed-0"]
+    of = {row["tracker"]: row for row in rows if row["measure"] == "mean_overlap"}
+    assert [line["label"] for line in dots["lines"]] == list(of)
+    for line in dots["lines"]:
+        for key, name in (("y", "mean"), ("low", "low"), ("high", "high")):
+            wanted = of[line["label"]][name]
+            assert line[key] == [None if wanted is None else pytest.approx(wanted, rel=1e-4)]
 
 
 def test_a_link_of_a_number_leads_to_the_worst_frame_of_the_worst_run(results, page):
