@@ -1,114 +1,9 @@
 "use strict";
-// The player: frames of a sequence with the boxes of truth and trackers on top.
+// The player: what is chosen, as the address says it, and the keys that choose.
 const AHEAD = 10;  // frames that are made ready while one is shown
-const KEPT = 80;  // frames that are kept ready
-const LENS = 4;  // how much the magnifier enlarges
 const APART = 10;  // frames between two disagreements that are told apart
 
-// ---- What lies in the page, or beside it, is unpacked when it is needed.
-const awaited = new Map();
-function trackmark(name, text) { awaited.get(name)?.(text); }  // files beside the page call it
-
-function block(name) {
-  const inside = byId(name);
-  if (inside) return Promise.resolve(inside.textContent);
-  return new Promise((resolve, reject) => {
-    awaited.set(name, resolve);
-    const script = make("script", { src: `${data.beside}/${name}.js` });
-    script.onerror = () => reject(new Error(`Frames lie in ${data.beside}, which is not beside this page.`));
-    document.head.append(script);
-  });
-}
-const bytesOf = async (name) => (await fetch(`data:application/octet-stream;base64,${await block(name)}`)).arrayBuffer();
-const unsqueezed = async (name) =>
-  new Response(new Blob([await bytesOf(name)]).stream().pipeThrough(new DecompressionStream("deflate")));
-
-class Reel {
-  constructor(name, sizes) {
-    this.name = name;
-    this.places = sizes.flatMap((chunk, number) => {
-      let end = 0;
-      return chunk.map((size) => ({ number, from: end, to: (end += size) }));
-    });
-    this.chunks = new Map();
-    this.images = new Map();
-  }
-  /** A frame as an image that can be drawn at once; the promise of one otherwise. */
-  get(frame) {
-    if (!this.images.has(frame)) {
-      const promise = this.read(frame).then((image) => { this.images.set(frame, image); return image; });
-      promise.catch(() => this.images.delete(frame));
-      this.images.set(frame, promise);
-      if (this.images.size > KEPT) this.images.delete(this.images.keys().next().value);
-    }
-    return this.images.get(frame);
-  }
-  async read(frame) {
-    const { number, from, to } = this.places[frame];
-    if (!this.chunks.has(number)) this.chunks.set(number, bytesOf(`${this.name}-${number}`));
-    const bytes = await this.chunks.get(number);
-    return createImageBitmap(new Blob([new Uint8Array(bytes, from, to - from)], { type: "image/webp" }));
-  }
-}
-
-class Scene {
-  constructor(number) {
-    this.number = number;
-    Object.assign(this, data.scenes[number]);
-    this.takes = this.takes.map(([tracker, repetition, row, revised, failure]) => ({ tracker, repetition, row, revised, failure }));
-    this.films = Object.fromEntries(Object.entries(this.reels).map(([kind, sizes]) => [kind, new Reel(`${kind}-${number}`, sizes)]));
-    this.curves = new Map();
-  }
-  async open() {
-    const planes = new Uint8Array(await (await unsqueezed(`boxes-${this.number}`)).arrayBuffer());
-    const n = planes.length / 4, boxes = new Int32Array(n), wide = this.frames * 4;
-    for (let i = 0; i < n; i++) {
-      const step = planes[i] | planes[n + i] << 8 | planes[2 * n + i] << 16 | planes[3 * n + i] << 24;
-      boxes[i] = i % wide < 4 ? step : boxes[i - 4] + step | 0;
-    }
-    this.boxes = boxes;
-    this.outlines = this.shapes ? await (await unsqueezed(`shapes-${this.number}`)).json() : {};
-    return this;
-  }
-  /** A box in pixels; null where there is none. Row 0 is the truth. */
-  box(row, frame) {
-    const at = (row * this.frames + frame) * 4;
-    return this.boxes[at] === data.absent ? null : [0, 1, 2, 3].map((i) => this.boxes[at + i] / 10);
-  }
-  /** The tracker's run of a repetition; its first where it has no such one, as it never draws. */
-  take(tracker, repetition) {
-    const its = this.takes.filter((take) => take.tracker === tracker);
-    return its.find((take) => take.repetition === repetition) || its[0];
-  }
-  /** Centre error and overlap of a row of boxes, by frame; NaN where there is no truth. */
-  curve(row) {
-    if (!this.curves.has(row)) {
-      const found = { error: new Float32Array(this.frames).fill(NaN), overlap: new Float32Array(this.frames).fill(NaN), out: new Uint8Array(this.frames) };
-      for (let frame = 0; frame < this.frames; frame++) {
-        const truth = this.box(0, frame), box = this.box(row, frame);
-        if (!truth || frame < this.first) continue;
-        found.overlap[frame] = box ? overlapOf(truth, box) : 0;
-        if (box) found.error[frame] = distanceOf(truth, box);
-        const [x, y] = box ? centreOf(box) : [NaN, NaN];
-        found.out[frame] = !(x >= truth[0] && x < truth[0] + truth[2] && y >= truth[1] && y < truth[1] + truth[3]);
-      }
-      this.curves.set(row, found);
-    }
-    return this.curves.get(row);
-  }
-}
-const centreOf = ([x, y, width, height]) => [x + width / 2, y + height / 2];
-const distanceOf = (a, b) => Math.hypot(centreOf(a)[0] - centreOf(b)[0], centreOf(a)[1] - centreOf(b)[1]);
-function overlapOf(a, b) {
-  const across = Math.min(a[0] + a[2], b[0] + b[2]) - Math.max(a[0], b[0]);
-  const down = Math.min(a[1] + a[3], b[1] + b[3]) - Math.max(a[1], b[1]);
-  const both = Math.max(0, across) * Math.max(0, down);
-  return both / (a[2] * a[3] + b[2] * b[3] - both) || 0;
-}
-
-// ---- What is chosen, as the address says it.
-const dialog = byId("player"), screen = byId("screen"), pen = screen.getContext("2d");
-const curvePen = byId("curve").firstChild.getContext("2d");
+const dialog = byId("player");
 const scenes = new Map();
 let scene = null, frame = 0, playing = 0, held = false, pointer = null;
 let painted = null, paintedFrame = -1;  // what is seen of the frame, and which it is
@@ -133,59 +28,7 @@ function drawnTakes() {
   return shownTrackers().map((tracker) => scene.take(tracker, repetition()));
 }
 
-// ---- Drawing.
-function paint(image) {
-  const scale = screen.width / scene.size[0];
-  pen.setTransform(1, 0, 0, 1, 0, 0);
-  drawScene(image, scale);
-  if (state.has("lens") && pointer) {
-    const radius = screen.height / 4.5;
-    pen.save();
-    pen.beginPath();
-    pen.arc(...pointer, radius, 0, 2 * Math.PI);
-    pen.clip();
-    pen.translate(...pointer);
-    pen.scale(LENS, LENS);
-    pen.translate(-pointer[0], -pointer[1]);
-    drawScene(image, scale, LENS);
-    pen.restore();
-    pen.lineWidth = 2;
-    pen.strokeStyle = "#fff";
-    pen.setLineDash([]);
-    pen.stroke();
-  }
-}
-
-function drawScene(image, scale, enlarged = 1) {
-  if (image) pen.drawImage(image, 0, 0, screen.width, screen.height);
-  else { pen.fillStyle = "#3a3d42"; pen.fillRect(0, 0, screen.width, screen.height); }
-  const unit = Math.max(1.6, screen.width / 480) / enlarged;
-  const stroke = (path, colour, width, dash = []) => {
-    pen.strokeStyle = colour;
-    pen.lineWidth = width * unit;
-    pen.setLineDash(dash.map((length) => length * unit));
-    pen.stroke(path);
-  };
-  const boxPath = (box) => { const path = new Path2D(); path.rect(...box.map((value) => value * scale)); return path; };
-  const outline = (line) => new Path2D(`M${line.map(([x, y]) => `${x * scale},${y * scale}`).join("L")}Z`);
-  const outlinesOf = (row) => scene.outlines[row]?.[frame] || {};
-  const truth = scene.box(0, frame);
-  const truths = [...(outlinesOf(0).lines || []).map(outline), ...(truth ? [boxPath(truth)] : [])];
-  for (const path of truths) stroke(path, "#000", 1.6);
-  for (const take of drawnTakes()) {
-    const row = rowOf(take), box = scene.box(row, frame), colour = data.colours[take.tracker % data.colours.length];
-    const rim = colour === "#000000" ? "#fff" : "#000";  // readable on any ground
-    const width = take.tracker === focus() ? 2.6 : 1.8;
-    const { lines = [], points = [] } = outlinesOf(take.row);
-    const paths = lines.map(outline);
-    if (box) paths.push(boxPath(box));
-    for (const path of paths) { stroke(path, rim, width + 1.2); stroke(path, colour, width, dashOf(take.tracker)); }
-    pen.fillStyle = colour;
-    for (const [x, y] of points) pen.fillRect(x * scale - unit, y * scale - unit, 2 * unit, 2 * unit);
-  }
-  for (const path of truths) stroke(path, "#fff", 1, [4, 4]);
-}
-
+// ---- From what is chosen to what is seen.
 /** Show a frame; done when it is painted. */
 async function seek(number) {
   frame = Math.max(0, Math.min(scene.frames - 1, Math.round(number) || 0));
@@ -221,37 +64,6 @@ function tellFrame() {
   }
   if (scene.show) byId("shown").textContent =
     `${scene.show} --repetition ${repetition()} --first ${frame} --last ${frame}${state.get("trace") === "revised" ? " --trace revised" : ""} --output frame.png`;
-}
-
-/** The curve of all frames beneath; drawn when what is shown changes. */
-function drawCurve() {
-  const canvas = curvePen.canvas, ratio = devicePixelRatio || 1;
-  canvas.width = canvas.clientWidth * ratio;
-  canvas.height = canvas.clientHeight * ratio;
-  const kind = state.get("curve") === "overlap" ? "overlap" : "error";
-  byId("measured").textContent = `Curve: ${kind}`;
-  const curves = drawnTakes().map((take) => [take, scene.curve(rowOf(take))[kind]]);
-  let top = 1;
-  if (kind === "error") for (const [, values] of curves) for (const value of values) if (value > top) top = value;
-  const ink = getComputedStyle(dialog).color;
-  curvePen.clearRect(0, 0, canvas.width, canvas.height);
-  curvePen.fillStyle = curvePen.strokeStyle = ink;
-  curvePen.font = `${11 * ratio}px system-ui`;
-  curvePen.fillText(kind === "error" ? `centre error, up to ${top.toFixed(0)} px` : "overlap, up to 1", 4 * ratio, 12 * ratio);
-  for (const [take, values] of curves) {
-    const colour = data.colours[take.tracker % data.colours.length];
-    curvePen.strokeStyle = colour === "#000000" ? ink : colour;
-    curvePen.lineWidth = (take.tracker === focus() ? 2.2 : 1.3) * ratio;
-    curvePen.setLineDash(dashOf(take.tracker).map((length) => length * ratio));
-    curvePen.beginPath();
-    let down = false;
-    values.forEach((value, i) => {
-      if (Number.isNaN(value)) { down = false; return; }
-      curvePen[down ? "lineTo" : "moveTo"]((i + 0.5) / values.length * canvas.width, (1 - value / top) * (canvas.height - 18 * ratio) + 16 * ratio);
-      down = true;
-    });
-    curvePen.stroke();
-  }
 }
 
 function options(select, entries, chosen) {

@@ -1,0 +1,104 @@
+"use strict";
+// Frames and boxes of a sequence, unpacked as the player needs them.
+const KEPT = 80;  // frames that are kept ready
+
+// ---- What lies in the page, or beside it, is unpacked when it is needed.
+const awaited = new Map();
+function trackmark(name, text) { awaited.get(name)?.(text); }  // files beside the page call it
+
+function block(name) {
+  const inside = byId(name);
+  if (inside) return Promise.resolve(inside.textContent);
+  return new Promise((resolve, reject) => {
+    awaited.set(name, resolve);
+    const script = make("script", { src: `${data.beside}/${name}.js` });
+    script.onerror = () => reject(new Error(`Frames lie in ${data.beside}, which is not beside this page.`));
+    document.head.append(script);
+  });
+}
+const bytesOf = async (name) => (await fetch(`data:application/octet-stream;base64,${await block(name)}`)).arrayBuffer();
+const unsqueezed = async (name) =>
+  new Response(new Blob([await bytesOf(name)]).stream().pipeThrough(new DecompressionStream("deflate")));
+
+class Reel {
+  constructor(name, sizes) {
+    this.name = name;
+    this.places = sizes.flatMap((chunk, number) => {
+      let end = 0;
+      return chunk.map((size) => ({ number, from: end, to: (end += size) }));
+    });
+    this.chunks = new Map();
+    this.images = new Map();
+  }
+  /** A frame as an image that can be drawn at once; the promise of one otherwise. */
+  get(frame) {
+    if (!this.images.has(frame)) {
+      const promise = this.read(frame).then((image) => { this.images.set(frame, image); return image; });
+      promise.catch(() => this.images.delete(frame));
+      this.images.set(frame, promise);
+      if (this.images.size > KEPT) this.images.delete(this.images.keys().next().value);
+    }
+    return this.images.get(frame);
+  }
+  async read(frame) {
+    const { number, from, to } = this.places[frame];
+    if (!this.chunks.has(number)) this.chunks.set(number, bytesOf(`${this.name}-${number}`));
+    const bytes = await this.chunks.get(number);
+    return createImageBitmap(new Blob([new Uint8Array(bytes, from, to - from)], { type: "image/webp" }));
+  }
+}
+
+class Scene {
+  constructor(number) {
+    this.number = number;
+    Object.assign(this, data.scenes[number]);
+    this.takes = this.takes.map(([tracker, repetition, row, revised, failure]) => ({ tracker, repetition, row, revised, failure }));
+    this.films = Object.fromEntries(Object.entries(this.reels).map(([kind, sizes]) => [kind, new Reel(`${kind}-${number}`, sizes)]));
+    this.curves = new Map();
+  }
+  async open() {
+    const planes = new Uint8Array(await (await unsqueezed(`boxes-${this.number}`)).arrayBuffer());
+    const n = planes.length / 4, boxes = new Int32Array(n), wide = this.frames * 4;
+    for (let i = 0; i < n; i++) {
+      const step = planes[i] | planes[n + i] << 8 | planes[2 * n + i] << 16 | planes[3 * n + i] << 24;
+      boxes[i] = i % wide < 4 ? step : boxes[i - 4] + step | 0;
+    }
+    this.boxes = boxes;
+    this.outlines = this.shapes ? await (await unsqueezed(`shapes-${this.number}`)).json() : {};
+    return this;
+  }
+  /** A box in pixels; null where there is none. Row 0 is the truth. */
+  box(row, frame) {
+    const at = (row * this.frames + frame) * 4;
+    return this.boxes[at] === data.absent ? null : [0, 1, 2, 3].map((i) => this.boxes[at + i] / 10);
+  }
+  /** The tracker's run of a repetition; its first where it has no such one, as it never draws. */
+  take(tracker, repetition) {
+    const its = this.takes.filter((take) => take.tracker === tracker);
+    return its.find((take) => take.repetition === repetition) || its[0];
+  }
+  /** Centre error and overlap of a row of boxes, by frame; NaN where there is no truth. */
+  curve(row) {
+    if (!this.curves.has(row)) {
+      const found = { error: new Float32Array(this.frames).fill(NaN), overlap: new Float32Array(this.frames).fill(NaN), out: new Uint8Array(this.frames) };
+      for (let frame = 0; frame < this.frames; frame++) {
+        const truth = this.box(0, frame), box = this.box(row, frame);
+        if (!truth || frame < this.first) continue;
+        found.overlap[frame] = box ? overlapOf(truth, box) : 0;
+        if (box) found.error[frame] = distanceOf(truth, box);
+        const [x, y] = box ? centreOf(box) : [NaN, NaN];
+        found.out[frame] = !(x >= truth[0] && x < truth[0] + truth[2] && y >= truth[1] && y < truth[1] + truth[3]);
+      }
+      this.curves.set(row, found);
+    }
+    return this.curves.get(row);
+  }
+}
+const centreOf = ([x, y, width, height]) => [x + width / 2, y + height / 2];
+const distanceOf = (a, b) => Math.hypot(centreOf(a)[0] - centreOf(b)[0], centreOf(a)[1] - centreOf(b)[1]);
+function overlapOf(a, b) {
+  const across = Math.min(a[0] + a[2], b[0] + b[2]) - Math.max(a[0], b[0]);
+  const down = Math.min(a[1] + a[3], b[1] + b[3]) - Math.max(a[1], b[1]);
+  const both = Math.max(0, across) * Math.max(0, down);
+  return both / (a[2] * a[3] + b[2] * b[3] - both) || 0;
+}
