@@ -4,7 +4,7 @@ judge(claim, scores, tables={}, checks={}) -> list[Finding]
 judge_all(claims, scores, tables={}, checks={}) -> list[Conclusion]
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import nan
 
@@ -39,15 +39,23 @@ def judge_all(
     scores: pd.DataFrame,
     tables: Tables | None = None,
     checks: Checks | None = None,
+    asked: Collection[str] | None = None,
 ) -> list[Conclusion]:
     """Judge all claims of a ledger, and conclude; summaries of others come after these.
 
-    Parameters are those of `judge`; a claim that sums up another one names it by its id.
+    Parameters are those of `judge`; a claim that sums up another one names it by its id. Of the
+    experiments that are named there only those in `asked` were run, all by default: a claim that
+    none of them tests isn't judged on the runs of others.
     """
     known: dict[str, Conclusion] = {}
     for name, claim in claims.items():
         if not isinstance(claim.test, kinds.SummaryTest):
-            known[name] = conclude(claim, judge(claim, scores, tables, checks))
+            runs = {*claim.experiment}
+            if asked is None or not runs or runs & {*asked}:
+                findings = judge(claim, scores, tables, checks)
+            else:
+                findings = [Finding(claim.id, undecided(NOT_RUN + "."))]
+            known[name] = conclude(claim, findings)
     for name, claim in claims.items():
         if isinstance(claim.test, kinds.SummaryTest):
             parts = {part: known[part] for part in claim.test.claims}

@@ -63,9 +63,11 @@ def _by_place(*keys: str) -> BeforeValidator:
 
 
 class Experiments(Entry):
-    """Which experiments there are, by effort; and which sequences a quick look takes.
+    """Which experiments there are, by effort; and which sequences and trackers a quick look takes.
 
-    `more_scenes` are those of `all` that add scenes to what is judged without them.
+    `more_scenes` are those of `all` that add scenes to what is judged without them. A quick look
+    times nothing, and does without the trackers that have one of `quick_without` in their text: a
+    parameter, whatever its value, or `parameter=value`.
     """
 
     always: Texts
@@ -76,6 +78,7 @@ class Experiments(Entry):
     thorough: dict[Text, int] = Field(default={})
     quick_scenes: dict[Text, int] = Field(default={})
     quick_knobs: dict[Text, Value] = Field(default={"light": "even", "distance": 0})
+    quick_without: tuple[Text, ...] = ()
     too_long_for_quick: tuple[Text, ...] = ()
 
 

@@ -89,7 +89,7 @@ class Paper:
             tables = part_of(name, "tables", module)
             context.tables.update(tables(context) if tables else {})
         checks = part_of(name, "CHECKS")
-        judged = judge_all(self.claims, context.scores, context.tables, checks)
+        judged = judge_all(self.claims, context.scores, context.tables, checks, asked)
         context.conclusions.extend(_advised(one, self.description, effort) for one in judged)
         plots = self._plots(context)
         published = part_of(name, "published")

@@ -24,7 +24,7 @@ def experiments_of(description: Description, effort: Effort) -> list[Experiment]
     entry = description.experiments
     names = entry.always + (entry.all if effort.everything else ())
     if effort.quick:
-        names = tuple(name for name in names if name not in entry.not_quick)
+        names = tuple(name for name in names if name not in entry.not_quick + entry.timed)
     chosen = affordable(description, names, effort)
     if effort.quick or not effort.everything:
         return chosen
@@ -61,9 +61,9 @@ def _thorough(experiment: Experiment, least: int, effort: Effort) -> Experiment:
 def affordable(description: Description, names: Iterable[str], effort: Effort) -> list[Experiment]:
     """Experiments (named as the description does) with the scenes and repetitions it affords.
 
-    A quick effort takes of each so many scenes as `quick_scenes` says (one of those not named), and
-    of everything else that is swept the sequences with `quick_knobs`; of timing runs the last of
-    these. An experiment without any is left out.
+    A quick effort takes of each so many scenes as `quick_scenes` says (one of those not named), of
+    everything else that is swept the sequences with `quick_knobs`, and no tracker that
+    `quick_without` names. An experiment without any is left out.
     """
     scaled = (_scaled(description, name, effort) for name in names)
     return [one for one in scaled if one is not None]
@@ -71,20 +71,34 @@ def affordable(description: Description, names: Iterable[str], effort: Effort) -
 
 def _scaled(description: Description, name: str, effort: Effort) -> Experiment | None:
     experiment = read_experiment(description.experiment(name))
-    most, sequences = effort.seeds, experiment.sequences
+    most, sequences, trackers = effort.seeds, experiment.sequences, experiment.trackers
     if effort.quick:
         most = min(most or QUICK_REPETITIONS, QUICK_REPETITIONS)
         sequences = tuple(one for one in sequences if _is_quick(description, name, one.text))
-        sequences = sequences[-1:] if experiment.timing else sequences
-        if not sequences:
+        left_out = description.experiments.quick_without
+        trackers = tuple(one for one in trackers if not _has_any(left_out, one))
+        if not sequences or not trackers:
             return None
     if most is None:
         return experiment
     return replace(
         experiment,
+        trackers=trackers,
         sequences=sequences,
         repetitions=min(experiment.repetitions, most),
-        repeated={text: min(number, most) for text, number in experiment.repeated.items()},
+        repeated={
+            text: min(number, most)
+            for text, number in experiment.repeated.items()
+            if text in trackers
+        },
+    )
+
+
+def _has_any(parameters: Iterable[str], text: str) -> bool:
+    """Whether a tracker's text has one of these, each a key or `key=value`."""
+    _, options = parse_text(text)
+    return any(
+        one in options or one in (f"{k}={v}" for k, v in options.items()) for one in parameters
     )
 
 

@@ -58,7 +58,7 @@ ROUNDS = 12
 SECONDS = 0.5
 """That the slowest method takes at least in all rounds."""
 
-FRAMES, QUICK_FRAMES = 40, 8
+FRAMES = 40
 
 Clips: TypeAlias = Mapping[str, tuple[Any, ...]]
 """By name the images, the target's box in the first of them, and its mask where one is given."""
@@ -216,7 +216,6 @@ def kept_times(
     kept beside the report until what is timed changes, if the machine was quiet: what the
     `reference` took then was nearly the same in all rounds. Otherwise the next call measures anew.
     """
-    frames = QUICK_FRAMES if context.effort.quick else frames
     source = source_digest(Path(inspect.getfile(measure)), PACKAGE)
     shown: list[Any] = [[name, datasets.load(name).fingerprint] for name in names]
     shown += [[text, contestant(text).version] for text in texts]

@@ -97,7 +97,7 @@ TITLE = "Section 3, one dimension"
 
 REPETITIONS, ASSOCIATIONS = 80, 20
 MORE_REPETITIONS = 200
-QUICK_REPETITIONS, QUICK_ASSOCIATIONS, QUICK_NUMBERS = 20, 4, (10, 50, 200, 500)
+QUICK_REPETITIONS, QUICK_ASSOCIATIONS, QUICK_NUMBERS = 10, 4, (10, 50, 500)
 
 QUANTITIES = ("error", "position_error", "colour_error", "own_error", "own_colour_error")
 PAIRS = (

@@ -206,9 +206,9 @@ def mean_colours(sequence: datasets.Sequence) -> Array:
 
 
 def film_strips(context: Context) -> dict[str, Strip | None]:
-    """Fig. 7 to 10 by name, two a figure; None where there is no run. Quickly, the last alone."""
+    """Fig. 7 to 10 by name, two a figure; None where there is no run. A quick look has none."""
     strips = dict[str, Strip | None]()
-    for number, shown in [*SHOWN.items()][-1 if context.effort.quick else 0 :]:
+    for number, shown in SHOWN.items() if not context.effort.quick else ():
         sequence = datasets.load(shown)
         pictures = {}
         for ending, proposed in PRESETS.items():

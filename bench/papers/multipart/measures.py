@@ -75,12 +75,10 @@ def tables(context: Context) -> dict[str, pd.DataFrame]:
     `single`, `multi` (distances). `times`: see `timing.kernel_pairs`; `updates`, whole ones: see
     `bench.papers.timing.tracker_times`.
     """
-    return {
-        "identity": _identity(),
-        "layout": _layout(),
-        "times": kernel_pairs(context),
-        "updates": tracker_times(context, "time"),
-    }
+    found = {"identity": _identity(), "layout": _layout()}
+    if context.description.experiment("time") in context.asked:  # a quick look times nothing
+        found |= {"times": kernel_pairs(context), "updates": tracker_times(context, "time")}
+    return found
 
 
 def _identity() -> pd.DataFrame:
@@ -181,6 +179,8 @@ def separation(evidence: Evidence) -> list[Finding]:
 
 def preferable(evidence: Evidence) -> list[Finding]:
     """On plain targets single is as good or better, and no slower."""
+    if "times" not in evidence.tables:
+        return []
     table = evidence.tables["times"]
     pairs = table[table["kernel"] == "one pass"]
     time = replace(ratio_above(pairs["multi"], pairs["single"], AS_SLOW), counted="pair")

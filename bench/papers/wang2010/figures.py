@@ -43,8 +43,8 @@ def maps(context: Context) -> Figure:
 
 def time(context: Context) -> Figure | None:
     """Time a frame against the number of particles; None without times."""
-    times = context.tables["particle_times"]
-    if times.empty:
+    times = context.tables.get("particle_times")
+    if times is None:
         return None
     milliseconds = times.assign(value=1e3 * times["seconds"])
     found = milliseconds.groupby(["implementation", "method", "particles"], sort=False)["value"]

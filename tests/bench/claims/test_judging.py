@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from bench.claims.conclusion import conclude
-from bench.claims.judging import NOT_RUN, judge
+from bench.claims.judging import NOT_RUN, judge, judge_all
 from bench.claims.ledger import read_claims
 from bench.claims.sides import run_key
 from bench.papers.multipart.measures import CHECKS
@@ -63,6 +63,20 @@ def concluded(name, frame, **tables):
 )
 def test_an_outcome_as_the_paper_claims_it_makes_its_claims_hold(name):
     assert concluded(name, scores(as_claimed)).verdict == "holds"
+
+
+def test_a_claim_is_not_judged_where_what_tests_it_was_not_asked_for():
+    claims = {name: CLAIMS[name] for name in ("MP-1", "MP-18", "MP-17")}
+    tables = {"layout": pd.DataFrame({"single": [0.0], "multi": [0.9]})}
+    for asked, verdict in (
+        (None, "holds"),
+        (["multipart-table-1"], "holds"),
+        (["multipart-twin"], "undecided"),
+    ):
+        first, other, needs_none = judge_all(claims, scores(as_claimed), tables, CHECKS, asked)
+        assert [first.verdict, other.verdict] == [verdict] * 2
+        assert (NOT_RUN in first.findings[0].verdict.reason) == (verdict == "undecided")
+        assert needs_none.verdict == "holds"
 
 
 @pytest.mark.parametrize("name", ["MP-14", "MP-18"])

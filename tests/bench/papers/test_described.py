@@ -43,6 +43,22 @@ def test_efforts_are_part_of_one_another_and_claims_are_judged_by_what_they_run(
 
 
 @pytest.mark.parametrize("name", PAPERS)
+def test_a_quick_look_times_nothing_and_does_without_what_is_named(name):
+    paper = load_paper(name)
+    quick, default = (paper.experiments(Effort(quick=value)) for value in (True, False))
+    assert not any(one.timing for one in quick)
+    for left_out in paper.description.experiments.quick_without:
+        parts = [f":{left_out}{end}" for end in ("", "=", ":")]
+
+        def texts_with(experiments, parts=parts):
+            texts = [f"{text}:" for one in experiments for text in one.trackers]
+            return [text for text in texts if any(part in text for part in parts)]
+
+        assert not texts_with(quick), left_out
+        assert texts_with(default), left_out
+
+
+@pytest.mark.parametrize("name", PAPERS)
 def test_figures_show_what_their_experiments_run(name):
     paper, context = described(name)
     for figure in paper.description.figure.values():

@@ -160,7 +160,10 @@ def test_a_report_of_made_up_runs_is_the_one_that_was_kept(name, made_up, tmp_pa
             {} if name in left_out else part_of(paper, name, module)
         ),
     )
-    report = paper.report(tmp_path, tmp_path, Effort(everything=True), {})
+    monkeypatch.setattr(paper, "_disturbances", lambda _: [])
+    effort = Effort(everything=True)
+    asked = {one.name: () for one in paper.experiments(effort)}
+    report = paper.report(tmp_path, tmp_path, effort, asked)
     text, file = efforts_of(paper) + made_up.told(report), FOLDER / f"{name}.txt"
     if os.environ.get("TRACKMARK_GOLDEN") == "write":
         file.write_text(text)
