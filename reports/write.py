@@ -45,10 +45,11 @@ def write_plots(
     title: str,
     trackers: Sequence[str],
     incomplete: Collection[str] = (),
+    suffix: str = ".png",
 ) -> list[Path]:
     """Draw all plots that the data allow: frame table and timing runs may be empty.
 
-    Parameters as those of the plots in `reports.plots`.
+    Parameters as those of the plots in `reports.plots`. `suffix`: of the files, see `write_figure`.
     """
     # What draws is imported where something is drawn: tables are written without.
     from reports.figures import write_figure
@@ -64,7 +65,7 @@ def write_plots(
         # Those that were timed alone come last: the others keep their colours.
         everybody = list(dict.fromkeys([*trackers, *timing["tracker"]]))
         figures["speed"] = speed_plot(timing, title, everybody)
-    return [write_figure(folder / f"{name}.png", figure) for name, figure in figures.items()]
+    return [write_figure(folder / f"{name}{suffix}", figure) for name, figure in figures.items()]
 
 
 def report_page(

@@ -23,17 +23,23 @@ if TYPE_CHECKING:
 
 __all__ = ["command"]
 
-FORMATS = ("text", "markdown", "csv", "latex")
+TEXTS = ("text", "markdown", "csv", "latex")
+FIGURES = ("png", "svg", "pdf")
 
 
 @click.command("report")
 @click.argument("results", type=click.Path(path_type=Path), required=False)
-@click.option("--format", "form", type=click.Choice(FORMATS), help="Print in this format alone.")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(TEXTS + FIGURES),
+    help="Print tables in this format alone; or have plots written so, which goes with --folder.",
+)
 @click.option(
     "--folder",
     type=click.Path(path_type=Path),
-    help="Write report.html (a page with a player of the frames), tables in every format, plots "
-    "and film strips into this folder.",
+    help="Write the page, tables in every format, plots and film strips into this folder.  "
+    "[default: the page alone, into RESULTS]",
 )
 @click.option("--frames", is_flag=True, help="Write frames of their own size beside the page.")
 @guests_option
@@ -41,7 +47,7 @@ FORMATS = ("text", "markdown", "csv", "latex")
 @metrics_option
 @by_attribute_option
 @click.option("--wide", is_flag=True, help="Print all columns, however wide the tables are.")
-@click.option("--no-pictures", is_flag=True, help="Write tables alone.")
+@click.option("--no-pictures", is_flag=True, help="Tables alone: no page, no plots.")
 @json_option
 def command(
     results: Path | None,
@@ -58,9 +64,11 @@ def command(
 ) -> None:
     """Report on RESULTS (the folder of an experiment, or one that holds several).
 
-    Only that folder is read; film strips, the page and --by-attribute alone open the sequences,
-    for their pixels. With --metrics stored runs are scored by other definitions; nothing is run
-    again. With --results-of others' results on the same sequences stand in the same tables.
+    Prints tables, and writes report.html, a page with a player of the frames; with --json or a
+    --format of tables and no --folder it prints alone. Only RESULTS are read; film strips, the page
+    and --by-attribute open the sequences, for their pixels. With --metrics stored runs are scored
+    by other definitions; nothing is run again. With --results-of others' results on the same
+    sequences stand in the same tables.
     """
     from bench.reporting.report import write_report
     from bench.reporting.tables import title_of
@@ -70,10 +78,13 @@ def command(
         raise click.UsageError("Give RESULTS, or --results-of and --sequences.")
     if results is not None and sequences is not None:
         raise click.UsageError("--sequences goes without RESULTS, whose sequences are known.")
-    if frames and (folder is None or no_pictures):
-        raise click.UsageError("--frames goes with --folder: frames are written beside the page.")
     if as_json and form is not None:
         raise click.UsageError("--json and --format exclude each other.")
+    if form in FIGURES and (folder is None or no_pictures):
+        raise click.UsageError(f"--format {form} goes with --folder: plots are written into it.")
+    paged = not no_pictures and (folder is not None or not (as_json or form))
+    if frames and not paged:
+        raise click.UsageError("--frames is of the page, which is not written: give --folder.")
     experiments = [] if results is None else experiment_folders(results)
     others = [text for given in results_of for text in ("--results-of", given)]
     others += [] if sequences is None else ["--sequences", sequences]
@@ -83,26 +94,24 @@ def command(
             title = title_of(experiment, named=several)
             made, scored = _tables(experiment, metrics, title)
             against = _against(experiment, metrics, made) if by_attribute else []
-            _print(made, form, wide=wide, as_json=as_json)
-            if folder is None:
-                continue
-            target = folder / experiment.name if several else folder
-            tell = functools.partial(click.echo, err=True)
-            for path in write_report(
-                experiment,
-                target,
-                tell,
-                made,
-                title=title,
-                pictures=not no_pictures,
-                scored=scored,
-                against=against,
-            ):
-                tell(str(path))
-            if not no_pictures:
-                kept = str(experiments[number]) if experiments else ""
-                said = kept, others
+            _print(made, None if form in FIGURES else form, wide=wide, as_json=as_json)
+            kept = experiments[number] if experiments else None
+            target = kept or Path("report")
+            if folder is not None:
+                target = folder / experiment.name if several else folder
+                pictures = None if no_pictures else form if form in FIGURES else "png"
+                paths = write_report(
+                    experiment, target, _tell, made, title, pictures, scored, against
+                )
+                _tell(*map(str, paths))
+            if paged:
+                said = "" if kept is None else str(kept), others
                 _write_page(experiment, target / "report.html", made, title, said, full=frames)
+
+
+def _tell(*lines: str) -> None:
+    for line in lines:
+        click.echo(line, err=True)
 
 
 def _against(experiment: Path, metrics: list[str], made: "list[Table]") -> "list[Shown]":
@@ -156,5 +165,6 @@ def _write_page(
                 experiment, path, made, title, Said(*said), progress, full=full
             )
     except OSError as error:
-        raise ResultsError(str(error.strerror or error)) from error
-    click.echo(str(paths[0]), err=True)
+        why = f"{error.strerror or error}. --folder chooses another place, --no-pictures none."
+        raise ResultsError(why) from error
+    _tell(str(paths[0]))

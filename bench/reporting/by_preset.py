@@ -216,10 +216,13 @@ def summary_text(folder: Path, cells: Collection[Cell], metrics: Sequence[str] =
     return "\n".join(on_terminal(table, to_text, more) for table in made)
 
 
-def write_curves(folder: Path, scored: Collection[Scored], trackers: Sequence[str]) -> list[Path]:
+def write_curves(
+    folder: Path, scored: Collection[Scored], trackers: Sequence[str], suffix: str = ".png"
+) -> list[Path]:
     """Draw the curves of presets into a folder, and give the files.
 
-    `trackers`: all of the report, in the order of their colours. Raises `OSError`.
+    `trackers`: all of the report, in the order of their colours. `suffix`: of the files, see
+    `reports.figures.write_figure`. Raises `OSError`.
     """
     from reports.figures import write_figure  # brings what draws
     from reports.plots import curve_plot
@@ -229,7 +232,7 @@ def write_curves(folder: Path, scored: Collection[Scored], trackers: Sequence[st
         for name, axes in metrics_preset(one.preset).curves.items():
             title = f"{one.title}: {name.replace('_', ' ')}, metrics preset {one.preset}"
             figure = curve_plot(one.curves.get(name, {}), axes.x, axes.y, title, trackers)
-            path = folder / f"{one.table.name}-{name.replace('_', '-')}.png"
+            path = folder / f"{one.table.name}-{name.replace('_', '-')}{suffix}"
             paths.append(write_figure(path, figure))
     return paths
 

@@ -45,11 +45,13 @@ def write_pictures(
     tell: Callable[[str], None],
     title: str = "",
     by_preset: Collection[Scored] = (),
+    suffix: str = ".png",
 ) -> list[Path]:
     """Draw plots and film strips of an experiment into a folder, and give the files.
 
     Each run is read once. `by_preset`: runs as presets score them, whose curves are drawn. `tell`
-    is given a sentence on every sequence that can't be drawn.
+    is given a sentence on every sequence that can't be drawn. `suffix`: of plots, see
+    `reports.figures.write_figure`; film strips are PNG.
     """
     runs = load_results(experiment)
     scored = complete(runs[runs["protocol"] == "accuracy"])
@@ -62,8 +64,9 @@ def write_pictures(
         title or title_of(experiment),
         trackers=trackers,
         incomplete=set(scored[scored["status"] != "finished"]["tracker"]),
+        suffix=suffix,
     )
-    paths += write_curves(folder, by_preset, trackers)
+    paths += write_curves(folder, by_preset, trackers, suffix)
     rows = {str(row["sequence"]): row for row in read_index(Results(experiment))}
     names = file_names(rows)
     for name, row in sorted(rows.items()):

@@ -21,27 +21,28 @@ def write_report(
     folder: Path,
     tell: Callable[[str], None],
     made: Sequence[Table],
-    *,
     title: str = "",
-    pictures: bool = True,
+    pictures: str | None = "png",
     scored: Sequence[Scored] = (),
     against: "Sequence[Shown]" = (),
 ) -> list[Path]:
     """Write the tables of an experiment into a folder, and pictures beside them; give the files.
 
-    `title` heads plots; it is the experiment's own by default. `tell` is given a sentence on every
+    `title` heads plots; it is the experiment's own by default. `pictures`: format of plots, `png`,
+    `svg` or `pdf`; None for no pictures (film strips are PNG). `tell` is given a sentence on every
     sequence that can't be drawn. `scored`: runs by other presets, whose curves are drawn;
     `against`: scores against attributes, likewise. Raises `ResultsError` where results can't be
     read or the report can't be written.
     """
     try:
         paths = write_tables(folder, made)
-        if pictures:
+        if pictures is not None:
             from bench.reporting.pictures import write_pictures  # brings what draws
 
-            paths += write_pictures(experiment, folder, tell, title, scored)
+            suffix = f".{pictures}"
+            paths += write_pictures(experiment, folder, tell, title, scored, suffix)
             for one in against:
-                path = folder / f"{one.table.name}.png"
+                path = folder / f"{one.table.name}{suffix}"
                 paths += one.drawn(path, title or title_of(experiment))
     except OSError as error:
         raise ResultsError(str(error.strerror or error)) from error

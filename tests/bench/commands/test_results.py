@@ -90,12 +90,28 @@ def test_results_that_failed_or_never_ended_are_listed(trackmark, here, spoil):
 def test_report_writes_tables_in_every_format_and_plots(trackmark, here):
     trackers = "static,camshift,knob.py:Knob"
     trackmark(*MINE, trackers, *SMALL)
-    said = trackmark("report", "results/mine", "--folder", "report").stdout
+    said = trackmark("report", "results/mine", "--folder", "report", "--format", "svg").stdout
     suffixes = {file.suffix for file in (here / "report").rglob("*") if file.is_file()}
-    assert {".txt", ".md", ".csv", ".tex", ".png"} <= suffixes
+    assert {".txt", ".md", ".csv", ".tex", ".svg", ".html"} <= suffixes
+    assert {file.stem for file in (here / "report").glob("*.png")} == {"strip-Small"}
     assert "camshift" in said
     markdown = trackmark("report", "results/mine", "--format", "markdown").stdout
     assert markdown.count("|") > 10
+
+
+def test_a_report_leaves_its_page_with_the_results_unless_it_prints_for_a_script(trackmark, here):
+    trackmark(*STATIC, "data/Small")
+    page = here / "results" / "mine" / "report.html"
+    for options in (["--json"], ["--format", "csv"], ["--no-pictures"]):
+        trackmark("report", "results", *options)
+        assert not page.exists()
+    for options in (["--format", "pdf"], ["--json", "--frames"], ["--no-pictures", "--frames"]):
+        assert "--folder" in trackmark("report", "results", *options, status=2).stderr
+    done = trackmark("report", "results", "--frames")
+    assert done.stderr.splitlines()[-1] == "results/mine/report.html"
+    assert (page.parent / "report-frames" / "full-0-0.js").is_file()
+    assert "report.html" not in trackmark("results", "list").stdout
+    trackmark("results", "check", "results")
 
 
 def test_a_report_on_several_experiments_names_each(trackmark, here):

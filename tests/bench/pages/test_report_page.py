@@ -262,12 +262,6 @@ def test_a_page_of_sequences_that_are_gone_has_numbers_and_says_why_no_frames(tr
     assert "image/webp;base64" not in text
 
 
-def test_frames_options_need_a_folder(trackmark, here):
-    assert "--folder" in trackmark("report", "results", "--frames", status=2).stderr
-    said = trackmark("report", "results", "--json", "--format", "csv", status=2).stderr
-    assert "exclude" in said
-
-
 @browser.needs_browser
 def test_tables_are_sorted_and_filtered_and_a_link_keeps_that(shown, page):
     column = "[...document.querySelectorAll('#summary tbody tr')].map(row => row.cells[1])"
