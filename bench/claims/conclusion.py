@@ -259,6 +259,7 @@ def _finding_for_json(finding: Finding) -> dict[str, Any]:
 def _verdict_for_json(verdict: Verdict) -> dict[str, Any]:
     return {
         "verdict": verdict.verdict,
+        "effect": verdict.effect,
         "statistic": _plain(verdict.statistic),
         "interval": [_plain(limit) for limit in verdict.interval],
         "unit": verdict.unit,

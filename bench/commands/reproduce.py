@@ -22,7 +22,8 @@ from bench.commands._options import (
 if TYPE_CHECKING:
     from bench.execution.plan import KnownSequences
     from bench.experiments.experiment import Experiment
-    from bench.papers import Report
+    from bench.papers import Effort, Report
+    from bench.papers.report import Paper
     from bench.store.layout import Cell
 
 __all__ = ["command"]
@@ -92,6 +93,7 @@ def command(
         asked[experiment.name] = cells
     report = module.report(output, folder, effort, asked)
     _write(report, paper, folder)
+    _write_page(report, module, folder, effort)
     if as_json:
         click.echo(json.dumps(_document(report, paper), allow_nan=False))
     else:
@@ -149,6 +151,18 @@ def _write(report: "Report", paper: str, folder: Path) -> None:
         write_tables(folder, report.tables)
         write_file(folder / "report.md", lambda path: path.write_text(page, "utf-8"))
         write_file(folder / "report.json", lambda path: path.write_text(text, "utf-8"))
+    except OSError as error:
+        raise ResultsError(str(error.strerror or error)) from error
+
+
+def _write_page(report: "Report", paper: "Paper", folder: Path, effort: "Effort") -> None:
+    """Write the report as a page that shows what its numbers rest on."""
+    from bench.papers.html_page import write_html_page
+    from bench.store.files import ResultsError
+
+    readings = next(iter(paper.claims.values())).readings
+    try:
+        write_html_page(folder / "report.html", report, readings, paper.description.name, effort)
     except OSError as error:
         raise ResultsError(str(error.strerror or error)) from error
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.papers import NO_EVIDENCE, Effort, Report
+from bench.papers.html_page import command_of
 from bench.papers.screen import EFFECT, claim_count, outcome
 from bench.store.files import ResultsError
 from reports.files import write_file
@@ -62,13 +63,8 @@ def write_page(path: Path, report: Report, paper: str, effort: Effort) -> None:
 
 
 def _results(report: Report, paper: str, effort: Effort) -> str:
-    options = [
-        *(["--quick"] if effort.quick else []),
-        *(["--all"] if effort.everything else []),
-        *([f"--seeds {effort.seeds}"] if effort.seeds is not None else []),
-    ]
     begins = f"**{NO_EVIDENCE}.** What" if effort.quick else "What"
-    made = f"{begins} `{' '.join(['trackmark reproduce', paper, *options])}` found"
+    made = f"{begins} `{command_of(paper, effort)}` found"
     parts = [f"{made}{f' ({effort.words})' if effort.words else ''}:"]
     parts += [to_markdown(table).rstrip("\n") for table in report.main]
     rows = [

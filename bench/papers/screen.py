@@ -30,7 +30,7 @@ def screen(report: Report, paper: str, effort: Effort, folder: Path) -> str:
     parts += ["", claim_count(report.claims), ""]
     parts += [_row("claim", EFFECT, "verdict", "holds in")]
     parts += [_line(claim) for claim in report.claims]
-    parts += ["", f"Why, in which readings, all tables and figures: {folder / 'report.md'}"]
+    parts += ["", f"Why, in which readings, all tables and figures: {folder / 'report.html'}"]
     return "\n".join([*parts, *_further(paper, effort)])
 
 

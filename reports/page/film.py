@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-__all__ = ["ABSENT", "STEP", "film", "packed", "quantised", "squeezed"]
+__all__ = ["ABSENT", "STEP", "film", "packed", "quantised", "squeezed", "still"]
 
 STEP = 0.1
 """What coordinates of boxes are rounded to [pixels]."""
@@ -23,6 +23,8 @@ ABSENT = -(2**31)
 
 _CHUNK = 400_000  # bytes of frames that the player unpacks together
 _AHEAD = 32  # frames that wait for a thread to encode them
+_MOST_STILL = 200_000  # bytes; plots are smaller, and sharper as they are
+_LARGEST_STILL = 4000, 16_000  # pixels; WebP knows no side longer than 16 383
 _EFFORT = 2  # of WebP's encoder, 0 to 6: from here on files shrink little and take much longer
 
 
@@ -66,6 +68,17 @@ def _webp(image: NDArray[np.uint8], height: int | None, quality: int) -> bytes:
     stream = io.BytesIO()
     picture = Image.fromarray(np.ascontiguousarray(image[..., ::-1]))
     picture.save(stream, "WEBP", quality=quality, method=_EFFORT)
+    return stream.getvalue()
+
+
+def still(content: bytes) -> bytes:
+    """A figure (PNG) as a page holds it: film strips, which would fill it, as WebP of full size."""
+    if len(content) <= _MOST_STILL:
+        return content
+    picture = Image.open(io.BytesIO(content)).convert("RGB")
+    picture.thumbnail(_LARGEST_STILL)
+    stream = io.BytesIO()
+    picture.save(stream, "WEBP", quality=80, method=_EFFORT)
     return stream.getvalue()
 
 

@@ -20,7 +20,11 @@ let later = 0;
 
 function readAddress() {
   const text = location.hash.slice(1);
-  if (text && !text.includes("=")) ["sequence", "tracker", "repetition", "frame"].forEach((key) => state.delete(key));  // a part of the page
+  if (text && !text.includes("=")) {  // a part of the page
+    ["sequence", "tracker", "repetition", "frame"].forEach((key) => state.delete(key));
+    const part = byId(text);
+    if (part?.matches("details")) part.open = true;
+  }
   else state = new URLSearchParams(text);
   listeners.forEach((listener) => listener());
 }

@@ -2,7 +2,7 @@
 
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from itertools import chain
 from math import isfinite
@@ -23,9 +23,11 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 __all__ = [
+    "Card",
     "Chart",
     "Line",
     "Page",
+    "Picture",
     "Place",
     "Scene",
     "Section",
@@ -59,6 +61,7 @@ class Sheet:
     table: Table
     values: Sequence[Sequence[float]] = ()  # of the columns beside the labels, to sort by
     places: Sequence[Sequence[Place | None]] = ()  # likewise; where they lead
+    links: Sequence[str] = ()  # addresses that the first cells of rows lead to; empty for none
     heat: bool = False  # whether cells are shaded by their value, in [0, 1]
 
     def value(self, row: int, column: int) -> float | None:
@@ -104,6 +107,30 @@ class Chart:
 
 
 @dataclass(frozen=True)
+class Picture:
+    """A figure, PNG or WebP; `words` say what is seen, also to those who don't see it."""
+
+    title: str
+    content: bytes
+    words: str
+
+
+@dataclass(frozen=True)
+class Card:
+    """What is said of one thing, shown when it is opened; `#key` leads to it.
+
+    `mark`: what stands out of its headline. `facts`: what is said, by its name.
+    """
+
+    key: str
+    title: str
+    mark: str = ""
+    quote: str = ""
+    facts: Mapping[str, str] = field(default_factory=dict)
+    sheets: Sequence[Sheet] = ()
+
+
+@dataclass(frozen=True)
 class Section:
     """A part of a page. `command` makes again what it shows; `scenes`: whether these are listed."""
 
@@ -112,6 +139,8 @@ class Section:
     words: Sequence[str] = ()
     sheets: Sequence[Sheet] = ()
     charts: Sequence[Chart] = ()
+    pictures: Sequence[Picture] = ()
+    cards: Sequence[Card] = ()
     command: str = ""
     scenes: bool = False
 
@@ -242,6 +271,7 @@ def _environment() -> "Environment":
     )
     environment.globals["version"] = version("trackmark")
     environment.filters["poster"] = _poster
+    environment.filters["address"] = _address_of
     environment.tests["finite_number"] = lambda value: value is not None and isfinite(value)
     return environment
 
@@ -261,12 +291,18 @@ def _folder(page: Path) -> Path:
     return page.with_name(f"{page.stem}-frames")
 
 
+def _address_of(picture: bytes) -> str:
+    """A picture as an address, which holds all of it."""
+    kind = "webp" if picture.startswith(b"RIFF") else "png"
+    return f"data:image/{kind};base64,{b64encode(picture).decode()}"
+
+
 def _poster(scene: Scene) -> str:
     """The middle frame of a scene as an address; empty where there is none."""
     frames = [*chain(*scene.thumbnails)]
     if not frames:
         return ""
-    return "data:image/webp;base64," + b64encode(frames[len(frames) // 2]).decode()
+    return _address_of(frames[len(frames) // 2])
 
 
 def _told(scene: Scene, reels: Mapping[str, Any]) -> dict[str, Any]:

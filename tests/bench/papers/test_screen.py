@@ -68,7 +68,7 @@ def test_the_screen_has_the_main_table_a_line_a_claim_and_where_the_rest_is(repo
     assert "word …" in fourth
     assert fifth.endswith("not run")
     assert max(map(len, lines)) <= 100
-    assert any("results/nguyen2002/report.md" in line for line in lines)
+    assert any("results/nguyen2002/report.html" in line for line in lines)
     assert lines[-1].endswith("trackmark reproduce nguyen2002 --all")
     assert "a remark" not in lines
     assert "On the page alone" not in lines

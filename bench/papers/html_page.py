@@ -1,0 +1,185 @@
+"""The page of a reproduction: tables, figures, and every claim with what its verdict rests on."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from bench.claims.readings import Readings
+from bench.papers import Effort, Report
+from bench.papers.screen import EFFECT, claim_count, outcome
+from bench.papers.wording import POST_HOC
+from reports.ledger import claim_words
+from reports.page.film import still
+from reports.page.page import Card, Page, Picture, Section, Sheet, write_page
+from reports.tables import MISSING, Cell, Table
+
+__all__ = ["command_of", "plain_table", "write_html_page"]
+
+_MOST_READINGS = 60
+"""Rows of readings that a claim shows; `report.json` has all."""
+
+
+def write_html_page(
+    path: Path, report: Report, readings: Readings, paper: str, effort: Effort
+) -> list[Path]:
+    """Write a reproduction's page, which holds its pictures, and give the files.
+
+    Raises `OSError` where one can't be read or written.
+    """
+    told = {table.name: table for table in [*report.main, *report.tables]}
+    shown = [Sheet(table) for name, table in told.items() if name not in ("claims", "verdicts")]
+    readings_of = [_axes(readings), *([told["verdicts"]] if "verdicts" in told else [])]
+    command = command_of(paper, effort)
+    sections = [
+        Section("ledger", "Claims", [_mark(effort), claim_count(report.claims)], [_ledger(report)]),
+        Section("tables", "Tables beside the paper's", sheets=shown, command=command),
+        Section("figures", "Figures", pictures=_pictures(report), command=command),
+        Section(
+            "claims",
+            "Claim by claim",
+            [] if report.claims else ["There are none."],
+            cards=[_card(claim) for claim in report.claims],
+        ),
+        Section(
+            "readings",
+            "What the text leaves open",
+            [
+                "A verdict is that of the headline reading: the first of every choice. Readings "
+                "chosen after seeing results are post hoc, and count apart."
+            ],
+            [Sheet(table) for table in readings_of],
+        ),
+        Section("remarks", "Departures, and how it was run", report.remarks, command=command),
+    ]
+    return write_page(path, Page(report.title, [one for one in sections if _has(one)]))
+
+
+def command_of(paper: str, effort: Effort) -> str:
+    """The command that makes a report again, but for recorded sequences."""
+    options = [
+        *(["--quick"] if effort.quick else []),
+        *(["--all"] if effort.everything else []),
+        *([f"--seeds {effort.seeds}"] if effort.seeds is not None else []),
+    ]
+    return " ".join(["trackmark", "reproduce", paper, *options])
+
+
+def plain_table(
+    name: str, caption: str, heads: Sequence[str], rows: Sequence[Sequence[str]]
+) -> Table:
+    """A table of texts, the first of which names the row."""
+    return Table(name, caption, [*heads], 1, [[Cell(text) for text in row] for row in rows])
+
+
+def _has(section: Section) -> bool:
+    return bool(section.words or section.sheets or section.pictures or section.cards)
+
+
+def _mark(effort: Effort) -> str:
+    words = effort.words
+    return f"{words[:1].upper()}{words[1:]}." if words else "Run whole: all scenes and seeds."
+
+
+def _ledger(report: Report) -> Sheet:
+    """A row a claim, which leads to what its verdict rests on."""
+    rows = [
+        [claim["id"], claim_words(claim), _said(claim), claim["effect"] or MISSING, _holds(claim)]
+        for claim in report.claims
+    ]
+    heads = ["claim", "what it says", "verdict", EFFECT, "holds in readings"]
+    table = plain_table("claims", "Claims; each opens below.", heads, rows)
+    return Sheet(table, links=[f"#{_key(claim)}" for claim in report.claims])
+
+
+def _key(claim: Mapping[str, Any]) -> str:
+    return f"claim-{claim['id']}"
+
+
+def _said(claim: Mapping[str, Any]) -> str:
+    return outcome(claim).replace("-", " ")
+
+
+def _holds(claim: Mapping[str, Any]) -> str:
+    """In how many readings a claim holds."""
+    if outcome(claim) != claim["verdict"]:
+        return MISSING
+    told = [claim["readings"]]
+    told += [f"post hoc {claim['evidence']['post_hoc']}"] if claim["evidence"]["post_hoc"] else []
+    told += ["fragile"] if claim["evidence"]["fragile"] else []
+    return "; ".join(filter(None, told)) or MISSING
+
+
+def _card(claim: Mapping[str, Any]) -> Card:
+    evidence = claim["evidence"]
+    published = [f"{one['label']}: {one['value']:g} {one['unit']}" for one in evidence["published"]]
+    facts = {
+        "in our words": claim_words(claim),
+        "effect": claim["effect"],
+        "why": evidence["reason"],
+        "holds in": "" if _holds(claim) == MISSING else _holds(claim),
+        "on all scenes drawn": _where_it_differs(claim),
+        "published": "; ".join(published),
+        "would be false if": evidence["falsifier"],
+        "tested by": ", ".join(evidence["experiment"]),
+    }
+    words = claim["short"] or claim_words(claim)
+    return Card(
+        _key(claim),
+        f"{claim['id']}: {words}",
+        _said(claim),
+        "" if evidence["ours"] else f"“{evidence['quote']}” ({claim['source']})",
+        {name: text for name, text in facts.items() if text},
+        [Sheet(table) for table in _by_reading(claim)],
+    )
+
+
+def _where_it_differs(claim: Mapping[str, Any]) -> str:
+    drawn = claim["evidence"]["all_drawn_scenes"]
+    return "" if drawn == claim["verdict"] else drawn.replace("-", " ")
+
+
+def _by_reading(claim: Mapping[str, Any]) -> list[Table]:
+    """Every reading's verdict over all lights, on the scenes kept; with the parts of each."""
+    found = [
+        [
+            one["reading"] + (POST_HOC if one["post_hoc"] else "") or "as written",
+            ", ".join(filter(None, [one["group"], one["metric"].replace("_", " ")])) or "whole",
+            one["verdict"].replace("-", " "),
+            one["effect"] or MISSING,
+        ]
+        for one in claim["evidence"]["findings"]
+        if (one["light"], one["scenes"]) == ("both", "kept")
+    ]
+    if outcome(claim) != claim["verdict"] or len(found) < 2:
+        return []
+    shown = found[:_MOST_READINGS]
+    more = f"; the first {len(shown)} of {len(found)}, report.json has all" * (found != shown)
+    heads = ["reading", "part", "verdict", EFFECT]
+    return [plain_table(f"readings-{claim['id']}", f"By reading{more}.", heads, shown)]
+
+
+def _pictures(report: Report) -> list[Picture]:
+    """Figures as they were drawn; the paper's own are its publisher's."""
+    return [
+        Picture(
+            path.stem.replace("-", " ").capitalize(),
+            still(path.read_bytes()),
+            "Ours, on other videos.",
+        )
+        for path in report.pictures
+    ]
+
+
+def _axes(readings: Readings) -> Table:
+    """What is open, and how each of it is read."""
+    rows = []
+    for name, axis in readings.axes.items():
+        told = [
+            f"{option or 'as the others say'}{POST_HOC if entry.post_hoc else ''}"
+            for option, entry in axis.options.items()
+        ]
+        headline = "none: all must agree" if axis.rivals else told[0]
+        over = ", ".join(axis.over) or "all that a claim names"
+        rows.append([name, headline, ", ".join(told[0 if axis.rivals else 1 :]) or MISSING, over])
+    heads = ["choice", "headline", "other readings", "of"]
+    return plain_table("axes", "Choices that the text leaves open.", heads, rows)
