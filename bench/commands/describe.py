@@ -1,4 +1,4 @@
-"""Describe a tracker, a sequence, a metrics preset, an attribute or a protocol."""
+"""Describe a tracker, a sequence or a folder of some, a metrics preset, an attribute, a protocol."""
 
 import json
 from dataclasses import asdict
@@ -26,7 +26,7 @@ __all__ = ["command"]
 def command(name: str, truth: Path | None, measure: bool, as_json: bool) -> None:
     """Describe NAME: a tracker, sequence (built-in or a path), preset, attribute or protocol.
 
-    A preset is one of metrics, an attribute one that is measured of sequences (`trackmark list`).
+    Of a folder of sequences, or a pattern, it says which they are. A preset is one of metrics, an attribute one that is measured of sequences (`trackmark list`).
     """
     import trackers
     from bench import metrics, protocols
@@ -52,6 +52,9 @@ def command(name: str, truth: Path | None, measure: bool, as_json: bool) -> None
         lines = _protocol_lines(about)
     elif truth is None and name.isidentifier() and (about := _attribute(name)):
         lines = [f"{key:11} {value}" for key, value in about.items() if value]
+    elif truth is None and (about := _several(name)):
+        lines = [f"{key:12} {value}" for key, value in about.items() if key != "of them"]
+        lines += [f"  {text}" for text in about["of them"]]
     else:
         about = _sequence(name, truth)
         said = {key: value for key, value in about.items() if value and key != "knobs"}
@@ -172,6 +175,26 @@ def _setting_lines(heading: str, settings: list[dict[str, Any]]) -> list[str]:
         + (f" ({setting['type']})" if "|" in setting.get("type", "") else "")
         for text, setting in zip(texts, settings, strict=True)
     ]
+
+
+def _several(name: str) -> dict[str, Any]:
+    """What is told of a folder of sequences, or a pattern; nothing where a name is none of these."""
+    import datasets
+    from datasets.catalogue import is_built_in
+
+    if is_built_in(name) or datasets.taken_for(name):
+        return {}
+    with patience("Looking for sequences"):
+        found = datasets.matching(name)
+    if found == [name]:
+        return {}
+    kinds = dict.fromkeys(filter(None, map(datasets.taken_for, found)))
+    return {
+        "name": name,
+        "sequences": len(found),
+        "taken for": "; ".join(kinds) or "built-in sequences",
+        "of them": found,
+    }
 
 
 def _sequence(name: str, truth: Path | None) -> dict[str, Any]:

@@ -74,6 +74,25 @@ def test_a_folder_is_run_as_a_whole(trackmark, places):
     assert took in trackmark(*run).stdout.splitlines()
 
 
+@pytest.mark.parametrize(
+    ("text", "names", "kind"),
+    [
+        ("data", ["data/Small", "data/walk2", "data/walk10"], "(OTB)"),
+        ("davis", ["davis/bear"], "(DAVIS)"),
+        ("shots/day?", ["shots/day2"], "images"),
+        ("stress", ["stress/pillar", "stress/twin"], "built-in"),
+    ],
+)
+def test_a_folder_or_pattern_is_described_by_what_it_stands_for(
+    trackmark, places, text, names, kind
+):
+    said = trackmark("describe", text).stdout
+    assert kind in said
+    assert said.splitlines()[-len(names) :] == [f"  {name}" for name in names]
+    about = json.loads(trackmark("describe", text, "--json").stdout)
+    assert (about["of them"], about["sequences"]) == (names, len(names))
+
+
 @pytest.mark.parametrize("text", ["multipat/*", "data/*.mp4", "nowhere/*", "data/n*"])
 def test_a_pattern_that_matches_nothing_names_the_nearest_few(trackmark, one_line, places, text):
     line = one_line(trackmark("run", "--trackers", "static", "--sequences", text, status=2))
