@@ -1,4 +1,4 @@
-"""Describe a tracker, a sequence or a folder of some, a metrics preset, an attribute, a protocol."""
+"""Describe a tracker, a sequence, a folder of some, a metrics preset, an attribute, a protocol."""
 
 import json
 from dataclasses import asdict
@@ -26,7 +26,8 @@ __all__ = ["command"]
 def command(name: str, truth: Path | None, measure: bool, as_json: bool) -> None:
     """Describe NAME: a tracker, sequence (built-in or a path), preset, attribute or protocol.
 
-    Of a folder of sequences, or a pattern, it says which they are. A preset is one of metrics, an attribute one that is measured of sequences (`trackmark list`).
+    Of a folder of sequences, or a pattern, it says which they are. A preset is one of metrics, an
+    attribute one that is measured of sequences (`trackmark list`).
     """
     import trackers
     from bench import metrics, protocols
@@ -178,7 +179,7 @@ def _setting_lines(heading: str, settings: list[dict[str, Any]]) -> list[str]:
 
 
 def _several(name: str) -> dict[str, Any]:
-    """What is told of a folder of sequences, or a pattern; nothing where a name is none of these."""
+    """What is told of a folder of sequences or a pattern; nothing where a name is neither."""
     import datasets
     from datasets.catalogue import is_built_in
 
