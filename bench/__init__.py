@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from bench.evaluation.scoring import score, score_boxes
     from bench.execution.run import run
     from bench.experiments.experiment import Experiment, read_experiment
+    from bench.pages.notebook import load_results, player
     from bench.reporting.by_attribute import by_attribute
-    from bench.store.loading import load_results
 
 __all__ = [
     "Experiment",
@@ -39,6 +39,7 @@ __all__ = [
     "by_attribute",
     "evaluate",
     "load_results",
+    "player",
     "read_experiment",
     "run",
     "score",
@@ -60,7 +61,8 @@ _HOMES = {
     "Run": "bench.evaluation.record",
     "by_attribute": "bench.reporting.by_attribute",
     "evaluate": "bench.evaluation.conducting",
-    "load_results": "bench.store.loading",
+    "load_results": "bench.pages.notebook",
+    "player": "bench.pages.notebook",
     "read_experiment": "bench.experiments.experiment",
     "run": "bench.execution.run",
     "score": "bench.evaluation.scoring",

@@ -1,5 +1,6 @@
 """What a table looks like: as plain text, Markdown, CSV and LaTeX."""
 
+import html
 import json
 import re
 import unicodedata
@@ -9,7 +10,16 @@ from math import isfinite
 from reports.printable import one_line
 from reports.tables import Table
 
-__all__ = ["FORMATS", "in_markdown", "to_csv", "to_json", "to_latex", "to_markdown", "to_text"]
+__all__ = [
+    "FORMATS",
+    "in_markdown",
+    "to_csv",
+    "to_html",
+    "to_json",
+    "to_latex",
+    "to_markdown",
+    "to_text",
+]
 
 _LATEX = {
     "\\": r"\textbackslash{}",
@@ -88,6 +98,20 @@ def to_latex(table: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
+def to_html(table: Table) -> str:
+    """Render a table as a piece of HTML; the best of a column is bold."""
+    heads = "".join(f"<th>{_in_html(head)}</th>" for head in table.heads)
+    rows = "".join(
+        f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>"
+        for row in _cells(table, _in_html, "<b>{}</b>")
+    )
+    notes = "".join(f"<p>{_in_html(note)}</p>" for note in table.notes)
+    return (
+        f"<table><caption>{_in_html(table.caption)}</caption><thead><tr>{heads}</tr></thead>"
+        f"<tbody>{rows}</tbody></table>{notes}"
+    )
+
+
 def to_text(table: Table) -> str:
     """Render a table as aligned text; the best of a column is followed by `*`."""
     body = [
@@ -156,6 +180,10 @@ def in_markdown(text: str) -> str:
     """Text as Markdown shows it, in a cell or elsewhere on a line."""
     # No link without what begins a line or follows a bracket: those of units are left to be read.
     return re.sub(r"(^\[|[\\|*_`<~]|&(?=[#\w]+;)|\](?=[(\[]))", r"\\\1", one_line(text))
+
+
+def _in_html(text: str) -> str:
+    return html.escape(one_line(text))
 
 
 def _in_latex(text: str) -> str:

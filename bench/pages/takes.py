@@ -99,16 +99,16 @@ class Reading:
         return worst
 
 
-def read_takes(experiment: Path, trackers: Sequence[str]) -> Reading:
+def read_takes(experiment: Path, trackers: Sequence[str], **only: str) -> Reading:
     """Read all scored runs of an experiment, each once.
 
-    `trackers`: in the order of their colours; others follow. Raises `ResultsError` for a file that
-    can't be read.
+    `trackers`: in the order of their colours; others follow. `only`: what columns must say.
+    Raises `ResultsError` for a file that can't be read.
     """
     names = list(trackers)
     stages: dict[str, Stage] = {}
     told: dict[str, Mapping[str, Any]] = {}
-    for row, run, stored in scored_runs(experiment):
+    for row, run, stored in scored_runs(experiment, **only):
         truth = np.asarray(reference(stored, run.identity.init, row["sequence"]).boxes)
         stage = stages.setdefault(row["sequence"], Stage(row, stored, truth))
         if row["fingerprint"] != stage.row["fingerprint"]:

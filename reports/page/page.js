@@ -19,7 +19,8 @@ const listeners = [];
 let later = 0;
 
 function readAddress() {
-  const text = location.hash.slice(1);
+  const text = location.hash.slice(1) || data.start;
+  data.start = "";
   if (text && !text.includes("=")) {  // a part of the page
     ["sequence", "tracker", "repetition", "frame"].forEach((key) => state.delete(key));
     const part = byId(text);
@@ -36,12 +37,15 @@ function choose(changes, step = false) {
     else state.set(key, value);
   }
   clearTimeout(later);
-  if (step) history.pushState(null, "", address());
+  if (step) writeHistory("pushState", address());
   else later = setTimeout(writeAddress, 200);  // not each frame of what is played
   listeners.forEach((listener) => listener());
 }
 const address = () => `#${state}`;
-const writeAddress = () => history.replaceState(null, "", state.size ? address() : location.pathname + location.search);
+const writeAddress = () => writeHistory("replaceState", state.size ? address() : location.pathname + location.search);
+function writeHistory(how, url) {
+  try { history[how](null, "", url); } catch { /* a page inside a notebook has no address of its own */ }
+}
 
 function opening([scene, tracker, repetition, frame]) {
   return { sequence: data.scenes[scene].name, tracker: data.labels[tracker], repetition, frame, show: null };

@@ -188,6 +188,7 @@ class Page:
     sections: Sequence[Section]
     trackers: Sequence[str] = ()
     scenes: Sequence[Scene] = ()
+    start: str = ""  # the address that it opens at, where it is opened without one
 
     def address(self, place: Place) -> str:
         """Where the player opens a place, as part of a link."""
@@ -199,13 +200,16 @@ class Page:
         }
         return "#" + urlencode(asked, errors="replace")
 
-    def opening(self, scene: Scene) -> str:
-        """Where the player opens a scene."""
-        return "#" + urlencode({"sequence": scene.name, "frame": scene.first}, errors="replace")
+    def opening(self, scene: Scene, frame: int | None = None) -> str:
+        """Where the player opens a scene: on its first frame with truth by default."""
+        asked = {"sequence": scene.name, "frame": scene.first if frame is None else frame}
+        return "#" + urlencode(asked, errors="replace")
 
 
-def write_page(path: Path, page: Page) -> list[Path]:
-    """Write a page, and beside it what is too much for it; give the files.
+def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
+    """Write a page, and beside it what is too much for its `room` of frames; give the files.
+
+    `room`: in bytes, `INSIDE` by default.
 
     Raises
     ------
@@ -214,9 +218,9 @@ def write_page(path: Path, page: Page) -> list[Path]:
     """
     from markupsafe import Markup  # templates are for who writes pages
 
+    room = INSIDE if room is None else room
     inside: dict[str, str] = {}
     written: list[Path] = []
-    room = INSIDE
     told = []
     for number, scene in enumerate(page.scenes):
         inside[f"boxes-{number}"] = scene.boxes
@@ -241,6 +245,7 @@ def write_page(path: Path, page: Page) -> list[Path]:
         "scenes": told,
         "beside": quote(_folder(path).name),
         "absent": ABSENT,
+        "start": page.start.removeprefix("#"),
         "charts": {
             f"{section.key}-{number}": _chart(chart)
             for section in page.sections

@@ -1,0 +1,153 @@
+"""Stored results in a notebook: their tables, and the frames behind them."""
+
+import html
+from collections.abc import Collection
+from contextlib import suppress
+from dataclasses import replace
+from math import inf
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pandas as pd
+
+import datasets
+from bench.store import loading
+from bench.store.layout import Cell, experiment_folders
+
+__all__ = ["Player", "Runs", "load_results", "player"]
+
+_HEIGHT = 780  # of a player [CSS pixels]
+
+
+class Runs(pd.DataFrame):
+    """Stored runs, a row a run; a notebook shows the tables of `trackmark report` instead.
+
+    What is chosen or computed from it is a plain data frame.
+    """
+
+    _metadata = ("folder", "cells")
+    folder: Path
+    cells: Collection[Cell] | None
+
+    @property
+    def _constructor(self) -> type[pd.DataFrame]:
+        return pd.DataFrame
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        from bench.reporting.tables import tables, title_of
+        from reports.renderers import to_html
+
+        experiments = experiment_folders(self.folder)
+        return "".join(
+            to_html(table)
+            for one in experiments
+            for table in tables(one, self.cells, title_of(one, named=len(experiments) > 1))
+        )
+
+
+def load_results(folder: str | Path, cells: Collection[Cell] | None = None) -> Runs:
+    """All runs of an experiment, or of all experiments in a folder.
+
+    A data frame; parameters, columns and errors as of `bench.store.loading.load_results`. In a
+    notebook it shows the report's tables.
+    """
+    runs = Runs(loading.load_results(folder, cells))
+    runs.folder, runs.cells = Path(folder), cells
+    return runs
+
+
+class Player:
+    """A player of one sequence's frames; a notebook shows it, `save` writes it to a file.
+
+    `page` is the text of a page in HTML that needs nothing else.
+    """
+
+    def __init__(self, page: str) -> None:
+        self.page = page
+
+    def save(self, path: str | Path) -> None:
+        """Write it as a page that a browser opens. Raises `OSError`."""
+        Path(path).write_text(self.page, encoding="utf-8")
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the page within a frame, whose scripts reach nothing else."""
+        return (
+            f'<iframe srcdoc="{html.escape(self.page)}" title="Player" loading="lazy" '
+            'sandbox="allow-scripts allow-downloads" allow="clipboard-write; fullscreen" '
+            f'style="width: 100%; height: {_HEIGHT}px; border: 0"></iframe>'
+        )
+
+
+def player(
+    results: str | Path | Runs,
+    sequence: str,
+    tracker: str | None = None,
+    repetition: int = 0,
+    frame: int | None = None,
+) -> Player:
+    """Play a sequence with the boxes of all trackers that ran on it.
+
+    Parameters
+    ----------
+    results : path or Runs
+        A folder of results, or what `load_results` gave of it.
+    sequence : str
+        Its name in the results, or how it was asked for.
+    tracker : str, optional
+        Label of the tracker whose run is looked at; none is by default.
+    repetition : int
+        Of it.
+    frame : int, optional
+        Where the player opens: the first frame that has truth by default.
+
+    Raises
+    ------
+    ValueError
+        Where the results have no run on the sequence, or none of the tracker.
+    ResultsError
+        Where there are no results, or they are damaged.
+    """
+    from bench.pages.takes import read_takes, scenes
+    from reports.page.page import Page, Place, Section, write_page
+
+    folder = Path(results.folder if isinstance(results, Runs) else results)
+    experiment, name = _holding(folder, sequence)
+    reading = read_takes(experiment, [], sequence=name)
+    if tracker is not None and tracker not in reading.trackers:
+        there = ", ".join(reading.trackers)
+        raise ValueError(f"There is no run of {tracker!r} on {name!r}; there are {there}.")
+    (scene,) = scenes(reading, str(experiment), lambda *_: None)
+    first = scene.first if frame is None else frame
+    if not 0 <= first < scene.frames:
+        raise ValueError(f"{name!r} has frames 0 to {scene.frames - 1}, and no {first}.")
+    page = Page(name, [Section("frames", "Sequence", scenes=True)], reading.trackers, [scene])
+    start = page.opening(scene, first)
+    if tracker is not None:
+        start = page.address(Place(0, reading.trackers.index(tracker), repetition, first))
+    with TemporaryDirectory(prefix="trackmark-") as made:
+        path, *_ = write_page(Path(made) / "page.html", replace(page, start=start), room=inf)
+        return Player(path.read_text("utf-8"))
+
+
+def _holding(folder: Path, sequence: str) -> tuple[Path, str]:
+    """The experiment that has runs on a sequence, and what they call it."""
+    names = {
+        str(name): experiment
+        for experiment in reversed(experiment_folders(folder))
+        for name in _ran_on(experiment)
+    }
+    if sequence not in names:
+        with suppress(datasets.SequenceError, OSError):  # it may be called as it was asked for
+            sequence = datasets.load(sequence).name
+    if sequence not in names:
+        there = ", ".join(sorted(names)) or "none"
+        raise ValueError(f"{folder}: there is no run on {sequence!r}; there are {there}.")
+    return names[sequence], sequence
+
+
+def _ran_on(experiment: Path) -> list[str]:
+    """Sequences of runs that are there and were scored."""
+    runs = loading.load_results(experiment)
+    there = runs[(runs["protocol"] == "accuracy") & (runs["status"] != "missing")]
+    return [str(name) for name in there["sequence"].unique()]
