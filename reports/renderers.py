@@ -40,9 +40,23 @@ _LATEX = {
     "µ": r"$\mu$",
     "—": "---",
     "…": r"\ldots{}",
+    "–": "--",
+    "×": r"$\times$",
+    "²": "$^2$",
+    "·": r"$\cdot$",
+    "≤": r"$\leq$",
+    "≥": r"$\geq$",
+    "→": r"$\to$",
 }
 
-_FORMULA = re.compile("'*[=+@-]")
+# What pdfLaTeX sets as it comes; for any other sign it would stop.
+_BEYOND = re.compile(
+    "[^\x00-\x7fÀÁÂÃÄÅÆÇÈÉÊËÌÍÎÏÑÒÓÔÕÖØÙÚÛÜÝßàáâãäåæçèéêëìíîïñòóôõöøùúûüýÿĆćČčĎďĚěĞğŁłŃńŇňŐőŒœŘřŚśŠšŤťŮůŰűŸŹźŻżŽž]+"
+)
+_OR_NUMBERS = r"\providecommand{\ornumbers}[2]{\ifdefined\Umathcode#1\else\texttt{#2}\fi}"
+
+_FORMULA = re.compile("'*[=+@＝＋＠－-]")  # the wide ones count as such in some languages
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE | re.ASCII)
 
 
 def to_csv(table: Table) -> str:
@@ -79,7 +93,11 @@ def to_markdown(table: Table) -> str:
 
 
 def to_latex(table: Table) -> str:
-    r"""Render a table in LaTeX (needs `\usepackage{booktabs}`); the best of a column is bold."""
+    r"""Render a table in LaTeX (needs `\usepackage{booktabs}`); the best of a column is bold.
+
+    Letters that pdfLaTeX can't set are shown by their numbers (`\u043a`); XeLaTeX and LuaLaTeX set
+    them.
+    """
     columns = "l" * table.n_labels + "r" * (len(table.heads) - table.n_labels)
     lines = [
         r"\begin{table}",
@@ -95,6 +113,8 @@ def to_latex(table: Table) -> str:
         *(rf"\par\footnotesize {_in_latex(note)}" for note in table.notes),
         r"\end{table}",
     ]
+    if any(r"\ornumbers" in line for line in lines):
+        lines.insert(0, _OR_NUMBERS)
     return "\n".join(lines) + "\n"
 
 
@@ -165,15 +185,7 @@ def _in_csv(value: object) -> object:
     if not isinstance(value, str):
         return value
     text = one_line(value)
-    return f"'{text}" if _FORMULA.match(text) and not _is_number(text) else text
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+    return f"'{text}" if _FORMULA.match(text) and not _NUMBER.fullmatch(text) else text
 
 
 def in_markdown(text: str) -> str:
@@ -187,7 +199,14 @@ def _in_html(text: str) -> str:
 
 
 def _in_latex(text: str) -> str:
-    return "".join(_LATEX.get(sign, sign) for sign in one_line(text))
+    escaped = "".join(_LATEX.get(sign, sign) for sign in one_line(text))
+    return _BEYOND.sub(_or_numbers, escaped)
+
+
+def _or_numbers(found: re.Match[str]) -> str:
+    """Signs for those that can set them, and their numbers for pdfLaTeX."""
+    numbers = "".join(rf"\textbackslash u{ord(sign):04x}" for sign in found[0])
+    return rf"\ornumbers{{{found[0]}}}{{{numbers}}}"
 
 
 def _latex_row(cells: list[str]) -> str:

@@ -7,6 +7,7 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+from hatchling.builders.wheel import WheelBuilder
 
 from bench.packages import NAMES, NameClashError, check_ownership, check_place
 
@@ -48,6 +49,13 @@ def test_another_distribution_in_the_same_folder_is_named(tmp_path, monkeypatch)
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(NameClashError, match="'datasets' also installs a package 'datasets'"):
         check_ownership()
+
+
+def test_the_wheel_holds_all_that_pages_are_made_of():
+    held = {file.path for file in WheelBuilder(str(ROOT)).recurse_included_files()}
+    parts = [path for path in (ROOT / "reports" / "page").iterdir() if path.is_file()]
+    assert {".html", ".css", ".js", ".py"} == {path.suffix for path in parts}
+    assert {str(path) for path in parts} <= held
 
 
 @pytest.mark.slow

@@ -1,8 +1,10 @@
 """What a page's player reads, against plain definitions."""
 
 import json
+import re
 import zlib
 from base64 import b64decode
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -10,8 +12,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from reports.page import page as pages
 from reports.page.film import ABSENT, film, packed, quantised
 from reports.page.page import Chart, Line, Page, Place, Scene, Section, Sheet, write_page
+from reports.palette import rgb
 from reports.tables import Cell, Table
 
 BOXES = arrays(
@@ -87,3 +91,34 @@ def test_an_address_says_names_as_they_are():
     assert Page("", [], ["x y"], [scene]).address(place) == (
         "#sequence=a%26b%3D%D1%86%23&tracker=x+y&repetition=2&frame=7"
     )
+
+
+def luminance(colour):
+    """Relative luminance as WCAG 2 defines it, of red, green and blue in 0..255."""
+    parts = np.asarray(colour) / 255
+    return np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4) @ [
+        0.2126, 0.7152, 0.0722
+    ]  # fmt: skip
+
+
+def contrast(one, other):
+    lighter, darker = sorted((luminance(one), luminance(other)), reverse=True)
+    return (lighter + 0.05) / (darker + 0.05)
+
+
+def test_words_stand_out_from_their_ground_in_light_and_dark():
+    style = (Path(pages.__file__).parent / "page.css").read_text()
+    light, dark = re.findall(r":root \{(.*?)\}", style, re.DOTALL)
+    for theme in (light, dark):
+        named = dict(re.findall(r"--(\w+): (#\w+)", theme))
+        assert {"paper", "panel", "ink", "faint", "accent", "shade"} <= named.keys()
+        colours = {
+            name: np.array(rgb(code if len(code) == 7 else "".join(2 * sign for sign in code[1:])))
+            for name, code in named.items()
+        }
+        for words in colours.keys() & {"ink", "faint", "accent", "bad", "good"}:
+            for ground in ("paper", "panel"):
+                assert contrast(colours[words], colours[ground]) >= 4.5, (words, ground)
+        most = int(re.search(r"--share, 0\) \* (\d+)%", style)[1]) / 100
+        darkest = most * colours["shade"] + (1 - most) * colours["paper"]  # of the heat map
+        assert contrast(colours["ink"], darkest) >= 4.5

@@ -178,6 +178,7 @@ def test_csv_comes_back_at_full_precision_with_preset_and_what_a_count_is_out_of
 
 
 NAMES = ["=1+1", "@SUM(A1)", "-2 px", "+x", "'=1", "''-x", "-3", "'quoted'", "a-b", "-1e5", "—"]
+NAMES += ["＝1+1", "-inf", "-1_0", "\t=1"]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -185,11 +186,11 @@ def test_csv_has_no_formulas_and_names_come_back_as_docs_say(name):
     table = summary([done(name, "s", 0, -0.5)])
     text = to_csv(table)
     row = text.splitlines()[1]
-    assert not row.lstrip('"').startswith(("=", "@", "+"))
+    assert not row.lstrip('"').startswith(("=", "@", "+", "＝", "\t"))
     assert ",-0.5," in row
     back = pd.read_csv(io.StringIO(text), dtype={"tracker": str})
-    (tracker,) = back["tracker"].str.replace(r"^'(?='*[=+@-])", "", regex=True)
-    assert tracker == name
+    (tracker,) = back["tracker"].str.replace(r"^'(?='*[=+@＝＋＠－-])", "", regex=True)
+    assert tracker == name.replace("\t", r"\u0009")
     assert back["mean"].tolist() == [-0.5]
 
 
@@ -237,11 +238,27 @@ def test_latex_escapes_what_latex_would_read_as_commands(table):
     assert {line.replace(r"\&", "").count("&") for line in body} == {2}
 
 
+HARMFUL = [
+    "ключ 跟踪 شَيْء 🎯 e\u0301",
+    "".join(map(chr, [*range(0x20, 0x250), *range(0x2010, 0x2050), 0x2192, 0x2264, 0xFFFD])),
+    r"\input{/etc/hostname} \end{tabular} ^^5cfoo %\csname",
+    "two\nlines\r\x1b[2J\u202e",
+    "[*x]",
+]
+
+
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
-def test_latex_compiles(table, tmp_path):
+def test_latex_compiles_whatever_the_names_are(table, tmp_path):
+    rows = [done(name, "s", 0, 0.5) for name in HARMFUL]
+    rows += [("x", name, 0, "failed", np.nan, np.nan) for name in HARMFUL]
+    tables = [table, summary(rows, title=HARMFUL[0]), sequences(rows)]
     document = "\\documentclass{article}\\usepackage{booktabs}\\begin{document}%s\\end{document}"
-    (tmp_path / "t.tex").write_text(document % to_latex(table))
-    subprocess.run(["pdflatex", "-halt-on-error", "t.tex"], cwd=tmp_path, check=True)
+    text = document % "".join(map(to_latex, tables))
+    (tmp_path / "t.tex").write_text(text, encoding="utf-8")
+    command = ["pdflatex", "-halt-on-error", "-draftmode", "-no-shell-escape", "t.tex"]
+    done_so = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False)
+    assert done_so.returncode == 0, done_so.stdout[-900:].decode(errors="replace")
+    assert r"\ornumbers{ключ}{\textbackslash u043a\textbackslash u043b" in text
 
 
 @settings(max_examples=30)

@@ -252,14 +252,24 @@ def test_failures_stand_up_front_and_lead_to_the_last_box(trackmark, here, spoil
         assert "frame=2" in row[3]["link"]
 
 
-def test_a_page_of_sequences_that_are_gone_has_numbers_and_says_why_no_frames(trackmark, here):
-    trackmark("run", "--trackers", "static", "--sequences", "data/Small", "--name", "mine")
+def test_a_page_of_sequences_that_are_gone_or_changed_has_numbers_and_says_why_no_frames(
+    trackmark, here, otb
+):
+    otb(here / "data" / "Other", 4)
+    where = "data/Small,data/Other"
+    trackmark("run", "--trackers", "static", "--sequences", where, "--name", "mine")
     shutil.rmtree(here / "data" / "Small")
-    trackmark("report", "results/mine", "--folder", "report")
-    text = (here / "report" / "report.html").read_text()
-    assert "No frames: Small is not at" in text
-    assert Cells(text).tables["sequences"][1][2]["text"] == "1.000"
+    (here / "data" / "Other" / "groundtruth_rect.txt").write_text("5,6,10,13\n" * 4)
+    trackmark("report", "results/mine")
+    text = (here / "results" / "mine" / "report.html").read_text()
+    for name in ("Small", "Other"):
+        assert f"No frames: {name} is not at" in text
+    rows = Cells(text).tables["sequences"][1:]
+    assert [(row[0]["text"], row[2]["text"]) for row in rows] == [
+        ("Small", "1.000"), ("Other", "1.000")
+    ]  # fmt: skip
     assert "image/webp;base64" not in text
+    assert "No frames" in bench.player("results/mine", "Other").page
 
 
 @browser.needs_browser
