@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import groupby
 
+from reports.printable import one_line
 from reports.tables import MISSING, Cell, Table
 
 __all__ = ["fitted", "on_terminal"]
@@ -22,10 +23,10 @@ def on_terminal(table: Table, render: Callable[[Table], str], more: str = "") ->
     that are left out.
     """
     narrow, left_out = fitted(table, lambda one: _width(render(replace(one, notes=[]))))
-    caption, _, body = render(narrow).partition("\n")
-    if left_out:
-        body += _wrapped(f"Left out: {'; '.join(left_out)}{more}.") + "\n"
-    return f"{_wrapped(caption)}\n{body}"
+    caption, _, body = render(replace(narrow, notes=[])).partition("\n")
+    notes = [one_line(note) for note in narrow.notes]
+    notes += [f"Left out: {'; '.join(left_out)}{more}."] if left_out else []
+    return f"{_wrapped(caption)}\n{body}" + "".join(f"{_wrapped(note)}\n" for note in notes)
 
 
 def _wrapped(sentence: str) -> str:

@@ -1,5 +1,7 @@
 """Tables on a terminal: no wider than it, with what a reader needs first."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -57,6 +59,14 @@ def test_a_table_is_no_wider_than_a_terminal_and_says_what_is_left_out(table, me
 def test_a_table_that_fits_is_left_as_it_is():
     made = sequence_table(scored(PER_SEQUENCE[:2]), PER_SEQUENCE[:2], "T", "native")
     assert on_terminal(made, to_text) == to_text(made)
+
+
+def test_a_long_note_is_wrapped():
+    made = sequence_table(scored(PER_SEQUENCE[:2]), PER_SEQUENCE[:2], "T", "native")
+    note = "not scored: " + "a reason that is told at some length, " * 5 + "with a \x1b in it"
+    said = on_terminal(replace(made, notes=[note]), to_text)
+    assert max(map(len, said.splitlines())) <= WIDTH
+    assert note.replace("\x1b", "\\u001b") in said.replace("\n", " ")
 
 
 def test_what_was_never_lost_has_no_first_loss():

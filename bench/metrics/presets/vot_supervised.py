@@ -85,11 +85,10 @@ def combine(runs: Runs) -> Judged:
 def _states(overlaps: NDArray[np.float64], given: NDArray[Any] | None) -> NDArray[np.int64]:
     """States of a run's frames; of one in one pass, if it is what the protocol would have given."""
     if given is None:
-        missed = np.flatnonzero(overlaps <= 0.0)
-        if len(missed):
+        if (overlaps <= 0.0).any():
             raise ValueError(
-                f"vot-supervised: the tracker failed {missed[0]} frames after it was initialised, "
-                "and was not begun again there; it judges runs by --protocol supervised."
+                "vot-supervised: the tracker failed, and was not begun again there; this preset "
+                "judges runs by --protocol supervised."
             )
         given = np.full(len(overlaps), State.TRACKED)
         given[0] = State.INITIALISED

@@ -251,7 +251,7 @@ def test_a_run_in_one_pass_that_never_failed_is_a_supervised_one():
     )
     assert alone.scores == told.scores
     boxes[70] += 900
-    with pytest.raises(ValueError, match="failed 70 frames after it was initialised"):
+    with pytest.raises(ValueError, match="failed, and was not begun again there"):
         preset.judge(truth_of(truth), Answer(boxes))
     begun = preset.judge(truth_of(truth), Answer(boxes, states=states_of(150, [70])))
     assert begun.scores["failures"] == 1
