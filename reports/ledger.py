@@ -7,7 +7,7 @@ import pandas as pd
 
 from reports.tables import Cell, Table
 
-__all__ = ["claim_words", "ledger_table"]
+__all__ = ["claim_words", "holds_in", "ledger_table"]
 
 
 def claim_words(claim: Mapping[str, Any]) -> str:
@@ -17,26 +17,29 @@ def claim_words(claim: Mapping[str, Any]) -> str:
     return said + (" (ours, not the paper's)" if evidence["ours"] else "")
 
 
+def holds_in(claim: Mapping[str, Any]) -> str:
+    """In how many readings a claim holds, of those post hoc, and whether it does not in others."""
+    evidence = claim["evidence"]
+    told = [claim["readings"], evidence["post_hoc"] and f"post hoc {evidence['post_hoc']}"]
+    told += ["fragile"] if evidence["fragile"] else []
+    return "; ".join(filter(None, told))
+
+
 def ledger_table(claims: Sequence[Mapping[str, Any]], tally: str, *, gated: bool = True) -> Table:
     """Claims with verdict and evidence.
 
-    They have `id`, `source`, `text`, `verdict`, `effect` (in words), `statistic`, `interval`,
-    `unit`, `cells`, `counted` (in the singular), `readings`, and `evidence` with `reason`,
-    `all_drawn_scenes`, `post_hoc`, `fragile`, `asserted` and `ours`. Where the scenes are `gated`,
-    some were dropped before anything ran, and the verdict over all of them has a column. The
-    `tally` says how many there are by verdict.
+    They have `id`, `source`, `text`, `verdict`, `effect` (in words), `of` (what was estimated),
+    `statistic`, `interval`, `unit`, `cells`, `counted` (in the singular), `readings`, and
+    `evidence` with `reason`, `all_drawn_scenes`, `post_hoc`, `fragile`, `asserted` and `ours`.
+    Where the scenes are `gated`, some were dropped before anything ran, and the verdict over all
+    of them has a column. The `tally` says how many there are by verdict.
     """
     rows = []
     for claim in claims:
         evidence = claim["evidence"]
-        holds = claim["readings"]
-        if evidence["post_hoc"]:
-            holds += f"; post hoc {evidence['post_hoc']}"
-        if evidence["fragile"]:
-            holds += "; fragile"
         shown = [claim["id"], claim["source"], claim_words(claim), claim["verdict"]]
         shown += [claim["effect"], *([evidence["all_drawn_scenes"]] if gated else [])]
-        shown += [holds, evidence["reason"]]
+        shown += [holds_in(claim), evidence["reason"]]
         rows.append([Cell(str(text)) for text in shown])
     heads = ["claim", "source", "what it says", "verdict", "effect [95 % interval] unit"]
     heads += ["all drawn scenes"] if gated else []
@@ -52,6 +55,7 @@ def ledger_table(claims: Sequence[Mapping[str, Any]], tally: str, *, gated: bool
             {
                 "id": claim["id"],
                 "verdict": claim["verdict"],
+                "of": claim["of"],
                 "effect": claim["statistic"],
                 "low": claim["interval"][0],
                 "high": claim["interval"][1],
@@ -59,6 +63,8 @@ def ledger_table(claims: Sequence[Mapping[str, Any]], tally: str, *, gated: bool
                 "cells": claim["cells"],
                 "counted": claim["counted"],
                 "readings": claim["readings"],
+                "post_hoc": claim["evidence"]["post_hoc"],
+                "fragile": claim["evidence"]["fragile"],
                 "reason": claim["evidence"]["reason"],
             }
             for claim in claims

@@ -91,6 +91,7 @@ class Conclusion:
             "short": claim.short,
             "verdict": self.verdict,
             "effect": self.found.effect,
+            "of": self.found.of,
             "statistic": _plain(self.found.statistic),
             "interval": [_plain(limit) for limit in self.found.interval],
             "unit": self.found.unit,

@@ -8,12 +8,12 @@ from bench.claims.readings import Readings
 from bench.papers import Effort, Report
 from bench.papers.screen import EFFECT, claim_count, outcome
 from bench.papers.wording import POST_HOC
-from reports.ledger import claim_words
+from reports.ledger import claim_words, holds_in
 from reports.page.film import still
 from reports.page.page import Card, Page, Picture, Section, Sheet, write_page
 from reports.tables import MISSING, Cell, Table
 
-__all__ = ["command_of", "plain_table", "write_html_page"]
+__all__ = ["command_of", "holds", "plain_table", "write_html_page"]
 
 _MOST_READINGS = 60
 """Rows of readings that a claim shows; `report.json` has all."""
@@ -83,7 +83,7 @@ def _mark(effort: Effort) -> str:
 def _ledger(report: Report) -> Sheet:
     """A row a claim, which leads to what its verdict rests on."""
     rows = [
-        [claim["id"], claim_words(claim), _said(claim), claim["effect"] or MISSING, _holds(claim)]
+        [claim["id"], claim_words(claim), _said(claim), claim["effect"] or MISSING, holds(claim)]
         for claim in report.claims
     ]
     heads = ["claim", "what it says", "verdict", EFFECT, "holds in readings"]
@@ -99,14 +99,11 @@ def _said(claim: Mapping[str, Any]) -> str:
     return outcome(claim).replace("-", " ")
 
 
-def _holds(claim: Mapping[str, Any]) -> str:
-    """In how many readings a claim holds."""
+def holds(claim: Mapping[str, Any]) -> str:
+    """In how many readings a claim holds, and whether that is fragile; of what was tested."""
     if outcome(claim) != claim["verdict"]:
         return MISSING
-    told = [claim["readings"]]
-    told += [f"post hoc {claim['evidence']['post_hoc']}"] if claim["evidence"]["post_hoc"] else []
-    told += ["fragile"] if claim["evidence"]["fragile"] else []
-    return "; ".join(filter(None, told)) or MISSING
+    return holds_in(claim) or MISSING
 
 
 def _card(claim: Mapping[str, Any]) -> Card:
@@ -116,7 +113,7 @@ def _card(claim: Mapping[str, Any]) -> Card:
         "in our words": claim_words(claim),
         "effect": claim["effect"],
         "why": evidence["reason"],
-        "holds in": "" if _holds(claim) == MISSING else _holds(claim),
+        "holds in": "" if holds(claim) == MISSING else holds(claim),
         "on all scenes drawn": _where_it_differs(claim),
         "published": "; ".join(published),
         "would be false if": evidence["falsifier"],

@@ -1,11 +1,9 @@
 """The page of a paper: its prose is somebody's, its table and verdicts are what was run."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from bench.papers import NO_EVIDENCE, Effort, Report
-from bench.papers.html_page import command_of
+from bench.papers.html_page import command_of, holds
 from bench.papers.screen import EFFECT, claim_count, outcome
 from bench.store.files import ResultsError
 from reports.files import write_file
@@ -69,17 +67,11 @@ def _results(report: Report, paper: str, effort: Effort) -> str:
     parts += [to_markdown(table).rstrip("\n") for table in report.main]
     rows = [
         f"| {claim['id']} | {_plain(claim_words(claim))} | {outcome(claim)} | "
-        f"{_plain(claim['effect']) or '—'} | {_readings(claim)} |"
+        f"{_plain(claim['effect']) or '—'} | {holds(claim)} |"
         for claim in report.claims
     ]
     heads = [f"| claim | what it says | verdict | {EFFECT} | holds in readings |", f"|{'---|' * 5}"]
     return "\n\n".join([*parts, f"{claim_count(report.claims)}.", "\n".join(heads + rows)]) + "\n"
-
-
-def _readings(claim: Mapping[str, Any]) -> str:
-    """In how many readings a claim holds; none for one that was not tested."""
-    tested = outcome(claim) == claim["verdict"]
-    return claim["readings"].partition(";")[0] if tested and claim["readings"] else "—"
 
 
 def _plain(text: str) -> str:

@@ -140,6 +140,8 @@ def fewer_particles(evidence: Evidence) -> list[Finding]:
         )
         compared = partial(_ratio, needs[0], needs[1], len(tables[0].columns))
         more = replace(_judged(both, compared, ratio, inf, ""), unit="times as many")
+        if more.statistic == 0:
+            more = replace(more, unit=f"{more.unit}: no number of the proposed filter's suffices")
         parts = f"success with {particles:g} particles", "the traditional filter's number"
         told = f"{reached.reason} {reason}, to be compared with {ratio:g} times as many."
         verdict = conjunction([reached, more], parts, told)
