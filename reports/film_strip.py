@@ -40,6 +40,7 @@ def film_strip(
     words: Mapping[int, str] | None = None,
     count_from: int = 0,
     ruler: bool = False,
+    lines_of: Callable[[int], Mapping[str, NDArray[np.float64]]] = lambda _: {},
 ) -> NDArray[np.uint8]:
     """Draw a film strip: a BGR image of about so much width [pixels], uint8 (height, width, 3).
 
@@ -48,6 +49,7 @@ def film_strip(
     `overlay`); `shades` are `#rrggbb` by label, in order of the labels by default. `title` is
     written above, `words` beside the number of a frame, and the first frame's number is said to be
     `count_from`. With `ruler`, pixels are marked along the upper and the left edge of each frame.
+    `lines_of` gives outlines by label, of a frame's number, which are drawn, too; see `overlay`.
     """
     columns = min(columns, len(numbers))
     words = words or {}
@@ -58,7 +60,8 @@ def film_strip(
         scale = (width - _GAP * (columns - 1)) / columns / image.shape[1]
         here = {label: rows[number] for label, rows in boxes.items()}
         said = f"{number + count_from} {words.get(number, '')}".strip()
-        tiles.append(overlay(image, here, shades, scale, "" if ruler else said, shape))
+        lines = lines_of(number)
+        tiles.append(overlay(image, here, shades, scale, "" if ruler else said, shape, lines))
         if ruler:
             draw_ruler(tiles[-1], scale)
             write_words(tiles[-1], said, (14, 36))  # beneath the numbers along the edge

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
+from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 import cv2
@@ -34,11 +35,13 @@ def overlay(
     scale: float = 1.0,
     words: str = "",
     shape: Shape = "box",
+    lines: Mapping[str, NDArray[np.float64]] = MappingProxyType({}),
 ) -> NDArray[np.uint8]:
     """A copy of a BGR image, enlarged by a factor, with boxes on it.
 
     `boxes` are `[x, y, width, height]` in pixels of the image, by label; NaN boxes are not drawn.
-    Contours are of shape (points, 2) instead, and a row of NaN parts one polygon from the next.
+    Contours are of shape (points, 2) instead, and a row of NaN parts one polygon from the next;
+    `lines` are contours that are drawn besides, more thinly.
     `colours` are `#rrggbb` by label; `truth` is white and dashed. `words` are written into the left
     top corner.
     """
@@ -62,6 +65,11 @@ def overlay(
         # A dark rim beneath keeps every colour readable on every ground.
         _draw(drawn, box, shape, _DARK, 3)
         _draw(drawn, box, shape, to_bgr(colours[label]), 2)
+    for label, line in lines.items():
+        outline = np.asarray(line, np.float64) * factors
+        _draw(drawn, outline, "contour", _DARK, 2)
+        shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
+        _draw(drawn, outline, "contour", shade, 1, dashed=label == TRUTH)
     if truth is not None:
         _draw(drawn, truth, shape, to_bgr(TRUTH_COLOUR), 1, dashed=True)
     if words:

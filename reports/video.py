@@ -1,6 +1,6 @@
 """A sequence with everybody's boxes as an MP4 video (H.264)."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from pathlib import Path
 
@@ -24,6 +24,7 @@ def write_video(
     images: Iterable[tuple[int, NDArray[np.uint8]]],
     boxes: Mapping[str, NDArray[np.float64]],
     fps: float | None = None,
+    lines_of: Callable[[int], Mapping[str, NDArray[np.float64]]] = lambda _: {},
 ) -> Path:
     """Write a video, one frame in memory at a time; see `write_file` for errors.
 
@@ -37,6 +38,8 @@ def write_video(
         Boxes by label, a row a frame; see `overlay`.
     fps : float, optional
         Frames a second; 25 where it is not known.
+    lines_of : callable
+        Gives outlines by label, of a frame's number; see `overlay`.
     """
     shades = colours([label for label in boxes if label != TRUTH])
 
@@ -46,7 +49,7 @@ def write_video(
             for number, image in images:
                 scale = max(1.0, LEAST_WIDTH / image.shape[1])
                 here = {label: rows[number] for label, rows in boxes.items()}
-                drawn = overlay(image, here, shades, scale, str(number))
+                drawn = overlay(image, here, shades, scale, str(number), lines=lines_of(number))
                 if boxes:
                     drawn = np.vstack([drawn, legend(boxes, shades, drawn.shape[1])])
                 drawn = _even(drawn)

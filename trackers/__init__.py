@@ -12,6 +12,7 @@ from trackers.base.interface import (
     TrackerPlugin,
     Watcher,
 )
+from trackers.base.mapper import Mapper
 from trackers.base.parameters import Parameters, TrackerError
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "Estimate",
     "Finisher",
     "Image",
+    "Mapper",
     "Mask",
     "Parameters",
     "Randomness",

@@ -1,10 +1,12 @@
 """CamShift: mean shift on a hue back-projection, with a fixed or an adaptive window."""
 
+from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from trackers.base.interface import Box, Estimate, Mask
+from trackers.base.interface import Box, Estimate, Image, Mask
 from trackers.base.parameters import Parameters, TrackerError, choice, fraction, nonnegative, whole
 from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.maps.back_projection import (
@@ -112,6 +114,12 @@ class CamShift(SharingTracker):
             confidence=mean,
             details={"iterations": float(iterations), "mean_back_projection": mean},
         )
+
+    def maps(self, image: Image) -> Mapping[str, NDArray[np.float64]]:
+        """See `Mapper.maps`: the back-projection of the template's hues."""
+        hues = self._hues(SharedFrame(image))
+        bin_counts(hues, 0, 0, *image.shape[1::-1])  # visits every pixel
+        return {"back-projection": self._weights[hues.bins] / self._largest}
 
     def _hues(self, frame: SharedFrame) -> HueBins:
         settings = self.parameters

@@ -1,10 +1,12 @@
 """CamShift on colour and motion: the improved CamShift of Wang & Tang 2010, without particles."""
 
+from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from trackers.base.interface import Box, Estimate, Mask
+from trackers.base.interface import Box, Estimate, Image, Mask
 from trackers.base.parameters import choice, nonnegative, whole
 from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.maps.back_projection import adapted_window, whole_window
@@ -67,7 +69,7 @@ class CamShiftImproved(SharingTracker):
     def update_shared(self, frame: SharedFrame) -> Estimate:
         """See `Tracker.update`; raises TrackerError for a frame of another size than the first."""
         settings, window = self.parameters, self._window
-        joint = self._model.observe(frame)
+        joint = self._joint = self._model.observe(frame)
         moved = joint.drift(
             self._centre[np.newaxis], window, settings.stop_distance, settings.max_iterations
         )
@@ -84,3 +86,7 @@ class CamShiftImproved(SharingTracker):
             confidence=details["similarity"],
             details=details,
         )
+
+    def maps(self, image: Image) -> Mapping[str, NDArray[np.float64]]:
+        """See `Mapper.maps`: the joint map of colour and motion."""
+        return {"joint map": self._joint.whole()}

@@ -1,6 +1,11 @@
 """Mean shift on a kernel-weighted colour histogram (Comaniciu, Ramesh & Meer)."""
 
-from trackers.base.interface import Box, Estimate, Mask
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.base.interface import Box, Estimate, Image, Mask
 from trackers.base.sharing import SharedFrame, SharingTracker
 from trackers.histograms.mean_shift import MeanShiftParameters, Target
 
@@ -56,3 +61,7 @@ class MeanShift(SharingTracker):
             confidence=found.coefficient,
             details=target.details(found),
         )
+
+    def maps(self, image: Image) -> Mapping[str, NDArray[np.float64]]:
+        """See `Mapper.maps`."""
+        return {"target's colours": self._target.map(image)}

@@ -1,11 +1,12 @@
 """Mean shift that starts where a Kalman filter predicts the target (Comaniciu & Ramesh 2000)."""
 
+from collections.abc import Mapping
 from math import inf, log, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.base.interface import Box, Estimate, Mask
+from trackers.base.interface import Box, Estimate, Image, Mask
 from trackers.base.kalman import ConstantVelocity
 from trackers.base.parameters import fraction, positive
 from trackers.base.sharing import SharedFrame, SharingTracker
@@ -87,6 +88,10 @@ class MeanShiftKalman(SharingTracker):
                 "gain_y": float(gains[1]),
             },
         )
+
+    def maps(self, image: Image) -> Mapping[str, NDArray[np.float64]]:
+        """See `Mapper.maps`."""
+        return {"target's colours": self._target.map(image)}
 
     def _deviations(self, frame: SharedFrame, found: Location) -> NDArray[np.float64]:
         """How uncertain the place is along x and y, in pixels."""

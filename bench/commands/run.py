@@ -59,6 +59,11 @@ _LONGEST = 24  # letters of a tracker's or a sequence's name in that of a folder
 @click.option("--seeds", type=click.IntRange(1), help="Repetitions of trackers that draw.")
 @protocol_option
 @click.option("--timing", is_flag=True, help="Time the trackers, one by one, instead.")
+@click.option(
+    "--arrays",
+    is_flag=True,
+    help="New runs keep masks, contours, particles and maps, which the report's player shows.",
+)
 @click.option("--name", help="Name of the results' folder.  [default: made from what is asked]")
 @click.option(
     "--keep",
@@ -79,6 +84,7 @@ def command(
     seeds: int | None,
     protocol: str | None,
     timing: bool,
+    arrays: bool,
     name: str | None,
     keep: bool,
     retry_failed: bool,
@@ -106,6 +112,7 @@ def command(
         "repetitions": seeds,
         "protocol": protocol,
         "timing": timing,
+        "arrays": arrays,
     }
     given = {key: value for key, value in given.items() if value}
     if seeds:

@@ -1,11 +1,19 @@
-"""Show a sequence, with boxes where there are some: film strip (PNG) or video (MP4)."""
+"""Show a sequence and what trackers say of it: film strip, video, or a page to step through."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.commands._options import patience, progress_bar, trace_option, truth_option
+from bench.commands import EXIT_ANSWER_IS_NO
+from bench.commands._options import (
+    patience,
+    progress_bar,
+    split_list,
+    trace_option,
+    truth_option,
+)
+from bench.commands._terminal import complain
 
 if TYPE_CHECKING:
     from bench.evaluation.record import Trace
@@ -19,15 +27,19 @@ __all__ = ["command"]
 @click.option(
     "--results",
     type=click.Path(path_type=Path),
-    help="Draw the boxes of the runs in this folder too.",
+    help="Draw what the runs in this folder said, too.",
+)
+@click.option(
+    "--live",
+    metavar="TRACKER[,TRACKER]…",
+    help="Run them on SEQUENCE, and write a page that steps through what they see.",
 )
 @trace_option
 @click.option("--repetition", type=click.IntRange(0), default=0, show_default=True)
 @click.option(
     "--output",
     type=click.Path(path_type=Path, dir_okay=False),
-    required=True,
-    help="A .png is a film strip, an .mp4 a video (H.264).",
+    help="A .png is a film strip, an .mp4 a video (H.264).  [--live: live.html]",
 )
 @click.option(
     "--frames",
@@ -43,18 +55,28 @@ def command(
     sequence: str,
     truth: Path | None,
     results: Path | None,
+    live: str | None,
     trace: "Trace",
     repetition: int,
-    output: Path,
+    output: Path | None,
     count: int,
     first: int,
     last: int | None,
-) -> None:
-    """Show SEQUENCE (a name or a path), its truth, and with --results what trackers said."""
+) -> int:
+    """Show SEQUENCE (a name or a path), its truth, and with --results what trackers said.
+
+    With --live trackers are run on it, and a page in one file steps through boxes, masks,
+    contours, particles, maps of what pixels weigh, and the trackers' own numbers. Exit status 1
+    where one failed.
+    """
     import datasets
     from bench.store.files import ResultsError
     from reports.overlay import TRUTH
 
+    if live is not None:
+        return _live(sequence, truth, split_list(live), output or Path("live.html"))
+    if output is None:
+        raise click.UsageError("Give --output, a .png or an .mp4 file, or --live.")
     if output.suffix not in (".png", ".mp4"):
         raise click.BadParameter(f"{output} is neither .png nor .mp4.", param_hint="--output")
     if results is None and trace != "online":
@@ -74,25 +96,57 @@ def command(
             f"frames {first} to {end} are not among 0 to {len(opened) - 1}.", param_hint="--last"
         )
     boxes: dict[str, Any] = {}
+    outlines: dict[str, Any] = {}
     if opened.present.any():
         boxes[TRUTH] = opened.boxes
     if results is not None:
-        boxes |= _boxes(results, opened, repetition, trace)
+        found, outlines = _said(results, opened, repetition, trace)
+        boxes |= found
     try:
-        _draw(opened, range(first, end + 1), boxes, output, count)
+        _draw(opened, range(first, end + 1), boxes, outlines, output, count)
     except OSError as error:
         raise ResultsError(str(error.strerror or error)) from error
     click.echo(str(output))
+    return 0
 
 
-def _boxes(results: Path, sequence: Any, repetition: int, trace: "Trace") -> dict[str, Any]:
+def _live(sequence: str, truth: Path | None, trackers: list[str], output: Path) -> int:
+    from bench.experiments.experiment import SequenceSource
+    from bench.pages.live import write_live_page
+    from bench.store.files import ResultsError
+
+    context = click.get_current_context()
+    given = click.core.ParameterSource.COMMANDLINE
+    for name in ("results", "trace", "repetition", "count", "first", "last"):
+        if context.get_parameter_source(name) == given:
+            option = "--frames" if name == "count" else f"--{name}"
+            raise click.UsageError(f"{option} and --live exclude each other.")
+    if output.suffix != ".html":
+        raise click.BadParameter(f"{output} is no .html file.", param_hint="--output")
+    if not trackers:
+        raise click.BadParameter("it names no tracker.", param_hint="--live")
+    source = SequenceSource(sequence, truth)
+    try:
+        with progress_bar(None, "frame") as progress:
+            paths, failures = write_live_page(trackers, source, output, progress)
+    except OSError as error:
+        raise ResultsError(str(error.strerror or error)) from error
+    for failure in failures:
+        complain(failure.partition("\n")[0])
+    click.echo(str(paths[0]))
+    return EXIT_ANSWER_IS_NO if failures else 0
+
+
+def _said(
+    results: Path, sequence: Any, repetition: int, trace: "Trace"
+) -> tuple[dict[str, Any], dict[str, Any]]:
     import numpy as np
 
-    from bench.reporting.pictures import boxes_of
+    from bench.reporting.pictures import said_on
     from bench.store.files import ResultsError
     from reports.overlay import TRUTH
 
-    found = boxes_of(results, sequence.name, repetition, trace)
+    found, outlines = said_on(results, sequence.name, repetition, trace)
     if not found:
         raise ResultsError(f"{results}: there are no runs on {sequence.name}.")
     known = sequence.present.any()
@@ -103,15 +157,30 @@ def _boxes(results: Path, sequence: Any, repetition: int, trace: "Trace") -> dic
             f"{results}: the runs on {sequence.name} were made on another version of it. "
             "Run them again on the sequence as it is."
         )
-    return found
+    return found, outlines
 
 
-def _draw(sequence: Any, shown: range, boxes: dict[str, Any], output: Path, count: int) -> None:
+def _draw(
+    sequence: Any,
+    shown: range,
+    boxes: dict[str, Any],
+    outlines: dict[str, Any],
+    output: Path,
+    count: int,
+) -> None:
+    from bench.reporting.outlines import outlines_on
     from reports.film_strip import evenly_spaced, film_strip, write_film_strip
 
     if output.suffix == ".png":
         numbers = evenly_spaced(shown.start, shown.stop - 1, count)
-        write_film_strip(output, film_strip(sequence.__getitem__, numbers, boxes, sequence.name))
+        strip = film_strip(
+            sequence.__getitem__,
+            numbers,
+            boxes,
+            sequence.name,
+            lines_of=outlines_on(sequence, outlines),
+        )
+        write_film_strip(output, strip)
         return
     from reports.video import write_video
 
@@ -122,4 +191,4 @@ def _draw(sequence: Any, shown: range, boxes: dict[str, Any], output: Path, coun
                 progress(done)
                 yield number, sequence[number]
 
-        write_video(output, images(), boxes, sequence.fps)
+        write_video(output, images(), boxes, sequence.fps, outlines_on(sequence, outlines))

@@ -291,6 +291,7 @@ def _runs(
         entries,
         opened.sequence,
         protocol(unit.protocol),
+        keep_arrays=unit.arrays,
         run_seconds=run_seconds,
         rows=rows,
         observer=observer,

@@ -32,6 +32,7 @@ class Unit:
     # What a process that performs it is kept for: it performs no unit of another owner, then or
     # later. Empty for trackers of the package, which share processes.
     owner: str = ""
+    arrays: bool = False  # whether arrays, masks and maps are kept
 
     @property
     def work(self) -> int:

@@ -59,7 +59,7 @@ def evaluate(
     protocol : str
         How it is run: `supervised:skip=10`, say; see docs/protocols.md.
     keep_arrays : bool
-        Keep `Estimate.arrays` and masks of every frame; in one pass alone.
+        Keep `Estimate.arrays`, masks and maps of every frame; in one pass alone.
 
     Returns
     -------
@@ -97,6 +97,7 @@ def run_by_protocol(
     one: Protocol,
     *,
     share: bool = True,
+    keep_arrays: bool = False,
     run_seconds: float = inf,
     rows: Collection[NDArray[np.float64]] = (),
     observer: Observer = UNOBSERVED,
@@ -104,12 +105,18 @@ def run_by_protocol(
     """Run several trackers through a sequence together, by a protocol.
 
     Parameters, result and errors are as of `bench.evaluation.loop.run_in_lock_step`, which is the
-    protocol one-pass; `rows` have a row a frame of every segment.
+    protocol one-pass and alone keeps arrays; `rows` have a row a frame of every segment.
     """
     entries = list(entries)
     if one.text == STORED_ONCE:
         return run_in_lock_step(
-            entries, sequence, share=share, run_seconds=run_seconds, rows=rows, observer=observer
+            entries,
+            sequence,
+            share=share,
+            keep_arrays=keep_arrays,
+            run_seconds=run_seconds,
+            rows=rows,
+            observer=observer,
         )
     sequence.check_runnable()
     rules = _Rules(one, share, len(entries) == 1, run_seconds)

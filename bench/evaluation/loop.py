@@ -50,8 +50,8 @@ def run_in_lock_step(
 
     `entries`: trackers with their repetitions. `sequence`: with truth. `share`: give trackers that
     can share work a common store for each frame. The boxes are the same without. `keep_arrays`:
-    keep arrays and masks. `run_seconds`: what a tracker may take for all frames together. `rows`:
-    one a tracker; see `Recorder`. `observer`: told what is done.
+    keep arrays, masks and maps. `run_seconds`: what a tracker may take for all frames together.
+    `rows`: one a tracker; see `Recorder`. `observer`: told what is done.
 
     Raises `SequenceError` where the sequence has no usable truth or an image can't be read. No run
     is kept then. Raises `NotAttributableError` where a tracker harms the process, and which of

@@ -47,7 +47,8 @@ class Run:
     revised : ndarray of float64, shape (n, 4), or None
         Boxes with the tracker's later corrections; None where it made none.
     arrays : mapping of int to mapping of str to ndarray
-        By frame, where they were asked for; masks are among them as `mask`.
+        By frame, where they were asked for; masks are among them as `mask`, maps (see
+        `trackers.Mapper`) as `map.NAME`, of uint8, 255 for 1.
     segmentation : Segmentation or None
         Of a tracker that gave masks, on a sequence that has them; not in timing runs.
     times : Times or None

@@ -22,19 +22,23 @@ from bench.metrics.regions import Segmentation, contour_accuracy, region_similar
 from bench.metrics.times import Times
 from bench.protocols import STORED_ONCE
 from datasets import Sequence
-from trackers import Box, Estimate, Finisher, Mask, Tracker, Watcher
+from trackers import Box, Estimate, Finisher, Mapper, Mask, Tracker, Watcher
 from trackers.base.sharing import SharedFrame, SharingTracker
 
 __all__ = [
     "COLUMNS",
     "LONGEST_REASON",
     "LONGEST_TRACEBACK",
+    "MAP",
     "MalformedEstimateError",
     "Recorder",
     "checked_box",
 ]
 
 R = TypeVar("R")
+
+MAP = "map."
+"""What the names of maps begin with among the arrays of a run."""
 
 COLUMNS = 6
 """Box, visibility, confidence: what is kept of every frame."""
@@ -60,10 +64,10 @@ class Recorder:
 
     `chosen`: the tracker. `repetition`: from 0. `sequence`: its images are not asked for here.
     `protocol`: what is asked. `share`: let the tracker share work on a frame, where it can.
-    `keep_arrays`: keep arrays and masks. `alone`: whether no other tracker runs in this process
-    meanwhile. If one does, a lack of memory may be its doing. `run_seconds`: what the tracker may
-    take for all frames together. `rows`: where boxes, visibility and confidence are kept, frame by
-    frame; see `bench.store.unfinished`, shape (n, 6).
+    `keep_arrays`: keep arrays, masks and maps. `alone`: whether no other tracker runs in this
+    process meanwhile. If one does, a lack of memory may be its doing. `run_seconds`: what the
+    tracker may take for all frames together. `rows`: where boxes, visibility and confidence are
+    kept, frame by frame; see `bench.store.unfinished`, shape (n, 6).
 
     `failure` says why the tracker is no longer asked, and is empty while it is; `seconds` what it
     has taken so far by the wall clock; `segments` whether it has given a mask that counts (none
@@ -236,10 +240,23 @@ class Recorder:
             self._details[key][frame] = value
         if estimate.revised:
             self._take_revision(frame, estimate.revised)
-        if self._keep_arrays and (estimate.arrays or estimate.mask is not None):
-            kept = {key: np.array(value) for key, value in estimate.arrays.items()}
-            if estimate.mask is not None:
-                kept["mask"] = np.array(estimate.mask)
+        if self._keep_arrays:
+            self._keep(shown, frame, estimate)
+
+    def _keep(self, shown: SharedFrame, frame: int, estimate: Estimate) -> None:
+        """Keep what is larger than numbers: arrays, the mask, and maps, in 255ths."""
+        kept = {key: np.array(value) for key, value in estimate.arrays.items()}
+        if estimate.mask is not None:
+            kept["mask"] = np.array(estimate.mask)
+        tracker = self._tracker()
+        maps = tracker.maps(shown.image) if isinstance(tracker, Mapper) else {}
+        for key, weights in maps.items():
+            if np.shape(weights) != shown.image.shape[:2]:
+                raise MalformedEstimateError(
+                    f"the map {key!r} is of shape {np.shape(weights)}, not the image's"
+                )
+            kept[f"{MAP}{key}"] = np.rint(255 * np.clip(weights, 0, 1)).astype(np.uint8)
+        if kept:
             self._arrays[frame] = kept
 
     def _take_revision(self, frame: int, revised: Mapping[int, Box]) -> None:

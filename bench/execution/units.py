@@ -113,7 +113,8 @@ class Units:
                 )
             )
         found = plan.sequences[sequence]
-        return Unit(found.source, tuple(entries), plan.protocol, found.frames, owner)
+        arrays = plan.experiment.arrays
+        return Unit(found.source, tuple(entries), plan.protocol, found.frames, owner, arrays)
 
 
 def owner_of(chosen: Contestant) -> str:

@@ -101,6 +101,9 @@ class Experiment:
         Headline of its report.
     protocol : str
         How trackers are run, as `bench.protocols.protocol` takes it; timing runs are in one pass.
+    arrays : bool
+        Whether runs that are made keep what trackers tell besides numbers: masks, contours,
+        particles, maps. Runs that are there already stay as they are.
     """
 
     name: str
@@ -111,6 +114,7 @@ class Experiment:
     timing: bool = False
     title: str = ""
     protocol: str = "one-pass"
+    arrays: bool = False
 
     @property
     def filed_under(self) -> str:
@@ -147,6 +151,8 @@ class Experiment:
             once = once or self._protocol.name == Experiment.protocol
         except ValueError as error:
             raise ExperimentError(f"{self.name}: {error}") from None
+        if self.arrays and (self.timing or not once):
+            raise ExperimentError(f"{self.name}: arrays are kept of runs in one pass alone.")
         if self.timing and not once:
             raise ExperimentError(
                 f"{self.name}: timing runs are in one pass; leave out the protocol {self.protocol}."
@@ -211,6 +217,7 @@ _KINDS: Mapping[str, type] = {
     "protocol": str,
     "repetitions": int,
     "timing": bool,
+    "arrays": bool,
     "trackers": list,
     "sequences": list,
 }
@@ -240,6 +247,7 @@ def _experiment(path: Path, table: Mapping[str, Any]) -> Experiment:
         repeated={text: number for text, number in entrants if number is not None},
         repetitions=table.get("repetitions", 1),
         timing=table.get("timing", False),
+        arrays=table.get("arrays", False),
         protocol=table.get("protocol", Experiment.protocol),
     )
 

@@ -37,17 +37,20 @@ class Filmed(NamedTuple):
 
 
 def film_all(
-    rows: Sequence[tuple[Mapping[str, Any], int]], watch: Watch, keep: Keep | None = None
+    rows: Sequence[tuple[Mapping[str, Any], int]],
+    watch: Watch,
+    keep: Keep | None = None,
+    height: int = THUMBNAIL,
 ) -> Iterator[Filmed]:
     """Frames of sequences in their order, by a row of a run of each and the number of its frames.
 
-    `keep`: given frames of their own size, too; it can be pickled.
+    `keep`: given frames of their own size, too; it can be pickled. `height`: most of the others.
     """
     lengths = [n for _, n in rows]
     told = [
         {key: row[key] for key in ("sequence", "source", "truth", "fingerprint")} for row, _ in rows
     ]
-    given = told, count(), lengths, [keep] * len(rows)
+    given = told, count(), lengths, [keep] * len(rows), [height] * len(rows)
     if sum(lengths) < _WORTH_WORKERS or len(rows) < 2:
         done = 0
 
@@ -72,6 +75,7 @@ def _filmed(
     number: int,
     n: int,
     keep: Keep | None,
+    height: int,
     seen: Callable[[], None] = lambda: None,
 ) -> Filmed:
     sequence = opened(row)
@@ -81,7 +85,7 @@ def _filmed(
     sizes = []
     try:
         images = (sequence[frame] for frame in range(n))
-        thumbnails = list(film(_counted(images, seen), THUMBNAIL))
+        thumbnails = list(film(_counted(images, seen), height))
         if keep is not None:
             images = (sequence[frame] for frame in range(n))
             for chunk, frames in enumerate(film(images, quality=_FULL_QUALITY)):

@@ -19,6 +19,7 @@ from bench.comparing.words import paragraph
 from bench.pages.charts import error_charts, share_charts, speed_chart, survival_chart
 from bench.pages.filming import Watch
 from bench.pages.takes import Reading, read_takes, scenes
+from bench.protocols import STORED_ONCE, TIMING
 from bench.reporting.tables import SUMMARY
 from bench.statistics.paired import scores_interval
 from bench.store.loading import load_results
@@ -121,6 +122,11 @@ def _overview(
         words.append(f"Not all is here: {told}. Means that need these runs are missing.")
     else:
         words.append("All runs finished.")
+    if others := sorted(set(map(str, scored["protocol"])) - {STORED_ONCE, TIMING}):
+        words.append(
+            f"Runs by {', '.join(others)} have numbers and no frames here: the player shows runs "
+            "in one pass, whose frames are the sequence's, one by one."
+        )
     notes = dict.fromkeys(note for table in tables for note in table.notes)
     words += [note for note in notes if not note.startswith("failed: ")]
     failed = [

@@ -9,7 +9,6 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +16,9 @@ from bench.evaluation.record import Run
 from bench.evaluation.reference import reference
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
-from bench.pages.filming import Filmed, Keep, Watch, film_all
+from bench.pages.filming import THUMBNAIL, Filmed, Keep, Watch, film_all
+from bench.pages.shown import Film, maps, numbers, shapes, true_shapes
+from bench.reporting.outlines import is_round
 from bench.reporting.pictures import scored_runs
 from bench.store.truth import StoredTruth
 from reports.page.film import packed, quantised, squeezed
@@ -31,9 +32,6 @@ OVERLAPS = np.linspace(0.0, 1.0, 51)
 ERRORS = np.linspace(0.0, 50.0, 51)
 """Thresholds of success [overlap] and precision [pixels]."""
 
-_POINTS = 300
-"""Particles that are shown of each frame."""
-
 
 @dataclass(frozen=True)
 class Clip:
@@ -45,6 +43,9 @@ class Clip:
     boxes: NDArray[np.int32]
     revised: NDArray[np.int32] | None
     shapes: dict[int, dict[str, Any]]
+    maps: Mapping[str, Film]
+    numbers: Mapping[str, Sequence[float | None]]
+    round: bool  # see `is_round`
     end: int  # the last frame with a box
     worst: Mapping[str, tuple[float, int]]  # badness and frame, by what it is judged by
     errors: NDArray[np.float32]  # of the centre by frame; NaN where it is not judged
@@ -99,11 +100,13 @@ class Reading:
         return worst
 
 
-def read_takes(experiment: Path, trackers: Sequence[str], **only: str) -> Reading:
+def read_takes(
+    experiment: Path, trackers: Sequence[str], *, detailed: bool = False, **only: str
+) -> Reading:
     """Read all scored runs of an experiment, each once.
 
-    `trackers`: in the order of their colours; others follow. `only`: what columns must say.
-    Raises `ResultsError` for a file that can't be read.
+    `trackers`: in the order of their colours; others follow. `detailed`: with trackers' own
+    numbers. `only`: what columns must say. Raises `ResultsError` for a file that can't be read.
     """
     names = list(trackers)
     stages: dict[str, Stage] = {}
@@ -116,7 +119,7 @@ def read_takes(experiment: Path, trackers: Sequence[str], **only: str) -> Readin
         if row["tracker"] not in names:
             names.append(row["tracker"])
         number = names.index(row["tracker"])
-        stage.clips.append(_clip(stage, truth, run, row, number))
+        stage.clips.append(_clip(stage, truth, run, row, number, detailed))
         about = {key: run.circumstances.get(key) for key in ("host", "platform", "python")}
         about |= {"libraries": run.circumstances.get("libraries") or {}}
         about |= {"date": str(run.circumstances.get("date", ""))[:10]}
@@ -124,7 +127,9 @@ def read_takes(experiment: Path, trackers: Sequence[str], **only: str) -> Readin
     return Reading(names, list(stages.values()), list(told.values()))
 
 
-def _clip(stage: Stage, truth: Array, run: Run, row: Mapping[str, Any], tracker: int) -> Clip:
+def _clip(
+    stage: Stage, truth: Array, run: Run, row: Mapping[str, Any], tracker: int, detailed: bool
+) -> Clip:
     judged = np.flatnonzero(np.isfinite(truth).all(axis=1))[1:]
     overlaps = np.nan_to_num(overlap(truth[judged], run.boxes[judged]))
     errors = np.full(len(run.boxes), np.nan)
@@ -142,7 +147,10 @@ def _clip(stage: Stage, truth: Array, run: Run, row: Mapping[str, Any], tracker:
         run.failure,
         quantised(run.boxes),
         None if run.revised is None else quantised(run.revised),
-        _shapes(run),
+        shapes(run),
+        maps(run),
+        numbers(run) if detailed else {},
+        is_round(run),
         end,
         _worst(run, row, judged, overlaps, errors, end),
         errors.astype(np.float32),
@@ -174,68 +182,47 @@ def _worst(
     }
 
 
-def _shapes(run: Run) -> dict[int, dict[str, Any]]:
-    """Outlines of masks and contours, and particles, by frame: lists of points."""
-    found: dict[int, dict[str, Any]] = {}
-    for frame, arrays in run.arrays.items():
-        lines = [_points(arrays["contour"])] if "contour" in arrays else []
-        lines += _outlines(arrays["mask"]) if "mask" in arrays else []
-        places = np.asarray(arrays.get("particles", np.empty((0, 2))))
-        if places.ndim != 2 or places.shape[1] < 2:
-            places = np.empty((0, 2))
-        points = _points(places[:: max(1, len(places) // _POINTS), :2])
-        found[frame] = {"lines": lines, "points": points}
-    return found
-
-
-def _true_shapes(stored: StoredTruth) -> dict[int, dict[str, Any]]:
-    """Outlines of the truth, where more than its boxes is known."""
-    known = {frame: shape for frame, shape in enumerate(stored.shapes or ()) if shape is not None}
-    return {
-        frame: {"lines": _outlines(shape) if shape.dtype == np.bool_ else [_points(shape)]}
-        for frame, shape in known.items()
-    }
-
-
-def _outlines(mask: NDArray[Any]) -> list[list[list[float]]]:
-    """Of a mask's parts and holes; pixel centres lie at halves."""
-    whole = np.ascontiguousarray(mask, np.uint8)
-    found, _ = cv2.findContours(whole, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
-    return [_points(outline[:, 0] + 0.5) for outline in found]
-
-
-def _points(points: NDArray[Any]) -> list[list[float]]:
-    """Finite points (k, 2) to a tenth of a pixel."""
-    points = np.asarray(points, np.float64).reshape(-1, 2)
-    shown: list[list[float]] = points[np.isfinite(points).all(axis=1)].round(1).tolist()
-    return shown
-
-
 def scenes(
-    reading: Reading, results: str, watch: Watch, keep: Keep | None = None
+    reading: Reading,
+    results: str,
+    watch: Watch,
+    keep: Keep | None = None,
+    height: int = THUMBNAIL,
 ) -> Iterator[Scene]:
     """The sequences with their frames.
 
     `results`: how the folder is named in commands. See `film_all` for the others.
     """
     rows = [(stage.row, len(stage.truth)) for stage in reading.stages]
-    for stage, filmed in zip(reading.stages, film_all(rows, watch, keep), strict=True):
+    for stage, filmed in zip(reading.stages, film_all(rows, watch, keep, height), strict=True):
         yield _scene(stage, results, filmed)
 
 
 def _scene(stage: Stage, results: str, filmed: Filmed) -> Scene:
     row, stored = stage.row, stage.stored
     boxes, takes = [quantised(stage.truth)], list[Take]()
-    shapes = {0: _true_shapes(stored)}
+    drawn = {0: true_shapes(stored)}
     for clip in stage.clips:
         place = len(boxes)
         boxes.append(clip.boxes)
         if clip.revised is not None:
             boxes.append(clip.revised)
-        shapes[place] = clip.shapes
+        drawn[place] = clip.shapes
         revised = None if clip.revised is None else place + 1
-        takes.append(Take(clip.tracker, clip.repetition, place, revised, clip.failure))
-    shapes = {place: shown for place, shown in shapes.items() if shown}
+        told = squeezed(json.dumps(clip.numbers).encode()) if clip.numbers else ""
+        takes.append(
+            Take(
+                clip.tracker,
+                clip.repetition,
+                place,
+                revised,
+                clip.failure,
+                clip.round,
+                clip.maps,
+                told,
+            )
+        )
+    drawn = {place: shown for place, shown in drawn.items() if shown}
     present = np.flatnonzero(np.isfinite(stored.boxes).all(axis=1))
     given = ["--truth", row["truth"]] if row["truth"] else []
     show = ["trackmark", "show", row["source"], *given, "--results", results]
@@ -250,7 +237,7 @@ def _scene(stage: Stage, results: str, filmed: Filmed) -> Scene:
         why=filmed.why,
         fps=stored.fps,
         first=int(present[0]) if len(present) else 0,
-        shapes=squeezed(json.dumps(shapes).encode()) if shapes else "",
+        shapes=squeezed(json.dumps(drawn).encode()) if drawn else "",
         show=shlex.join(show) if results else "",
     )
 

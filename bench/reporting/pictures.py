@@ -15,6 +15,7 @@ from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
 from bench.reporting.by_preset import Scored, write_curves
 from bench.reporting.opening import opened
+from bench.reporting.outlines import Outlines, outlines_of_run
 from bench.reporting.tables import timing_runs, title_of
 from bench.store.index import read_index
 from bench.store.layout import experiment_folders
@@ -29,8 +30,8 @@ from reports.tables import complete
 from reports.write import file_names, write_plots
 
 __all__ = [
-    "boxes_of",
     "frames_and_boxes",
+    "said_on",
     "scored_runs",
     "write_pictures",
     "write_strips",
@@ -162,16 +163,28 @@ def _frames(row: Mapping[str, Any], run: Run, stored: StoredTruth) -> pd.DataFra
 class _Boxes:
     """Boxes on a sequence: its truth, and of each tracker one repetition in one trace."""
 
-    def __init__(self, truth: StoredTruth, repetition: int = 0, trace: Trace = "online") -> None:
+    def __init__(
+        self,
+        truth: StoredTruth,
+        repetition: int = 0,
+        trace: Trace = "online",
+        *,
+        outlined: bool = False,
+    ) -> None:
         self._truth, self._repetition, self._trace = truth.boxes, repetition, trace
+        self._outlined = outlined
         self._found: dict[str, tuple[str, NDArray[Any]]] = {}
+        self.outlines: dict[str, Outlines] = {}  # by label, of what was said at once
 
     def add(self, row: Mapping[str, Any], run: Run) -> None:
         """Add a run; of a tracker whose repetition is not there (it never draws) the first."""
         tracker = row["tracker"]
         if row["repetition"] == self._repetition or tracker not in self._found:
             said = "" if run.revised is None else f", {TRACE_WORDS[self._trace]}"
-            self._found[tracker] = f"{tracker}{said}", run.boxes_in(self._trace)
+            label = f"{tracker}{said}"
+            self._found[tracker] = label, run.boxes_in(self._trace)
+            if self._outlined and (self._trace == "online" or run.revised is None):
+                self.outlines[label] = outlines_of_run(run)
 
     def labelled(self, trackers: Collection[str] | None = None) -> dict[str, NDArray[Any]]:
         """Boxes of some trackers, all by default, by label, the truth first."""
@@ -185,24 +198,31 @@ class _Boxes:
         return {label: by_tracker[tracker] for tracker, (label, _) in self._found.items()}
 
 
-def boxes_of(
+def said_on(
     folder: Path, sequence: str, repetition: int = 0, trace: Trace = "online"
-) -> dict[str, NDArray[Any]]:
-    """Boxes on a sequence by label, the truth first; failed runs as far as they got.
+) -> tuple[dict[str, NDArray[Any]], dict[str, Outlines]]:
+    """Boxes and outlines on a sequence by label; failed runs as far as they got.
+
+    Boxes have the truth first. Outlines are of what was said at once, and not of revised boxes.
 
     Labels are the trackers', and say which trace it is where a tracker revised boxes. A tracker
     whose `repetition` is not there (one that never draws) shows its first.
     """
-    boxes = _boxes_of(experiment_folders(folder), sequence, repetition, trace)
-    return boxes.labelled() if boxes else {}
+    boxes = _boxes_of(experiment_folders(folder), sequence, repetition, trace, outlined=True)
+    return (boxes.labelled(), boxes.outlines) if boxes else ({}, {})
 
 
 def _boxes_of(
-    experiments: Iterable[Path], sequence: str, repetition: int = 0, trace: Trace = "online"
+    experiments: Iterable[Path],
+    sequence: str,
+    repetition: int = 0,
+    trace: Trace = "online",
+    *,
+    outlined: bool = False,
 ) -> _Boxes | None:
     boxes = None
     for experiment in experiments:
         for row, run, truth in scored_runs(experiment, sequence=sequence):
-            boxes = boxes or _Boxes(truth, repetition, trace)
+            boxes = boxes or _Boxes(truth, repetition, trace, outlined=outlined)
             boxes.add(row, run)
     return boxes

@@ -42,6 +42,7 @@ class Reel {
   }
   async read(frame) {
     const { number, from, to } = this.places[frame];
+    if (from === to) return null;
     if (!this.chunks.has(number)) this.chunks.set(number, bytesOf(`${this.name}-${number}`));
     const bytes = await this.chunks.get(number);
     return createImageBitmap(new Blob([new Uint8Array(bytes, from, to - from)], { type: "image/webp" }));
@@ -52,7 +53,8 @@ class Scene {
   constructor(number) {
     this.number = number;
     Object.assign(this, data.scenes[number]);
-    this.takes = this.takes.map(([tracker, repetition, row, revised, failure]) => ({ tracker, repetition, row, revised, failure }));
+    this.takes = this.takes.map(([tracker, repetition, row, revised, failure, round, maps, numbers], number) =>
+      ({ number, tracker, repetition, row, revised, failure, round, maps, numbers }));
     this.films = Object.fromEntries(Object.entries(this.reels).map(([kind, sizes]) => [kind, new Reel(`${kind}-${number}`, sizes)]));
     this.curves = new Map();
   }
@@ -64,7 +66,10 @@ class Scene {
       boxes[i] = i % wide < 4 ? step : boxes[i - 4] + step | 0;
     }
     this.boxes = boxes;
-    this.outlines = this.shapes ? await (await unsqueezed(`shapes-${this.number}`)).json() : {};
+    this.shapes = this.shapes ? await (await unsqueezed(`shapes-${this.number}`)).json() : {};
+    for (const take of this.takes) if (take.numbers) take.numbers = await (await unsqueezed(`numbers-${this.number}-${take.number}`)).json();
+    const kinds = Object.values(this.shapes).flatMap(Object.values).flatMap(Object.keys);
+    this.layers = new Set(["boxes", ...(this.takes.some((take) => take.round) ? ["contours"] : []), ...kinds]);
     return this;
   }
   /** A box in pixels; null where there is none. Row 0 is the truth. */

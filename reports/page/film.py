@@ -29,11 +29,12 @@ _EFFORT = 2  # of WebP's encoder, 0 to 6: from here on files shrink little and t
 
 
 def film(
-    images: Iterable[NDArray[np.uint8]], height: int | None = None, quality: int = 60
+    images: Iterable[NDArray[np.uint8] | None], height: int | None = None, quality: int = 60
 ) -> Iterator[list[bytes]]:
     """Encode BGR images as WebP, at most so high [pixels], side by side while they are read.
 
-    `quality`: of WebP, 0 to 100. Gives the frames in order, in chunks that are unpacked together.
+    `quality`: of WebP, 0 to 100. None comes to an empty frame. Gives the frames in order, in chunks
+    that are unpacked together.
     """
     chunk: list[bytes] = []
     held = 0
@@ -48,7 +49,7 @@ def film(
 
 
 def _encoded(
-    images: Iterable[NDArray[np.uint8]], height: int | None, quality: int
+    images: Iterable[NDArray[np.uint8] | None], height: int | None, quality: int
 ) -> Iterator[bytes]:
     waiting: deque[Future[bytes]] = deque()
     with ThreadPoolExecutor() as threads:
@@ -60,7 +61,9 @@ def _encoded(
             yield last.result()
 
 
-def _webp(image: NDArray[np.uint8], height: int | None, quality: int) -> bytes:
+def _webp(image: NDArray[np.uint8] | None, height: int | None, quality: int) -> bytes:
+    if image is None:
+        return b""
     tall, wide = image.shape[:2]
     if height is not None and tall > height:
         size = max(1, round(wide * height / tall)), height

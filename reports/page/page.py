@@ -1,7 +1,7 @@
 """A page: sections of tables and charts, and a player of the frames behind every number."""
 
 from base64 import b64encode
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from itertools import chain
@@ -147,13 +147,20 @@ class Section:
 
 @dataclass(frozen=True)
 class Take:
-    """A run as the player shows it; `boxes` and `revised` are rows of its scene's boxes."""
+    """A run as the player shows it; `boxes` and `revised` are rows of its scene's boxes.
+
+    `round`: whether ellipses in the boxes are meant. `maps`: frames in chunks, by name, empty where
+    there is none. `numbers`: the tracker's own, by name and frame, as squeezed JSON.
+    """
 
     tracker: int
     repetition: int
     boxes: int
     revised: int | None = None
     failure: str = ""
+    round: bool = False
+    maps: Mapping[str, Sequence[Sequence[bytes]]] = field(default_factory=dict)
+    numbers: str = ""
 
 
 @dataclass(frozen=True)
@@ -200,9 +207,12 @@ class Page:
         }
         return "#" + urlencode(asked, errors="replace")
 
-    def opening(self, scene: Scene, frame: int | None = None) -> str:
-        """Where the player opens a scene: on its first frame with truth by default."""
-        asked = {"sequence": scene.name, "frame": scene.first if frame is None else frame}
+    def opening(self, scene: Scene, frame: int | None = None, **chosen: str) -> str:
+        """Where the player opens a scene: on its first frame with truth by default.
+
+        `chosen`: what else is in the address.
+        """
+        asked = {"sequence": scene.name, "frame": scene.first if frame is None else frame, **chosen}
         return "#" + urlencode(asked, errors="replace")
 
 
@@ -225,17 +235,20 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
     for number, scene in enumerate(page.scenes):
         inside[f"boxes-{number}"] = scene.boxes
         inside |= {f"shapes-{number}": scene.shapes} if scene.shapes else {}
-        needed = sum(map(len, chain(*scene.thumbnails)))
-        fits = needed <= room
-        room -= needed if fits else 0
-        for chunk, frames in enumerate(scene.thumbnails):
-            name = f"thumbnails-{number}-{chunk}"
-            if fits:
-                inside[name] = b64encode(b"".join(frames)).decode()
-            else:
-                written.append(write_chunk(path, name, frames))
-        sizes = [[len(frame) for frame in frames] for frames in scene.thumbnails]
-        reels = {"thumbnails": sizes, "full": scene.full}
+        reels: dict[str, Sequence[Sequence[int]]] = {"full": scene.full}
+        for kind, film in _films(scene):
+            needed = sum(map(len, chain(*film)))
+            fits = needed <= room
+            room -= needed if fits else 0
+            for chunk, frames in enumerate(film):
+                name = f"{kind}-{number}-{chunk}"
+                if fits:
+                    inside[name] = b64encode(b"".join(frames)).decode()
+                else:
+                    written.append(write_chunk(path, name, frames))
+            reels[kind] = [[len(frame) for frame in frames] for frames in film]
+        for place, take in enumerate(scene.takes):
+            inside |= {f"numbers-{number}-{place}": take.numbers} if take.numbers else {}
         told.append(_told(scene, reels))
     data = {
         "trackers": [one_line(name) for name in page.trackers],
@@ -256,6 +269,14 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
     text = _environment().get_template("page.html").render(page=page, data=data, blocks=blocks)
     write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
     return [path, *written]
+
+
+def _films(scene: Scene) -> Iterator[tuple[str, Sequence[Sequence[bytes]]]]:
+    """All that is played of a scene: frames, and maps of its takes."""
+    yield "thumbnails", scene.thumbnails
+    for number, take in enumerate(scene.takes):
+        for place, film in enumerate(take.maps.values()):
+            yield f"map{number}.{place}", film
 
 
 def _environment() -> "Environment":
@@ -329,6 +350,9 @@ def _told(scene: Scene, reels: Mapping[str, Any]) -> dict[str, Any]:
                 one.boxes,
                 one.revised,
                 one_line(one.failure.partition("\n")[0]),
+                one.round,
+                list(one.maps),
+                bool(one.numbers),
             ]
             for one in scene.takes
         ],

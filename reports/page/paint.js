@@ -1,13 +1,14 @@
 "use strict";
-// A frame with the boxes of truth and trackers on top, and the curve of all frames beneath.
+// A frame with what truth and trackers say on top, and the curve of all frames beneath.
 const LENS = 4;  // how much the magnifier enlarges
-const screen = byId("screen"), pen = screen.getContext("2d");
+const LAYERS = ["boxes", "masks", "contours", "particles"];  // a map is chosen by its name
+const screen = byId("screen"), pen = screen.getContext("2d", { alpha: false });
 const curvePen = byId("curve").firstChild.getContext("2d");
 
-function paint(image) {
+function paint(image, map) {
   const scale = screen.width / scene.size[0];
   pen.setTransform(1, 0, 0, 1, 0, 0);
-  drawScene(image, scale);
+  drawScene(image, map, scale);
   if (state.has("lens") && pointer) {
     const radius = screen.height / 4.5;
     pen.save();
@@ -17,7 +18,7 @@ function paint(image) {
     pen.translate(...pointer);
     pen.scale(LENS, LENS);
     pen.translate(-pointer[0], -pointer[1]);
-    drawScene(image, scale, LENS);
+    drawScene(image, map, scale, LENS);
     pen.restore();
     pen.lineWidth = 2;
     pen.strokeStyle = "#fff";
@@ -26,34 +27,73 @@ function paint(image) {
   }
 }
 
-function drawScene(image, scale, enlarged = 1) {
+/** Layers that are drawn; all that are not hidden. */
+function shownLayers() {
+  const hidden = (state.get("hide") || "").split(".");
+  return new Set(LAYERS.filter((layer) => !hidden.includes(layer)));
+}
+
+function addLines(path, lines, scale) {
+  for (const line of lines) {
+    line.forEach(([x, y], i) => path[i ? "lineTo" : "moveTo"](x * scale, y * scale));
+    path.closePath();
+  }
+}
+
+/** All lines of a row of boxes in the frame, as one path; `take` is whose they are, if anybody's. */
+function linesOf(row, shapes, layers, scale, take) {
+  const path = new Path2D(), box = scene.box(row, frame);
+  if (box && layers.has("boxes")) path.rect(...box.map((value) => value * scale));
+  if (box && take?.round && layers.has("contours")) {
+    const [x, y, width, height] = box.map((value) => value * scale / 2);
+    path.moveTo(2 * x + 2 * width, 2 * y + height);
+    path.ellipse(2 * x + width, 2 * y + height, width, height, 0, 0, 2 * Math.PI);
+  }
+  if (shapes.contours && layers.has("contours")) addLines(path, shapes.contours, scale);
+  if (shapes.masks && layers.has("masks") && !take) addLines(path, shapes.masks, scale);  // those of takes are filled
+  return path;
+}
+
+function drawScene(image, map, scale, enlarged = 1) {
   if (image) pen.drawImage(image, 0, 0, screen.width, screen.height);
   else { pen.fillStyle = "#3a3d42"; pen.fillRect(0, 0, screen.width, screen.height); }
-  const unit = Math.max(1.6, screen.width / 480) / enlarged;
+  if (map) {
+    pen.globalAlpha = 0.6;
+    pen.drawImage(map, 0, 0, screen.width, screen.height);
+    pen.globalAlpha = 1;
+  }
+  const unit = Math.max(1.6, screen.width / 480) / enlarged, layers = shownLayers();
   const stroke = (path, colour, width, dash = []) => {
     pen.strokeStyle = colour;
     pen.lineWidth = width * unit;
     pen.setLineDash(dash.map((length) => length * unit));
     pen.stroke(path);
   };
-  const boxPath = (box) => { const path = new Path2D(); path.rect(...box.map((value) => value * scale)); return path; };
-  const outline = (line) => new Path2D(`M${line.map(([x, y]) => `${x * scale},${y * scale}`).join("L")}Z`);
-  const outlinesOf = (row) => scene.outlines[row]?.[frame] || {};
-  const truth = scene.box(0, frame);
-  const truths = [...(outlinesOf(0).lines || []).map(outline), ...(truth ? [boxPath(truth)] : [])];
-  for (const path of truths) stroke(path, "#000", 1.6);
+  const shapesOf = (row) => scene.shapes[row]?.[frame] || {};
+  const truth = linesOf(0, shapesOf(0), layers, scale);
+  stroke(truth, "#000", 1.6);
   for (const take of drawnTakes()) {
-    const row = rowOf(take), box = scene.box(row, frame), colour = data.colours[take.tracker % data.colours.length];
+    const shapes = shapesOf(take.row), colour = data.colours[take.tracker % data.colours.length];
     const rim = colour === "#000000" ? "#fff" : "#000";  // readable on any ground
     const width = take.tracker === focus() ? 2.6 : 1.8;
-    const { lines = [], points = [] } = outlinesOf(take.row);
-    const paths = lines.map(outline);
-    if (box) paths.push(boxPath(box));
-    for (const path of paths) { stroke(path, rim, width + 1.2); stroke(path, colour, width, dashOf(take.tracker)); }
     pen.fillStyle = colour;
-    for (const [x, y] of points) pen.fillRect(x * scale - unit, y * scale - unit, 2 * unit, 2 * unit);
+    if (shapes.masks && layers.has("masks")) {
+      const inside = new Path2D();
+      addLines(inside, shapes.masks, scale);
+      pen.globalAlpha = 0.3;
+      pen.fill(inside, "evenodd");
+      pen.globalAlpha = 1;
+      stroke(inside, colour, 0.8);
+    }
+    const path = linesOf(rowOf(take), shapes, layers, scale, take);
+    stroke(path, rim, width + 1.2);
+    stroke(path, colour, width, dashOf(take.tracker));
+    if (shapes.particles && layers.has("particles")) for (const [x, y, weight] of shapes.particles) {
+      const half = unit * (0.5 + 0.9 * Math.sqrt(weight));  // heavier ones are larger
+      pen.fillRect(x * scale - half, y * scale - half, 2 * half, 2 * half);
+    }
   }
-  for (const path of truths) stroke(path, "#fff", 1, [4, 4]);
+  stroke(truth, "#fff", 1, [4, 4]);
 }
 
 /** The curve of all frames beneath; drawn when what is shown changes. */

@@ -1,12 +1,14 @@
 "use strict";
 // The player: what is chosen, as the address says it, and the keys that choose.
 const AHEAD = 10;  // frames that are made ready while one is shown
+const TOLD_EVERY = 150;  // milliseconds between texts on frames that are played
 const APART = 10;  // frames between two disagreements that are told apart
 
 const dialog = byId("player");
 const scenes = new Map();
 let scene = null, frame = 0, playing = 0, held = false, pointer = null;
-let painted = null, paintedFrame = -1;  // what is seen of the frame, and which it is
+let toldAt = 0;
+let painted = null, paintedMap = null, paintedFrame = -1;  // what is seen of the frame, and which it is
 
 const repetition = () => Number(state.get("repetition") || 0);
 const focus = () => data.labels.indexOf(state.get("tracker"));
@@ -29,27 +31,38 @@ function drawnTakes() {
 }
 
 // ---- From what is chosen to what is seen.
+/** The map that is chosen: of the tracker that is looked at, or of the first that has it. */
+function mapFilm() {
+  const name = state.get("map"), takes = name ? drawnTakes().filter((take) => take.maps.includes(name)) : [];
+  const take = takes.find((one) => one.tracker === focus()) || takes[0];
+  return take && scene.films[`map${take.number}.${take.maps.indexOf(name)}`];
+}
+const mapNames = () => [...new Set(scene.takes.flatMap((take) => take.maps))];
+
 /** Show a frame; done when it is painted. */
 async function seek(number) {
   frame = Math.max(0, Math.min(scene.frames - 1, Math.round(number) || 0));
   const wanted = frame, here = scene;
   const { full, thumbnails } = here.films;
   tellFrame();
-  let image = null;
+  let image = null, map = null;
+  const weighed = mapFilm();
   try {
     const small = thumbnails && thumbnails.get(wanted), large = full && full.get(wanted);
     const ready = large instanceof ImageBitmap ? large : small;
     image = ready ? await ready : null;
+    map = weighed ? await weighed.get(wanted) : null;
     if (large && image !== large) large.then((better) => { if (wanted === frame && here === scene) repaint(better); }, tellError);
   } catch (error) { tellError(error); }
   if (wanted !== frame || here !== scene) return;
-  repaint(image);
-  for (let next = wanted + 1; next <= Math.min(wanted + AHEAD, here.frames - 1); next++) for (const film of [thumbnails, full]) film?.get(next)?.catch?.(() => {});
+  repaint(image, map);
+  for (let next = wanted + 1; next <= Math.min(wanted + AHEAD, here.frames - 1); next++) for (const film of [thumbnails, full, weighed]) film?.get(next)?.catch?.(() => {});
 }
-function repaint(image = painted) {
+function repaint(image = painted, map = paintedMap) {
   painted = image;
+  paintedMap = map;
   paintedFrame = frame;
-  paint(image);
+  paint(image, map);
 }
 const tellError = (error) => { byId("said").textContent = error.message; };
 
@@ -57,11 +70,21 @@ function tellFrame() {
   byId("frame").value = byId("slider").value = frame;
   byId("slider").setAttribute("aria-valuetext", `frame ${frame} of ${scene.frames - 1}`);
   byId("cursor").style.left = `${(frame + 0.5) / scene.frames * 100}%`;
+  if (playing && performance.now() - toldAt < TOLD_EVERY) return;  // text costs a layout, and nobody reads it 30 times a second
+  toldAt = performance.now();
+  tellNumbers();
+}
+
+/** What trackers scored and said in the frame, and the command that draws it. */
+function tellNumbers() {
   for (const button of byId("legend").children) if (button.take) {
     const { error, overlap } = scene.curve(rowOf(button.take));
     const known = !Number.isNaN(overlap[frame]);
     button.lastChild.textContent = known ? `${overlap[frame].toFixed(2)} · ${Number.isNaN(error[frame]) ? "no box" : `${error[frame].toFixed(1)} px`}` : "";
   }
+  byId("told").textContent = drawnTakes().filter((take) => take.numbers).map((take) => `${data.trackers[take.tracker]}: ${
+    Object.entries(take.numbers).filter(([, values]) => values[frame] !== null).map(([name, values]) => `${name} ${values[frame]}`).join(" · ")}`).join("\n");
+  byId("shown").parentNode.hidden = !scene.show;
   if (scene.show) byId("shown").textContent =
     `${scene.show} --repetition ${repetition()} --first ${frame} --last ${frame}${state.get("trace") === "revised" ? " --trace revised" : ""} --output frame.png`;
 }
@@ -93,8 +116,31 @@ function arrange() {
     button.addEventListener("click", () => toggle(tracker));
     return button;
   }));
+  arrangeLayers();
   byId("said").textContent = scene.why;
   drawCurve();
+}
+
+/** What can be laid over the frame, where there is more than boxes. */
+function arrangeLayers() {
+  const layers = shownLayers(), names = mapNames();
+  for (const button of byId("layers").querySelectorAll("button")) {
+    button.hidden = !scene.layers.has(button.dataset.layer);
+    button.setAttribute("aria-pressed", layers.has(button.dataset.layer));
+  }
+  byId("map").parentNode.hidden = !names.length;
+  options(byId("map"), [["", "none"], ...names.map((name) => [name, name])], state.get("map") || "");
+  byId("layers").hidden = scene.layers.size < 2 && !names.length;
+}
+function toggleLayer(layer) {
+  if (!scene.layers.has(layer)) { say(`There are no ${layer}.`); return; }
+  const shown = shownLayers();
+  choose({ hide: LAYERS.filter((one) => shown.has(one) === (one === layer)).join(".") });
+}
+function nextMap() {
+  const names = ["", ...mapNames()];
+  if (names.length === 1) { say("There are no maps."); return; }
+  choose({ map: names[(names.indexOf(state.get("map") || "") + 1) % names.length] });
 }
 
 function toggle(tracker) {
@@ -242,6 +288,7 @@ const KEYS = {
   Home: () => move(0), End: () => move(scene.frames - 1),
   g: () => { byId("frame").focus(); byId("frame").select(); },
   f: nextFailure, d: nextDisagreement, c: () => hold(true),
+  b: () => toggleLayer("boxes"), k: () => toggleLayer("masks"), n: () => toggleLayer("contours"), p: () => toggleLayer("particles"), h: nextMap,
   o: () => flip("trace", "revised"), e: () => flip("curve", "overlap"), m: () => flip("lens", "1"),
   s: save, l: copyLink, "?": help,
 };
@@ -280,6 +327,7 @@ byId("scene").addEventListener("change", (event) => choose({ sequence: event.tar
 byId("repetition").addEventListener("change", (event) => choose({ repetition: event.target.value }));
 byId("trace").addEventListener("change", (event) => choose({ trace: event.target.value === "online" ? null : event.target.value }));
 byId("other").addEventListener("change", (event) => choose({ other: event.target.value }));
+byId("map").addEventListener("change", (event) => choose({ map: event.target.value }));
 byId("frame").addEventListener("change", (event) => move(event.target.value));
 byId("slider").addEventListener("input", (event) => move(event.target.value));
 for (const select of dialog.querySelectorAll("select")) select.addEventListener("change", () => select.blur());
@@ -294,7 +342,7 @@ for (const kind of ["pointerdown", "pointermove"]) byId("curve").addEventListene
 screen.addEventListener("pointermove", (event) => {
   const seen = screen.getBoundingClientRect();
   pointer = [(event.clientX - seen.left) * screen.width / seen.width, (event.clientY - seen.top) * screen.height / seen.height];
-  if (state.has("lens")) repaint();
+  if (scene && state.has("lens")) repaint();
 });
 screen.addEventListener("pointerleave", () => { pointer = null; if (scene) repaint(); });
 const redrawn = () => { if (dialog.open && scene) drawCurve(); };

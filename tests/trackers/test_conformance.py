@@ -93,6 +93,20 @@ def run(specification, clip):
     return estimates(started(specification, clip), clip)
 
 
+def test_maps_are_of_the_images_size_and_change_nothing(specification, clip, run):
+    tracker = started(specification, clip)
+    if not isinstance(tracker, trackers.Mapper):
+        pytest.skip("it has none")
+    for image, before in zip(clip.images[1:], run, strict=True):
+        estimate = tracker.update(image)
+        assert (estimate.box == before.box).all()
+        maps = tracker.maps(image)
+        assert maps
+        for weights in maps.values():
+            assert weights.shape == image.shape[:2]
+            assert 0 <= weights.min() < weights.max() <= 1
+
+
 def test_a_trackers_file_exports_exactly_one_class(specification):
     if specification.file.parent != catalogue.FOLDER:
         pytest.skip("a third party's")

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from trackers.base.interface import Box
+from trackers.base.interface import Box, Image
 from trackers.base.parameters import Parameters, TrackerError, choice, fraction, positive, whole
 from trackers.base.sharing import SharedFrame
 from trackers.histograms.bins import ColourSpace, JointBins
@@ -110,6 +110,12 @@ class Target:
         ellipses[:, :2] += aside
         histograms = self._histograms(frame, ellipses)
         return coefficients(histograms.counts, histograms.totals, self._model[np.newaxis])
+
+    def map(self, image: Image) -> Array:
+        """How frequent each pixel's colour is in the target, as a share of the most frequent."""
+        frequent = np.zeros(self._colours.n_bins)
+        frequent[self._bins] = self._model / self._model.max()
+        return np.asarray(frequent[self._colours.codes(image)])
 
     def details(self, found: Location) -> dict[str, float]:
         """What a report says of what was found, and of the size as it is then."""

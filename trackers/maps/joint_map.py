@@ -208,6 +208,20 @@ class JointMap:
             "changing": motion.changing,
         }
 
+    def whole(self) -> Array:
+        """The map of the whole image, shape (height, width), in [0, 1]."""
+        rows, columns = self._frame.image.shape[:2]
+        sums = summed(
+            self._frame.image,
+            Region(0, 0, columns, rows),
+            self._motion.latest,
+            self._motion.earlier,
+            self._threshold,
+            self._weights,
+            self._binning,
+        )[..., 0]
+        return np.diff(np.diff(sums, axis=0), axis=1) * self.unit
+
     def _cover(self, reached: Region, margin_x: int, margin_y: int) -> None:
         """Sum up a region that holds what was summed before and what was reached now."""
         before = self._region

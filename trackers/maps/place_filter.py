@@ -1,5 +1,6 @@
 """A particle filter over places on the joint map (Wang & Tang 2010, section 2.3)."""
 
+from collections.abc import Mapping
 from math import sqrt
 from typing import Annotated, ClassVar, Literal, TypeAlias
 
@@ -7,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from trackers.base.interface import Box, Estimate, Mask, Randomness
+from trackers.base.interface import Box, Estimate, Image, Mask, Randomness
 from trackers.base.parameters import choice, positive, whole
 from trackers.base.particles import SCHEMES, effective_number, mean_state, normalised
 from trackers.base.sharing import SharedFrame, SharingTracker
@@ -73,7 +74,7 @@ class PlaceFilter(SharingTracker):
     def update_shared(self, frame: SharedFrame) -> Estimate:
         """See `Tracker.update`; raises TrackerError for a frame of another size than the first."""
         settings, window = self.parameters, self._window
-        joint = self._model.observe(frame)
+        joint = self._joint = self._model.observe(frame)
         predicted = self._predicted(frame.image.shape)
         moved = joint.drift(predicted, window, *self.drift_rule())
         similarity = moved.after * joint.unit / (window[0] * window[1])
@@ -98,6 +99,10 @@ class PlaceFilter(SharingTracker):
                 "predicted_similarity": moved.before * joint.unit / (window[0] * window[1]),
             },
         )
+
+    def maps(self, image: Image) -> Mapping[str, Array]:
+        """See `Mapper.maps`: the joint map of colour and motion."""
+        return {"joint map": self._joint.whole()}
 
     def _thrown(self) -> Array:
         """Draw r u of equation 8, both coordinates apart."""

@@ -113,13 +113,6 @@ def page(results, tmp_path_factory):
     return written(results, tmp_path_factory.mktemp("page"))
 
 
-@pytest.fixture(scope="module")
-def chromium(tmp_path_factory):
-    opened = browser.Browser(tmp_path_factory.mktemp("profile"))
-    yield opened
-    opened.close()
-
-
 @pytest.fixture
 def shown(chromium, page):
     """The page in a browser that has nothing to complain of."""
