@@ -56,6 +56,7 @@ def judge(
     if not run.segments:
         return one.judge(start, Answer(boxes, run.visible, run.confidence, run.states))
     parts = []
+    _check_segments(run, len(start.boxes))
     for frames, rows in zip(run.segments, _rows_of(run.segments), strict=True):
         answer = Answer(boxes[rows], run.visible[rows], run.confidence[rows], of=len(start.boxes))
         parts.append(one.judge(_seen_in(frames, start), answer))
@@ -78,6 +79,18 @@ def _protocols_for(one: Preset) -> list[str]:
     return [name for name in protocol_names() if one.protocol in protocol_of(name).judged]
 
 
+def _check_segments(run: Run, n: int) -> None:
+    """Raise `ValueError` unless each segment goes from a frame to an end of n frames.
+
+    Anybody may have written a stored run: its frames are places in the truth.
+    """
+    for frames in run.segments:
+        first = int(frames[0]) if len(frames) and frames.dtype.kind == "i" else -1
+        ways = np.arange(first, n), np.arange(first, -1, -1)
+        if not (0 <= first < n and any(np.array_equal(frames, way) for way in ways)):
+            raise ValueError(f"{run!r} has a segment that is not from a frame to an end of {n}.")
+
+
 def _rows_of(segments: Sequence[NDArray[Any]]) -> list[slice]:
     """Which rows of a run its segments are."""
     ends = np.cumsum([len(frames) for frames in segments]).tolist()
@@ -87,7 +100,7 @@ def _rows_of(segments: Sequence[NDArray[Any]]) -> list[slice]:
 def _seen_in(frames: NDArray[Any], truth: Truth) -> Target:
     """The truth of a segment's frames, in its order."""
     shapes = getattr(truth, "shapes", None)
-    step = -1 if frames[-1] < frames[0] else 1  # to an end of the sequence
+    step = -1 if frames[-1] == 0 else 1  # to an end of the sequence
     return Target(
         truth.boxes[frames],
         {name: boxes[frames] for name, boxes in truth.regions.items()},

@@ -121,7 +121,12 @@ def row_of_file(results: Results, file: Path) -> dict[str, Any]:
     """
     run = results.read(file)
     truth = read_truth(results.folder, run.identity.sequence, run.identity.fingerprint)
-    return index_row(results, file, run, truth)
+    try:
+        return index_row(results, file, run, truth)
+    except ValueError as error:  # sealed by somebody: a run of ours has the truth's frames
+        raise ResultsError(
+            f"{file} is damaged ({error}). Remove it and run the same command again."
+        ) from error
 
 
 def index_table(rows: Iterable[Mapping[str, Any]]) -> pa.Table:

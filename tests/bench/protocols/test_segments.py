@@ -1,5 +1,7 @@
 """Where segments start, which boxes they are given, and what their scores are."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,6 +11,11 @@ import bench
 from bench.evaluation.scoring import judge
 from bench.metrics.preset import Answer, Target
 from bench.protocols import Segment, protocol
+from bench.store.asked import Asked
+from bench.store.files import ResultsError
+from bench.store.index import read_index
+from bench.store.results import Results
+from bench.store.truth import write_truth
 from tests.bench.evaluation.walkers import Walker
 
 presences = st.lists(st.booleans(), min_size=1, max_size=120).filter(any).map(np.array)
@@ -173,3 +180,38 @@ def test_robustness_and_eao_of_anchors_by_hand(make_sequence):
     assert min(progress) < 30
     assert found["robustness"] == pytest.approx(sum(progress) / 60)
     assert found["accuracy"] == pytest.approx(summed / sum(progress))
+
+
+@pytest.mark.parametrize(
+    "forge",
+    [
+        lambda frames: frames + 1000,
+        lambda frames: frames - 1000,
+        lambda frames: frames * 0,
+        lambda frames: frames[:-1],
+        lambda frames: frames[::2],
+    ],
+)
+def test_segments_of_a_forged_run_are_damage_not_numbers(make_sequence, tmp_path, forge):
+    """A stored run has its checksum from whoever wrote it."""
+    sequence = make_sequence(n=30)
+    run = bench.evaluate("static", sequence, protocol="tre:starts=2:least=5")
+    forged = replace(run, segments=(run.segments[0], forge(run.segments[1])))
+    with pytest.raises(ValueError, match="has a segment that is not from a frame to an end of 30"):
+        judge(forged, sequence)
+    results = Results(tmp_path / "trial")
+    results.prepare(Asked("", {}))
+    write_truth(results.folder, sequence)
+    n = sum(map(len, forged.segments))
+    columns = {name: getattr(run, name)[:n] for name in ("boxes", "visible", "confidence")}
+    assert results.write(replace(forged, details={}, **columns))
+    with pytest.raises(ResultsError, match=r"0\.parquet is damaged"):
+        read_index(results)
+
+
+def test_a_segment_may_be_a_frame_at_either_end(make_sequence):
+    sequence = make_sequence(n=5)
+    run = bench.evaluate("static", sequence, protocol="anchors:spacing=4")
+    for frame in (0, 4):
+        one = replace(run, segments=(np.array([frame], np.int32),), boxes=sequence.boxes[[frame]])
+        assert len(judge(one, sequence, "vot-anchor").parts) == 1
