@@ -1,7 +1,8 @@
 """Figures as all plots have them: title, legend that hides nothing, files with equal bytes."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
@@ -119,14 +121,25 @@ def named_line(label: str, position: int) -> dict[str, Any]:
 def fold(text: str, width: int) -> str:
     """Text in lines of about `width` signs, broken after a colon, a slash or a space.
 
-    It is set as it is: dollars in a name would be read as a formula, or fail as one.
+    It is set as it is: dollars in a name would be read as a formula, or fail as one. Letters that
+    the font lacks are shown by their numbers, as control characters are.
     """
     lines = [""]
-    for piece in re.split(r"(?<=[:/ ])", printable(text).replace("$", r"\$")):
+    known = "".join(
+        sign if ord(sign) in _signs() or sign.isspace() else f"\\u{ord(sign):04x}"
+        for sign in printable(text)
+    )
+    for piece in re.split(r"(?<=[:/ ])", known.replace("$", r"\$")):
         if lines[-1] and len(lines[-1]) + len(piece.rstrip()) > width:
             lines.append("")
         lines[-1] += piece
     return "\n".join(line.rstrip() for line in lines)
+
+
+@cache
+def _signs() -> Collection[int]:
+    """Numbers of the signs that the font has."""
+    return frozenset(get_font(findfont(FontProperties())).get_charmap())
 
 
 def write_figure(path: Path, figure: Figure) -> Path:

@@ -53,7 +53,7 @@ _LATEX = {
 _BEYOND = re.compile(
     "[^\x00-\x7fÀÁÂÃÄÅÆÇÈÉÊËÌÍÎÏÑÒÓÔÕÖØÙÚÛÜÝßàáâãäåæçèéêëìíîïñòóôõöøùúûüýÿĆćČčĎďĚěĞğŁłŃńŇňŐőŒœŘřŚśŠšŤťŮůŰűŸŹźŻżŽž]+"
 )
-_OR_NUMBERS = r"\providecommand{\ornumbers}[2]{\ifdefined\Umathcode#1\else\texttt{#2}\fi}"
+OR_NUMBERS = r"\providecommand{\ornumbers}[2]{\ifdefined\Umathcode#1\else\texttt{#2}\fi}"
 
 _FORMULA = re.compile("'*[=+@＝＋＠－-]")  # the wide ones count as such in some languages
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE | re.ASCII)
@@ -102,19 +102,19 @@ def to_latex(table: Table) -> str:
     lines = [
         r"\begin{table}",
         r"\centering",
-        rf"\caption{{{_in_latex(table.caption)}}}",
+        rf"\caption{{{in_latex(table.caption)}}}",
         rf"\begin{{tabular}}{{{columns}}}",
         r"\toprule",
-        _latex_row(list(map(_in_latex, table.heads))),
+        _latex_row(list(map(in_latex, table.heads))),
         r"\midrule",
-        *map(_latex_row, _cells(table, _in_latex, r"\textbf{{{}}}")),
+        *map(_latex_row, _cells(table, in_latex, r"\textbf{{{}}}")),
         r"\bottomrule",
         r"\end{tabular}",
-        *(rf"\par\footnotesize {_in_latex(note)}" for note in table.notes),
+        *(rf"\par\footnotesize {in_latex(note)}" for note in table.notes),
         r"\end{table}",
     ]
     if any(r"\ornumbers" in line for line in lines):
-        lines.insert(0, _OR_NUMBERS)
+        lines.insert(0, OR_NUMBERS)
     return "\n".join(lines) + "\n"
 
 
@@ -198,7 +198,8 @@ def _in_html(text: str) -> str:
     return html.escape(one_line(text))
 
 
-def _in_latex(text: str) -> str:
+def in_latex(text: str) -> str:
+    r"""Text as LaTeX sets it; where it has `\ornumbers`, `OR_NUMBERS` stands before it."""
     escaped = "".join(_LATEX.get(sign, sign) for sign in one_line(text))
     return _BEYOND.sub(_or_numbers, escaped)
 

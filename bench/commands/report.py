@@ -106,7 +106,9 @@ def command(
                 _tell(*map(str, paths))
             if paged:
                 said = "" if kept is None else str(kept), others
-                _write_page(experiment, target / "report.html", made, title, said, full=frames)
+                plots = "" if folder is None else f".{pictures}"
+                page = target / "report.html"
+                _write_page(experiment, page, made, title, said, full=frames, plots=plots)
 
 
 def _tell(*lines: str) -> None:
@@ -154,6 +156,7 @@ def _write_page(
     said: tuple[str, list[str]],
     *,
     full: bool,
+    plots: str,
 ) -> None:
     """Write the page; `said`: how the results, and others' beside them, are given to commands."""
     from bench.pages.report import Said, write_report_page
@@ -162,9 +165,9 @@ def _write_page(
     try:
         with progress_bar(None, "frame") as progress:
             paths = write_report_page(
-                experiment, path, made, title, Said(*said), progress, full=full
+                experiment, path, made, title, Said(*said), progress, full=full, plots=plots
             )
     except OSError as error:
         why = f"{error.strerror or error}. --folder chooses another place, --no-pictures none."
         raise ResultsError(why) from error
-    _tell(str(paths[0]))
+    _tell(*map(str, paths if plots else paths[:1]))

@@ -13,6 +13,7 @@ from bench.reporting.tables import SUMMARY
 from bench.statistics.survival import kaplan_meier
 from reports.page.page import Chart, Line, Place
 from reports.tables import Table
+from reports.write import file_names
 
 __all__ = ["error_charts", "share_charts", "speed_chart", "survival_chart"]
 
@@ -38,29 +39,34 @@ def share_charts(reading: Reading, trackers: Sequence[str]) -> list[Chart]:
             shares = np.mean([np.mean(one, axis=0) for one in found if one], axis=0)
             worst = reading.place(name, None, "overlap" if kind == "success" else "centre_error")
             lines.append(Line(name, number, thresholds, shares, places=[worst]))
+    over = f"Means over n = {len(reading.stages)} sequences, of their repetitions first."
     return [
         Chart(
             "Success",
             "overlap",
             "share of frames with at least that",
             success,
-            "Share of frames with at least an overlap, by tracker; further right is better.",
+            "Share of frames with at least an overlap (intersection over union with the truth), by "
+            f"tracker; further right is better. {over}",
             top=1.0,
+            figure="success",
         ),
         Chart(
             "Precision",
             "centre error [px]",
             "share of frames with at most that",
             precision,
-            "Share of frames with at most a centre error, by tracker; higher is better.",
+            "Share of frames with at most a centre error (between the centres of box and truth), "
+            f"by tracker; higher is better. {over}",
             top=1.0,
+            figure="precision",
         ),
     ]
 
 
 def error_charts(reading: Reading) -> list[Chart]:
     """Centre error over the frames, a chart a sequence: the median of the repetitions."""
-    charts = []
+    charts, names = [], file_names([stage.name for stage in reading.stages])
     for position, stage in enumerate(reading.stages):
         by_tracker: dict[int, list[Clip]] = {}
         for clip in stage.clips:
@@ -70,9 +76,15 @@ def error_charts(reading: Reading) -> list[Chart]:
             _error_line(position, stage, reading.trackers[number], clips)
             for number, clips in sorted(by_tracker.items())
         ]
-        words = f"Centre error over the frames of {stage.name}, by tracker; lower is better."
+        runs = max(map(len, by_tracker.values()), default=0)
+        words = (
+            f"Centre error over the frames of {stage.name}, by tracker: the median over up to "
+            f"{runs} repetitions; lower is better."
+        )
+        figure = f"frames-{names[stage.name]}"
         if lines:
-            charts.append(Chart(stage.name, "frame", "centre error [px]", lines, words))
+            chart = Chart(stage.name, "frame", "centre error [px]", lines, words, figure=figure)
+            charts.append(chart)
     return charts
 
 
@@ -123,9 +135,12 @@ def survival_chart(scored: pd.DataFrame, reading: Reading) -> list[Chart]:
         lines.append(Line(name, position, times, shares, low, high, places))
     words = (
         "Share of runs that have not lost the target (ten visible frames on end with the centre "
-        "outside the box), over frames, with 95 % bands; higher is better."
+        "outside the box), over frames, with 95 % bands (Kaplan and Meier's, "
+        f"n = {len(finished)} runs); higher is better."
     )
-    chart = Chart("", "frame", "share of runs not lost", lines, words, kind="step", top=1.0)
+    chart = Chart(
+        "", "frame", "share of runs not lost", lines, words, "step", top=1.0, figure="survival"
+    )
     return [chart] if lines else []
 
 
@@ -148,7 +163,9 @@ def speed_chart(tables: Mapping[str, Table], reading: Reading) -> list[Chart]:
     (head,) = (head for head in tables["summary"].heads if "time a frame" in head)
     words = (
         f"{quantity.title} against {head}; bars: {meaning_of_intervals(len(reading.stages))}, none "
-        "where nothing varied. Up and to the left is better."
+        f"where nothing varied; n = {len(reading.stages)} sequences. Up and to the left is better."
     )
-    chart = Chart("", head, quantity.head, lines, words, kind="dots", logarithmic=True)
+    chart = Chart(
+        "", head, quantity.head, lines, words, "dots", logarithmic=True, figure="speed-accuracy"
+    )
     return [chart] if lines else []

@@ -32,6 +32,12 @@ __all__ = ["Said", "write_report_page"]
 _MOST_FAILURES = 200
 """Rows of failed runs that are listed one by one."""
 
+_DEFINITIONS = (
+    "Of the frames after the first in which the target is present: overlap is intersection over "
+    "union with the truth's box, success the share of frames with at least 0.5, inside that of "
+    "frames whose estimated centre lies in the truth's box, centre error the distance of centres."
+)
+
 
 @dataclass(frozen=True)
 class Said:
@@ -56,13 +62,15 @@ def write_report_page(
     watch: Watch,
     *,
     full: bool = False,
+    plots: str = "",
 ) -> list[Path]:
     """Write the page of an experiment's results to `path`, and give its files.
 
     It shows the `tables` of its report under a `title`. `said` is how commands call the results;
     `watch` is told how many frames are read, of how many. `full`: frames of their own size are
-    written beside it. Raises `ResultsError` where results can't be read, and `OSError` where a file
-    can't be written.
+    written beside it. `plots`: the suffix of figures that are written beside it, with its other
+    tables and all of it in Markdown and LaTeX. Raises `ResultsError` where results can't be read,
+    and `OSError` where a file can't be written.
     """
     runs = load_results(experiment)
     scored = complete(runs[runs["protocol"] == "accuracy"])
@@ -79,7 +87,7 @@ def write_report_page(
     made = [
         _overview(complete(runs), reading, tables, said),
         *([_summary(kept["summary"], reading, said)] if "summary" in kept else []),
-        *([_heat(kept["sequences"], reading, said)] if "sequences" in kept else []),
+        *([_heat(kept["sequences"], reading)] if "sequences" in kept else []),
         Section("frames", "Sequences", words=opened, scenes=True),
         answers,
         Section("curves", "Success and precision", charts=share_charts(reading, whole)),
@@ -91,13 +99,19 @@ def write_report_page(
         _provenance(runs, reading),
     ]
     made = [
-        replace(one, command=one.command or (folder if one.charts else ""))
+        replace(one, command=one.command or (folder if one.charts or one.sheets else ""))
         for one in made
         if one.charts or one.sheets or one.words
     ]
     keep = partial(write_chunk, path) if full else None
     shown = list(scenes(reading, said.results, watch, keep))
-    return write_page(path, Page(title, made, reading.trackers, shown))
+    page = Page(title, made, reading.trackers, shown)
+    paths = write_page(path, page)
+    if plots:
+        from bench.pages.paper import write_paper  # brings what draws
+
+        paths += write_paper(path.parent, page, plots, kept)
+    return paths
 
 
 def _overview(
@@ -180,7 +194,8 @@ def _sheet(table: Table, reading: Reading) -> Sheet:
 
 def _summary(table: Table, reading: Reading, said: Said) -> Section:
     sheet = _sheet(table, reading)
-    return Section("summary", "Summary", sheets=[sheet], command=said.command("report", "--wide"))
+    command = said.command("report", "--wide")
+    return Section("summary", "Summary", [_DEFINITIONS], [sheet], command=command)
 
 
 def _others(tables: Sequence[Table], reading: Reading, said: Said) -> list[Section]:
@@ -224,7 +239,7 @@ def _told_by(row: Mapping[Any, Any], found: Comparison, reading: Reading) -> Pla
     return None
 
 
-def _heat(table: Table, reading: Reading, said: Said) -> Section:
+def _heat(table: Table, reading: Reading) -> Section:
     """Sequences by trackers, shaded by the mean overlap."""
     data = table.data[table.data["measure"] == "mean_overlap"]
     means = data.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
@@ -244,9 +259,9 @@ def _heat(table: Table, reading: Reading, said: Said) -> Section:
         ["sequence", *map(str, means.columns)],
         rows,
     )
+    grid = replace(grid, data=means.reset_index())
     sheet = Sheet(grid, values.tolist(), places, heat=True)
-    command = said.command("report", "--format", "csv")
-    return Section("heat", "Sequences by trackers", sheets=[sheet], command=command)
+    return Section("heat", "Sequences by trackers", sheets=[sheet])
 
 
 def _parts(
@@ -329,7 +344,8 @@ def _plain(
 ) -> Table:
     """A table of texts, the first of which names the row."""
     cells = [[Cell(str(text)) for text in row] for row in rows]
-    return Table(name, caption, heads, 1, cells, list(notes))
+    data = pd.DataFrame(rows, columns=heads)
+    return Table(name, caption, heads, 1, cells, list(notes), data)
 
 
 def _listed(circumstance: Mapping[str, Any]) -> str:

@@ -57,7 +57,7 @@ MASKS = (
 TIME = Measure("milliseconds", "time a frame", "ms", None, 3)
 """CPU of timing runs, warm; with `~` of the accuracy runs, beside whatever else was running."""
 
-MARKED = "* can't be told from the best"
+MARKED = "what is marked (* or bold) can't be told from the best"
 
 SEGMENTATION = (
     Measure("mean_region_similarity", "J, mean", direction="higher", decimals=3),

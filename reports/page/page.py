@@ -104,6 +104,7 @@ class Chart:
     kind: str = "line"  # or `step`, or `dots`, which stand alone
     logarithmic: bool = False
     top: float | None = None  # the ordinate ends there
+    figure: str = ""  # of its file, without suffix, where it is written as one
 
 
 @dataclass(frozen=True)

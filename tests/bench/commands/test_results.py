@@ -94,6 +94,9 @@ def test_report_writes_tables_in_every_format_and_plots(trackmark, here):
     suffixes = {file.suffix for file in (here / "report").rglob("*") if file.is_file()}
     assert {".txt", ".md", ".csv", ".tex", ".svg", ".html"} <= suffixes
     assert {file.stem for file in (here / "report").glob("*.png")} == {"strip-Small"}
+    drawn = {file.stem for file in (here / "report").glob("*.svg")}
+    assert {"success", "precision", "frames-Small", "survival", "heat"} <= drawn
+    assert "](success.svg)" in (here / "report" / "report.md").read_text()
     assert "camshift" in said
     markdown = trackmark("report", "results/mine", "--format", "markdown").stdout
     assert markdown.count("|") > 10

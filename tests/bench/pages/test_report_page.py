@@ -84,6 +84,7 @@ class Cells(HTMLParser):
 def without_plots(monkeypatch):
     """Plots and film strips are other tests' matter, and take longer than pages."""
     monkeypatch.setattr("bench.reporting.pictures.write_pictures", lambda *_: [])
+    monkeypatch.setattr("bench.pages.paper.write_figure", lambda path, _: path)
 
 
 @pytest.fixture(scope="module")

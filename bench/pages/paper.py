@@ -1,0 +1,117 @@
+"""A page's content ready for a paper: tables and figures as files, in Markdown and in LaTeX."""
+
+from collections.abc import Collection
+from pathlib import Path
+from urllib.parse import quote
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from reports.comparison import Point, Steps, speed_accuracy_plot, survival_plot
+from reports.figures import write_figure
+from reports.files import write_file
+from reports.heat import heat_plot
+from reports.page.page import Chart, Line, Page, Section
+from reports.printable import one_line
+from reports.renderers import OR_NUMBERS, in_latex, in_markdown, to_latex, to_markdown
+from reports.write import write_tables
+
+__all__ = ["write_paper"]
+
+_INCLUDED = (".png", ".pdf")  # figures that LaTeX takes
+_FIGURE = r"""\begin{figure}
+\centering
+\includegraphics[width=\linewidth]{%s}
+\caption{%s}
+\end{figure}"""
+
+
+def write_paper(folder: Path, page: Page, suffix: str, written: Collection[str]) -> list[Path]:
+    """Write into a folder all that a page shows but its frames, and give the files.
+
+    Tables but those that are `written` already, by name; figures with a `suffix`; `report.md` and
+    `report.tex`, a piece to be put into a document that uses booktabs and graphicx. Figures that
+    are not in the folder are left out of them. Raises `OSError`.
+    """
+    tables = [sheet.table for section in page.sections for sheet in section.sheets]
+    paths = write_tables(folder, [table for table in tables if table.name not in written])
+    for section in page.sections:
+        for chart in section.charts:
+            if section.key in _DRAWN:
+                path = folder / f"{chart.figure}{suffix}"
+                paths.append(write_figure(path, _DRAWN[section.key](chart, page)))
+        for sheet in section.sheets:
+            if sheet.heat:
+                title = f"{page.title}: {sheet.table.caption}"
+                rows = [row[0].text for row in sheet.table.rows]
+                figure = heat_plot(sheet.values, rows, sheet.table.heads[1:], title)
+                paths.append(write_figure(folder / f"{sheet.table.name}{suffix}", figure))
+    texts = {"report.md": _markdown, "report.tex": _latex}
+    return paths + [
+        _write(folder / name, render(page, folder, suffix)) for name, render in texts.items()
+    ]
+
+
+def _write(path: Path, text: str) -> Path:
+    return write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
+
+
+def _parts(line: Line) -> list[NDArray[np.float64]]:
+    return [np.asarray(part, float) for part in (line.x, line.y, line.low, line.high)]
+
+
+def _survival(chart: Chart, page: Page) -> Figure:
+    found = {line.label: Steps(*_parts(line)) for line in chart.lines}
+    none = Steps(*[np.full(1, np.nan)] * 4)
+    whole = {_named(name, found): found.get(name, none) for name in page.trackers}
+    return survival_plot(whole, page.title)
+
+
+def _speed(chart: Chart, page: Page) -> Figure:
+    found = {line.label: Point(*(float(part[0]) for part in _parts(line))) for line in chart.lines}
+    none = Point(*[np.nan] * 4)
+    whole = {_named(name, found): found.get(name, none) for name in page.trackers}
+    return speed_accuracy_plot(whole, chart.y, page.title)
+
+
+def _named(name: str, found: Collection[str]) -> str:
+    """All trackers stand in a legend, so that each keeps its colour."""
+    return name if name in found else f"{name} (incomplete)"
+
+
+_DRAWN = {"survival": _survival, "speed": _speed}
+"""Sections whose charts are drawn from what the page has; others have figures already."""
+
+
+def _figures(section: Section, folder: Path, suffix: str) -> list[tuple[str, str]]:
+    """Files of a section's figures, of those that are there, with their captions."""
+    named = [
+        (chart.figure, f"{chart.title}: {chart.words}".removeprefix(": "))
+        for chart in section.charts
+    ]
+    named += [(sheet.table.name, sheet.table.caption) for sheet in section.sheets if sheet.heat]
+    found = [(f"{name}{suffix}", words) for name, words in named]
+    return [(name, words) for name, words in found if (folder / name).is_file()]
+
+
+def _markdown(page: Page, folder: Path, suffix: str) -> str:
+    parts = [f"# {in_markdown(page.title)}"]
+    for section in page.sections:
+        parts += [f"## {in_markdown(section.title)}", *map(in_markdown, section.words)]
+        parts += [to_markdown(sheet.table).rstrip("\n") for sheet in section.sheets]
+        for name, words in _figures(section, folder, suffix):
+            parts += [f"![{in_markdown(words)}]({quote(name)})", in_markdown(words)]
+        parts += [f"    {one_line(section.command)}"] if section.command else []
+    return "\n\n".join(parts) + "\n"
+
+
+def _latex(page: Page, folder: Path, suffix: str) -> str:
+    parts = [OR_NUMBERS]
+    for section in page.sections:
+        parts += [rf"\section*{{{in_latex(section.title)}}}", *map(in_latex, section.words)]
+        parts += [to_latex(sheet.table) for sheet in section.sheets]
+        for name, words in _figures(section, folder, suffix):
+            if suffix in _INCLUDED and name.isascii():
+                parts.append(_FIGURE % (name, in_latex(words)))
+    return "\n\n".join(parts) + "\n"

@@ -1,0 +1,60 @@
+"""What a page shows, as files for a paper."""
+
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bench.pages.paper import write_paper
+from reports.page.page import Chart, Line, Page, Section, Sheet
+from reports.tables import Cell, Table
+
+NAMES = ['</script>$x_1$ "q"', "ключ\nзвук 跟踪", "=1+1"]
+
+
+@pytest.fixture
+def page():
+    rows = [[Cell(name), Cell("0.500"), Cell("0.250", best=True), Cell("—")] for name in NAMES]
+    data = pd.DataFrame({"sequence": NAMES, "mean": [0.5, 0.25, np.nan]})
+    heat = Table("heat", "Mean overlap", ["sequence", *NAMES], 1, rows, data=data)
+    values = [[0.5, 0.25, float("nan")]] * 3
+    steps = [
+        Line(name, number, [0, 5], [1, 0.5], [1, 0.2], [1, 0.8])
+        for number, name in enumerate(NAMES[:2])
+    ]
+    dots = [Line(NAMES[1], 1, [3.0], [0.5], [0.4], [0.6])]
+    sections = [
+        Section("heat", "Map", ["Words & 50 %"], [Sheet(heat, values, heat=True)]),
+        Section("survival", "S", charts=[Chart("", "x", "y", steps, "n = 2", figure="survival")]),
+        Section(
+            "speed", "V", charts=[Chart("", "x", "y", dots, "w", figure="speed")], command="a b"
+        ),
+        Section("curves", "C", charts=[Chart("", "x", "y", dots, "w", figure="not-drawn")]),
+    ]
+    return Page("T <script>", sections, NAMES)
+
+
+def test_a_page_is_written_as_tables_figures_markdown_and_latex(page, tmp_path):
+    paths = write_paper(tmp_path, page, ".pdf", ["others"])
+    assert {path.name for path in paths} == {
+        *(f"heat{suffix}" for suffix in (".txt", ".md", ".csv", ".tex", ".pdf")),
+        "survival.pdf", "speed.pdf", "report.md", "report.tex",
+    }  # fmt: skip
+    assert all(path.stat().st_size for path in paths)
+    text = (tmp_path / "report.md").read_text()
+    assert re.findall(r"^!\[.*\]\((.*)\)$", text, re.M) == ["heat.pdf", "survival.pdf", "speed.pdf"]
+    assert "\n    a b\n" in text
+    assert not re.search(r"(?<!\\)<", text)
+    latex = (tmp_path / "report.tex").read_text()
+    assert latex.count(r"\includegraphics") == 3
+    if shutil.which("pdflatex") is None:
+        pytest.skip("pdflatex is not installed")
+    packages = r"\documentclass{article}\usepackage{booktabs,graphicx}"
+    document = rf"{packages}\begin{{document}}\input{{report}}\end{{document}}"
+    (tmp_path / "whole.tex").write_text(document)
+    command = ["pdflatex", "-halt-on-error", "-draftmode", "-no-shell-escape", "whole.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False)
+    assert done.returncode == 0, done.stdout[-900:].decode(errors="replace")
