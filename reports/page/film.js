@@ -16,7 +16,11 @@ function block(name) {
     document.head.append(script);
   });
 }
-const bytesOf = async (name) => (await fetch(`data:application/octet-stream;base64,${await block(name)}`)).arrayBuffer();
+async function bytesOf(name) {
+  const text = atob(await block(name)), bytes = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
+  return bytes.buffer;
+}
 const unsqueezed = async (name) =>
   new Response(new Blob([await bytesOf(name)]).stream().pipeThrough(new DecompressionStream("deflate")));
 
@@ -75,7 +79,8 @@ class Scene {
   /** A box in pixels; null where there is none. Row 0 is the truth. */
   box(row, frame) {
     const at = (row * this.frames + frame) * 4;
-    return this.boxes[at] === data.absent ? null : [0, 1, 2, 3].map((i) => this.boxes[at + i] / 10);
+    const { boxes } = this;
+    return boxes[at] === data.absent ? null : [boxes[at] / 10, boxes[at + 1] / 10, boxes[at + 2] / 10, boxes[at + 3] / 10];
   }
   /** The tracker's run of a repetition; its first where it has no such one, as it never draws. */
   take(tracker, repetition) {

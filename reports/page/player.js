@@ -158,7 +158,11 @@ async function follow() {
     stop();
     return;
   }
-  if (!scenes.has(number)) scenes.set(number, new Scene(number).open());
+  if (!scenes.has(number)) {
+    const made = new Scene(number);
+    made.films.thumbnails?.get(Number(state.get("frame") ?? made.first))?.catch?.(() => {});  // decoded while boxes are unpacked
+    scenes.set(number, made.open());
+  }
   const opened = await scenes.get(number);
   if (state.get("sequence") !== name) return;
   if (!dialog.open) { dialog.showModal(); dialog.focus(); }

@@ -369,8 +369,16 @@ def test_keys_move_by_frames_to_failures_and_to_disagreements(shown, results):
     assert shown.run("frame") == 42
 
 
+def boxes_at_3(results, sequence, tracker):
+    """Where a tracker's box of frame 3 begins, as it was said at once and in the end."""
+    _, run, _ = next(
+        one for one in scored_runs(results, sequence=sequence) if one[0]["tracker"] == tracker
+    )
+    return run.boxes[3, 0], run.revised[3, 0]
+
+
 @browser.needs_browser
-def test_it_plays_scrubs_holds_another_run_enlarges_and_saves(shown):
+def test_it_plays_scrubs_holds_another_run_enlarges_and_saves(shown, results):
     name = named("plain/target:length=60:scene=0")
     trackers = shown.run("data.labels")
     seen(shown, sequence=name, tracker=trackers[2], repetition=0, frame=0)
@@ -386,6 +394,7 @@ def test_it_plays_scrubs_holds_another_run_enlarges_and_saves(shown):
     assert not shown.run("playing")
     shown.run("byId('slider').value = 33; byId('slider').dispatchEvent(new Event('input'))")
     shown.wait("paintedFrame === 33")
+    assert shown.run("byId('cursor').style.left") == f"{(33 + 0.5) / 60 * 100:g}%"
     pixels = "screen.toDataURL()"
     plain = shown.run(pixels)
     shown.run("choose({other: '2.1'})")
@@ -411,8 +420,16 @@ def test_it_plays_scrubs_holds_another_run_enlarges_and_saves(shown):
     )
     assert size == shown.run("[screen.width, screen.height]")
     assert file == re.sub(r"[^\w.-]+", "-", name) + "-00033.png"
+    online = shown.run("drawnTakes().map(rowOf)")
     shown.key("o")
     assert state(shown)["trace"] == "revised"
+    revised = shown.run("drawnTakes().map(rowOf)")
+    assert revised == [*online[:2], online[2] + 1]  # one of them revises
+    assert shown.run(f"[{online[2]}, {revised[2]}].map((row) => scene.box(row, 3)[0])") == [
+        pytest.approx(one, abs=0.051) for one in boxes_at_3(results, name, trackers[2])
+    ]
+    shown.click("#curve")
+    assert shown.wait("paintedFrame === frame && frame !== 33 && frame") == 30
     shown.key("?")
     assert shown.run("!byId('help').hidden")
 
