@@ -15,11 +15,19 @@ from bench.claims.conclusion import Conclusion, conclude
 from bench.claims.findings import Check, Evidence, Finding
 from bench.claims.ledger import Claim
 from bench.claims.readings import NO_MATTER, Option, Reading, Readings
-from bench.claims.sides import SETTLED, Compared, Table, light_rows, limited, rows_by_reading
+from bench.claims.sides import (
+    SETTLED,
+    Compared,
+    Table,
+    headline_rows,
+    light_rows,
+    limited,
+    rows_by_reading,
+)
 from bench.claims.verdicts import CELL, in_units, verdict_of
 from bench.statistics.outcomes import NOWHERE, Verdict, conjunction, enough_of, undecided
 
-__all__ = ["COLUMNS", "NOT_RUN", "judge", "judge_all"]
+__all__ = ["COLUMNS", "NOT_RUN", "headline_sides", "judge", "judge_all"]
 
 COLUMNS = ("sequence", "scene", "light", "repetition", "frames", "kept_scene")
 """Columns of every table of scores, whatever the paper."""
@@ -192,20 +200,7 @@ def _parts_by_reading(
     """Readings that ask for different rows, what others ask for the same, and these rows."""
     named = {column for test in tests.values() for column in test.columns}
     tables = {id(frame): Table(frame, readings) for frame in frames.values()}
-    sides = {
-        name: [
-            Compared(
-                tables[id(frames[name])],
-                side,
-                test.sequences,
-                test.limits,
-                named,
-                any_will_do=isinstance(test, kinds.NumberTest),
-            )
-            for side in test.sides
-        ]
-        for name, test in tests.items()
-    }
+    sides = {name: _sides(test, tables[id(frames[name])], named) for name, test in tests.items()}
     every = [side for found in sides.values() for side in found]
     for reading, same, rows in rows_by_reading(every, readings):
         left = iter(rows)
@@ -214,6 +209,47 @@ def _parts_by_reading(
             for name, test in tests.items()
         ]
         yield reading, same, parts
+
+
+def _sides(test: kinds.PartTest, table: Table, named: set[str]) -> list[Compared]:
+    return [
+        Compared(
+            table,
+            side,
+            test.sequences,
+            test.limits,
+            named,
+            any_will_do=isinstance(test, kinds.NumberTest),
+        )
+        for side in test.sides
+    ]
+
+
+def headline_sides(
+    claim: Claim, scores: pd.DataFrame, tables: Tables
+) -> Iterator[tuple[str, kinds.PartTest, list[pd.DataFrame]]]:
+    """Tests of a claim by the names of its parts, with the rows of each side, index and all.
+
+    Rows are those of the headline reading, of rival ones together, on the scenes kept. A test of
+    which nothing was run, and a claim without generic tests, gives none.
+    """
+    if isinstance(claim.test, kinds.NoTest | kinds.SummaryTest | kinds.CheckTest):
+        return
+    parts = claim.test.parts if isinstance(claim.test, kinds.PartsTest) else {"": claim.test}
+    named = {column for test in parts.values() for column in test.columns}
+    for name, test in parts.items():
+        frame = _frame(claim, test, scores, tables)
+        if frame is None:
+            continue
+        sides = _sides(test, Table(frame, claim.readings), named)
+        found = [*zip(*headline_rows(sides, claim.readings), strict=True)]
+        rows = tuple(pd.concat(one).loc[lambda one: ~one.index.duplicated()] for one in found)
+        if not rows:
+            continue
+        part = _Part(name, test, rows).limited({"kept_scene": [True]})
+        whole = part if isinstance(test, kinds.InteractionTest) else part.limited(test.where)
+        if whole.is_run:
+            yield name, test, list(whole.sides)
 
 
 def _judged(claim: Claim, tests: Mapping[str, kinds.PartTest], frames: Tables) -> Iterator[Finding]:

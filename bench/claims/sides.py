@@ -26,6 +26,7 @@ __all__ = [
     "SETTLED",
     "Compared",
     "Table",
+    "headline_rows",
     "light_rows",
     "limited",
     "rows_by_reading",
@@ -298,6 +299,22 @@ def rows_by_reading(sides: Sequence[Compared], readings: Readings) -> Iterator[F
             found[asked][1].append(readings.places(reading))
     for reading, same, rows in found.values():
         yield reading, frozenset(same), rows
+
+
+def headline_rows(sides: Sequence[Compared], readings: Readings) -> Iterator[list[Rows]]:
+    """Rows of each side under the headline reading; of rival ones one after the other."""
+    first = {
+        id(option)
+        for axis in readings.axes.values()
+        for place, option in enumerate(axis.options.values())
+        if axis.rivals or not place
+    }
+
+    def matters(axis: Axis) -> bool:
+        return any(side.matters(axis) for side in sides)
+
+    for reading in readings.all(matters, lambda option: id(option) in first):
+        yield [side.choose(reading).rows for side in sides]
 
 
 @cache

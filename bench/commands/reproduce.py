@@ -162,7 +162,9 @@ def _write_page(report: "Report", paper: "Paper", folder: Path, effort: "Effort"
 
     readings = next(iter(paper.claims.values())).readings
     try:
-        write_html_page(folder / "report.html", report, readings, paper.description.name, effort)
+        with progress_bar(None, "frame") as progress:
+            name = paper.description.name
+            write_html_page(folder / "report.html", report, readings, name, effort, progress)
     except OSError as error:
         raise ResultsError(str(error.strerror or error)) from error
 

@@ -29,7 +29,7 @@ _WORTH_WORKERS = 1500  # frames from which on processes, which take seconds to s
 
 
 class Filmed(NamedTuple):
-    """Frames of a sequence: `thumbnails` in chunks, sizes of `full` ones, `why` there are none."""
+    """Frames of a sequence: `thumbnails` in chunks, sizes of `full` ones, `why` some are not."""
 
     thumbnails: Sequence[Sequence[bytes]] = ()
     full: Sequence[Sequence[int]] = ()
@@ -37,20 +37,21 @@ class Filmed(NamedTuple):
 
 
 def film_all(
-    rows: Sequence[tuple[Mapping[str, Any], int]],
+    rows: Sequence[tuple[Mapping[str, Any], Sequence[int]]],
     watch: Watch,
     keep: Keep | None = None,
     height: int = THUMBNAIL,
 ) -> Iterator[Filmed]:
-    """Frames of sequences in their order, by a row of a run of each and the number of its frames.
+    """Frames of sequences in their order, by a row of a run of each and the frames' numbers.
 
     `keep`: given frames of their own size, too; it can be pickled. `height`: most of the others.
     """
-    lengths = [n for _, n in rows]
+    numbers = [frames for _, frames in rows]
+    lengths = [*map(len, numbers)]
     told = [
         {key: row[key] for key in ("sequence", "source", "truth", "fingerprint")} for row, _ in rows
     ]
-    given = told, count(), lengths, [keep] * len(rows), [height] * len(rows)
+    given = told, count(), numbers, [keep] * len(rows), [height] * len(rows)
     if sum(lengths) < _WORTH_WORKERS or len(rows) < 2:
         done = 0
 
@@ -73,24 +74,26 @@ def film_all(
 def _filmed(
     row: Mapping[str, Any],
     number: int,
-    n: int,
+    frames: Sequence[int],
     keep: Keep | None,
     height: int,
     seen: Callable[[], None] = lambda: None,
 ) -> Filmed:
+    if not frames:
+        return Filmed()
     sequence = opened(row)
     if sequence is None:
         gone = f"{row['sequence']} is not at {row['source']} as it was when it was run."
         return Filmed(why=f"No frames: {gone}")
     sizes = []
     try:
-        images = (sequence[frame] for frame in range(n))
+        images = (sequence[frame] for frame in frames)
         thumbnails = list(film(_counted(images, seen), height))
         if keep is not None:
-            images = (sequence[frame] for frame in range(n))
-            for chunk, frames in enumerate(film(images, quality=_FULL_QUALITY)):
-                keep(f"full-{number}-{chunk}", frames)
-                sizes.append([len(frame) for frame in frames])
+            images = (sequence[frame] for frame in frames)
+            for chunk, encoded in enumerate(film(images, quality=_FULL_QUALITY)):
+                keep(f"full-{number}-{chunk}", encoded)
+                sizes.append([len(frame) for frame in encoded])
     except datasets.SequenceError as error:
         return Filmed(why=f"No frames: {error}")
     return Filmed(thumbnails, sizes)

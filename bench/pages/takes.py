@@ -2,7 +2,7 @@
 
 import json
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf
@@ -25,12 +25,25 @@ from reports.page.film import packed, quantised, squeezed
 from reports.page.page import Place, Scene, Take
 from reports.plots import share_of
 
-__all__ = ["ERRORS", "OVERLAPS", "Clip", "Reading", "Stage", "read_takes", "scenes"]
+__all__ = [
+    "ERRORS",
+    "OVERLAPS",
+    "Clip",
+    "Reading",
+    "Stage",
+    "Stored",
+    "read_takes",
+    "scenes",
+    "taken",
+]
 
 Array = NDArray[np.float64]
 OVERLAPS = np.linspace(0.0, 1.0, 51)
 ERRORS = np.linspace(0.0, 50.0, 51)
 """Thresholds of success [overlap] and precision [pixels]."""
+
+Stored = tuple[Mapping[str, Any], Run, StoredTruth]
+"""A run with its row, as `bench.store.index` has it, and the truth that it was made with."""
 
 
 @dataclass(frozen=True)
@@ -108,10 +121,15 @@ def read_takes(
     `trackers`: in the order of their colours; others follow. `detailed`: with trackers' own
     numbers. `only`: what columns must say. Raises `ResultsError` for a file that can't be read.
     """
+    return taken(scored_runs(experiment, **only), trackers)
+
+
+def taken(runs: Iterable[Stored], trackers: Sequence[str]) -> Reading:
+    """What a page knows of runs; `trackers` as of `read_takes`."""
     names = list(trackers)
     stages: dict[str, Stage] = {}
     told: dict[str, Mapping[str, Any]] = {}
-    for row, run, stored in scored_runs(experiment, **only):
+    for row, run, stored in runs:
         truth = np.asarray(reference(stored, run.identity.init, row["sequence"]).boxes)
         stage = stages.setdefault(row["sequence"], Stage(row, stored, truth))
         if row["fingerprint"] != stage.row["fingerprint"]:
@@ -188,17 +206,21 @@ def scenes(
     watch: Watch,
     keep: Keep | None = None,
     height: int = THUMBNAIL,
+    chosen: Sequence[Sequence[int]] | None = None,
 ) -> Iterator[Scene]:
-    """The sequences with their frames.
+    """The sequences with their frames, or the `chosen` ones of each, in order.
 
     `results`: how the folder is named in commands. See `film_all` for the others.
     """
-    rows = [(stage.row, len(stage.truth)) for stage in reading.stages]
-    for stage, filmed in zip(reading.stages, film_all(rows, watch, keep, height), strict=True):
-        yield _scene(stage, results, filmed)
+    shown = chosen or [range(len(stage.truth)) for stage in reading.stages]
+    rows = [(stage.row, frames) for stage, frames in zip(reading.stages, shown, strict=True)]
+    for (_, frames), stage, filmed in zip(
+        rows, reading.stages, film_all(rows, watch, keep, height), strict=True
+    ):
+        yield _scene(stage, results, filmed, frames)
 
 
-def _scene(stage: Stage, results: str, filmed: Filmed) -> Scene:
+def _scene(stage: Stage, results: str, filmed: Filmed, frames: Sequence[int]) -> Scene:
     row, stored = stage.row, stage.stored
     boxes, takes = [quantised(stage.truth)], list[Take]()
     drawn = {0: true_shapes(stored)}
@@ -235,6 +257,7 @@ def _scene(stage: Stage, results: str, filmed: Filmed) -> Scene:
         thumbnails=filmed.thumbnails,
         full=filmed.full,
         why=filmed.why,
+        kept=None if len(frames) == len(stage.truth) else frames,
         fps=stored.fps,
         first=int(present[0]) if len(present) else 0,
         shapes=squeezed(json.dumps(drawn).encode()) if drawn else "",

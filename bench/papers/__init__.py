@@ -13,6 +13,7 @@ from bench.experiments.experiment import ExperimentError, SequenceSource
 from bench.store.layout import Cell
 
 if TYPE_CHECKING:
+    from bench.papers.grounds import Ground
     from bench.papers.report import Paper
     from reports.tables import Table
 from datasets.text_form import close_match
@@ -83,6 +84,8 @@ class Report:
         (in words), `statistic`, `interval`, `unit`, `cells`, `counted`, `readings`, `evidence`.
     pictures : list of Path
         Figures that were written.
+    grounds : mapping of str to list of Ground
+        Scenes and runs that verdicts rest on, by claim.
     main : list of Table
         What stands on the paper's page; on the screen only the first: at most 100 columns wide.
     """
@@ -94,6 +97,7 @@ class Report:
     claims: list[dict[str, Any]]
     pictures: list[Path] = field(default_factory=list)
     main: "list[Table]" = field(default_factory=list)
+    grounds: "Mapping[str, list[Ground]]" = field(default_factory=dict)
 
 
 Asked: TypeAlias = Mapping[str, Collection[Cell]]

@@ -1,11 +1,15 @@
 """The page of a reproduction: tables, figures, and every claim with what its verdict rests on."""
 
 from collections.abc import Mapping, Sequence
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from bench.claims.readings import Readings
+from bench.pages.filming import Watch
 from bench.papers import Effort, Report
+from bench.papers.footage import Footage, footage_of
+from bench.papers.grounds import SHOWN, Ground
 from bench.papers.screen import EFFECT, claim_count, outcome
 from bench.papers.wording import POST_HOC
 from reports.ledger import claim_words, holds_in
@@ -20,12 +24,20 @@ _MOST_READINGS = 60
 
 
 def write_html_page(
-    path: Path, report: Report, readings: Readings, paper: str, effort: Effort
+    path: Path,
+    report: Report,
+    readings: Readings,
+    paper: str,
+    effort: Effort,
+    watch: Watch = lambda *_: None,
 ) -> list[Path]:
-    """Write a reproduction's page, which holds its pictures, and give the files.
+    """Write a reproduction's page, which holds its pictures and frames, and give the files.
 
-    Raises `OSError` where one can't be read or written.
+    `path`: in the report's folder, beside which lie the results. `watch` is told how many frames
+    are read, of how many. Raises `OSError` where a file can't be read or written, `ResultsError`
+    where a run can't be read.
     """
+    footage = footage_of(report.grounds, path.parent.parent, effort, watch)
     told = {table.name: table for table in [*report.main, *report.tables]}
     shown = [Sheet(table) for name, table in told.items() if name not in ("claims", "verdicts")]
     readings_of = [_axes(readings), *([told["verdicts"]] if "verdicts" in told else [])]
@@ -37,8 +49,8 @@ def write_html_page(
         Section(
             "claims",
             "Claim by claim",
-            [] if report.claims else ["There are none."],
-            cards=[_card(claim) for claim in report.claims],
+            _frames_kept(footage),
+            cards=[_card(claim, report, footage) for claim in report.claims],
         ),
         Section(
             "readings",
@@ -51,7 +63,9 @@ def write_html_page(
         ),
         Section("remarks", "Departures, and how it was run", report.remarks, command=command),
     ]
-    return write_page(path, Page(report.title, [one for one in sections if _has(one)]))
+    shown_sections = [one for one in sections if _has(one)]
+    trackers = footage.reading.trackers
+    return write_page(path, Page(report.title, shown_sections, trackers, footage.scenes))
 
 
 def command_of(paper: str, effort: Effort) -> str:
@@ -106,7 +120,17 @@ def holds(claim: Mapping[str, Any]) -> str:
     return holds_in(claim) or MISSING
 
 
-def _card(claim: Mapping[str, Any]) -> Card:
+def _frames_kept(footage: Footage) -> list[str]:
+    if not footage.scenes:
+        return []
+    return [
+        f"Of each test the {SHOWN} scenes are shown that speak most against it. A number opens the "
+        "worst of its runs at its worst frame. Not to grow too large, the page holds "
+        f"{footage.frames} frames: these, and what is around them."
+    ]
+
+
+def _card(claim: Mapping[str, Any], report: Report, footage: Footage) -> Card:
     evidence = claim["evidence"]
     published = [f"{one['label']}: {one['value']:g} {one['unit']}" for one in evidence["published"]]
     facts = {
@@ -126,8 +150,32 @@ def _card(claim: Mapping[str, Any]) -> Card:
         _said(claim),
         "" if evidence["ours"] else f"“{evidence['quote']}” ({claim['source']})",
         {name: text for name, text in facts.items() if text},
-        [Sheet(table) for table in _by_reading(claim)],
+        [
+            *(
+                _scenes(f"scenes-{claim['id']}-{number}", ground, footage)
+                for number, ground in enumerate(report.grounds.get(claim["id"], ()))
+            ),
+            *map(Sheet, _by_reading(claim)),
+        ],
     )
+
+
+def _scenes(name: str, ground: Ground, footage: Footage) -> Sheet:
+    """Scenes that a test rests on; their numbers open the worst frames."""
+    shown = len(ground.rows)
+    many = f"{shown} of {ground.of} scenes" if shown < ground.of else f"scenes, {ground.of}"
+    caption = f"{': '.join(filter(None, [ground.part, many]))}; {ground.order}."
+    rows = [
+        [scene, *(f"{one.value:.4g}" if isfinite(one.value) else MISSING for one in numbers)]
+        for scene, numbers in ground.rows
+    ]
+    places = []
+    for _, numbers in ground.rows:
+        runs = [one.run for one in numbers]
+        places.append([footage.place(run, ground.kind, runs) for run in runs])
+    values = [[one.value for one in numbers] for _, numbers in ground.rows]
+    table = plain_table(name, caption[:1].upper() + caption[1:], ["scene", *ground.heads], rows)
+    return Sheet(table, values, places)
 
 
 def _where_it_differs(claim: Mapping[str, Any]) -> str:

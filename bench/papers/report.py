@@ -18,6 +18,7 @@ from bench.papers import NO_EVIDENCE, Asked, Effort, Report
 from bench.papers.context import Context, hook, own_module, part_of
 from bench.papers.description import Description, TableEntry
 from bench.papers.figures import Drawn, draw_figure, write_pictures
+from bench.papers.grounds import grounds_of
 from bench.papers.recorded import RECORDED, read_published
 from bench.papers.runs import tidy_runs
 from bench.papers.scenes import examined, measured_on_scenes
@@ -103,6 +104,10 @@ class Paper:
             claims=[one.for_json() for one in context.conclusions],
             pictures=write_pictures(folder, plots),
             main=self._main(tables, rows),
+            grounds={
+                key: grounds_of(claim, context.scores, context.tables)
+                for key, claim in self.claims.items()
+            },
         )
 
     def _plots(self, context: Context) -> dict[str, Drawn]:

@@ -25,8 +25,9 @@ const unsqueezed = async (name) =>
   new Response(new Blob([await bytesOf(name)]).stream().pipeThrough(new DecompressionStream("deflate")));
 
 class Reel {
-  constructor(name, sizes) {
+  constructor(name, sizes, kept) {
     this.name = name;
+    this.numbers = kept && new Map(kept.map((frame, number) => [frame, number]));
     this.places = sizes.flatMap((chunk, number) => {
       let end = 0;
       return chunk.map((size) => ({ number, from: end, to: (end += size) }));
@@ -34,8 +35,9 @@ class Reel {
     this.chunks = new Map();
     this.images = new Map();
   }
-  /** A frame as an image that can be drawn at once; the promise of one otherwise. */
+  /** A frame as an image that can be drawn at once; the promise of one otherwise; null for none. */
   get(frame) {
+    if (this.numbers && !this.numbers.has(frame)) return null;
     if (!this.images.has(frame)) {
       const promise = this.read(frame).then((image) => { this.images.set(frame, image); return image; });
       promise.catch(() => this.images.delete(frame));
@@ -45,7 +47,7 @@ class Reel {
     return this.images.get(frame);
   }
   async read(frame) {
-    const { number, from, to } = this.places[frame];
+    const { number, from, to } = this.places[this.numbers ? this.numbers.get(frame) : frame];
     if (from === to) return null;
     if (!this.chunks.has(number)) this.chunks.set(number, bytesOf(`${this.name}-${number}`));
     const bytes = await this.chunks.get(number);
@@ -59,7 +61,7 @@ class Scene {
     Object.assign(this, data.scenes[number]);
     this.takes = this.takes.map(([tracker, repetition, row, revised, failure, round, maps, numbers], number) =>
       ({ number, tracker, repetition, row, revised, failure, round, maps, numbers }));
-    this.films = Object.fromEntries(Object.entries(this.reels).map(([kind, sizes]) => [kind, new Reel(`${kind}-${number}`, sizes)]));
+    this.films = Object.fromEntries(Object.entries(this.reels).map(([kind, sizes]) => [kind, new Reel(`${kind}-${number}`, sizes, /^(thumbnails|full)$/.test(kind) && this.kept)]));
     this.curves = new Map();
   }
   async open() {

@@ -52,6 +52,7 @@ class Place(NamedTuple):
     tracker: int
     repetition: int
     frame: int
+    show: tuple[int, ...] = ()  # trackers that are shown; empty for the first ones
 
 
 @dataclass(frozen=True)
@@ -171,7 +172,8 @@ class Scene:
     `boxes`: of truth (first) and takes, see `reports.page.film.packed`. `shapes`: outlines and
     points by row of boxes and frame, squeezed JSON. `thumbnails`: frames in chunks, see
     `reports.page.film.film`; `full`: sizes of the larger ones that `write_chunk` wrote. `why`: why
-    there are no frames. `show`: the command that draws a frame, to which its number is added.
+    there are no frames. `kept`: numbers of those that there are; None for all. `show`: the command
+    that draws a frame, to which its number is added.
     """
 
     name: str
@@ -182,6 +184,7 @@ class Scene:
     thumbnails: Sequence[Sequence[bytes]] = ()
     full: Sequence[Sequence[int]] = ()
     why: str = ""
+    kept: Sequence[int] | None = None
     fps: float | None = None
     first: int = 0
     shapes: str = ""
@@ -206,6 +209,7 @@ class Page:
             "repetition": place.repetition,
             "frame": place.frame,
         }
+        asked |= {"show": ".".join(map(str, place.show))} if place.show else {}
         return "#" + urlencode(asked, errors="replace")
 
     def opening(self, scene: Scene, frame: int | None = None, **chosen: str) -> str:
@@ -341,6 +345,7 @@ def _told(scene: Scene, reels: Mapping[str, Any]) -> dict[str, Any]:
         "first": scene.first,
         "fps": scene.fps,
         "why": one_line(scene.why),
+        "kept": None if scene.kept is None else list(scene.kept),
         "show": scene.show,
         "shapes": bool(scene.shapes),
         "reels": {kind: sizes for kind, sizes in reels.items() if sizes},
@@ -372,7 +377,7 @@ def _chart(chart: Chart) -> dict[str, Any]:
             {
                 "label": one_line(line.label),
                 "position": line.position,
-                "places": line.places,
+                "places": [place and place[:4] for place in line.places],
                 **{
                     name: _numbers(values)
                     for name in ("x", "y", "low", "high")

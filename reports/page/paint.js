@@ -56,7 +56,13 @@ function linesOf(row, shapes, layers, scale, take) {
 
 function drawScene(image, map, scale, enlarged = 1) {
   if (image) pen.drawImage(image, 0, 0, screen.width, screen.height);
-  else { pen.fillStyle = "#3a3d42"; pen.fillRect(0, 0, screen.width, screen.height); }
+  else {
+    pen.fillStyle = "#3a3d42";
+    pen.fillRect(0, 0, screen.width, screen.height);
+    pen.fillStyle = "#d8dade";
+    pen.font = "16px system-ui";
+    if (scene.kept) pen.fillText("The page keeps the worst frames alone.", 12, 26);
+  }
   if (map) {
     pen.globalAlpha = 0.6;
     pen.drawImage(map, 0, 0, screen.width, screen.height);

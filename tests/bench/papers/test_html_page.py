@@ -7,10 +7,13 @@ import pandas as pd
 import pytest
 from PIL import Image
 
+import datasets
 from bench.claims.judging import NOT_RUN
 from bench.claims.readings import Readings
 from bench.papers import NO_EVIDENCE, Effort, Report
+from bench.papers.grounds import Ground, Number
 from bench.papers.html_page import write_html_page
+from bench.store.layout import run_path
 from reports.tables import Cell, Table
 from tests import browser
 
@@ -48,9 +51,33 @@ READINGS = Readings.model_validate(
 )
 
 
+SCENES = [f"plain/target:length=20:scene={scene}" for scene in range(3)]
+
+
 @pytest.fixture(scope="module")
-def report(tmp_path_factory):
-    picture = tmp_path_factory.mktemp("drawn") / "figure-3.png"
+def folder(tmp_path_factory, store_runs):
+    """Results of two trackers on three scenes."""
+    folder = tmp_path_factory.mktemp("results")
+    store_runs(folder / "p-table-1", ["static", "camshift"], SCENES)
+    return folder
+
+
+def rests_on(folder):
+    """A number a scene and tracker."""
+    names = ["static", "camshift"]
+
+    def number(scene, tracker):
+        file = folder / "p-table-1" / run_path(tracker, datasets.load(scene).name, 0, "accuracy")
+        return Number(1.0 + scene.count("2"), str(file))
+
+    rows = [(scene, [Number(0.5), *(number(scene, one) for one in names)]) for scene in SCENES]
+    return [Ground("than others", ["ahead", *names], rows, 20, kind="centre_error")]
+
+
+@pytest.fixture(scope="module")
+def report(folder):
+    picture = folder / "wang2010" / "figure-3.png"
+    picture.parent.mkdir()
     stream = io.BytesIO()
     Image.fromarray(np.full((20, 30, 3), 200, np.uint8)).save(stream, "PNG")
     picture.write_bytes(stream.getvalue())
@@ -64,12 +91,13 @@ def report(tmp_path_factory):
     ]
     title = f"{NO_EVIDENCE}: A paper"
     remarks = ["Other videos."]
-    return Report(title, remarks, [table], [], claims, pictures=[picture], main=[table])
+    grounds = {"P-1": rests_on(folder)}
+    return Report(title, remarks, [table], [], claims, [picture], [table], grounds)
 
 
 @pytest.fixture(scope="module")
-def page(report, tmp_path_factory):
-    path = tmp_path_factory.mktemp("page") / "report.html"
+def page(report, folder):
+    path = folder / "wang2010" / "report.html"
     return write_html_page(path, report, READINGS, "wang2010", Effort(quick=True))[0]
 
 
@@ -85,18 +113,24 @@ def test_a_page_has_every_claim_table_and_figure_and_says_what_is_no_evidence(pa
     assert "sequence 1: 788 frames" in text
     assert "trackmark reproduce wang2010 --quick" in text
     assert "<script>alert" not in text
+    assert "Than others: 3 of 20 scenes" in text
 
 
 @browser.needs_browser
-def test_a_row_of_the_claims_opens_the_claim(page, tmp_path):
+def test_a_claim_opens_its_scenes_and_these_the_worst_frame(page, tmp_path):
     shown = browser.Browser(tmp_path)
     try:
         shown.size(400, 800, mobile=True)
         shown.open(page.as_uri())
-        shown.click("#claims tbody tr:nth-child(3) a")
-        shown.wait("byId('claim-P-3').open")
-        assert not shown.run("byId('claim-P-1').open")
+        shown.click("#claims tbody tr:nth-child(1) a")
+        shown.wait("byId('claim-P-1').open")
+        assert not shown.run("byId('claim-P-3').open")
         assert shown.run("document.documentElement.scrollWidth") <= 400
+        shown.click("#scenes-P-1-0 tbody tr:nth-child(2) td:nth-child(3) a")
+        shown.wait("byId('player').open && painted")
+        assert shown.run("state.get('tracker')") == "static"
+        assert shown.run("scene.name") == datasets.load(SCENES[1]).name
+        assert shown.run("byId('legend').querySelectorAll('[aria-pressed=true]').length") == 2
         assert shown.console == []
     finally:
         shown.close()

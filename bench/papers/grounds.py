@@ -1,0 +1,206 @@
+"""What the verdict on a claim rests on: numbers of its scenes, and the runs that made them."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import inf, isfinite, nan
+
+import pandas as pd
+
+from bench.claims.judging import headline_sides
+from bench.claims.kinds import (
+    COUNTS,
+    ERRORS,
+    IN_PIXELS,
+    SCORES,
+    BoundTest,
+    CheckTest,
+    Comparison,
+    EqualTest,
+    LostTest,
+    PartTest,
+    RatioTest,
+)
+from bench.claims.ledger import Claim
+
+__all__ = ["SHOWN", "Ground", "Number", "grounds_of"]
+
+SHOWN = 8
+"""Scenes of a test that are shown."""
+
+_MOST_COLUMNS = 8
+
+_ORDERED = "those that speak most against the claim first"
+
+_DECIDING = ("frames_inside", "first_loss")
+"""Of the counts, those that decide."""
+
+
+@dataclass(frozen=True)
+class Number:
+    """Of a scene: a mean over runs, and the file of the worst one; empty where there is none."""
+
+    value: float
+    run: str = ""
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Scenes that a test rests on.
+
+    `rows`: a scene and its numbers, which stand below the `heads`. `of`: how many scenes there are,
+    of which these come first as `order` says. `kind`: what makes a frame the worst one, as
+    `bench.pages.takes.Reading.place` knows it.
+    """
+
+    part: str
+    heads: Sequence[str]
+    rows: Sequence[tuple[str, Sequence[Number]]]
+    of: int
+    order: str = _ORDERED
+    kind: str = "overlap"
+
+
+@dataclass(frozen=True)
+class _Column:
+    head: str
+    numbers: Mapping[str, Number]  # by scene
+
+
+def grounds_of(
+    claim: Claim, scores: pd.DataFrame, tables: Mapping[str, pd.DataFrame]
+) -> list[Ground]:
+    """Scenes behind a claim under its headline reading, a ground a test that has scenes.
+
+    `scores`, `tables`: as `bench.papers.context.Context` has them.
+    """
+    names = "|".join(f",{name}," for name in claim.experiment)
+    its = scores[scores["experiments"].str.contains(names, regex=True)]
+    if isinstance(claim.test, CheckTest):
+        return [_runs(its)] if len(its) else []
+    found = [
+        _of_test(claim, name, test, sides, scores if test.table == SCORES else its)
+        for name, test, sides in headline_sides(claim, scores, tables)
+        if {"sequence", "scene"} <= set(sides[0])
+    ]
+    return [one for one in found if one.rows]
+
+
+def _runs(its: pd.DataFrame) -> Ground:
+    """Runs that a check of the paper's own looked at, whose numbers it alone knows."""
+    found = [
+        (f"{name}, {text}", [Number(float(one["mean_overlap"].mean()), _worst(one))])
+        for (name, text), one in its.groupby(["name", "text"], sort=False)
+    ]
+    rows = sorted(found, key=lambda row: row[1][0].value)[:SHOWN]
+    order = "a check of the paper's own judges all of them; those of least overlap first"
+    return Ground("", ["mean overlap"], rows, len(found), order)
+
+
+def _of_test(
+    claim: Claim, part: str, test: PartTest, sides: Sequence[pd.DataFrame], runs: pd.DataFrame
+) -> Ground:
+    metrics = _metrics(test)
+    columns = [
+        (place, metric, column)
+        for metric in metrics
+        for place, rows in enumerate(sides)
+        for column in _columns(claim, test, place, rows, metric, runs)
+    ]
+    first = [(place, column) for place, metric, column in columns if metric == metrics[0]]
+    less = metrics[0].startswith(ERRORS)
+    compared = isinstance(test, Comparison)
+    against: dict[str, float] = {}
+    for scene in dict.fromkeys(scene for _, column in first for scene in column.numbers):
+        means = [
+            _mean([c.numbers[scene].value for p, c in first if p == side and scene in c.numbers])
+            for side in range(len(sides) if compared else 1)
+        ]
+        ahead = (means[0] - means[1] if compared else means[0]) * (-1 if less else 1)
+        against[scene] = ahead
+    order = {scene: _badness(test, value) for scene, value in against.items()}
+    shown = sorted(order, key=lambda scene: (order[scene], scene))[:SHOWN]
+    kept = [column for _, _, column in columns][:_MOST_COLUMNS]
+    words = _words(claim, metrics[0])
+    heads = [*([f"ahead, {words}"] if compared else []), *(column.head for column in kept)]
+    rows = [
+        (
+            scene,
+            [*([Number(against[scene])] if compared else [])]
+            + [column.numbers.get(scene, Number(nan)) for column in kept],
+        )
+        for scene in shown
+    ]
+    return Ground(part, heads, rows, len(order), kind=_kind(metrics[0]))
+
+
+def _metrics(test: PartTest) -> Sequence[str]:
+    if isinstance(test, BoundTest):
+        return [test.metric]
+    if isinstance(test, RatioTest):
+        return [test.longer, test.shorter]
+    return [name for name in test.by if name not in COUNTS or name in _DECIDING] or test.by
+
+
+def _columns(
+    claim: Claim,
+    test: PartTest,
+    place: int,
+    rows: pd.DataFrame,
+    metric: str,
+    runs: pd.DataFrame,
+) -> Iterator[_Column]:
+    """A column a tracker of a side; one of what is no runs'."""
+    words = _words(claim, metric)
+    if test.table == SCORES:
+        for text, its in runs.loc[rows.index].groupby("text", sort=False):
+            numbers = {
+                str(name): Number(float(one[metric].mean()), _worst(one))
+                for name, one in its.groupby("name", sort=False)
+            }
+            yield _Column(f"{text}: {words}", numbers)
+        return
+    named = {*rows["tracker"].dropna()} if "tracker" in rows else set()
+    known = runs[runs["tracker"].isin(named)] if named else runs
+    numbers = {}
+    for (sequence, scene), one in rows.groupby(["sequence", "scene"], sort=False):
+        its = known[(known["sequence"] == sequence) & (known["scene"] == scene)]
+        name = str(its["name"].iloc[0]) if len(its) else f"{sequence}, scene {scene}"
+        numbers[name] = Number(float(one[metric].mean()), _worst(its))
+    side = test.sides[place]
+    told = side if isinstance(side, str) else ", ".join(map(str, side.values()))
+    yield _Column(": ".join(filter(None, [told, words])), numbers)
+
+
+def _worst(runs: pd.DataFrame) -> str:
+    """File of the run with the least overlap, of failed ones the first."""
+    if runs.empty:
+        return ""
+    return str(runs["path"].iloc[int(runs["mean_overlap"].fillna(-1.0).argmin())])
+
+
+def _mean(values: Sequence[float]) -> float:
+    known = [value for value in values if isfinite(value)]
+    return sum(known) / len(known) if known else nan
+
+
+def _badness(test: PartTest, ahead: float) -> float:
+    """Less for a scene that speaks against a test; not known comes last."""
+    if not isfinite(ahead):
+        return inf
+    if isinstance(test, EqualTest):
+        return -abs(ahead)
+    return -ahead if isinstance(test, LostTest) else ahead
+
+
+def _words(claim: Claim, metric: str) -> str:
+    """A metric with its unit."""
+    name = metric.replace("_", " ")
+    usual = "px" if metric.startswith(IN_PIXELS) else "frames" if metric in COUNTS else ""
+    unit = claim.units.get(name, usual)
+    return f"{name} [{unit}]" if unit else name
+
+
+def _kind(metric: str) -> str:
+    if metric.startswith(ERRORS):
+        return "centre_error"
+    return "loss" if metric.startswith(("first_loss", "lost", "frames_inside")) else "overlap"
