@@ -1,6 +1,7 @@
 """Reproduce a paper: its tables and figures, and a verdict on each of its claims."""
 
 import json
+import time
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,7 +31,8 @@ __all__ = ["command"]
 
 
 @click.command("reproduce")
-@click.argument("paper")
+@click.argument("paper", required=False)
+@click.option("--all-papers", is_flag=True, help="Every paper, and one page for all of them.")
 @click.option("--quick", is_flag=True, help="A look in a minute: few scenes and seeds.")
 @click.option("--all", "everything", is_flag=True, help="Also sensitivities and ablations.")
 @click.option("--seeds", type=click.IntRange(1), help="Most repetitions of any tracker.")
@@ -50,7 +52,8 @@ __all__ = ["command"]
 @engine_options
 @json_option
 def command(
-    paper: str,
+    paper: str | None,
+    all_papers: bool,
     quick: bool,
     everything: bool,
     seeds: int | None,
@@ -65,14 +68,18 @@ def command(
     """Reproduce PAPER on sequences of ours: its tables beside ours, a verdict on every claim.
 
     Runs go to the folders of their experiments in --output, the report to a folder of the
-    paper's name there. What is done already is not done again. Nothing is tuned to a wanted
+    paper's name there, as a page (report.html) and as tables; with --all-papers one page in
+    --output leads to all. What is done already is not done again. Nothing is tuned to a wanted
     number: what comes out is what is printed.
     """
-    from bench.papers import Effort, load_paper
+    from bench.papers import Effort, load_paper, paper_names
     from bench.papers.page import write_page
-    from bench.papers.screen import screen
 
-    module = load_paper(paper)
+    known = ", ".join(paper_names())
+    if (paper is None) != all_papers:
+        raise click.UsageError(f"Give either --all-papers or one PAPER ({known}).")
+    if all_papers and page is not None:
+        raise click.UsageError("--page goes with one PAPER, not with --all-papers.")
     effort = Effort(
         quick=quick,
         everything=everything,
@@ -81,6 +88,27 @@ def command(
         recorded=chosen_sequences(recorded, None) if recorded else (),
         published=published,
     )
+    fails = False
+    for name in paper_names() if paper is None else [paper]:
+        report = _reproduce(load_paper(name), effort, output, means, as_json=as_json)
+        if report is None:
+            return EXIT_INTERRUPTED
+        if page is not None:
+            write_page(page, report, name, effort)
+        if all_papers:
+            _write_front_page(output)
+        ours = [one for one in report.claims if not one["evidence"]["ours"]]
+        fails |= any(claim["verdict"] == "does-not-hold" for claim in ours)
+    return EXIT_ANSWER_IS_NO if strict and fails else 0
+
+
+def _reproduce(
+    module: "Paper", effort: "Effort", output: Path, means: Mapping[str, Any], *, as_json: bool
+) -> "Report | None":
+    """Run, report and print a paper; None where the user stopped it."""
+    from bench.papers.screen import screen
+
+    began, paper = time.monotonic(), module.description.name
     folder = output / paper
     experiments = module.experiments(effort)
     module.prepare(folder, effort)
@@ -89,23 +117,17 @@ def command(
     for experiment in experiments:
         cells = _run(experiment, output, known, means)
         if cells is None:
-            return EXIT_INTERRUPTED
+            return None
         asked[experiment.name] = cells
     report = module.report(output, folder, effort, asked)
-    _write(report, paper, folder)
     _write_page(report, module, folder, effort)
+    document = _document(report, paper, effort, time.monotonic() - began)
+    _write(report, document, folder)
     if as_json:
-        click.echo(json.dumps(_document(report, paper), allow_nan=False))
+        click.echo(json.dumps(document, allow_nan=False))
     else:
         click.echo(screen(report, paper, effort, folder))
-    if page is not None:
-        write_page(page, report, paper, effort)
-    fails = (
-        claim["verdict"] == "does-not-hold"
-        for claim in report.claims
-        if not claim["evidence"]["ours"]
-    )
-    return EXIT_ANSWER_IS_NO if strict and any(fails) else 0
+    return report
 
 
 def _run(
@@ -138,13 +160,13 @@ def _run(
     return execution.plan.asked().cells
 
 
-def _write(report: "Report", paper: str, folder: Path) -> None:
+def _write(report: "Report", document: Mapping[str, object], folder: Path) -> None:
     """Write the report as pages, tables in every format, and JSON."""
     from bench.store.files import ResultsError
     from reports.files import write_file
     from reports.write import report_page, write_tables
 
-    text = json.dumps(_document(report, paper), indent=1, allow_nan=False)
+    text = json.dumps(document, indent=1, allow_nan=False)
     page = report_page(report.title, report.remarks, report.tables, report.pictures)
 
     try:
@@ -169,12 +191,30 @@ def _write_page(report: "Report", paper: "Paper", folder: Path, effort: "Effort"
         raise ResultsError(str(error.strerror or error)) from error
 
 
-def _document(report: "Report", paper: str) -> dict[str, object]:
+def _write_front_page(output: Path) -> None:
+    """Write the page that leads to those of all papers."""
+    from bench.papers.front_page import write_front_page
+    from bench.store.files import ResultsError
+
+    try:
+        path = write_front_page(output)
+    except OSError as error:
+        raise ResultsError(str(error.strerror or error)) from error
+    click.echo(f"All papers: {path}", err=True)
+
+
+def _document(report: "Report", paper: str, effort: "Effort", seconds: float) -> dict[str, object]:
     """What a script reads."""
+    from bench.papers.html_page import command_of
+
     names = dict.fromkeys(row["table"] for row in report.rows)
     return {
         "title": report.title,
         "paper": paper,
+        "command": command_of(paper, effort),
+        "quick": effort.quick,
+        "seconds": round(seconds, 1),
+        "tracking_seconds": round(report.tracking_seconds, 1),
         "remarks": report.remarks,
         "tables": [
             {

@@ -84,6 +84,8 @@ class Report:
         (in words), `statistic`, `interval`, `unit`, `cells`, `counted`, `readings`, `evidence`.
     pictures : list of Path
         Figures that were written.
+    tracking_seconds : float
+        What trackers took in all of its runs, one after another.
     grounds : mapping of str to list of Ground
         Scenes and runs that verdicts rest on, by claim.
     main : list of Table
@@ -98,6 +100,7 @@ class Report:
     pictures: list[Path] = field(default_factory=list)
     main: "list[Table]" = field(default_factory=list)
     grounds: "Mapping[str, list[Ground]]" = field(default_factory=dict)
+    tracking_seconds: float = 0.0
 
 
 Asked: TypeAlias = Mapping[str, Collection[Cell]]

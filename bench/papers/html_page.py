@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from math import isfinite
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 from bench.claims.readings import Readings
@@ -21,6 +22,8 @@ __all__ = ["command_of", "holds", "plain_table", "write_html_page"]
 
 _MOST_READINGS = 60
 """Rows of readings that a claim shows; `report.json` has all."""
+
+_MOST_LETTERS = 400  # of a reason, which says all parts in all rival readings
 
 
 def write_html_page(
@@ -136,7 +139,7 @@ def _card(claim: Mapping[str, Any], report: Report, footage: Footage) -> Card:
     facts = {
         "in our words": claim_words(claim),
         "effect": claim["effect"],
-        "why": evidence["reason"],
+        "why": shorten(evidence["reason"], _MOST_LETTERS, placeholder=" … (see by reading)"),
         "holds in": "" if holds(claim) == MISSING else holds(claim),
         "on all scenes drawn": _where_it_differs(claim),
         "published": "; ".join(published),
@@ -163,7 +166,8 @@ def _card(claim: Mapping[str, Any], report: Report, footage: Footage) -> Card:
 def _scenes(name: str, ground: Ground, footage: Footage) -> Sheet:
     """Scenes that a test rests on; their numbers open the worst frames."""
     shown = len(ground.rows)
-    many = f"{shown} of {ground.of} scenes" if shown < ground.of else f"scenes, {ground.of}"
+    many = f"{shown} of {ground.of}" if shown < ground.of else str(shown)
+    many += " scene" if ground.of == 1 else " scenes"
     caption = f"{': '.join(filter(None, [ground.part, many]))}; {ground.order}."
     rows = [
         [scene, *(f"{one.value:.4g}" if isfinite(one.value) else MISSING for one in numbers)]

@@ -104,6 +104,7 @@ class Paper:
             claims=[one.for_json() for one in context.conclusions],
             pictures=write_pictures(folder, plots),
             main=self._main(tables, rows),
+            tracking_seconds=_seconds(scores),
             grounds={
                 key: grounds_of(claim, context.scores, context.tables)
                 for key, claim in self.claims.items()
@@ -245,6 +246,13 @@ def _tidied(
     series, of_run = part_of(description.name, "SERIES"), part_of(description.name, "of_run")
     runs = tidy_runs(results / asked[0], asked[1], description, series, of_run or None)
     return runs.assign(experiments=f",{asked[0]},")
+
+
+def _seconds(scores: pd.DataFrame) -> float:
+    """What trackers took in all runs; each has a row a trace, and copies."""
+    if "seconds" not in scores:
+        return 0.0
+    return float(scores[~scores["copied"]].drop_duplicates("path")["seconds"].sum())
 
 
 def _advised(one: Conclusion, description: Description, effort: Effort) -> Conclusion:

@@ -22,6 +22,18 @@ def test_an_unknown_paper_gets_the_known_ones(trackmark):
 
 
 @pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], "Give either --all-papers or one PAPER (moreno2005, "),
+        (["multipart", "--all-papers"], "Give either --all-papers or one PAPER"),
+        (["--all-papers", "--page", "page.md"], "--page goes with one PAPER"),
+    ],
+)
+def test_one_paper_or_all_of_them(trackmark, arguments, words):
+    assert words in trackmark("reproduce", *arguments, status=2).stderr
+
+
+@pytest.mark.parametrize(
     ("text", "words"),
     [
         ("tracker,sequence\nCPF,Small\n", "no column 'eval'"),

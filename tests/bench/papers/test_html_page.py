@@ -1,6 +1,8 @@
 """The page of a reproduction, of a report that was made up: no tracker runs."""
 
 import io
+import json
+import re
 
 import numpy as np
 import pandas as pd
@@ -11,6 +13,7 @@ import datasets
 from bench.claims.judging import NOT_RUN
 from bench.claims.readings import Readings
 from bench.papers import NO_EVIDENCE, Effort, Report
+from bench.papers.front_page import write_front_page
 from bench.papers.grounds import Ground, Number
 from bench.papers.html_page import write_html_page
 from bench.store.layout import run_path
@@ -116,12 +119,27 @@ def test_a_page_has_every_claim_table_and_figure_and_says_what_is_no_evidence(pa
     assert "Than others: 3 of 20 scenes" in text
 
 
+def test_a_front_page_has_a_row_a_paper_and_leads_to_the_pages_that_there_are(report, folder):
+    document = {"title": report.title, "command": "trackmark reproduce wang2010 --quick"}
+    document |= {"quick": True, "seconds": 75.0, "tracking_seconds": 9000, "claims": report.claims}
+    (folder / "wang2010" / "report.html").touch()
+    (folder / "wang2010" / "report.json").write_text(json.dumps(document))
+    text = write_front_page(folder).read_text()
+    assert f"<h1>{NO_EVIDENCE}: papers reproduced</h1>" in text
+    assert '<a href="wang2010/report.html">wang2010</a>' in text
+    assert text.count("/report.html") == 1
+    assert "not run: trackmark reproduce moreno2005" in text
+    cells = re.findall(r'<td data-value="[^"]*">([^<]*)</td>', text)
+    assert cells == ["0", "1", "1", "0", "0", "1", "2.5 h", "1 min"]
+
+
 @browser.needs_browser
 def test_a_claim_opens_its_scenes_and_these_the_worst_frame(page, tmp_path):
     shown = browser.Browser(tmp_path)
     try:
         shown.size(400, 800, mobile=True)
         shown.open(page.as_uri())
+        shown.run("document.documentElement.style.scrollBehavior = 'auto'")  # or a click misses
         shown.click("#claims tbody tr:nth-child(1) a")
         shown.wait("byId('claim-P-1').open")
         assert not shown.run("byId('claim-P-3').open")

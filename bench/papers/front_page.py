@@ -1,0 +1,82 @@
+"""One page for all papers: verdicts, durations, and where each paper's own page is."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from bench.papers import NO_EVIDENCE, paper_names
+from bench.papers.description import read_description
+from bench.papers.html_page import plain_table
+from bench.papers.screen import outcome
+from bench.store.files import ResultsError
+from reports.page.page import Page, Section, Sheet, write_page
+from reports.tables import MISSING
+
+__all__ = ["write_front_page"]
+
+_OUTCOMES = ("reproduced", "holds", "does-not-hold", "undecided", "not-testable", "not run")
+
+_WORDS = (
+    "Each paper's page shows its tables and figures, what every verdict rests on, and the frames "
+    "behind it. Claims are the papers' own; those that we added stand on the pages alone."
+)
+
+
+def write_front_page(output: Path) -> Path:
+    """Write the page of all papers, from the reports that lie in the folder of results.
+
+    Raises `ResultsError` for a report that can't be read, and `OSError` where the page can't be
+    written.
+    """
+    told = {name: _read(output / name / "report.json") for name in paper_names()}
+    rows, values, links = [], [], []
+    for name, document in told.items():
+        there = document is not None and (output / name / "report.html").is_file()
+        links.append(f"{quote(name)}/report.html" if there else "")
+        row, numbers = _row(name, document)
+        rows.append(row)
+        values.append(numbers)
+    heads = ["paper", "title", *(one.replace("-", " ") for one in _OUTCOMES)]
+    heads += ["trackers took", "this took", "made by"]
+    table = plain_table("papers", "Claims by verdict; a paper opens its page.", heads, rows)
+    quick = any(document and document.get("quick") for document in told.values())
+    title = "Papers reproduced"
+    section = Section("papers", "Papers", [_WORDS], [Sheet(table, values, links=links)])
+    page = Page(f"{NO_EVIDENCE}: {title[:1].lower()}{title[1:]}" if quick else title, [section])
+    return write_page(output / "report.html", page)[0]
+
+
+def _read(path: Path) -> Mapping[str, Any] | None:
+    """A report as a script reads it; None where there is none."""
+    if not path.is_file():
+        return None
+    try:
+        document = json.loads(path.read_text("utf-8"))
+        return document if isinstance(document["claims"], list) else None
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ResultsError(f"{path} can't be read ({error}); reproduce its paper again.") from error
+
+
+def _row(name: str, document: Mapping[str, Any] | None) -> tuple[list[str], list[float]]:
+    """Texts and numbers of a paper; numbers are what columns are sorted by."""
+    if document is None:
+        title, nothing = read_description(name).title, [MISSING] * (len(_OUTCOMES) + 2)
+        blank = [float("nan")] * (len(nothing) + 2)
+        return [name, title, *nothing, f"not run: trackmark reproduce {name}"], blank
+    said = [outcome(one) for one in document["claims"] if not one["evidence"]["ours"]]
+    counts = [said.count(one) for one in _OUTCOMES]
+    times = [document.get("tracking_seconds"), document.get("seconds")]
+    texts = [name, document["title"], *map(str, counts), *map(_duration, times)]
+    numbers = [float("nan"), *map(float, counts)]
+    numbers += [float("nan") if one is None else float(one) for one in times]
+    return [*texts, document.get("command", MISSING)], [*numbers, float("nan")]
+
+
+def _duration(seconds: float | None) -> str:
+    if seconds is None:
+        return MISSING
+    if seconds < 60:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 3600 else f"{seconds / 3600:.1f} h"
