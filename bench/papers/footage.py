@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import count
 from pathlib import Path
 
 from bench.pages.filming import Watch
@@ -102,19 +101,22 @@ def _place(
 def _chosen(reading: Reading, places: Sequence[Place], seconds: float) -> list[list[int]]:
     """Frames of each sequence: those of the places, and ever more around them."""
     chosen: list[set[int]] = [set() for _ in reading.stages]
-    wanted = sum(len(reading.stages[number].truth) for number in {one.sequence for one in places})
-    left = min(MOST_FRAMES, wanted)
-    for reach in count():
+    longest = max((len(reading.stages[one.sequence].truth) for one in places), default=0)
+    left = MOST_FRAMES
+    for reach in range(longest):
+        before, refused = left, False
         for place in places:
             stage, its = reading.stages[place.sequence], chosen[place.sequence]
             for frame in {place.frame - reach, place.frame + reach} - its:
+                cost = (stage.row["frame_seconds"] or 0.0) + (0.0 if its else _OPENING)
                 if not 0 <= frame < len(stage.truth):
                     continue
-                seconds -= (stage.row["frame_seconds"] or 0.0) + (0 if its else _OPENING)
-                left -= 1
-                if seconds < 0 or left < 0:
-                    return [sorted(one) for one in chosen]
+                if cost > seconds or not left:
+                    refused = True
+                    continue
                 its.add(frame)
-        if left <= 0:
-            return [sorted(one) for one in chosen]
-    return []
+                seconds -= cost
+                left -= 1
+        if refused and left == before:
+            break
+    return [sorted(one) for one in chosen]

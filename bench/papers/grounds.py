@@ -22,7 +22,7 @@ from bench.claims.kinds import (
 )
 from bench.claims.ledger import Claim
 
-__all__ = ["SHOWN", "Ground", "Number", "grounds_of"]
+__all__ = ["SHOWN", "Ground", "Number", "all_grounds"]
 
 SHOWN = 8
 """Scenes of a test that are shown."""
@@ -66,19 +66,27 @@ class _Column:
     numbers: Mapping[str, Number]  # by scene
 
 
-def grounds_of(
-    claim: Claim, scores: pd.DataFrame, tables: Mapping[str, pd.DataFrame]
-) -> list[Ground]:
-    """Scenes behind a claim under its headline reading, a ground a test that has scenes.
+def all_grounds(
+    claims: Mapping[str, Claim], scores: pd.DataFrame, tables: Mapping[str, pd.DataFrame]
+) -> dict[str, list[Ground]]:
+    """Scenes behind claims under their headline readings, a ground a test that has scenes.
 
     `scores`, `tables`: as `bench.papers.context.Context` has them.
     """
+    ranked = scores.sort_values("mean_overlap", na_position="first", kind="stable")
+    return {name: _grounds(claim, scores, tables, ranked) for name, claim in claims.items()}
+
+
+def _grounds(
+    claim: Claim, scores: pd.DataFrame, tables: Mapping[str, pd.DataFrame], ranked: pd.DataFrame
+) -> list[Ground]:
+    """`ranked`: the scores, failed runs and those of least overlap first."""
     names = "|".join(f",{name}," for name in claim.experiment)
-    its = scores[scores["experiments"].str.contains(names, regex=True)]
+    its = ranked[ranked["experiments"].str.contains(names, regex=True)]
     if isinstance(claim.test, CheckTest):
         return [_runs(its)] if len(its) else []
     found = [
-        _of_test(claim, name, test, sides, scores if test.table == SCORES else its)
+        _of_test(claim, name, test, sides, ranked if test.table == SCORES else its)
         for name, test, sides in headline_sides(claim, scores, tables)
         if {"sequence", "scene"} <= set(sides[0])
     ]
@@ -87,24 +95,27 @@ def grounds_of(
 
 def _runs(its: pd.DataFrame) -> Ground:
     """Runs that a check of the paper's own looked at, whose numbers it alone knows."""
-    found = [
-        (f"{name}, {text}", [Number(float(one["mean_overlap"].mean()), _worst(one))])
-        for (name, text), one in its.groupby(["name", "text"], sort=False)
-    ]
-    rows = sorted(found, key=lambda row: row[1][0].value)[:SHOWN]
+    means = its.groupby(["name", "text"])["mean_overlap"].mean().sort_values()
+    worst = its.drop_duplicates(["name", "text"]).set_index(["name", "text"])["path"].to_dict()
+    rows = [
+        (f"{name}, {text}", [Number(value, worst[name, text])])
+        for name, text, value in zip(
+            means.index.get_level_values(0), means.index.get_level_values(1), means, strict=True
+        )
+    ][:SHOWN]
     order = "a check of the paper's own judges all of them; those of least overlap first"
-    return Ground("", ["mean overlap"], rows, len(found), order)
+    return Ground("", ["mean overlap"], rows, len(means), order)
 
 
 def _of_test(
-    claim: Claim, part: str, test: PartTest, sides: Sequence[pd.DataFrame], runs: pd.DataFrame
+    claim: Claim, part: str, test: PartTest, sides: Sequence[pd.DataFrame], ranked: pd.DataFrame
 ) -> Ground:
     metrics = _metrics(test)
     columns = [
         (place, metric, column)
         for metric in metrics
         for place, rows in enumerate(sides)
-        for column in _columns(claim, test, place, rows, metric, runs)
+        for column in _columns(claim, test, place, rows, metric, ranked)
     ]
     first = [(place, column) for place, metric, column in columns if metric == metrics[0]]
     less = metrics[0].startswith(ERRORS)
@@ -147,35 +158,33 @@ def _columns(
     place: int,
     rows: pd.DataFrame,
     metric: str,
-    runs: pd.DataFrame,
+    ranked: pd.DataFrame,
 ) -> Iterator[_Column]:
     """A column a tracker of a side; one of what is no runs'."""
     words = _words(claim, metric)
     if test.table == SCORES:
-        for text, its in runs.loc[rows.index].groupby("text", sort=False):
-            numbers = {
-                str(name): Number(float(one[metric].mean()), _worst(one))
-                for name, one in its.groupby("name", sort=False)
-            }
+        its = ranked.loc[ranked.index.isin(rows.index)]
+        worst = its.drop_duplicates(["text", "name"])
+        places = zip(worst["text"], worst["name"], worst["path"], strict=True)
+        mean = its.groupby(["text", "name"])[metric].mean().to_dict()
+        columns: dict[str, dict[str, Number]] = {}
+        for text, name, path in places:
+            columns.setdefault(text, {})[name] = Number(float(mean[text, name]), path)
+        for text, numbers in columns.items():
             yield _Column(f"{text}: {words}", numbers)
         return
     named = {*rows["tracker"].dropna()} if "tracker" in rows else set()
-    known = runs[runs["tracker"].isin(named)] if named else runs
+    known = ranked[ranked["tracker"].isin(named)] if named else ranked
+    worst = known.drop_duplicates(["sequence", "scene"]).set_index(["sequence", "scene"])
+    runs = worst[["name", "path"]].to_dict("index")
     numbers = {}
-    for (sequence, scene), one in rows.groupby(["sequence", "scene"], sort=False):
-        its = known[(known["sequence"] == sequence) & (known["scene"] == scene)]
-        name = str(its["name"].iloc[0]) if len(its) else f"{sequence}, scene {scene}"
-        numbers[name] = Number(float(one[metric].mean()), _worst(its))
+    means = rows.groupby(["sequence", "scene"])[metric].mean().reset_index()
+    for sequence, scene, value in means.itertuples(index=False, name=None):
+        run = runs.get((sequence, scene), {"name": f"{sequence}, scene {scene}", "path": ""})
+        numbers[run["name"]] = Number(float(value), run["path"])
     side = test.sides[place]
     told = side if isinstance(side, str) else ", ".join(map(str, side.values()))
     yield _Column(": ".join(filter(None, [told, words])), numbers)
-
-
-def _worst(runs: pd.DataFrame) -> str:
-    """File of the run with the least overlap, of failed ones the first."""
-    if runs.empty:
-        return ""
-    return str(runs["path"].iloc[int(runs["mean_overlap"].fillna(-1.0).argmin())])
 
 
 def _mean(values: Sequence[float]) -> float:

@@ -18,7 +18,7 @@ from bench.papers import NO_EVIDENCE, Asked, Effort, Report
 from bench.papers.context import Context, hook, own_module, part_of
 from bench.papers.description import Description, TableEntry
 from bench.papers.figures import Drawn, draw_figure, write_pictures
-from bench.papers.grounds import grounds_of
+from bench.papers.grounds import all_grounds
 from bench.papers.recorded import RECORDED, read_published
 from bench.papers.runs import tidy_runs
 from bench.papers.scenes import examined, measured_on_scenes
@@ -105,10 +105,7 @@ class Paper:
             pictures=write_pictures(folder, plots),
             main=self._main(tables, rows),
             tracking_seconds=_seconds(scores),
-            grounds={
-                key: grounds_of(claim, context.scores, context.tables)
-                for key, claim in self.claims.items()
-            },
+            grounds=all_grounds(self.claims, context.scores, context.tables),
         )
 
     def _plots(self, context: Context) -> dict[str, Drawn]:

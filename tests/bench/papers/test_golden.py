@@ -151,6 +151,7 @@ def test_a_report_of_made_up_runs_is_the_one_that_was_kept(name, made_up, tmp_pa
     paper.description = paper.description.model_copy(update=entries)
     monkeypatch.setattr(paper, "_scores", lambda *_: runs)
     monkeypatch.setattr(paper, "_on_scenes", lambda *_: tables)
+    monkeypatch.setattr(reporting, "all_grounds", lambda *_: {})  # no scene was rendered
     left_out = {"tables", "kept"} | ({"published"} if name in TIMED else set())
     part_of = reporting.part_of
     monkeypatch.setattr(

@@ -11,11 +11,14 @@ from PIL import Image
 
 import datasets
 from bench.claims.judging import NOT_RUN
+from bench.claims.ledger import read_claims
 from bench.claims.readings import Readings
-from bench.papers import NO_EVIDENCE, Effort, Report
+from bench.papers import NO_EVIDENCE, Effort, Report, footage
+from bench.papers.description import read_description
 from bench.papers.front_page import write_front_page
-from bench.papers.grounds import Ground, Number
+from bench.papers.grounds import Ground, Number, all_grounds
 from bench.papers.html_page import write_html_page
+from bench.papers.runs import tidy_runs
 from bench.store.layout import run_path
 from reports.tables import Cell, Table
 from tests import browser
@@ -101,7 +104,9 @@ def report(folder):
 @pytest.fixture(scope="module")
 def page(report, folder):
     path = folder / "wang2010" / "report.html"
-    return write_html_page(path, report, READINGS, "wang2010", Effort(quick=True))[0]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(footage, "QUICK_SECONDS", 1e9)  # however busy it is here
+        return write_html_page(path, report, READINGS, "wang2010", Effort(quick=True))[0]
 
 
 def test_a_page_has_every_claim_table_and_figure_and_says_what_is_no_evidence(page):
@@ -119,6 +124,52 @@ def test_a_page_has_every_claim_table_and_figure_and_says_what_is_no_evidence(pa
     assert "Than others: 3 of 20 scenes" in text
 
 
+PAPER = """
+version = 1
+title = "A paper"
+experiments = { always = ["table-1"] }
+"""
+
+LEDGER = """
+version = 1
+[claim.P-1]
+source = "3"
+quote = "q"
+says = "s"
+kind = "order"
+experiment = ["p-table-1"]
+falsifier = "f"
+on = ["plain/target:length=20"]
+parts.better.order = { better = "camshift", worse = "static", by = "centre_error", margin = 0.1 }
+parts.kept.share = { of = "static", by = "mean_overlap" }
+"""
+
+
+def test_a_claim_rests_on_the_scenes_that_speak_most_against_it(folder, tmp_path):
+    (tmp_path / "paper.toml").write_text(PAPER)
+    (tmp_path / "claims.toml").write_text(LEDGER)
+    description = read_description("p", tmp_path / "paper.toml").model_copy(
+        update={"apart": ("length",)}
+    )
+    scores = tidy_runs(folder / "p-table-1", None, description, {})
+    scores = scores.assign(experiments=",p-table-1,", copied=False)
+    found = all_grounds(read_claims(tmp_path / "claims.toml"), scores, {})["P-1"]
+    compared, shared = found
+    assert compared.heads[0] == "ahead, centre error [px]"
+    by = scores.pivot_table(index="name", columns="tracker", values="centre_error")
+    ahead = (by["static"] - by["camshift"]).sort_values()
+    assert [scene for scene, _ in compared.rows] == list(ahead.index)
+    for scene, numbers in compared.rows:
+        expected = [ahead[scene], by["camshift"][scene], by["static"][scene]]
+        assert [one.value for one in numbers] == pytest.approx(expected)
+        assert [one.run for one in numbers[1:]] == [
+            str(folder / "p-table-1" / run_path(tracker, scene, 0, "accuracy"))
+            for tracker in ("camshift", "static")
+        ]
+    least = scores[scores["tracker"] == "static"].sort_values("mean_overlap")["name"]
+    assert [scene for scene, _ in shared.rows] == list(least)
+
+
 def test_a_front_page_has_a_row_a_paper_and_leads_to_the_pages_that_there_are(report, folder):
     document = {"title": report.title, "command": "trackmark reproduce wang2010 --quick"}
     document |= {"quick": True, "seconds": 75.0, "tracking_seconds": 9000, "claims": report.claims}
@@ -133,19 +184,34 @@ def test_a_front_page_has_a_row_a_paper_and_leads_to_the_pages_that_there_are(re
     assert cells == ["0", "1", "1", "0", "0", "1", "2.5 h", "1 min"]
 
 
+@pytest.mark.parametrize("frames", [0, 1, 7, 60])
+def test_frames_that_are_kept_are_the_worst_and_then_those_around_them(folder, frames, monkeypatch):
+    monkeypatch.setattr(footage, "MOST_FRAMES", frames)
+    monkeypatch.setattr(footage, "QUICK_SECONDS", 1e9)
+    rests = {"P-1": rests_on(folder)}
+    found = footage.footage_of(rests, folder, Effort(quick=True), lambda *_: None)
+    assert found.frames == frames
+    numbers = [one for ground in rests["P-1"] for _, row in ground.rows for one in row if one.run]
+    worst = [found.place(one.run, "centre_error") for one in numbers]
+    kept = [scene.kept if scene.kept is not None else range(20) for scene in found.scenes]
+    distinct = {(place.sequence, place.frame) for place in worst}
+    held = sum(frame in kept[sequence] for sequence, frame in distinct)
+    assert held == min(frames, len(distinct))
+
+
 @browser.needs_browser
 def test_a_claim_opens_its_scenes_and_these_the_worst_frame(page, tmp_path):
     shown = browser.Browser(tmp_path)
     try:
         shown.size(400, 800, mobile=True)
         shown.open(page.as_uri())
-        shown.run("document.documentElement.style.scrollBehavior = 'auto'")  # or a click misses
+        shown.run("document.documentElement.style.scrollBehavior = 'auto'")  # a click hits
         shown.click("#claims tbody tr:nth-child(1) a")
         shown.wait("byId('claim-P-1').open")
         assert not shown.run("byId('claim-P-3').open")
         assert shown.run("document.documentElement.scrollWidth") <= 400
         shown.click("#scenes-P-1-0 tbody tr:nth-child(2) td:nth-child(3) a")
-        shown.wait("byId('player').open && painted")
+        shown.wait("byId('player').open && !!painted")
         assert shown.run("state.get('tracker')") == "static"
         assert shown.run("scene.name") == datasets.load(SCENES[1]).name
         assert shown.run("byId('legend').querySelectorAll('[aria-pressed=true]').length") == 2
