@@ -121,11 +121,11 @@ def read_takes(
     `trackers`: in the order of their colours; others follow. `detailed`: with trackers' own
     numbers. `only`: what columns must say. Raises `ResultsError` for a file that can't be read.
     """
-    return taken(scored_runs(experiment, **only), trackers)
+    return taken(scored_runs(experiment, **only), trackers, detailed=detailed)
 
 
-def taken(runs: Iterable[Stored], trackers: Sequence[str]) -> Reading:
-    """What a page knows of runs; `trackers` as of `read_takes`."""
+def taken(runs: Iterable[Stored], trackers: Sequence[str], *, detailed: bool = False) -> Reading:
+    """What a page knows of runs; `trackers` and `detailed` as of `read_takes`."""
     names = list(trackers)
     stages: dict[str, Stage] = {}
     told: dict[str, Mapping[str, Any]] = {}
