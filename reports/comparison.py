@@ -10,7 +10,15 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 from numpy.typing import ArrayLike, NDArray
 
-from reports.figures import add_legend, bare_figure, fold, named_line, new_figure
+from reports.figures import (
+    CROWDED,
+    add_legend,
+    add_names,
+    bare_figure,
+    fold,
+    named_line,
+    new_figure,
+)
 from reports.palette import COLOURS, colour, colours
 
 __all__ = [
@@ -24,9 +32,6 @@ __all__ = [
     "speed_accuracy_plot",
     "survival_plot",
 ]
-
-CROWDED = 7
-"""Lines in one plot from which on a band each would hide the others."""
 
 TALLEST = 24.0  # inches
 NAMED_ROWS = 200
@@ -159,7 +164,7 @@ def profile_plot(profiles: Mapping[str, Steps], quantity: str, title: str) -> Fi
     figure, (axes,) = new_figure(title, 4.4)
     _draw_steps(axes, profiles)
     axes.set(xlabel=quantity, ylabel="share of sequences with at least that", ylim=(0, 1.02))
-    add_legend(figure, axes)
+    add_names(figure, axes)
     return figure
 
 
@@ -169,7 +174,7 @@ def survival_plot(survivals: Mapping[str, Steps], title: str) -> Figure:
     _draw_steps(axes, survivals)
     axes.set(xlabel="frame", ylabel="share of runs not lost", ylim=(0, 1.02))
     axes.set_xlim(left=0)
-    add_legend(figure, axes)
+    add_names(figure, axes)
     return figure
 
 

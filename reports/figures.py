@@ -3,6 +3,7 @@
 import re
 from collections.abc import Collection, Sequence
 from functools import cache
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,9 @@ from reports.palette import LINE_STYLES, colour
 from reports.printable import printable
 
 __all__ = [
+    "CROWDED",
     "add_legend",
+    "add_names",
     "bare_figure",
     "fold",
     "line_style",
@@ -29,6 +32,12 @@ __all__ = [
     "show",
     "write_figure",
 ]
+
+CROWDED = 7
+"""Most lines in one plot; more than that have a panel each."""
+
+_COLUMNS = 3  # of panels
+_STYLE = ("color", "linestyle", "linewidth", "drawstyle", "marker")  # of lines
 
 
 def bare_figure(title: str, height: float) -> Figure:
@@ -86,6 +95,37 @@ def add_legend(figure: Figure, axes: Axes, heading: str = "") -> None:
             break
         legend.remove()
     figure.set_figheight(figure.get_figheight() + extent.height / figure.dpi)
+
+
+def add_names(figure: Figure, axes: Axes, heading: str = "") -> None:
+    """Name the lines of a figure's only axes: beneath, or in a panel each where they are crowded.
+
+    A panel has the others in grey; of what is drawn, lines alone are kept.
+    """
+    lines = axes.get_lines()
+    if len(lines) <= CROWDED:
+        add_legend(figure, axes, heading)
+        return
+    rows = ceil(len(lines) / _COLUMNS)
+    limits = {name: getattr(axes, f"get_{name}")() for name in ("xlim", "ylim", "xscale")}
+    axes.remove()
+    figure.set_figheight(1.0 + 1.8 * rows)
+    panels = figure.subplots(rows, _COLUMNS, sharex=True, sharey=True, squeeze=False).ravel()
+    for panel in panels[len(lines) :]:
+        panel.set_visible(False)
+    for panel, line in zip(panels, lines, strict=False):
+        for other in lines:
+            panel.plot(*other.get_data(), color="0.85", lw=0.7, drawstyle=other.get_drawstyle())
+        style = {name: getattr(line, f"get_{name}")() for name in _STYLE}
+        panel.plot(*line.get_data(), **style)
+        panel.set(**limits)
+        panel.set_title(fold(str(line.get_label()), 32), fontsize=7)
+        panel.tick_params(labelsize=7)
+        panel.grid(alpha=0.3)
+    figure.supxlabel(axes.get_xlabel(), fontsize=9)
+    figure.supylabel(axes.get_ylabel(), fontsize=9)
+    if heading:
+        figure.text(0.99, 0.99, heading, ha="right", va="top", fontsize=8)
 
 
 def show(axes: Axes, shown: NDArray[Any]) -> None:

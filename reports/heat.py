@@ -38,6 +38,6 @@ def heat_plot(values: ArrayLike, rows: Sequence[str], columns: Sequence[str], ti
     axes.set_yticks(range(len(rows)), [fold(name, 40) for name in rows], fontsize=7)
     for (row, column), score in np.ndenumerate(scores):
         text = f"{score:.2f}" if np.isfinite(score) else "-"
-        shade = "white" if score > 0.6 else "black"
+        shade = "white" if score > 0.7 else "black"
         axes.text(column, row, text, ha="center", va="center", fontsize=7, color=shade)
     return figure

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from reports.figures import add_legend, fold, named_line, new_figure
+from reports.figures import add_legend, add_names, fold, named_line, new_figure
 from reports.palette import colour
 from reports.series import draw_median
 from reports.times import timed_by
@@ -90,7 +90,7 @@ def success_plot(
     for position, tracker, values in _by_tracker(frames, trackers, incomplete):
         _draw_shares(axes, values, "overlap", thresholds, position, tracker, area)
     axes.set(xlabel="overlap", ylabel="share of frames with at least that")
-    add_legend(figure, axes, "tracker (area)")
+    add_names(figure, axes, "tracker (area)")
     return figure
 
 
@@ -110,7 +110,7 @@ def precision_plot(
     for position, tracker, values in _by_tracker(frames, trackers, incomplete):
         _draw_shares(axes, values, "centre_error", thresholds, position, tracker, share_at_20)
     axes.set(xlabel="centre error [px]", ylabel="share of frames with at most that")
-    add_legend(figure, axes, "tracker (share at 20 px)")
+    add_names(figure, axes, "tracker (share at 20 px)")
     return figure
 
 
@@ -141,7 +141,7 @@ def curve_plot(
     axes.set(xlabel=x, ylabel=y, ylim=(0, 1.02))
     if all(len(points) == 1 for points in curves.values()):
         axes.set_xlim(0, 1.02)
-    add_legend(figure, axes, "tracker")
+    add_names(figure, axes, "tracker")
     return figure
 
 

@@ -95,9 +95,14 @@ def _figures(section: Section, folder: Path, suffix: str) -> list[tuple[str, str
     return [(name, words) for name, words in found if (folder / name).is_file()]
 
 
+def _printed(page: Page) -> list[Section]:
+    """Parts of a page that are there without its frames."""
+    return [section for section in page.sections if not section.scenes]
+
+
 def _markdown(page: Page, folder: Path, suffix: str) -> str:
     parts = [f"# {in_markdown(page.title)}"]
-    for section in page.sections:
+    for section in _printed(page):
         parts += [f"## {in_markdown(section.title)}", *map(in_markdown, section.words)]
         parts += [to_markdown(sheet.table).rstrip("\n") for sheet in section.sheets]
         for name, words in _figures(section, folder, suffix):
@@ -108,7 +113,7 @@ def _markdown(page: Page, folder: Path, suffix: str) -> str:
 
 def _latex(page: Page, folder: Path, suffix: str) -> str:
     parts = [OR_NUMBERS]
-    for section in page.sections:
+    for section in _printed(page):
         parts += [rf"\section*{{{in_latex(section.title)}}}", *map(in_latex, section.words)]
         parts += [to_latex(sheet.table) for sheet in section.sheets]
         for name, words in _figures(section, folder, suffix):

@@ -8,7 +8,14 @@ from hypothesis import strategies as st
 
 from reports.figures import fold, write_figure
 from reports.palette import colour
-from reports.plots import frame_plot, precision_plot, share_curve, speed_plot, success_plot
+from reports.plots import (
+    curve_plot,
+    frame_plot,
+    precision_plot,
+    share_curve,
+    speed_plot,
+    success_plot,
+)
 from reports.printable import printable
 from reports.write import file_names, write_plots
 
@@ -149,7 +156,7 @@ def test_labels_however_long_are_inside_the_picture_and_leave_the_data_room(labe
         figure.draw_without_rendering()
         width, height = figure.bbox.size
         for axes in figure.axes:
-            assert axes.bbox.width > 0.5 * width
+            assert axes.bbox.width > (0.5 if len(figure.axes) <= 2 else 0.25) * width
             assert axes.bbox.height > 100
             for legend in figure.legends:
                 assert not legend.get_window_extent().overlaps(axes.bbox)
@@ -230,3 +237,21 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OSError, match=r"file/p\.png can't be written"):
         write_figure(tmp_path / "file" / "p.png", success_plot(frame_table([0.5]), "T", ["a"]))
+
+
+@pytest.mark.parametrize(("n", "panels"), [(7, 1), (8, 9)])
+def test_more_than_seven_lines_have_a_panel_each_and_keep_their_style(n, panels):
+    labels = [f"t{number}" for number in range(n)]
+    points = {
+        label: np.array([[0.0, 0.5], [1.0, number / n]]) for number, label in enumerate(labels)
+    }
+    figure = curve_plot(points, "x", "y", "title", labels)
+    assert len(figure.axes) == panels
+    if panels > 1:
+        for number, axes in enumerate(figure.axes[:n]):
+            line = axes.get_lines()[-1]
+            assert axes.get_title() == labels[number]
+            assert line.get_color() == colour(number)
+            assert line.get_ydata()[-1] == number / n
+            assert len(axes.get_lines()) == n + 1  # the others are grey behind it
+        figure.draw_without_rendering()
