@@ -232,6 +232,17 @@ def test_the_given_frame_counts_in_vots_anchors_and_long_term():
     assert (sure["precision"], sure["recall"]) == (1, pytest.approx(0.99))
 
 
+def test_a_confidence_of_the_given_frame_does_not_count_in_long_term():
+    """It would in VOT's toolkit: a row of what differs on purpose in docs/metrics.md."""
+    truth = walk(100)
+    boxes, confidence = noisy(truth), np.linspace(0.1, 0.9, 100)
+    first = [np.where(np.arange(100) == 0, sure, confidence) for sure in (0.0, 0.5, 1.0, nan)]
+    one, *others = [scores("long-term", truth, boxes, confidence=each) for each in first]
+    assert all(other == one for other in others)
+    later = np.where(np.arange(100) == 1, 1.0, confidence)
+    assert scores("long-term", truth, boxes, confidence=later) != one
+
+
 def test_recall_is_never_above_one():
     truth = walk(100)
     truth[40:80] = nan
