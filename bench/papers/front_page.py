@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -39,8 +40,9 @@ def write_front_page(output: Path) -> Path:
         rows.append(row)
         values.append(numbers)
     heads = ["paper", "title", *(one.replace("-", " ") for one in _OUTCOMES)]
-    heads += ["trackers took", "this took", "made by"]
+    heads += ["trackers took", "this took", "reproduce …"]
     table = plain_table("papers", "Claims by verdict; a paper opens its page.", heads, rows)
+    table = replace(table, n_labels=2)
     quick = any(document and document.get("quick") for document in told.values())
     title = "Papers reproduced"
     section = Section("papers", "Papers", [_WORDS], [Sheet(table, values, links=links)])
@@ -63,15 +65,16 @@ def _row(name: str, document: Mapping[str, Any] | None) -> tuple[list[str], list
     """Texts and numbers of a paper; numbers are what columns are sorted by."""
     if document is None:
         title, nothing = read_description(name).title, [MISSING] * (len(_OUTCOMES) + 2)
-        blank = [float("nan")] * (len(nothing) + 2)
-        return [name, title, *nothing, f"not run: trackmark reproduce {name}"], blank
+        blank = [float("nan")] * (len(nothing) + 1)
+        return [name, title, *nothing, "not run"], blank
     said = [outcome(one) for one in document["claims"] if not one["evidence"]["ours"]]
     counts = [said.count(one) for one in _OUTCOMES]
     times = [document.get("tracking_seconds"), document.get("seconds")]
-    texts = [name, document["title"], *map(str, counts), *map(_duration, times)]
-    numbers = [float("nan"), *map(float, counts)]
-    numbers += [float("nan") if one is None else float(one) for one in times]
-    return [*texts, document.get("command", MISSING)], [*numbers, float("nan")]
+    title = str(document["title"]).removeprefix(f"{NO_EVIDENCE}: ")  # its command says so, too
+    texts = [name, title, *map(str, counts), *map(_duration, times)]
+    numbers = [float("nan") if one is None else float(one) for one in [*counts, *times]]
+    command = str(document.get("command", MISSING)).removeprefix("trackmark reproduce ")
+    return [*texts, command], [*numbers, float("nan")]
 
 
 def _duration(seconds: float | None) -> str:
