@@ -266,6 +266,14 @@ def test_a_page_of_sequences_that_are_gone_or_changed_has_numbers_and_says_why_n
     assert "No frames" in bench.player("results/mine", "Other").page
 
 
+def test_a_page_of_runs_by_another_protocol_says_why_it_has_no_frames(trackmark, here):
+    run = ("run", "--trackers", "static", "--sequences", "data/Small", "--name", "mine")
+    trackmark(*run, "--protocol", "tre:starts=2:least=2")
+    trackmark("report", "results/mine")
+    text = (here / "results" / "mine" / "report.html").read_text()
+    assert "Runs by tre:starts=2:least=2 have numbers and no frames" in text
+
+
 @browser.needs_browser
 def test_tables_are_sorted_and_filtered_and_a_link_keeps_that(shown, page):
     column = "[...document.querySelectorAll('#summary tbody tr')].map(row => row.cells[1])"
