@@ -175,10 +175,11 @@ def image_files(folder: Path) -> list[Path]:
     return sorted(files, key=lambda file: natural_order(file.name))
 
 
-def numbered_images(folder: Path) -> list[Path]:
+def numbered_images(folder: Path, first: int | None = None) -> list[Path]:
     """Image files directly in a folder whose names are numbers, in their order, without a gap.
 
     Truth of benchmarks goes by such numbers: what is behind a missing image would be shifted.
+    `first`: the number of the first image, where a benchmark's are always the same.
 
     Raises
     ------
@@ -193,6 +194,11 @@ def numbered_images(folder: Path) -> list[Path]:
             raise SequenceError(
                 f"{file}: its name is no number; images here are called 00000.jpg, 00001.jpg, …"
             )
+    if first is not None and int(images[0].stem) != first:
+        missing = images[0].with_stem(f"{first:0{len(images[0].stem)}}")
+        raise SequenceError(
+            f"{missing}: there is no such image; the first one is {images[0].name}. Get the file."
+        )
     for before, after in pairwise(images):
         if int(after.stem) != int(before.stem) + 1:
             missing = before.with_stem(f"{int(before.stem) + 1:0{len(before.stem)}}")

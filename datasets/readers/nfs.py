@@ -56,7 +56,7 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
         )
     folder, source = places[rate]
     name = source.stem if rate == RATES[0] else f"{source.stem}:fps={rate}"
-    images = numbered_images(folder)
+    images = numbered_images(folder, first=1)
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth, fps=float(rate))
     rows = _rows(source)

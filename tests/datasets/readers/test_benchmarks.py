@@ -149,7 +149,7 @@ class TestNfs:
     def test_rates_are_chosen(self, opened, tmp_path, write_images):
         path, truth, _ = layouts.nfs(tmp_path, write_images, None)
         rows = "".join(f"0 {i} 0 {i + 4} 5 {i} 0 1 0 x\n" for i in range(24))
-        write_images(path / "240" / "walk", [f"{i:05}.jpg" for i in range(24)])
+        write_images(path / "240" / "walk", [f"{i:05}.jpg" for i in range(1, 25)])
         (path / "240" / "walk.txt").write_text(rows)
         fast = datasets.load(f"{path}:fps=240")
         assert (fast.name, fast.fps, len(fast)) == ("walk:fps=240", 240, 24)
@@ -243,6 +243,19 @@ def test_a_missing_image_is_told_and_shifts_no_truth(tmp_path, write_images, lay
     path, _, frame = layout(tmp_path, write_images, None)
     frame.unlink()
     with pytest.raises(SequenceError, match=rf"{frame.name}: there is no such image between"):
+        datasets.load(path)
+
+
+@pytest.mark.parametrize(
+    "layout",
+    [layouts.got10k, layouts.lasot, layouts.mot, layouts.nfs],
+    ids=lambda layout: layout.__name__,
+)
+def test_a_missing_first_image_shifts_no_truth_either(tmp_path, write_images, layout):
+    path, _, frame = layout(tmp_path, write_images, None)
+    first = frame.with_name(frame.name.replace("2", "1"))
+    first.unlink()
+    with pytest.raises(SequenceError, match=rf"{first.name}: there is no such image; the first"):
         datasets.load(path)
 
 
