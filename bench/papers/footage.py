@@ -19,10 +19,10 @@ __all__ = ["Footage", "footage_of"]
 MOST_FRAMES = 2400
 """Of a page: some ten megabytes."""
 
-QUICK_SECONDS, SECONDS = 1.5, 60.0
+QUICK_SECONDS, SECONDS = 1.5, 20.0
 """What rendering frames may take, by what it took when the runs were made."""
 
-_OPENING = 0.15  # seconds that opening a synthetic sequence takes, about
+_OPENING = 0.5  # seconds that opening a synthetic sequence takes, about: a tenth to one
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,7 @@ def test_less_effort_is_part_of_more(paper, everything):
     assert quick.keys() <= whole.keys() == few.keys()
     for name, experiment in quick.items():
         assert set(experiment.sequences) <= set(whole[name].sequences)
-        assert experiment.trackers == whole[name].trackers
+        assert set(experiment.trackers) <= set(whole[name].trackers)  # see `quick_without`
         assert max([experiment.repetitions, *experiment.repeated.values()]) <= 2
     for experiment in few.values():
         assert {experiment.repetitions, *experiment.repeated.values()} == {1}
