@@ -30,6 +30,9 @@ LOW_PASS = 9
 ENLARGED = 1.5
 """Sides of the surround, in sides of the box, as [VOT] has it."""
 
+ONE_LEVEL = 1e-4
+"""What rounding leaves of one grey level: resizing is by float32."""
+
 BITS = 3
 """Of a colour channel that count in a histogram: 8 bins a channel, 512 in all."""
 
@@ -129,9 +132,9 @@ def correlation(now: View) -> float:
     later, earlier = pictures
     resized = cv2.resize(earlier, later.shape[::-1], interpolation=cv2.INTER_LINEAR)
     off, earlier_off = later - later.mean(), resized - resized.mean()
-    spread = sqrt(float((off**2).sum() * (earlier_off**2).sum()))
-    if spread < 1e-9:  # rounding leaves this of one grey level
+    if min(np.ptp(later), np.ptp(resized)) < ONE_LEVEL:
         return nan
+    spread = sqrt(float((off**2).sum() * (earlier_off**2).sum()))
     return float(np.clip((off * earlier_off).sum() / spread, -1.0, 1.0))
 
 

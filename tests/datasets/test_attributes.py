@@ -6,7 +6,7 @@ import math
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import datasets
@@ -202,6 +202,9 @@ boxes = st.tuples(
 
 
 @given(st.integers(0, 2**31), st.tuples(boxes, boxes, boxes), st.floats(0, 1))
+@example(  # of one grey level, but for the rounding when it is resized
+    0, tuple(np.array(one) / 4 for one in ([0, 0, 1, 1], [0, 0, 3, 3], [0, 0, 3, 11])), 0.0
+)
 @settings(max_examples=60, deadline=None)
 def test_each_is_what_its_definition_says_pixel_by_pixel(seed, three, visibility):
     assert set(SLOW) == set(attributes.names())
