@@ -27,7 +27,7 @@ from bench.claims.sides import (
 from bench.claims.verdicts import CELL, in_units, verdict_of
 from bench.statistics.outcomes import NOWHERE, Verdict, conjunction, enough_of, undecided
 
-__all__ = ["COLUMNS", "NOT_RUN", "headline_sides", "judge", "judge_all"]
+__all__ = ["COLUMNS", "NOT_RUN", "headline_sides", "is_tested", "judge", "judge_all"]
 
 COLUMNS = ("sequence", "scene", "light", "repetition", "frames", "kept_scene")
 """Columns of every table of scores, whatever the paper."""
@@ -58,8 +58,7 @@ def judge_all(
     known: dict[str, Conclusion] = {}
     for name, claim in claims.items():
         if not isinstance(claim.test, kinds.SummaryTest):
-            runs = {*claim.experiment}
-            if asked is None or not runs or runs & {*asked}:
+            if is_tested(claim, asked):
                 findings = judge(claim, scores, tables, checks)
             else:
                 findings = [Finding(claim.id, undecided(NOT_RUN + "."))]
@@ -69,6 +68,11 @@ def judge_all(
             parts = {part: known[part] for part in claim.test.claims}
             known[name] = conclude(claim, _summary(claim, parts))
     return [known[name] for name in claims]
+
+
+def is_tested(claim: Claim, asked: Collection[str] | None) -> bool:
+    """Whether one of the experiments `asked` tests a claim, or it needs none."""
+    return asked is None or not claim.experiment or bool({*claim.experiment} & {*asked})
 
 
 def judge(

@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from bench.claims.conclusion import Conclusion
-from bench.claims.judging import NOT_RUN, judge_all
+from bench.claims.judging import NOT_RUN, is_tested, judge_all
 from bench.claims.ledger import read_claims
 from bench.claims.readings import Readings
 from bench.experiments.experiment import Experiment
@@ -96,6 +96,7 @@ class Paper:
         published = part_of(name, "published")
         tables, rows = self._tables(context), published(context) if published else []
         title = self.description.title
+        tested = {key: claim for key, claim in self.claims.items() if is_tested(claim, asked)}
         return Report(
             title=f"{NO_EVIDENCE}: {title}" if effort.quick else title,
             remarks=[*self._remarks(scores, effort, plots), *self._disturbances(context)],
@@ -105,7 +106,7 @@ class Paper:
             pictures=write_pictures(folder, plots),
             main=self._main(tables, rows),
             tracking_seconds=_seconds(scores),
-            grounds=all_grounds(self.claims, context.scores, context.tables),
+            grounds=all_grounds(tested, context.scores, context.tables),
         )
 
     def _plots(self, context: Context) -> dict[str, Drawn]:
