@@ -175,11 +175,11 @@ def image_files(folder: Path) -> list[Path]:
     return sorted(files, key=lambda file: natural_order(file.name))
 
 
-def numbered_images(folder: Path, first: int | None = None) -> list[Path]:
+def numbered_images(folder: Path, *firsts: int) -> list[Path]:
     """Image files directly in a folder whose names are numbers, in their order, without a gap.
 
     Truth of benchmarks goes by such numbers: what is behind a missing image would be shifted.
-    `first`: the number of the first image, where a benchmark's are always the same.
+    `firsts`: what the number of the first image may be; none where the truth itself tells it.
 
     Raises
     ------
@@ -194,11 +194,16 @@ def numbered_images(folder: Path, first: int | None = None) -> list[Path]:
             raise SequenceError(
                 f"{file}: its name is no number; images here are called 00000.jpg, 00001.jpg, …"
             )
-    if first is not None and int(images[0].stem) != first:
+    number = int(images[0].stem)
+    if firsts and number not in firsts:
+        first = min(firsts, key=lambda first: abs(first - number))
         missing = images[0].with_stem(f"{first:0{len(images[0].stem)}}")
-        raise SequenceError(
-            f"{missing}: there is no such image; the first one is {images[0].name}. Get the file."
+        wrong = (
+            f"{missing}: there is no such image; the first one is {images[0].name}. Get the file"
         )
+        if number < first:
+            wrong = f"{images[0]}: images here begin with {missing.name}. Remove the file"
+        raise SequenceError(f"{wrong}, or number all images from {first}.")
     for before, after in pairwise(images):
         if int(after.stem) != int(before.stem) + 1:
             missing = before.with_stem(f"{int(before.stem) + 1:0{len(before.stem)}}")

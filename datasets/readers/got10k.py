@@ -43,7 +43,7 @@ def recognises(path: Path) -> bool:
 
 def read(path: Path, truth: Path | None) -> Sequence:
     """Open the folder; the labels `absence` and `cut_by_image` are attributes."""
-    name, images, source = path.resolve().name, numbered_images(path, first=1), path / TRUTH
+    name, images, source = path.resolve().name, numbered_images(path, 1), path / TRUTH
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
     boxes = without_rest(read_boxes(source, origin=1.0, minus_is_absent=True), len(images))

@@ -42,7 +42,7 @@ def members(folder: Path) -> list[Path]:
 
 def read(path: Path, truth: Path | None) -> Sequence:
     """Open the folder; the two flags are attributes, the sentence in `nlp.txt` its description."""
-    name, images, source = path.resolve().name, numbered_images(path / "img", first=1), path / TRUTH
+    name, images, source = path.resolve().name, numbered_images(path / "img", 1), path / TRUTH
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
     boxes = read_boxes(source, origin=1.0)

@@ -49,7 +49,7 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     """Open the sequence of one target, by default of the one that is in most frames."""
     name = path.resolve().name
     fields = read_fields(path / FIELDS) if (path / FIELDS).is_file() else {}
-    images = numbered_images(place_of(fields, "imDir", path / FIELDS, IMAGES), first=1)
+    images = numbered_images(place_of(fields, "imDir", path / FIELDS, IMAGES), 1)
     fps = fps_of(fields, "frameRate", path / FIELDS)
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth, fps=fps)

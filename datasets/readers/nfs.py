@@ -2,7 +2,8 @@
 
 A row of the truth is one of VATIC: track, left, top, right, bottom (from 0), frame, and whether the
 target is lost (absent), occluded and generated, then its name. Of 30 images a second some truths
-have the rows of all 240, of which every eighth counts. Kiani Galoogahi et al., "Need for speed: a
+have the rows of all 240, of which every eighth counts; the last eight may be fewer, and then have
+an image or none. Kiani Galoogahi et al., "Need for speed: a
 benchmark for higher frame rate object tracking", ICCV 2017.
 """
 
@@ -56,14 +57,12 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
         )
     folder, source = places[rate]
     name = source.stem if rate == RATES[0] else f"{source.stem}:fps={rate}"
-    images = numbered_images(folder, first=1)
+    images = numbered_images(folder, 1)
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth, fps=float(rate))
     rows = _rows(source)
     if rate == RATES[0] and abs(len(rows) - 8 * len(images)) < 8:
-        rows = rows[::8]
-    if len(rows) == len(images) + 1:  # as in some sequences of the benchmark
-        rows = rows[:-1]
+        rows = rows[::8][: len(images)]
     sides = np.column_stack([rows[:, 1:3], rows[:, 3:5] - rows[:, 1:3]])
     boxes = as_boxes(sides, source)
     boxes[rows[:, 6] > 0] = np.nan

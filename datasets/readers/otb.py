@@ -14,7 +14,7 @@ import numpy as np
 
 from datasets import truth_file
 from datasets.decoding import brief
-from datasets.image_files import image_files
+from datasets.image_files import numbered_images
 from datasets.interface import Sequence, SequenceError
 from datasets.number_files import columns, read_boxes
 from datasets.recorded import recorded_images
@@ -26,8 +26,9 @@ EXPECTS = f"a folder with img/ and {TRUTH} (OTB)"
 GENERAL = False
 CITATION = "Wu, Lim, Yang, Object tracking benchmark, IEEE TPAMI 37(9), 2015"
 
-# The one sequence of the benchmark whose truth begins later than its images.
-IMAGES_BEFORE_TRUTH = {"david": 299}
+# Numbers of the images that the truth begins with; of David there are images before. The others'
+# first image is 1, and may be 0 in data of one's own.
+FIRSTS = {"david": 300, "blurcar1": 247, "blurcar3": 3, "blurcar4": 18}
 
 
 def recognises(path: Path) -> bool:
@@ -59,7 +60,8 @@ def each(path: Path) -> list[Path]:
 def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None) -> Sequence:
     """Open the folder, by default of its first target; tags in `attrs.txt` hold for all frames."""
     name = path.resolve().name
-    files = image_files(path / "img")
+    first = FIRSTS.get(name.lower(), 0)
+    files = numbered_images(path / "img", 0, 1, first)
     if truth is None:
         targets = _truths(path)
         if not targets:
@@ -73,9 +75,9 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
             raise SequenceError(f"{path}: there is no target {brief(target)}. There are: {known}.")
         source = targets[target]
         rows = truth_file.Truth(read_boxes(source, origin=1.0))
-        skipped = IMAGES_BEFORE_TRUTH.get(name.lower(), 0)
-        if len(files) >= skipped + len(rows.boxes):
-            files = files[skipped:]
+        later = [file for file in files if int(file.stem) >= first]
+        if len(later) >= len(rows.boxes):  # else the images were cut out and numbered anew
+            files = later
         name = f"{name}.{target}" if target else name
     else:
         rows, source = truth_file.read(truth), truth

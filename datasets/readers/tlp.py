@@ -31,7 +31,7 @@ def recognises(path: Path) -> bool:
 
 def read(path: Path, truth: Path | None) -> Sequence:
     """Open the folder."""
-    name, images, source = path.resolve().name, numbered_images(path / "img"), path / TRUTH
+    name, images, source = path.resolve().name, numbered_images(path / "img", 1), path / TRUTH
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
     rows = read_rows(source, {COLUMNS}, "six numbers, frame x y width height lost", "a row of TLP")

@@ -44,7 +44,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
     """Open the sequence."""
     place = _place(path)
     assert place is not None  # asked of what is recognised alone
-    images, source = numbered_images(place[0]), place[1]
+    images, source = numbered_images(place[0], 0), place[1]
     if truth is not None:
         return recorded_images(source.stem, images, truth_file.read(truth), truth)
     boxes = without_rest(read_boxes(source), len(images))

@@ -79,7 +79,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
 def _part(folder: Path, name: str) -> list[Path]:
     """Images of a sequence, of those in its folder."""
     if folder.name == name:
-        return numbered_images(folder)
+        return numbered_images(folder, 1)
     first, last = PARTS[folder.name][int(name.rpartition("_")[2]) - 1]
     numbers = {int(file.stem): file for file in image_files(folder) if file.stem.isdecimal()}
     for number in range(first, last + 1):

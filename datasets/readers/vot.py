@@ -82,7 +82,7 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     name, fields = path.resolve().name, {}
     if (path / FIELDS).is_file():
         fields = read_fields(path / FIELDS)
-    images = numbered_images(_channel(path, fields))
+    images = numbered_images(_channel(path, fields), 1)
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
     truths = _truths(path)

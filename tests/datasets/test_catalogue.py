@@ -72,7 +72,7 @@ class TestPaths:
 
     def test_what_several_readers_know_goes_to_the_one_that_knows_more(self, here, write_otb):
         folder = write_otb(here / "Dog", "1,1,5,5\n" * 3)
-        (folder / "img" / "0001.jpg").rename(folder / "preview.jpg")
+        (folder / "img" / "0003.jpg").rename(folder / "preview.jpg")
         (folder / "groundtruth_rect.txt").write_text("1,1,5,5\n" * 2)
         assert datasets.load(folder).present.tolist() == [True, True]
 

@@ -144,8 +144,7 @@ def nfs(walk, n):
         [float(word) for word in line.replace(",", " ").split()[1:7]]
         for line in lines_of(walk / "30" / "walk.txt")
     ]
-    rows = rows[::8] if 8 * n - 8 < len(rows) < 8 * n + 8 else rows
-    rows = rows[:n] if len(rows) == n + 1 else rows
+    rows = rows[::8][:n] if 8 * n - 8 < len(rows) < 8 * n + 8 else rows
     sides = [[left, top, right - left, bottom - top] for left, top, right, bottom, *_ in rows]
     return without(boxes_from(sides, 0), [row[5] for row in rows])
 

@@ -159,6 +159,14 @@ class TestNfs:
         slow = datasets.load(path)
         assert slow.boxes.tolist() == [[0, 0, 4, 5], [8, 0, 4, 5], [16, 0, 4, 5]]
         assert (slow.name, slow.fps) == ("walk", 30)
+        truth.write_text(rows + "0 24 0 28 5 24 0 1 0 x\n")  # one of the last eight, without image
+        assert datasets.load(path).boxes.tolist() == slow.boxes.tolist()
+
+    def test_a_missing_last_image_makes_no_shorter_sequence(self, opened, tmp_path, write_images):
+        path, _, frame = layouts.nfs(tmp_path, write_images, None)
+        frame.with_name("00003.jpg").unlink()
+        with pytest.raises(SequenceError, match=r"walk\.txt: 3 truth rows for 2 images"):
+            datasets.load(path)
 
 
 class TestMot:
@@ -248,12 +256,16 @@ def test_a_missing_image_is_told_and_shifts_no_truth(tmp_path, write_images, lay
 
 @pytest.mark.parametrize(
     "layout",
-    [layouts.got10k, layouts.lasot, layouts.mot, layouts.nfs],
+    [layout for layout in layouts.LAYOUTS if layout is not layouts.tcolor128],
     ids=lambda layout: layout.__name__,
 )
-def test_a_missing_first_image_shifts_no_truth_either(tmp_path, write_images, layout):
-    path, _, frame = layout(tmp_path, write_images, None)
-    first = frame.with_name(frame.name.replace("2", "1"))
+@pytest.mark.parametrize("beyond", [0, 1])
+def test_a_missing_first_image_shifts_no_truth_either(tmp_path, write_images, layout, beyond):
+    path, truth, frame = layout(tmp_path, write_images, None)
+    if beyond:  # the images left are as many as the rows
+        rows = truth.read_text().splitlines(keepends=True)
+        truth.write_text("".join(rows[:-1]))
+    first = sorted(frame.parent.glob("*.jpg"))[0]
     first.unlink()
     with pytest.raises(SequenceError, match=rf"{first.name}: there is no such image; the first"):
         datasets.load(path)

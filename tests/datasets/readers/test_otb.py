@@ -112,6 +112,29 @@ def test_the_truth_of_david_begins_with_its_300th_image(write_otb, tmp_path):
     assert cut.frame_name(0) == "0001.jpg"
 
 
+@pytest.mark.parametrize(
+    ("name", "first", "named"),
+    [("Dog", 0, None), ("Dog", 2, "0001"), ("BlurCar3", 3, None), ("BlurCar3", 4, "0003")],
+)
+def test_truth_begins_with_the_first_image_that_the_benchmark_has(
+    write_otb, write_images, tmp_path, name, first, named
+):
+    folder = write_otb(tmp_path / name, rows(","), n=0)
+    write_images(folder / "img", [f"{first + i:04}.jpg" for i in range(4)])
+    if named is None:
+        assert datasets.load(folder).frame_name(0) == f"{first:04}.jpg"
+    else:
+        with pytest.raises(SequenceError, match=rf"{named}\.jpg: there is no such image; the fir"):
+            datasets.load(folder)
+
+
+def test_an_image_missing_between_others_is_told(write_otb, tmp_path):
+    folder = write_otb(tmp_path / "Dog", rows(","), n=5)
+    (folder / "img" / "0002.jpg").unlink()
+    with pytest.raises(SequenceError, match=r"0002\.jpg: there is no such image between 0001\.jpg"):
+        datasets.load(folder)
+
+
 def test_a_folder_with_several_truths_is_several_sequences(write_otb, tmp_path):
     folder = write_otb(tmp_path / "Jogging", rows(","))
     (folder / "groundtruth_rect.txt").rename(folder / "groundtruth_rect.1.txt")
