@@ -5,10 +5,18 @@ from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from reports.figures import add_legend, bare_figure, named_line
+from reports.figures import (
+    CROWDED,
+    OTHERS,
+    add_legend,
+    bare_figure,
+    line_style,
+    named_line,
+)
 from reports.palette import colour
 
 __all__ = ["Against", "attribute_plot"]
@@ -43,29 +51,39 @@ def attribute_plot(panels: Mapping[str, Sequence[Against]], quantity: str, title
     """A dot a sequence, and over bins of sequences the mean with its 95 % interval.
 
     `panels`: by name of the attribute with its unit, a label in the same colour in each.
-    `quantity`: what the scores are, with their unit.
+    `quantity`: what the scores are, with their unit. Where a panel has no room for all labels, an
+    attribute has several with some of them each, and the others' lines in grey behind.
     """
     labels = list(dict.fromkeys(one.label for drawn in panels.values() for one in drawn))
-    rows = ceil(len(panels) / COLUMNS)
+    share = ceil(len(labels) / ceil(len(labels) / CROWDED))
+    groups = [labels[first : first + share] for first in range(0, len(labels), share)]
+    places = [(name, group) for name in panels for group in groups]
+    rows = ceil(len(places) / COLUMNS)
     figure = bare_figure(title, 0.6 + 2.2 * rows)
     grid = figure.subplots(rows, COLUMNS, sharey=True, squeeze=False)
-    for number, axes in enumerate(grid.ravel()):
-        if number >= len(panels):
-            axes.set_visible(False)
-            continue
-        name = list(panels)[number]
+    for axes in grid.ravel()[len(places) :]:
+        axes.set_visible(False)
+    for number, (axes, (name, group)) in enumerate(zip(grid.ravel(), places, strict=False)):
         axes.grid(alpha=0.3)
         axes.spines[["top", "right"]].set_visible(False)
         for one in panels[name]:
-            position = labels.index(one.label)
-            shade = colour(position)
-            axes.scatter(one.places, one.scores, 8, color=shade, alpha=0.35, linewidths=0)
-            reach = np.stack([one.means - one.low, one.high - one.means])
-            style = named_line(one.label, position)
-            axes.errorbar(one.centres, one.means, reach, marker="o", markersize=3, **style)
+            if one.label in group:
+                _draw(axes, one, labels.index(one.label))
+            else:
+                axes.plot(one.centres, one.means, **OTHERS)
         axes.set_xlabel(name, fontsize=9)
         axes.tick_params(labelsize=8)
         if number % COLUMNS == 0:
             axes.set_ylabel(quantity, fontsize=9)
+    for position, label in enumerate(labels):
+        grid[0, 0].plot([], [], **named_line(label, position))
     add_legend(figure, grid[0, 0], "dots: sequences; lines: means over bins, 95 % intervals")
     return figure
+
+
+def _draw(axes: Axes, one: Against, position: int) -> None:
+    shade = colour(position)
+    axes.scatter(one.places, one.scores, 8, color=shade, alpha=0.35, linewidths=0)
+    reach = np.stack([one.means - one.low, one.high - one.means])
+    style = line_style(position) | {"markersize": 4.0}
+    axes.errorbar(one.centres, one.means, reach, **style)

@@ -12,14 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from reports.figures import (
     CROWDED,
+    OTHERS,
     add_legend,
     add_names,
     bare_figure,
+    draw_line,
     fold,
     named_line,
     new_figure,
+    panels_each,
 )
-from reports.palette import COLOURS, colour, colours
+from reports.palette import colour, colours
 
 __all__ = [
     "Breaks",
@@ -36,9 +39,6 @@ __all__ = [
 TALLEST = 24.0  # inches
 NAMED_ROWS = 200
 """Rows of all panels up to which there is room for a name each in a plot so tall."""
-
-MARKERS = "os^Dv"
-"""Of trackers that have the same colour."""
 
 
 class Steps(NamedTuple):
@@ -185,24 +185,31 @@ def breaking_plot(
 
     Dots are runs in groups; a bar by one half is the 95 % interval of where the curve crosses it.
     """
-    figure, (axes,) = new_figure(title, 4.0)
-    axes.axhline(0.5, color="0.6", linewidth=1, linestyle=":")
-    for position, (name, curve) in enumerate(curves.items()):
-        axes.plot(curve.levels, curve.survival, **named_line(name, position))
+    figure, (whole,) = new_figure(title, 4.0)
+    whole.set(xlabel=quantity, ylabel="share of runs that survive")
+    crowded = len(curves) > CROWDED
+    panels = panels_each(figure, whole, list(curves)) if crowded else [whole] * len(curves)
+    for position, (axes, (name, curve)) in enumerate(zip(panels, curves.items(), strict=True)):
+        for other in curves.values() if crowded else ():
+            axes.plot(other.levels, other.survival, **OTHERS)
+        draw_line(axes, curve.levels, curve.survival, name, position)
         options: dict[str, Any] = {"color": colour(position), "alpha": 0.5, "linewidths": 0}
         axes.scatter(curve.seen, curve.shares, 8 * curve.counts, **options)
         ends = [curve.low, curve.high]
-        height = 0.5 - 0.015 * position  # beneath one another
+        height = 0.5 if crowded else 0.5 - 0.015 * position  # beneath one another
         axes.plot(ends, [height, height], color=colour(position), linewidth=4, alpha=0.6)
     some = next(iter(curves.values()))
-    axes.set(xlabel=quantity, ylabel="share of runs that survive", ylim=(-0.03, 1.03))
-    if logarithmic:
-        axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        axes.xaxis.set_major_formatter("{x:g}")
-        axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_xlim(some.levels[0], some.levels[-1])
-    add_legend(figure, axes)
+    for axes in dict.fromkeys(panels):
+        axes.axhline(0.5, color="0.6", linewidth=1, linestyle=":", zorder=0)
+        axes.set_ylim(-0.03, 1.03)
+        if logarithmic:
+            axes.set_xscale("log")
+            axes.xaxis.set_major_locator(LogLocator(subs=(1,) if crowded else (1, 2, 5)))
+            axes.xaxis.set_major_formatter("{x:g}")
+            axes.xaxis.set_minor_locator(NullLocator())
+        axes.set_xlim(some.levels[0], some.levels[-1])
+    if not crowded:
+        add_legend(figure, whole)
     return figure
 
 
@@ -210,8 +217,7 @@ def speed_accuracy_plot(points: Mapping[str, Point], quantity: str, title: str) 
     """Score against time a frame, a dot a tracker with its 95 % interval."""
     figure, (axes,) = new_figure(title, 4.0)
     for position, (name, point) in enumerate(points.items()):
-        marker = MARKERS[position // len(COLOURS) % len(MARKERS)]
-        options = named_line(name, position) | {"linestyle": "none", "marker": marker}
+        options = named_line(name, position) | {"linestyle": "none"}
         axes.plot([point.milliseconds], [point.score], **options)
         if isfinite(point.low):
             axes.vlines(point.milliseconds, point.low, point.high, color=colour(position), lw=1.5)
@@ -226,7 +232,7 @@ def speed_accuracy_plot(points: Mapping[str, Point], quantity: str, title: str) 
 
 def _draw_steps(axes: Axes, curves: Mapping[str, Steps]) -> None:
     for position, (name, steps) in enumerate(curves.items()):
-        axes.step(steps.places, steps.values, where="post", **named_line(name, position))
+        draw_line(axes, steps.places, steps.values, name, position, drawstyle="steps-post")
         if len(curves) < CROWDED:
             shade: dict[str, Any] = {"color": colour(position), "alpha": 0.15, "linewidth": 0}
             axes.fill_between(steps.places, steps.low, steps.high, step="post", **shade)

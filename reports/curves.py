@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import pandas as pd
 from matplotlib.figure import Figure
 
-from reports.figures import add_legend, line_style, new_figure
+from reports.figures import add_legend, draw_line, line_style, new_figure
+from reports.palette import colour
 
 __all__ = ["curve_plot", "roc_plot"]
 
@@ -44,8 +45,6 @@ def curve_plot(
                 line["value"],
                 (below, above),
                 label=label,
-                marker="o",
-                markersize=4,
                 capsize=2,
                 elinewidth=1,
                 **line_style(position),
@@ -76,11 +75,12 @@ def roc_plot(points: pd.DataFrame, title: str, labels: Sequence[str], threshold:
     figure, (axes,) = new_figure(title, 4.4)
     for position, label in enumerate(labels):
         line = points[points["label"] == label]
-        style = line_style(position)
-        axes.plot(line["false_rate"], line["hit_rate"], label=label, **style)
+        draw_line(axes, line["false_rate"], line["hit_rate"], label, position)
         marked = line[line["marked"]]
-        axes.plot(marked["false_rate"], marked["hit_rate"], "o", color=style["color"])
-    axes.plot([], [], "o", color="0.3", label=threshold)
+        axes.plot(
+            marked["false_rate"], marked["hit_rate"], "X", markersize=9, color=colour(position)
+        )
+    axes.plot([], [], "X", markersize=9, color="0.3", label=threshold)
     axes.set(xlabel="false alarms [share of the others]", ylabel="hits [share of those meant]")
     axes.set(xlim=(0, 1), ylim=(0, 1.02))
     add_legend(figure, axes)

@@ -1,33 +1,37 @@
 """Figures as all plots have them: title, legend that hides nothing, files with equal bytes."""
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache
 from math import ceil
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from reports.files import write_file
-from reports.palette import LINE_STYLES, colour
+from reports.palette import LINE_STYLES, MARKERS, colour
 from reports.printable import printable
 
 __all__ = [
     "CROWDED",
+    "OTHERS",
     "add_legend",
     "add_names",
     "bare_figure",
+    "draw_line",
     "fold",
     "line_style",
     "named_line",
     "new_figure",
+    "panels_each",
     "rim",
     "show",
     "write_figure",
@@ -37,7 +41,12 @@ CROWDED = 7
 """Most lines in one plot; more than that have a panel each."""
 
 _COLUMNS = 3  # of panels
-_STYLE = ("color", "linestyle", "linewidth", "drawstyle", "marker")  # of lines
+_ALL_MARKED = 10  # points of a line up to which each is marked
+_BETWEEN = 0.2  # two markers of a longer one, as a share of the diagonal
+_STYLE = ("color", "linestyle", "linewidth", "drawstyle", "marker", "markersize", "markevery")
+
+OTHERS: Mapping[str, Any] = {"color": "0.85", "linewidth": 0.7}
+"""How other lines are drawn behind that of a panel."""
 
 
 def bare_figure(title: str, height: float) -> Figure:
@@ -106,26 +115,35 @@ def add_names(figure: Figure, axes: Axes, heading: str = "") -> None:
     if len(lines) <= CROWDED:
         add_legend(figure, axes, heading)
         return
-    rows = ceil(len(lines) / _COLUMNS)
     limits = {name: getattr(axes, f"get_{name}")() for name in ("xlim", "ylim", "xscale")}
-    axes.remove()
-    figure.set_figheight(1.0 + 1.8 * rows)
-    panels = figure.subplots(rows, _COLUMNS, sharex=True, sharey=True, squeeze=False).ravel()
-    for panel in panels[len(lines) :]:
-        panel.set_visible(False)
-    for panel, line in zip(panels, lines, strict=False):
+    panels = panels_each(figure, axes, [str(line.get_label()) for line in lines])
+    for panel, line in zip(panels, lines, strict=True):
         for other in lines:
-            panel.plot(*other.get_data(), color="0.85", lw=0.7, drawstyle=other.get_drawstyle())
+            style = {"drawstyle": other.get_drawstyle(), **OTHERS}
+            panel.plot(*other.get_data(), **style)
         style = {name: getattr(line, f"get_{name}")() for name in _STYLE}
         panel.plot(*line.get_data(), **style)
         panel.set(**limits)
-        panel.set_title(fold(str(line.get_label()), 32), fontsize=7)
+    if heading:
+        figure.text(0.99, 0.99, heading, ha="right", va="top", fontsize=8)
+
+
+def panels_each(figure: Figure, axes: Axes, labels: Sequence[str]) -> list[Axes]:
+    """A panel a label instead of a figure's only axes, which they are named and scaled as."""
+    rows = ceil(len(labels) / _COLUMNS)
+    axes.remove()
+    figure.set_figheight(1.0 + 1.8 * rows)
+    grid = figure.subplots(rows, _COLUMNS, sharex=True, sharey=True, squeeze=False).ravel()
+    for panel in grid[len(labels) :]:
+        panel.set_visible(False)
+    panels = list(grid[: len(labels)])
+    for panel, label in zip(panels, labels, strict=True):
+        panel.set_title(fold(label, 32), fontsize=7)
         panel.tick_params(labelsize=7)
         panel.grid(alpha=0.3)
     figure.supxlabel(axes.get_xlabel(), fontsize=9)
     figure.supylabel(axes.get_ylabel(), fontsize=9)
-    if heading:
-        figure.text(0.99, 0.99, heading, ha="right", va="top", fontsize=8)
+    return panels
 
 
 def show(axes: Axes, shown: NDArray[Any]) -> None:
@@ -145,17 +163,33 @@ def rim(width: float, shade: str = "black") -> list[Any]:
 
 
 def line_style(position: int) -> dict[str, Any]:
-    """Colour, dashes and width of the tracker in a position of the report."""
+    """Colour, dashes, width and marker of the tracker in a position of the report."""
     return {
         "color": colour(position),
         "linestyle": LINE_STYLES[position % len(LINE_STYLES)],
         "linewidth": 1.8,
+        "marker": MARKERS[position % len(MARKERS)],
+        "markersize": 5.0,
     }
 
 
 def named_line(label: str, position: int) -> dict[str, Any]:
     """The same with a label, one that begins with an underscore too: legends leave these out."""
     return {"label": f" {label}" if label.startswith("_") else label, **line_style(position)}
+
+
+def draw_line(
+    axes: Axes, x: ArrayLike, y: ArrayLike, label: str, position: int, **options: Any
+) -> None:
+    """Draw a tracker's line, with markers here and there where it has many points.
+
+    `options`: Matplotlib's, besides the style that follows from the tracker's position.
+    """
+    known = np.isfinite(np.asarray(y, float)).sum()
+    if known > _ALL_MARKED:  # none known fails in Matplotlib
+        start = _BETWEEN * (position % CROWDED) / CROWDED  # seldom on another line's
+        options = {"markevery": (start, _BETWEEN)} | options
+    axes.plot(np.asarray(x), np.asarray(y), **named_line(label, position), **options)
 
 
 def fold(text: str, width: int) -> str:

@@ -19,12 +19,12 @@ Shape: TypeAlias = Literal["box", "ellipse", "contour"]
 TRUTH = "truth"
 """Label of the boxes that are drawn as white dashes on a thin black line."""
 
-GROUND = 40  # grey level of what surrounds images
+GROUND = 28  # grey level of what surrounds images
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _SHIFT = 4  # cv2 takes coordinates in sixteenths of a pixel
 _DASH = 4.0
-_DARK = (0, 0, 0)
+_DARK, _LIGHT = (0, 0, 0), (255, 255, 255)
 _FAR_ENOUGH = 60  # between two numbers of a ruler [pixels], so that they don't touch
 
 
@@ -62,13 +62,13 @@ def overlay(
     if truth is not None:
         _draw(drawn, truth, shape, _DARK, 1)
     for label, box in placed.items():
-        # A dark rim beneath keeps every colour readable on every ground.
-        _draw(drawn, box, shape, _DARK, 3)
+        # A rim beneath keeps every colour readable on every ground.
+        _draw(drawn, box, shape, _rim(to_bgr(colours[label])), 3)
         _draw(drawn, box, shape, to_bgr(colours[label]), 2)
     for label, line in lines.items():
         outline = np.asarray(line, np.float64) * factors
-        _draw(drawn, outline, "contour", _DARK, 2)
         shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
+        _draw(drawn, outline, "contour", _rim(shade), 2)
         _draw(drawn, outline, "contour", shade, 1, dashed=label == TRUTH)
     if truth is not None:
         _draw(drawn, truth, shape, to_bgr(TRUTH_COLOUR), 1, dashed=True)
@@ -95,9 +95,15 @@ def legend(labels: Iterable[str], colours: Mapping[str, str], width: int) -> NDA
         for x, label in row:
             shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
             ends = np.array([[x, y], [x + key, y]], np.float64)
+            if shade == _DARK:
+                _draw_line(band, ends, _LIGHT, 4, dashed=False)
             _draw_line(band, ends, shade, 2, dashed=label == TRUTH)
             write_words(band, label, (x + key + 8, y + 5))
     return band
+
+
+def _rim(shade: tuple[int, int, int]) -> tuple[int, int, int]:
+    return _LIGHT if shade == _DARK else _DARK
 
 
 def _text(words: str) -> str:
@@ -111,7 +117,7 @@ def write_words(image: NDArray[np.uint8], words: str, at: tuple[int, int]) -> No
     x, y = at
     for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
         cv2.putText(image, words, (x + dx, y + dy), _FONT, 0.5, _DARK, 1, cv2.LINE_AA)
-    cv2.putText(image, words, at, _FONT, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
+    cv2.putText(image, words, at, _FONT, 0.5, _LIGHT, 1, cv2.LINE_AA)
 
 
 def draw_ruler(image: NDArray[np.uint8], scale: float) -> None:
@@ -125,7 +131,7 @@ def draw_ruler(image: NDArray[np.uint8], scale: float) -> None:
     )
     for number, pixel in enumerate(np.arange(0, far, step / 5).tolist()):
         at, length = round(pixel * scale), 5 if number % 5 else 10
-        for shade, thickness in ((_DARK, 3), ((255, 255, 255), 1)):
+        for shade, thickness in ((_DARK, 3), (_LIGHT, 1)):
             cv2.line(image, (at, 0), (at, length), shade, thickness)
             cv2.line(image, (0, at), (length, at), shade, thickness)
         if number and number % 5 == 0:

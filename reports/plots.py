@@ -14,7 +14,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from reports.figures import add_legend, add_names, fold, named_line, new_figure
+from reports.figures import (
+    CROWDED,
+    OTHERS,
+    add_legend,
+    add_names,
+    bare_figure,
+    draw_line,
+    fold,
+    new_figure,
+)
 from reports.palette import colour
 from reports.series import draw_median
 from reports.times import timed_by
@@ -136,8 +145,7 @@ def curve_plot(
     for position, tracker in enumerate(trackers):
         points = curves.get(tracker, np.full((1, 2), np.nan))
         label = tracker if tracker in curves else f"{tracker} (incomplete)"
-        marker = "o" if len(points) == 1 else None
-        axes.plot(*points.T, **named_line(label, position), marker=marker)
+        draw_line(axes, points[:, 0], points[:, 1], label, position)
     axes.set(xlabel=x, ylabel=y, ylim=(0, 1.02))
     if all(len(points) == 1 for points in curves.values()):
         axes.set_xlim(0, 1.02)
@@ -150,14 +158,15 @@ def frame_plot(
 ) -> Figure:
     """Overlap and centre error against the frame: median and quartiles over repetitions.
 
-    Parameters as `success_plot`. Frames that were not evaluated, because the target is
+    Where there are more lines than a plot has room for, each has a row of its own. Parameters as
+    `success_plot`. Frames that were not evaluated, because the target is
     absent, are gaps. Runs that failed are not in the frame table: where there are several
     runs, or should be, the legend says how many the median is over.
     """
     here = frames[frames["sequence"] == sequence]
-    figure, (upper, lower) = new_figure(_headline(sequence, here), 5.0, rows=2)
     every_frame = pd.RangeIndex(here["frame"].min(), here["frame"].max() + 1)
     heading = ""
+    drawn: list[tuple[int, str, pd.DataFrame]] = []
     for position, tracker, values in _by_tracker(here, trackers):
         runs = values["repetition"].nunique()
         if not runs and tracker not in incomplete:
@@ -165,10 +174,16 @@ def frame_plot(
         label = tracker
         if runs > 1 or tracker in incomplete:
             label = f"{tracker} ({runs} run{'' if runs == 1 else 's'})"
-        for axes, column in ((upper, "overlap"), (lower, "centre_error")):
-            draw_median(axes, values, column, position, label, every_frame)
+        drawn.append((position, label, values))
         if runs > 1:
             heading = "median and quartiles over runs"
+    headline = _headline(sequence, here)
+    if len(drawn) > CROWDED:
+        return _frame_panels(headline, drawn, heading, every_frame)
+    figure, (upper, lower) = new_figure(headline, 5.0, rows=2)
+    for position, label, values in drawn:
+        for axes, column in ((upper, "overlap"), (lower, "centre_error")):
+            draw_median(axes, values, column, position, label, every_frame)
     upper.set(ylabel="overlap", ylim=(-0.02, 1.02))
     lower.set(ylabel="centre error [px]", xlabel="frame")
     lower.set_ylim(bottom=0)
@@ -215,6 +230,34 @@ def speed_plot(runs: pd.DataFrame, title: str, trackers: Sequence[str]) -> Figur
     return figure
 
 
+def _frame_panels(
+    title: str,
+    drawn: Sequence[tuple[int, str, pd.DataFrame]],
+    heading: str,
+    every_frame: pd.RangeIndex,
+) -> Figure:
+    """A row a line, the others' medians in grey behind it: overlap left, centre error right."""
+    figure = bare_figure(f"{title}: {heading}" if heading else title, 0.8 + 1.15 * len(drawn))
+    grid = figure.subplots(len(drawn), 2, sharex=True, sharey="col", squeeze=False)
+    for number, (column, name) in enumerate(
+        {"overlap": "overlap", "centre_error": "error [px]"}.items()
+    ):
+        medians = [values.groupby("frame")[column].median() for _, _, values in drawn]
+        for axes, (position, label, values) in zip(grid[:, number], drawn, strict=True):
+            for median in medians:
+                axes.plot(every_frame, median.reindex(every_frame), **OTHERS)
+            draw_median(axes, values, column, position, label, every_frame)
+            axes.grid(alpha=0.3)
+            axes.tick_params(labelsize=7)
+            axes.set_ylabel(name, fontsize=7)
+        grid[-1, number].set_xlabel("frame", fontsize=9)
+    for axes, (_, label, _) in zip(grid[:, 0], drawn, strict=True):
+        axes.set_title(fold(label, 96), fontsize=7, loc="left")
+    grid[0, 0].set_ylim(-0.02, 1.02)
+    grid[0, 1].set_ylim(bottom=0)
+    return figure
+
+
 def _draw_shares(
     axes: Axes,
     values: pd.DataFrame,
@@ -229,7 +272,7 @@ def _draw_shares(
     if len(values):
         curve = share_curve(values, column, thresholds, at_least=column == "overlap")
         label = f"{tracker} ({figure_of(values):.3f})"
-    axes.plot(thresholds, curve, **named_line(label, position))
+    draw_line(axes, thresholds, curve, label, position)
     axes.set(xlim=(0, thresholds[-1]), ylim=(0, 1.02))
 
 

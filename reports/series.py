@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from reports.figures import add_legend, named_line, new_figure
+from reports.figures import add_legend, draw_line, new_figure
 from reports.palette import colour
 
 __all__ = ["REPETITIONS", "appearance_plot", "draw_median", "series_grid", "series_plot"]
@@ -37,7 +37,7 @@ def draw_median(
     """
     by_frame = runs.groupby("frame")[column]
     median = by_frame.median().reindex(every_frame)
-    axes.plot(median.index, median, **named_line(label, position))
+    draw_line(axes, median.index, median, label, position)
     if _repeated(runs):
         low, high = (by_frame.quantile(q).reindex(every_frame) for q in (0.25, 0.75))
         axes.fill_between(median.index, low, high, color=colour(position), alpha=0.2, linewidth=0)

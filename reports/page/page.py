@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from reports.files import write_file
 from reports.page.film import ABSENT
-from reports.palette import COLOURS
+from reports.palette import BRIGHT, COLOURS
 from reports.printable import one_line
 from reports.tables import Table
 
@@ -258,7 +258,7 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
     data = {
         "trackers": [one_line(name) for name in page.trackers],
         "labels": list(page.trackers),
-        "colours": COLOURS,
+        "colours": BRIGHT,
         "dashes": _DASHES,
         "scenes": told,
         "beside": quote(_folder(path).name),
@@ -300,6 +300,7 @@ def _environment() -> "Environment":
     environment.globals["part"] = lambda name: Markup(  # noqa: S704  # our own file
         (_PARTS / name).read_text("utf-8")
     )
+    environment.globals["palettes"] = COLOURS, BRIGHT
     environment.globals["version"] = version("trackmark")
     environment.filters["poster"] = _poster
     environment.filters["address"] = _address_of

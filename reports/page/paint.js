@@ -112,14 +112,13 @@ function drawCurve() {
   const curves = drawnTakes().map((take) => [take, scene.curve(rowOf(take))[kind]]);
   let top = 1;
   if (kind === "error") for (const [, values] of curves) for (const value of values) if (value > top) top = value;
-  const ink = getComputedStyle(dialog).color;
+  const inks = getComputedStyle(dialog), ink = inks.color;
   curvePen.clearRect(0, 0, canvas.width, canvas.height);
   curvePen.fillStyle = curvePen.strokeStyle = ink;
   curvePen.font = `${11 * ratio}px system-ui`;
   curvePen.fillText(kind === "error" ? `centre error, up to ${top.toFixed(0)} px` : "overlap, up to 1", 4 * ratio, 12 * ratio);
   for (const [take, values] of curves) {
-    const colour = data.colours[take.tracker % data.colours.length];
-    curvePen.strokeStyle = colour === "#000000" ? ink : colour;
+    curvePen.strokeStyle = inks.getPropertyValue(`--line-${take.tracker % data.colours.length}`);
     curvePen.lineWidth = (take.tracker === focus() ? 2.2 : 1.3) * ratio;
     curvePen.setLineDash(dashOf(take.tracker).map((length) => length * ratio));
     curvePen.beginPath();

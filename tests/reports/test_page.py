@@ -15,8 +15,9 @@ from hypothesis.extra.numpy import arrays
 from reports.page import page as pages
 from reports.page.film import ABSENT, film, packed, quantised
 from reports.page.page import Chart, Line, Page, Place, Scene, Section, Sheet, write_page
-from reports.palette import rgb
+from reports.palette import BRIGHT, COLOURS, rgb
 from reports.tables import Cell, Table
+from tests.reports.contrast import contrast
 
 BOXES = arrays(
     np.float64,
@@ -93,19 +94,6 @@ def test_an_address_says_names_as_they_are():
     )
 
 
-def luminance(colour):
-    """Relative luminance as WCAG 2 defines it, of red, green and blue in 0..255."""
-    parts = np.asarray(colour) / 255
-    return np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4) @ [
-        0.2126, 0.7152, 0.0722
-    ]  # fmt: skip
-
-
-def contrast(one, other):
-    lighter, darker = sorted((luminance(one), luminance(other)), reverse=True)
-    return (lighter + 0.05) / (darker + 0.05)
-
-
 def test_words_stand_out_from_their_ground_in_light_and_dark():
     style = (Path(pages.__file__).parent / "page.css").read_text()
     light, dark = re.findall(r":root \{(.*?)\}", style, re.DOTALL)
@@ -122,3 +110,14 @@ def test_words_stand_out_from_their_ground_in_light_and_dark():
         most = int(re.search(r"--share, 0\) \* (\d+)%", style)[1]) / 100
         darkest = most * colours["shade"] + (1 - most) * colours["paper"]  # of the heat map
         assert contrast(colours["ink"], darkest) >= 4.5
+
+
+def test_lines_have_the_palette_of_the_ground_in_light_and_dark(tmp_path):
+    (path,) = write_page(tmp_path / "a.html", Page("T", [Section("a", "A")]))
+    style = path.read_text().partition("</style>")[0]
+    light, dark = (
+        [shade for name, shade in re.findall(r"--line-(\d+): ([^;]+);", part)]
+        for part in style.rsplit("@media", 1)
+    )
+    assert light == [*COLOURS[:-1], "var(--ink)"]
+    assert dark == [*BRIGHT[:-1], "var(--ink)"]

@@ -255,3 +255,40 @@ def test_more_than_seven_lines_have_a_panel_each_and_keep_their_style(n, panels)
             assert line.get_ydata()[-1] == number / n
             assert len(axes.get_lines()) == n + 1  # the others are grey behind it
         figure.draw_without_rendering()
+
+
+def test_frames_of_more_than_seven_trackers_have_a_row_each():
+    labels = [f"t{number}" for number in range(8)]
+    table = pd.concat(
+        [
+            frame_table([number / 8, 1.0], label, repetition=repetition)
+            for number, label in enumerate(labels)
+            for repetition in range(2)
+        ]
+    )
+    figure = frame_plot(table, "s", labels)
+    assert len(figure.axes) == 16
+    for number, left in enumerate(figure.axes[::2]):
+        *others, line = left.get_lines()
+        assert left.get_title(loc="left") == f"t{number} (2 runs)"
+        assert (line.get_color(), line.get_ydata()[0]) == (colour(number), number / 8)
+        assert len(others) == 8
+        assert len(left.collections) == 1  # its quartiles alone
+    assert len(frame_plot(table, "s", labels[:7]).axes) == 2
+
+
+@pytest.mark.parametrize("n", [7, 8])
+def test_a_dot_is_seen_also_where_lines_are_marked_here_and_there(n):
+    labels = [f"t{number}" for number in range(n)]
+    place = np.array([[0.5, 0.5]])
+    for number, label in enumerate(labels):
+        figure = curve_plot({label: place}, "x", "y", "T", labels)
+        figure.draw_without_rendering()
+        axes = figure.axes[number if n == 8 else 0]
+        axes.set_axis_off()
+        (line,) = [one for one in axes.get_lines() if one.get_color() == colour(number)][-1:]
+        line.set_visible(False)
+        without = np.asarray(figure.canvas.buffer_rgba()).copy()
+        line.set_visible(True)
+        figure.canvas.draw()
+        assert (np.asarray(figure.canvas.buffer_rgba()) != without).any()

@@ -13,7 +13,15 @@ from bench.comparing.words import paragraph, spoken_of
 from bench.reporting.tables import SUMMARY
 from bench.statistics.intervals import mean_interval
 from bench.statistics.paired import signed_rank
-from reports.comparison import Point, difference_plot, rank_plot, speed_accuracy_plot
+from reports.comparison import (
+    Breaks,
+    Point,
+    breaking_plot,
+    difference_plot,
+    rank_plot,
+    speed_accuracy_plot,
+)
+from reports.palette import colour
 from reports.renderers import to_csv, to_text
 
 OVERLAP = SUMMARY[0]
@@ -320,3 +328,23 @@ def test_bins_of_what_is_measured_stand_beside_knobs_and_tags(make_runs):
     (rising,) = found.curves_of([pair])
     assert rising.correlation == pytest.approx(1.0)
     assert rising.adjusted < 0.01
+
+
+@pytest.mark.parametrize(("n", "panels"), [(7, 1), (8, 8)])
+def test_breaking_points_of_more_than_seven_trackers_have_a_panel_each(n, panels):
+    levels = np.array([1.0, 10.0])
+    curves = {
+        f"t{k}": Breaks(levels, np.array([1.0, k / n]), levels, levels / 10, levels, 2.0, 3.0)
+        for k in range(n)
+    }
+    figure = breaking_plot(curves, "noise", "T", logarithmic=True)
+    shown = [axes for axes in figure.axes if axes.get_visible()]
+    assert len(shown) == panels
+    for number, axes in enumerate(shown if panels > 1 else ()):
+        assert axes.get_title() == f"t{number}"
+        coloured = [line for line in axes.get_lines() if line.get_color() == colour(number)]
+        assert coloured[0].get_ydata()[-1] == number / n
+        assert len(coloured) == 2  # the curve, and where it crosses one half
+        assert len(axes.collections) == 1
+        assert axes.get_xscale() == "log"
+    figure.draw_without_rendering()

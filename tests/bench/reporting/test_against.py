@@ -165,3 +165,13 @@ def test_a_plot_has_a_panel_an_attribute_a_dot_a_sequence_and_the_bins(n, tmp_pa
     assert len(shown[0].lines[0].get_xdata()) == len(curves[0].bins)
     assert write_figure(tmp_path / "plot.png", figure).stat().st_size > 0
     assert all(isfinite(value) for value in figure.get_size_inches())
+
+
+@pytest.mark.parametrize(("n", "shown"), [(7, [7]), (8, [4, 4]), (15, [5, 5, 5])])
+def test_a_panel_has_at_most_seven_labels(n, shown):
+    ends = np.array([0.1, 0.9])
+    panels = {"size": [Against(f"t{k}", *[ends] * 6) for k in range(n)]}
+    axes = [one for one in attribute_plot(panels, "overlap", "T").axes if one.get_visible()]
+    assert [len(one.collections) - len(one.containers) for one in axes] == shown  # of dots
+    assert [len(one.containers) for one in axes] == shown
+    assert {one.get_xlabel() for one in axes} == {"size"}

@@ -1,0 +1,68 @@
+"""Colours: that each is seen on its ground, and that no two are taken for one another."""
+
+from itertools import combinations, product
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import reports.page
+from reports.figures import line_style
+from reports.overlay import GROUND
+from reports.palette import BRIGHT, COLOURS, colour, rgb
+from tests.reports.contrast import contrast, linear
+
+INK = "#e6e8eb"  # of dark pages
+GROUNDS = {"light": ("#ffffff", "#f5f6f8"), "dark": ("#15181c", "#1e2228")}  # pages, their buttons
+PALETTES = {"light": COLOURS, "dark": (*BRIGHT[:-1], INK)}
+
+# Machado, Oliveira and Fernandes (2009), of the severest kind; rows give red, green, blue.
+SEEN = {
+    "normal": np.eye(3),
+    "no red": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216],
+               [-0.003882, -0.048116, 1.051998]],
+    "no green": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413],
+                 [-0.01182, 0.04294, 0.968881]],
+    "no blue": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602],
+                [0.004733, 0.691367, 0.3039]],
+}  # fmt: skip
+
+
+def lab(values):
+    """CIE L*a*b* of linear sRGB under D65."""
+    to_xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    x, y, z = np.cbrt(np.clip(to_xyz @ values, 1e-4, None) / [0.9505, 1.0, 1.089])
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+@pytest.mark.parametrize("ground", GROUNDS)
+def test_every_line_is_seen_on_its_ground(ground):
+    for shade, behind in product(PALETTES[ground], GROUNDS[ground]):
+        assert contrast(rgb(shade), rgb(behind)) >= 3, (shade, behind)
+
+
+def test_the_grounds_are_those_of_pages():
+    css = Path(reports.page.__file__).with_name("page.css").read_text()
+    light, dark = css.split("prefers-color-scheme: dark")
+    assert "--paper: #fff;" in light
+    assert "--panel: #f5f6f8;" in light
+    assert all(f"{shade};" in dark for shade in (*GROUNDS["dark"], INK))
+
+
+@pytest.mark.parametrize(("ground", "sight"), [*product(PALETTES, SEEN)])
+def test_no_two_colours_are_taken_for_one_another(ground, sight):
+    seen = [lab(np.clip(SEEN[sight] @ linear(rgb(shade)), 0, 1)) for shade in PALETTES[ground]]
+    assert min(np.linalg.norm(one - other) for one, other in combinations(seen, 2)) > 14
+
+
+def test_lines_differ_in_more_than_colour():
+    styles = [line_style(position) for position in range(len(COLOURS) * 5)]
+    for part in ("linestyle", "marker"):
+        assert len({style[part] for style in styles[:4]}) == 4
+    assert len({(style["color"], style["marker"]) for style in styles}) == len(styles)
+    assert styles[2]["color"] == colour(2)
+
+
+def test_bright_colours_are_seen_on_the_ground_of_film_strips():
+    for shade in BRIGHT[:-1]:  # the last has a light rim
+        assert contrast(rgb(shade), [GROUND] * 3) >= 3
