@@ -1,17 +1,13 @@
 """A table for a terminal: no wider than that, with what its reader needs first."""
 
-import textwrap
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import groupby
 
-from reports.printable import one_line
+from reports.printable import WIDTH, one_line, wrapped
 from reports.tables import MISSING, Cell, Table
 
 __all__ = ["fitted", "on_terminal"]
-
-WIDTH = 100
-"""Columns of a terminal that is not narrow."""
 
 _FEWEST = 2  # columns of scores that are shown however wide they are
 
@@ -26,11 +22,7 @@ def on_terminal(table: Table, render: Callable[[Table], str], more: str = "") ->
     caption, _, body = render(replace(narrow, notes=[])).partition("\n")
     notes = [one_line(note) for note in narrow.notes]
     notes += [f"Left out: {'; '.join(left_out)}{more}."] if left_out else []
-    return f"{_wrapped(caption)}\n{body}" + "".join(f"{_wrapped(note)}\n" for note in notes)
-
-
-def _wrapped(sentence: str) -> str:
-    return textwrap.fill(sentence, WIDTH, break_long_words=False, break_on_hyphens=False)
+    return f"{wrapped(caption)}\n{body}" + "".join(f"{wrapped(note)}\n" for note in notes)
 
 
 def _width(text: str) -> int:

@@ -6,8 +6,12 @@ stays the same JSON.
 """
 
 import re
+import textwrap
 
-__all__ = ["one_line", "printable"]
+__all__ = ["WIDTH", "one_line", "printable", "wrapped"]
+
+WIDTH = 100
+"""Columns of a terminal that is not narrow."""
 
 # What moves or hides text: controls, the marks that turn the direction of writing round, and
 # halves of characters, which no encoding has (file names that are not UTF-8 hold them).
@@ -32,6 +36,11 @@ def one_line(text: str) -> str:
     'two\\u000alines'
     """
     return _CONTROL_OR_BREAK.sub(_number, text)
+
+
+def wrapped(sentence: str) -> str:
+    """Give the sentence in lines of `WIDTH` columns; names and numbers stay whole."""
+    return textwrap.fill(sentence, WIDTH, break_long_words=False, break_on_hyphens=False)
 
 
 def _number(found: re.Match[str]) -> str:

@@ -10,7 +10,7 @@ from typing import TextIO, cast
 
 import click
 
-from reports.printable import printable
+from reports.printable import WIDTH, printable, wrapped
 
 __all__ = ["Outlet", "complain", "interruptible", "outlets", "progress_outlet"]
 
@@ -92,11 +92,21 @@ def _shortened(text: str) -> str:
     )
 
 
+def _in_columns(text: str) -> str:
+    """Give a message in lines of a terminal's width; what is no terminal gets a message a line."""
+    return "".join(
+        line if len(line) <= WIDTH else wrapped(line) + "\n" * line.endswith("\n")
+        for line in _shortened(text).splitlines(keepends=True)
+    )
+
+
 @contextmanager
 def outlets() -> Iterator[Outlet | None]:
     """Have all that is written go through outlets; gives that of standard output, if it is open."""
     out = None if sys.stdout is None else Outlet(sys.stdout)
-    err = None if sys.stderr is None else Outlet(sys.stderr, _shortened)
+    err = None
+    if sys.stderr is not None:
+        err = Outlet(sys.stderr, _in_columns if sys.stderr.isatty() else _shortened)
     with redirect_stdout(cast("TextIO", out)), redirect_stderr(cast("TextIO", err)):
         yield out
 

@@ -1,7 +1,6 @@
 """Check whether trackers score worse than a baseline says."""
 
 import json
-import textwrap
 from collections.abc import Mapping
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -30,8 +29,6 @@ if TYPE_CHECKING:
 __all__ = ["command"]
 
 EXIT_CANNOT_TELL = 3
-
-WIDTH = 100
 
 
 @click.command("check")
@@ -173,9 +170,10 @@ def _by_others(found: "Check", folder: Path, metrics: list[str]) -> str:
 def _text(made: "Table") -> str:
     """The table, or its notes alone where nothing changed."""
     from reports.fitting import on_terminal
+    from reports.printable import wrapped
     from reports.renderers import to_text
 
-    notes = "\n".join(textwrap.fill(note, WIDTH, break_on_hyphens=False) for note in made.notes)
+    notes = "\n".join(wrapped(note) for note in made.notes)
     table = on_terminal(replace(made, notes=[]), to_text) if made.rows else ""
     return f"{table}{notes}\n"
 

@@ -254,12 +254,13 @@ def _remark(plan: "Plan") -> None:
 def _print_formats(texts: Sequence[str]) -> None:
     """What paths among the sequences were taken for, a line a format."""
     import datasets
+    from reports.printable import wrapped
 
     kinds = {text: datasets.taken_for(text) for text in texts}
     for kind in filter(None, dict.fromkeys(kinds.values())):
         first, *others = [text for text in texts if kinds[text] == kind]
         more = f" and {len(others)} more" if others else ""
-        click.echo(f"{first}{more}: taken for {kind}.")
+        click.echo(wrapped(f"{first}{more}: taken for {kind}."))
 
 
 def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> None:

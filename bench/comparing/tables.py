@@ -149,6 +149,7 @@ def _standings(comparison: Comparison) -> Table:
         heads=["", "tracker", measure.head, "95 %", "rank", "never lost [%]", "ms a frame"],
         n_labels=2,
         rows=rows,
+        ranks=[0, 1, 2, 4, 3],
         notes=notes,
         data=pd.DataFrame(data).drop(columns="interval"),
     )
@@ -198,6 +199,7 @@ def _pair_table(comparison: Comparison, pairs: Sequence[Pair], notes: list[str])
         ],
         n_labels=2,
         rows=rows,
+        ranks=[0, 1, 3, 2, 4],
         notes=[*notes, *_limits(comparison)],
         data=pd.DataFrame(data).drop(columns=["interval", "probability_interval"]),
     )

@@ -5,7 +5,7 @@ together is what the preset says: means of sequences, or of frames, or a curve o
 """
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from math import isfinite
@@ -217,11 +217,16 @@ def summary_text(folder: Path, cells: Collection[Cell], metrics: Sequence[str] =
 
 
 def write_curves(
-    folder: Path, scored: Collection[Scored], trackers: Sequence[str], suffix: str = ".png"
+    folder: Path,
+    scored: Collection[Scored],
+    trackers: Sequence[str],
+    tell: Callable[[str], None],
+    suffix: str = ".png",
 ) -> list[Path]:
     """Draw the curves of presets into a folder, and give the files.
 
-    `trackers`: all of the report, in the order of their colours. `suffix`: of the files, see
+    `trackers`: all of the report, in the order of their colours. `tell` is given a sentence on
+    every preset that has no tracker's curve. `suffix`: of the files, see
     `reports.figures.write_figure`. Raises `OSError`.
     """
     from reports.figures import write_figure  # brings what draws
@@ -229,6 +234,10 @@ def write_curves(
 
     paths = []
     for one in scored:
+        if one.curves and not any(one.curves.values()):
+            why = f"there is no tracker all of whose runs {one.preset} can judge."
+            tell(f"{one.table.name}: no plot: {why}")
+            continue
         for name, axes in metrics_preset(one.preset).curves.items():
             title = f"{one.title}: {name.replace('_', ' ')}, metrics preset {one.preset}"
             figure = curve_plot(one.curves.get(name, {}), axes.x, axes.y, title, trackers)

@@ -51,7 +51,7 @@ def write_pictures(
     """Draw plots and film strips of an experiment into a folder, and give the files.
 
     Each run is read once. `by_preset`: runs as presets score them, whose curves are drawn. `tell`
-    is given a sentence on every sequence that can't be drawn. `suffix`: of plots, see
+    is given a sentence on every sequence and preset that can't be drawn. `suffix`: of plots, see
     `reports.figures.write_figure`; film strips are PNG.
     """
     runs = load_results(experiment)
@@ -67,7 +67,7 @@ def write_pictures(
         incomplete=set(scored[scored["status"] != "finished"]["tracker"]),
         suffix=suffix,
     )
-    paths += write_curves(folder, by_preset, trackers, suffix)
+    paths += write_curves(folder, by_preset, trackers, tell, suffix)
     rows = {str(row["sequence"]): row for row in read_index(Results(experiment))}
     names = file_names(rows)
     for name, row in sorted(rows.items()):

@@ -7,7 +7,8 @@ import pandas as pd
 import pytest
 
 from bench.reporting.tables import PER_SEQUENCE, SUMMARY, TIMES
-from reports.fitting import WIDTH, on_terminal
+from reports.fitting import on_terminal
+from reports.printable import WIDTH
 from reports.renderers import to_markdown, to_text
 from reports.tables import sequence_table, summary_table
 

@@ -58,3 +58,10 @@ def test_runs_of_a_tracker_that_has_changed_are_not_replaced_without_a_word(trac
     said = trackmark(*compared).stderr
     assert "2 stored runs were made with another version" in said
     assert "What became of the scores of 2 runs" in said
+
+
+def test_a_score_of_another_preset_by_another_protocol_fits_a_terminal(trackmark):
+    asked = ("--protocol", "supervised", "--metrics", "vot")
+    said = trackmark("compare", "static", "camshift", "--sequences", SCENES, *asked).stdout
+    assert "accuracy (vot-supervised), protocol supervised" in said
+    assert max(map(len, said.splitlines())) <= 100

@@ -1,5 +1,7 @@
 """Stored runs scored by any metrics preset, without being run again."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -72,8 +74,20 @@ def test_several_presets_give_a_table_each_and_native_its_own(stored, tmp_path):
     made = [table.name for table in tables_by(stored, ["native", "otb", "lasot"])]
     assert made == ["summary", "sequences", "metrics-otb", "metrics-lasot"]
     scored = by_presets(stored, ["vot-anchor"])
-    paths = write_curves(tmp_path, scored, ["static", "camshift"])
+    paths = write_curves(tmp_path, scored, ["static", "camshift"], pytest.fail)
     assert [path.name for path in paths] == [
         "metrics-vot-anchor-eao.png",
         "metrics-vot-anchor-accuracy-robustness.png",
     ]
+
+
+def test_without_a_tracker_whose_runs_can_all_be_judged_there_is_no_plot_but_a_word(
+    stored, tmp_path
+):
+    runs = list(load_results(stored).itertuples())[:1]
+    cells = [(row.tracker, row.sequence, row.repetition, row.protocol) for row in runs]
+    scored, said = by_presets(stored, ["otb"], cells=cells), []
+    scored = [replace(one, curves={name: {} for name in one.curves}) for one in scored]
+    assert write_curves(tmp_path, scored, ["static"], said.append) == []
+    assert said == ["metrics-otb: no plot: there is no tracker all of whose runs otb can judge."]
+    assert not list(tmp_path.iterdir())

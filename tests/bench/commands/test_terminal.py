@@ -1,0 +1,33 @@
+"""What a terminal is given."""
+
+import io
+import sys
+
+import pytest
+
+from bench.commands._terminal import complain, outlets
+from reports.printable import WIDTH
+
+
+class Screen(io.StringIO):
+    """A terminal, or a pipe."""
+
+    def __init__(self, *, terminal):
+        super().__init__()
+        self._terminal = terminal
+
+    def isatty(self):
+        return self._terminal
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_a_long_message_has_lines_of_its_width_and_in_a_pipe_a_line(terminal, monkeypatch):
+    screen = Screen(terminal=terminal)
+    monkeypatch.setattr(sys, "stderr", screen)
+    message = "a-file.txt: " + "this is nothing that a reader knows; " * 10
+    with outlets():
+        complain(message)
+    lines = screen.getvalue().splitlines()
+    assert (max(map(len, lines)) <= WIDTH) == terminal
+    assert (len(lines) == 1) != terminal
+    assert " ".join(lines).split() == f"trackmark: {message}".split()
