@@ -16,6 +16,7 @@ WIDTH = 100
 # What moves or hides text: controls, the marks that turn the direction of writing round, and
 # halves of characters, which no encoding has (file names that are not UTF-8 hold them).
 _CONTROLS = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff"
+_LABEL = re.compile(r" *\S.{,40}?  +")
 _CONTROL = re.compile(f"[{_CONTROLS}]")
 _CONTROL_OR_BREAK = re.compile(rf"[{_CONTROLS}\t\n\u2028\u2029]")
 
@@ -38,9 +39,22 @@ def one_line(text: str) -> str:
     return _CONTROL_OR_BREAK.sub(_number, text)
 
 
-def wrapped(sentence: str) -> str:
-    """Give the sentence in lines of `WIDTH` columns; names and numbers stay whole."""
-    return textwrap.fill(sentence, WIDTH, break_long_words=False, break_on_hyphens=False)
+def wrapped(text: str) -> str:
+    """Give the text in lines of `WIDTH` columns; names and numbers stay whole.
+
+    What two spaces part from a label stays to the right of that.
+    """
+    return "\n".join(
+        line if len(line) <= WIDTH else _filled(line, _LABEL.match(line))
+        for line in text.split("\n")
+    )
+
+
+def _filled(line: str, label: re.Match[str] | None) -> str:
+    indent = " " * len(label[0] if label else "")
+    return textwrap.fill(
+        line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
 
 
 def _number(found: re.Match[str]) -> str:

@@ -10,7 +10,7 @@ from typing import TextIO, cast
 
 import click
 
-from reports.printable import WIDTH, printable, wrapped
+from reports.printable import printable, wrapped
 
 __all__ = ["Outlet", "complain", "interruptible", "outlets", "progress_outlet"]
 
@@ -94,10 +94,7 @@ def _shortened(text: str) -> str:
 
 def _in_columns(text: str) -> str:
     """Give a message in lines of a terminal's width; what is no terminal gets a message a line."""
-    return "".join(
-        line if len(line) <= WIDTH else wrapped(line) + "\n" * line.endswith("\n")
-        for line in _shortened(text).splitlines(keepends=True)
-    )
+    return wrapped(_shortened(text))
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from bench.commands._options import json_option, patience, progress_bar, truth_option
+from reports.printable import wrapped
 
 __all__ = ["command"]
 
@@ -64,7 +65,7 @@ def command(name: str, truth: Path | None, measure: bool, as_json: bool) -> None
         if measure:
             about["measured"] = _measured(name, truth)
             lines += _measured_lines(about["measured"])
-    click.echo(json.dumps(about, indent=1, default=str) if as_json else "\n".join(lines))
+    click.echo(json.dumps(about, indent=1, default=str) if as_json else wrapped("\n".join(lines)))
 
 
 def _tracker_lines(about: dict[str, Any]) -> list[str]:

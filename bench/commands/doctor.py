@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from bench.commands._options import json_option
+from reports.printable import wrapped
 
 __all__ = ["command"]
 
@@ -37,11 +38,11 @@ def command(as_json: bool) -> int:
             click.echo(heading)
             if isinstance(items, list):
                 for item in items or ["none"]:
-                    click.echo(f"  {item}")
+                    click.echo(wrapped(f"  {item}"))
                 continue
             width = max(len(key) for key in items)
             for key, value in items.items():
-                click.echo(f"  {key:{width}}  {value}")
+                click.echo(wrapped(f"  {key:{width}}  {value}"))
     return 1 if about["problems"] else 0
 
 

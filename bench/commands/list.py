@@ -5,6 +5,7 @@ import json
 import click
 
 from bench.commands._options import json_option
+from reports.printable import wrapped
 
 __all__ = ["command"]
 
@@ -29,7 +30,7 @@ def command(kind: str | None, as_json: bool) -> None:
         if kind is None:
             click.echo(("\n" if position else "") + heading)
         for name, summary in items.items():
-            click.echo(f"  {name:{width}}  {summary}".rstrip())
+            click.echo(wrapped(f"  {name:{width}}  {summary}".rstrip()))
 
 
 def _items(kind: str) -> dict[str, str]:

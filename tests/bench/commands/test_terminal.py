@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from bench.commands._terminal import complain, outlets
-from reports.printable import WIDTH
+from reports.printable import WIDTH, wrapped
 
 
 class Screen(io.StringIO):
@@ -31,3 +31,16 @@ def test_a_long_message_has_lines_of_its_width_and_in_a_pipe_a_line(terminal, mo
     assert (max(map(len, lines)) <= WIDTH) == terminal
     assert (len(lines) == 1) != terminal
     assert " ".join(lines).split() == f"trackmark: {message}".split()
+
+
+@pytest.mark.parametrize("command", [("list",), ("describe", "camshift"), ("doctor",)])
+def test_what_is_listed_stays_beside_its_name_where_it_takes_several_lines(trackmark, command):
+    lines = trackmark(*command).stdout.splitlines()
+    assert max(map(len, lines)) <= WIDTH
+
+
+def test_what_takes_several_lines_stays_beside_its_label():
+    first, *others = wrapped("  window=fixed   " + "what it means " * 20).splitlines()
+    assert first.startswith("  window=fixed   what")
+    assert others
+    assert {len(line) - len(line.lstrip()) for line in others} == {17}
