@@ -16,7 +16,7 @@ from bench.metrics.native import Truth
 from bench.metrics.preset import Answer, Judged, Preset, Target
 from bench.metrics.regions import segmentation_scores
 from bench.metrics.times import time_scores
-from bench.protocols import STORED_ONCE, TIMING, ProtocolError, title
+from bench.protocols import STORED_ONCE, TIMING, Protocol, ProtocolError, title
 from bench.protocols import names as protocol_names
 from bench.protocols import protocol as protocol_of
 
@@ -53,10 +53,10 @@ def judge(
     if run.states is not None and one.protocol != "supervised":
         raise ValueError(f"{preset}: {run!r} was begun again after failures; it judges others.")
     boxes = run.boxes_in(trace)
+    _check_segments(run, scored.boxes, start.boxes)
     if not run.segments:
         return one.judge(start, Answer(boxes, run.visible, run.confidence, run.states))
     parts = []
-    _check_segments(run, len(start.boxes))
     for frames, rows in zip(run.segments, _rows_of(run.segments), strict=True):
         answer = Answer(boxes[rows], run.visible[rows], run.confidence[rows], of=len(start.boxes))
         parts.append(one.judge(_seen_in(frames, start), answer))
@@ -69,26 +69,45 @@ def can_judge(preset: str, protocol: str) -> bool:
     None is for unknown ones: runs of a later trackmark may be by protocols that it has alone.
     """
     try:
-        one = protocol_of(STORED_ONCE if protocol == TIMING else protocol)
+        one = _rules(protocol)
     except ProtocolError:
         return False
     return metrics_preset(preset).protocol in one.judged
+
+
+def _rules(stored: str) -> Protocol:
+    """The protocol that runs are filed under; timing runs are in one pass."""
+    return protocol_of(STORED_ONCE if stored == TIMING else stored)
 
 
 def _protocols_for(one: Preset) -> list[str]:
     return [name for name in protocol_names() if one.protocol in protocol_of(name).judged]
 
 
-def _check_segments(run: Run, n: int) -> None:
-    """Raise `ValueError` unless each segment goes from a frame to an end of n frames.
+def _check_segments(run: Run, boxes: NDArray[Any], given: NDArray[Any]) -> None:
+    """Raise `ValueError` unless a run has the segments that its protocol makes of the truth.
 
-    Anybody may have written a stored run: its frames are places in the truth.
+    Anybody may have written a stored run: its frames are places in the truth. `boxes`, `given`: of
+    the truth, and of the region of it that the run starts from. Where segments begin by numbers
+    that the data bring, which no stored truth has, each has to go from a frame to an end.
     """
+    n = len(boxes)
     for frames in run.segments:
         first = int(frames[0]) if len(frames) and frames.dtype.kind == "i" else -1
         ways = np.arange(first, n), np.arange(first, -1, -1)
         if not (0 <= first < n and any(np.array_equal(frames, way) for way in ways)):
             raise ValueError(f"{run!r} has a segment that is not from a frame to an end of {n}.")
+    rules = _rules(run.identity.protocol)
+    if run.segments and rules.by_values:
+        return
+    present = np.isfinite(boxes).all(axis=1) & np.isfinite(given).all(axis=1)
+    asked = rules.segments(present, {}) or [] if present.any() else []
+    expected = [one.frames(n) for one in asked]
+    if len(expected) != len(run.segments) or not all(map(np.array_equal, run.segments, expected)):
+        raise ValueError(
+            f"{run!r} has {len(run.segments)} segments, which are not the {len(expected)} of the "
+            f"protocol {title(run.identity.protocol)}."
+        )
 
 
 def _rows_of(segments: Sequence[NDArray[Any]]) -> list[slice]:

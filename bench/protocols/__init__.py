@@ -137,6 +137,9 @@ class Protocol(Parameters):
     preset: ClassVar[str] = "native"
     """Metrics preset of its tables where none is asked for."""
 
+    by_values: ClassVar[bool] = False
+    """Whether its segments depend on numbers that the data bring, see `segments`."""
+
     @property
     def name(self) -> str:
         """Its file's, with hyphens."""

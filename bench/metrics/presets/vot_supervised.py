@@ -95,6 +95,16 @@ def _states(overlaps: NDArray[np.float64], given: NDArray[Any] | None) -> NDArra
     states = np.asarray(given, np.int64)
     if states.shape != overlaps.shape or states[0] != State.INITIALISED:
         raise ValueError("a supervised run has a state a frame, the first one INITIALISED.")
+    after_failure = np.isin(states[:-1], (State.FAILED, State.SKIPPED))
+    follows = np.isin(states[1:], (State.SKIPPED, State.INITIALISED))
+    wrong = (follows != after_failure) | ~np.isin(states[1:], list(State))
+    if wrong.any():
+        frame = int(wrong.argmax()) + 1
+        raise ValueError(
+            f"a supervised run can't have the state {states[frame]} after {states[frame - 1]}, as "
+            f"it has {frame} frames from its first: after a failure, and only then, a tracker is "
+            "not asked or begun again."
+        )
     return states
 
 

@@ -209,6 +209,23 @@ def test_segments_of_a_forged_run_are_damage_not_numbers(make_sequence, tmp_path
         read_index(results)
 
 
+@pytest.mark.parametrize(("text", "count"), [("tre:starts=3:least=5", 3), ("sre", 12)])
+@pytest.mark.parametrize("kept", [slice(0), slice(1), slice(None, None, -1), [0, 0, 0]])
+def test_segments_that_the_protocol_does_not_make_are_not_scored(make_sequence, text, count, kept):
+    sequence = make_sequence(n=30)
+    run = bench.evaluate("static", sequence, protocol=text)
+    places = np.arange(count)[kept].tolist()
+    rows = np.split(np.arange(len(run.boxes)), np.cumsum(list(map(len, run.segments)))[:-1])
+    left = np.concatenate([rows[place] for place in places or [0]])
+    columns = {name: getattr(run, name)[left] for name in ("boxes", "visible", "confidence")}
+    forged = replace(run, segments=tuple(run.segments[place] for place in places), **columns)
+    if text == "sre" and len(places) == count:  # all its segments have the same frames
+        assert judge(forged, sequence).scores
+        return
+    with pytest.raises(ValueError, match=f"which are not the {count} of the protocol {text}"):
+        judge(forged, sequence)
+
+
 def test_a_segment_may_be_a_frame_at_either_end(make_sequence):
     sequence = make_sequence(n=5)
     run = bench.evaluate("static", sequence, protocol="anchors:spacing=4")

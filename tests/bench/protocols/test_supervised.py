@@ -57,6 +57,19 @@ def test_a_failure_is_followed_by_a_pause_and_a_new_tracker(make_sequence):
     assert judged.scores["robustness"] == pytest.approx(np.exp(-30 * 3 / 23))
 
 
+@pytest.mark.parametrize(
+    ("frame", "state"), [(3, F), (3, S), (3, I), (3, 9), (5, T), (6, T), (6, F), (11, S)]
+)
+def test_a_forged_state_is_not_scored(make_sequence, frame, state):
+    sequence = make_sequence(n=24)
+    maker, _ = scripted(sequence, lost={5})
+    run = bench.evaluate(maker, sequence, protocol="supervised")
+    assert run.states[:12].tolist() == [I, T, T, T, T, F, S, S, S, S, I, T]
+    run.states[frame] = state
+    with pytest.raises(ValueError, match="a supervised run can't have the state"):
+        judge(run, sequence, "vot-supervised")
+
+
 def test_accuracy_and_eao_by_hand():
     """130 frames, a failure in frame 20, begun again in 25; burnt in are 10 frames after each."""
     sequence = datasets.Sequence("line", Noise(130, 24, 100), straight_line(130), fingerprint="x")
