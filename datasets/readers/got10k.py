@@ -35,7 +35,8 @@ _VISIBLE = np.array([0.0, 0.075, 0.225, 0.375, 0.525, 0.675, 0.825, 0.95, 1.0])
 
 def recognises(path: Path) -> bool:
     """Whether the folder holds a truth and what only this benchmark has beside it."""
-    marks = any((path / mark).is_file() for mark in (FIELDS, COVER))
+    beside = (FIELDS, COVER, *(f"{flag}.label" for flag in FLAGS))
+    marks = any((path / mark).is_file() for mark in beside)
     named = path.resolve().name.startswith("GOT-10k_")
     own = (path / "truth.csv").is_file()  # makes it a folder of images
     return (path / TRUTH).is_file() and (marks or named) and not own

@@ -51,6 +51,12 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
     fields = read_fields(path / FIELDS) if (path / FIELDS).is_file() else {}
     images = numbered_images(place_of(fields, "imDir", path / FIELDS, IMAGES), 1)
     fps = fps_of(fields, "frameRate", path / FIELDS)
+    length = fields.get("seqLength", str(len(images)))
+    if length != str(len(images)):
+        raise SequenceError(
+            f"{path / FIELDS}: seqLength is {brief(length)}, but there are {len(images)} images of "
+            f"{name}. Supply the missing ones, or correct it."
+        )
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth, fps=fps)
     targets = _targets(path / TRUTH)

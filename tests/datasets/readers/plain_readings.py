@@ -45,8 +45,13 @@ def without(boxes, flags):
     return [None if flag else box for box, flag in zip(boxes, flags, strict=True)]
 
 
-def flags_of(path):
-    return [int(float(word)) for line in lines_of(path) for word in row_of(line)]
+def flags_of(path, n):
+    """Flags of n frames; none is set where there is no such file."""
+    return (
+        [0] * n
+        if not path.is_file()
+        else [int(float(word)) for line in lines_of(path) for word in row_of(line)]
+    )
 
 
 def truth_csv(path):
@@ -121,12 +126,14 @@ vot_current = vot_classic
 def got10k(walk, n):
     boxes = boxes_from(rows_of(walk / "groundtruth.txt"), 1)
     boxes += [None] * (n - 1 if len(boxes) == 1 else 0)
-    return without(boxes, flags_of(walk / "absence.label"))
+    return without(boxes, flags_of(walk / "absence.label", len(boxes)))
 
 
 def lasot(walk, n):
     boxes = boxes_from(rows_of(walk / "groundtruth.txt"), 1)
-    hidden, away = (flags_of(walk / f"{name}.txt") for name in ("full_occlusion", "out_of_view"))
+    hidden, away = (
+        flags_of(walk / f"{name}.txt", len(boxes)) for name in ("full_occlusion", "out_of_view")
+    )
     return without(without(boxes, hidden), away)
 
 

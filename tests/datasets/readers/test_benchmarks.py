@@ -127,6 +127,10 @@ class TestGot10k:
         assert sequence.attributes["cut_by_image"].tolist() == [False, True, False]
         assert (sequence.fps, sequence.origin.description) == (10, "dog, running")
 
+    def test_any_of_its_labels_tells_it_from_vot_whose_truth_counts_from_0(self, opened):
+        alone = {"meta_info.ini": None, "cover.label": None, "cut_by_image.label": None}
+        assert opened(layouts.got10k, alone).boxes[0].tolist() == [1, 2, 8, 9]
+
     def test_a_negative_size_is_absence(self, opened):
         rows = {"groundtruth.txt": "2,3,8,9\n-1,-1,-1,-1\n4,3,8,9\n"}
         assert opened(layouts.got10k, rows).present.tolist() == [True, False, False]
@@ -178,6 +182,12 @@ class TestMot:
         assert other.fps == 14
         with pytest.raises(SequenceError, match=r"there is no target '12'\. There are: 7, 9"):
             opened(layouts.mot, choice=":target=12")  # it doesn't count
+
+    def test_a_missing_last_image_is_told_also_where_no_target_is_in_it(self, opened, tmp_path):
+        opened(layouts.mot)
+        (tmp_path / "walk" / "img1" / "000003.jpg").unlink()
+        with pytest.raises(SequenceError, match=r"seqinfo\.ini: seqLength is '3', .* 2 images"):
+            datasets.load(tmp_path / "walk")
 
 
 class TestUav123:
