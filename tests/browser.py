@@ -25,7 +25,10 @@ needs_browser = pytest.mark.skipif(
 
 PATIENCE = 120  # seconds: however busy it is here
 
-KEYS = {"ArrowLeft": 37, "ArrowRight": 39, "Home": 36, "End": 35, "Escape": 27, "Enter": 13}
+KEYS = {
+    "ArrowLeft": 37, "ArrowRight": 39, "Home": 36, "End": 35, "Escape": 27, "Enter": 13,
+    "ArrowDown": 40, "Tab": 9,
+}  # fmt: skip
 
 
 class Browser:

@@ -8,6 +8,8 @@ const dialog = byId("player");
 const scenes = new Map();
 let scene = null, frame = 0, playing = 0, held = false, pointer = null;
 let toldAt = 0;
+let pointed = false;  // whether a pointer was used last, and no key
+let cameFrom = null;  // what had the focus before `g`
 let painted = null, paintedMap = null, paintedFrame = -1;  // what is seen of the frame, and which it is
 
 const repetition = () => Number(state.get("repetition") || 0);
@@ -105,6 +107,7 @@ function arrange() {
   byId("frame").max = byId("slider").max = scene.frames - 1;
   byId("lens").setAttribute("aria-pressed", state.has("lens"));
   const shown = shownTrackers();
+  const focused = [...byId("legend").children].indexOf(document.activeElement);
   const truth = make("button", { type: "button", disabled: "" }, "- - truth");
   byId("legend").replaceChildren(truth, ...trackersHere().map((tracker, position) => {
     const take = scene.take(tracker, repetition()), on = shown.includes(tracker);
@@ -116,6 +119,7 @@ function arrange() {
     button.addEventListener("click", () => toggle(tracker));
     return button;
   }));
+  if (!pointed) byId("legend").children[focused]?.focus();  // it was made anew
   arrangeLayers();
   byId("said").textContent = scene.why;
   drawCurve();
@@ -290,19 +294,27 @@ const KEYS = {
   "Shift+ArrowLeft": () => move(frame - 10), "Shift+ArrowRight": () => move(frame + 10),
   PageUp: () => move(frame - 10), PageDown: () => move(frame + 10),
   Home: () => move(0), End: () => move(scene.frames - 1),
-  g: () => { byId("frame").focus(); byId("frame").select(); },
+  g: () => { cameFrom = document.activeElement; byId("frame").focus(); byId("frame").select(); },
   f: nextFailure, d: nextDisagreement, c: () => hold(true),
   b: () => toggleLayer("boxes"), k: () => toggleLayer("masks"), n: () => toggleLayer("contours"), p: () => toggleLayer("particles"), h: nextMap,
   o: () => flip("trace", "revised"), e: () => flip("curve", "overlap"), m: () => flip("lens", "1"),
   s: save, l: copyLink, "?": help,
 };
-dialog.addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey) return;
-  if (event.target === byId("frame")) {
-    if (event.key === "Enter") { move(byId("frame").value); event.target.blur(); }
+// Keys are heard wherever the focus is: after a click on what can't have it, nothing has.
+addEventListener("pointerdown", () => { pointed = true; }, true);
+addEventListener("keydown", (event) => {
+  pointed = false;
+  if (!dialog.open || event.ctrlKey || event.metaKey || event.altKey) return;
+  const { target } = event;
+  if (target === byId("frame")) {
+    if (event.key !== "Enter") return;
+    move(target.value);
+    target.blur();
+    cameFrom?.focus();
+    cameFrom = null;
     return;
   }
-  if (event.target.matches("select") || (event.key === " " && event.target.matches("button"))) return;
+  if (target.matches("select") || (event.key === " " && target.matches("button"))) return;
   const act = KEYS[(event.shiftKey && event.key.startsWith("Arrow") ? "Shift+" : "") + event.key];
   const tracker = /^[1-9]$/.test(event.key) ? trackersHere()[event.key - 1] : undefined;
   if (!act && tracker === undefined) return;
@@ -316,7 +328,7 @@ addEventListener("blur", () => { if (held) hold(false); });
 dialog.addEventListener("click", (event) => {
   const button = event.target.closest("button");
   if (button?.dataset.key) KEYS[button.dataset.key]();
-  if (button && event.detail) button.blur();  // keys are the player's again after a click
+  if (button && event.detail) button.blur();  // after a click space plays, and Tab goes on from there
 });
 dialog.addEventListener("close", () => {
   stop();
@@ -334,7 +346,9 @@ byId("other").addEventListener("change", (event) => choose({ other: event.target
 byId("map").addEventListener("change", (event) => choose({ map: event.target.value }));
 byId("frame").addEventListener("change", (event) => move(event.target.value));
 byId("slider").addEventListener("input", (event) => move(event.target.value));
-for (const select of dialog.querySelectorAll("select")) select.addEventListener("change", () => select.blur());
+for (const select of dialog.querySelectorAll("select")) select.addEventListener("change", () => {
+  if (pointed) select.blur();  // who chooses by keys goes on choosing
+});
 
 byId("curve").addEventListener("pointerdown", (event) => byId("curve").setPointerCapture(event.pointerId));
 for (const kind of ["pointerdown", "pointermove"]) byId("curve").addEventListener(kind, (event) => {

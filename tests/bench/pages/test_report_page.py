@@ -377,6 +377,76 @@ def test_keys_move_by_frames_to_failures_and_to_disagreements(shown, results):
     assert shown.run("frame") == 42
 
 
+CONTROLS = [
+    "#play", "#slider", "#curve", "#screen", "#link", "#save", "#helped", "#measured", "#lens",
+    "#legend button:nth-child(2)", "[data-key=f]", "[data-key=d]", "[data-key=ArrowLeft]",
+]  # fmt: skip
+
+
+@browser.needs_browser
+@pytest.mark.parametrize("control", CONTROLS)
+def test_keys_are_heard_after_a_click_on_any_control(shown, control):
+    seen(shown, sequence=named("plain/target:length=60:scene=9:noise=30"), frame=5)
+    shown.run("navigator.clipboard.writeText = async () => {}; screen.toBlob = () => {}; 0")
+    shown.click(control)
+    shown.run("stop(); move(20)")
+    keys_are_heard(shown)
+
+
+def keys_are_heard(shown):
+    """An arrow moves from frame 20 to the next one, and space plays, once."""
+    shown.key("ArrowRight")
+    assert shown.run("frame") == 21
+    shown.key(" ")
+    assert shown.run("!!playing")
+    shown.key(" ")
+    assert not shown.run("playing")
+
+
+@browser.needs_browser
+def test_keys_are_heard_after_a_choice_and_after_a_frames_number(shown):
+    seen(shown, sequence=named("plain/target:length=60:scene=9:noise=30"), frame=5)
+    shown.click("#repetition")  # opens the menu, which is a window of its own
+    shown.run("byId('repetition').value = 1")
+    shown.run("byId('repetition').dispatchEvent(new Event('change'))")
+    assert shown.run("repetition()") == 1
+    shown.run("move(20)")
+    keys_are_heard(shown)
+    for field in ("g", "click"):
+        shown.key("g") if field == "g" else shown.click("#frame")
+        shown.run("byId('frame').select()")
+        for sign in "20":
+            shown.key(sign)
+        assert shown.run("byId('frame').value") == "20"  # and no second tracker was hidden
+        assert not shown.run("state.has('show')")
+        shown.key("Enter")
+        keys_are_heard(shown)
+
+
+@browser.needs_browser
+def test_who_uses_keys_alone_keeps_the_focus_and_does_one_thing_at_a_time(shown):
+    seen(shown, sequence=named("plain/target:length=60:scene=9:noise=30"), frame=5)
+    shown.key("Tab")
+    where = "document.activeElement.id || document.activeElement.dataset.key"
+    visited = [shown.run(where)]
+    while visited[-1] != "lens":
+        shown.key("Tab")
+        visited.append(shown.run(where))
+        assert shown.run("document.activeElement.matches(':focus-visible')")
+    assert {"scene", "other", "play", "frame", "slider"} <= {*visited}
+    shown.key(" ")
+    assert state(shown)["lens"] == "1"
+    assert not shown.run("playing")
+    assert shown.run(where) == "lens"
+    shown.run("byId('legend').children[2].focus()")
+    shown.key(" ")
+    assert shown.run("[...byId('legend').children].indexOf(document.activeElement)") == 2
+    shown.run("byId('repetition').focus()")
+    shown.key("ArrowDown")
+    assert shown.run("repetition()") == 1
+    assert shown.run(where) == "repetition"
+
+
 def boxes_at_3(results, sequence, tracker):
     """Where a tracker's box of frame 3 begins, as it was said at once and in the end."""
     _, run, _ = next(
