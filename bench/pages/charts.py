@@ -11,7 +11,7 @@ from bench.pages.takes import ERRORS, OVERLAPS, Clip, Reading, Stage
 from bench.reporting.doubt import meaning_of_intervals
 from bench.reporting.tables import SUMMARY
 from bench.statistics.survival import kaplan_meier
-from reports.page.page import Chart, Line, Place
+from reports.page.content import Chart, Line, Place
 from reports.tables import Table
 from reports.write import file_names
 
@@ -39,7 +39,8 @@ def share_charts(reading: Reading, trackers: Sequence[str]) -> list[Chart]:
             shares = np.mean([np.mean(one, axis=0) for one in found if one], axis=0)
             worst = reading.place(name, None, "overlap" if kind == "success" else "centre_error")
             lines.append(Line(name, number, thresholds, shares, places=[worst]))
-    over = f"Means over n = {len(reading.stages)} sequences, of their repetitions first."
+    n = sum(bool(stage.clips) for stage in reading.stages)
+    over = f"Means over n = {n} sequences, of their repetitions first."
     return [
         Chart(
             "Success",

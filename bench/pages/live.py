@@ -9,7 +9,8 @@ from bench.experiments.experiment import Experiment, SequenceSource
 from bench.pages.filming import Watch
 from bench.pages.takes import Reading, read_takes, scenes
 from datasets import SequenceError
-from reports.page.page import Page, Section, write_page
+from reports.page.content import Page, Section
+from reports.page.page import write_page
 
 __all__ = ["write_live_page"]
 

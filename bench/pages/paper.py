@@ -12,7 +12,7 @@ from reports.comparison import Point, Steps, speed_accuracy_plot, survival_plot
 from reports.figures import write_figure
 from reports.files import write_file
 from reports.heat import heat_plot
-from reports.page.page import Chart, Line, Page, Section
+from reports.page.content import Chart, Line, Page, Section
 from reports.printable import one_line
 from reports.renderers import OR_NUMBERS, in_latex, in_markdown, to_latex, to_markdown
 from reports.write import write_tables

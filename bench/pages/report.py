@@ -16,15 +16,18 @@ from bench.comparing import MARGINS
 from bench.comparing.comparison import Comparison, ComparisonError, compare, parts_of
 from bench.comparing.tables import files as comparison_tables
 from bench.comparing.words import paragraph
+from bench.evaluation.record import Trace
 from bench.pages.charts import error_charts, share_charts, speed_chart, survival_chart
 from bench.pages.filming import Watch
-from bench.pages.takes import Reading, read_takes, scenes
+from bench.pages.takes import Reading, named_by, read_takes, scenes
 from bench.protocols import STORED_ONCE, TIMING
+from bench.reporting.by_preset import table_prefix
 from bench.reporting.tables import SUMMARY
 from bench.statistics.paired import scores_interval
 from bench.store.loading import load_results
 from bench.store.truth import occurring_attributes
-from reports.page.page import Page, Place, Section, Sheet, write_chunk, write_page
+from reports.page.content import Page, Place, Section, Sheet
+from reports.page.page import write_chunk, write_page
 from reports.tables import MISSING, Cell, Table, complete
 
 __all__ = ["Said", "write_report_page"]
@@ -76,6 +79,7 @@ def write_report_page(
     scored = complete(runs[runs["protocol"] == "accuracy"])
     trackers = [str(name) for name in scored["tracker"].unique()]
     reading = read_takes(experiment, trackers)
+    protocols = sorted({*map(str, runs["protocol"])} - {STORED_ONCE, TIMING}, key=len, reverse=True)
     kept = {table.name: table for table in tables}
     incomplete = set(scored[scored["status"] != "finished"]["tracker"].astype(str))
     whole = [name for name in trackers if name not in incomplete]
@@ -95,7 +99,7 @@ def write_report_page(
         Section("survival", "Time to failure", charts=survival_chart(scored, reading)),
         _parts(scored, occurring, reading, differences),
         Section("speed", "Speed against accuracy", charts=speed_chart(kept, reading)),
-        *_others(tables, reading, said),
+        *_others(tables, reading, said, protocols),
         _provenance(runs, reading),
     ]
     made = [
@@ -105,7 +109,7 @@ def write_report_page(
     ]
     keep = partial(write_chunk, path) if full else None
     shown = list(scenes(reading, said.results, watch, keep))
-    page = Page(title, made, reading.trackers, shown)
+    page = Page(title, made, reading.shown, shown)
     paths = write_page(path, page)
     if plots:
         from bench.pages.paper import write_paper  # brings what draws
@@ -138,21 +142,23 @@ def _overview(
         words.append("All runs finished.")
     if others := sorted(set(map(str, scored["protocol"])) - {STORED_ONCE, TIMING}):
         words.append(
-            f"Runs by {', '.join(others)} have numbers and no frames here: the player shows runs "
-            "in one pass, whose frames are the sequence's, one by one."
+            f"Runs by {', '.join(others)} stand in the player under the tracker's name with the "
+            "protocol's behind it: over a frame the box that stood there. Frames that they are not "
+            "judged in have no curve; where one was begun again the curve has a triangle. Charts "
+            "are of runs in one pass."
         )
     notes = dict.fromkeys(note for table in tables for note in table.notes)
     words += [note for note in notes if not note.startswith("failed: ")]
     failed = [
         (Place(position, clip.tracker, clip.repetition, clip.end), stage.name, clip.failure)
         for position, stage in enumerate(reading.stages)
-        for clip in stage.clips
-        if clip.failure
+        for clip in (*stage.clips, *stage.others)
+        if clip.failure and not clip.start  # of a run with segments once
     ]
     if not failed:
         return Section("runs", "What was run", words)
     rows = [
-        [reading.trackers[place.tracker], name, str(place.repetition), str(place.frame)]
+        [reading.shown[place.tracker], name, str(place.repetition), str(place.frame)]
         + [why.partition("\n")[0]]
         for place, name, why in failed[:_MOST_FAILURES]
     ]
@@ -176,19 +182,25 @@ def _kind(measure: str) -> str:
     return "centre_error" if measure.startswith(("centre_error", "precision")) else "overlap"
 
 
-def _sheet(table: Table, reading: Reading) -> Sheet:
-    """A table of scores; its numbers sort at full precision and open the worst frames."""
+def _sheet(table: Table, reading: Reading, protocols: Sequence[str] = ()) -> Sheet:
+    """A table of scores; its numbers sort at full precision and open the worst frames.
+
+    `protocols`: others than one pass, that runs are filed under.
+    """
     data, columns = table.data, len(table.heads) - table.n_labels
     if "measure" not in data or len(data) != len(table.rows) * columns:
         return Sheet(table)
     values = data["mean"].to_numpy(float).reshape(len(table.rows), columns)
     kinds = [_kind(str(name)) for name in data["measure"][:columns]]
     names = {stage.name for stage in reading.stages}
+    stored = next((one for one in protocols if table.name.startswith(table_prefix(one))), "")
+    trace: Trace = "revised" if table.name.endswith("-revised") else "online"
     places = []
     for row in data[::columns].to_dict("records"):
         sequence = row.get("sequence")
         sequence = sequence if sequence in names else None
-        places.append([reading.place(row["tracker"], sequence, kind) for kind in kinds])
+        tracker = named_by(row["tracker"], stored or STORED_ONCE)
+        places.append([reading.place(tracker, sequence, kind, trace) for kind in kinds])
     return Sheet(table, values.tolist(), places)
 
 
@@ -198,9 +210,11 @@ def _summary(table: Table, reading: Reading, said: Said) -> Section:
     return Section("summary", "Summary", [_DEFINITIONS], [sheet], command=command)
 
 
-def _others(tables: Sequence[Table], reading: Reading, said: Said) -> list[Section]:
+def _others(
+    tables: Sequence[Table], reading: Reading, said: Said, protocols: Sequence[str]
+) -> list[Section]:
     """All other tables of the report."""
-    sheets = [_sheet(table, reading) for table in tables if table.name != "summary"]
+    sheets = [_sheet(table, reading, protocols) for table in tables if table.name != "summary"]
     command = said.command("report", "--wide")
     return [Section("tables", "Every sequence", sheets=sheets, command=command)] if sheets else []
 
@@ -271,7 +285,7 @@ def _parts(
     differences: Sequence[Sheet],
 ) -> Section:
     """Mean overlap on the sequences that have a knob's value, or an attribute."""
-    if "mean_overlap" not in scored:
+    if "mean_overlap" not in scored or not reading.trackers:
         return Section("parts", "")  # no run finished
     sequences = [stage.name for stage in reading.stages]
     parts = parts_of(sequences, [occurring.get(name, ()) for name in sequences])

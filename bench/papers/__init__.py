@@ -88,6 +88,8 @@ class Report:
         What trackers took in all of its runs, one after another.
     grounds : mapping of str to list of Ground
         Scenes and runs that verdicts rest on, by claim.
+    sums : mapping of str to tuple of str
+        Claims that others sum up, by claim.
     main : list of Table
         What stands on the paper's page; on the screen only the first: at most 100 columns wide.
     """
@@ -100,6 +102,7 @@ class Report:
     pictures: list[Path] = field(default_factory=list)
     main: "list[Table]" = field(default_factory=list)
     grounds: "Mapping[str, list[Ground]]" = field(default_factory=dict)
+    sums: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     tracking_seconds: float = 0.0
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from bench.evaluation.record import Trace
 from bench.pages.filming import Watch
 from bench.pages.takes import Reading, Stored, scenes, taken
 from bench.papers import Effort
@@ -12,15 +13,18 @@ from bench.papers.grounds import Ground
 from bench.store.index import index_row
 from bench.store.results import Results
 from bench.store.truth import read_truth
-from reports.page.page import Place, Scene
+from reports.page.content import Place, Scene
 
 __all__ = ["Footage", "footage_of"]
 
 MOST_FRAMES = 2400
 """Of a page: some ten megabytes."""
 
-QUICK_SECONDS, SECONDS = 1.5, 20.0
+QUICK_SECONDS, SECONDS = 6.0, 20.0
 """What rendering frames may take, by what it took when the runs were made."""
+
+NEAR = 2
+"""Frames before and after the worst ones of each test's first scene that are kept anyhow."""
 
 _OPENING = 0.5  # seconds that opening a synthetic sequence takes, about: a tenth to one
 
@@ -38,9 +42,11 @@ class Footage:
         """How many there are."""
         return sum(len(chunk) for scene in self.scenes for chunk in scene.thumbnails)
 
-    def place(self, run: str, kind: str, beside: Iterable[str] = ()) -> Place | None:
-        """The worst frame of a run; trackers of the runs `beside` it are shown, too."""
-        return _place(self.reading, self._known, run, kind, beside)
+    def place(
+        self, run: str, kind: str, beside: Iterable[str] = (), trace: Trace = "online"
+    ) -> Place | None:
+        """The worst frame of a run by a trace; trackers of the runs `beside` it are shown, too."""
+        return _place(self.reading, self._known, run, kind, beside, trace)
 
 
 def footage_of(
@@ -48,26 +54,33 @@ def footage_of(
 ) -> Footage:
     """Read the runs that grounds name, and film their worst frames.
 
-    Those of the scenes that speak most against each claim come first, then those of others, then
-    their neighbours, as far as time and room go. Raises `ResultsError` for a file that can't be
-    read.
+    Those of the scenes that speak most against each claim come first, whatever they take, with the
+    frames before and after; then those of other scenes, then what is around them, as far as time
+    and room go. Raises `ResultsError` for a file that can't be read.
     """
     every = [ground for found in grounds.values() for ground in found]
     files = {one.run: None for ground in every for _, row in ground.rows for one in row if one.run}
     known: dict[str, tuple[str, str]] = {}
     reading = taken(_stored(files, known), [])
     ranked = [
-        (rank, _place(reading, known, one.run, ground.kind, ()))
+        (rank, _place(reading, known, one.run, ground.kind, (), one.trace))
         for ground in every
         for rank, (_, row) in enumerate(ground.rows)
         for one in row
         if one.run
     ]
-    places = [place for _, place in sorted(ranked, key=lambda one: one[0]) if place]
-    seconds = QUICK_SECONDS if effort.quick else SECONDS
-    chosen = _chosen(reading, places, seconds)
+    ranked.sort(key=lambda one: one[0])
+    places = [place for _, place in ranked if place]
+    first = [place for rank, place in ranked if place and not rank]
+    chosen = _Chosen(reading, QUICK_SECONDS if effort.quick else SECONDS)
+    chosen.add(first, 0, free=True)
+    chosen.add(places, 0)
+    chosen.add(first, NEAR, free=True)
+    chosen.add(places, max((len(stage.truth) for stage in reading.stages), default=0))
     return Footage(
-        reading, [*scenes(reading, str(results), watch, chosen=chosen)] if files else [], known
+        reading,
+        [*scenes(reading, str(results), watch, chosen=chosen.frames)] if files else [],
+        known,
     )
 
 
@@ -90,33 +103,44 @@ def _place(
     run: str,
     kind: str,
     beside: Iterable[str],
+    trace: Trace,
 ) -> Place | None:
     if run not in known:
         return None
-    place = reading.place(*known[run], kind)
+    place = reading.place(*known[run], kind, trace)
     shown = sorted({reading.trackers.index(known[one][0]) for one in beside if one in known})
     return place and place._replace(show=tuple(shown))
 
 
-def _chosen(reading: Reading, places: Sequence[Place], seconds: float) -> list[list[int]]:
-    """Frames of each sequence: those of the places, and ever more around them."""
-    chosen: list[set[int]] = [set() for _ in reading.stages]
-    longest = max((len(reading.stages[one.sequence].truth) for one in places), default=0)
-    left = MOST_FRAMES
-    for reach in range(longest):
-        before, refused = left, False
-        for place in places:
-            stage, its = reading.stages[place.sequence], chosen[place.sequence]
-            for frame in {place.frame - reach, place.frame + reach} - its:
-                cost = (stage.row["frame_seconds"] or 0.0) + (0.0 if its else _OPENING)
-                if not 0 <= frame < len(stage.truth):
-                    continue
-                if cost > seconds or not left:
-                    refused = True
-                    continue
-                its.add(frame)
-                seconds -= cost
-                left -= 1
-        if refused and left == before:
-            break
-    return [sorted(one) for one in chosen]
+class _Chosen:
+    """Frames of each sequence, as many as there are room and, but for free ones, seconds for."""
+
+    def __init__(self, reading: Reading, seconds: float) -> None:
+        self._stages, self._seconds = reading.stages, seconds
+        self._chosen: list[set[int]] = [set() for _ in reading.stages]
+        self._left = MOST_FRAMES
+
+    @property
+    def frames(self) -> list[list[int]]:
+        """Their numbers, sorted, by sequence."""
+        return [sorted(one) for one in self._chosen]
+
+    def add(self, places: Sequence[Place], most: int, *, free: bool = False) -> None:
+        """Choose the frames of places, and ever more around them, at most so many away."""
+        for reach in range(most + 1):
+            before, refused = self._left, False
+            for place in places:
+                stage, its = self._stages[place.sequence], self._chosen[place.sequence]
+                for frame in {place.frame - reach, place.frame + reach} - its:
+                    cost = (stage.row["frame_seconds"] or 0.0) + (0.0 if its else _OPENING)
+                    cost = 0.0 if free else cost
+                    if not 0 <= frame < len(stage.truth):
+                        continue
+                    if cost > self._seconds or not self._left:
+                        refused = True
+                        continue
+                    its.add(frame)
+                    self._seconds -= cost
+                    self._left -= 1
+            if refused and self._left == before:
+                break

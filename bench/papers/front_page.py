@@ -12,7 +12,8 @@ from bench.papers.description import read_description
 from bench.papers.html_page import plain_table
 from bench.papers.screen import outcome
 from bench.store.files import ResultsError
-from reports.page.page import Page, Section, Sheet, write_page
+from reports.page.content import Page, Section, Sheet
+from reports.page.page import write_page
 from reports.tables import MISSING
 
 __all__ = ["write_front_page"]

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, nan
+from typing import Any
 
 import pandas as pd
 
@@ -21,6 +22,7 @@ from bench.claims.kinds import (
     RatioTest,
 )
 from bench.claims.ledger import Claim
+from bench.evaluation.record import Trace
 
 __all__ = ["SHOWN", "Ground", "Number", "all_grounds"]
 
@@ -37,10 +39,14 @@ _DECIDING = ("frames_inside", "first_loss")
 
 @dataclass(frozen=True)
 class Number:
-    """Of a scene: a mean over runs, and the file of the worst one; empty where there is none."""
+    """Of a scene: a mean over runs, and the file of the worst one; empty where there is none.
+
+    `trace`: which of its boxes the number is of.
+    """
 
     value: float
     run: str = ""
+    trace: Trace = "online"
 
 
 @dataclass(frozen=True)
@@ -96,9 +102,10 @@ def _grounds(
 def _runs(its: pd.DataFrame) -> Ground:
     """Runs that a check of the paper's own looked at, whose numbers it alone knows."""
     means = its.groupby(["name", "text"])["mean_overlap"].mean().sort_values()
-    worst = its.drop_duplicates(["name", "text"]).set_index(["name", "text"])["path"].to_dict()
+    worst = its.drop_duplicates(["name", "text"]).set_index(["name", "text"])
+    runs: dict[Any, Any] = worst[["path", "trace"]].to_dict("index")
     rows = [
-        (f"{name}, {text}", [Number(value, worst[name, text])])
+        (f"{name}, {text}", [Number(value, runs[name, text]["path"], runs[name, text]["trace"])])
         for name, text, value in zip(
             means.index.get_level_values(0), means.index.get_level_values(1), means, strict=True
         )
@@ -165,23 +172,26 @@ def _columns(
     if test.table == SCORES:
         its = ranked.loc[ranked.index.isin(rows.index)]
         worst = its.drop_duplicates(["text", "name"])
-        places = zip(worst["text"], worst["name"], worst["path"], strict=True)
+        places = zip(*(worst[key] for key in ("text", "name", "path", "trace")), strict=True)
         mean = its.groupby(["text", "name"])[metric].mean().to_dict()
         columns: dict[str, dict[str, Number]] = {}
-        for text, name, path in places:
-            columns.setdefault(text, {})[name] = Number(float(mean[text, name]), path)
+        for text, name, *run in places:
+            columns.setdefault(text, {})[name] = Number(float(mean[text, name]), *run)
         for text, numbers in columns.items():
             yield _Column(f"{text}: {words}", numbers)
         return
     named = {*rows["tracker"].dropna()} if "tracker" in rows else set()
+    traces = {*rows["trace"].dropna()} if "trace" in rows else set()
     known = ranked[ranked["tracker"].isin(named)] if named else ranked
+    known = known[known["trace"].isin(traces)] if traces else known
     worst = known.drop_duplicates(["sequence", "scene"]).set_index(["sequence", "scene"])
-    runs = worst[["name", "path"]].to_dict("index")
+    runs: dict[Any, Any] = worst[["name", "path", "trace"]].to_dict("index")
     numbers = {}
     means = rows.groupby(["sequence", "scene"])[metric].mean().reset_index()
     for sequence, scene, value in means.itertuples(index=False, name=None):
-        run = runs.get((sequence, scene), {"name": f"{sequence}, scene {scene}", "path": ""})
-        numbers[run["name"]] = Number(float(value), run["path"])
+        none = {"name": f"{sequence}, scene {scene}", "path": "", "trace": "online"}
+        run = runs.get((sequence, scene), none)
+        numbers[run["name"]] = Number(float(value), run["path"], run["trace"])
     side = test.sides[place]
     told = side if isinstance(side, str) else ", ".join(map(str, side.values()))
     yield _Column(": ".join(filter(None, [told, words])), numbers)

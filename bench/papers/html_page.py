@@ -14,8 +14,9 @@ from bench.papers.grounds import SHOWN, Ground
 from bench.papers.screen import EFFECT, claim_count, outcome
 from bench.papers.wording import POST_HOC
 from reports.ledger import claim_words, holds_in
+from reports.page.content import Card, Page, Picture, Section, Sheet
 from reports.page.film import still
-from reports.page.page import Card, Page, Picture, Section, Sheet, write_page
+from reports.page.page import write_page
 from reports.tables import MISSING, Cell, Table
 
 __all__ = ["command_of", "holds", "plain_table", "write_html_page"]
@@ -67,7 +68,7 @@ def write_html_page(
         Section("remarks", "Departures, and how it was run", report.remarks, command=command),
     ]
     shown_sections = [one for one in sections if _has(one)]
-    trackers = footage.reading.trackers
+    trackers = footage.reading.shown
     return write_page(path, Page(report.title, shown_sections, trackers, footage.scenes))
 
 
@@ -158,9 +159,23 @@ def _card(claim: Mapping[str, Any], report: Report, footage: Footage) -> Card:
                 _scenes(f"scenes-{claim['id']}-{number}", ground, footage)
                 for number, ground in enumerate(report.grounds.get(claim["id"], ()))
             ),
+            *_summed(claim, report),
             *map(Sheet, _by_reading(claim)),
         ],
     )
+
+
+def _summed(claim: Mapping[str, Any], report: Report) -> list[Sheet]:
+    """The claims that a summary rests on, which lead to their scenes."""
+    names = report.sums.get(claim["id"], ())
+    parts = [one for one in report.claims if one["id"] in names]
+    if not parts:
+        return []
+    rows = [[one["id"], claim_words(one), _said(one), one["effect"] or MISSING] for one in parts]
+    heads = ["claim", "what it says", "verdict", EFFECT]
+    words = "It sums up these claims, and holds where all of them do; each opens with its scenes."
+    table = plain_table(f"summed-{claim['id']}", words, heads, rows)
+    return [Sheet(table, links=[f"#{_key(one)}" for one in parts])]
 
 
 def _scenes(name: str, ground: Ground, footage: Footage) -> Sheet:
@@ -176,7 +191,7 @@ def _scenes(name: str, ground: Ground, footage: Footage) -> Sheet:
     places = []
     for _, numbers in ground.rows:
         runs = [one.run for one in numbers]
-        places.append([footage.place(run, ground.kind, runs) for run in runs])
+        places.append([footage.place(one.run, ground.kind, runs, one.trace) for one in numbers])
     values = [[one.value for one in numbers] for _, numbers in ground.rows]
     table = plain_table(name, caption[:1].upper() + caption[1:], ["scene", *ground.heads], rows)
     return Sheet(table, values, places)

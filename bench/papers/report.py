@@ -11,6 +11,7 @@ import pandas as pd
 
 from bench.claims.conclusion import Conclusion
 from bench.claims.judging import NOT_RUN, is_tested, judge_all
+from bench.claims.kinds import SummaryTest
 from bench.claims.ledger import read_claims
 from bench.claims.readings import Readings
 from bench.experiments.experiment import Experiment
@@ -107,6 +108,11 @@ class Paper:
             main=self._main(tables, rows),
             tracking_seconds=_seconds(scores),
             grounds=all_grounds(tested, context.scores, context.tables),
+            sums={
+                name: claim.test.claims
+                for name, claim in self.claims.items()
+                if isinstance(claim.test, SummaryTest)
+            },
         )
 
     def _plots(self, context: Context) -> dict[str, Drawn]:

@@ -39,6 +39,7 @@ __all__ = [
     "runs_by",
     "scores_by",
     "summary_text",
+    "table_prefix",
     "tables_by",
     "write_curves",
 ]
@@ -132,10 +133,15 @@ def by_presets(
     made = [_scored(name, runs, judged[name], title or title_of(folder)) for name in names]
     if stored == STORED_ONCE:
         return made
-    prefix = re.sub(r"[^a-z0-9.]+", "-", stored)
+    prefix = table_prefix(stored)
     return [
-        replace(one, table=replace(one.table, name=f"{prefix}-{one.table.name}")) for one in made
+        replace(one, table=replace(one.table, name=f"{prefix}{one.table.name}")) for one in made
     ]
+
+
+def table_prefix(stored: str) -> str:
+    """What names of tables begin with whose runs, by another protocol, are filed under a text."""
+    return re.sub(r"[^a-z0-9.]+", "-", stored) + "-"
 
 
 def runs_by(folder: Path, name: str, runs: pd.DataFrame, stored: str = STORED_ONCE) -> pd.DataFrame:

@@ -13,6 +13,7 @@ from bench.evaluation.record import Run, Trace
 from bench.evaluation.reference import reference
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
+from bench.protocols import STORED_ONCE, TIMING
 from bench.reporting.by_preset import Scored, write_curves
 from bench.reporting.opening import opened
 from bench.reporting.outlines import Outlines, outlines_of_run
@@ -31,6 +32,7 @@ from reports.write import file_names, write_plots
 
 __all__ = [
     "frames_and_boxes",
+    "judged_runs",
     "said_on",
     "scored_runs",
     "write_pictures",
@@ -120,12 +122,18 @@ def _write_strip(
 
 
 def scored_runs(folder: Path, **only: str) -> Iterator[tuple[Mapping[str, Any], Run, StoredTruth]]:
-    """Runs that were scored, each read once, with their rows and their truth."""
+    """Runs in one pass, each read once, with their rows and their truth."""
+    return judged_runs(folder, protocol=STORED_ONCE, **only)
+
+
+def judged_runs(folder: Path, **only: str) -> Iterator[tuple[Mapping[str, Any], Run, StoredTruth]]:
+    """Runs by all protocols but timing, likewise."""
     results = Results(folder)
     truth = cache(partial(read_truth, folder))
-    for row in ordered_rows(results, protocol="accuracy", **only):
-        run = results.read(folder / row["path"])
-        yield row, run, truth(row["sequence"], row["fingerprint"])
+    for row in ordered_rows(results, **only):
+        if row["protocol"] != TIMING:
+            run = results.read(folder / row["path"])
+            yield row, run, truth(row["sequence"], row["fingerprint"])
 
 
 def frames_and_boxes(folder: Path) -> tuple[pd.DataFrame, "dict[str, _Boxes]"]:

@@ -59,8 +59,9 @@ class Scene {
   constructor(number) {
     this.number = number;
     Object.assign(this, data.scenes[number]);
-    this.takes = this.takes.map(([tracker, repetition, row, revised, failure, round, maps, numbers], number) =>
-      ({ number, tracker, repetition, row, revised, failure, round, maps, numbers }));
+    this.takes = this.takes.map(([tracker, repetition, row, revised, failure, round, maps, numbers, start, begun, judged, marks], number) =>
+      ({ number, tracker, repetition, row, revised, failure, round, maps, numbers, start, begun, judged, marks }));
+    this.judged = new Map(this.takes.filter((take) => take.judged.length).map((take) => [take.row, take.judged]));
     this.films = Object.fromEntries(Object.entries(this.reels).map(([kind, sizes]) => [kind, new Reel(`${kind}-${number}`, sizes, /^(thumbnails|full)$/.test(kind) && this.kept)]));
     this.curves = new Map();
   }
@@ -84,10 +85,12 @@ class Scene {
     const { boxes } = this;
     return boxes[at] === data.absent ? null : [boxes[at] / 10, boxes[at + 1] / 10, boxes[at + 2] / 10, boxes[at + 3] / 10];
   }
-  /** The tracker's run of a repetition; its first where it has no such one, as it never draws. */
-  take(tracker, repetition) {
+  /** The tracker's run of a repetition, from one of its starts; the first where there is no such one. */
+  take(tracker, repetition, start) {
     const its = this.takes.filter((take) => take.tracker === tracker);
-    return its.find((take) => take.repetition === repetition) || its[0];
+    const repeated = its.filter((take) => take.repetition === repetition);  // none of one that never draws
+    const found = repeated.length ? repeated : its;
+    return found.find((take) => take.start === start) || found[0];
   }
   /** Centre error and overlap of a row of boxes, by frame; NaN where there is no truth. */
   curve(row) {
@@ -96,6 +99,7 @@ class Scene {
       for (let frame = 0; frame < this.frames; frame++) {
         const truth = this.box(0, frame), box = this.box(row, frame);
         if (!truth || frame < this.first) continue;
+        if (this.judged.has(row) && !this.judged.get(row).some(([from, to]) => from <= frame && frame <= to)) continue;
         found.overlap[frame] = box ? overlapOf(truth, box) : 0;
         if (box) found.error[frame] = distanceOf(truth, box);
         const [x, y] = box ? centreOf(box) : [NaN, NaN];

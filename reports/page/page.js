@@ -22,7 +22,7 @@ function readAddress() {
   const text = location.hash.slice(1) || data.start;
   data.start = "";
   if (text && !text.includes("=")) {  // a part of the page
-    ["sequence", "tracker", "repetition", "frame"].forEach((key) => state.delete(key));
+    ["sequence", "tracker", "repetition", "start", "frame"].forEach((key) => state.delete(key));
     const part = byId(text);
     if (part?.matches("details")) part.open = true;
   }
@@ -48,7 +48,7 @@ function writeHistory(how, url) {
 }
 
 function opening([scene, tracker, repetition, frame]) {
-  return { sequence: data.scenes[scene].name, tracker: data.labels[tracker], repetition, frame, show: null };
+  return { sequence: data.scenes[scene].name, tracker: data.labels[tracker], repetition, frame, start: null, trace: null, show: null };
 }
 addEventListener("popstate", readAddress);
 addEventListener("hashchange", readAddress);
@@ -56,7 +56,7 @@ addEventListener("click", (event) => {
   const link = event.target.closest?.("a[href^='#sequence=']");
   if (!link || event.ctrlKey || event.metaKey) return;
   event.preventDefault();
-  choose({ tracker: null, repetition: null, show: null, ...Object.fromEntries(new URLSearchParams(link.getAttribute("href").slice(1))) }, true);
+  choose({ tracker: null, repetition: null, start: null, trace: null, show: null, ...Object.fromEntries(new URLSearchParams(link.getAttribute("href").slice(1))) }, true);
 });
 
 // ---- Tables.
@@ -255,7 +255,7 @@ function fill(figure, chart) {
   } else figure.append(plot(chart));
   figure.append(make("ul", { class: "key" }, ...chart.lines.map((line) => {
     const place = line.places.find((one) => one);
-    const { show, ...asked } = place ? opening(place) : {};
+    const { start, trace, show, ...asked } = place ? opening(place) : {};
     const link = make("a", place ? { href: `#${new URLSearchParams(asked)}` } : {}, sampleOf(line.position));
     link.append(line.label);
     return make("li", {}, link);

@@ -129,5 +129,12 @@ function drawCurve() {
       down = true;
     });
     curvePen.stroke();
+    curvePen.setLineDash([]);
+    curvePen.fillStyle = curvePen.strokeStyle;
+    for (const mark of take.marks) {  // begun again with the truth: a triangle on its foot, and a line up
+      const x = (mark + 0.5) / scene.frames * canvas.width, foot = canvas.height;
+      curvePen.fill(new Path2D(`M${x - 5 * ratio},${foot}H${x + 5 * ratio}L${x},${foot - 9 * ratio}Z`));
+      curvePen.fillRect(x - ratio / 2, 16 * ratio, ratio, foot);
+    }
   }
 }

@@ -13,6 +13,7 @@ let cameFrom = null;  // what had the focus before `g`
 let painted = null, paintedMap = null, paintedFrame = -1;  // what is seen of the frame, and which it is
 
 const repetition = () => Number(state.get("repetition") || 0);
+const start = () => Number(state.get("start") || 0);
 const focus = () => data.labels.indexOf(state.get("tracker"));
 const trackersHere = () => [...new Set(scene.takes.map((take) => take.tracker))].sort((a, b) => a - b);
 function shownTrackers() {
@@ -23,13 +24,13 @@ function shownTrackers() {
 }
 const rowOf = (take) => (state.get("trace") === "revised" && take.revised !== null ? take.revised : take.row);
 function otherTake() {
-  const [tracker, number] = (state.get("other") || "").split(".").map(Number);
-  return state.has("other") ? scene.takes.find((take) => take.tracker === tracker && take.repetition === number) : undefined;
+  return state.has("other") ? scene.takes.find((take) => nameOf(take) === state.get("other")) : undefined;
 }
+const nameOf = (take) => [take.tracker, take.repetition, ...(take.start ? [take.start] : [])].join(".");
 /** Runs that are drawn: while `c` is held the other one alone. */
 function drawnTakes() {
   if (held && otherTake()) return [otherTake()];
-  return shownTrackers().map((tracker) => scene.take(tracker, repetition()));
+  return shownTrackers().map((tracker) => scene.take(tracker, repetition(), start()));
 }
 
 // ---- From what is chosen to what is seen.
@@ -86,7 +87,7 @@ function tellNumbers() {
   }
   byId("told").textContent = drawnTakes().filter((take) => take.numbers).map((take) => `${data.trackers[take.tracker]}: ${
     Object.entries(take.numbers).filter(([, values]) => values[frame] !== null).map(([name, values]) => `${name} ${values[frame]}`).join(" · ")}`).join("\n");
-  byId("shown").parentNode.hidden = !scene.show;
+  byId("shown").parentNode.hidden = !scene.show || drawnTakes().some((take) => take.judged.length);  // it draws runs in one pass
   if (scene.show) byId("shown").textContent =
     `${scene.show} --repetition ${repetition()} --first ${frame} --last ${frame}${state.get("trace") === "revised" ? " --trace revised" : ""} --output frame.png`;
 }
@@ -101,16 +102,20 @@ function arrange() {
   options(byId("scene"), data.scenes.map((one) => [one.name, one.title]), scene.name);
   const repetitions = [...new Set(scene.takes.map((take) => take.repetition))].sort((a, b) => a - b);
   options(byId("repetition"), repetitions.map((one) => [one, one]), repetition());
+  const begins = scene.takes.filter((take) => take.begun), its = begins.filter((take) => take.tracker === focus());
+  const begun = new Map((its.length ? its : begins).map((take) => [take.start, take.begun]));
+  byId("starts").hidden = !begun.size;
+  options(byId("start"), [...begun].sort((a, b) => a[0] - b[0]), start());
   byId("traces").hidden = scene.takes.every((take) => take.revised === null);
   byId("trace").value = state.get("trace") || "online";
-  options(byId("other"), [["", "another run"], ...scene.takes.map((take) => [`${take.tracker}.${take.repetition}`, `${data.trackers[take.tracker]}, repetition ${take.repetition}`])], state.get("other") || "");
+  options(byId("other"), [["", "another run"], ...scene.takes.map((take) => [nameOf(take), `${data.trackers[take.tracker]}, repetition ${take.repetition}${take.begun && `, start ${take.begun}`}`])], state.get("other") || "");
   byId("frame").max = byId("slider").max = scene.frames - 1;
   byId("lens").setAttribute("aria-pressed", state.has("lens"));
   const shown = shownTrackers();
   const focused = [...byId("legend").children].indexOf(document.activeElement);
   const truth = make("button", { type: "button", disabled: "" }, "- - truth");
   byId("legend").replaceChildren(truth, ...trackersHere().map((tracker, position) => {
-    const take = scene.take(tracker, repetition()), on = shown.includes(tracker);
+    const take = scene.take(tracker, repetition(), start()), on = shown.includes(tracker);
     const other = take.repetition === repetition() ? "" : ` (repetition ${take.repetition})`;
     const name = make("span", tracker === focus() ? { class: "focus" } : {}, data.trackers[tracker] + other + (take.failure ? " (failed)" : ""));
     const button = make("button", { type: "button", "aria-pressed": on, title: take.failure || "" },
@@ -224,13 +229,14 @@ function nextFailure() {
   const found = [];
   for (const take of drawnTakes()) {
     const { out } = scene.curve(rowOf(take));
-    for (let i = 1; i < out.length; i++) if (out[i] && !out[i - 1]) found.push([i, take]);
+    for (let i = 1; i < out.length; i++) if (out[i] && !out[i - 1]) found.push([i, take, "leaves the truth's box"]);
+    for (const mark of take.marks) found.push([mark, take, "is begun again"]);
   }
   found.sort((a, b) => a[0] - b[0]);
   const next = found.find(([i]) => i > frame) || found[0];
   if (!next) { say("No shown tracker leaves the truth's box."); return; }
   move(next[0]);
-  say(`${data.trackers[next[1].tracker]} leaves the truth's box at frame ${next[0]}.${next[1].failure ? ` Its run failed: ${next[1].failure}` : ""}`);
+  say(`${data.trackers[next[1].tracker]} ${next[2]} at frame ${next[0]}.${next[1].failure ? ` Its run failed: ${next[1].failure}` : ""}`);
 }
 
 /** Frames in which two shown trackers are furthest apart, the furthest first. */
@@ -332,7 +338,7 @@ dialog.addEventListener("click", (event) => {
 });
 dialog.addEventListener("close", () => {
   stop();
-  if (state.has("sequence")) choose({ sequence: null, tracker: null, repetition: null, frame: null }, true);
+  if (state.has("sequence")) choose({ sequence: null, tracker: null, repetition: null, start: null, frame: null }, true);
 });
 byId("play").addEventListener("click", play);
 byId("link").addEventListener("click", copyLink);
@@ -341,6 +347,7 @@ byId("helped").addEventListener("click", help);
 byId("close").addEventListener("click", () => dialog.close());
 byId("scene").addEventListener("change", (event) => choose({ sequence: event.target.value, frame: null }));
 byId("repetition").addEventListener("change", (event) => choose({ repetition: event.target.value }));
+byId("start").addEventListener("change", (event) => choose({ start: event.target.value === "0" ? null : event.target.value }));
 byId("trace").addEventListener("change", (event) => choose({ trace: event.target.value === "online" ? null : event.target.value }));
 byId("other").addEventListener("change", (event) => choose({ other: event.target.value }));
 byId("map").addEventListener("change", (event) => choose({ map: event.target.value }));

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from reports.page import page as pages
+from reports.page.content import Chart, Line, Page, Place, Scene, Section, Sheet
 from reports.page.film import ABSENT, film, packed, quantised
-from reports.page.page import Chart, Line, Page, Place, Scene, Section, Sheet, write_page
+from reports.page.page import write_page
 from reports.palette import BRIGHT, COLOURS, rgb
 from reports.tables import Cell, Table
 from tests.reports.contrast import contrast

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from bench.pages.paper import write_paper
-from reports.page.page import Chart, Line, Page, Section, Sheet
+from reports.page.content import Chart, Line, Page, Section, Sheet
 from reports.tables import Cell, Table
 
 NAMES = ['</script>$x_1$ "q"', "ключ\nзвук 跟踪", "=1+1"]

@@ -3,6 +3,7 @@
 import io
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -20,6 +21,7 @@ from bench.papers.grounds import Ground, Number, all_grounds
 from bench.papers.html_page import write_html_page
 from bench.papers.runs import tidy_runs
 from bench.store.layout import run_path
+from bench.store.results import Results
 from reports.tables import Cell, Table
 from tests import browser
 
@@ -94,11 +96,13 @@ def report(folder):
         claim("P-2", "undecided", reason=f"{NOT_RUN}; leave out --quick.", findings=[])
         | {"effect": "", "statistic": None},
         claim("P-3", "does-not-hold"),
+        claim("P-4", "does-not-hold"),
     ]
     title = f"{NO_EVIDENCE}: A paper"
     remarks = ["Other videos."]
     grounds = {"P-1": rests_on(folder)}
-    return Report(title, remarks, [table], [], claims, [picture], [table], grounds)
+    sums = {"P-4": ("P-1", "P-3")}
+    return Report(title, remarks, [table], [], claims, [picture], [table], grounds, sums)
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +116,7 @@ def page(report, folder):
 def test_a_page_has_every_claim_table_and_figure_and_says_what_is_no_evidence(page):
     text = page.read_text()
     assert f"<h1>{NO_EVIDENCE}: A paper</h1>" in text
-    assert "3 claims: 1 holds, 1 not run, 1 does-not-hold" in text
+    assert "4 claims: 2 does-not-hold, 1 holds, 1 not run" in text
     assert "<td>17.7</td>" in text
     assert 'src="data:image/png;base64,' in text
     assert 'data-mark="not run"' in text
@@ -122,6 +126,14 @@ def test_a_page_has_every_claim_table_and_figure_and_says_what_is_no_evidence(pa
     assert "trackmark reproduce wang2010 --quick" in text
     assert "<script>alert" not in text
     assert "Than others: 3 of 20 scenes" in text
+
+
+def test_a_summary_leads_to_the_claims_that_it_sums(page):
+    text = page.read_text()
+    (table,) = re.findall(r'<table id="summed-P-4".*?</table>', text, re.S)
+    assert re.findall(r'<a href="([^"]*)">', table) == ["#claim-P-1", "#claim-P-3"]
+    assert "does not hold" in table
+    assert "summed-P-1" not in text
 
 
 PAPER = """
@@ -142,6 +154,13 @@ falsifier = "f"
 on = ["plain/target:length=20"]
 parts.better.order = { better = "camshift", worse = "static", by = "centre_error", margin = 0.1 }
 parts.kept.share = { of = "static", by = "mean_overlap" }
+"""
+
+
+READ_BY_TRACE = """
+[readings.trace]
+revised = { where = { trace = "revised" } }
+online = { where = { trace = "online" } }
 """
 
 
@@ -168,6 +187,12 @@ def test_a_claim_rests_on_the_scenes_that_speak_most_against_it(folder, tmp_path
         ]
     least = scores[scores["tracker"] == "static"].sort_values("mean_overlap")["name"]
     assert [scene for scene, _ in shared.rows] == list(least)
+    both = pd.concat([scores.assign(trace="revised"), scores], ignore_index=True)
+    ledger = LEDGER.replace("[claim.P-1]", READ_BY_TRACE + "[claim.P-1]")
+    (tmp_path / "claims.toml").write_text(ledger)
+    for ground in all_grounds(read_claims(tmp_path / "claims.toml"), both, {})["P-1"]:
+        runs = [one for _, numbers in ground.rows for one in numbers if one.run]
+        assert {one.trace for one in runs} == {"revised"}
 
 
 def test_a_front_page_has_a_row_a_paper_and_leads_to_the_pages_that_there_are(report, folder):
@@ -182,7 +207,7 @@ def test_a_front_page_has_a_row_a_paper_and_leads_to_the_pages_that_there_are(re
     assert text.count(">not run</td>") == len(paper_names()) - 1
     assert ">wang2010 --quick</td>" in text
     cells = re.findall(r'<td data-value="[^"]*">([^<]*)</td>', text)
-    assert cells == ["0", "1", "1", "0", "0", "1", "2.5 h", "1 min"]
+    assert cells == ["0", "1", "2", "0", "0", "1", "2.5 h", "1 min"]
 
 
 @pytest.mark.parametrize("frames", [0, 1, 7, 60])
@@ -198,6 +223,41 @@ def test_frames_that_are_kept_are_the_worst_and_then_those_around_them(folder, f
     distinct = {(place.sequence, place.frame) for place in worst}
     held = sum(frame in kept[sequence] for sequence, frame in distinct)
     assert held == min(frames, len(distinct))
+
+
+def test_the_worst_frames_of_a_claims_first_scene_are_kept_however_slow_they_are(
+    folder, monkeypatch
+):
+    monkeypatch.setattr(footage, "QUICK_SECONDS", 0.0)
+    rests = {"P-1": rests_on(folder)}
+    found = footage.footage_of(rests, folder, Effort(quick=True), lambda *_: None)
+    (ground,) = rests["P-1"]
+    _, first = ground.rows[0]
+    wanted = set()
+    for number in filter(lambda one: one.run, first):
+        worst = found.place(number.run, "centre_error")
+        wanted |= {(worst.sequence, worst.frame + step) for step in range(-2, 3)}
+    kept = {(number, frame) for number, one in enumerate(found.scenes) for frame in one.kept or ()}
+    assert kept == {(sequence, frame) for sequence, frame in wanted if 0 <= frame < 20}
+
+
+def test_a_number_of_revised_boxes_opens_their_worst_frame(tmp_path, store_runs, monkeypatch):
+    scene = SCENES[0]
+    store_runs(tmp_path / "p", ["static"], [scene])
+    file = tmp_path / "p" / run_path("static", datasets.load(scene).name, 0, "accuracy")
+    results = Results(tmp_path / "p")
+    run = results.read(file)
+    boxes, revised = (datasets.load(scene).boxes.copy() for _ in range(2))
+    boxes[7, 0] += 30
+    revised[12, 0] += 30
+    monkeypatch.setattr(Results, "read", lambda *_: replace(run, boxes=boxes, revised=revised))
+    row = [Number(1.0, str(file)), Number(1.0, str(file), "revised")]
+    grounds = {"P-1": [Ground("", ["online", "revised"], [(scene, row)], 1, kind="centre_error")]}
+    found = footage.footage_of(grounds, tmp_path, Effort(quick=True), lambda *_: None)
+    online, again = (found.place(one.run, "centre_error", (), one.trace) for one in row)
+    assert (online.frame, online.revised) == (7, False)
+    assert (again.frame, again.revised) == (12, True)
+    assert all({place.frame} <= {*(found.scenes[0].kept or range(20))} for place in (online, again))
 
 
 @browser.needs_browser

@@ -1,0 +1,210 @@
+"""What a page shows: sections of tables and charts, and scenes that its player opens."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+from urllib.parse import urlencode
+
+from numpy.typing import ArrayLike
+
+from reports.tables import Table
+
+__all__ = [
+    "Card",
+    "Chart",
+    "Line",
+    "Page",
+    "Picture",
+    "Place",
+    "Scene",
+    "Section",
+    "Sheet",
+    "Take",
+]
+
+
+class Place(NamedTuple):
+    """Where the player opens: positions of sequence and tracker in the page's lists."""
+
+    sequence: int
+    tracker: int
+    repetition: int
+    frame: int
+    start: int = 0  # which segment of a run that has several
+    revised: bool = False  # whether its revised boxes are meant
+    show: tuple[int, ...] = ()  # trackers that are shown; empty for the first ones
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table, with what its numbers open."""
+
+    table: Table
+    values: Sequence[Sequence[float]] = ()  # of the columns beside the labels, to sort by
+    places: Sequence[Sequence[Place | None]] = ()  # likewise; where they lead
+    links: Sequence[str] = ()  # addresses that the first cells of rows lead to; empty for none
+    heat: bool = False  # whether cells are shaded by their value, in [0, 1]
+
+    def value(self, row: int, column: int) -> float | None:
+        """What a cell is sorted by; None where its text says it."""
+        column -= self.table.n_labels
+        if column < 0 or not len(self.values):
+            return None
+        return self.values[row][column]
+
+    def place(self, row: int, column: int) -> Place | None:
+        """Where a cell leads."""
+        column -= self.table.n_labels
+        if column < 0 or not self.places:
+            return None
+        return self.places[row][column]
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a chart: shapes (k,), NaN where it has a gap."""
+
+    label: str
+    position: int  # of its colour
+    x: ArrayLike
+    y: ArrayLike
+    low: ArrayLike = ()
+    high: ArrayLike = ()
+    places: Sequence[Place | None] = ()  # one a point, or one for all
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Lines over a quantity; `words` say what is seen, also to those who don't see it."""
+
+    title: str
+    x: str
+    y: str
+    lines: Sequence[Line]
+    words: str
+    kind: str = "line"  # or `step`, or `dots`, which stand alone
+    logarithmic: bool = False
+    top: float | None = None  # the ordinate ends there
+    figure: str = ""  # of its file, without suffix, where it is written as one
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure, PNG or WebP; `words` say what is seen, also to those who don't see it."""
+
+    title: str
+    content: bytes
+    words: str
+
+
+@dataclass(frozen=True)
+class Card:
+    """What is said of one thing, shown when it is opened; `#key` leads to it.
+
+    `mark`: what stands out of its headline. `facts`: what is said, by its name.
+    """
+
+    key: str
+    title: str
+    mark: str = ""
+    quote: str = ""
+    facts: Mapping[str, str] = field(default_factory=dict)
+    sheets: Sequence[Sheet] = ()
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a page. `command` makes again what it shows; `scenes`: whether these are listed."""
+
+    key: str
+    title: str
+    words: Sequence[str] = ()
+    sheets: Sequence[Sheet] = ()
+    charts: Sequence[Chart] = ()
+    pictures: Sequence[Picture] = ()
+    cards: Sequence[Card] = ()
+    command: str = ""
+    scenes: bool = False
+
+
+@dataclass(frozen=True)
+class Take:
+    """A run as the player shows it; `boxes` and `revised` are rows of its scene's boxes.
+
+    `round`: whether ellipses in the boxes are meant. `maps`: frames in chunks, by name, empty where
+    there is none. `numbers`: the tracker's own, by name and frame, as squeezed JSON. `start`: of a
+    run that has several segments the number of this one, which is `begun` so. `judged`: first and
+    last frame of each stretch that it is judged in; empty for all. `marks`: frames in which it was
+    begun again.
+    """
+
+    tracker: int
+    repetition: int
+    boxes: int
+    revised: int | None = None
+    failure: str = ""
+    round: bool = False
+    maps: Mapping[str, Sequence[Sequence[bytes]]] = field(default_factory=dict)
+    numbers: str = ""
+    start: int = 0
+    begun: str = ""
+    judged: Sequence[tuple[int, int]] = ()
+    marks: Sequence[int] = ()
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A sequence as the player shows it.
+
+    `boxes`: of truth (first) and takes, see `reports.page.film.packed`. `shapes`: outlines and
+    points by row of boxes and frame, squeezed JSON. `thumbnails`: frames in chunks, see
+    `reports.page.film.film`; `full`: sizes of the larger ones that `write_chunk` wrote. `why`: why
+    there are no frames. `kept`: numbers of those that there are; None for all. `show`: the command
+    that draws a frame, to which its number is added.
+    """
+
+    name: str
+    frames: int
+    size: tuple[int, int]
+    boxes: str
+    takes: Sequence[Take]
+    thumbnails: Sequence[Sequence[bytes]] = ()
+    full: Sequence[Sequence[int]] = ()
+    why: str = ""
+    kept: Sequence[int] | None = None
+    fps: float | None = None
+    first: int = 0
+    shapes: str = ""
+    show: str = ""
+
+
+@dataclass(frozen=True)
+class Page:
+    """All that a page shows."""
+
+    title: str
+    sections: Sequence[Section]
+    trackers: Sequence[str] = ()
+    scenes: Sequence[Scene] = ()
+    start: str = ""  # the address that it opens at, where it is opened without one
+
+    def address(self, place: Place) -> str:
+        """Where the player opens a place, as part of a link."""
+        asked = {
+            "sequence": self.scenes[place.sequence].name,
+            "tracker": self.trackers[place.tracker],
+            "repetition": place.repetition,
+            "frame": place.frame,
+        }
+        asked |= {"start": place.start} if place.start else {}
+        asked |= {"trace": "revised"} if place.revised else {}
+        asked |= {"show": ".".join(map(str, place.show))} if place.show else {}
+        return "#" + urlencode(asked, errors="replace")
+
+    def opening(self, scene: Scene, frame: int | None = None, **chosen: str) -> str:
+        """Where the player opens a scene: on its first frame with truth by default.
+
+        `chosen`: what else is in the address.
+        """
+        asked = {"sequence": scene.name, "frame": scene.first if frame is None else frame, **chosen}
+        return "#" + urlencode(asked, errors="replace")
