@@ -26,6 +26,7 @@ THUMBNAIL = 160
 _FULL_QUALITY = 85  # of WebP
 
 _WORTH_WORKERS = 1500  # frames from which on processes, which take seconds to start, are sooner
+_OPENING = 60  # as many frames take the time in which a synthetic sequence is opened, and its first
 
 
 class Filmed(NamedTuple):
@@ -52,7 +53,7 @@ def film_all(
         {key: row[key] for key in ("sequence", "source", "truth", "fingerprint")} for row, _ in rows
     ]
     given = told, count(), numbers, [keep] * len(rows), [height] * len(rows)
-    if sum(lengths) < _WORTH_WORKERS or len(rows) < 2:
+    if sum(lengths) + _OPENING * len(rows) < _WORTH_WORKERS or len(rows) < 2:
         done = 0
 
         def seen() -> None:

@@ -20,13 +20,11 @@ __all__ = ["Footage", "footage_of"]
 MOST_FRAMES = 2400
 """Of a page: some ten megabytes."""
 
-QUICK_SECONDS, SECONDS = 6.0, 20.0
-"""What rendering frames may take, by what it took when the runs were made."""
+QUICK_SECONDS, SECONDS = 1.0, 20.0
+"""What rendering further frames may take, by what it took when the runs were made."""
 
 NEAR = 2
 """Frames before and after the worst ones of each test's first scene that are kept anyhow."""
-
-_OPENING = 0.5  # seconds that opening a synthetic sequence takes, about: a tenth to one
 
 
 @dataclass(frozen=True)
@@ -54,9 +52,9 @@ def footage_of(
 ) -> Footage:
     """Read the runs that grounds name, and film their worst frames.
 
-    Those of the scenes that speak most against each claim come first, whatever they take, with the
-    frames before and after; then those of other scenes, then what is around them, as far as time
-    and room go. Raises `ResultsError` for a file that can't be read.
+    All of these are there, whatever they take, and of the scenes that speak most against each claim
+    the frames before and after; then what is around them, as far as time and room go. Raises
+    `ResultsError` for a file that can't be read.
     """
     every = [ground for found in grounds.values() for ground in found]
     files = {one.run: None for ground in every for _, row in ground.rows for one in row if one.run}
@@ -73,8 +71,7 @@ def footage_of(
     places = [place for _, place in ranked if place]
     first = [place for rank, place in ranked if place and not rank]
     chosen = _Chosen(reading, QUICK_SECONDS if effort.quick else SECONDS)
-    chosen.add(first, 0, free=True)
-    chosen.add(places, 0)
+    chosen.add(places, 0, free=True)
     chosen.add(first, NEAR, free=True)
     chosen.add(places, max((len(stage.truth) for stage in reading.stages), default=0))
     return Footage(
@@ -113,7 +110,7 @@ def _place(
 
 
 class _Chosen:
-    """Frames of each sequence, as many as there are room and, but for free ones, seconds for."""
+    """Frames of each sequence, as many, beside free ones, as there are room and seconds for."""
 
     def __init__(self, reading: Reading, seconds: float) -> None:
         self._stages, self._seconds = reading.stages, seconds
@@ -131,12 +128,11 @@ class _Chosen:
             before, refused = self._left, False
             for place in places:
                 stage, its = self._stages[place.sequence], self._chosen[place.sequence]
+                cost = 0.0 if free else stage.row["frame_seconds"] or 0.0
                 for frame in {place.frame - reach, place.frame + reach} - its:
-                    cost = (stage.row["frame_seconds"] or 0.0) + (0.0 if its else _OPENING)
-                    cost = 0.0 if free else cost
                     if not 0 <= frame < len(stage.truth):
                         continue
-                    if cost > self._seconds or not self._left:
+                    if not free and (cost >= self._seconds or self._left <= 0):
                         refused = True
                         continue
                     its.add(frame)

@@ -4,6 +4,8 @@ import io
 import json
 import re
 from dataclasses import replace
+from html import unescape
+from urllib.parse import parse_qsl
 
 import numpy as np
 import pandas as pd
@@ -210,35 +212,46 @@ def test_a_front_page_has_a_row_a_paper_and_leads_to_the_pages_that_there_are(re
     assert cells == ["0", "1", "2", "0", "0", "1", "2.5 h", "1 min"]
 
 
-@pytest.mark.parametrize("frames", [0, 1, 7, 60])
-def test_frames_that_are_kept_are_the_worst_and_then_those_around_them(folder, frames, monkeypatch):
-    monkeypatch.setattr(footage, "MOST_FRAMES", frames)
-    monkeypatch.setattr(footage, "QUICK_SECONDS", 1e9)
-    rests = {"P-1": rests_on(folder)}
-    found = footage.footage_of(rests, folder, Effort(quick=True), lambda *_: None)
-    assert found.frames == frames
-    numbers = [one for ground in rests["P-1"] for _, row in ground.rows for one in row if one.run]
-    worst = [found.place(one.run, "centre_error") for one in numbers]
-    kept = [scene.kept if scene.kept is not None else range(20) for scene in found.scenes]
-    distinct = {(place.sequence, place.frame) for place in worst}
-    held = sum(frame in kept[sequence] for sequence, frame in distinct)
-    assert held == min(frames, len(distinct))
-
-
-def test_the_worst_frames_of_a_claims_first_scene_are_kept_however_slow_they_are(
-    folder, monkeypatch
+@pytest.mark.parametrize("seconds", [0.0, 1e9])
+@pytest.mark.parametrize("frames", [0, 7, 40, 60])
+def test_frames_that_are_kept_are_those_that_numbers_lead_to_and_then_those_around_them(
+    folder, frames, seconds, monkeypatch
 ):
-    monkeypatch.setattr(footage, "QUICK_SECONDS", 0.0)
+    monkeypatch.setattr(footage, "MOST_FRAMES", frames)
+    monkeypatch.setattr(footage, "QUICK_SECONDS", seconds)
     rests = {"P-1": rests_on(folder)}
     found = footage.footage_of(rests, folder, Effort(quick=True), lambda *_: None)
     (ground,) = rests["P-1"]
-    _, first = ground.rows[0]
-    wanted = set()
-    for number in filter(lambda one: one.run, first):
-        worst = found.place(number.run, "centre_error")
-        wanted |= {(worst.sequence, worst.frame + step) for step in range(-2, 3)}
-    kept = {(number, frame) for number, one in enumerate(found.scenes) for frame in one.kept or ()}
-    assert kept == {(sequence, frame) for sequence, frame in wanted if 0 <= frame < 20}
+    worst = [
+        [found.place(one.run, "centre_error") for one in row if one.run] for _, row in ground.rows
+    ]
+    anyhow = {(place.sequence, place.frame) for row in worst for place in row}
+    near = {(place.sequence, place.frame + step) for place in worst[0] for step in range(-2, 3)}
+    anyhow |= {(sequence, frame) for sequence, frame in near if 0 <= frame < 20}
+    kept = {
+        (number, frame)
+        for number, one in enumerate(found.scenes)
+        for frame in (range(20) if one.kept is None else one.kept)
+    }
+    assert kept == anyhow if not seconds else kept >= anyhow
+    assert found.frames == len(kept) == (max(frames, len(anyhow)) if seconds else len(anyhow))
+
+
+def test_no_number_leads_to_a_frame_that_is_not_there_when_there_is_no_time(
+    report, folder, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(footage, "QUICK_SECONDS", 0.0)
+    given = tmp_path / "wang2010" / "report.html"
+    (tmp_path / "p-table-1").symlink_to(folder / "p-table-1")
+    page, *_ = write_html_page(given, report, READINGS, "wang2010", Effort(quick=True))
+    text = page.read_text()
+    data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
+    scenes = {scene["name"]: scene for scene in data["scenes"]}
+    links = re.findall(r'href="#(sequence=[^"]*)"', re.search(r'id="part-claims".*', text, re.S)[0])
+    asked = [dict(parse_qsl(unescape(link))) for link in links]
+    assert len(asked) == 6
+    without = [one for one in asked if int(one["frame"]) not in scenes[one["sequence"]]["kept"]]
+    assert without == []
 
 
 def test_a_number_of_revised_boxes_opens_their_worst_frame(tmp_path, store_runs, monkeypatch):
