@@ -46,12 +46,11 @@ def without(boxes, flags):
 
 
 def flags_of(path, n):
-    """Flags of n frames; none is set where there is no such file."""
-    return (
-        [0] * n
-        if not path.is_file()
-        else [int(float(word)) for line in lines_of(path) for word in row_of(line)]
-    )
+    """Flags of n frames, whatever empty lines are between them; none is set without the file."""
+    if not path.is_file():
+        return [0] * n
+    lines = filter(str.strip, lines_of(path))
+    return [int(float(word)) for line in lines for word in row_of(line)]
 
 
 def truth_csv(path):
@@ -75,7 +74,7 @@ def otb(walk, n):
 
 def davis(walk, n):
     folder = walk / "Annotations" / "480p" / "walk"
-    masks = [np.asarray(Image.open(file)) for file in sorted(folder.iterdir())]
+    masks = [np.asarray(Image.open(file)) for file in sorted(folder.glob("*.png"))]
     others = sorted({int(value) for mask in masks for value in np.unique(mask)} - {0})
     value = others[0] if others == [255] else min(set(others) - {255})
     return [around(np.argwhere(mask == value)[:, ::-1]) for mask in masks]

@@ -82,10 +82,10 @@ def other_rows(data, random):
     texts = [file for file in entries(data, folders=False) if file.suffix in (".txt", ".csv")]
     if texts:
         file = one_of(texts, random)
-        lines = file.read_text().splitlines(keepends=True)
+        lines = file.read_bytes().splitlines(keepends=True)
         at = int(random.integers(0, len(lines) + 1))
         lines[at : at + 1] = lines[at : at + 1] * random.choice([0, 2])
-        file.write_text("".join(lines))
+        file.write_bytes(b"".join(lines))
 
 
 KINDS = [without_file, without_folder, without_image, renamed, doubled, swapped, other_rows]

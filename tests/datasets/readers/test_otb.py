@@ -120,12 +120,21 @@ def test_truth_begins_with_the_first_image_that_the_benchmark_has(
     write_otb, write_images, tmp_path, name, first, named
 ):
     folder = write_otb(tmp_path / name, rows(","), n=0)
-    write_images(folder / "img", [f"{first + i:04}.jpg" for i in range(4)])
+    write_images(folder / "img", [f"{first + i:04}.jpg" for i in range(4 if first else 3)])
     if named is None:
         assert datasets.load(folder).frame_name(0) == f"{first:04}.jpg"
     else:
         with pytest.raises(SequenceError, match=rf"{named}\.jpg: there is no such image; the fir"):
             datasets.load(folder)
+
+
+def test_an_image_0_too_many_does_not_begin_the_truth(write_otb, write_images, tmp_path):
+    folder = write_otb(tmp_path / "Dog", rows(","))
+    write_images(folder / "img", ["0000.jpg"])
+    with pytest.raises(
+        SequenceError, match=r"0000\.jpg: 3 truth rows for 4 images of Dog leave open"
+    ):
+        datasets.load(folder)
 
 
 def test_an_image_missing_between_others_is_told(write_otb, tmp_path):
