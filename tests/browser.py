@@ -27,7 +27,7 @@ PATIENCE = 120  # seconds: however busy it is here
 
 KEYS = {
     "ArrowLeft": 37, "ArrowRight": 39, "Home": 36, "End": 35, "Escape": 27, "Enter": 13,
-    "ArrowDown": 40, "Tab": 9,
+    "ArrowUp": 38, "ArrowDown": 40, "Tab": 9,
 }  # fmt: skip
 
 
@@ -113,13 +113,14 @@ class Browser:
         self.call("Page.navigate", url=url)
         self.wait("location.href !== 'about:blank' && document.readyState === 'complete'")
 
-    def size(self, width, height, *, dark=False, mobile=False):
+    def size(self, width, height, *, dark=False, mobile=False, still=False):
         """What is seen of a page, and how it likes to be shown."""
         self.call(
             "Emulation.setDeviceMetricsOverride",
             width=width, height=height, deviceScaleFactor=1, mobile=mobile,
         )  # fmt: skip
         features = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
+        features += [{"name": "prefers-reduced-motion", "value": "reduce"}] if still else []
         self.call("Emulation.setEmulatedMedia", features=features)
 
     def run(self, script):
@@ -159,7 +160,7 @@ class Browser:
 
     def key(self, key, *, shift=False, held=False):
         """Press a key, and let it go unless it is to be `held`."""
-        text = {"text": key} if len(key) == 1 else {}
+        text = {"text": "\r" if key == "Enter" else key} if len(key) == 1 or key == "Enter" else {}
         code = {"windowsVirtualKeyCode": KEYS.get(key, ord(key[0].upper()))}
         told = {"key": key, "modifiers": 8 if shift else 0, **code}
         self.call("Input.dispatchKeyEvent", type="keyDown", **told, **text)

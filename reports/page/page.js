@@ -212,7 +212,7 @@ function bandOf(line, { x, y }) {
   return `M${edge(line.high, known)}L${edge(line.low, [...known].reverse())}Z`;
 }
 
-const tip = make("div", { class: "tip", hidden: "" });
+const tip = make("div", { class: "tip", role: "status", hidden: "" });
 document.body.append(tip);
 
 /** Points say what they are, and open the frame behind them. */
@@ -221,6 +221,21 @@ function listenTo(svg, chart, lines, { x, y }) {
   svg.append(ring);
   svg.classList.add("opens");
   let nearest = null;
+  const tell = (left, top) => {
+    const { line, i } = nearest;
+    ring.setAttribute("cx", x(line.x[i]));
+    ring.setAttribute("cy", y(line.y[i]));
+    ring.setAttribute("visibility", "visible");
+    tip.textContent = `${line.label}: ${line.y[i]} at ${chart.x} ${line.x[i]}`;
+    tip.hidden = false;
+    tip.style.left = `${Math.min(left + 14, innerWidth - 180)}px`;
+    tip.style.top = `${top + 14}px`;
+  };
+  const leave = () => { tip.hidden = true; ring.setAttribute("visibility", "hidden"); };
+  const open = () => {
+    const place = nearest && (nearest.line.places.length === 1 ? nearest.line.places[0] : nearest.line.places[nearest.i]);
+    if (place) { leave(); choose(opening(place), true); }
+  };
   svg.addEventListener("pointermove", (event) => {
     const seen = svg.getBoundingClientRect(), scale = svg.viewBox.baseVal.width / seen.width;
     const [px, py] = [(event.clientX - seen.left) * scale, (event.clientY - seen.top) * scale];
@@ -230,20 +245,34 @@ function listenTo(svg, chart, lines, { x, y }) {
       const far = Math.hypot(x(value) - px, y(line.y[i]) - py);
       if (!nearest || far < nearest.far) nearest = { far, line, i };
     });
-    if (!nearest) return;
-    const { line, i } = nearest;
-    ring.setAttribute("cx", x(line.x[i]));
-    ring.setAttribute("cy", y(line.y[i]));
-    ring.setAttribute("visibility", "visible");
-    tip.textContent = `${line.label}: ${line.y[i]} at ${chart.x} ${line.x[i]}`;
-    tip.hidden = false;
-    tip.style.left = `${Math.min(event.clientX + 14, innerWidth - 180)}px`;
-    tip.style.top = `${event.clientY + 14}px`;
+    if (nearest) tell(event.clientX, event.clientY);
   });
-  svg.addEventListener("pointerleave", () => { tip.hidden = true; ring.setAttribute("visibility", "hidden"); });
-  svg.addEventListener("click", () => {
-    const place = nearest && (nearest.line.places.length === 1 ? nearest.line.places[0] : nearest.line.places[nearest.i]);
-    if (place) { tip.hidden = true; choose(opening(place), true); }
+  svg.addEventListener("pointerleave", leave);
+  svg.addEventListener("click", open);
+  // By keys: left and right along a line, up and down to the next one, Enter opens.
+  const known = new Map(lines.map((line) => [line, line.x.map((_, i) => i).filter((i) => line.y[i] !== null)]));
+  const drawn = lines.filter((line) => known.get(line).length);
+  if (!drawn.length) return;
+  for (const [key, value] of Object.entries({ tabindex: 0, "aria-roledescription": "chart; arrow keys tell its points, Enter opens one" })) svg.setAttribute(key, value);
+  let row = 0, column = 0;
+  const look = () => {
+    const line = drawn[row], places = known.get(line), box = svg.getBoundingClientRect(), scale = box.width / svg.viewBox.baseVal.width;
+    column = Math.max(0, Math.min(column, places.length - 1));
+    nearest = { line, i: places[column] };
+    tell(box.left + x(line.x[nearest.i]) * scale, box.top + y(line.y[nearest.i]) * scale);
+  };
+  svg.addEventListener("focus", () => { if (svg.matches(":focus-visible")) look(); });
+  svg.addEventListener("blur", leave);
+  const steps = {
+    ArrowLeft: () => { column -= 1; }, ArrowRight: () => { column += 1; }, Home: () => { column = 0; }, End: () => { column = Infinity; },
+    ArrowUp: () => { row = (row || drawn.length) - 1; }, ArrowDown: () => { row = (row + 1) % drawn.length; },
+  };
+  svg.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || !(event.key === "Enter" || event.key in steps)) return;
+    event.preventDefault();
+    if (event.key === "Enter") { open(); return; }
+    steps[event.key]();
+    look();
   });
 }
 

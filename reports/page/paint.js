@@ -9,15 +9,16 @@ function paint(image, map) {
   const scale = screen.width / scene.size[0];
   pen.setTransform(1, 0, 0, 1, 0, 0);
   drawScene(image, map, scale);
-  if (state.has("lens") && pointer) {
+  const at = state.has("lens") && (pointer || middleOf(scale));
+  if (at) {
     const radius = screen.height / 4.5;
     pen.save();
     pen.beginPath();
-    pen.arc(...pointer, radius, 0, 2 * Math.PI);
+    pen.arc(...at, radius, 0, 2 * Math.PI);
     pen.clip();
-    pen.translate(...pointer);
+    pen.translate(...at);
     pen.scale(LENS, LENS);
-    pen.translate(-pointer[0], -pointer[1]);
+    pen.translate(-at[0], -at[1]);
     drawScene(image, map, scale, LENS);
     pen.restore();
     pen.lineWidth = 2;
@@ -25,6 +26,13 @@ function paint(image, map) {
     pen.setLineDash([]);
     pen.stroke();
   }
+}
+
+/** The middle of the target, of the tracker that is looked at where nobody knows; null for none. */
+function middleOf(scale) {
+  const take = drawnTakes().find((one) => one.tracker === focus());
+  const box = scene.box(0, frame) || (take && scene.box(rowOf(take), frame));
+  return box && centreOf(box).map((value) => value * scale);
 }
 
 /** Layers that are drawn; all that are not hidden. */

@@ -710,3 +710,78 @@ def test_frames_are_kept_in_order_and_small(results, page):
             assert got.shape[0] <= 160
             wanted = cv2.resize(sequence[frame], got.shape[1::-1], interpolation=cv2.INTER_AREA)
             assert np.abs(got.astype(int) - wanted).mean() < 14  # of noise, too
+
+
+USABLE = """[...document.querySelectorAll(
+  "a[href], button:not(:disabled), input, select, summary, [tabindex='0']"
+)].filter((one) => one.checkVisibility())"""
+
+
+@browser.needs_browser
+def test_all_of_a_page_is_reached_and_used_by_the_keyboard(shown):
+    shown.run(
+        "document.querySelectorAll('figure.chart').forEach((one) => { near.unobserve(one);"
+        " if (!one.querySelector('svg')) fill(one, data.charts[one.id]); });"
+        f" window.usable = {USABLE}; 0"
+    )
+    reached = []
+    for _ in range(shown.run("usable.length")):
+        shown.key("Tab")
+        reached.append(shown.run("usable.indexOf(document.activeElement)"))
+        seen = "getComputedStyle(document.activeElement)"
+        assert shown.run(f"{seen}.outlineStyle !== 'none' && parseFloat({seen}.outlineWidth) > 0")
+    assert reached == list(range(len(reached)))
+    shown.run("document.querySelector('#summary thead th:nth-child(2) button').focus()")
+    shown.key(" ")
+    assert shown.run("state.get('sort.summary')") == "1d"
+
+
+@browser.needs_browser
+def test_points_of_a_chart_are_told_and_opened_by_the_keyboard(shown):
+    chart = "document.querySelector('#part-errors svg.opens')"
+    shown.run("byId('part-errors').scrollIntoView({behavior: 'instant'})")
+    shown.wait(f"!!{chart}")
+    shown.run(f"{chart}.focus()")
+    told = [shown.wait("tip.textContent")]
+    for key in ("ArrowRight", "ArrowDown", "End"):
+        shown.key(key)
+        told.append(shown.run("tip.textContent"))
+    assert len(set(told)) == 4
+    assert "at frame 59" in told[-1]
+    assert shown.run(f"{chart}.getAttribute('aria-roledescription')")
+    assert shown.run("tip.getAttribute('role')") == "status"
+    shown.key("Enter")
+    shown.wait("byId('player').open && paintedFrame === 59")
+    assert told[-1].startswith(shown.run("state.get('tracker')"))
+    shown.key("Escape")
+    shown.wait("!byId('player').open")
+    assert shown.run(f"document.activeElement === {chart}")
+
+
+@browser.needs_browser
+def test_without_a_pointer_the_target_is_magnified(shown):
+    seen(shown, sequence=named("plain/target:length=60:scene=9:noise=30"), frame=5)
+    shown.run("pointer = null; repaint()")
+    plain = shown.run("screen.toDataURL()")
+    shown.key("m")
+    shown.wait(f"screen.toDataURL() !== {json.dumps(plain)}")
+
+
+@browser.needs_browser
+@pytest.mark.parametrize("still", [True, False])
+def test_nothing_moves_by_itself_for_who_wants_it_still(shown, still):
+    shown.size(1280, 900, still=still)
+    behaviour = "getComputedStyle(document.documentElement).scrollBehavior"
+    assert shown.run(behaviour) == ("auto" if still else "smooth")
+    moving = (
+        "[...document.querySelectorAll('*')].filter((one) => { const style = getComputedStyle(one);"
+        " return style.animationName !== 'none' || parseFloat(style.transitionDuration) > 0"
+        " || ['MARQUEE', 'VIDEO'].includes(one.tagName); }).length"
+    )
+    assert shown.run(moving) == 0
+    if still:
+        shown.click("nav a:last-child")
+        there = shown.run("scrollY")
+        assert there > 0
+        shown.run("new Promise((done) => setTimeout(done, 300))")
+        assert shown.run("scrollY") == there  # at once
