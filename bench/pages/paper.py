@@ -1,5 +1,7 @@
 """A page's content ready for a paper: tables and figures as files, in Markdown and in LaTeX."""
 
+import hashlib
+import re
 from collections.abc import Collection
 from pathlib import Path
 from urllib.parse import quote
@@ -32,7 +34,8 @@ def write_paper(folder: Path, page: Page, suffix: str, written: Collection[str])
 
     Tables but those that are `written` already, by name; figures with a `suffix`; `report.md` and
     `report.tex`, a piece to be put into a document that uses booktabs and graphicx. Figures that
-    are not in the folder are left out of them. Raises `OSError`.
+    are not in the folder are left out of them; LaTeX takes no SVG, and has copies of those whose
+    names are not ASCII. Raises `OSError`.
     """
     tables = [sheet.table for section in page.sections for sheet in section.sheets]
     paths = write_tables(folder, [table for table in tables if table.name not in written])
@@ -111,12 +114,23 @@ def _markdown(page: Page, folder: Path, suffix: str) -> str:
     return "\n\n".join(parts) + "\n"
 
 
+def _named_for_latex(folder: Path, name: str) -> str:
+    """The name of a figure's file; of a copy, where not every TeX would find it by its own."""
+    if name.isascii():
+        return name
+    digest = hashlib.sha256(name.encode()).hexdigest()[:8]
+    kept = re.sub(r"[^A-Za-z0-9]+", "-", Path(name).stem).strip("-") or "figure"
+    known_as = f"{kept}-{digest}{Path(name).suffix}"
+    write_file(folder / known_as, lambda file: file.write_bytes((folder / name).read_bytes()))
+    return known_as
+
+
 def _latex(page: Page, folder: Path, suffix: str) -> str:
     parts = [OR_NUMBERS]
     for section in _printed(page):
         parts += [rf"\section*{{{in_latex(section.title)}}}", *map(in_latex, section.words)]
         parts += [to_latex(sheet.table) for sheet in section.sheets]
         for name, words in _figures(section, folder, suffix):
-            if suffix in _INCLUDED and name.isascii():
-                parts.append(_FIGURE % (name, in_latex(words)))
+            if suffix in _INCLUDED:
+                parts.append(_FIGURE % (_named_for_latex(folder, name), in_latex(words)))
     return "\n\n".join(parts) + "\n"

@@ -193,8 +193,13 @@ def _columns(
         run = runs.get((sequence, scene), none)
         numbers[run["name"]] = Number(float(value), run["path"], run["trace"])
     side = test.sides[place]
-    told = side if isinstance(side, str) else ", ".join(map(str, side.values()))
+    told = side if isinstance(side, str) else ", ".join(map(_named, side.values()))
     yield _Column(": ".join(filter(None, [told, words])), numbers)
+
+
+def _named(value: object) -> str:
+    """A value that a side's rows have, or the several of which they have one."""
+    return " / ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
 
 
 def _mean(values: Sequence[float]) -> float:

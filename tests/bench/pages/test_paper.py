@@ -3,10 +3,12 @@
 import re
 import shutil
 import subprocess
+from urllib.parse import quote
 
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 
 from bench.pages.paper import write_paper
 from reports.page.content import Chart, Line, Page, Section, Sheet
@@ -33,11 +35,14 @@ def page():
             "speed", "V", charts=[Chart("", "x", "y", dots, "w", figure="speed")], command="a b"
         ),
         Section("curves", "C", charts=[Chart("", "x", "y", dots, "w", figure="not-drawn")]),
+        Section("errors", "E", charts=[Chart("", "x", "y", dots, "w", figure="frames-ключ-1")]),
     ]
     return Page("T <script>", sections, NAMES)
 
 
 def test_a_page_is_written_as_tables_figures_markdown_and_latex(page, tmp_path):
+    plain = Figure(figsize=(1, 1))
+    plain.savefig(tmp_path / "frames-ключ-1.pdf")  # as `write_plots` names it
     paths = write_paper(tmp_path, page, ".pdf", ["others"])
     assert {path.name for path in paths} == {
         *(f"heat{suffix}" for suffix in (".txt", ".md", ".csv", ".tex", ".pdf")),
@@ -45,11 +50,18 @@ def test_a_page_is_written_as_tables_figures_markdown_and_latex(page, tmp_path):
     }  # fmt: skip
     assert all(path.stat().st_size for path in paths)
     text = (tmp_path / "report.md").read_text()
-    assert re.findall(r"^!\[.*\]\((.*)\)$", text, re.M) == ["heat.pdf", "survival.pdf", "speed.pdf"]
+    assert re.findall(r"^!\[.*\]\((.*)\)$", text, re.M) == [
+        "heat.pdf", "survival.pdf", "speed.pdf", quote("frames-ключ-1.pdf")
+    ]  # fmt: skip
     assert "\n    a b\n" in text
     assert not re.search(r"(?<!\\)<", text)
     latex = (tmp_path / "report.tex").read_text()
-    assert latex.count(r"\includegraphics") == 3
+    included = re.findall(r"\\includegraphics\[.*\]\{(.*)\}", latex)
+    assert included[:3] == ["heat.pdf", "survival.pdf", "speed.pdf"]
+    assert len(included) == 4
+    assert included[3].isascii()
+    content = (tmp_path / included[3]).read_bytes()
+    assert content == (tmp_path / "frames-ключ-1.pdf").read_bytes()
     if shutil.which("pdflatex") is None:
         pytest.skip("pdflatex is not installed")
     packages = r"\documentclass{article}\usepackage{booktabs,graphicx}"

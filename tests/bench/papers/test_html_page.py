@@ -292,3 +292,19 @@ def test_a_claim_opens_its_scenes_and_these_the_worst_frame(page, tmp_path):
         assert shown.console == []
     finally:
         shown.close()
+
+
+def test_a_side_of_several_trackers_is_named_in_words(folder, tmp_path):
+    (tmp_path / "paper.toml").write_text(PAPER)
+    both = '{ tracker = ["static", "camshift"] }'
+    part = f'parts.kept.share = {{ table = "own", of = {both}, by = "found" }}'
+    ledger = LEDGER[: LEDGER.index("parts.better")] + part
+    (tmp_path / "claims.toml").write_text(ledger)
+    description = read_description("p", tmp_path / "paper.toml").model_copy(
+        update={"apart": ("length",)}
+    )
+    scores = tidy_runs(folder / "p-table-1", None, description, {})
+    scores = scores.assign(experiments=",p-table-1,", copied=False)
+    own = scores[["tracker", "sequence", "scene"]].assign(found=1.0)
+    ((ground,),) = all_grounds(read_claims(tmp_path / "claims.toml"), scores, {"own": own}).values()
+    assert ground.heads == ["static / camshift: found"]
