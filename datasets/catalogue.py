@@ -134,7 +134,7 @@ def matching(text: str) -> list[str]:
     ----------
     text : str
         As for `load`; or a pattern with `*` and `?`, of built-in names (also with options) or of
-        paths; or a suite or a folder, for all sequences directly in it.
+        paths; or a suite or a folder, for all sequences in it.
 
     Returns
     -------
@@ -144,7 +144,7 @@ def matching(text: str) -> list[str]:
     Raises
     ------
     SequenceError
-        For a pattern that matches no sequence.
+        For a pattern that matches no sequence, and for a sequence in a folder that isn't whole.
     """
     bare, filters = _without_filters(text)
     if filters:
@@ -168,14 +168,15 @@ def _paths_matching(text: str) -> list[str]:
     is_pattern = any(sign in text for sign in "*?") and not path.exists()
     # Path.glob raises where a name is too long, this one finds nothing there.
     found = [Path(name) for name in glob(str(path))] if is_pattern else [path]  # noqa: PTH207
+    if is_pattern:
+        found = [place for place in found if not readers.holds_masks(place)]
     paths = [
         str(sequence)
         for place in sorted(found, key=lambda place: natural_order(str(place)))
         for sequence in readers.each(place) or readers.sequences_in(place)
     ]
     if is_pattern and not paths:  # names in a folder that holds its sequences further inside
-        inside = readers.sequences_in(path.parent)
-        paths = [str(sequence) for sequence in inside if fnmatchcase(sequence.name, path.name)]
+        paths = [str(sequence) for sequence in readers.sequences_in(path.parent, path.name)]
     if paths and not chosen:
         return paths
     if not is_pattern:

@@ -4,13 +4,16 @@ import importlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from fnmatch import fnmatchcase
 from functools import cache
+from glob import escape
 from pathlib import Path
 from typing import Any, Protocol, cast, runtime_checkable
 
 from datasets.decoding import brief
 from datasets.interface import Sequence, SequenceError
 from datasets.text_form import natural_order
+from datasets.truth_file import read_text
 
 __all__ = [
     "Choosing",
@@ -18,12 +21,19 @@ __all__ = [
     "Reader",
     "Splitting",
     "each",
+    "holds_masks",
     "knows",
     "options",
     "read",
     "sequences_in",
     "taken_for",
 ]
+
+LIST = "list.txt"
+"""Names of the sequences that belong to a data set, as VOT and GOT-10k have it in its folder."""
+
+_DEPTH = 3
+"""Levels of folders in which sequences are looked for: of `LaSOT/dog/dog-1` two."""
 
 _NAMED = 4
 """Files of an unknown layout that are named."""
@@ -38,6 +48,10 @@ class Reader(Protocol):
         What the format looks like on disk, for messages.
     GENERAL : bool
         Whether the reader takes what others know better; such readers are asked last.
+    MARKS : tuple of str
+        Patterns of what lies in a sequence's folder and shows this format, those of folders with a
+        `/` behind them; `NAME` is the folder's own name. A folder that has any, and that no reader
+        knows, is a sequence that isn't whole.
 
     A module may also have `CITATION`, the paper of a benchmark, and `LICENCE`, what its makers say
     of its use: both become fields of the sequences (`Origin`).
@@ -45,6 +59,7 @@ class Reader(Protocol):
 
     EXPECTS: str
     GENERAL: bool
+    MARKS: tuple[str, ...]
 
     def recognises(self, path: Path) -> bool:
         """Whether what lies there looks like this format; reads no image."""
@@ -75,7 +90,10 @@ class Collecting(Protocol):
     """What a reader offers besides, whose sequences don't lie directly in their folder."""
 
     def members(self, folder: Path) -> list[Path]:
-        """Paths of the sequences in a folder of this format; none where it is of another."""
+        """Paths of the sequences in a folder of this format; none where it is of another.
+
+        Those whose images or truth are missing are among them.
+        """
         ...
 
 
@@ -108,32 +126,113 @@ def each(path: Path) -> list[Path]:
         )
 
 
-def sequences_in(folder: Path) -> list[Path]:
-    """Paths of the sequences that lie in a folder, in natural order of their names.
+def sequences_in(folder: Path, pattern: str = "*") -> list[Path]:
+    """Paths of the sequences in a folder and its folders, down to `_DEPTH`, in natural order.
 
-    Where none does, those in its folders: of GOT-10k's `val` and `test`, of one's own data sets.
+    There are none within a sequence, nor where names begin with a dot. Where sequences lie beside a
+    `list.txt`, only those that it names belong.
+
+    Parameters
+    ----------
+    folder : Path
+        What is no sequence itself; in a file there are none.
+    pattern : str, optional
+        Of names, with `*` and `?`: other sequences are left out.
 
     Raises
     ------
     SequenceError
-        For a folder that can't be read.
+        For what can't be read, for a sequence that isn't whole, and where `list.txt` names one that
+        isn't there: none is left out in silence.
     """
-    return _directly_in(folder) or [
-        path for place in _inside(folder) for path in _directly_in(place)
+    with _looking(folder):
+        if _marked(folder):
+            raise _not_whole(_unknown(folder))
+        return list(_walk(folder, pattern, _DEPTH))
+
+
+def holds_masks(path: Path) -> bool:
+    """Whether a path leads into the masks of a copy of DAVIS, which are no images of a sequence."""
+    folders = (place for place in (path, *path.parents) if place.name == "Annotations")
+    return any(place.with_name("JPEGImages").is_dir() for place in folders)
+
+
+def _walk(folder: Path, pattern: str, depth: int) -> Iterator[Path]:
+    belonging, expected = _members(folder)
+    if not belonging:
+        belonging, expected = _listed(folder), f"what {folder / LIST} names"
+    for place in belonging or _inside(folder):
+        found = each(place)
+        marked = not found and _marked(place)
+        if not (found or belonging or marked):
+            if depth > 1 and place.is_dir():
+                yield from _walk(place, pattern, depth - 1)
+        elif fnmatchcase(place.name, pattern):
+            if not found:
+                missing = f"{place}: its images or its truth are missing. Expected is {expected}."
+                raise _not_whole(_unknown(place) if marked else missing)
+            yield from found
+
+
+def _members(folder: Path) -> tuple[list[Path], str]:
+    """Sequences of a format that lie elsewhere than in their folder, and what it expects."""
+    for reader in _readers():
+        if isinstance(reader, Collecting) and (members := reader.members(folder)):
+            return members, reader.EXPECTS
+    return [], ""
+
+
+def _listed(folder: Path) -> list[Path]:
+    """What a data set's own list names; nothing where it has none, or holds no sequence itself."""
+    names = folder / LIST
+    inside = {path.name: path for path in _inside(folder)} if names.is_file() else {}
+    if not any(map(knows, inside.values())):
+        return []
+    listed = [line.strip() for line in read_text(names).splitlines() if line.strip()]
+    for line, name in enumerate(listed, 1):
+        if name not in inside:
+            raise SequenceError(
+                f"{names}: line {line}: {brief(name)} is not in this folder. Get it, or remove the "
+                "line, or name the sequences that you want (a pattern will do)."
+            )
+    return [path for name, path in inside.items() if name in set(listed)]
+
+
+def _not_whole(wrong: str) -> SequenceError:
+    """The refusal of a sequence that lacks something, where all of a folder are asked for."""
+    return SequenceError(
+        f"{wrong} Supply what is missing, or move it away, or name the other sequences (a pattern "
+        "will do)."
+    )
+
+
+def _marked(path: Path) -> list[str]:
+    """What there is in a folder that shows formats of sequences."""
+    return sorted({mark for reader in _readers() for mark in _marks(path, reader)})
+
+
+def _marks(path: Path, reader: Reader) -> list[str]:
+    """What there is of a format's marks in a folder: names, of folders with a `/`."""
+    found = [
+        (place, mark.endswith("/"))
+        for mark in reader.MARKS
+        for place in path.glob(mark.replace("NAME", escape(path.name)))
+    ]
+    return [
+        place.relative_to(path).as_posix() + "/" * is_folder
+        for place, is_folder in found
+        if place.is_dir() == is_folder
     ]
 
 
-def _directly_in(folder: Path) -> list[Path]:
-    for reader in _readers():
-        if isinstance(reader, Collecting) and (members := reader.members(folder)):
-            return members
-    return [sequence for path in _inside(folder) for sequence in each(path)]
-
-
 def _inside(folder: Path) -> list[Path]:
-    """What is in a folder, in natural order of names; nothing in a file."""
+    """What is in a folder but for what is hidden and masks, in natural order; nothing in a file."""
     with _looking(folder):
-        inside = folder.iterdir() if folder.is_dir() else ()
+        inside = [
+            path
+            for path in (folder.iterdir() if folder.is_dir() else ())
+            if not path.name.startswith(".") and not holds_masks(path)
+        ]
         return sorted(inside, key=lambda path: natural_order(path.name))
 
 
@@ -195,15 +294,16 @@ def read(
 def _unknown(path: Path) -> str:
     """What lies at a path that no reader knows, and what was looked for: the nearest, if any."""
     there = [f"a file {path.suffix}".rstrip()]
-    if path.is_dir():
-        with _looking(path):
+    with _looking(path):
+        if path.is_dir():
             there = sorted(file.name + "/" * file.is_dir() for file in path.iterdir())
+        near = [reader.EXPECTS for reader in _readers() if _marks(path, reader)]
     expected = [reader.EXPECTS for reader in _readers()]
-    near = [text for text in expected if set(there) & set(text.replace(",", "").split())]
-    named = ", ".join(there[:_NAMED]) or "nothing in it"
+    named = brief(", ".join(there[:_NAMED])) if there else "nothing in it"
     more = f" and {len(there) - _NAMED} more" if len(there) > _NAMED else ""
+    what = "no whole sequence" if near else "nothing that a reader knows"
     return (
-        f"{path}: this is nothing that a reader knows: there is {brief(named)}{more}. "
+        f"{path}: this is {what}: there is {named}{more}. "
         f"Expected is {'; '.join(near or expected)}."
     )
 

@@ -28,12 +28,13 @@ from datasets.image_files import (
 from datasets.interface import Mask, Sequence, SequenceError
 from datasets.recorded import recorded_images
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "members", "options", "read", "recognises"]
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "members", "options", "read", "recognises"]
 
 IMAGES, MASKS = "JPEGImages", "Annotations"
 USUAL_RESOLUTION = "480p"
 EXPECTS = f"a folder {IMAGES}/RESOLUTION/NAME with {MASKS}/RESOLUTION/NAME (DAVIS)"
 GENERAL = False
+MARKS: tuple[str, ...] = ()
 CITATION = (
     "Perazzi et al., A benchmark dataset and evaluation methodology for video object segmentation, "
     "CVPR 2016; Pont-Tuset et al., The 2017 DAVIS challenge, arXiv:1704.00675"
@@ -50,11 +51,18 @@ def recognises(path: Path) -> bool:
 
 def members(folder: Path) -> list[Path]:
     """Sequences in a folder of the whole benchmark, of its usual resolution; see `Collecting`."""
-    images = folder / IMAGES
-    resolutions = [file.name for file in images.iterdir()] if images.is_dir() else []
-    for resolution in sorted(resolutions, key=_preference):
-        names = sorted(file.name for file in (images / resolution).iterdir())
-        return [folder / name for name in names if recognises(folder / name)]
+    kinds = [folder / kind for kind in (IMAGES, MASKS)]
+    if not all(kind.is_dir() for kind in kinds):
+        return []
+    for resolution in sorted((place.name for place in kinds[0].iterdir()), key=_preference):
+        names = {
+            place.name
+            for kind in kinds
+            if (kind / resolution).is_dir()
+            for place in (kind / resolution).iterdir()
+            if place.is_dir()
+        }
+        return [folder / name for name in sorted(names)]
     return []
 
 

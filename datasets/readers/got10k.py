@@ -18,12 +18,13 @@ from datasets.interface import Sequence
 from datasets.number_files import fps_of, read_boxes, read_fields, read_flags, without_rest
 from datasets.recorded import recorded_images
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "read", "recognises"]
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "read", "recognises"]
 
 TRUTH, FIELDS, COVER = "groundtruth.txt", "meta_info.ini", "cover.label"
 FLAGS = ("absence", "cut_by_image")
 EXPECTS = f"a folder of images with {TRUTH} and {FIELDS} or {COVER} (GOT-10k)"
 GENERAL = False
+MARKS = (TRUTH, FIELDS, COVER, *(f"{flag}.label" for flag in FLAGS))
 CITATION = (
     "Huang, Zhao, Huang, GOT-10k: a large high-diversity benchmark for generic object tracking in "
     "the wild, IEEE TPAMI 43(5), 2021"

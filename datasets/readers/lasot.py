@@ -14,13 +14,13 @@ from datasets.image_files import numbered_images
 from datasets.interface import Sequence
 from datasets.number_files import read_boxes, read_flags
 from datasets.recorded import recorded_images
-from datasets.text_form import natural_order
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "LICENCE", "members", "read", "recognises"]
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "LICENCE", "MARKS", "read", "recognises"]
 
 TRUTH, FLAGS = "groundtruth.txt", ("full_occlusion", "out_of_view")
 EXPECTS = f"a folder with img/ and {TRUTH} (LaSOT)"
 GENERAL = False
+MARKS = ("img/", TRUTH, *(f"{flag}.txt" for flag in FLAGS))
 CITATION = (
     "Fan et al., LaSOT: a high-quality benchmark for large-scale single object tracking, CVPR 2019"
 )
@@ -31,13 +31,6 @@ def recognises(path: Path) -> bool:
     """Whether the folder holds `img/` and `groundtruth.txt`, but none of OTB's truths."""
     there = (path / "img").is_dir() and (path / TRUTH).is_file()
     return there and not any(path.glob("groundtruth_rect*.txt"))
-
-
-def members(folder: Path) -> list[Path]:
-    """Sequences in a folder of the whole benchmark, `CATEGORY/CATEGORY-1`; see `Collecting`."""
-    inside = [place for place in folder.iterdir() if place.is_dir()] if folder.is_dir() else []
-    found = [path for place in inside for path in place.glob(f"{place.name}-*") if recognises(path)]
-    return sorted(found, key=lambda path: natural_order(path.name))
 
 
 def read(path: Path, truth: Path | None) -> Sequence:

@@ -20,11 +20,12 @@ from datasets.interface import Sequence, SequenceError
 from datasets.number_files import fps_of, place_of, read_fields, read_rows
 from datasets.recorded import recorded_images
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "options", "read", "recognises"]
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "options", "read", "recognises"]
 
 TRUTH, FIELDS, IMAGES = Path("gt/gt.txt"), "seqinfo.ini", "img1"
 EXPECTS = f"a folder with {IMAGES}/ and {TRUTH} (MOTChallenge)"
 GENERAL = False
+MARKS = (f"{IMAGES}/", str(TRUTH), FIELDS)
 CITATION = "Milan et al., MOT16: a benchmark for multi-object tracking, arXiv:1603.00831"
 
 _ROW = "frame, target, x, y, width, height, counts, class, visibility"

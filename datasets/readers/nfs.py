@@ -21,11 +21,12 @@ from datasets.interface import Sequence, SequenceError
 from datasets.number_files import as_boxes, numbers
 from datasets.recorded import recorded_images
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "options", "read", "recognises"]
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "options", "read", "recognises"]
 
 RATES = ("30", "240")
 EXPECTS = "a folder NAME/30 or NAME/240 with NAME/ and NAME.txt (NfS)"
 GENERAL = False
+MARKS = tuple(f"{rate}/NAME{end}" for rate in RATES for end in ("/", ".txt"))
 CITATION = (
     "Kiani Galoogahi et al., Need for speed: a benchmark for higher frame rate object tracking, "
     "ICCV 2017"

@@ -19,11 +19,12 @@ from datasets.interface import Sequence, SequenceError
 from datasets.number_files import columns, read_boxes
 from datasets.recorded import recorded_images
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "each", "options", "read", "recognises"]
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "each", "options", "read", "recognises"]
 
 TRUTH, TLP_COLUMNS = "groundtruth_rect.txt", 6
 EXPECTS = f"a folder with img/ and {TRUTH} (OTB)"
 GENERAL = False
+MARKS = ("img/", "groundtruth_rect*.txt")
 CITATION = "Wu, Lim, Yang, Object tracking benchmark, IEEE TPAMI 37(9), 2015"
 
 # Numbers of the images that the truth begins with; of David there are images before. The others'

@@ -13,11 +13,12 @@ from datasets.interface import Sequence, SequenceError
 from datasets.number_files import read_boxes, read_rows
 from datasets.recorded import recorded_images
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "read", "recognises"]
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "read", "recognises"]
 
 TRUTH, RANGE = "_gt.txt", "_frames.txt"
 EXPECTS = f"a folder with img/, NAME{TRUTH} and NAME{RANGE} (TColor-128)"
 GENERAL = False
+MARKS = ("img/", f"NAME{TRUTH}", f"NAME{RANGE}")
 CITATION = (
     "Liang, Blasch, Ling, Encoding color information for visual tracking: algorithms and "
     "benchmark, IEEE TIP 24(12), 2015"

@@ -14,11 +14,12 @@ from datasets.number_files import read_boxes, without_rest
 from datasets.recorded import recorded_images
 from datasets.text_form import natural_order
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "members", "read", "recognises"]
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "members", "read", "recognises"]
 
 IMAGES, TRUTHS = "frames", "anno"
 EXPECTS = f"a folder {IMAGES}/NAME with {TRUTHS}/NAME.txt (TrackingNet)"
 GENERAL = False
+MARKS: tuple[str, ...] = ()
 CITATION = (
     "Müller et al., TrackingNet: a large-scale dataset and benchmark for object tracking in the "
     "wild, ECCV 2018"
@@ -31,13 +32,12 @@ def recognises(path: Path) -> bool:
 
 
 def members(folder: Path) -> list[Path]:
-    """Sequences of a set (`TEST`, `TRAIN_0`, …), or of all sets in a folder; see `Collecting`."""
-    places = [folder, *folder.iterdir()] if folder.is_dir() else []
-    sets = [place for place in places if (place / TRUTHS).is_dir() and (place / IMAGES).is_dir()]
-    found = [
-        place / IMAGES / file.stem for place in sets for file in (place / TRUTHS).glob("*.txt")
-    ]
-    return sorted(filter(recognises, found), key=lambda path: natural_order(str(path)))
+    """Sequences of a set (`TEST`, `TRAIN_0`, …); see `Collecting`."""
+    if not ((folder / TRUTHS).is_dir() and (folder / IMAGES).is_dir()):
+        return []
+    names = {file.stem for file in (folder / TRUTHS).glob("*.txt")}
+    names |= {place.name for place in (folder / IMAGES).iterdir() if place.is_dir()}
+    return [folder / IMAGES / name for name in sorted(names, key=natural_order)]
 
 
 def read(path: Path, truth: Path | None) -> Sequence:

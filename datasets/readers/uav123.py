@@ -15,11 +15,12 @@ from datasets.number_files import read_boxes
 from datasets.recorded import recorded_images
 from datasets.text_form import natural_order
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "members", "read", "recognises"]
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "members", "read", "recognises"]
 
 IMAGES, TRUTHS = Path("data_seq/UAV123"), ("anno/UAV123", "anno/UAV20L")
 EXPECTS = f"a name of {TRUTHS[0]}/NAME.txt in a folder with {IMAGES} (UAV123)"
 GENERAL = False
+MARKS: tuple[str, ...] = ()
 CITATION = "Müller, Smith, Ghanem, A benchmark and simulator for UAV tracking, ECCV 2016"
 
 # First and last image of the parts of a folder: bird1_1, bird1_2, …
@@ -55,12 +56,15 @@ def recognises(path: Path) -> bool:
 
 
 def members(folder: Path) -> list[Path]:
-    """Sequences in a folder of the whole benchmark, or in one of truths; see `Collecting`."""
-    if folder.parent.name == "anno":
-        found = [file for file in folder.glob("*.txt") if recognises(file)]
+    """Sequences in a folder of the whole benchmark, or in one of truths; see `Collecting`.
+
+    Images without truth are not among them: those of UAV20L are some of UAV123's.
+    """
+    if "/".join(folder.absolute().parts[-2:]) in TRUTHS:
+        found = list(folder.glob("*.txt"))
     else:
         names = [{file.stem for file in (folder / truths).glob("*.txt")} for truths in TRUTHS]
-        found = [folder / name for name in names[0] or names[1] if recognises(folder / name)]
+        found = [folder / name for name in names[0] or names[1]]
     return sorted(found, key=lambda path: natural_order(path.name))
 
 

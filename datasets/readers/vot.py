@@ -35,11 +35,12 @@ from datasets.recorded import recorded_images
 from datasets.shapes import EncodedMask, Shapes
 from datasets.text_form import natural_order
 
-__all__ = ["CITATION", "EXPECTS", "GENERAL", "each", "options", "read", "recognises"]
+__all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "each", "options", "read", "recognises"]
 
 TRUTH, OBJECT, FIELDS = "groundtruth.txt", "groundtruth_", "sequence"
 EXPECTS = f"a folder with {TRUTH} and images or color/ (VOT)"
 GENERAL = False
+MARKS = ("color/", FIELDS, TRUTH, f"{OBJECT}*.txt")
 CITATION = (
     "Kristan et al., A novel performance evaluation methodology for single-target trackers, "
     "IEEE TPAMI 38(11), 2016"

@@ -111,7 +111,9 @@ class TestErrors:
 
     def test_an_empty_folder_is_nothing_that_a_reader_knows(self, here):
         (here / "walk").mkdir()
-        with pytest.raises(SequenceError, match=r"walk: this is nothing .* 'nothing in it'"):
+        with pytest.raises(
+            SequenceError, match=r"walk: this is nothing .* there is nothing in it\."
+        ):
             datasets.load("walk")
 
     def test_of_a_layout_that_is_nearly_known_what_is_there_and_what_is_missing_are_told(

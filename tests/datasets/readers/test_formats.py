@@ -10,6 +10,7 @@ import pytest
 
 import datasets
 import datasets.readers
+from datasets import SequenceError
 from datasets.image_files import ImageFiles
 from datasets.video_frames import VideoFrames
 from tests.datasets.readers.layouts import LAYOUTS
@@ -50,6 +51,13 @@ MAKERS = [images, otb, davis, video, *LAYOUTS]
 def test_every_reader_that_is_found_is_asked():
     found = {file.stem for file in Path(datasets.readers.__file__).parent.glob("[a-z]*.py")}
     assert {make.__name__.partition("_")[0] for make in MAKERS} == found
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty working folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
 
 
 @pytest.fixture(params=MAKERS, ids=lambda make: make.__name__)
@@ -110,3 +118,72 @@ class TestFingerprint:
         (tmp_path / "mine.csv").write_text(TRUTH.replace("5,6", "5,6.001"))
         found.add(datasets.load(path, tmp_path / "mine.csv").fingerprint)
         assert len(found) == 3
+
+
+def check_all(folder):
+    for name in datasets.matching(str(folder)):
+        datasets.load(name).check_runnable()
+
+
+class TestFolderOfSequences:
+    """A folder stands for what is in it, and nothing that isn't whole is left out in silence."""
+
+    @pytest.mark.parametrize("missing", ["truth", "images", "their folder"])
+    def test_a_sequence_that_lacks_something_is_refused_by_name(self, recording, tmp_path, missing):
+        path, own, frame = recording
+        if path.is_file() or (missing == "their folder" and frame.parent == own.parent):
+            pytest.skip("it would be gone as a whole")
+        if missing == "truth":
+            own.unlink()
+        elif missing == "images":
+            for file in frame.parent.glob(f"*{frame.suffix}"):
+                file.unlink()
+        else:
+            shutil.rmtree(frame.parent)
+        with pytest.raises(SequenceError, match="walk"):
+            check_all(tmp_path / "data")
+
+    @pytest.mark.parametrize("kind", ["images", "truth", "misnamed"])
+    @pytest.mark.parametrize("text", ["ds", "ds/*", "ds/Football1"])
+    def test_of_otb_it_is_told_what_was_looked_for(self, here, write_otb, kind, text):
+        for name in ("Couple", "Crossing", "Football1"):
+            write_otb(here / "ds" / name, "1,1,5,5\n" * 3)
+        truth = here / "ds/Football1/groundtruth_rect.txt"
+        if kind == "images":
+            shutil.rmtree(here / "ds/Football1/img")
+        elif kind == "truth":
+            truth.unlink()
+        else:
+            truth.rename(truth.with_name("groundtruth.rect.txt"))
+        with pytest.raises(SequenceError, match=r"ds/Football1: this is no whole .*\(OTB\)"):
+            datasets.matching(text)
+        assert datasets.matching("ds/C*") == ["ds/Couple", "ds/Crossing"]
+
+    def test_sequences_beside_folders_of_others_are_all_there(self, here, write_otb, write_video):
+        write_otb(here / "ds/Couple", "1,1,5,5\n" * 3)
+        write_otb(here / "ds/more/deep/Crossing", "1,1,5,5\n" * 3)
+        write_video(here / "ds/more/walk.avi", n=3, b_frames=0)
+        found = ["ds/Couple", "ds/more/deep/Crossing", "ds/more/walk.avi"]
+        assert datasets.matching("ds") == found
+
+    def test_what_is_hidden_is_none(self, here, write_images):
+        write_images(here / "ds/.git/walk", ["1.png"])
+        write_images(here / "ds/run", ["1.png"])
+        assert datasets.matching("ds") == datasets.matching("ds/*") == ["ds/run"]
+
+    @pytest.mark.parametrize("text", ["ds", "ds/*", "ds/*/*"])
+    def test_masks_of_davis_are_none(self, here, write_images, text):
+        davis(here / "ds", write_images, None)
+        (found,) = datasets.matching(text)
+        assert datasets.load(found).name == "walk"
+        assert datasets.load(found).present.all()
+
+    def test_only_what_a_list_names_belongs(self, here, write_images):
+        for name in ("bag", "ball", "book"):
+            LAYOUTS[0](here / "ds", write_images, None)[0].rename(here / "ds" / name)
+        (here / "ds/list.txt").write_text("book\nbag\n\n")
+        assert datasets.matching("ds") == ["ds/bag", "ds/book"]
+        assert len(datasets.matching("ds/*")) == 3
+        (here / "ds/list.txt").write_text("bag\ngone\n")
+        with pytest.raises(SequenceError, match=r"ds/list\.txt: line 2: 'gone' is not in this"):
+            datasets.matching("ds")
