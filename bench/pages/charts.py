@@ -78,9 +78,9 @@ def error_charts(reading: Reading) -> list[Chart]:
             for number, clips in sorted(by_tracker.items())
         ]
         runs = max(map(len, by_tracker.values()), default=0)
+        median = f": the median over up to {runs} repetitions" if runs > 1 else ""
         words = (
-            f"Centre error over the frames of {stage.name}, by tracker: the median over up to "
-            f"{runs} repetitions; lower is better."
+            f"Centre error over the frames of {stage.name}, by tracker{median}; lower is better."
         )
         figure = f"frames-{names[stage.name]}"
         if lines:

@@ -165,7 +165,7 @@ def _overview(
     left = len(failed) - len(rows)
     table = _plain(
         "failed",
-        f"{len(failed)} runs failed; their last frame with a box opens.",
+        f"{len(failed)} run{'s' * (len(failed) > 1)} failed; the last frame with a box opens.",
         ["tracker", "sequence", "repetition", "last box", "what went wrong"],
         rows,
         [f"{left} more are listed by `trackmark results failures`."] if left else [],
@@ -269,7 +269,7 @@ def _heat(table: Table, reading: Reading) -> Section:
     ]
     grid = _plain(
         "heat",
-        "Mean overlap by sequence and tracker; the darker, the better.",
+        "Mean overlap by sequence and tracker; the bluer, the better.",
         ["sequence", *map(str, means.columns)],
         rows,
     )
