@@ -236,7 +236,7 @@ function listenTo(svg, chart, lines, { x, y }) {
     const place = nearest && (nearest.line.places.length === 1 ? nearest.line.places[0] : nearest.line.places[nearest.i]);
     if (place) { leave(); choose(opening(place), true); }
   };
-  svg.addEventListener("pointermove", (event) => {
+  const aim = (event) => {
     const seen = svg.getBoundingClientRect(), scale = svg.viewBox.baseVal.width / seen.width;
     const [px, py] = [(event.clientX - seen.left) * scale, (event.clientY - seen.top) * scale];
     nearest = null;
@@ -246,9 +246,10 @@ function listenTo(svg, chart, lines, { x, y }) {
       if (!nearest || far < nearest.far) nearest = { far, line, i };
     });
     if (nearest) tell(event.clientX, event.clientY);
-  });
+  };
+  svg.addEventListener("pointermove", aim);
   svg.addEventListener("pointerleave", leave);
-  svg.addEventListener("click", open);
+  svg.addEventListener("click", (event) => { aim(event); open(); });  // a finger does not move before it taps
   // By keys: left and right along a line, up and down to the next one, Enter opens.
   const known = new Map(lines.map((line) => [line, line.x.map((_, i) => i).filter((i) => line.y[i] !== null)]));
   const drawn = lines.filter((line) => known.get(line).length);

@@ -110,39 +110,63 @@ function drawScene(image, map, scale, enlarged = 1) {
   stroke(truth, "#fff", 1, [4, 4]);
 }
 
+// Where the curve lies in its canvas [CSS pixels]; the slider below begins and ends there.
+const PLOT = { left: 36, right: 8, top: 16, bottom: 16 };
+const SUCCESS = 0.5;  // the least overlap that counts as success
+/** How far along the curve a frame is, in [0, 1]. */
+const alongCurve = (number) => number / Math.max(1, scene.frames - 1);
+
 /** The curve of all frames beneath; drawn when what is shown changes. */
 function drawCurve() {
-  const canvas = curvePen.canvas, ratio = devicePixelRatio || 1;
-  canvas.width = canvas.clientWidth * ratio;
-  canvas.height = canvas.clientHeight * ratio;
+  const canvas = curvePen.canvas, ratio = devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+  canvas.width = width * ratio;
+  canvas.height = height * ratio;
+  curvePen.scale(ratio, ratio);
   const kind = state.get("curve") === "overlap" ? "overlap" : "error";
   byId("measured").textContent = `Curve: ${kind}`;
-  const curves = drawnTakes().map((take) => [take, scene.curve(rowOf(take))[kind]]);
-  let top = 1;
-  if (kind === "error") for (const [, values] of curves) for (const value of values) if (value > top) top = value;
-  const inks = getComputedStyle(dialog), ink = inks.color;
-  curvePen.clearRect(0, 0, canvas.width, canvas.height);
-  curvePen.fillStyle = curvePen.strokeStyle = ink;
-  curvePen.font = `${11 * ratio}px system-ui`;
-  curvePen.fillText(kind === "error" ? `centre error, up to ${top.toFixed(0)} px` : "overlap, up to 1", 4 * ratio, 12 * ratio);
-  for (const [take, values] of curves) {
-    curvePen.strokeStyle = inks.getPropertyValue(`--line-${take.tracker % data.colours.length}`);
-    curvePen.lineWidth = (take.tracker === focus() ? 2.2 : 1.3) * ratio;
-    curvePen.setLineDash(dashOf(take.tracker).map((length) => length * ratio));
+  const curveOf = (take) => scene.curve(rowOf(take))[kind];
+  let top = 1;  // the same while another run is held, so that both compare
+  if (kind === "error") for (const take of [...shownTakes(), otherTake()].filter(Boolean)) for (const value of curveOf(take)) if (value > top) top = value;
+  const x = (number) => PLOT.left + alongCurve(number) * (width - PLOT.left - PLOT.right);
+  const y = (value) => height - PLOT.bottom - value / top * (height - PLOT.top - PLOT.bottom);
+  const inks = getComputedStyle(dialog), ink = (name) => inks.getPropertyValue(name);
+  curvePen.font = "11px system-ui";
+  const line = (x0, y0, x1, y1) => { curvePen.beginPath(); curvePen.moveTo(x0, y0); curvePen.lineTo(x1, y1); curvePen.stroke(); };
+  curvePen.strokeStyle = ink("--line");
+  curvePen.fillStyle = ink("--faint");
+  curvePen.textAlign = "end";
+  for (const tick of ticksOf(0, 2 * top, false)) if (tick <= top) {
+    line(PLOT.left, y(tick), width - PLOT.right, y(tick));
+    curvePen.fillText(String(tick), PLOT.left - 5, y(tick) + 4);
+  }
+  curvePen.textAlign = "center";
+  for (const tick of ticksOf(0, scene.frames - 1, false)) if (Number.isInteger(tick)) {
+    line(x(tick), height - PLOT.bottom, x(tick), height - PLOT.bottom + 3);
+    curvePen.fillText(String(tick), x(tick), height - 3);
+  }
+  curvePen.textAlign = "start";
+  curvePen.fillText(kind === "error" ? "centre error [px]" : `overlap; success from ${SUCCESS}`, PLOT.left, 11);
+  if (kind === "overlap") {
+    curvePen.strokeStyle = ink("--bad");
+    curvePen.setLineDash([6, 4]);
+    line(PLOT.left, y(SUCCESS), width - PLOT.right, y(SUCCESS));
+  }
+  for (const take of drawnTakes()) {
+    curvePen.strokeStyle = curvePen.fillStyle = ink(`--line-${take.tracker % data.colours.length}`);
+    curvePen.lineWidth = take.tracker === focus() ? 2.2 : 1.3;
+    curvePen.setLineDash(dashOf(take.tracker));
     curvePen.beginPath();
     let down = false;
-    values.forEach((value, i) => {
-      if (Number.isNaN(value)) { down = false; return; }
-      curvePen[down ? "lineTo" : "moveTo"]((i + 0.5) / values.length * canvas.width, (1 - value / top) * (canvas.height - 18 * ratio) + 16 * ratio);
-      down = true;
+    curveOf(take).forEach((value, i) => {
+      if (!Number.isNaN(value)) curvePen[down ? "lineTo" : "moveTo"](x(i), y(value));
+      down = !Number.isNaN(value);
     });
     curvePen.stroke();
     curvePen.setLineDash([]);
-    curvePen.fillStyle = curvePen.strokeStyle;
     for (const mark of take.marks) {  // begun again with the truth: a triangle on its foot, and a line up
-      const x = (mark + 0.5) / scene.frames * canvas.width, foot = canvas.height;
-      curvePen.fill(new Path2D(`M${x - 5 * ratio},${foot}H${x + 5 * ratio}L${x},${foot - 9 * ratio}Z`));
-      curvePen.fillRect(x - ratio / 2, 16 * ratio, ratio, foot);
+      const foot = height - PLOT.bottom;
+      curvePen.fill(new Path2D(`M${x(mark) - 5},${foot}H${x(mark) + 5}L${x(mark)},${foot - 9}Z`));
+      curvePen.fillRect(x(mark) - 0.5, PLOT.top, 1, foot - PLOT.top);
     }
   }
 }

@@ -27,18 +27,19 @@ function otherTake() {
   return state.has("other") ? scene.takes.find((take) => nameOf(take) === state.get("other")) : undefined;
 }
 const nameOf = (take) => [take.tracker, take.repetition, ...(take.start ? [take.start] : [])].join(".");
+const shownTakes = () => shownTrackers().map((tracker) => scene.take(tracker, repetition(), start()));
 /** Runs that are drawn: while `c` is held the other one alone. */
-function drawnTakes() {
-  if (held && otherTake()) return [otherTake()];
-  return shownTrackers().map((tracker) => scene.take(tracker, repetition(), start()));
-}
+const drawnTakes = () => (held && otherTake() ? [otherTake()] : shownTakes());
 
 // ---- From what is chosen to what is seen.
 /** The map that is chosen: of the tracker that is looked at, or of the first that has it. */
+function mapTake() {
+  const takes = drawnTakes().filter((take) => take.maps.includes(state.get("map")));
+  return takes.find((one) => one.tracker === focus()) || takes[0];
+}
 function mapFilm() {
-  const name = state.get("map"), takes = name ? drawnTakes().filter((take) => take.maps.includes(name)) : [];
-  const take = takes.find((one) => one.tracker === focus()) || takes[0];
-  return take && scene.films[`map${take.number}.${take.maps.indexOf(name)}`];
+  const take = mapTake();
+  return take && scene.films[`map${take.number}.${take.maps.indexOf(state.get("map"))}`];
 }
 const mapNames = () => [...new Set(scene.takes.flatMap((take) => take.maps))];
 
@@ -72,20 +73,33 @@ const tellError = (error) => { byId("said").textContent = error.message; };
 function tellFrame() {
   byId("frame").value = byId("slider").value = frame;
   byId("slider").setAttribute("aria-valuetext", `frame ${frame} of ${scene.frames - 1}`);
-  byId("cursor").style.left = `${(frame + 0.5) / scene.frames * 100}%`;
+  byId("cursor").style.left = `calc(${PLOT.left}px + ${alongCurve(frame)} * (100% - ${PLOT.left + PLOT.right}px))`;
   if (playing && performance.now() - toldAt < TOLD_EVERY) return;  // text costs a layout, and nobody reads it 30 times a second
   toldAt = performance.now();
   tellNumbers();
 }
 
+function nameIn(take) {
+  const other = take.repetition === repetition() ? "" : ` (repetition ${take.repetition})`;
+  return data.trackers[take.tracker] + other + (take.failure ? " (failed)" : "");
+}
+function scoresIn(take) {
+  const { error, overlap } = scene.curve(rowOf(take));
+  if (Number.isNaN(overlap[frame])) return "";
+  return `${overlap[frame].toFixed(2)} · ${Number.isNaN(error[frame]) ? "no box" : `${error[frame].toFixed(1)} px`}`;
+}
+
 /** What trackers scored and said in the frame, and the command that draws it. */
 function tellNumbers() {
-  for (const button of byId("legend").children) if (button.take) {
-    const { error, overlap } = scene.curve(rowOf(button.take));
-    const known = !Number.isNaN(overlap[frame]);
-    button.lastChild.textContent = known ? `${overlap[frame].toFixed(2)} · ${Number.isNaN(error[frame]) ? "no box" : `${error[frame].toFixed(1)} px`}` : "";
+  const drawn = drawnTakes();
+  for (const button of [...byId("legend").children].filter((one) => one.called)) {
+    const take = drawn.find((one) => one.tracker === button.tracker);
+    button.called.textContent = nameIn(take || scene.take(button.tracker, repetition(), start()));
+    button.lastChild.textContent = take ? scoresIn(take) : "";
   }
-  byId("told").textContent = drawnTakes().filter((take) => take.numbers).map((take) => `${data.trackers[take.tracker]}: ${
+  const weighing = mapTake();
+  byId("whose").textContent = weighing ? `of ${data.trackers[weighing.tracker]}` : "";
+  byId("told").textContent = drawn.filter((take) => take.numbers).map((take) => `${data.trackers[take.tracker]}: ${
     Object.entries(take.numbers).filter(([, values]) => values[frame] !== null).map(([name, values]) => `${name} ${values[frame]}`).join(" · ")}`).join("\n");
   byId("shown").parentNode.hidden = !scene.show || drawnTakes().some((take) => take.judged.length);  // it draws runs in one pass
   if (scene.show) byId("shown").textContent =
@@ -116,18 +130,31 @@ function arrange() {
   const truth = make("button", { type: "button", disabled: "" }, "- - truth");
   byId("legend").replaceChildren(truth, ...trackersHere().map((tracker, position) => {
     const take = scene.take(tracker, repetition(), start()), on = shown.includes(tracker);
-    const other = take.repetition === repetition() ? "" : ` (repetition ${take.repetition})`;
-    const name = make("span", tracker === focus() ? { class: "focus" } : {}, data.trackers[tracker] + other + (take.failure ? " (failed)" : ""));
+    const called = make("span", tracker === focus() ? { class: "focus" } : {});
     const button = make("button", { type: "button", "aria-pressed": on, title: take.failure || "" },
-      make("b", {}, position < 9 ? position + 1 : ""), sampleOf(tracker), name, make("span"));
-    if (on) button.take = take;
+      make("b", {}, position < 9 ? position + 1 : ""), sampleOf(tracker), called, make("span"));
+    Object.assign(button, { tracker, called });
     button.addEventListener("click", () => toggle(tracker));
     return button;
   }));
   if (!pointed) byId("legend").children[focused]?.focus();  // it was made anew
   arrangeLayers();
-  byId("said").textContent = scene.why;
+  screen.classList.toggle("lens", state.has("lens"));
+  say(standing());
   drawCurve();
+}
+
+/** What is to be known of what is chosen: what of it is not there, and what went wrong. */
+function standing() {
+  const label = state.get("tracker"), its = scene.takes.filter((take) => take.tracker === focus());
+  const asked = Number(state.get("frame") ?? 0), told = [];
+  if (label !== null && !its.length) told.push(`There is no run of ${label} here.`);
+  if (state.has("repetition") && !scene.takes.some((take) => take.repetition === repetition())) told.push(`There is no repetition ${state.get("repetition")} here.`);
+  if (!(asked >= 0 && asked < scene.frames)) told.push(`There is no frame ${state.get("frame")}: the last one is ${scene.frames - 1}.`);
+  if (scene.why) told.push(scene.why);
+  const take = its.length && scene.take(focus(), repetition(), start());
+  if (take && take.failure) told.push(`${data.trackers[take.tracker]}, repetition ${take.repetition}, failed: ${take.failure}`);
+  return told.join(" ");
 }
 
 /** What can be laid over the frame, where there is more than boxes. */
@@ -182,9 +209,9 @@ async function follow() {
     scene = opened;
     painted = null;
     paintedFrame = -1;
-    screen.width = Math.max(640, Math.min(1280, scene.size[0]));
+    screen.width = Math.max(960, Math.min(1280, scene.size[0]));
     screen.height = Math.round(screen.width * scene.size[1] / scene.size[0]);
-    screen.style.width = `${screen.width}px`;
+    screen.style.setProperty("--shape", scene.size[0] / scene.size[1]);
   }
   if (`${around}` !== drawnFor) { drawnFor = `${around}`; arrange(); }
   await seek(moved);
@@ -272,9 +299,12 @@ function hold(on) {
   if (on && !otherTake()) { say("Choose a run to hold against first."); return; }
   held = on;
   if (on) say(`${data.trackers[otherTake().tracker]}, repetition ${otherTake().repetition}`);
-  else say(scene.why);
+  else say(standing());
+  byId("hold").setAttribute("aria-pressed", on);
   drawCurve();
+  tellNumbers();
   repaint();
+  if (state.has("map")) seek(frame);  // to its map
 }
 
 function save() {
@@ -295,6 +325,11 @@ function help() {
 }
 const flip = (key, value, without = null) => choose({ [key]: state.get(key) === value ? without : value });
 
+function flipTrace() {
+  if (scene.takes.every((take) => take.revised === null)) say("No run here was revised: what was said at once is all there is.");
+  else flip("trace", "revised");
+}
+
 const KEYS = {
   " ": play, ArrowLeft: () => move(frame - 1), ArrowRight: () => move(frame + 1),
   "Shift+ArrowLeft": () => move(frame - 10), "Shift+ArrowRight": () => move(frame + 10),
@@ -303,7 +338,7 @@ const KEYS = {
   g: () => { cameFrom = document.activeElement; byId("frame").focus(); byId("frame").select(); },
   f: nextFailure, d: nextDisagreement, c: () => hold(true),
   b: () => toggleLayer("boxes"), k: () => toggleLayer("masks"), n: () => toggleLayer("contours"), p: () => toggleLayer("particles"), h: nextMap,
-  o: () => flip("trace", "revised"), e: () => flip("curve", "overlap"), m: () => flip("lens", "1"),
+  o: flipTrace, e: () => flip("curve", "overlap"), m: () => flip("lens", "1"),
   s: save, l: copyLink, "?": help,
 };
 // Keys are heard wherever the focus is: after a click on what can't have it, nothing has.
@@ -312,12 +347,22 @@ addEventListener("keydown", (event) => {
   pointed = false;
   if (!dialog.open || event.ctrlKey || event.metaKey || event.altKey) return;
   const { target } = event;
+  if (event.key === "Escape" && !byId("help").hidden) {
+    event.preventDefault();
+    help();
+    return;
+  }
   if (target === byId("frame")) {
     if (event.key !== "Enter") return;
     move(target.value);
     target.blur();
     cameFrom?.focus();
     cameFrom = null;
+    return;
+  }
+  if (target === byId("hold") && /^( |Enter)$/.test(event.key)) {
+    event.preventDefault();
+    hold(true);
     return;
   }
   if (target.matches("select") || (event.key === " " && target.matches("button"))) return;
@@ -329,7 +374,10 @@ addEventListener("keydown", (event) => {
   if (act) act();
   else toggle(tracker);
 });
-addEventListener("keyup", (event) => { if (event.key === "c" && held) hold(false); });
+addEventListener("keyup", (event) => { if (/^(c| |Enter)$/.test(event.key)) hold(false); });
+byId("hold").addEventListener("pointerdown", (event) => { byId("hold").setPointerCapture(event.pointerId); hold(true); });
+for (const kind of ["pointerup", "pointercancel"]) byId("hold").addEventListener(kind, () => hold(false));
+byId("hold").addEventListener("contextmenu", (event) => event.preventDefault());  // a long press is no question
 addEventListener("blur", () => { if (held) hold(false); });
 dialog.addEventListener("click", (event) => {
   const button = event.target.closest("button");
@@ -362,14 +410,18 @@ for (const kind of ["pointerdown", "pointermove"]) byId("curve").addEventListene
   if (!(event.buttons & 1)) return;
   const seen = byId("curve").getBoundingClientRect();
   stop();
-  move(Math.floor((event.clientX - seen.left) / seen.width * scene.frames));
+  move((event.clientX - seen.left - PLOT.left) / (seen.width - PLOT.left - PLOT.right) * (scene.frames - 1));
 });
-screen.addEventListener("pointermove", (event) => {
+for (const kind of ["pointerdown", "pointermove"]) screen.addEventListener(kind, (event) => {
   const seen = screen.getBoundingClientRect();
   pointer = [(event.clientX - seen.left) * screen.width / seen.width, (event.clientY - seen.top) * screen.height / seen.height];
   if (scene && state.has("lens")) repaint();
 });
-screen.addEventListener("pointerleave", () => { pointer = null; if (scene) repaint(); });
+screen.addEventListener("pointerleave", (event) => {
+  if (event.pointerType !== "mouse") return;  // a finger that is lifted leaves the magnifier there
+  pointer = null;
+  if (scene) repaint();
+});
 const redrawn = () => { if (dialog.open && scene) drawCurve(); };
 addEventListener("resize", redrawn);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redrawn);

@@ -117,8 +117,13 @@ def test_the_player_opens_on_it_and_lays_over_what_is_chosen(chromium, page):
     before = chromium.run(pixels)
     chromium.key("h")
     chromium.wait(f"state.get('map') === 'right <b>' && {pixels} !== '{before}'")
+    assert chromium.run("byId('whose').textContent") == "of seeing"
     chromium.key("h")
     chromium.wait("!state.has('map') && paintedMap === null")
+    assert chromium.run("byId('whose').textContent") == ""
+    chromium.key("o")
+    assert "No run here was revised" in chromium.run("byId('said').textContent")
+    assert not chromium.run("state.has('trace')")
     chromium.key("Escape")
     chromium.wait("!byId('player').open")
     assert chromium.console == []

@@ -613,7 +613,12 @@ def test_it_plays_scrubs_holds_another_run_enlarges_and_saves(shown, results):
     assert not shown.run("playing")
     shown.run("byId('slider').value = 33; byId('slider').dispatchEvent(new Event('input'))")
     shown.wait("paintedFrame === 33")
-    assert shown.run("byId('cursor').style.left") == f"{(33 + 0.5) / 60 * 100:g}%"
+    cursor, slider = (
+        shown.run(f"(({{x, width}}) => [x, width])(byId('{one}').getBoundingClientRect())")
+        for one in ("cursor", "slider")
+    )
+    thumb = slider[0] + 8 + 33 / 59 * (slider[1] - 16)  # its centre; it is 16 pixels wide
+    assert cursor[0] + cursor[1] / 2 == pytest.approx(thumb, abs=0.6)
     pixels = "screen.toDataURL()"
     plain = shown.run(pixels)
     shown.run("choose({other: '2.1'})")
@@ -648,9 +653,145 @@ def test_it_plays_scrubs_holds_another_run_enlarges_and_saves(shown, results):
         pytest.approx(one, abs=0.051) for one in boxes_at_3(results, name, trackers[2])
     ]
     shown.click("#curve")
-    assert shown.wait("paintedFrame === frame && frame !== 33 && frame") == 30
+    shown.wait("paintedFrame === frame && frame !== 33")
+    middle = shown.run("(({x, width}) => x + width / 2)(byId('curve').getBoundingClientRect())")
+    now = shown.run("byId('cursor').getBoundingClientRect().x + 1")
+    assert abs(now - middle) <= (slider[1] - 16) / 59 / 2 + 1
     shown.key("?")
     assert shown.run("!byId('help').hidden")
+
+
+@browser.needs_browser
+@pytest.mark.parametrize(
+    ("width", "height"), [(1366, 768), (1920, 1080), (390, 844), (844, 390), (1280, 500)]
+)
+def test_a_frame_keeps_its_shape_in_every_window_and_uses_its_room(shown, width, height):
+    shown.size(width, height, mobile=width < 900)
+    seen(shown, sequence=named("plain/target:length=60:scene=0"), frame=3)
+    rect = "(({width, height}) => [width, height])(screen.getBoundingClientRect())"
+    wide, tall = shown.run(rect)
+    assert wide / tall == pytest.approx(shown.run("scene.size[0] / scene.size[1]"), rel=0.005)
+    assert wide > {1920: 900, 390: 360}.get(width, 300)
+    assert shown.run("dialog.scrollHeight <= dialog.clientHeight")
+    if height > 600:  # else controls scroll beside the frame
+        bottoms = (
+            "[...dialog.querySelectorAll('button')].map(o => o.getBoundingClientRect().bottom)"
+        )
+        assert max(shown.run(bottoms)) <= height
+
+
+def touch(shown, kind, *places):
+    shown.call("Input.dispatchTouchEvent", type=kind, touchPoints=list(places))
+
+
+@pytest.fixture
+def phone(shown, page):
+    shown.size(390, 844, mobile=True)
+    shown.call("Emulation.setTouchEmulationEnabled", enabled=True)
+    shown.open(page.as_uri())
+    yield shown
+    shown.call("Emulation.setTouchEmulationEnabled", enabled=False)
+
+
+@browser.needs_browser
+def test_a_finger_opens_points_holds_another_run_and_moves_the_magnifier(phone):
+    phone.wait(
+        "new Promise((done) => {"
+        " byId('errors-2').scrollIntoView({block: 'center', behavior: 'instant'});"
+        " requestAnimationFrame(() => done(document.querySelector('#errors-2 svg') !== null)); })"
+    )
+    middle = (
+        "(({{x, y, width, height}}) => ({{x: x + width / 2, y: y + height / 2}}))"
+        "(document.querySelector('{}').getBoundingClientRect())"
+    )
+    touch(phone, "touchStart", phone.run(middle.format("#errors-2 svg")))
+    touch(phone, "touchEnd")
+    phone.wait("byId('player').open && paintedFrame >= 0")
+    assert phone.run("scene.number") == 2
+    phone.run("choose({other: '2.1'})")
+    touch(phone, "touchStart", phone.run(middle.format("#hold")))
+    phone.wait("held && drawnTakes()[0].repetition === 1")
+    touch(phone, "touchEnd")
+    phone.wait("!held")
+    phone.key("m")
+    pixels = "screen.toDataURL()"
+    drawn = {phone.run(pixels)}
+    place = phone.run(middle.format("#screen"))
+    touch(phone, "touchStart", place)
+    drawn.add(phone.run(pixels))
+    touch(phone, "touchMove", {"x": place["x"] + 60, "y": place["y"] + 40})
+    phone.wait(f"{pixels} !== {json.dumps(max(drawn))}")
+    drawn.add(phone.run(pixels))
+    touch(phone, "touchEnd")
+    assert phone.run(pixels) in drawn  # it stays
+    assert len(drawn) == 3
+
+
+WRITTEN = """window.said = [];
+{ const before = curvePen.fillText; curvePen.fillText = function (...given) {
+  said.push(given); before.apply(this, given); }; }"""
+"""Has what is written on the curve kept, and where."""
+
+
+@browser.needs_browser
+def test_while_another_run_is_held_the_curves_scale_stays_and_the_numbers_are_its(shown, results):
+    name = named("plain/target:length=60:scene=0")
+    tracker = shown.run("data.labels[2]")
+    seen(shown, sequence=name, tracker=tracker, repetition=0, frame=40)
+    shown.run("choose({other: '2.1', show: '2'})")
+    shown.run(WRITTEN)
+    scale = "(() => { said.length = 0; drawCurve(); return said.join(); })()"  # numbers, and where
+    numbers = "byId('legend').children[3].lastChild.textContent"
+    before = shown.run(scale), shown.run(numbers)
+    shown.key("c", held=True)
+    said = shown.run(scale), shown.run(numbers)
+    entry = shown.run("byId('legend').children[3].textContent")
+    shown.release("c")
+    assert said[0] == before[0]
+    runs = {
+        row["repetition"]: (run.boxes, truth.boxes)
+        for row, run, truth in scored_runs(results, sequence=name)
+        if row["tracker"] == tracker
+    }
+    for repetition, told in enumerate((before[1], said[1])):
+        boxes, truth = (one[40:41] for one in runs[repetition])
+        near, px = (float(number) for number in re.findall(r"[\d.]+", told))
+        assert near == pytest.approx(overlap(truth, boxes)[0], abs=0.01)
+        assert px == pytest.approx(centre_error(truth, boxes)[0], abs=0.15)
+    assert before[1] != said[1]
+    assert "(repetition 1)" in entry
+    assert shown.run(numbers) == before[1]
+
+
+@browser.needs_browser
+def test_a_link_to_what_is_not_there_says_so(shown):
+    name = named("plain/target:length=60:scene=0")
+    for asked, told in (
+        ({"tracker": "none <b>", "frame": 3}, "There is no run of none <b> here."),
+        ({"repetition": 77, "frame": 3}, "There is no repetition 77 here."),
+        ({"frame": 6000}, "There is no frame 6000: the last one is 59."),
+    ):
+        shown.run(f"location.hash = {json.dumps(urlencode({'sequence': name, **asked}))}")
+        shown.wait(f"byId('said').textContent === {json.dumps(told)}")
+
+
+@browser.needs_browser
+def test_escape_closes_the_keys_first(shown):
+    seen(shown, sequence=named("plain/target:length=60:scene=0"), frame=3)
+    shown.key("?")
+    shown.key("Escape")
+    assert shown.run("byId('player').open && byId('help').hidden")
+    shown.key("Escape")
+    shown.wait("!byId('player').open")
+
+
+@browser.needs_browser
+def test_the_curve_of_overlaps_has_the_line_of_success(shown):
+    seen(shown, sequence=named("plain/target:length=60:scene=0"), frame=3)
+    shown.run(WRITTEN)
+    shown.key("e")
+    said = shown.wait("said.map((given) => given[0])")
+    assert {"0", "0.5", "1", "20", "40", "overlap; success from 0.5"} <= {*said}
 
 
 @browser.needs_browser
