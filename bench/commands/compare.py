@@ -130,8 +130,11 @@ def command(
     with together(experiments, guests, sequences, only) as (experiment,):
         others = [one.tracker for one in guests]
         asked = _Asked(experiment, labels, cells, others, published, by_attribute, stored)
-        for preset, (measure, limit) in measures.items():
-            answers = _answers(asked, preset, measure, limit, question)
+        compared = {  # all of them before one is shown: a preset may refuse the runs
+            preset: _answers(asked, preset, measure, limit, question)
+            for preset, (measure, limit) in measures.items()
+        }
+        for preset, answers in compared.items():
             _show(answers, preset, as_json=as_json)
             if folder is not None:
                 target = folder / preset if len(measures) > 1 else folder
@@ -175,6 +178,7 @@ def _judging(metrics: Sequence[str], stored: str) -> list[str]:
 def _measure(preset: str, metric: str | None, margin: float | None) -> "tuple[Measure, float]":
     """By what a preset's runs are compared, and the difference that means nothing."""
     from bench.metrics import preset as metrics_preset
+    from bench.metrics.preset import mean_of_sequences
     from bench.reporting.tables import PER_SEQUENCE, PRESET, SUMMARY
     from reports.tables import Measure
 
@@ -184,15 +188,22 @@ def _measure(preset: str, metric: str | None, margin: float | None) -> "tuple[Me
             raise click.BadParameter(f"{name!r} is none of {', '.join(MARGINS)}.", param_hint=_HINT)
         found = next(one for one in (*SUMMARY, *PER_SEQUENCE) if one.name == name)
         return found, MARGINS[name] if margin is None else margin
-    columns = {key: one for key, one in metrics_preset(preset).columns.items() if one.better}
+    definitions = metrics_preset(preset)
+    judging = {key: one for key, one in definitions.columns.items() if one.better}
+    columns = {key: one for key, one in judging.items() if not one.whole}
     name = metric or next(iter(columns))
     if name not in columns:
+        wrong = f"{preset} has no {name!r}"
+        if name in judging:
+            wrong = f"{name} is of all sequences together, and trackers are compared by sequence"
         raise click.BadParameter(
-            f"{preset} has no {name!r}; it has {', '.join(columns)}.", param_hint=_HINT
+            f"{wrong}; of {preset} they can be compared by {', '.join(columns)}.", param_hint=_HINT
         )
     if margin is None and columns[name].better == "lower":
         raise click.UsageError(f"{name} is no share: give the --margin that means nothing.")
     title = f"{name.replace('_', ' ')} ({preset})"
+    if definitions.combine is not mean_of_sequences:  # then `report` prints another number
+        title = f"mean of sequences' {title}"
     found = Measure(name, title, direction=columns[name].better, decimals=3)
     return found, MARGINS["mean_overlap"] if margin is None else margin
 

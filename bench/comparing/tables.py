@@ -64,6 +64,7 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
     critical = comparison.critical_difference
     return {
         "measure": comparison.measure.name,
+        "title": comparison.measure.title,
         "direction": comparison.measure.direction,
         "margin": comparison.margin,
         "question": comparison.question,

@@ -119,11 +119,15 @@ class Judged:
 
 @dataclass(frozen=True)
 class Column:
-    """A score: its meaning, a perfect tracker's (None where that depends), which is better."""
+    """A score: its meaning, a perfect tracker's (None where that depends), which is better.
+
+    `whole`: whether it is defined of all sequences together alone, and of none by itself.
+    """
 
     meaning: str
     perfect: float | None = 1.0
     better: Literal["higher", "lower"] | None = "higher"
+    whole: bool = False
 
 
 @dataclass(frozen=True)

@@ -100,8 +100,8 @@ PRESET = Preset(
     columns={
         "accuracy": Column("mean overlap before failures", None),
         "robustness": Column("share of frames before failures"),
-        "eao": Column("expected average overlap over 115 to 754 frames"),
-        "eao_lengths": Column("of these 640 lengths those that occur", None, None),
+        "eao": Column("expected average overlap over 115 to 754 frames", whole=True),
+        "eao_lengths": Column("of these 640 lengths those that occur", None, None, whole=True),
     },
     judge=judge,
     combine=combine,

@@ -65,3 +65,28 @@ def test_a_score_of_another_preset_by_another_protocol_fits_a_terminal(trackmark
     said = trackmark("compare", "static", "camshift", "--sequences", SCENES, *asked).stdout
     assert "accuracy (vot-supervised), protocol supervised" in said
     assert max(map(len, said.splitlines())) <= 100
+
+
+def test_what_the_benchmark_weights_otherwise_is_called_a_mean_of_sequences(trackmark, here):
+    asked = ("compare", "static", "camshift", "--sequences", SCENES, "--metrics")
+    said = trackmark(*asked, "got10k", "--folder", "paper").stdout
+    title = "mean of sequences' ao (got10k)"
+    assert said.count(title) >= 2  # over the table, and in the paragraph
+    assert title in (here / "paper/paragraph.txt").read_text()
+    assert json.loads(trackmark(*asked, "got10k", "--json").stdout)["title"] == title
+    assert json.loads(trackmark(*asked, "otb", "--json").stdout)["title"] == "success auc (otb)"
+
+
+def test_a_score_of_all_sequences_together_is_refused(trackmark, here):
+    asked = ("--protocol", "supervised", "--metrics", "vot", "--metric", "eao")
+    said = trackmark("compare", "static", "camshift", "--sequences", SCENES, *asked, status=2)
+    assert "eao is of all sequences together" in said.stderr
+    assert "compared by accuracy, failures, robustness, accuracy_exact" in said.stderr
+    assert not (here / "results").exists()
+
+
+def test_nothing_is_printed_where_one_of_several_presets_refuses_the_runs(trackmark):
+    asked = ("--sequences", SCENES, "--metrics", "otb,got10k,vot")
+    said = trackmark("compare", "static", "camshift", *asked, status=2)
+    assert said.stdout == ""
+    assert "supervised" in said.stderr
