@@ -4,6 +4,7 @@ import hashlib
 import json
 import math
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, count
@@ -306,7 +307,8 @@ def _print_tables(execution: "Execution", metrics: Sequence[str]) -> None:
 
 def _print_remarks(execution: "Execution", failed: int) -> None:
     if failed:
-        click.echo(f"`trackmark results failures {execution.folder}` tells why runs failed.")
+        command = shlex.join(["trackmark", "results", "failures", str(execution.folder)])
+        click.echo(f"`{command}` tells why runs failed.")
     if math.isfinite(execution.overhead):
         microseconds = execution.overhead * 1e6
         click.echo(f"The harness itself took {microseconds:.1f} µs a frame and tracker.")

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import datasets
-from bench.reporting.opening import opened
+from bench.pages.shown import mask_shapes
+from bench.reporting.opening import opened_or_why
 from reports.page.film import film
 
 __all__ = ["Filmed", "Keep", "Watch", "film_all"]
@@ -30,11 +31,15 @@ _OPENING = 60  # as many frames take the time in which a synthetic sequence is o
 
 
 class Filmed(NamedTuple):
-    """Frames of a sequence: `thumbnails` in chunks, sizes of `full` ones, `why` some are not."""
+    """Frames of a sequence: `thumbnails` in chunks, sizes of `full` ones, `why` some are not.
+
+    `shapes`: outlines of true masks by frame, which the truth beside stored runs may lack.
+    """
 
     thumbnails: Sequence[Sequence[bytes]] = ()
     full: Sequence[Sequence[int]] = ()
     why: str = ""
+    shapes: Mapping[int, Mapping[str, Any]] = {}
 
 
 def film_all(
@@ -82,14 +87,14 @@ def _filmed(
 ) -> Filmed:
     if not frames:
         return Filmed()
-    sequence = opened(row)
-    if sequence is None:
-        gone = f"{row['sequence']} is not at {row['source']} as it was when it was run."
-        return Filmed(why=f"No frames: {gone}")
+    sequence = opened_or_why(row)
+    if isinstance(sequence, str):
+        return Filmed(why=f"No frames: {sequence}")
     sizes = []
     try:
         images = (sequence[frame] for frame in frames)
         thumbnails = list(film(_counted(images, seen), height))
+        shapes = mask_shapes((frame, sequence.mask(frame)) for frame in frames)
         if keep is not None:
             images = (sequence[frame] for frame in frames)
             for chunk, encoded in enumerate(film(images, quality=_FULL_QUALITY)):
@@ -97,7 +102,7 @@ def _filmed(
                 sizes.append([len(frame) for frame in encoded])
     except datasets.SequenceError as error:
         return Filmed(why=f"No frames: {error}")
-    return Filmed(thumbnails, sizes)
+    return Filmed(thumbnails, sizes, shapes=shapes)
 
 
 def _counted(

@@ -1,6 +1,6 @@
 """What a run tells besides boxes, as the player draws it: outlines, particles, maps, numbers."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import cv2
@@ -13,7 +13,7 @@ from bench.reporting.outlines import mask_outlines
 from bench.store.truth import StoredTruth
 from reports.page.film import film
 
-__all__ = ["Film", "maps", "numbers", "shapes", "true_shapes"]
+__all__ = ["Film", "maps", "mask_shapes", "numbers", "shapes", "true_shapes"]
 
 Film: TypeAlias = Sequence[Sequence[bytes]]
 """Frames in chunks; see `reports.page.film.film`."""
@@ -45,6 +45,11 @@ def true_shapes(stored: StoredTruth) -> dict[int, dict[str, Any]]:
         else {"contours": [_points(shape)]}
         for frame, shape in known.items()
     }
+
+
+def mask_shapes(masks: Iterable[tuple[int, NDArray[np.bool_] | None]]) -> dict[int, dict[str, Any]]:
+    """Outlines of masks, by frame, where there is one; as `true_shapes` gives them."""
+    return {frame: {"masks": _outlines(mask)} for frame, mask in masks if mask is not None}
 
 
 def maps(run: Run) -> dict[str, Film]:

@@ -322,7 +322,7 @@ def scenes(
 def _scene(stage: Stage, results: str, filmed: Filmed, frames: Sequence[int]) -> Scene:
     row, stored = stage.row, stage.stored
     boxes, takes = [quantised(stage.truth)], list[Take]()
-    drawn = {0: true_shapes(stored)}
+    drawn: dict[int, Mapping[int, Any]] = {0: {**filmed.shapes, **true_shapes(stored)}}
     for clip in (*stage.clips, *stage.others):
         place = len(boxes)
         boxes.append(clip.boxes)

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 import shutil
 from pathlib import Path
 
@@ -111,6 +112,15 @@ def test_timing_runs_store_times(trackmark, here):
     assert (steady["cpu_seconds_median"] > 0).all()
     assert (steady["cpu_seconds_p99"] >= steady["cpu_seconds_median"]).all()
     assert table[table["disturbed"] == 1]["cpu_seconds_median"].isna().all()
+
+
+def test_what_tells_why_runs_failed_is_typed_as_it_stands(trackmark, here, spoil):
+    spoil()
+    name = '=evil"<b>'
+    where = ("--trackers", "knob.py:Knob", "--sequences", "data/Small", "--name", name)
+    told = trackmark("run", *where, status=1).stdout
+    command = re.search("`trackmark (.*)` tells why", told)[1]
+    assert shlex.split(command) == ["results", "failures", f"results/{name}"]
 
 
 def test_failed_runs_are_shown_and_make_the_exit_status_one(typed, trackmark, spoil):

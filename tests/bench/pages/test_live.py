@@ -72,10 +72,15 @@ def test_a_live_page_holds_what_trackers_tell_of_each_frame(page):
     data = json.loads(re.search(r'id="data">(.*?)</script>', page.read_text(), re.S)[1])
     (scene,) = data["scenes"]
     assert data["labels"] == ["seeing", "static"]
-    assert scene["takes"][0][5:] == [True, ["left", "right <b>"], True]
-    assert scene["takes"][1][5:] == [False, [], False]
+    assert scene["takes"][0][5:8] == [True, ["left", "right <b>"], True]
+    assert scene["takes"][1][5:8] == [False, [], False]
     x, y, width, height = datasets.load(SEQUENCE).boxes[0].round(1)
-    (shapes,) = json.loads(zlib.decompress(block(page, "shapes-0"))).values()
+    true, shapes = json.loads(zlib.decompress(block(page, "shapes-0"))).values()
+    mask = datasets.load(SEQUENCE).mask(7)
+    drawn = np.zeros(mask.shape, np.uint8)
+    outlines = [np.int32(np.float64(line) - 0.5) for line in true["7"]["masks"]]
+    cv2.fillPoly(drawn, outlines, 1)
+    assert np.array_equal(drawn.astype(bool), mask)
     assert list(shapes) == [str(frame) for frame in range(1, 12)]
     assert shapes["7"]["particles"] == [
         [pytest.approx(x, abs=0.1), pytest.approx(y, abs=0.1), 0.25],
@@ -191,3 +196,16 @@ def test_a_map_of_another_size_fails_the_run(make_sequence):
 
     assert not bench.evaluate(Wrong, make_sequence()).failure
     assert "map 'small'" in bench.evaluate(Wrong, make_sequence(), keep_arrays=True).failure
+
+
+@browser.needs_browser
+def test_the_player_draws_the_true_mask_of_a_sequence_that_has_one(chromium, page):
+    chromium.console.clear()
+    chromium.size(1280, 1000)
+    chromium.open(page.as_uri())
+    chromium.wait("scene && paintedFrame === 0 && byId('player').open")
+    chromium.run("choose({show: 'none', hide: 'boxes'}); 0")
+    drawn = chromium.run("screen.toDataURL()")
+    chromium.key("k")
+    assert chromium.run("screen.toDataURL()") != drawn
+    assert chromium.console == []
