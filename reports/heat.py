@@ -1,4 +1,4 @@
-"""A map of scores: rows by columns, the darker the better."""
+"""A map of scores: rows by columns, the stronger the colour the better."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -8,10 +8,11 @@ from collections.abc import Callable, Mapping
 from math import isfinite
 
 from reports.printable import one_line
-from reports.tables import Table
+from reports.tables import MISSING, Table
 
 __all__ = [
     "FORMATS",
+    "breakable",
     "in_markdown",
     "to_csv",
     "to_html",
@@ -53,7 +54,33 @@ _LATEX = {
 _BEYOND = re.compile(
     "[^\x00-\x7fÀÁÂÃÄÅÆÇÈÉÊËÌÍÎÏÑÒÓÔÕÖØÙÚÛÜÝßàáâãäåæçèéêëìíîïñòóôõöøùúûüýÿĆćČčĎďĚěĞğŁłŃńŇňŐőŒœŘřŚśŠšŤťŮůŰűŸŹźŻżŽž]+"
 )
-OR_NUMBERS = r"\providecommand{\ornumbers}[2]{\ifdefined\Umathcode#1\else\texttt{#2}\fi}"
+# Lines may end before each number; robust, since captions are written into files.
+OR_NUMBERS = (
+    r"\let\shownslash\textbackslash"
+    "\n"
+    r"\DeclareRobustCommand{\ornumbers}[2]{\ifdefined\Umathcode#1\else"
+    r"{\def\textbackslash{\allowbreak\shownslash}\texttt{#2}}\fi}"
+)
+
+TO_FIT = (
+    r"\providecommand{\tofit}[1]{\ifdefined\resizebox"
+    r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{#1}\else#1\fi}"
+)
+"""What is wider than a page is scaled down to it, where graphicx is used."""
+
+_LINE = 76  # letters of a line in `article`, in the size of footnotes
+_LONG = 24  # letters from which on texts of a column are wrapped
+_LEAST = 12  # letters that a wrapped column has room for
+_MOST_LINES = 36  # of a table's body on a page
+_BETWEEN = 3  # letters that there would be room for between two columns
+_MOST_NOTES = 900  # letters of notes beneath a table; more of them follow it
+_WORD = re.compile(r"\S{13,}")
+_CUT = re.compile(r"[A-Za-z]{18,}|(?=\w*\d)\w{13,}|[/:=,_.;-]+(?=\w)")
+"""Where lines may end within words that are longer than a column: after signs, and in between."""
+
+_BEGINS = re.compile(
+    r"[\[(~<>≤≥]*\s*[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?(?=$|[\s,;%\])±–])", re.IGNORECASE
+)
 
 _FORMULA = re.compile("'*[=+@＝＋＠－-]")  # the wide ones count as such in some languages
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE | re.ASCII)
@@ -84,7 +111,7 @@ def to_json(table: Table) -> str:
 
 def to_markdown(table: Table) -> str:
     """Render a table in Markdown (pipe table); the best of a column is bold."""
-    alignment = ["---" if column < table.n_labels else "---:" for column in range(len(table.heads))]
+    alignment = ["---" if text else "---:" for text in _texts(table)]
     caption, *heads = map(in_markdown, [table.caption, *table.heads])
     rows = [heads, alignment, *_cells(table, in_markdown, "**{}**")]
     notes = [f"- {in_markdown(note)}" for note in table.notes]
@@ -95,27 +122,122 @@ def to_markdown(table: Table) -> str:
 def to_latex(table: Table) -> str:
     r"""Render a table in LaTeX (needs `\usepackage{booktabs}`); the best of a column is bold.
 
-    Letters that pdfLaTeX can't set are shown by their numbers (`\u043a`); XeLaTeX and LuaLaTeX set
-    them.
+    Long texts are wrapped, and what is wider than a line all the same is scaled down to it (with
+    graphicx); what is longer than a page is several tables. Letters that pdfLaTeX can't set are
+    shown by their numbers (`\u043a`); XeLaTeX and LuaLaTeX set them.
     """
-    columns = "l" * table.n_labels + "r" * (len(table.heads) - table.n_labels)
-    lines = [
-        r"\begin{table}",
-        r"\centering",
-        rf"\caption{{{in_latex(table.caption)}}}",
-        rf"\begin{{tabular}}{{{columns}}}",
-        r"\toprule",
-        _latex_row(list(map(in_latex, table.heads))),
-        r"\midrule",
-        *map(_latex_row, _cells(table, in_latex, r"\textbf{{{}}}")),
-        r"\bottomrule",
-        r"\end{tabular}",
-        *(rf"\par\footnotesize {in_latex(note)}" for note in table.notes),
-        r"\end{table}",
-    ]
+    room = _rooms(table)
+    columns = "".join(
+        f"p{{{letters / _LINE:.3f}\\linewidth}}" if letters else "l" if text else "r"
+        for letters, text in zip(room, _texts(table), strict=True)
+    )
+    heads = _latex_row(_wrapped(list(map(in_latex, table.heads)), room))
+    body = _cells(table, in_latex, r"\textbf{{{}}}")
+    shown = [_wrapped(row, room) for row in body]
+    notes = [rf"\par\footnotesize {breakable(in_latex(note))}" for note in table.notes]
+    follow = sum(map(len, table.notes)) > _MOST_NOTES
+    pieces = _pieces(table, room)
+    small = r"\footnotesize" if any(room) else ""
+    lines = [TO_FIT]
+    for number, piece in enumerate(pieces):
+        more = " (continued)" if number else ""
+        lines += [
+            r"\begin{table}[htbp]",
+            r"\centering",
+            rf"\caption{{{breakable(in_latex(table.caption))}{more}}}",
+            rf"{small}\tofit{{\begin{{tabular}}{{{columns}}}",
+            r"\toprule",
+            heads,
+            r"\midrule",
+            *(_latex_row(shown[row]) for row in piece),
+            r"\bottomrule",
+            r"\end{tabular}}",
+            *(notes if piece is pieces[-1] and not follow else []),
+            r"\end{table}",
+        ]
+    lines += ["{", *notes, r"\par}"] if follow else []
     if any(r"\ornumbers" in line for line in lines):
         lines.insert(0, OR_NUMBERS)
     return "\n".join(lines) + "\n"
+
+
+def _texts(table: Table) -> list[bool]:
+    """Which columns have texts: labels, and those most of whose cells begin with no number."""
+    found = []
+    for column in range(len(table.heads)):
+        cells = [row[column].text for row in table.rows]
+        known = [text for text in cells if text and not text.startswith(MISSING)]
+        numbers = sum(_BEGINS.match(text) is not None for text in known)
+        found.append(column < table.n_labels or 2 * numbers < len(known))
+    return found
+
+
+def _rooms(table: Table) -> list[int]:
+    """Letters that there is room for in columns that are wrapped; 0 for others."""
+    texts = _texts(table)
+    widest = [
+        max((_set(row[column].text) for row in table.rows), default=0)
+        for column in range(len(table.heads))
+    ]
+    wide = [text and width > _LONG for text, width in zip(texts, widest, strict=True)]
+    others = [
+        max(width, _set(head)) + _BETWEEN
+        for width, head, wrapped in zip(widest, table.heads, wide, strict=True)
+        if not wrapped
+    ]
+    left = max(_LINE - sum(others) - _BETWEEN * sum(wide), _LEAST * sum(wide))
+    weights = [
+        min(width, 400) ** 0.5 if wrapped else 0.0
+        for width, wrapped in zip(widest, wide, strict=True)
+    ]
+    return [max(_LEAST, int(left * weight / sum(weights))) if weight else 0 for weight in weights]
+
+
+def _set(text: str) -> int:
+    """Letters that a text takes, of which those beyond pdfLaTeX's are shown by their numbers."""
+    return len(_BEYOND.sub(lambda found: "-" * 6 * len(found[0]), text))
+
+
+def _pieces(table: Table, room: list[int]) -> list[list[int]]:
+    """Numbers of rows that stand on a page together; one piece where there are none."""
+    pieces: list[list[int]] = [[]]
+    lines = 0
+    for number, row in enumerate(table.rows):
+        high = max(
+            (
+                -(-_set(cell.text) // letters)
+                for cell, letters in zip(row, room, strict=True)
+                if letters
+            ),
+            default=1,
+        )
+        if pieces[-1] and lines + high > _MOST_LINES:
+            pieces.append([])
+            lines = 0
+        pieces[-1].append(number)
+        lines += high
+    return pieces
+
+
+def _wrapped(cells: list[str], room: list[int]) -> list[str]:
+    r"""Cells whose lines end anywhere, and are not stretched; `\raggedright` would take `\\`."""
+    return [
+        rf"\rightskip0pt plus1fil\hspace{{0pt}}{breakable(cell)}" if letters else cell
+        for cell, letters in zip(cells, room, strict=True)
+    ]
+
+
+def breakable(latex: str) -> str:
+    """LaTeX whose long words, names and digests say, may be divided between lines."""
+    return _WORD.sub(lambda word: _CUT.sub(_divided, word[0]), latex)
+
+
+def _divided(found: re.Match[str]) -> str:
+    word = found[0]
+    if not word[0].isalnum():
+        return word + r"\allowbreak{}"
+    mark = r"\-" if word.isalpha() else r"\allowbreak{}"
+    return mark.join(word[start : start + 8] for start in range(0, len(word), 8))
 
 
 def to_html(table: Table) -> str:

@@ -53,6 +53,9 @@ class Measure:
     out_of: str = ""  # column with the number that a count is out of; shown as `k of n`
     never: str = ""  # what is shown, instead of `n of n`, where the score is that number
     rank: int = 0  # a narrow page leaves out those of the highest rank first
+    least: float = -math.inf  # that the score can be
+    most: float = math.inf  # likewise
+    margin: float = 0.0  # difference of scores that means nothing in practice
 
     @property
     def head(self) -> str:
@@ -105,8 +108,8 @@ class Doubt(NamedTuple):
     contenders: Sequence[bool]  # whether the data can't tell it from the best
 
 
-Doubts: TypeAlias = Callable[[Sequence[Sequence[NDArray[np.float64]]], Direction | None], Doubt]
-"""Finds it from the values of the repetitions, by tracker and sequence."""
+Doubts: TypeAlias = Callable[[Sequence[Sequence[NDArray[np.float64]]], Measure], Doubt]
+"""Finds it from a measure's values of the repetitions, by tracker and sequence."""
 
 
 def summary_table(
@@ -130,9 +133,10 @@ def summary_table(
     title, preset : str
         What the caption begins with, and the metrics preset that it names.
     doubts : callable, optional
-        What stands behind ± (ends of that interval join the data as `low` and `high`), and whom
-        the data can't tell from the best; the best mean is marked and ± is a standard deviation
-        over repetitions by default.
+        What stands behind ± (ends of that interval, as far as the measure goes, join the data as
+        `low` and `high`; they are shown themselves where its range ends it), and whom the data
+        can't tell from the best; the best mean is marked and ± is a standard deviation over
+        repetitions by default.
     meaning : str
         Of ±, for the caption.
     """
@@ -153,8 +157,10 @@ def summary_table(
     rows = _rows([[tracker] for tracker in trackers], entries, measures)
     data = _tidy([{"tracker": tracker} for tracker in trackers], entries, measures, preset)
     if doubts is not None:
-        rows, halves = _doubted(runs, (tracker, sequence), rows, entries, measures, doubts)
-        data = data.assign(low=data["mean"] - halves, high=data["mean"] + halves)
+        rows, ends = _doubted(runs, (tracker, sequence), rows, entries, measures, doubts)
+        data = data.assign(low=ends[:, 0], high=ends[:, 1])
+        if any(" [" in cell.text for row in rows for cell in row[1:]):
+            meaning += "; [from, to]: such an interval that the score's range ends"
     names = ", ".join(sequences) if len(sequences) <= 4 else f"{len(sequences)} sequences"
     return Table(
         name="summary",
@@ -215,6 +221,7 @@ class _Entry:
     lacking: str = ""
     runs: int = 0
     out_of: float = float("nan")
+    ends: tuple[float, float] | None = None  # of an interval that ± would say wrongly
 
 
 def _numbers(runs: pd.DataFrame) -> list[tuple[NDArray[np.int64], list[str]]]:
@@ -303,26 +310,29 @@ def _doubted(
     measures: Sequence[Measure],
     doubts: Doubts,
 ) -> tuple[list[list[Cell]], NDArray[np.float64]]:
-    """Rows of a summary, and halves of intervals cell by cell; missing means stay missing."""
+    """Rows of a summary, and ends of intervals, (cells, 2); missing means stay missing."""
     tracker, sequence = numbers
     cells = [
         [np.flatnonzero((tracker == row) & (sequence == one)) for one in np.unique(sequence)]
         for row in range(len(rows))
     ]
     made = [list(row) for row in rows]
-    halves = np.full((len(rows), len(measures)), np.nan)
+    ends = np.full((len(rows), len(measures), 2), np.nan)
     for column, measure in enumerate(measures):
         known = [row for row, found in enumerate(entries) if np.isfinite(found[column].mean)]
         if not known or measure.name not in runs:
             continue
         values = runs[measure.name].to_numpy(np.float64)
         repeated = [[values[places] for places in cells[row]] for row in known]
-        doubt = doubts(repeated, measure.direction)
+        doubt = doubts(repeated, measure)
         for row, half, contender in zip(known, doubt.halves, doubt.contenders, strict=True):
-            entry = replace(entries[row][column], spread=half)
+            mean = entries[row][column].mean
+            low, high = max(mean - half, measure.least), min(mean + half, measure.most)
+            whole = not (mean - half < measure.least or mean + half > measure.most)
+            entry = replace(entries[row][column], spread=half, ends=None if whole else (low, high))
             made[row][column + 1] = Cell(_shown(entry, measure), contender)
-            halves[row, column] = half
-    return made, halves.ravel()
+            ends[row, column] = (low, high) if np.isfinite(half) else np.nan
+    return made, ends.reshape(-1, 2)
 
 
 def _best(means: Iterable[float], measure: Measure) -> float | None:
@@ -347,7 +357,10 @@ def _shown(entry: _Entry, measure: Measure) -> str:
         return measure.never
     digits = measure.decimals
     text = f"{entry.mean * measure.scale:.{digits}f}"
-    if np.isfinite(entry.spread):
+    if entry.ends is not None:
+        low, high = (f"{end * measure.scale:.{digits}f}" for end in entry.ends)
+        text += f" [{low}, {high}]"
+    elif np.isfinite(entry.spread):
         text += f" ±{entry.spread * measure.scale:.{digits}f}"
     if np.isfinite(entry.out_of) and not measure.never:
         text += f" of {entry.out_of * measure.scale:.0f}"

@@ -94,8 +94,10 @@ def command(
             title = title_of(experiment, named=several)
             made, scored = _tables(experiment, metrics, title)
             against = _against(experiment, metrics, made) if by_attribute else []
-            _print(made, None if form in FIGURES else form, wide=wide, as_json=as_json)
             kept = experiments[number] if experiments else None
+            said = "" if kept is None else str(kept), others
+            told = [*made, *_further(experiment, made, said)] if as_json else made
+            _print(told, None if form in FIGURES else form, wide=wide, as_json=as_json)
             target = kept or Path("report")
             if folder is not None:
                 target = folder / experiment.name if several else folder
@@ -105,7 +107,6 @@ def command(
                 )
                 _tell(*map(str, paths))
             if paged:
-                said = "" if kept is None else str(kept), others
                 plots = "" if folder is None else f".{pictures}"
                 page = target / "report.html"
                 _write_page(experiment, page, made, title, said, full=frames, plots=plots)
@@ -132,6 +133,13 @@ def _tables(experiment: Path, metrics: list[str], title: str) -> "tuple[list[Tab
     with patience("Scoring runs"):
         scored = beside_native(experiment, metrics, title=title)
     return tables_by(experiment, metrics, title=title, scored=scored), scored
+
+
+def _further(experiment: Path, made: "list[Table]", said: tuple[str, list[str]]) -> "list[Table]":
+    """All other tables of the page, whether it is written or not."""
+    from bench.pages.report import Said, further_tables
+
+    return further_tables(experiment, made, Said(*said))
 
 
 def _print(made: "list[Table]", form: str | None, *, wide: bool, as_json: bool) -> None:

@@ -1,12 +1,5 @@
 """Comparing trackers on the same sequences: what stored runs say of which is better."""
 
-__all__ = ["MARGINS"]
+from bench.reporting import MARGINS
 
-MARGINS = {
-    "mean_overlap": 0.01,
-    "success_share": 0.01,
-    "inside_share": 0.01,
-    "centre_error": 0.5,
-    "centre_error_median": 0.5,
-}
-"""Differences that mean nothing in practice, in the scores' units, unless others are given."""
+__all__ = ["MARGINS"]

@@ -6,7 +6,7 @@ never by seed: the same seed means nothing to two methods.
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from math import nan
 from typing import TYPE_CHECKING, Any
 
@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 
 from bench.comparing.pairs import Losses, Pair, Question, Scores, paired, sign_of
 from bench.protocols import STORED_ONCE, TIMING, title
-from bench.reporting.doubt import LEAST_FOR_NEW
+from bench.reporting.doubt import LEAST_FOR_NEW, bounded_difference, bounded_score
 from bench.reporting.tables import own_times
-from bench.statistics.intervals import Interval, mean_interval
+from bench.statistics.intervals import Interval
 from bench.statistics.paired import (
     cells_mean,
     critical_difference,
-    scores_interval,
 )
 from bench.store.files import ResultsError
 from reports.tables import Measure
@@ -137,14 +136,14 @@ class Comparison:
         from bench.reporting.against import against  # brings scipy.stats, see `_standings`
 
         means = {name: np.array([run.mean() for run in runs]) for name, runs in self.scores.items()}
-        return against(means, self.measured, scores_interval)
+        return against(means, self.measured, partial(bounded_score, self.measure))
 
     def curves_of(self, pairs: Sequence[Pair]) -> "list[Curve]":
         """Differences of pairs against them; p is corrected for all of these together."""
         from bench.reporting.against import against  # as above
 
         differences = {f"{pair.first} - {pair.second}": pair.differences for pair in pairs}
-        return against(differences, self.measured, mean_interval)
+        return against(differences, self.measured, partial(bounded_difference, self.measure))
 
 
 def parts_of(
@@ -280,9 +279,10 @@ def _standings(
         milliseconds, timed = _times(runs[runs["tracker"] == name], clock)
         lost = np.concatenate([failed for _, failed in losses[name]])
         if question == "new sequences":
-            interval: Interval | None = scores_interval(means[name])
+            interval: Interval | None = bounded_score(measure, means[name])
         else:
             interval = cells_mean(values[name]).interval if repeated else None
+            interval = interval and interval.within(measure.least, measure.most)
         standings.append(
             Standing(
                 name,

@@ -9,9 +9,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.reporting.doubt import Answer, answer_of
 from bench.statistics.intervals import Interval, mean_interval
 from bench.statistics.paired import (
-    SIGNIFICANCE,
     cells_mean,
     cells_needed,
     holm,
@@ -25,8 +25,6 @@ __all__ = ["Answer", "Losses", "Pair", "Question", "Scores", "paired", "sign_of"
 
 Question = Literal["new sequences", "new seeds"]
 """What intervals tell of: new sequences like these, or these sequences with new seeds."""
-
-Answer = Literal["better", "worse", "practically equal", "cannot tell"]
 
 Scores: TypeAlias = Mapping[str, Sequence[NDArray[np.float64]]]
 """Of the repetitions, by tracker and sequence."""
@@ -94,11 +92,11 @@ def paired(
         else:
             tested.append((None, 1.0))
     adjusted = holm([p for _, p in tested])
-    sign = sign_of(measure)
+    sign, widest = sign_of(measure), measure.most - measure.least
     made = []
     for (first, second), (interval, p), level in zip(names, tested, adjusted.tolist(), strict=True):
         differences = means[first] - means[second]
-        answer = _answer(interval, level, margin, sign)
+        answer = answer_of(interval, level, margin, measure.direction)
         needed = nan
         if answer == "cannot tell":
             spread = float(differences.std(ddof=1))
@@ -114,7 +112,7 @@ def paired(
                 first,
                 second,
                 differences,
-                interval,
+                interval and interval.within(-widest, widest),
                 share,
                 around,
                 p,
@@ -142,17 +140,6 @@ def _seeds_needed(
     difference = cells_mean(first, second).mean
     present = max(len(run) for run in drawn)
     return max(cells_needed(difference, spread, margin, tests), present + 1.0)
-
-
-def _answer(interval: Interval | None, adjusted: float, margin: float, sign: float) -> Answer:
-    """Equal where the interval says so; better where test and interval both do."""
-    if interval is None:
-        return "cannot tell"
-    if interval.inside(margin):
-        return "practically equal"
-    if adjusted < SIGNIFICANCE and (interval.low > 0 or interval.high < 0):
-        return "better" if sign * (interval.low + interval.high) > 0 else "worse"
-    return "cannot tell"
 
 
 def sign_of(measure: Measure) -> float:

@@ -23,8 +23,8 @@ from bench.comparing.words import (
 )
 from bench.reporting.against import as_data as curves_as_data
 from bench.reporting.against import attribute_table
-from bench.reporting.doubt import LEAST_FOR_NEW
-from bench.statistics.intervals import Interval, mean_interval
+from bench.reporting.doubt import LEAST_FOR_NEW, best_of, bounded_difference
+from bench.statistics.intervals import Interval
 from bench.statistics.paired import SIGNIFICANCE, smallest_p
 from reports.tables import MISSING, Cell, Table
 
@@ -47,7 +47,7 @@ def files(comparison: Comparison) -> list[Table]:
     """All tables, for a folder: also differences by sequence, and by knob and attribute."""
     made = [
         _standings(comparison),
-        _pair_table(comparison, spoken_of(comparison, whole=True), []),
+        _pair_table(comparison, spoken_of(comparison, whole=True), [], named=True),
         _sequences(comparison),
     ]
     if (parts := _parts(comparison)).rows:
@@ -118,14 +118,19 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
 def _standings(comparison: Comparison) -> Table:
     measure = comparison.measure
     rows, data = [], []
-    for letter, standing in zip(letters(comparison), comparison.standings, strict=True):
+    told = any(pair.interval is not None for pair in comparison.pairs)
+    means = [standing.mean for standing in comparison.standings]
+    marked = [one.contender for one in comparison.standings] if told else best_of(means, measure)
+    for letter, standing, best in zip(
+        letters(comparison), comparison.standings, marked, strict=True
+    ):
         approximate = "" if standing.timed else "~"
         time = f"{approximate}{standing.milliseconds:.3g}"
         rows.append(
             [
                 Cell(letter),
                 Cell(standing.tracker),
-                Cell(number(comparison, standing.mean), standing.contender),
+                Cell(number(comparison, standing.mean), best),
                 Cell(between(comparison, standing.interval)),
                 Cell(f"{standing.rank:.1f}"),
                 Cell(f"{100 * standing.kept:.0f}" if isfinite(standing.kept) else MISSING),
@@ -133,20 +138,18 @@ def _standings(comparison: Comparison) -> Table:
             ]
         )
         data.append({"letter": letter, **vars(standing), **_ends(standing.interval)})
-    notes = ["Marked: can't be told from the best, or practically equal to it."]
+    notes = [
+        "Marked: can't be told from the best, or practically equal to it."
+        if told
+        else "Marked: the best mean; nothing was repeated that could say how sure it is."
+    ]
     if isfinite(critical := comparison.critical_difference):
         notes.append(f"Mean ranks that differ by less than {critical:.2f} can't be told apart.")
     if not all(standing.timed for standing in comparison.standings):
         notes.append("~: of the accuracy runs, beside other work (run --timing measures).")
     return Table(
         name="comparison",
-        caption=(
-            f"{times(comparison)}. 95 % intervals "
-            + {
-                "new sequences": "for new sequences like these.",
-                "new seeds": "for these sequences with new seeds.",
-            }[comparison.question]
-        ),
+        caption=f"{times(comparison)}. {_meaning(comparison)}",
         heads=["", "tracker", measure.head, "95 %", "rank", "never lost [%]", "ms a frame"],
         n_labels=2,
         rows=rows,
@@ -156,17 +159,36 @@ def _standings(comparison: Comparison) -> Table:
     )
 
 
-def _pair_table(comparison: Comparison, pairs: Sequence[Pair], notes: list[str]) -> Table:
-    letter = dict(zip(comparison.scores, letters(comparison), strict=True))
+def _meaning(comparison: Comparison) -> str:
+    """What intervals tell of."""
+    of = {
+        "new sequences": "new sequences like these",
+        "new seeds": "these sequences with new seeds",
+    }
+    return f"95 % intervals for {of[comparison.question]}."
+
+
+def _pair_table(
+    comparison: Comparison, pairs: Sequence[Pair], notes: list[str], *, named: bool = False
+) -> Table:
+    """Answers on pairs; trackers are called by their letters, or `named` in full."""
+    called = dict(zip(comparison.scores, letters(comparison), strict=True))
+    about = "The first against the second."
+    if named:
+        called = {name: name for name in called}
+        about = (
+            f"The first against the second by {comparison.measure.head}, on {times(comparison)}: "
+            f"mean difference. {_meaning(comparison)}"
+        )
     rows, data = [], []
     for pair in pairs:
         rows.append(
             [
-                Cell(f"{letter[pair.first]} - {letter[pair.second]}"),
+                Cell(f"{called[pair.first]} - {called[pair.second]}"),
                 Cell(pair.answer + _needed(pair)),
                 Cell(number(comparison, pair.difference, signed=True)),
                 Cell(between(comparison, pair.interval, signed=True)),
-                Cell(f"{pair.probability:.2f} {share_between(pair.probability_interval)}"),
+                Cell(_often(pair)),
                 Cell(p_value(pair.adjusted)),
                 Cell(p_value(pair.loss_p)),
             ]
@@ -185,14 +207,11 @@ def _pair_table(comparison: Comparison, pairs: Sequence[Pair], notes: list[str])
     margin = comparison.margin * comparison.measure.scale
     return Table(
         name="comparison-pairs",
-        caption=(
-            "The first against the second. Practically equal: interval within "
-            f"±{margin:g}{unit(comparison)}."
-        ),
+        caption=(f"{about} Practically equal: interval within ±{margin:g}{unit(comparison)}."),
         heads=[
             "pair",
             "the first is",
-            "difference",
+            _difference_head(comparison),
             "95 %",
             "P(better) 95 %",
             "p",
@@ -204,6 +223,14 @@ def _pair_table(comparison: Comparison, pairs: Sequence[Pair], notes: list[str])
         notes=[*notes, *_limits(comparison)],
         data=pd.DataFrame(data).drop(columns=["interval", "probability_interval"]),
     )
+
+
+def _often(pair: Pair) -> str:
+    """On how many sequences the first was better; of a few no share of all that there may be."""
+    n = len(pair.differences)
+    if n < LEAST_FOR_NEW:
+        return f"on {pair.probability * n:g} of {n}"
+    return f"{pair.probability:.2f} {share_between(pair.probability_interval)}"
 
 
 def _limits(comparison: Comparison) -> list[str]:
@@ -267,15 +294,18 @@ def _sequences(comparison: Comparison) -> Table:
 
 
 def _parts(comparison: Comparison) -> Table:
-    letter = dict(zip(comparison.scores, letters(comparison), strict=True))
     rows, data = [], []
     for pair in spoken_of(comparison):
         for (knob, value), differences in comparison.by_part(pair).items():
-            interval = mean_interval(differences) if len(differences) > 1 else None
+            interval = (
+                bounded_difference(comparison.measure, differences)
+                if len(differences) > 1
+                else None
+            )
             mean = float(np.mean(differences))
             rows.append(
                 [
-                    Cell(f"{letter[pair.first]} - {letter[pair.second]}"),
+                    Cell(f"{pair.first} - {pair.second}"),
                     Cell(f"{knob}={value}"),
                     Cell(str(len(differences))),
                     Cell(number(comparison, mean, signed=True)),
@@ -295,12 +325,21 @@ def _parts(comparison: Comparison) -> Table:
             )
     return Table(
         name="comparison-parts",
-        caption=f"Differences of {comparison.measure.head} by knob and by attribute.",
-        heads=["pair", "part", "sequences", "difference", "95 %"],
+        caption=(
+            f"Differences of {comparison.measure.head} by knob and by attribute (of sequences in "
+            "which it occurs), the first of a pair minus the second: means over n sequences, each "
+            "counting once, with 95 % intervals for new sequences like these."
+        ),
+        heads=["pair", "part", "n", _difference_head(comparison), "95 %"],
         n_labels=2,
         rows=rows,
         data=pd.DataFrame(data),
     )
+
+
+def _difference_head(comparison: Comparison) -> str:
+    unit = comparison.measure.unit
+    return f"difference [{unit}]" if unit else "difference"
 
 
 def _gains(comparison: Comparison) -> Table:

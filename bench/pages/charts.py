@@ -20,6 +20,9 @@ __all__ = ["error_charts", "share_charts", "speed_chart", "survival_chart"]
 _BINS = 120
 """Points of a curve over the frames of a sequence."""
 
+_AT_20 = int(np.flatnonzero(ERRORS == 20.0)[0])
+"""Of the thresholds of precision the one that papers give [20 px]."""
+
 
 def share_charts(reading: Reading, trackers: Sequence[str]) -> list[Chart]:
     """Shares of frames by overlap and by centre error, each sequence counting once.
@@ -37,10 +40,14 @@ def share_charts(reading: Reading, trackers: Sequence[str]) -> list[Chart]:
         ):
             found = [getattr(stage, kind).get(number, []) for stage in reading.stages]
             shares = np.mean([np.mean(one, axis=0) for one in found if one], axis=0)
-            worst = reading.place(name, None, "overlap" if kind == "success" else "centre_error")
-            lines.append(Line(name, number, thresholds, shares, places=[worst]))
+            places = reading.nearest(name, kind)
+            told = _area(reading, name) if kind == "success" else float(shares[_AT_20])
+            lines.append(Line(name, number, thresholds, shares, places=places, told=f"{told:.3f}"))
     n = sum(bool(stage.clips) for stage in reading.stages)
-    over = f"Means over n = {n} sequences, of their repetitions first."
+    over = (
+        f"Means over n = {n} sequences, of their repetitions first; no interval is drawn. A point "
+        "opens the frame that is nearest to its threshold."
+    )
     return [
         Chart(
             "Success",
@@ -48,9 +55,11 @@ def share_charts(reading: Reading, trackers: Sequence[str]) -> list[Chart]:
             "share of frames with at least that",
             success,
             "Share of frames with at least an overlap (intersection over union with the truth), by "
-            f"tracker; further right is better. {over}",
+            "tracker, in parentheses the area beneath the curve, which is the mean overlap; "
+            f"further right is better. {over}",
             top=1.0,
             figure="success",
+            told="area",
         ),
         Chart(
             "Precision",
@@ -58,11 +67,22 @@ def share_charts(reading: Reading, trackers: Sequence[str]) -> list[Chart]:
             "share of frames with at most that",
             precision,
             "Share of frames with at most a centre error (between the centres of box and truth), "
-            f"by tracker; higher is better. {over}",
+            f"by tracker, in parentheses the share at 20 px; higher is better. {over}",
             top=1.0,
             figure="precision",
+            told="share at 20 px",
         ),
     ]
+
+
+def _area(reading: Reading, tracker: str) -> float:
+    """Mean overlap, each sequence counting once."""
+    number = reading.trackers.index(tracker)
+    found = [
+        [-clip.worst["overlap", "online"][0] for clip in stage.clips if clip.tracker == number]
+        for stage in reading.stages
+    ]
+    return float(np.mean([np.mean(one) for one in found if one]))
 
 
 def error_charts(reading: Reading) -> list[Chart]:
@@ -80,7 +100,8 @@ def error_charts(reading: Reading) -> list[Chart]:
         runs = max(map(len, by_tracker.values()), default=0)
         median = f": the median over up to {runs} repetitions" if runs > 1 else ""
         words = (
-            f"Centre error over the frames of {stage.name}, by tracker{median}; lower is better."
+            f"Centre error over the frames of {stage.name}, by tracker{median} (no interval is "
+            "drawn); lower is better."
         )
         figure = f"frames-{names[stage.name]}"
         if lines:

@@ -16,13 +16,16 @@ from reports.files import write_file
 from reports.heat import heat_plot
 from reports.page.content import Chart, Line, Page, Section
 from reports.printable import one_line
-from reports.renderers import OR_NUMBERS, in_latex, in_markdown, to_latex, to_markdown
+from reports.renderers import OR_NUMBERS, breakable, in_latex, in_markdown, to_latex, to_markdown
 from reports.write import write_tables
 
 __all__ = ["write_paper"]
 
 _INCLUDED = (".png", ".pdf")  # figures that LaTeX takes
-_FIGURE = r"""\begin{figure}
+_MOST_FLOATS = 10
+"""Tables and figures after which LaTeX is told to put them: it keeps some fifty in mind."""
+
+_FIGURE = r"""\begin{figure}[htbp]
 \centering
 \includegraphics[width=\linewidth]{%s}
 \caption{%s}
@@ -110,7 +113,8 @@ def _markdown(page: Page, folder: Path, suffix: str) -> str:
         parts += [to_markdown(sheet.table).rstrip("\n") for sheet in section.sheets]
         for name, words in _figures(section, folder, suffix):
             parts += [f"![{in_markdown(words)}]({quote(name)})", in_markdown(words)]
-        parts += [f"    {one_line(section.command)}"] if section.command else []
+        first = page.first_with(section.command)
+        parts += [f"    {one_line(section.command)}"] if first is section else []
     return "\n\n".join(parts) + "\n"
 
 
@@ -126,11 +130,18 @@ def _named_for_latex(folder: Path, name: str) -> str:
 
 
 def _latex(page: Page, folder: Path, suffix: str) -> str:
-    parts = [OR_NUMBERS]
+    parts = [OR_NUMBERS, r"\begingroup\sloppy"]
+    placed = 0
     for section in _printed(page):
-        parts += [rf"\section*{{{in_latex(section.title)}}}", *map(in_latex, section.words)]
-        parts += [to_latex(sheet.table) for sheet in section.sheets]
-        for name, words in _figures(section, folder, suffix):
+        words = [breakable(in_latex(text)) for text in section.words]
+        floats = [to_latex(sheet.table) for sheet in section.sheets]
+        for name, caption in _figures(section, folder, suffix):
             if suffix in _INCLUDED:
-                parts.append(_FIGURE % (_named_for_latex(folder, name), in_latex(words)))
-    return "\n\n".join(parts) + "\n"
+                shown = _named_for_latex(folder, name), breakable(in_latex(caption))
+                floats.append(_FIGURE % shown)
+        parts += [rf"\section*{{{in_latex(section.title)}}}", *words]
+        for one in floats:
+            placed += one.count(r"\caption")
+            parts += [one, *([r"\clearpage"] if placed > _MOST_FLOATS else [])]
+            placed %= _MOST_FLOATS + 1
+    return "\n\n".join([*parts, r"\endgroup"]) + "\n"

@@ -22,15 +22,15 @@ from bench.pages.filming import Watch
 from bench.pages.takes import Reading, named_by, read_takes, scenes
 from bench.protocols import STORED_ONCE, TIMING
 from bench.reporting.by_preset import table_prefix
+from bench.reporting.doubt import bounded_score
 from bench.reporting.tables import SUMMARY
-from bench.statistics.paired import scores_interval
 from bench.store.loading import load_results
 from bench.store.truth import occurring_attributes
 from reports.page.content import Page, Place, Section, Sheet
 from reports.page.page import write_chunk, write_page
 from reports.tables import MISSING, Cell, Table, complete
 
-__all__ = ["Said", "write_report_page"]
+__all__ = ["Said", "further_tables", "write_report_page"]
 
 _MOST_FAILURES = 200
 """Rows of failed runs that are listed one by one."""
@@ -40,6 +40,14 @@ _DEFINITIONS = (
     "union with the truth's box, success the share of frames with at least 0.5, inside that of "
     "frames whose estimated centre lies in the truth's box, centre error the distance of centres."
 )
+
+
+@dataclass(frozen=True)
+class _Content:
+    """What a page shows: its sections, and the runs that they are of."""
+
+    reading: Reading
+    sections: Sequence[Section]
 
 
 @dataclass(frozen=True)
@@ -75,11 +83,37 @@ def write_report_page(
     tables and all of it in Markdown and LaTeX. Raises `ResultsError` where results can't be read,
     and `OSError` where a file can't be written.
     """
+    found = _content(experiment, tables, said)
+    keep = partial(write_chunk, path) if full else None
+    shown = list(scenes(found.reading, said.results, watch, keep))
+    page = Page(title, found.sections, found.reading.shown, shown)
+    paths = write_page(path, page)
+    if plots:
+        from bench.pages.paper import write_paper  # brings what draws
+
+        paths += write_paper(path.parent, page, plots, {table.name for table in tables})
+    return paths
+
+
+def further_tables(experiment: Path, tables: Sequence[Table], said: Said) -> list[Table]:
+    """What the page shows besides these `tables` of a report; see `write_report_page`."""
+    names = {table.name for table in tables}
+    found = _content(experiment, tables, said)
+    shown = [sheet.table for section in found.sections for sheet in section.sheets]
+    return [table for table in shown if table.name not in names]
+
+
+def _content(experiment: Path, tables: Sequence[Table], said: Said) -> _Content:
     runs = load_results(experiment)
     scored = complete(runs[runs["protocol"] == "accuracy"])
     trackers = [str(name) for name in scored["tracker"].unique()]
     reading = read_takes(experiment, trackers)
     protocols = sorted({*map(str, runs["protocol"])} - {STORED_ONCE, TIMING}, key=len, reverse=True)
+    overview = _overview(complete(runs), reading, tables, said)
+    told = {*overview.words, *_failures(tables)}
+    tables = [
+        replace(table, notes=[note for note in table.notes if note not in told]) for table in tables
+    ]
     kept = {table.name: table for table in tables}
     incomplete = set(scored[scored["status"] != "finished"]["tracker"].astype(str))
     whole = [name for name in trackers if name not in incomplete]
@@ -89,9 +123,9 @@ def write_report_page(
     answers, differences = _answers(runs, occurring, reading, said)
     opened = ["Open one to see its frames."] if reading.stages else []
     made = [
-        _overview(complete(runs), reading, tables, said),
+        overview,
         *([_summary(kept["summary"], reading, said)] if "summary" in kept else []),
-        *([_heat(kept["sequences"], reading)] if "sequences" in kept else []),
+        *([_heat(kept["sequences"], scored, reading)] if "sequences" in kept else []),
         Section("frames", "Sequences", words=opened, scenes=True),
         answers,
         Section("curves", "Success and precision", charts=share_charts(reading, whole)),
@@ -107,15 +141,12 @@ def write_report_page(
         for one in made
         if one.charts or one.sheets or one.words
     ]
-    keep = partial(write_chunk, path) if full else None
-    shown = list(scenes(reading, said.results, watch, keep))
-    page = Page(title, made, reading.shown, shown)
-    paths = write_page(path, page)
-    if plots:
-        from bench.pages.paper import write_paper  # brings what draws
+    return _Content(reading, made)
 
-        paths += write_paper(path.parent, page, plots, kept)
-    return paths
+
+def _failures(tables: Sequence[Table]) -> list[str]:
+    """Notes that tell of failed runs, which have a table of their own up front."""
+    return [note for table in tables for note in table.notes if note.startswith("failed: ")]
 
 
 def _overview(
@@ -147,8 +178,9 @@ def _overview(
             "judged in have no curve; where one was begun again the curve has a triangle. Charts "
             "are of runs in one pass."
         )
+    failures = set(_failures(tables))
     notes = dict.fromkeys(note for table in tables for note in table.notes)
-    words += [note for note in notes if not note.startswith("failed: ")]
+    words += [note for note in notes if note not in failures]
     failed = [
         (Place(position, clip.tracker, clip.repetition, clip.end), stage.name, clip.failure)
         for position, stage in enumerate(reading.stages)
@@ -241,19 +273,24 @@ def _answers(
 
 
 def _told_by(row: Mapping[Any, Any], found: Comparison, reading: Reading) -> Place | None:
-    """What a row of a comparison opens: of a pair the sequence on which they differ most."""
+    """What a row of a comparison opens: of a pair the sequence on which they differ most.
+
+    Of a part of the sequences one of these.
+    """
     if "first" not in row:
         return reading.place(str(row["tracker"]), None, "overlap")
+    parts = parts_of(found.sequences, found.attributes) if "knob" in row else {}
+    here = parts.get((row.get("knob", ""), row.get("value", "")), True)
     for pair in found.pairs:
         if {pair.first, pair.second} == {row["first"], row["second"]}:
-            position = int(np.argmax(np.abs(pair.differences)))
+            position = int(np.argmax(np.where(here, np.abs(pair.differences), -1.0)))
             ahead = pair.differences[position] > 0
             behind = pair.second if ahead else pair.first
             return reading.place(behind, found.sequences[position], "overlap")
     return None
 
 
-def _heat(table: Table, reading: Reading) -> Section:
+def _heat(table: Table, scored: pd.DataFrame, reading: Reading) -> Section:
     """Sequences by trackers, shaded by the mean overlap."""
     data = table.data[table.data["measure"] == "mean_overlap"]
     means = data.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
@@ -269,7 +306,9 @@ def _heat(table: Table, reading: Reading) -> Section:
     ]
     grid = _plain(
         "heat",
-        "Mean overlap by sequence and tracker; the bluer, the better.",
+        "Mean overlap (intersection over union with the truth's box, from 0 to 1) by sequence and "
+        f"tracker: n = {len(means)} sequences, a mean over {_repetitions(scored)} each, without "
+        "interval. The bluer, the better.",
         ["sequence", *map(str, means.columns)],
         rows,
     )
@@ -291,30 +330,48 @@ def _parts(
     parts = parts_of(sequences, [occurring.get(name, ()) for name in sequences])
     by = scored.groupby(["tracker", "sequence"], observed=True)["mean_overlap"]
     means = by.mean().where(by.count() == by.size())
-    rows, values = [], []
+    rows, values, places = [], list[list[float]](), []
+    data: list[dict[str, Any]] = []
     for (knob, value), chosen in parts.items():
         here = [name for name, taken in zip(sequences, chosen, strict=True) if taken]
-        found = [means.get(name, pd.Series(dtype=float)).reindex(here) for name in reading.trackers]
-        values.append([len(here), *(float(one.mean(skipna=False)) for one in found)])
-        cells = [_with_interval(one.to_numpy(float)) for one in found]
+        cells = []
+        for name in reading.trackers:
+            found = means.get(name, pd.Series(dtype=float)).reindex(here).to_numpy(float)
+            mean, low, high = _with_interval(found)
+            cells.append(f"{mean:.3f}" if np.isfinite(mean) else MISSING)
+            cells[-1] += f" [{low:.3f}, {high:.3f}]" if np.isfinite(low) else ""
+            told = {"knob": knob, "value": value, "sequences": len(here), "tracker": name}
+            data.append({**told, "measure": "mean_overlap", "mean": mean, "low": low, "high": high})
         rows.append([f"{knob}={value}", str(len(here)), *cells])
+        values.append([len(here), *(one["mean"] for one in data[-len(reading.trackers) :])])
+        worst = [reading.worst_of(name, here, "overlap") for name in reading.trackers]
+        places.append([None, *worst])
     table = _plain(
         "parts",
-        "Mean overlap by knob and by attribute (of sequences in which it occurs), each sequence "
-        "counting once. ± 95 % interval for new sequences like these.",
-        ["part", "sequences", *reading.trackers],
+        "Mean overlap (from 0 to 1) by knob and by attribute (of sequences in which it occurs): "
+        f"means over n sequences, each counting once, of {_repetitions(scored)} each. In brackets "
+        "the 95 % interval for new sequences like these, none of one sequence.",
+        ["part", "n", *reading.trackers],
         rows,
     )
-    sheets = [Sheet(table, values), *differences] if rows else []
-    return Section("parts", "By knob and attribute", sheets=sheets)
+    sheets = [Sheet(replace(table, data=pd.DataFrame(data)), values, places), *differences]
+    return Section("parts", "By knob and attribute", sheets=sheets if rows else [])
 
 
-def _with_interval(values: NDArray[np.float64]) -> str:
+def _repetitions(scored: pd.DataFrame) -> str:
+    """How often trackers were run on each sequence: `1 to 3 repetitions`."""
+    counts = scored.groupby(["tracker", "sequence"], observed=True).size()
+    fewest, most = counts.min(), counts.max()
+    times = f"{most}" if fewest == most else f"{fewest} to {most}"
+    return f"{times} repetition{'s' if most > 1 else ''}"
+
+
+def _with_interval(values: NDArray[np.float64]) -> tuple[float, float, float]:
+    """A mean and its interval, NaN where there is none."""
     if not len(values) or not np.isfinite(values).all():
-        return MISSING
-    low, high = scores_interval(values) if len(values) > 1 else (np.nan, np.nan)
-    around = f" ±{(high - low) / 2:.3f}" if np.isfinite(high - low) else ""
-    return f"{values.mean():.3f}{around}"
+        return np.nan, np.nan, np.nan
+    low, high = bounded_score(SUMMARY[0], values) if len(values) > 1 else (np.nan, np.nan)
+    return float(values.mean()), low, high
 
 
 def _provenance(runs: pd.DataFrame, reading: Reading) -> Section:

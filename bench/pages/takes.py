@@ -76,6 +76,7 @@ class Clip:
     round: bool  # see `is_round`
     end: int  # the last frame with a box
     worst: Mapping[tuple[str, Trace], tuple[float, int]]  # badness and frame, by `Reading.place`
+    nearest: Mapping[str, tuple[Array, NDArray[np.int64]]]  # by curve, see `_nearest`
     errors: NDArray[np.float32]  # of the centre by frame; NaN where it is not judged
 
 
@@ -123,6 +124,32 @@ class Reading:
         if found is None:
             found = worst.get((tracker, sequence, kind, "online"))
         return None if found is None else found[1]
+
+    def worst_of(self, tracker: str, sequences: Iterable[str], kind: str) -> Place | None:
+        """As `place`, of some sequences."""
+        found = [self._worst.get((tracker, name, kind, "online")) for name in sequences]
+        return max((one for one in found if one), key=lambda one: one[0], default=(0.0, None))[1]
+
+    def nearest(self, tracker: str, curve: str) -> list[Place | None]:
+        """For every threshold of a curve, the frame of all of a tracker's runs that is nearest.
+
+        `curve`: `success` or `precision`. Of frames that are as near, those of the worst run.
+        """
+        kind = "overlap" if curve == "success" else "centre_error"
+        found = [
+            (-clip.worst[kind, "online"][0], position, clip)
+            for position, stage in enumerate(self.stages)
+            for clip in stage.clips
+            if self.trackers[clip.tracker] == tracker and curve in clip.nearest
+        ]
+        found.sort(key=lambda one: one[:2])
+        if not found:
+            return []
+        chosen = np.argmin([clip.nearest[curve][0] for _, _, clip in found], axis=0)
+        return [
+            Place(position, clip.tracker, clip.repetition, int(clip.nearest[curve][1][point]))
+            for point, (_, position, clip) in enumerate(found[one] for one in chosen)
+        ]
 
     @cached_property
     def _worst(self) -> dict[tuple[str, str | None, str, Trace], tuple[float, Place]]:
@@ -240,7 +267,10 @@ def _clip(
     overlaps = np.nan_to_num(overlap(truth[judged], run.boxes[judged]))
     errors = np.full(len(run.boxes), np.nan)
     errors[judged] = centre_error(truth[judged], run.boxes[judged])
+    nearest = {}
     if row["status"] == "finished" and len(judged) and asked is None:
+        nearest["success"] = _nearest(overlaps, OVERLAPS, judged)
+        nearest["precision"] = _nearest(errors[judged], ERRORS, judged)
         success = share_of(overlaps, OVERLAPS, at_least=True)
         stage.success.setdefault(tracker, []).append(success)
         precision = share_of(errors[judged], ERRORS, at_least=False)
@@ -263,8 +293,18 @@ def _clip(
         is_round(run),
         end,
         _worst(truth, run, row, judged, end),
+        nearest,
         errors.astype(np.float32),
     )
+
+
+def _nearest(
+    values: Array, thresholds: Array, frames: NDArray[np.int64]
+) -> tuple[Array, NDArray[np.int64]]:
+    """Of every threshold, (k,), how far off the nearest of the values is, and its frame."""
+    far = np.abs(np.nan_to_num(values, nan=np.inf)[:, None] - thresholds)
+    chosen = np.argmin(far, axis=0)
+    return far[chosen, np.arange(len(thresholds))], frames[chosen]
 
 
 def _worst(

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from bench.metrics import preset as metrics_preset
 from bench.reporting.against import Curve, against, attribute_table
 from bench.reporting.by_preset import runs_by
+from bench.reporting.doubt import bounded_score
 from bench.reporting.opening import opened
 from bench.reporting.tables import PRESET, SUMMARY
-from bench.statistics.paired import scores_interval
 from bench.store.files import ResultsError
 from bench.store.loading import load_results
 from datasets import attributes
@@ -66,7 +66,7 @@ def by_attribute(folder: str | Path, metrics: str = PRESET) -> pd.DataFrame:
     """
     measure, runs = scored_runs(Path(folder), metrics)
     measured = attributes_of(runs, _names(runs), _silent, _refuse)
-    curves = against(means_by_sequence(runs, measure), measured, scores_interval)
+    curves = against(means_by_sequence(runs, measure), measured, partial(bounded_score, measure))
     return attribute_table(curves, measure, "tracker").data
 
 
@@ -168,7 +168,7 @@ def attribute_report(experiment: Path, presets: Collection[str], measured: Measu
     for preset in presets:
         measure, runs = scored_runs(experiment, preset)
         means = means_by_sequence(runs, measure)
-        curves = against(means, measured(runs, _names(runs)), scores_interval)
+        curves = against(means, measured(runs, _names(runs)), partial(bounded_score, measure))
         name = "attributes" if preset == PRESET else f"attributes-{preset}"
         table = attribute_table(curves, measure, "tracker", name)
         for tracker in sorted(set(runs["tracker"].astype(str)) - set(means)):

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from bench.reporting import MARGINS
 from bench.reporting.doubt import LEAST_FOR_NEW, meaning_of_intervals, over_seeds, over_sequences
 from bench.store.layout import Cell
 from bench.store.loading import as_revised, load_results
@@ -27,12 +28,15 @@ __all__ = [
 
 PRESET = "native"
 
-SUMMARY = (
-    Measure("mean_overlap", "mean overlap", direction="higher", decimals=3),
-    Measure("success_share", "success", "%", "higher", 1, scale=100),
-    Measure("inside_share", "inside", "%", "higher", 1, scale=100, rank=1),
-    Measure("centre_error", "centre error", "px", "lower", 2),
-    Measure("centre_error_median", "median", "px", "lower", 2, rank=2),
+SUMMARY = tuple(
+    replace(measure, least=0.0, margin=MARGINS[measure.name])
+    for measure in (
+        Measure("mean_overlap", "mean overlap", direction="higher", decimals=3, most=1.0),
+        Measure("success_share", "success", "%", "higher", 1, scale=100, most=1.0),
+        Measure("inside_share", "inside", "%", "higher", 1, scale=100, rank=1, most=1.0),
+        Measure("centre_error", "centre error", "px", "lower", 2),
+        Measure("centre_error_median", "median", "px", "lower", 2, rank=2),
+    )
 )
 """Over several sequences: shares, so that each sequence counts once."""
 
@@ -49,15 +53,17 @@ PER_SEQUENCE = (
 """On one sequence: counts of frames, as papers give them."""
 
 MASKS = (
-    Measure("mean_region_similarity", "region similarity J", direction="higher", decimals=3),
-    Measure("mean_contour_accuracy", "contour accuracy F", direction="higher", decimals=3),
+    Measure("mean_region_similarity", "region similarity J", "", "higher", 3, least=0.0, most=1.0),
+    Measure("mean_contour_accuracy", "contour accuracy F", "", "higher", 3, least=0.0, most=1.0),
 )
 """Of runs whose trackers gave masks, beside what their boxes score."""
 
-TIME = Measure("milliseconds", "time a frame", "ms", None, 3)
+TIME = Measure("milliseconds", "time a frame", "ms", None, 3, least=0.0)
 """CPU of timing runs, warm; with `~` of the accuracy runs, beside whatever else was running."""
 
-MARKED = "what is marked (* or bold) can't be told from the best"
+MARKED = "what is marked (* or bold) can't be told from the best, or is practically equal to it"
+
+UNSURE = "the best mean is marked (* or bold): nothing was repeated that could say how sure it is"
 
 SEGMENTATION = (
     Measure("mean_region_similarity", "J, mean", direction="higher", decimals=3),
@@ -134,7 +140,9 @@ def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[
     if sequences > 1:
         scored, time = _with_times(scored, timed)
         doubts = over_sequences if sequences >= LEAST_FOR_NEW else over_seeds
-        meaning = f"{meaning_of_intervals(sequences)}; {MARKED}"
+        repeated = scored.groupby(["tracker", "sequence"], observed=True).size().max() > 1
+        marked = MARKED if repeated or sequences >= LEAST_FOR_NEW else UNSURE
+        meaning = f"{meaning_of_intervals(sequences)}; {marked}"
         table = summary_table(scored, (*SUMMARY, *masks, time), title, PRESET, doubts, meaning)
         made.append(table)
     if len(scored):

@@ -51,6 +51,10 @@ class Interval(NamedTuple):
         """Whether it lies wholly in ± margin."""
         return -margin <= self.low and self.high <= margin
 
+    def within(self, least: float, most: float) -> "Interval":
+        """What of it lies in a range that the estimated mean can't leave."""
+        return Interval(min(max(self.low, least), most), max(min(self.high, most), least))
+
 
 def mean_interval(values: ArrayLike, confidence: float = 0.95) -> Interval:
     """Student's t interval of a mean.

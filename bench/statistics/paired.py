@@ -72,11 +72,8 @@ def smallest_p(cells: int) -> float:
     return min(1.0, 2.0 ** (1 - cells))
 
 
-def holm(values: ArrayLike, tests: int = 0) -> NDArray[np.float64]:
+def holm(values: ArrayLike) -> NDArray[np.float64]:
     """Holm's adjusted p of m tests, (m,): below α, they are wrong together in at most α of cases.
-
-    Where these are some of more `tests`, chosen by looking at the data, the others count as less
-    sure than these.
 
     Examples
     --------
@@ -85,7 +82,7 @@ def holm(values: ArrayLike, tests: int = 0) -> NDArray[np.float64]:
     """
     given = np.asarray(values, np.float64)
     order = np.argsort(given, kind="stable")
-    steps = given[order] * (max(tests, len(given)) - np.arange(len(given)))
+    steps = given[order] * (len(given) - np.arange(len(given)))
     adjusted = np.empty(len(given))
     adjusted[order] = np.minimum(1.0, np.maximum.accumulate(steps))
     return adjusted

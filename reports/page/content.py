@@ -71,6 +71,7 @@ class Line:
     low: ArrayLike = ()
     high: ArrayLike = ()
     places: Sequence[Place | None] = ()  # one a point, or one for all
+    told: str = ""  # behind its label: what the chart's `told` says
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,7 @@ class Chart:
     logarithmic: bool = False
     top: float | None = None  # the ordinate ends there
     figure: str = ""  # of its file, without suffix, where it is written as one
+    told: str = ""  # what number stands behind the labels of lines
 
 
 @dataclass(frozen=True)
@@ -187,6 +189,10 @@ class Page:
     trackers: Sequence[str] = ()
     scenes: Sequence[Scene] = ()
     start: str = ""  # the address that it opens at, where it is opened without one
+
+    def first_with(self, command: str) -> Section | None:
+        """The section that says a command first; others that it makes again lead to it."""
+        return next((one for one in self.sections if command and one.command == command), None)
 
     def address(self, place: Place) -> str:
         """Where the player opens a place, as part of a link."""

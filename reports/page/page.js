@@ -71,11 +71,13 @@ const shownTables = [...document.querySelectorAll("table")].map((table) => {
   return { table, rows, heads, sorted: "" };
 });
 
+/** A number that a text begins with: `~3.1`, `< .001`, `[-0.2, 0.1]`, `54 of 99`; but no date. */
+const NUMBER = /^[[(~<>≤≥]*\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(?=$|[\s,;%\])±–*])/i;
+
 function valueOf(cell) {
   if (cell.dataset.value !== undefined) return Number(cell.dataset.value);
-  const text = cell.textContent.trim();
-  const number = parseFloat(text.replace("~", ""));
-  return Number.isNaN(number) ? text : number;
+  const text = cell.textContent.trim(), number = NUMBER.exec(text);
+  return number ? Number(number[1]) : text;
 }
 
 function compareCells(a, b) {
@@ -105,11 +107,18 @@ function arrangeTables() {
       });
       shown.sorted = sort;
     }
+    const has = (node) => node.textContent.toLowerCase().includes(wanted);
+    // Trackers may be columns: where no row has the word, the columns that have it stay.
+    const columns = shown.heads.map((head) => head.classList.contains("label") || has(head));
+    const named = shown.heads.some((head) => !head.classList.contains("label") && has(head));
+    const across = wanted && named && !shown.rows.some(has);
     for (const row of shown.rows) {
-      row.hidden = !row.textContent.toLowerCase().includes(wanted);
+      row.hidden = !across && !has(row);
       all += 1;
       left += !row.hidden;
     }
+    for (const row of [shown.table.tHead.rows[0], ...shown.rows])
+      [...row.cells].forEach((cell, column) => { cell.hidden = Boolean(across) && !columns[column]; });
   }
   if (byId("filter") !== document.activeElement) byId("filter").value = state.get("filter") || "";
   byId("filtered").textContent = wanted ? `${left} of ${all} rows` : "";
@@ -134,10 +143,10 @@ function ticksOf(low, high, logarithmic) {
     const found = [];
     for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high); power++)
       for (const digit of [1, 2, 5]) if (digit * 10 ** power >= low && digit * 10 ** power <= high) found.push(digit * 10 ** power);
-    return found;
+    if (found.length > 1) return found;
   }
-  const rough = (high - low) / 5 || 1, power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].find((digit) => digit * power >= rough) * power;
+  const rough = (high - low) / 8 || 1, power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 2.5, 5, 10].find((digit) => digit * power >= rough) * power;  // four to eight of them
   const found = [];
   for (let tick = Math.ceil(low / step - 1e-9) * step; tick <= high + 1e-9 * step; tick += step) found.push(Number(tick.toPrecision(10)));
   return found;
@@ -150,8 +159,11 @@ function scalesOf(chart, width, height) {
   let [bottom, top] = [chart.kind === "dots" ? Math.min(...ys) : 0, chart.top ?? Math.max(...ys, 1e-9)];
   if (chart.log) [left, right] = [left / 1.5, right * 1.5];
   else if (left === right) [left, right] = [left - 1, right + 1];
-  if (chart.kind === "dots") [bottom, top] = [Math.max(0, bottom - 0.05), top + 0.05];
-  const frame = { left: 46, right: width - 8, top: 8, bottom: height - 34 };
+  if (chart.kind === "dots") {  // bars end within the frame
+    const room = (top - bottom || 1) / 20;
+    [bottom, top] = [bottom < 0 ? bottom - room : Math.max(0, bottom - room), top + room];
+  }
+  const frame = { left: 46, right: width - 18, top: 8, bottom: height - 34 };
   const along = chart.log ? Math.log10 : (value) => value;
   const x = (value) => frame.left + (along(value) - along(left)) / (along(right) - along(left)) * (frame.right - frame.left);
   const y = (value) => frame.bottom - (value - bottom) / (top - bottom) * (frame.bottom - frame.top);
@@ -283,11 +295,12 @@ function fill(figure, chart) {
     chart.lines.forEach((_, i) => grid.append(plot(chart, i)));
     figure.append(grid);
   } else figure.append(plot(chart));
-  figure.append(make("ul", { class: "key" }, ...chart.lines.map((line) => {
+  const head = chart.told ? [make("li", {}, `tracker (${chart.told}):`)] : [];
+  figure.append(make("ul", { class: "key" }, ...head, ...chart.lines.map((line) => {
     const place = line.places.find((one) => one);
     const { start, trace, show, ...asked } = place ? opening(place) : {};
     const link = make("a", place ? { href: `#${new URLSearchParams(asked)}` } : {}, sampleOf(line.position));
-    link.append(line.label);
+    link.append(line.told ? `${line.label} (${line.told})` : line.label);
     return make("li", {}, link);
   })));
 }

@@ -188,10 +188,12 @@ def _chart(chart: Chart) -> dict[str, Any]:
         "kind": chart.kind,
         "log": chart.logarithmic,
         "top": chart.top,
+        "told": chart.told,
         "lines": [
             {
                 "label": one_line(line.label),
                 "position": line.position,
+                "told": line.told,
                 "places": [place and place[:4] for place in line.places],
                 **{
                     name: _numbers(values)

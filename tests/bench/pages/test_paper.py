@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from bench.pages.paper import write_paper
 from reports.page.content import Chart, Line, Page, Section, Sheet
+from reports.renderers import to_latex, to_markdown
 from reports.tables import Cell, Table
 
 NAMES = ['</script>$x_1$ "q"', "ключ\nзвук 跟踪", "=1+1"]
@@ -66,7 +67,50 @@ def test_a_page_is_written_as_tables_figures_markdown_and_latex(page, tmp_path):
         pytest.skip("pdflatex is not installed")
     packages = r"\documentclass{article}\usepackage{booktabs,graphicx}"
     document = rf"{packages}\begin{{document}}\input{{report}}\end{{document}}"
-    (tmp_path / "whole.tex").write_text(document)
+    assert overfull(tmp_path, document) == []
+
+
+def overfull(folder, document):
+    """Boxes that are too large by a point or more, once it compiles."""
+    (folder / "whole.tex").write_text(document)
     command = ["pdflatex", "-halt-on-error", "-draftmode", "-no-shell-escape", "whole.tex"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False)
-    assert done.returncode == 0, done.stdout[-900:].decode(errors="replace")
+    done = subprocess.run(command, cwd=folder, capture_output=True, check=False)
+    told = done.stdout.decode(errors="replace")
+    assert done.returncode == 0, told[-900:]
+    boxes = re.findall(r"(Overfull .box \((\d+)\.\d*pt.*)", told)
+    return [line for line, points in boxes if int(points) >= 1]
+
+
+PARAMETERS = '{"colour": "rgb", "bins": 8, "scale": "adaptive", "scale_smoothing": 0.1}' * 12
+DIGESTS = "numpy 2.3.1, scipy 1.16.0, digest 294f9cd07e0bc003294f9cd07e0bc003294f9cd07e0bc003"
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
+def test_nothing_sticks_out_of_a_page_of_latex(tmp_path):
+    long = "plain/target:length=60:scene=9:noise=30:speed=fast:occlusion=whole:light=dappled"
+    heads = ["tracker", *(f"90th percentile {number} [px]" for number in range(12))]
+    wide = [[Cell(f"{long}-{row}"), *[Cell("12.34 ±5.67", best=True)] * 12] for row in range(120)]
+    texts = [
+        [Cell(NAMES[row % 3]), Cell(PARAMETERS), Cell(DIGESTS), Cell("294f9cd07e0bc003")]
+        for row in range(9)
+    ]
+    names = ["name", "parameters", "libraries", "version"]
+    notes = [f"failed: {long}, repetition {n}: ValueError: {PARAMETERS[:200]}" for n in range(40)]
+    tables = [
+        Table("wide", f"Of {long}.", heads, 1, wide, notes[:1]),
+        Table("texts", "Of trackers.", names, 1, texts, notes),
+        Table("few", "", ["a", "b"], 1, [[Cell("x"), Cell("1")]]),
+    ]
+    words = [f"Runs of {long}, {long} and {PARAMETERS}."]
+    sections = [Section("all", "All", words, [*map(Sheet, tables)] * 5)]
+    write_paper(tmp_path, Page("T", sections), ".pdf", [])
+    packages = r"\documentclass{article}\usepackage{booktabs,graphicx}"
+    document = rf"{packages}\begin{{document}}\input{{report}}\end{{document}}"
+    assert overfull(tmp_path, document) == []
+
+
+def test_texts_stand_left_and_numbers_right(tmp_path):
+    rows = [[Cell("a"), Cell("better (~9)"), Cell("[-0.1, 0.2]"), Cell("—"), Cell("54 of 99")]]
+    table = Table("t", "", ["pair", "the first is", "95 %", "nothing", "success"], 1, rows)
+    assert "| --- | --- | ---: | ---: | ---: |" in to_markdown(table)
+    assert r"\begin{tabular}{llrrr}" in to_latex(table)

@@ -147,24 +147,68 @@ def seen(shown, **address):
 
 def test_numbers_on_the_page_are_those_of_csv_and_json(trackmark, here):
     trackers = "static,camshift,knob.py:Knob"
-    where = "plain/target:length=20:scene=0,plain/target:length=20:scene=1,data/Small"
+    where = "plain/target:length=20:noise=10,plain/target:length=20:noise=30,data/Small"
     trackmark("run", "--trackers", trackers, "--sequences", where, "--seeds", 2, "--name", "mine")
     trackmark("report", "results/mine", "--folder", "report", "--metrics", "native,otb")
     said = trackmark("report", "results/mine", "--json", "--metrics", "native,otb").stdout
     told = {one["table"]: one["rows"] for one in map(json.loads, said.splitlines())}
     page = (here / "report" / "report.html").read_text()
     shown = Cells(page).tables
-    assert {"summary", "sequences", "metrics-otb"} <= told.keys() <= shown.keys()
+    assert told.keys() == shown.keys()
+    assert {"summary", "sequences", "metrics-otb", "heat", "comparison", "comparison-pairs",
+            "parts", "comparison-parts", "trackers", "circumstances"} <= told.keys()  # fmt: skip
     for name, rows in told.items():
         with (here / "report" / f"{name}.csv").open() as file:
-            in_csv = [row["mean"] for row in csv.DictReader(file)]
+            in_csv = [*csv.DictReader(file)]
+        assert len(rows) == len(in_csv)
+        for row, line in zip(rows, in_csv, strict=True):
+            assert row.keys() == line.keys()
+            assert {key: as_written(value, line[key]) for key, value in row.items()} == row
         cells = [cell for row in shown[name][1:] for cell in row]
-        on_page = [cell["value"] for cell in cells if cell["value"] is not None]
-        assert [float(value) for value in in_csv] == [row["mean"] for row in rows]
-        assert [float(value) for value in on_page] == [row["mean"] for row in rows]
+        on_page = [float(cell["value"]) for cell in cells if cell["value"] is not None]
+        if name in ("summary", "sequences", "metrics-otb"):
+            assert on_page == [row["mean"] for row in rows]
+        numbers = {value for row in rows for value in row.values() if type(value) in (int, float)}
+        assert numbers >= set(on_page)
         texts = (here / "report" / f"{name}.txt").read_text()
         assert all(cell["text"] in texts for cell in cells)
+    for row, line in zip(told["comparison"], shown["comparison"][1:], strict=True):
+        assert line[2]["text"] == f"{row['mean']:.3f}"
+    for row, line in zip(told["comparison-pairs"], shown["comparison-pairs"][1:], strict=True):
+        assert line[0]["text"] == f"{row['first']} - {row['second']}"
+        assert line[2]["text"] == f"{row['difference']:+.3f}"
     intervals_are_equal(told["summary"], here / "report" / "summary.csv", shown["summary"], page)
+
+
+def as_written(value, text):
+    """What a CSV says, read as what JSON says."""
+    if value is None:
+        return None if text == "" else text
+    if isinstance(value, bool):
+        return {"True": True, "False": False}[text]
+    if isinstance(value, str):
+        return text.removeprefix("'") if value[:1] in "=+-@" else text
+    return type(value)(text)
+
+
+def test_parts_open_the_worst_frame_of_their_sequences(trackmark, here):
+    where = [f"plain/target:length=20:noise={noise}" for noise in (0, 30)]
+    run = ("run", "--trackers", "static,camshift", "--sequences", ",".join(where), "--name", "mine")
+    trackmark(*run)
+    trackmark("report", "results/mine", "--folder", "report")
+    shown = Cells((here / "report" / "report.html").read_text()).tables
+    worst = {(row[0]["text"], row[1]["text"]): row[2]["link"] for row in shown["sequences"][1:]}
+    parts = {row[0]["text"]: row for row in shown["parts"][1:]}
+    for text in where:
+        noise = text.rpartition(":")[2]
+        if noise in parts:
+            name = named(text)
+            links = [cell["link"] for cell in parts[noise][2:]]
+            assert links == [worst[name, tracker] for tracker in ("static", "camshift")]
+    assert "noise=30" in parts
+    for row in shown["comparison-parts"][1:]:
+        if row[1]["text"] == "noise=30":
+            assert all("noise%3D30" in cell["link"] for cell in row[2:])
 
 
 def intervals_are_equal(rows, csv_file, shown, page):
@@ -245,6 +289,7 @@ def test_failures_stand_up_front_and_lead_to_the_last_box(trackmark, here, spoil
     trackmark("report", "results", "--folder", "report")
     text = (here / "report" / "report.html").read_text()
     assert text.index("Not all is here: ") < text.index('id="sequences"')
+    assert text.count("ValueError: lost") == 2  # of two trackers' one: in a row, and its take
     for row in Cells(text).tables["failed"][1:]:
         assert row[3]["text"] == "2"
         assert "frame=2" in row[3]["link"]
@@ -433,6 +478,97 @@ def test_tables_are_sorted_and_filtered_and_a_link_keeps_that(shown, page):
     assert shown.run(visible) == 1
     assert (
         values == [float(v) for v in shown.run(f"{column}.map(cell => cell.dataset.value)")][::-1]
+    )
+
+
+@browser.needs_browser
+def test_the_word_of_a_filter_may_be_in_a_column(shown, page):
+    shown.run("byId('filter').value = 'camshift'; byId('filter').dispatchEvent(new Event('input'))")
+    seen_in = (
+        "[...document.querySelectorAll('#heat tr')].filter(row => !row.hidden)"
+        ".map(row => [...row.cells].filter(cell => !cell.hidden).map(cell => cell.textContent))"
+    )
+    rows = shown.run(seen_in)
+    assert len(rows) == 7
+    assert [row[1:] for row in rows[:1]] == [["camshift"]]
+    assert {len(row) for row in rows} == {2}
+    assert (
+        shown.run(
+            "[...document.querySelectorAll('#summary tbody tr')].filter(r => !r.hidden).length"
+        )
+        == 1
+    )
+    shown.run("byId('filter').value = ''; byId('filter').dispatchEvent(new Event('input'))")
+    assert {len(row) for row in shown.run(seen_in)} == {4}
+
+
+@browser.needs_browser
+def test_a_column_of_intervals_is_sorted_by_their_lower_ends(shown, page):
+    shown.click("#comparison-pairs thead th:nth-child(4) button")
+    texts = shown.run(
+        "[...document.querySelectorAll('#comparison-pairs tbody tr')]"
+        ".map(row => row.cells[3].textContent)"
+    )
+    lows = [float(text[1:].partition(",")[0]) for text in texts]
+    assert lows == sorted(lows, reverse=True)
+    values = ["[-0.2, 0.1]", "< .001", "~3.1", "54 of 99", "2026-11-23", "294f9cd0", "— (1 failed)"]
+    cells = json.dumps(values)
+    assert shown.run(f"{cells}.map(text => valueOf(make('td', {{}}, text)))") == [
+        -0.2, 0.001, 3.1, 54, *values[4:],
+    ]  # fmt: skip
+
+
+def test_a_point_of_a_curve_opens_the_frame_nearest_to_its_threshold(results, page):
+    charts = json.loads(re.search(r'id="data">(.*?)</script>', page.read_text(), re.S)[1])
+    data, charts = charts, charts["charts"]
+    values = {0: {}, 1: {}}
+    for row, run, truth in scored_runs(results):
+        key = row["tracker"], row["sequence"], row["repetition"]
+        values[0][key] = overlap(truth.boxes[1:], run.boxes[1:])
+        values[1][key] = centre_error(truth.boxes[1:], run.boxes[1:])
+    for number, of in values.items():
+        for line in charts[f"curves-{number}"]["lines"]:
+            mine = {key: one for key, one in of.items() if key[0] == line["label"]}
+            every = np.concatenate([*mine.values()])
+            for threshold, place in zip(line["x"], line["places"], strict=True):
+                sequence, tracker, repetition, frame = place
+                key = data["labels"][tracker], data["scenes"][sequence]["name"], repetition
+                far = abs(mine[key][frame - 1] - threshold)
+                assert far == pytest.approx(np.abs(every - threshold).min())
+    area = {line["label"]: float(line["told"]) for line in charts["curves-0"]["lines"]}
+    for tracker, told in area.items():
+        means = [one.mean() for key, one in values[0].items() if key[0] == tracker]
+        assert told == pytest.approx(np.mean(means), abs=5.1e-4)  # all are repeated as often
+
+
+@browser.needs_browser
+def test_ticks_and_bars_of_charts_stay_in_their_frames(shown):
+    chart = {
+        "x": "ms", "y": "overlap", "words": "w", "kind": "dots", "log": True, "top": None,
+        "told": "", "lines": [
+            {"label": "a", "position": 0, "told": "", "places": [], "x": [0.3], "y": [0.3],
+             "low": [-0.4], "high": [1.1]},
+        ],
+    }  # fmt: skip
+    made = json.dumps(chart)
+    ends = shown.run(
+        f"[...plot({made}).querySelectorAll('line:not(.grid)')]"
+        ".map(line => [Number(line.getAttribute('y1')), Number(line.getAttribute('y2'))])"
+    )
+    assert all(8 <= end <= 300 - 34 for bar in ends for end in bar)
+    ticks = shown.run(f"scalesOf({made}, 460, 300).ticks")
+    assert all(4 <= len(one) <= 9 for one in ticks[1:])
+    assert len(ticks[0]) >= 2
+    shown.wait(
+        "new Promise((done) => {"
+        " byId('survival-0').scrollIntoView({block: 'center', behavior: 'instant'});"
+        " requestAnimationFrame(() => done(document.querySelector('#survival-0 svg') !== null)); })"
+    )
+    assert shown.run(
+        "(() => { const svg = document.querySelector('#survival-0 svg');"
+        " const edge = svg.getBoundingClientRect().right + 0.5;"
+        " return [...svg.querySelectorAll('text')]"
+        ".every(text => text.getBoundingClientRect().right <= edge); })()"
     )
 
 
