@@ -168,11 +168,12 @@ class FigureEntry(Entry):
     frames, a row a panel and a column a sequence, over all of its scenes, or a column for each of
     some `scenes`, over repetitions and beside the series `truth`, shaded where other series are
     true, with a `level`; a panel may name the `trace`. A `curve` has the share of runs in which a
-    measure is so, across a parameter.
+    measure is so, across a parameter. `words` say what a hook's strips show.
     """
 
     kind: Literal["strip", "frames", "curve", "hook"] = "hook"
     title: str = ""
+    words: str = ""
     hook: str = ""
     experiments: Names = ()
     sequences: Names = ()

@@ -1,7 +1,7 @@
 """Figures of a paper as its `[figure]` entries say: film strips, numbers over frames, curves."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -25,7 +25,7 @@ from reports.overlay import TRUTH
 from reports.palette import brights
 from reports.series import REPETITIONS, series_grid
 
-__all__ = ["Drawn", "draw_figure", "write_pictures"]
+__all__ = ["Drawn", "draw_figure", "words_of", "write_pictures"]
 
 _NUMBERED = re.compile(r"figure-(\d+)")
 
@@ -38,6 +38,31 @@ def draw_figure(entry: FigureEntry, context: Context) -> Drawn:
     if entry.kind == "strip":
         return _strip(entry, context)
     return _frames(entry, context) if entry.kind == "frames" else _curve(entry, context)
+
+
+def words_of(plot: Drawn, entry: FigureEntry) -> str:
+    """What a figure shows, in words: also for those who don't see it."""
+    if not isinstance(plot, Figure):
+        told = [f"Frames {_listed(entry.frames)} in columns"] if entry.frames else []
+        told += [f"a row each for {_listed(entry.labels or entry.trackers)}"] * bool(entry.trackers)
+        told += ["the truth's boxes beside"] * bool(told)
+        return entry.words or f"{'; '.join(told) or 'Frames, with boxes'}."
+    axes = plot.axes
+    x, y = (dict.fromkeys(getattr(one, f"get_{name}label")() for one in axes) for name in "xy")
+    panels = dict.fromkeys(one.get_title() or one.get_title("left") for one in axes)
+    legends = [*plot.legends, *filter(None, (one.get_legend() for one in axes))]
+    named = dict.fromkeys(text.get_text() for legend in legends for text in legend.get_texts())
+    over = _listed(x) or plot.get_supxlabel()
+    told = [f"{_listed(y)} against {over}" if over and _listed(y) else _listed(y) or over]
+    told += [f"panels: {_listed(panels)}"] if _listed(panels) else []
+    told += [f"shown: {_listed(named)}"] if named else []
+    words = "; ".join(filter(None, told))
+    return f"{words[:1].upper()}{words[1:]}."
+
+
+def _listed(texts: Iterable[object]) -> str:
+    """Texts in a row, without their breaks."""
+    return ", ".join(filter(None, (" ".join(str(text).split()) for text in texts)))
 
 
 def _labelled(entry: FigureEntry, trackers: Sequence[str]) -> dict[str, str]:

@@ -18,7 +18,7 @@ from bench.experiments.experiment import Experiment
 from bench.papers import NO_EVIDENCE, Asked, Effort, Report
 from bench.papers.context import Context, hook, own_module, part_of
 from bench.papers.description import Description, TableEntry
-from bench.papers.figures import Drawn, draw_figure, write_pictures
+from bench.papers.figures import Drawn, draw_figure, words_of, write_pictures
 from bench.papers.grounds import all_grounds
 from bench.papers.recorded import RECORDED, read_published
 from bench.papers.runs import tidy_runs
@@ -93,7 +93,7 @@ class Paper:
         checks = part_of(name, "CHECKS")
         judged = judge_all(self.claims, context.scores, context.tables, checks, asked)
         context.conclusions.extend(_advised(one, self.description, effort) for one in judged)
-        plots = self._plots(context)
+        plots, words = self._plots(context)
         published = part_of(name, "published")
         tables, rows = self._tables(context), published(context) if published else []
         title = self.description.title
@@ -107,6 +107,7 @@ class Paper:
             pictures=write_pictures(folder, plots),
             main=self._main(tables, rows),
             tracking_seconds=_seconds(scores),
+            words=words,
             grounds=all_grounds(tested, context.scores, context.tables),
             sums={
                 name: claim.test.claims
@@ -115,16 +116,19 @@ class Paper:
             },
         )
 
-    def _plots(self, context: Context) -> dict[str, Drawn]:
-        """Figures by name; None for one that there are no runs for."""
+    def _plots(self, context: Context) -> tuple[dict[str, Drawn], dict[str, str]]:
+        """Figures by name, None for one that there are no runs for, and what they show."""
         plots: dict[str, Drawn] = {}
+        words: dict[str, str] = {}
         for name, entry in self.description.figure.items():
             if entry.hook:
                 made = hook(self.description.name, entry.hook)(context)
             else:
                 made = draw_figure(entry, context)
-            plots |= made if isinstance(made, dict) else {name: made}
-        return plots
+            here = made if isinstance(made, dict) else {name: made}
+            plots |= here
+            words |= {key: words_of(plot, entry) for key, plot in here.items() if plot is not None}
+        return plots, words
 
     def _disturbances(self, context: Context) -> list[str]:
         """What of the timing runs failed, or was disturbed."""
@@ -228,7 +232,7 @@ class Paper:
             "kept": len(kept),
             "fewest": kept.groupby("sequence").size().min(),
         }
-        remarks = [f"MARKED: {effort.words}."] if effort.words else []
+        remarks = [f"How much was run: {effort.words}."] if effort.words else []
         remarks += [remark.format(**known) for remark in self.description.remarks]
         remarks.append(JUDGED)
         lacking = [one for one in plots if plots[one] is None]

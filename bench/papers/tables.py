@@ -1,7 +1,8 @@
 """Tables of a paper: of runs, of what was measured besides, as its `[table]` entries say."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from datasets.text_form import format_text, parse_text
 from reports.tables import MISSING, Cell, Table
 
 __all__ = [
+    "RunTable",
     "beside_ours",
     "make_table",
     "text_table",
@@ -25,6 +27,13 @@ SCORES = "scores"
 
 LINE_HEADS = ("claim", "quantity")
 """Of the words of a table's lines."""
+
+
+@dataclass(frozen=True)
+class RunTable(Table):
+    """A table of what runs scored, with the files of those behind each cell beside the labels."""
+
+    runs: Sequence[Sequence[Collection[str]]] = ()
 
 
 def text_table(name: str, caption: str, data: Sequence[Mapping[str, str]], n_labels: int) -> Table:
@@ -40,11 +49,6 @@ def text_table(name: str, caption: str, data: Sequence[Mapping[str, str]], n_lab
     )
 
 
-def _cell(rows: pd.DataFrame, column: Column) -> str:
-    """What a cell says of these rows."""
-    return cell_words(limited(rows, column.where), column)
-
-
 def make_table(
     name: str,
     entry: TableEntry,
@@ -57,6 +61,7 @@ def make_table(
     `frames` are `scores` and all other tables by name; `lookup` has the scores, too.
     """
     wording = Wording(description)
+    runs: list[list[Collection[str]]] = []
     if entry.lines:
         data = list(_lines(entry, frames))
     else:
@@ -72,14 +77,15 @@ def make_table(
             rows = rows.loc[[place for place in _of(entry.trackers, lookup) if place in rows.index]]
         rows = limited(rows, entry.where)
         rows = light_rows(rows, _needed(entry))
-        data = list(_rows(rows, entry, wording, lookup))
+        made = list(_rows(rows, entry, wording, lookup))
+        data, runs = [told for told, _ in made], [files for _, files in made]
     if not data:
         return None
     labels = [*entry.rows] if not entry.vary else ["tracker", "parameter", "value"]
     n_labels = max(len(line.words) for line in entry.lines) if entry.lines else len(labels)
     table = text_table(name, entry.caption, data, n_labels)
     heads = [entry.heads.get(head, head) for head in table.heads]
-    return Table(**{**vars(table), "heads": heads, "notes": list(entry.notes)})
+    return RunTable(**{**vars(table), "heads": heads, "notes": list(entry.notes)}, runs=runs)
 
 
 def _needed(entry: TableEntry) -> set[str]:
@@ -116,8 +122,11 @@ def _swept(
 
 def _rows(
     rows: pd.DataFrame, entry: TableEntry, wording: Wording, lookup: Lookup
-) -> Iterator[dict[str, str]]:
-    """Rows of a table of runs, or of another table's rows, told apart by labels."""
+) -> Iterator[tuple[dict[str, str], list[Collection[str]]]]:
+    """Rows of a table of runs, or of another table's rows, told apart by labels.
+
+    Beside each the files of the runs behind its cells; none behind those of another table.
+    """
     if entry.vary is not None:
         groups = _varied(rows, entry, wording, lookup)
     else:
@@ -137,9 +146,13 @@ def _rows(
             for value in (sorted(values) if numbers else values)
         ]
     for labels, group in groups:
-        cells = {column.head: _cell(group, column) for column in columns}
+        behind = {column.head: limited(group, column.where) for column in columns}
+        cells = {one.head: cell_words(behind[one.head], one) for one in columns}
         if set(cells.values()) != {MISSING}:
-            yield labels | cells
+            yield (
+                labels | cells,
+                [set(here["path"]) if "path" in here else () for here in behind.values()],
+            )
 
 
 def _told_apart(
@@ -248,7 +261,8 @@ def _lines(entry: TableEntry, frames: Mapping[str, pd.DataFrame]) -> Iterator[di
 
 def _line_cell(rows: pd.DataFrame, line: Line, column: Column) -> str:
     told = {"of": line.of, "scale": line.scale, "digits": line.digits}
-    return _cell(rows.dropna(subset=[line.of]), column.model_copy(update=told))
+    known = rows.dropna(subset=[line.of])
+    return cell_words(limited(known, column.where), column.model_copy(update=told))
 
 
 def beside_ours(name: str, rows: Sequence[Mapping[str, Any]]) -> Table:
