@@ -16,6 +16,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from reports.notes import NOT_RUN, notes_of
+
 __all__ = [
     "MISSING",
     "Cell",
@@ -32,12 +34,6 @@ __all__ = [
 Direction: TypeAlias = Literal["higher", "lower"]
 
 MISSING = "—"
-NOT_RUN = "not run"
-_WORDS = {
-    "missing": "of the runs that were asked for",
-    "stale": "by another version of the tracker or the sequence",
-    NOT_RUN: "of the sequences",
-}
 
 
 @dataclass(frozen=True)
@@ -134,9 +130,8 @@ def summary_table(
         What the caption begins with, and the metrics preset that it names.
     doubts : callable, optional
         What stands behind ± (ends of that interval, as far as the measure goes, join the data as
-        `low` and `high`; they are shown themselves where its range ends it), and whom the data
-        can't tell from the best; the best mean is marked and ± is a standard deviation over
-        repetitions by default.
+        `low` and `high`; shown where its range ends it), and whom the data can't tell from the
+        best; the best mean is marked and ± is a standard deviation over repetitions by default.
     meaning : str
         Of ±, for the caption.
     """
@@ -162,16 +157,14 @@ def summary_table(
         if any(" [" in cell.text for row in rows for cell in row[1:]):
             meaning += "; [from, to]: such an interval that the score's range ends"
     names = ", ".join(sequences) if len(sequences) <= 4 else f"{len(sequences)} sequences"
+    over = f"{title}: means over {names}, each counting once; metrics preset {preset}."
     return Table(
         name="summary",
-        caption=(
-            f"{title}: means over {names}, each counting once; metrics preset {preset}. "
-            f"± {meaning}."
-        ),
+        caption=f"{over} ± {meaning}.",
         heads=["tracker", *(measure.head for measure in measures)],
         n_labels=1,
         rows=rows,
-        notes=_notes(runs),
+        notes=notes_of(runs),
         data=data,
         ranks=[measure.rank for measure in measures],
     )
@@ -206,7 +199,7 @@ def sequence_table(
         heads=["sequence", "tracker", *(measure.head for measure in measures)],
         n_labels=2,
         rows=rows,
-        notes=_notes(runs),
+        notes=notes_of(runs),
         data=_tidy(named, entries, measures, preset),
         ranks=[measure.rank for measure in measures],
     )
@@ -365,29 +358,6 @@ def _shown(entry: _Entry, measure: Measure) -> str:
     if np.isfinite(entry.out_of) and not measure.never:
         text += f" of {entry.out_of * measure.scale:.0f}"
     return text
-
-
-def _notes(runs: pd.DataFrame) -> list[str]:
-    """Every failure with its reason, then what is missing or malformed by tracker."""
-    failed = runs[runs["status"] == "failed"]
-    notes = [
-        f"failed: {run.tracker} on {run.sequence}, repetition {run.repetition}: "
-        + str(run.failure).partition("\n")[0]
-        for run in failed.itertuples()
-    ]
-    for status in ("missing", "stale", NOT_RUN):
-        here = runs[runs["status"] == status]
-        counts = here.groupby("tracker", sort=False, observed=True).size()
-        notes += [
-            f"{status}: {tracker}, {count} {_WORDS[status]}" for tracker, count in counts.items()
-        ]
-    if "malformed" in runs:
-        sums = runs.groupby("tracker", sort=False, observed=True)["malformed"].sum()
-        notes += [
-            f"malformed: {tracker}, {count:.0f} boxes not finite with a positive size: misses"
-            for tracker, count in sums[sums > 0].items()
-        ]
-    return notes
 
 
 def _tidy(

@@ -96,16 +96,14 @@ def command(
             against = _against(experiment, metrics, made) if by_attribute else []
             kept = experiments[number] if experiments else None
             said = "" if kept is None else str(kept), others
-            told = [*made, *_further(experiment, made, said)] if as_json else made
-            _print(told, None if form in FIGURES else form, wide=wide, as_json=as_json)
+            told = _further(experiment, made, said) if as_json else []
+            _print(made + told, None if form in FIGURES else form, wide=wide, as_json=as_json)
             target = kept or Path("report")
             if folder is not None:
                 target = folder / experiment.name if several else folder
                 pictures = None if no_pictures else form if form in FIGURES else "png"
-                paths = write_report(
-                    experiment, target, _tell, made, title, pictures, scored, against
-                )
-                _tell(*map(str, paths))
+                about = made, title, pictures, scored, against
+                _tell(*map(str, write_report(experiment, target, _tell, *about)))
             if paged:
                 plots = "" if folder is None else f".{pictures}"
                 page = target / "report.html"

@@ -7,7 +7,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.pages.takes import ERRORS, OVERLAPS, Clip, Reading, Stage
+from bench.pages.takes import Clip, Reading, Stage
+from bench.pages.thresholds import ERRORS, OVERLAPS
 from bench.reporting.doubt import meaning_of_intervals
 from bench.reporting.tables import SUMMARY
 from bench.statistics.survival import kaplan_meier
@@ -40,7 +41,7 @@ def share_charts(reading: Reading, trackers: Sequence[str]) -> list[Chart]:
         ):
             found = [getattr(stage, kind).get(number, []) for stage in reading.stages]
             shares = np.mean([np.mean(one, axis=0) for one in found if one], axis=0)
-            places = reading.nearest(name, kind)
+            places = _nearest(reading, name, kind)
             told = _area(reading, name) if kind == "success" else float(shares[_AT_20])
             lines.append(Line(name, number, thresholds, shares, places=places, told=f"{told:.3f}"))
     n = sum(bool(stage.clips) for stage in reading.stages)
@@ -72,6 +73,28 @@ def share_charts(reading: Reading, trackers: Sequence[str]) -> list[Chart]:
             figure="precision",
             told="share at 20 px",
         ),
+    ]
+
+
+def _nearest(reading: Reading, tracker: str, curve: str) -> list[Place | None]:
+    """For every threshold of a curve, the frame of all of a tracker's runs that is nearest.
+
+    `curve`: `success` or `precision`. Of frames that are as near, those of the worst run.
+    """
+    kind = "overlap" if curve == "success" else "centre_error"
+    found = [
+        (-clip.worst[kind, "online"][0], position, clip)
+        for position, stage in enumerate(reading.stages)
+        for clip in stage.clips
+        if reading.trackers[clip.tracker] == tracker and curve in clip.nearest
+    ]
+    found.sort(key=lambda one: one[:2])
+    if not found:
+        return []
+    chosen = np.argmin([clip.nearest[curve][0] for _, _, clip in found], axis=0)
+    return [
+        Place(position, clip.tracker, clip.repetition, int(clip.nearest[curve][1][point]))
+        for point, (_, position, clip) in enumerate(found[one] for one in chosen)
     ]
 
 

@@ -10,20 +10,14 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from bench.comparing import MARGINS
-from bench.comparing.comparison import Comparison, ComparisonError, compare, parts_of
-from bench.comparing.tables import files as comparison_tables
-from bench.comparing.words import paragraph
 from bench.evaluation.record import Trace
+from bench.pages.answers import answers, parts, repetitions
 from bench.pages.charts import error_charts, share_charts, speed_chart, survival_chart
 from bench.pages.filming import Watch
 from bench.pages.takes import Reading, named_by, read_takes, scenes
 from bench.protocols import STORED_ONCE, TIMING
 from bench.reporting.by_preset import table_prefix
-from bench.reporting.doubt import bounded_score
-from bench.reporting.tables import SUMMARY
 from bench.store.loading import load_results
 from bench.store.truth import occurring_attributes
 from reports.page.content import Page, Place, Section, Sheet
@@ -120,18 +114,19 @@ def _content(experiment: Path, tables: Sequence[Table], said: Said) -> _Content:
     folder = said.command("report", "--folder", "report")
     finished = scored[scored["status"] == "finished"]
     occurring = occurring_attributes(experiment, finished)
-    answers, differences = _answers(runs, occurring, reading, said)
+    command = said.command("compare")
+    which, differences = answers(runs, occurring, reading, command)
     opened = ["Open one to see its frames."] if reading.stages else []
     made = [
         overview,
         *([_summary(kept["summary"], reading, said)] if "summary" in kept else []),
         *([_heat(kept["sequences"], scored, reading)] if "sequences" in kept else []),
         Section("frames", "Sequences", words=opened, scenes=True),
-        answers,
+        which,
         Section("curves", "Success and precision", charts=share_charts(reading, whole)),
         Section("errors", "Centre error over the frames", charts=error_charts(reading)),
         Section("survival", "Time to failure", charts=survival_chart(scored, reading)),
-        _parts(scored, occurring, reading, differences),
+        parts(scored, occurring, reading, differences),
         Section("speed", "Speed against accuracy", charts=speed_chart(kept, reading)),
         *_others(tables, reading, said, protocols),
         _provenance(runs, reading),
@@ -251,45 +246,6 @@ def _others(
     return [Section("tables", "Every sequence", sheets=sheets, command=command)] if sheets else []
 
 
-def _answers(
-    runs: pd.DataFrame, occurring: Mapping[str, set[str]], reading: Reading, said: Said
-) -> tuple[Section, list[Sheet]]:
-    """Which tracker is better, or why that can't be said; and by how much on which parts."""
-    title, measure, command = "Which is better", SUMMARY[0], said.command("compare")
-    try:
-        found = compare(runs, measure, MARGINS[measure.name], attributes=occurring)
-    except ComparisonError as error:
-        return Section("answers", title, [f"No comparison: {error}"], command=command), []
-    sheets = {}
-    for table in comparison_tables(found):
-        columns = len(table.heads) - table.n_labels
-        rows = table.data.to_dict("records")
-        if table.name != "comparison-sequences":
-            places = [[_told_by(row, found, reading)] * columns for row in rows]
-            sheets[table.name] = Sheet(table, places=places)
-    differences = [sheets.pop(name) for name in list(sheets) if name == "comparison-parts"]
-    words = [paragraph(found)]
-    return Section("answers", title, words, list(sheets.values()), command=command), differences
-
-
-def _told_by(row: Mapping[Any, Any], found: Comparison, reading: Reading) -> Place | None:
-    """What a row of a comparison opens: of a pair the sequence on which they differ most.
-
-    Of a part of the sequences one of these.
-    """
-    if "first" not in row:
-        return reading.place(str(row["tracker"]), None, "overlap")
-    parts = parts_of(found.sequences, found.attributes) if "knob" in row else {}
-    here = parts.get((row.get("knob", ""), row.get("value", "")), True)
-    for pair in found.pairs:
-        if {pair.first, pair.second} == {row["first"], row["second"]}:
-            position = int(np.argmax(np.where(here, np.abs(pair.differences), -1.0)))
-            ahead = pair.differences[position] > 0
-            behind = pair.second if ahead else pair.first
-            return reading.place(behind, found.sequences[position], "overlap")
-    return None
-
-
 def _heat(table: Table, scored: pd.DataFrame, reading: Reading) -> Section:
     """Sequences by trackers, shaded by the mean overlap."""
     data = table.data[table.data["measure"] == "mean_overlap"]
@@ -307,7 +263,7 @@ def _heat(table: Table, scored: pd.DataFrame, reading: Reading) -> Section:
     grid = _plain(
         "heat",
         "Mean overlap (intersection over union with the truth's box, from 0 to 1) by sequence and "
-        f"tracker: n = {len(means)} sequences, a mean over {_repetitions(scored)} each, without "
+        f"tracker: n = {len(means)} sequences, a mean over {repetitions(scored)} each, without "
         "interval. The bluer, the better.",
         ["sequence", *map(str, means.columns)],
         rows,
@@ -315,63 +271,6 @@ def _heat(table: Table, scored: pd.DataFrame, reading: Reading) -> Section:
     grid = replace(grid, data=means.reset_index())
     sheet = Sheet(grid, values.tolist(), places, heat=True)
     return Section("heat", "Sequences by trackers", sheets=[sheet])
-
-
-def _parts(
-    scored: pd.DataFrame,
-    occurring: Mapping[str, set[str]],
-    reading: Reading,
-    differences: Sequence[Sheet],
-) -> Section:
-    """Mean overlap on the sequences that have a knob's value, or an attribute."""
-    if "mean_overlap" not in scored or not reading.trackers:
-        return Section("parts", "")  # no run finished
-    sequences = [stage.name for stage in reading.stages]
-    parts = parts_of(sequences, [occurring.get(name, ()) for name in sequences])
-    by = scored.groupby(["tracker", "sequence"], observed=True)["mean_overlap"]
-    means = by.mean().where(by.count() == by.size())
-    rows, values, places = [], list[list[float]](), []
-    data: list[dict[str, Any]] = []
-    for (knob, value), chosen in parts.items():
-        here = [name for name, taken in zip(sequences, chosen, strict=True) if taken]
-        cells = []
-        for name in reading.trackers:
-            found = means.get(name, pd.Series(dtype=float)).reindex(here).to_numpy(float)
-            mean, low, high = _with_interval(found)
-            cells.append(f"{mean:.3f}" if np.isfinite(mean) else MISSING)
-            cells[-1] += f" [{low:.3f}, {high:.3f}]" if np.isfinite(low) else ""
-            told = {"knob": knob, "value": value, "sequences": len(here), "tracker": name}
-            data.append({**told, "measure": "mean_overlap", "mean": mean, "low": low, "high": high})
-        rows.append([f"{knob}={value}", str(len(here)), *cells])
-        values.append([len(here), *(one["mean"] for one in data[-len(reading.trackers) :])])
-        worst = [reading.worst_of(name, here, "overlap") for name in reading.trackers]
-        places.append([None, *worst])
-    table = _plain(
-        "parts",
-        "Mean overlap (from 0 to 1) by knob and by attribute (of sequences in which it occurs): "
-        f"means over n sequences, each counting once, of {_repetitions(scored)} each. In brackets "
-        "the 95 % interval for new sequences like these, none of one sequence.",
-        ["part", "n", *reading.trackers],
-        rows,
-    )
-    sheets = [Sheet(replace(table, data=pd.DataFrame(data)), values, places), *differences]
-    return Section("parts", "By knob and attribute", sheets=sheets if rows else [])
-
-
-def _repetitions(scored: pd.DataFrame) -> str:
-    """How often trackers were run on each sequence: `1 to 3 repetitions`."""
-    counts = scored.groupby(["tracker", "sequence"], observed=True).size()
-    fewest, most = counts.min(), counts.max()
-    times = f"{most}" if fewest == most else f"{fewest} to {most}"
-    return f"{times} repetition{'s' if most > 1 else ''}"
-
-
-def _with_interval(values: NDArray[np.float64]) -> tuple[float, float, float]:
-    """A mean and its interval, NaN where there is none."""
-    if not len(values) or not np.isfinite(values).all():
-        return np.nan, np.nan, np.nan
-    low, high = bounded_score(SUMMARY[0], values) if len(values) > 1 else (np.nan, np.nan)
-    return float(values.mean()), low, high
 
 
 def _provenance(runs: pd.DataFrame, reading: Reading) -> Section:

@@ -2,7 +2,7 @@
 
 import json
 import shlex
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
@@ -20,6 +20,7 @@ from bench.metrics.overlap import overlap
 from bench.metrics.preset import State
 from bench.pages.filming import THUMBNAIL, Filmed, Keep, Watch, film_all
 from bench.pages.shown import Film, maps, numbers, shapes, true_shapes
+from bench.pages.thresholds import ERRORS, OVERLAPS, nearest_to
 from bench.protocols import STORED_ONCE
 from bench.reporting.outlines import is_round
 from bench.reporting.pictures import judged_runs
@@ -29,8 +30,6 @@ from reports.page.film import packed, quantised, squeezed
 from reports.plots import share_of
 
 __all__ = [
-    "ERRORS",
-    "OVERLAPS",
     "Clip",
     "Reading",
     "Stage",
@@ -49,10 +48,6 @@ _DONE = {
 """What supervision does with a tracker, where it does not just go on."""
 
 Array = NDArray[np.float64]
-OVERLAPS = np.linspace(0.0, 1.0, 51)
-ERRORS = np.linspace(0.0, 50.0, 51)
-"""Thresholds of success [overlap] and precision [pixels]."""
-
 Stored = tuple[Mapping[str, Any], Run, StoredTruth]
 """A run with its row, as `bench.store.index` has it, and the truth that it was made with."""
 
@@ -76,7 +71,7 @@ class Clip:
     round: bool  # see `is_round`
     end: int  # the last frame with a box
     worst: Mapping[tuple[str, Trace], tuple[float, int]]  # badness and frame, by `Reading.place`
-    nearest: Mapping[str, tuple[Array, NDArray[np.int64]]]  # by curve, see `_nearest`
+    nearest: Mapping[str, tuple[Array, NDArray[np.int64]]]  # by curve, see `nearest_to`
     errors: NDArray[np.float32]  # of the centre by frame; NaN where it is not judged
 
 
@@ -125,31 +120,16 @@ class Reading:
             found = worst.get((tracker, sequence, kind, "online"))
         return None if found is None else found[1]
 
-    def worst_of(self, tracker: str, sequences: Iterable[str], kind: str) -> Place | None:
-        """As `place`, of some sequences."""
-        found = [self._worst.get((tracker, name, kind, "online")) for name in sequences]
-        return max((one for one in found if one), key=lambda one: one[0], default=(0.0, None))[1]
-
-    def nearest(self, tracker: str, curve: str) -> list[Place | None]:
-        """For every threshold of a curve, the frame of all of a tracker's runs that is nearest.
-
-        `curve`: `success` or `precision`. Of frames that are as near, those of the worst run.
-        """
-        kind = "overlap" if curve == "success" else "centre_error"
-        found = [
-            (-clip.worst[kind, "online"][0], position, clip)
-            for position, stage in enumerate(self.stages)
-            for clip in stage.clips
-            if self.trackers[clip.tracker] == tracker and curve in clip.nearest
-        ]
-        found.sort(key=lambda one: one[:2])
-        if not found:
-            return []
-        chosen = np.argmin([clip.nearest[curve][0] for _, _, clip in found], axis=0)
-        return [
-            Place(position, clip.tracker, clip.repetition, int(clip.nearest[curve][1][point]))
-            for point, (_, position, clip) in enumerate(found[one] for one in chosen)
-        ]
+    def worst_of(
+        self,
+        runs: Iterable[tuple[str, str]],
+        kind: str,
+        there: Callable[[Place], bool] = lambda _: True,
+    ) -> Place | None:
+        """As `place`, of some trackers and sequences; of frames that are `there`."""
+        known = [self._worst.get((*pair, kind, "online")) for pair in runs]
+        found = [one for one in known if one and there(one[1])]
+        return max(found, key=lambda one: one[0])[1] if found else None
 
     @cached_property
     def _worst(self) -> dict[tuple[str, str | None, str, Trace], tuple[float, Place]]:
@@ -269,8 +249,8 @@ def _clip(
     errors[judged] = centre_error(truth[judged], run.boxes[judged])
     nearest = {}
     if row["status"] == "finished" and len(judged) and asked is None:
-        nearest["success"] = _nearest(overlaps, OVERLAPS, judged)
-        nearest["precision"] = _nearest(errors[judged], ERRORS, judged)
+        nearest["success"] = nearest_to(overlaps, OVERLAPS, judged)
+        nearest["precision"] = nearest_to(errors[judged], ERRORS, judged)
         success = share_of(overlaps, OVERLAPS, at_least=True)
         stage.success.setdefault(tracker, []).append(success)
         precision = share_of(errors[judged], ERRORS, at_least=False)
@@ -296,15 +276,6 @@ def _clip(
         nearest,
         errors.astype(np.float32),
     )
-
-
-def _nearest(
-    values: Array, thresholds: Array, frames: NDArray[np.int64]
-) -> tuple[Array, NDArray[np.int64]]:
-    """Of every threshold, (k,), how far off the nearest of the values is, and its frame."""
-    far = np.abs(np.nan_to_num(values, nan=np.inf)[:, None] - thresholds)
-    chosen = np.argmin(far, axis=0)
-    return far[chosen, np.arange(len(thresholds))], frames[chosen]
 
 
 def _worst(

@@ -40,13 +40,14 @@ def draw_figure(entry: FigureEntry, context: Context) -> Drawn:
     return _frames(entry, context) if entry.kind == "frames" else _curve(entry, context)
 
 
-def words_of(plot: Drawn, entry: FigureEntry) -> str:
-    """What a figure shows, in words: also for those who don't see it."""
+def words_of(name: str, plot: Drawn, entry: FigureEntry) -> str:
+    """What a figure shows, in words: also for those who don't see it; `name`: of a strip's file."""
     if not isinstance(plot, Figure):
         told = [f"Frames {_listed(entry.frames)} in columns"] if entry.frames else []
         told += [f"a row each for {_listed(entry.labels or entry.trackers)}"] * bool(entry.trackers)
         told += ["the truth's boxes beside"] * bool(told)
-        return entry.words or f"{'; '.join(told) or 'Frames, with boxes'}."
+        words = entry.words or f"{'; '.join(told) or 'Frames, with boxes'}."
+        return f"{name.replace('-', ' ').capitalize()}: {words[:1].lower()}{words[1:]}"
     axes = plot.axes
     x, y = (dict.fromkeys(getattr(one, f"get_{name}label")() for one in axes) for name in "xy")
     panels = dict.fromkeys(one.get_title() or one.get_title("left") for one in axes)

@@ -46,6 +46,15 @@ class Footage:
         """The worst frame of a run by a trace; trackers of the runs `beside` it are shown, too."""
         return _place(self.reading, self._known, run, kind, beside, trace)
 
+    def worst(self, runs: Iterable[str], kind: str) -> Place | None:
+        """The worst frame that is there of those runs that claims rest on; None for none."""
+        found = {self._known[run] for run in runs if run in self._known}
+        return self.reading.worst_of(sorted(found), kind, self._is_there)
+
+    def _is_there(self, place: Place) -> bool:
+        scene = self.scenes[place.sequence]
+        return bool(scene.thumbnails) and (scene.kept is None or place.frame in scene.kept)
+
 
 def footage_of(
     grounds: Mapping[str, Sequence[Ground]], results: Path, effort: Effort, watch: Watch

@@ -1,6 +1,7 @@
 """The page of a reproduction: tables, figures, and every claim with what its verdict rests on."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import isfinite
 from pathlib import Path
 from textwrap import shorten
@@ -11,7 +12,9 @@ from bench.pages.filming import Watch
 from bench.papers import Effort, Report
 from bench.papers.footage import Footage, footage_of
 from bench.papers.grounds import SHOWN, Ground
-from bench.papers.screen import EFFECT, claim_count, outcome
+from bench.papers.report import AMOUNT
+from bench.papers.screen import EFFECT, claim_count, outcome, tally
+from bench.papers.tables import RunTable
 from bench.papers.wording import POST_HOC
 from reports.ledger import claim_words, holds_in
 from reports.page.content import Card, Page, Picture, Section, Sheet
@@ -23,6 +26,13 @@ __all__ = ["command_of", "holds", "plain_table", "write_html_page"]
 
 _MOST_READINGS = 60
 """Rows of readings that a claim shows; `report.json` has all."""
+
+_MOST_OPEN = 16
+"""Rows of the first table, up to which it is not folded."""
+
+_MOST_REMARKS = 3  # that are not folded
+
+_UNTESTABLE = "not testable"
 
 _MOST_LETTERS = 400  # of a reason, which says all parts in all rival readings
 
@@ -42,19 +52,45 @@ def write_html_page(
     where a run can't be read.
     """
     footage = footage_of(report.grounds, path.parent.parent, effort, watch)
+    sections = [one for one in _sections(report, readings, footage, paper, effort) if _has(one)]
+    trackers = footage.reading.shown
+    return write_page(path, Page(report.title, sections, trackers, footage.scenes))
+
+
+def _sections(
+    report: Report, readings: Readings, footage: Footage, paper: str, effort: Effort
+) -> list[Section]:
     told = {table.name: table for table in [*report.main, *report.tables]}
-    shown = [Sheet(table) for name, table in told.items() if name not in ("claims", "verdicts")]
-    readings_of = [_axes(readings), *([told["verdicts"]] if "verdicts" in told else [])]
+    apart = ("claims", "verdicts")
+    shown = [_sheet(table, footage) for name, table in told.items() if name not in apart]
+    if shown and len(shown[0].table.rows) <= _MOST_OPEN:
+        shown[0] = replace(shown[0], folded=False)  # what a reader of the paper looks for
+    readings_of = [Sheet(_axes(readings), folded=True)]
+    readings_of += [_verdicts(told["verdicts"])] if "verdicts" in told else []
     command = command_of(paper, effort)
-    sections = [
-        Section("ledger", "Claims", [_mark(effort), claim_count(report.claims)], [_ledger(report)]),
+    remarks = [one for one in report.remarks if not one.startswith(AMOUNT)]  # it stands above
+    return [
+        Section(
+            "ledger",
+            "Claims",
+            [_mark(effort), claim_count(report.claims)],
+            sheets=[_ledger(report)],
+            tally=tally(report.claims),
+        ),
         Section("tables", "Tables beside the paper's", sheets=shown, command=command),
-        Section("figures", "Figures", pictures=_pictures(report), command=command),
+        Section(
+            "figures",
+            "Figures",
+            ["Ours, on other videos than the paper's. One is enlarged by a click."],
+            pictures=_pictures(report),
+            command=command,
+        ),
         Section(
             "claims",
             "Claim by claim",
             _frames_kept(footage),
             cards=[_card(claim, report, footage) for claim in report.claims],
+            folded="All claims with their quotes, what their verdicts rest on, and the readings",
         ),
         Section(
             "readings",
@@ -63,13 +99,16 @@ def write_html_page(
                 "A verdict is that of the headline reading: the first of every choice. Readings "
                 "chosen after seeing results are post hoc, and count apart."
             ],
-            [Sheet(table) for table in readings_of],
+            sheets=readings_of,
         ),
-        Section("remarks", "Departures, and how it was run", report.remarks, command=command),
+        Section(
+            "remarks",
+            "Departures, and how it was run",
+            remarks[:_MOST_REMARKS],
+            further=remarks[_MOST_REMARKS:],
+            command=command,
+        ),
     ]
-    shown_sections = [one for one in sections if _has(one)]
-    trackers = footage.reading.shown
-    return write_page(path, Page(report.title, shown_sections, trackers, footage.scenes))
 
 
 def command_of(paper: str, effort: Effort) -> str:
@@ -90,7 +129,9 @@ def plain_table(
 
 
 def _has(section: Section) -> bool:
-    return bool(section.words or section.sheets or section.pictures or section.cards)
+    if section.key == "figures":
+        return bool(section.pictures)
+    return bool(section.words or section.sheets or section.cards)
 
 
 def _mark(effort: Effort) -> str:
@@ -101,12 +142,47 @@ def _mark(effort: Effort) -> str:
 def _ledger(report: Report) -> Sheet:
     """A row a claim, which leads to what its verdict rests on."""
     rows = [
-        [claim["id"], claim_words(claim), _said(claim), claim["effect"] or MISSING, holds(claim)]
+        [
+            claim["id"],
+            claim["short"] or claim_words(claim),
+            _said(claim),
+            claim["effect"] or MISSING,
+            holds(claim),
+        ]
         for claim in report.claims
     ]
     heads = ["claim", "what it says", "verdict", EFFECT, "holds in readings"]
     table = plain_table("claims", "Claims; each opens below.", heads, rows)
-    return Sheet(table, links=[f"#{_key(claim)}" for claim in report.claims])
+    return Sheet(table, links=[f"#{_key(claim)}" for claim in report.claims], badges=2)
+
+
+def _sheet(table: Table, footage: Footage) -> Sheet:
+    """A table of the paper, folded; what runs scored opens the worst frame that is there."""
+    if not isinstance(table, RunTable):
+        return Sheet(table, folded=True)
+    kinds = [
+        "centre_error" if "px" in head else "overlap" for head in table.heads[table.n_labels :]
+    ]
+    places = [
+        [footage.worst(files, kind) for files, kind in zip(row, kinds, strict=True)]
+        for row in table.runs
+    ]
+    return Sheet(table, places=places, folded=True)
+
+
+def _verdicts(table: Table) -> Sheet:
+    """Verdicts by reading, of claims that were tested; what is as in the first is not repeated."""
+    rows, untold = [], []
+    for row in table.rows:
+        name, first, *others = (cell.text for cell in row)
+        if {first, *others} == {MISSING}:
+            untold.append(name)
+        else:
+            rows.append([name, first, *("=" if text == first else text for text in others)])
+    notes = [f"Tested in no reading that was run: {', '.join(untold)}."] if untold else []
+    caption = f"{table.caption}; = where verdict and numbers are those of the first."
+    made = plain_table(table.name, caption, table.heads, rows)
+    return Sheet(replace(made, notes=notes), folded=True)
 
 
 def _key(claim: Mapping[str, Any]) -> str:
@@ -160,7 +236,7 @@ def _card(claim: Mapping[str, Any], report: Report, footage: Footage) -> Card:
                 for number, ground in enumerate(report.grounds.get(claim["id"], ()))
             ),
             *_summed(claim, report),
-            *map(Sheet, _by_reading(claim)),
+            *_by_reading(claim),
         ],
     )
 
@@ -175,7 +251,7 @@ def _summed(claim: Mapping[str, Any], report: Report) -> list[Sheet]:
     heads = ["claim", "what it says", "verdict", EFFECT]
     words = "It sums up these claims, and holds where all of them do; each opens with its scenes."
     table = plain_table(f"summed-{claim['id']}", words, heads, rows)
-    return [Sheet(table, links=[f"#{_key(one)}" for one in parts])]
+    return [Sheet(table, links=[f"#{_key(one)}" for one in parts], badges=2)]
 
 
 def _scenes(name: str, ground: Ground, footage: Footage) -> Sheet:
@@ -202,8 +278,11 @@ def _where_it_differs(claim: Mapping[str, Any]) -> str:
     return "" if drawn == claim["verdict"] else drawn.replace("-", " ")
 
 
-def _by_reading(claim: Mapping[str, Any]) -> list[Table]:
-    """Every reading's verdict over all lights, on the scenes kept; with the parts of each."""
+def _by_reading(claim: Mapping[str, Any]) -> list[Sheet]:
+    """Every reading's verdict over all lights, on the scenes kept; with the parts of each.
+
+    Numbers that nothing here can judge stand apart, folded.
+    """
     found = [
         [
             one["reading"] + (POST_HOC if one["post_hoc"] else "") or "as written",
@@ -216,10 +295,29 @@ def _by_reading(claim: Mapping[str, Any]) -> list[Table]:
     ]
     if outcome(claim) != claim["verdict"] or len(found) < 2:
         return []
-    shown = found[:_MOST_READINGS]
-    more = f"; the first {len(shown)} of {len(found)}, report.json has all" * (found != shown)
+    named = f"readings-{claim['id']}"
     heads = ["reading", "part", "verdict", EFFECT]
-    return [plain_table(f"readings-{claim['id']}", f"By reading{more}.", heads, shown)]
+    judged = [row for row in found if row[2] != _UNTESTABLE]
+    others = [row[:2] + row[3:] for row in found if row[2] == _UNTESTABLE]
+    made = []
+    if judged:
+        table = plain_table(
+            named, f"By reading{_first_of(judged)}.", heads, judged[:_MOST_READINGS]
+        )
+        made.append(Sheet(table, badges=2))
+    if others:
+        words = f"By reading, not testable: numbers that nothing here judges{_first_of(others)}."
+        heads = [head for head in heads if head != "verdict"]
+        table = plain_table(f"{named}-untestable", words, heads, others[:_MOST_READINGS])
+        made.append(Sheet(table, folded=True))
+    return made
+
+
+def _first_of(rows: Sequence[object]) -> str:
+    """That only some rows are shown, where that is so."""
+    if len(rows) <= _MOST_READINGS:
+        return ""
+    return f"; the first {_MOST_READINGS} of {len(rows)}, report.json has all"
 
 
 def _pictures(report: Report) -> list[Picture]:
@@ -228,7 +326,7 @@ def _pictures(report: Report) -> list[Picture]:
         Picture(
             path.stem.replace("-", " ").capitalize(),
             still(path.read_bytes()),
-            "Ours, on other videos.",
+            report.words.get(path.stem, "As the paper's figure of this number, or beside it."),
         )
         for path in report.pictures
     ]

@@ -38,10 +38,13 @@ from datasets.text_form import parse_text
 from reports.ledger import ledger_table
 from reports.tables import MISSING, Table
 
-__all__ = ["Paper"]
+__all__ = ["AMOUNT", "Paper"]
 
 WORTH_WORKERS = 3000
 """Runs from which on workers, which take seconds to start, read them sooner."""
+
+AMOUNT = "How much was run: "
+"""Where a remark on less than all begins."""
 
 JUDGED = (
     "Effects have 95 % intervals; a difference is positive where it is as the claim has it. A "
@@ -127,7 +130,9 @@ class Paper:
                 made = draw_figure(entry, context)
             here = made if isinstance(made, dict) else {name: made}
             plots |= here
-            words |= {key: words_of(plot, entry) for key, plot in here.items() if plot is not None}
+            words |= {
+                key: words_of(key, plot, entry) for key, plot in here.items() if plot is not None
+            }
         return plots, words
 
     def _disturbances(self, context: Context) -> list[str]:
@@ -232,7 +237,7 @@ class Paper:
             "kept": len(kept),
             "fewest": kept.groupby("sequence").size().min(),
         }
-        remarks = [f"How much was run: {effort.words}."] if effort.words else []
+        remarks = [f"{AMOUNT}{effort.words}."] if effort.words else []
         remarks += [remark.format(**known) for remark in self.description.remarks]
         remarks.append(JUDGED)
         lacking = [one for one in plots if plots[one] is None]

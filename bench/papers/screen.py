@@ -2,7 +2,7 @@
 
 import textwrap
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ from bench.claims.judging import NOT_RUN
 from bench.papers import Effort, Report
 from reports.renderers import to_text
 
-__all__ = ["EFFECT", "WIDTH", "claim_count", "outcome", "screen"]
+__all__ = ["EFFECT", "OUTCOMES", "WIDTH", "claim_count", "outcome", "screen", "tally"]
 
 WIDTH = 100
 """Columns of a terminal that every line fits into [characters]; a main table is made to."""
@@ -32,6 +32,16 @@ def screen(report: Report, paper: str, effort: Effort, folder: Path) -> str:
     parts += [_line(claim) for claim in report.claims]
     parts += ["", f"Why, in which readings, all tables and figures: {folder / 'report.html'}"]
     return "\n".join([*parts, *_further(paper, effort)])
+
+
+OUTCOMES = ("reproduced", "holds", "undecided", "does-not-hold", "not-testable", "not run")
+"""What may come out of a claim, the best for the paper first."""
+
+
+def tally(claims: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+    """How many claims of the paper there are by verdict, in words: of those that there are any."""
+    said = [outcome(claim) for claim in claims if not claim["evidence"]["ours"]]
+    return {one.replace("-", " "): said.count(one) for one in OUTCOMES if one in said}
 
 
 def claim_count(claims: list[dict[str, Any]]) -> str:

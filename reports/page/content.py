@@ -20,6 +20,7 @@ __all__ = [
     "Section",
     "Sheet",
     "Take",
+    "Tile",
 ]
 
 
@@ -44,6 +45,8 @@ class Sheet:
     places: Sequence[Sequence[Place | None]] = ()  # likewise; where they lead
     links: Sequence[str] = ()  # addresses that the first cells of rows lead to; empty for none
     heat: bool = False  # whether cells are shaded by their value, in [0, 1]
+    badges: int | None = None  # the column whose texts are verdicts
+    folded: bool = False  # whether its caption alone is seen, until it is opened
 
     def value(self, row: int, column: int) -> float | None:
         """What a cell is sorted by; None where its text says it."""
@@ -115,8 +118,22 @@ class Card:
 
 
 @dataclass(frozen=True)
+class Tile:
+    """What is said of a page that `link` leads to, where there is one; `tally` as of a section."""
+
+    title: str
+    link: str = ""
+    words: Sequence[str] = ()
+    tally: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Section:
-    """A part of a page. `command` makes again what it shows; `scenes`: whether these are listed."""
+    """A part of a page. `command` makes again what it shows; `scenes`: whether these are listed.
+
+    `tally`: how many there are by verdict, shown as a bar. `further`: words that are folded, and
+    `folded`: what is said of the cards until these are opened.
+    """
 
     key: str
     title: str
@@ -127,6 +144,10 @@ class Section:
     cards: Sequence[Card] = ()
     command: str = ""
     scenes: bool = False
+    further: Sequence[str] = ()
+    tally: Mapping[str, int] = field(default_factory=dict)
+    tiles: Sequence[Tile] = ()
+    folded: str = ""
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,8 @@ function readAddress() {
   if (text && !text.includes("=")) {  // a part of the page
     ["sequence", "tracker", "repetition", "start", "frame"].forEach((key) => state.delete(key));
     const part = byId(text);
-    if (part?.matches("details")) part.open = true;
+    for (let node = part; node; node = node.parentElement) if (node.matches("details")) node.open = true;
+    part?.scrollIntoView();
   }
   else state = new URLSearchParams(text);
   listeners.forEach((listener) => listener());
@@ -116,6 +117,8 @@ function arrangeTables() {
       row.hidden = !across && !has(row);
       all += 1;
       left += !row.hidden;
+      const fold = wanted && !row.hidden && row.closest("details.fold:not([open])");
+      if (fold) fold.open = true;
     }
     for (const row of [shown.table.tHead.rows[0], ...shown.rows])
       [...row.cells].forEach((cell, column) => { cell.hidden = Boolean(across) && !columns[column]; });
@@ -316,6 +319,15 @@ for (const figure of document.querySelectorAll("figure.chart")) {
   figure.style.minHeight = "330px";
   near.observe(figure);
 }
+
+// ---- Pictures are enlarged.
+addEventListener("click", (event) => {
+  const button = event.target.closest?.(".picture button");
+  if (!button) return;
+  const large = button.getAttribute("aria-expanded") !== "true";
+  button.setAttribute("aria-expanded", large);
+  button.parentElement.classList.toggle("large", large);
+});
 
 // ---- Commands and links are copied.
 async function copy(text) {

@@ -1,5 +1,6 @@
 """A page as a file: a template filled in, with the frames and boxes that its scripts read."""
 
+import re
 from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.metadata import version
@@ -20,6 +21,7 @@ from reports.printable import one_line
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+    from markupsafe import Markup
 
 __all__ = ["INSIDE", "write_chunk", "write_page"]
 
@@ -113,9 +115,18 @@ def _environment() -> "Environment":
     environment.globals["palettes"] = COLOURS, BRIGHT
     environment.globals["version"] = version("trackmark")
     environment.filters["poster"] = _poster
+    environment.filters["code"] = _with_code
     environment.filters["address"] = _address_of
     environment.tests["finite_number"] = lambda value: value is not None and isfinite(value)
     return environment
+
+
+def _with_code(text: str) -> "Markup":
+    """A text in which what stands between backticks is code."""
+    from markupsafe import Markup, escape
+
+    shown = str(escape(one_line(text)))
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", shown))  # noqa: S704  # escaped
 
 
 def write_chunk(page: Path, name: str, frames: Sequence[bytes]) -> Path:

@@ -1,6 +1,6 @@
 """The paper's Table 1 with ours beside it, what decides the outcome, and the scenes."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ import pandas as pd
 from bench.papers.cells import failed_words, median_quartiles
 from bench.papers.context import Context
 from bench.papers.multipart.scenes import INITIAL, KEPT_SHARE
-from bench.papers.tables import text_table
+from bench.papers.tables import RunTable, text_table
 from reports.tables import MISSING, Table
 
 __all__ = ["published", "readings_table", "scene_table", "table_1"]
@@ -53,7 +53,7 @@ def _written(context: Context, light: str) -> pd.DataFrame:
 
 def table_1(context: Context) -> list[Table]:
     """Table 1 as the paper prints it, ours beside it: a table a light and metric."""
-    tables = []
+    tables = list[Table]()
     for light in LIGHTS:
         runs = _written(context, light)
         scenes = runs.groupby("sequence")["scene"].nunique().max()
@@ -67,9 +67,22 @@ def table_1(context: Context) -> list[Table]:
                 "the length, each sequence counting once)"
             )
             name = f"table-1-{metric.replace('_', '-')}-{light}"
-            table = text_table(name, caption, data, n_labels=1)
-            tables.append(replace(table, heads=[*HEADS]))
+            table = replace(text_table(name, caption, data, n_labels=1), heads=[*HEADS])
+            tables.append(RunTable(**vars(table), runs=_behind(runs)))
     return tables
+
+
+def _behind(runs: pd.DataFrame) -> list[list[Collection[str]]]:
+    """Files of the runs behind the cells of Table 1; the paper's own have none."""
+    together = [[line["sequence"]] for line in _printed().to_dict("records")]
+    return [
+        [()] * (1 + len(REPRESENTATIONS))
+        + [
+            set(runs.loc[runs["sequence"].isin(names) & (runs["representation"] == one), "path"])
+            for one in REPRESENTATIONS
+        ]
+        for names in [*together, *GROUPS.values()]
+    ]
 
 
 def published(context: Context) -> list[dict[str, Any]]:

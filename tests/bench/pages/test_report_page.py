@@ -222,7 +222,11 @@ def intervals_are_equal(rows, csv_file, shown, page):
     assert len(cells) == len(rows)
     checked = 0
     for text, row in zip(cells, rows, strict=True):
-        assert ("±" in text) == (row["low"] is not None)
+        assert ("±" in text or "[" in text) == (row["low"] is not None)
+        if "[" in text and row["measure"] == "mean_overlap":
+            assert text == f"{row['mean']:.3f} [{row['low']:.3f}, {row['high']:.3f}]"
+            assert row["low"] == 0 or row["high"] == 1
+            checked += 1
         if "±" in text and row["measure"] == "mean_overlap":
             assert text == f"{row['mean']:.3f} ±{(row['high'] - row['low']) / 2:.3f}"
             checked += 1

@@ -5,7 +5,7 @@ import json
 import re
 from dataclasses import replace
 from html import unescape
-from urllib.parse import parse_qsl
+from urllib.parse import parse_qs, parse_qsl
 
 import numpy as np
 import pandas as pd
@@ -20,9 +20,12 @@ from bench.papers import NO_EVIDENCE, Effort, Report, footage, paper_names
 from bench.papers.description import read_description
 from bench.papers.front_page import write_front_page
 from bench.papers.grounds import Ground, Number, all_grounds
-from bench.papers.html_page import write_html_page
+from bench.papers.html_page import _by_reading, write_html_page
+from bench.papers.report import AMOUNT
 from bench.papers.runs import tidy_runs
+from bench.papers.tables import RunTable
 from bench.store.layout import run_path
+from bench.store.loading import load_results
 from bench.store.results import Results
 from reports.tables import Cell, Table
 from tests import browser
@@ -92,7 +95,15 @@ def report(folder):
     Image.fromarray(np.full((20, 30, 3), 200, np.uint8)).save(stream, "PNG")
     picture.write_bytes(stream.getvalue())
     rows = [[Cell(HOSTILE), Cell("17.7"), Cell("16")], [Cell("hue"), Cell("9"), Cell("—")]]
-    table = Table("table-1", "Table 1", ["features", "ours", "paper"], 1, rows, pd.DataFrame())
+    table = Table("table-1", "Table 1", ["features", "ours", "paper"], 1, rows)
+    verdicts = [["P-1", "holds, 1 px", "holds, 1 px", "undecided"], ["P-9", "—", "—", "—"]]
+    cells = [[Cell(text) for text in row] for row in verdicts]
+    heads = ["claim", "as written", "r = 1", "r = 2"]
+    read = Table("verdicts", "Verdicts by reading; `r` is a radius", heads, 1, cells)
+    files = [number.run for _, row in rests_on(folder)[0].rows for number in row[1:]]
+    means = [[Cell("static"), Cell("4 of 9"), Cell("2.0")]]
+    heads, runs = ["tracker", "error [px]", "elsewhere"], [[files[::2], ["not/held"]]]
+    scored = RunTable("scored", "Means", heads, 1, means, runs=runs)
     claims = [
         claim("P-1", "holds"),
         claim("P-2", "undecided", reason=f"{NOT_RUN}; leave out --quick.", findings=[])
@@ -101,10 +112,14 @@ def report(folder):
         claim("P-4", "does-not-hold"),
     ]
     title = f"{NO_EVIDENCE}: A paper"
-    remarks = ["Other videos."]
+    remarks = [f"{AMOUNT}few.", "Other videos; `figure-3` is ours.", "B.", "C.", "The last."]
     grounds = {"P-1": rests_on(folder)}
     sums = {"P-4": ("P-1", "P-3")}
-    return Report(title, remarks, [table], [], claims, [picture], [table], grounds, sums)
+    tables = [table, read, scored]
+    words = {"figure-3": "Error [px] against frame; shown: proposed, CamShift."}
+    return Report(
+        title, remarks, tables, [], claims, [picture], [table], grounds, sums, words=words
+    )
 
 
 @pytest.fixture(scope="module")
@@ -136,6 +151,50 @@ def test_a_summary_leads_to_the_claims_that_it_sums(page):
     assert re.findall(r'<a href="([^"]*)">', table) == ["#claim-P-1", "#claim-P-3"]
     assert "does not hold" in table
     assert "summed-P-1" not in text
+
+
+def test_a_page_is_looked_at_from_its_tally_and_says_things_once(page):
+    text = page.read_text()
+    main = re.search(r"<main>.*</main>", text, re.S)[0]
+    tally = re.search(r'class="tally" role="img" aria-label="([^"]*)"', main)[1]
+    assert tally == "1 holds, 2 does not hold, 1 not run"
+    assert '<td><span class="mark" data-mark="does not hold">does not hold</span></td>' in main
+    assert "MARKED" not in text
+    assert AMOUNT not in main  # the section on claims says it
+    assert "<code>figure-3</code> is ours" in main
+    assert "<code>r</code> is a radius" in main
+    assert "`" not in main
+    assert 'alt="Figure 3: Error [px] against frame; shown: proposed, CamShift."' in main
+    assert main.count("trackmark reproduce wang2010 --quick") == 1
+    read = re.search(r'<table id="verdicts".*?</table>', main, re.S)[0]
+    assert re.findall(r"<td[^>]*>(.*?)</td>", read) == ["holds, 1 px", "=", "undecided"]
+    assert "Tested in no reading that was run: P-9." in main
+
+
+def test_means_of_runs_open_the_worst_frame_that_the_page_holds(page, folder):
+    text = page.read_text()
+    table = re.search(r'<table id="scored".*?</table>', text, re.S)[0]
+    error, elsewhere = re.findall(r"<td[^>]*>(.*?)</td>", table)
+    assert elsewhere == "2.0"
+    asked = parse_qs(unescape(error).partition("#")[2].partition('"')[0])
+    data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
+    scene = next(one for one in data["scenes"] if one["name"] == asked["sequence"][0])
+    assert asked["tracker"] == ["static"]
+    assert scene["kept"] is None or int(asked["frame"][0]) in scene["kept"]
+    runs = load_results(folder / "p-table-1")
+    runs = runs[runs["tracker"] == "static"]
+    assert asked["sequence"][0] == runs.loc[runs["centre_error"].idxmax(), "sequence"]
+
+
+def test_numbers_that_nothing_judges_stand_apart():
+    verdicts = ["holds", *["not-testable"] * 3]
+    told = [finding(f"r = {n}", verdict) for n, verdict in enumerate(verdicts)]
+    judged, others = _by_reading(claim("P-1", "holds", findings=told))
+    assert [row[0].text for row in judged.table.rows] == ["r = 0"]
+    assert not judged.folded
+    assert len(others.table.rows) == 3
+    assert others.folded
+    assert "verdict" not in others.table.heads
 
 
 PAPER = """
@@ -205,11 +264,13 @@ def test_a_front_page_has_a_row_a_paper_and_leads_to_the_pages_that_there_are(re
     text = write_front_page(folder).read_text()
     assert f"<h1>{NO_EVIDENCE}: papers reproduced</h1>" in text
     assert '<a href="wang2010/report.html">wang2010</a>' in text
-    assert text.count("/report.html") == 1
+    assert text.count("/report.html") == 2  # of its tile and of its row
+    assert 'class="tally" role="img" aria-label="1 holds, 2 does not hold, 1 not run"' in text
+    assert text.count("<article>") == len(paper_names())
     assert text.count(">not run</td>") == len(paper_names()) - 1
     assert ">wang2010 --quick</td>" in text
     cells = re.findall(r'<td data-value="[^"]*">([^<]*)</td>', text)
-    assert cells == ["0", "1", "2", "0", "0", "1", "2.5 h", "1 min"]
+    assert cells == ["0", "1", "0", "2", "0", "1", "2.5 h", "1 min"]
 
 
 @pytest.mark.parametrize("seconds", [0.0, 1e9])
@@ -284,6 +345,14 @@ def test_a_claim_opens_its_scenes_and_these_the_worst_frame(page, tmp_path):
         shown.wait("byId('claim-P-1').open")
         assert not shown.run("byId('claim-P-3').open")
         assert shown.run("document.documentElement.scrollWidth") <= 400
+        fold = "document.querySelector('#scored').closest('details').open"
+        assert not shown.run(fold)
+        written = "byId('filter').value = '{}'; byId('filter').dispatchEvent(new Event('input'))"
+        shown.run(written.format("4 of 9"))
+        assert shown.run(fold)  # what a filter finds is seen
+        shown.run(written.format(""))
+        shown.click(".picture button")
+        assert shown.run("document.querySelector('.picture button').ariaExpanded") == "true"
         shown.click("#scenes-P-1-0 tbody tr:nth-child(2) td:nth-child(3) a")
         shown.wait("byId('player').open && !!painted")
         assert shown.run("state.get('tracker')") == "static"
