@@ -94,7 +94,7 @@ def _needed(entry: TableEntry) -> set[str]:
     named = {*entry.rows, *(name for one in columns for name in (one.of, one.to))}
     named |= {key for one in columns for key in one.where}
     named |= {entry.across.head} if entry.across else set()
-    return named | {"text", "tracker", "settled", "sequence", "scene", "light", "failure"}
+    return named | {"text", "tracker", "settled", "sequence", "scene", "light", "failure", "path"}
 
 
 def _of(trackers: Sequence[str], lookup: Lookup) -> pd.Index:

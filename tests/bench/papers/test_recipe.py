@@ -33,7 +33,7 @@ def runs():
     return pd.DataFrame(
         labels_of(f"camshift:window={window}", f"wang2010/table-tennis:scene={scene}")
         | {"repetition": 0, "frames": 50, "failure": "", "kept_scene": True, "copied": False}
-        | {"error_1_16": error + scene / 100}
+        | {"error_1_16": error + scene / 100, "path": f"{window}-{scene}"}
         for window, error in (("fixed", 4.0), ("adaptive", 2.0))
         for scene in range(9)
     )
@@ -50,6 +50,8 @@ def test_the_table_is_made_of_its_toml_alone(recipe, runs, tmp_path):
     assert table.heads == ["tracker", "setting", "error 1-16 [px]", "runs"]
     shown = {row[1].text: [cell.text for cell in row[2:]] for row in table.rows}
     assert shown == {"—": ["4.0", "9"], "window=adaptive": ["2.0", "9"]}
+    behind = [[set(files) for files in row] for row in table.runs]
+    assert behind == [[{f"{window}-{n}" for n in range(9)}] * 2 for window in ("fixed", "adaptive")]
 
 
 def test_the_claim_is_judged_by_its_toml_alone(recipe, runs, tmp_path):
