@@ -311,7 +311,7 @@ def test_a_page_of_sequences_that_are_gone_or_changed_has_numbers_and_says_why_n
     text = (here / "results" / "mine" / "report.html").read_text()
     data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
     why = {scene["name"]: scene["why"] for scene in data["scenes"]}
-    assert re.match("No frames: Small can't be opened at .*/data/Small any more: ", why["Small"])
+    assert re.match("No frames: Small can't be opened at .*/data/Small any more.", why["Small"])
     assert re.match("No frames: Other at .*/data/Other has changed since it was run.", why["Other"])
     rows = Cells(text).tables["sequences"][1:]
     assert [(row[0]["text"], row[2]["text"]) for row in rows] == [
