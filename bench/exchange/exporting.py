@@ -1,19 +1,22 @@
 """Our stored runs written for others' tools: a folder a tracker, in a layout."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.evaluation.record import Run, Trace
 from bench.exchange import layout
 from bench.exchange.layout import ExchangeError, Said, file_name
-from bench.protocols import ONCE
+from bench.protocols import ONCE, TIMING
 from bench.protocols import protocol as protocol_of
 from bench.store.files import write_atomically
 from bench.store.index import index_rows, read_table
+from bench.store.layout import run_path
 from bench.store.results import Results
 
 __all__ = ["export_results"]
@@ -64,7 +67,8 @@ def export_results(
         raise ExchangeError(f"{experiment}: no finished run by {protocol} matches.")
     texts: dict[Path, str] = {}
     for row in kept:
-        said = _said(results.read(experiment / row["path"]), start, trace)
+        run = results.read(experiment / row["path"])
+        said = replace(_said(run, start, trace), seconds=_seconds(run, results))
         folder = target / file_name(row["tracker"])
         made = form.write(folder, row["sequence"], row["repetition"], said)
         if both := texts.keys() & made.keys():
@@ -97,10 +101,35 @@ def _said(run: Run, origin: int, trace: Trace) -> Said:
         raise ExchangeError(
             f"{run!r} has {len(run.segments)} segments, for which no layout has room."
         )
-    seconds = run.circumstances.get("seconds")
     return Said(
         run.boxes_in(trace) + [origin, origin, 0, 0],
         run.confidence if np.isfinite(run.confidence).any() else None,
         run.states,
-        np.nan if seconds is None else seconds / len(run.boxes),
     )
+
+
+def _seconds(run: Run, results: Results) -> NDArray[np.float64] | None:
+    """Times by frame: of the timing run of the same thing, else the run's own median update.
+
+    Without a timing run nothing is known of the initialisation, during which kernels may have been
+    compiled. None of runs that were stored without the time of an update.
+    """
+    first = int(np.isfinite(run.boxes).all(axis=1).argmax())
+    key = run.identity
+    timed = results.folder / run_path(key.tracker, key.sequence, key.repetition, TIMING)
+    if timed.is_file():
+        other = results.read(timed)
+        same = (key.fingerprint, key.tracker_version)
+        if other.times is not None and same == (
+            other.identity.fingerprint,
+            other.identity.tracker_version,
+        ):
+            seconds = np.array(other.times.wall, np.float64)
+            seconds[first] = other.times.initialisation_wall
+            return seconds
+    update = run.circumstances.get("update_seconds")
+    if update is None:
+        return None
+    seconds = np.full(len(run.boxes), np.nan)
+    seconds[first + 1 :] = update
+    return seconds

@@ -49,9 +49,9 @@ class Said:
         NaN where it gave none.
     states : ndarray of int, shape (n,), or None
         A `bench.metrics.preset.State` a frame, of runs of the supervised protocol.
-    seconds : float
-        Mean time a frame, NaN where unknown; it is written, and never read: others' times are of
-        other machines.
+    seconds : ndarray of float64, shape (n,), or None
+        Time of each frame's update, in the frame of initialisation that of it; NaN where unknown.
+        They are written, and never read: others' times are of other machines.
     remark : str
         What of the file is not taken as it stands: a part of a sentence.
     """
@@ -59,7 +59,7 @@ class Said:
     boxes: NDArray[np.float64]
     confidence: NDArray[np.float64] | None = None
     states: NDArray[Any] | None = None
-    seconds: float = float("nan")
+    seconds: NDArray[np.float64] | None = None
     remark: str = ""
 
 

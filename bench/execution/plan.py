@@ -312,7 +312,10 @@ def _open_by_workers(
 
     executor = ProcessPoolExecutor(max_workers=jobs)
     try:
-        for number, sequence in enumerate(executor.map(partial(_planned, protocol=protocol), left)):
+        # `map` would cancel what is left where one raises, for which loky's thread has a traceback.
+        futures = [executor.submit(_planned, source, protocol) for source in left]
+        for number, future in enumerate(futures):
+            sequence = future.result()
             opened(number, len(left))
             known[sequence.source] = sequence
     finally:

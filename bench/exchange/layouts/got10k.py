@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+
 from bench.exchange.layout import Layout, Said, boxes_from, file_name, first_line, rounded
 
 __all__ = ["LAYOUT", "files", "repetitions"]
@@ -34,13 +36,14 @@ def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[P
     rows = (",".join(f"{value:.3f}" for value in box) for box in said.boxes.tolist())
     texts = {folder / name / f"{name}_{repetition + 1:03}.txt": "".join(f"{r}\n" for r in rows)}
     if repetition == 0:
-        texts[folder / name / f"{name}_time.txt"] = f"{said.seconds:.8f}\n" * len(said.boxes)
+        times = [np.nan] * len(said.boxes) if said.seconds is None else said.seconds
+        texts[folder / name / f"{name}_time.txt"] = "".join(f"{time:.8f}\n" for time in times)
     return texts
 
 
 LAYOUT = Layout(
     expects="SEQ/SEQ_001.txt with x,y,width,height a line",
-    holds="boxes to 3 decimals; as times the mean a frame of the first repetition; no confidence",
+    holds="boxes to 3 decimals; times of the first repetition; no confidence",
     origin=1,
     files=files,
     fits=fits,

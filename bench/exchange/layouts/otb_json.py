@@ -4,7 +4,6 @@ A file holds an object, or a list of one; those of shifted starts (`SRE`, `TRE`)
 """
 
 import json
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -50,13 +49,16 @@ def read(file: Path) -> Said:
 def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
     """JSON of a run."""
     frames = len(said.boxes)
+    first = int(np.isfinite(said.boxes).all(axis=1).argmax())
+    times = np.empty(0) if said.seconds is None else said.seconds[first + 1 :]  # of updates
+    times = times[np.isfinite(times)]
     told = {
         "tracker": folder.name,
         "seqName": sequence,
         "startFrame": 1,
         "endFrame": frames,
         "evalType": "OPE",
-        "fps": 1 / said.seconds if math.isfinite(said.seconds) and said.seconds else None,
+        "fps": 1 / float(times.mean()) if times.sum() else None,
         "shiftType": None,
         "resType": "rect",
         "tmplsize": None,

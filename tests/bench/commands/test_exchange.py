@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.store.results import Results
+
 SHARED = Path(__file__).parents[5] / "shared"
 PUBLISHED = SHARED / "published"
 TWO = "data/Small,data/Other"
@@ -166,3 +168,28 @@ def test_check_shows_scores_by_other_presets(trackmark):
     trackmark("baseline", "mine", "--trackers", "static", "--sequences", "data/Small")
     assert "metrics preset otb." in trackmark("check", "mine", "--metrics", "otb").stdout
     assert "metrics preset" not in trackmark("check", "mine").stdout
+
+
+def test_exported_times_are_those_of_updates(trackmark, here):
+    asked = ("run", "--trackers", "static", "--sequences", "data/Small", "--name", "ours")
+    trackmark(*asked)
+    (row,) = map(
+        json.loads, trackmark("results", "list", "results/ours", "--json").stdout.split("\n")[:1]
+    )
+    update = Results(here / "results/ours").read(here / "results/ours" / row["path"])
+    update = update.circumstances["update_seconds"]
+
+    def exported(kind, name):
+        trackmark("results", "export", "results/ours", f"there-{kind}", "--as", kind)
+        return (here / f"there-{kind}" / "static" / name).read_text()
+
+    times = exported("got10k", "Small/Small_time.txt").split()
+    assert times == ["nan"] + [f"{update:.8f}"] * 4
+    (told,) = json.loads(exported("otb-json", "Small.json"))
+    assert told["fps"] == pytest.approx(1 / update)
+    trackmark(*asked, "--timing")
+    timed = np.array(exported("got10k", "Small/Small_time.txt").split(), float)
+    (file,) = (here / "results/ours").glob("static*timing/Small/0.parquet")
+    known = Results(here / "results/ours").read(file).times
+    expected = [known.initialisation_wall, *known.wall[1:]]
+    np.testing.assert_allclose(timed, expected, rtol=0, atol=1e-8)

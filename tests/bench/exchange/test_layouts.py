@@ -54,7 +54,7 @@ def test_it_says_what_it_expects_and_what_it_keeps(kind):
 def test_a_round_trip_gives_the_boxes_that_the_layout_keeps(kind, origin, tmp_path):
     boxes, one = walked(), exchange.layout(kind)
     shift = np.array([origin, origin, 0, 0])
-    files = written(kind, tmp_path / "theirs", Said(boxes + shift, seconds=0.01))
+    files = written(kind, tmp_path / "theirs", Said(boxes + shift, seconds=np.full(FRAMES, 0.01)))
     told = []
     # A special code of VOT's stands for the first box, and shows no origin.
     start = one.origin if kind == "vot" else origin

@@ -283,3 +283,13 @@ def test_workers_open_the_sequences_of_a_large_plan_as_this_process_does(here, m
     )
     with pytest.raises(SequenceError, match="no/where"):
         make_plan(broken, results, jobs=2)
+
+
+def test_a_sequence_that_workers_cannot_open_is_told_alone(here, capfd):
+    names = ["no/where", *(f"plain/target:scene={scene}" for scene in range(1, 40))]
+    broken = Experiment(
+        name="broken", trackers=("static",), sequences=tuple(map(SequenceSource, names))
+    )
+    with pytest.raises(SequenceError, match="no/where"):
+        make_plan(broken, Results(here / "results"), jobs=2)
+    assert "Traceback" not in capfd.readouterr().err
