@@ -1,7 +1,6 @@
 """Plans: what is done, what is stale, and how the rest is shared out."""
 
 import shutil
-import threading
 from itertools import groupby
 from pathlib import Path
 
@@ -287,12 +286,14 @@ def test_workers_open_the_sequences_of_a_large_plan_as_this_process_does(here, m
 
 
 def test_a_sequence_that_workers_cannot_open_is_told_alone(here, monkeypatch):
-    raised = []
-    monkeypatch.setattr(threading, "excepthook", raised.append)
+    told = []
+    monkeypatch.setattr(
+        "loky.process_executor.LOGGER.critical", lambda *words, **_: told.append(words)
+    )
     names = ["no/where", *(f"plain/target:scene={scene}" for scene in range(1, 40))]
     broken = Experiment(
         name="broken", trackers=("static",), sequences=tuple(map(SequenceSource, names))
     )
     with pytest.raises(SequenceError, match="no/where"):
         make_plan(broken, Results(here / "results"), jobs=2)
-    assert not raised
+    assert not told
