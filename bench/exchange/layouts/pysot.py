@@ -1,5 +1,6 @@
-"""A text a sequence, `SEQ.txt`, and `longterm/SEQ/SEQ_001.txt` with confidences: pysot's.
+"""A text a sequence, `SEQ.txt`, and beside it `longterm/SEQ/SEQ_001.txt` with confidences: pysot's.
 
+Its data sets for one pass (OTB, LaSOT, UAV, NFS) read the first, its VOT-LT the second.
 Its texts look like OTB's, and its long-term files are VOT's: neither is told from these.
 """
 
@@ -25,15 +26,18 @@ def read(file: Path) -> Said:
 
 
 def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
-    """Text of a run; in VOT's way where it has confidences or was begun again."""
-    confident = said.confidence is not None and bool(np.isfinite(said.confidence).any())
-    kind = vot.LAYOUT if confident or said.states is not None else otb.LAYOUT
-    return kind.write(folder, sequence, repetition, said)
+    """Text of a run, beside it VOT's where it has confidences; that alone if it was begun again."""
+    if said.states is not None:
+        return vot.LAYOUT.write(folder, sequence, repetition, said)
+    made = dict(otb.LAYOUT.write(folder, sequence, repetition, said))
+    if said.confidence is not None and np.isfinite(said.confidence).any():
+        made |= vot.written(folder / vot.LONG_TERM, sequence, repetition, said)
+    return made
 
 
 LAYOUT = Layout(
     expects="SEQ.txt, or longterm/SEQ/SEQ_001.txt",
-    holds="boxes to 4 decimals; confidence, in files as of VOT's longterm; no times",
+    holds="boxes to 4 decimals; confidence, in files as of VOT's longterm beside; no times",
     origin=1,
     files=files,
     fits=None,

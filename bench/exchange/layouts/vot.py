@@ -29,14 +29,19 @@ from bench.metrics.preset import State
 
 __all__ = ["LAYOUT"]
 
-SUPERVISED = "baseline"
-EXPERIMENTS = (SUPERVISED, "unsupervised", "longterm", "realtime")
+SUPERVISED, LONG_TERM, ONE_PASS = "baseline", "longterm", "unsupervised"
+EXPERIMENTS = (SUPERVISED, ONE_PASS, LONG_TERM, "realtime")
 CODES = {0.0: State.SKIPPED, 1.0: State.INITIALISED, 2.0: State.FAILED}
 
 
 def files(folder: Path) -> Mapping[str, list[Path]]:
-    """Files of an experiment: of the folder itself, or of the only one in it."""
+    """Files of an experiment: of the folder itself, or of the only one in it.
+
+    Of one pass and long-term those of the second, which have confidences.
+    """
     there = [folder / name for name in EXPERIMENTS if (folder / name).is_dir()]
+    if {path.name for path in there} == {ONE_PASS, LONG_TERM}:  # as `write` has it
+        there = [folder / LONG_TERM]
     if len(there) > 1:
         names = ", ".join(path.name for path in there)
         raise ExchangeError(f"{folder} holds several experiments ({names}): name one, as a path.")
@@ -152,11 +157,23 @@ def _around_mask(numbers: list[float], place: str) -> NDArray[np.float64]:
 
 
 def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
-    """Text of a run with a region a line, and its confidences."""
+    """Files of a run; one in one pass with confidences is in two experiments.
+
+    So one of them holds all trackers: those that gave confidences, and those that gave none.
+    """
+    if said.states is not None:
+        return written(folder / SUPERVISED, sequence, repetition, said)
+    made = dict(written(folder / ONE_PASS, sequence, repetition, said))
+    if said.confidence is not None and np.isfinite(said.confidence).any():
+        made |= written(folder / LONG_TERM, sequence, repetition, said)
+    return made
+
+
+def written(place: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
+    """Text of a run with a region a line, and its confidences, in the folder of an experiment."""
     confident = said.confidence is not None and bool(np.isfinite(said.confidence).any())
-    kind = SUPERVISED if said.states is not None else "longterm" if confident else "unsupervised"
     name = file_name(sequence)
-    path = folder / kind / name / f"{name}_{repetition + 1:03}.txt"
+    path = place / name / f"{name}_{repetition + 1:03}.txt"
     present = np.isfinite(said.boxes).all(axis=1)
     states = np.where(present, State.TRACKED, State.SKIPPED)
     states[present.argmax()] = State.INITIALISED

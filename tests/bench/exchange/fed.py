@@ -52,10 +52,14 @@ experiments:
 
 
 def digest(folder):
-    """Of the exported files of a tracker, but for times."""
+    """Of the exported files of a tracker that the tools read here.
+
+    Not of times, nor of an experiment that `STACK` doesn't have.
+    """
     found = hashlib.sha256()
     for path in sorted(folder.rglob("*")):
-        if path.is_file() and not path.name.endswith("_time.txt"):
+        read = "unsupervised" not in path.parts and not path.name.endswith("_time.txt")
+        if path.is_file() and read:
             found.update(path.relative_to(folder).as_posix().encode() + path.read_bytes())
     return found.hexdigest()
 

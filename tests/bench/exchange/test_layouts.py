@@ -100,9 +100,24 @@ def test_what_is_written_is_read_by_the_tools_own_lines(kind, tmp_path):
 def test_confidences_are_read_by_the_tools_own_lines(tmp_path):
     confidence = np.r_[np.nan, np.linspace(-3, 7, FRAMES - 1)]
     said = Said(walked(), confidence)
-    lines = written("pysot", tmp_path, said)[1].read_text().splitlines()
+    (file,) = (path for path in written("pysot", tmp_path, said) if path.suffix == ".value")
+    lines = file.read_text().splitlines()
     values = [float(line.strip()) for line in lines[1:]]
     np.testing.assert_array_equal(values, confidence[1:])
+
+
+@pytest.mark.parametrize(("kind", "place"), [("pysot", "."), ("vot", "unsupervised")])
+def test_one_folder_holds_runs_with_and_without_confidences(kind, place, tmp_path):
+    confidence = np.r_[np.nan, np.linspace(-3, 7, FRAMES - 1)]
+    written(kind, tmp_path / "with", Said(walked(), confidence))
+    written(kind, tmp_path / "without", Said(walked()))
+    ours, plain = (
+        {path.relative_to(tmp_path / name / place) for path in (tmp_path / name / place).rglob("*")}
+        for name in ("with", "without")
+    )
+    assert plain <= ours
+    assert list((tmp_path / "with").glob("longterm/*/*_001.txt"))
+    assert not (tmp_path / "without" / "longterm").exists()
 
 
 @pytest.mark.parametrize("kind", ["pysot", "pytracking", "vot"])
