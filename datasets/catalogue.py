@@ -181,6 +181,11 @@ def _paths_matching(text: str) -> list[str]:
         return paths
     if not is_pattern:
         return [text]  # `load` says what is wrong with it
+    if paths:
+        raise SequenceError(
+            f"{brief(text)}: a pattern of paths takes no options. Name the sequences, each with "
+            "its own."
+        )
     near = ", ".join(get_close_matches(text, names(), n=3, cutoff=0.5)) or "none of the built-in"
     raise SequenceError(
         f"{brief(text)} matches no sequence. The nearest names: {near} (`trackmark list sequences` "

@@ -309,10 +309,11 @@ def _unknown(path: Path) -> str:
 
 
 def _licence(path: Path) -> str:
-    """Name of a licence's file in the folder of a sequence; empty where there is none."""
-    names = sorted(file.name for file in path.iterdir()) if path.is_dir() else []
+    """A licence's file in a sequence's folder, or beside a video; empty where there is none."""
+    folder = path if path.is_dir() else path.parent
+    names = sorted(file.name for file in folder.iterdir()) if folder.is_dir() else []
     found = (name for name in names if name.upper().startswith(("LICENSE", "LICENCE", "COPYING")))
-    return next((f"see {path / name}" for name in found), "")
+    return next((f"see {folder / name}" for name in found), "")
 
 
 def _reader(path: Path) -> Reader | None:

@@ -182,3 +182,9 @@ def test_real_sequences_open_as_published(recorded, name, frames, beyond, size, 
     assert sequence.present.all()
     assert "OPR" in sequence.attributes
     sequence.check_runnable()
+
+
+def test_a_pattern_takes_no_options(tmp_path, write_otb):
+    write_otb(tmp_path / "Couple", "1,1,5,5\n" * 3)
+    with pytest.raises(SequenceError, match="a pattern of paths takes no options"):
+        datasets.matching(f"{tmp_path}/C*:target=1")

@@ -58,3 +58,10 @@ def test_a_real_avi_of_another_make_opens(recorded):
     sequence = datasets.load(folder / "sample_sequence_compressed.avi")
     assert len(sequence) == 53
     assert sequence[52].shape == (360, 640, 3)
+
+
+def test_a_licence_beside_a_video_is_named(tmp_path, write_video):
+    file = write_video(tmp_path / "walk.avi", n=3, b_frames=0)
+    assert datasets.load(file).origin.licence == ""
+    (tmp_path / "LICENSE.txt").write_text("free")
+    assert datasets.load(file).origin.licence == f"see {tmp_path / 'LICENSE.txt'}"
