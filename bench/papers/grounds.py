@@ -1,6 +1,6 @@
 """What the verdict on a claim rests on: numbers of its scenes, and the runs that made them."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, nan
 from typing import Any
@@ -55,7 +55,8 @@ class Ground:
 
     `rows`: a scene and its numbers, which stand below the `heads`. `of`: how many scenes there are,
     of which these come first as `order` says. `kind`: what makes a frame the worst one, as
-    `bench.pages.takes.Reading.place` knows it.
+    `bench.pages.takes.Reading.place` knows it. `copied`: trackers whose runs are others', which do
+    the same.
     """
 
     part: str
@@ -64,22 +65,29 @@ class Ground:
     of: int
     order: str = _ORDERED
     kind: str = "overlap"
+    copied: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
 class _Column:
     head: str
     numbers: Mapping[str, Number]  # by scene
+    copied: str = ""
 
 
 def all_grounds(
-    claims: Mapping[str, Claim], scores: pd.DataFrame, tables: Mapping[str, pd.DataFrame]
+    claims: Mapping[str, Claim],
+    scores: pd.DataFrame,
+    tables: Mapping[str, pd.DataFrame],
+    together: Callable[[str], str] = str,
 ) -> dict[str, list[Ground]]:
     """Scenes behind claims under their headline readings, a ground a test that has scenes.
 
-    `scores`, `tables`: as `bench.papers.context.Context` has them.
+    `scores`, `tables`: as `bench.papers.context.Context` has them. `together`: what tables count a
+    sequence under, where that is a set of several.
     """
     ranked = scores.sort_values("mean_overlap", na_position="first", kind="stable")
+    ranked = ranked.assign(counted_as=ranked["sequence"].map(together))
     return {name: _grounds(claim, scores, tables, ranked) for name, claim in claims.items()}
 
 
@@ -148,7 +156,8 @@ def _of_test(
         )
         for scene in shown
     ]
-    return Ground(part, heads, rows, len(order), kind=_kind(metrics[0]))
+    copied = [*dict.fromkeys(column.copied for column in kept if column.copied)]
+    return Ground(part, heads, rows, len(order), kind=_kind(metrics[0]), copied=copied)
 
 
 def _metrics(test: PartTest) -> Sequence[str]:
@@ -177,21 +186,24 @@ def _columns(
         columns: dict[str, dict[str, Number]] = {}
         for text, name, *run in places:
             columns.setdefault(text, {})[name] = Number(float(mean[text, name]), *run)
+        copied = {*its.loc[its["copied"], "text"]}
         for text, numbers in columns.items():
-            yield _Column(f"{text}: {words}", numbers)
+            yield _Column(f"{text}: {words}", numbers, text if text in copied else "")
         return
     named = {*rows["tracker"].dropna()} if "tracker" in rows else set()
     traces = {*rows["trace"].dropna()} if "trace" in rows else set()
     known = ranked[ranked["tracker"].isin(named)] if named else ranked
     known = known[known["trace"].isin(traces)] if traces else known
-    worst = known.drop_duplicates(["sequence", "scene"]).set_index(["sequence", "scene"])
-    runs: dict[Any, Any] = worst[["name", "path", "trace"]].to_dict("index")
+    if "text" in rows:
+        known = known[known["text"].isin(rows["text"])]
+    worst = known.drop_duplicates(["counted_as", "scene"]).set_index(["counted_as", "scene"])
+    runs: dict[Any, Any] = worst[["sequence", "name", "path", "trace"]].to_dict("index")
     numbers = {}
     means = rows.groupby(["sequence", "scene"])[metric].mean().reset_index()
     for sequence, scene, value in means.itertuples(index=False, name=None):
-        none = {"name": f"{sequence}, scene {scene}", "path": "", "trace": "online"}
-        run = runs.get((sequence, scene), none)
-        numbers[run["name"]] = Number(float(value), run["path"], run["trace"])
+        run = runs.get((sequence, scene), {"sequence": "", "path": "", "trace": "online"})
+        own = run["name"] if run["sequence"] == sequence else f"{sequence}, scene {scene}"
+        numbers[own] = Number(float(value), run["path"], run["trace"])
     side = test.sides[place]
     told = side if isinstance(side, str) else ", ".join(map(_named, side.values()))
     yield _Column(": ".join(filter(None, [told, words])), numbers)

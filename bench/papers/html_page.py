@@ -269,6 +269,11 @@ def _scenes(name: str, ground: Ground, footage: Footage) -> Sheet:
         runs = [one.run for one in numbers]
         places.append([footage.place(one.run, ground.kind, runs, one.trace) for one in numbers])
     values = [[one.value for one in numbers] for _, numbers in ground.rows]
+    for text in ground.copied:
+        its = [i for i, head in enumerate(ground.heads) if head.startswith(f"{text}: ")]
+        opened = {place.tracker for row in places for i in its if (place := row[i])}
+        named = " or ".join(footage.reading.shown[one] for one in sorted(opened))
+        caption += f" Runs of {text} are those of {named}, which does the same."
     table = plain_table(name, caption[:1].upper() + caption[1:], ["scene", *ground.heads], rows)
     return Sheet(table, values, places)
 

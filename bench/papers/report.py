@@ -111,7 +111,9 @@ class Paper:
             main=self._main(tables, rows),
             tracking_seconds=_seconds(scores),
             words=words,
-            grounds=all_grounds(tested, context.scores, context.tables),
+            grounds=all_grounds(
+                tested, context.scores, context.tables, part_of(name, "together") or str
+            ),
             sums={
                 name: claim.test.claims
                 for name, claim in self.claims.items()

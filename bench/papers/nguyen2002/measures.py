@@ -24,7 +24,7 @@ from bench.statistics.intervals import mean_interval
 from bench.store.truth import StoredTruth
 from trackers.nguyen2002 import Nguyen2002
 
-__all__ = ["SERIES", "failures_by_margin", "of_run", "published", "set_table", "tables"]
+__all__ = ["SERIES", "failures_by_margin", "of_run", "published", "set_table", "tables", "together"]
 
 SUCCESS, LAST = 0.9, 5
 """A run succeeds with enough overlap in this share of clear frames, and in all of the last."""
@@ -172,7 +172,7 @@ def _at_switches(off: Flags, lost: float, good: Flags, clear: Flags) -> dict[str
 def tables(context: Context) -> dict[str, pd.DataFrame]:
     """Sets; what was measured on clips by sets; and whether failures go with lost margins."""
     by_sets = {
-        name: table.assign(sequence=[_together(one) for one in table["sequence"]])
+        name: table.assign(sequence=[together(one) for one in table["sequence"]])
         for name, table in context.tables.items()
         if "sequence" in table
     }
@@ -191,7 +191,7 @@ def set_table(scores: pd.DataFrame) -> pd.DataFrame:
     failed, or is not there, is left out.
     """
     good = scores[scores["failure"] == ""]
-    good = good.assign(sequence=[_together(one) for one in good["sequence"]])
+    good = good.assign(sequence=[together(one) for one in good["sequence"]])
     labels = ["text", "trace", "sequence", "scene"]
     groups, sums = good.groupby(labels, sort=False), ["success", "occlusions", "declared"]
     sets = groups.agg(clips=("success", "size")).join(groups[[*sums, "detected"]].sum())
@@ -216,7 +216,8 @@ def _as_written(features: str) -> str:
     return run_key(f"nguyen2002:preset=as-written:features={features}")
 
 
-def _together(sequence: str) -> str:
+def together(sequence: str) -> str:
+    """What a sequence is counted under: clips by sets."""
     return CLIPS if sequence.startswith(CLIP) else sequence
 
 

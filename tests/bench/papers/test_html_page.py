@@ -20,7 +20,7 @@ from bench.papers import NO_EVIDENCE, Effort, Report, footage, paper_names
 from bench.papers.description import read_description
 from bench.papers.front_page import write_front_page
 from bench.papers.grounds import Ground, Number, all_grounds
-from bench.papers.html_page import _by_reading, write_html_page
+from bench.papers.html_page import _by_reading, _scenes, write_html_page
 from bench.papers.report import AMOUNT
 from bench.papers.runs import tidy_runs
 from bench.papers.tables import RunTable
@@ -254,6 +254,47 @@ def test_a_claim_rests_on_the_scenes_that_speak_most_against_it(folder, tmp_path
     for ground in all_grounds(read_claims(tmp_path / "claims.toml"), both, {})["P-1"]:
         runs = [one for _, numbers in ground.rows for one in numbers if one.run]
         assert {one.trace for one in runs} == {"revised"}
+
+
+def grounds_of(folder, tmp_path, ledger, tables, together=str, **columns):
+    """Grounds of a claim on the runs of the folder."""
+    (tmp_path / "paper.toml").write_text(PAPER)
+    (tmp_path / "claims.toml").write_text(ledger)
+    description = read_description("p", tmp_path / "paper.toml")
+    description = description.model_copy(update={"apart": ("length",)})
+    scores = tidy_runs(folder / "p-table-1", None, description, {})
+    scores = scores.assign(experiments=",p-table-1,", copied=False).assign(**columns)
+    made = {name: make(scores) for name, make in tables.items()}
+    claims = read_claims(tmp_path / "claims.toml")
+    return scores, all_grounds(claims, scores, made, together)["P-1"]
+
+
+def test_a_number_of_a_set_of_sequences_opens_the_worst_of_its_trackers_runs_there(
+    folder, tmp_path
+):
+    ledger = LEDGER.partition("parts.")[0].replace("plain/target:length=20", "all")
+    ledger += 'parts.kept.share = { of = "static", by = "seen", table = "sets" }'
+
+    def sets(scores):
+        rows = scores.groupby(["text", "tracker", "trace"], as_index=False).first()
+        return rows.assign(sequence="all", scene=0, seen=0.5)
+
+    scores, (ground,) = grounds_of(
+        folder, tmp_path, ledger, {"sets": sets}, lambda _: "all", scene=0
+    )
+    ((name, (number,)),) = ground.rows
+    assert name == "all, scene 0"
+    its = scores[scores["tracker"] == "static"]
+    assert number.run == its.loc[its["mean_overlap"].idxmin(), "path"]
+
+
+def test_a_column_whose_runs_are_anothers_says_whose_they_are(folder, tmp_path):
+    ledger = LEDGER.partition("parts.better")[0]
+    ledger += 'parts.kept.share = { of = "static", by = "mean_overlap" }'
+    _, (ground,) = grounds_of(folder, tmp_path, ledger, {}, copied=True)
+    found = footage.footage_of({"P-1": [ground]}, folder, Effort(quick=True), lambda *_: None)
+    sheet = _scenes("scenes", ground, found)
+    assert "Runs of static are those of static, which does the same." in sheet.table.caption
 
 
 def test_a_front_page_has_a_row_a_paper_and_leads_to_the_pages_that_there_are(report, folder):
