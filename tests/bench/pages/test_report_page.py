@@ -121,6 +121,7 @@ def page(results, tmp_path_factory):
 @pytest.fixture
 def shown(chromium, page):
     """The page in a browser that has nothing to complain of."""
+    chromium.open("data:text/html,")  # what the page before has still to say is its own matter
     chromium.console.clear()
     chromium.size(1280, 900)
     chromium.open(page.as_uri())
