@@ -65,6 +65,8 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON f
 def _presets(context: click.Context, parameter: click.Parameter, text: str) -> list[str]:
     from bench import metrics
 
+    if not split_list(text):
+        raise click.BadParameter("name one preset at least (`trackmark list metrics`).")
     try:
         return list(dict.fromkeys(metrics.canonical(name) for name in split_list(text)))
     except ValueError as error:

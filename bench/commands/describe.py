@@ -34,6 +34,8 @@ def command(name: str, truth: Path | None, measure: bool, as_json: bool) -> None
     from bench import metrics, protocols
     from trackers.base.catalogue import in_file
 
+    if not name.strip():
+        raise click.UsageError("NAME is empty: give what is to be described (`trackmark list`).")
     bare = name.partition(":")[0]
     if in_file(name) or bare in trackers.names():
         from bench.experiments.contestant import split_text

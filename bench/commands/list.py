@@ -1,4 +1,4 @@
-"""List trackers, sequences, experiments, metrics presets, attributes and protocols."""
+"""List trackers, sequences, experiments, metrics presets, attributes, protocols and formats."""
 
 import json
 
@@ -9,7 +9,15 @@ from reports.printable import wrapped
 
 __all__ = ["command"]
 
-KINDS = ("trackers", "sequences", "experiments", "metrics", "attributes", "protocols")
+KINDS = (
+    "trackers",
+    "sequences",
+    "experiments",
+    "metrics",
+    "attributes",
+    "protocols",
+    "formats",
+)
 
 
 @click.command("list")
@@ -18,8 +26,8 @@ KINDS = ("trackers", "sequences", "experiments", "metrics", "attributes", "proto
 def command(kind: str | None, as_json: bool) -> None:
     """List trackers, built-in sequences, experiments, metrics presets, attributes, protocols.
 
-    A tracker that needs something which is not installed is listed too; `describe` says
-    what it needs.
+    `formats` are those of recorded data that are read: what is looked for at a path. A tracker that
+    needs something which is not installed is listed too; `describe` says what it needs.
     """
     found = {name: _items(name) for name in ((kind,) if kind else KINDS)}
     if as_json:
@@ -51,7 +59,7 @@ def _items(kind: str) -> dict[str, str]:
     if kind == "metrics":
         from bench import metrics
 
-        return {name: metrics.definition(name).partition("\n")[0] for name in metrics.names()}
+        return {name: _metrics(name) for name in metrics.names()}
     if kind == "attributes":
         from datasets import attributes
 
@@ -61,6 +69,19 @@ def _items(kind: str) -> dict[str, str]:
         from bench import protocols
 
         return {name: protocols.definition(name)["summary"] for name in protocols.names()}
+    if kind == "formats":
+        from datasets import readers
+
+        return readers.formats()
     from bench.experiments.experiment import experiment_names, read_experiment
 
     return {name: read_experiment(name).title for name in experiment_names()}
+
+
+def _metrics(name: str) -> str:
+    """A line about a metrics preset, with its further names."""
+    from bench import metrics
+
+    also = metrics.preset(name).also
+    line = metrics.definition(name).partition("\n")[0]
+    return f"{line} Also called {', '.join(also)}." if also else line

@@ -38,7 +38,8 @@ def canonical(name: str) -> str:
     if name not in further:
         near = get_close_matches(name, [*known, *further], n=1)
         hint = f" Did you mean {near[0]!r}?" if near else ""
-        raise ValueError(f"unknown metrics preset {name!r}.{hint} Known: {', '.join(known)}.")
+        all_names = ", ".join(sorted([*known, *further]))
+        raise ValueError(f"unknown metrics preset {name!r}.{hint} Known: {all_names}.")
     return further[name]
 
 

@@ -21,6 +21,7 @@ __all__ = [
     "Reader",
     "Splitting",
     "each",
+    "formats",
     "holds_masks",
     "knows",
     "options",
@@ -104,6 +105,11 @@ class Splitting(Protocol):
     def each(self, path: Path) -> list[Path]:
         """Paths of all sequences that lie there, options behind them."""
         ...
+
+
+def formats() -> dict[str, str]:
+    """What each reader looks for, by its name, sorted."""
+    return {stem: importlib.import_module(f"{__name__}.{stem}").EXPECTS for stem in _stems()}
 
 
 def knows(path: Path) -> bool:
@@ -336,10 +342,10 @@ def _looking(path: Path) -> Iterator[None]:
 
 @cache
 def _readers() -> tuple[Reader, ...]:
-    stems = sorted(file.stem for file in Path(__file__).parent.glob("*.py"))
-    modules = [
-        cast(Reader, importlib.import_module(f"datasets.readers.{stem}"))
-        for stem in stems
-        if stem != "__init__"
-    ]
+    """All readers, in the order in which they are asked."""
+    modules = [cast(Reader, importlib.import_module(f"{__name__}.{stem}")) for stem in _stems()]
     return tuple(sorted(modules, key=lambda reader: reader.GENERAL))
+
+
+def _stems() -> list[str]:
+    return sorted(file.stem for file in Path(__file__).parent.glob("[a-z]*.py"))

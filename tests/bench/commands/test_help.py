@@ -155,3 +155,21 @@ def test_the_demo_runs_and_draws_its_pictures(typed, here):
     assert all(cv2.imread(str(here / path)) is not None for path in shown)
     assert "18 of 18 runs" in said
     assert (here / "out" / "demo" / "times.csv").is_file()
+
+
+def test_further_names_of_presets_are_listed_and_known(trackmark):
+    assert "Also called vot" in " ".join(trackmark("list", "metrics").stdout.split())
+    said = trackmark("report", "results", "--metrics", "nonesuch", status=2).stderr
+    assert " vot, " in said
+
+
+def test_formats_of_recorded_data_are_listed(trackmark):
+    said = json.loads(trackmark("list", "formats", "--json").stdout)["formats"]
+    assert "(GOT-10k)" in said["got10k"]
+    assert "(OTB)" in said["otb"]
+
+
+@pytest.mark.parametrize("arguments", [("describe", ""), ("report", "results", "--metrics", "")])
+def test_an_empty_name_is_refused(trackmark, arguments):
+    said = trackmark(*arguments, status=2).stderr
+    assert "empty" in said or "one preset at least" in said
