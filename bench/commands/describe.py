@@ -1,5 +1,6 @@
 """Describe a tracker, a sequence, a folder of some, a metrics preset, an attribute, a protocol."""
 
+import ast
 import json
 from dataclasses import asdict
 from math import isfinite
@@ -42,9 +43,13 @@ def command(name: str, truth: Path | None, measure: bool, as_json: bool) -> None
         from bench.experiments.outside import described
 
         plain, options = split_text(name)
-        about = described(plain)
-        about["name"] = options.get("as", about["name"])
-        lines = _tracker_lines(about)
+        try:
+            about = described(plain)
+            about["name"] = options.get("as", about["name"])
+            lines = _tracker_lines(about)
+        except trackers.TrackerError as error:
+            about = _unusable(plain, error)
+            lines = [about["name"], "", about["summary"], "", about["unusable"]]
     elif metrics.knows(name) and truth is None:
         about = _metrics(name)
         lines = _metrics_lines(about)
@@ -81,6 +86,21 @@ def _tracker_lines(about: dict[str, Any]) -> list[str]:
         alone = " (what the name alone means)" if preset == about["default_preset"] else ""
         lines.append(f"  {preset:14} {changed or 'the defaults'}{alone}")
     return lines + _setting_lines("parameters", about["parameters"])
+
+
+def _unusable(name: str, error: Exception) -> dict[str, Any]:
+    """What a tracker of the package is whose library is not installed, read from its file.
+
+    Raises `error` for a tracker of any other kind.
+    """
+    import trackers
+
+    file = Path(trackers.__file__).with_name(f"{name.replace('-', '_')}.py")
+    if not file.is_file():
+        raise error
+    classes = [node for node in ast.parse(file.read_bytes()).body if isinstance(node, ast.ClassDef)]
+    summary = ast.get_docstring(classes[-1]) or ""
+    return {"name": name, "summary": summary, "unusable": f"{error} Then it tells its parameters."}
 
 
 def _metrics(name: str) -> dict[str, Any]:

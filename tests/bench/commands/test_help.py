@@ -7,8 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 import bench
+import trackers
+from bench.commands import describe
 
 SCRIPT = Path(sys.executable).parent / "trackmark"
 COMMANDS = sorted(file.stem for file in (Path(bench.__file__).parent / "commands").glob("[!_]*.py"))
@@ -173,3 +176,25 @@ def test_formats_of_recorded_data_are_listed(trackmark):
 def test_an_empty_name_is_refused(trackmark, arguments):
     said = trackmark(*arguments, status=2).stderr
     assert "empty" in said or "one preset at least" in said
+
+
+def test_a_tracker_that_cannot_be_used_here_is_described_and_says_what_to_install(monkeypatch):
+    def lacking(name):
+        raise trackers.TrackerError(f"tracker {name!r} can't be used here: install a library.")
+
+    monkeypatch.setattr(trackers, "describe", lacking)
+    said = CliRunner().invoke(describe.command, ["opencv-kcf"])
+    assert said.exit_code == 0
+    assert "kernelised correlation filters" in said.output
+    assert "install a library" in said.output
+    assert CliRunner().invoke(describe.command, ["nobody"]).exit_code != 0
+
+
+@pytest.mark.parametrize("name", [name for name in trackers.names() if ":" not in name])
+def test_what_is_read_of_a_trackers_file_is_what_it_says_of_itself(name):
+    try:
+        said = trackers.describe(name)["summary"]
+    except trackers.TrackerError as error:
+        said = describe._unusable(name, error)["summary"]
+        assert said.startswith("OpenCV's ")
+    assert describe._unusable(name, ValueError())["summary"] == said
