@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["INSIDE", "write_chunk", "write_page"]
 
-INSIDE = 15_000_000
+INSIDE = 10_000_000
 """Bytes of frames that a page holds; those of further sequences lie beside it."""
 
 _PARTS = Path(__file__).parent
