@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from reports.figures import bare_figure, rim, show
-from reports.palette import bright, colour
+from reports.palette import colour
 
 __all__ = [
     "CLASSES",
@@ -294,7 +294,7 @@ def _draw_contours(axes: Axes, image: NDArray[np.uint8], contours: Array, weight
     shades[:, 3] = np.maximum(weights[order] / weights.max(), _FAINTEST)
     axes.add_collection(LineCollection(list(closed[order]), colors=shades, linewidths=0.5))
     mean = np.einsum("n,npd->pd", weights, closed) / weights.sum()
-    axes.plot(*mean.T, color=bright(4), linewidth=1.3, path_effects=rim(2.4), label="mean")
+    axes.plot(*mean.T, color=colour(4), linewidth=1.3, path_effects=rim(2.4), label="mean")
     low, high = contours.min(axis=(0, 1)) - AROUND, contours.max(axis=(0, 1)) + AROUND
     axes.set(xlim=(max(low[0], 0), min(high[0], width)))
     axes.set(ylim=(min(high[1], height), max(low[1], 0)))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from reports.files import write_file
 from reports.overlay import GROUND, TRUTH, Shape, draw_ruler, legend, overlay, write_words
-from reports.palette import brights
+from reports.palette import colours
 
 __all__ = ["evenly_spaced", "film_strip", "write_film_strip"]
 
@@ -53,7 +53,7 @@ def film_strip(
     """
     columns = min(columns, len(numbers))
     words = words or {}
-    shades = shades or brights([label for label in boxes if label != TRUTH])
+    shades = shades or colours([label for label in boxes if label != TRUTH])
     tiles = []
     for number in numbers:
         image = image_of(number)

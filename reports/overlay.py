@@ -63,12 +63,12 @@ def overlay(
         _draw(drawn, truth, shape, _DARK, 1)
     for label, box in placed.items():
         # A rim beneath keeps every colour readable on every ground.
-        _draw(drawn, box, shape, _rim(to_bgr(colours[label])), 3)
+        _draw(drawn, box, shape, _DARK, 3)
         _draw(drawn, box, shape, to_bgr(colours[label]), 2)
     for label, line in lines.items():
         outline = np.asarray(line, np.float64) * factors
         shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
-        _draw(drawn, outline, "contour", _rim(shade), 2)
+        _draw(drawn, outline, "contour", _DARK, 2)
         _draw(drawn, outline, "contour", shade, 1, dashed=label == TRUTH)
     if truth is not None:
         _draw(drawn, truth, shape, to_bgr(TRUTH_COLOUR), 1, dashed=True)
@@ -95,15 +95,9 @@ def legend(labels: Iterable[str], colours: Mapping[str, str], width: int) -> NDA
         for x, label in row:
             shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
             ends = np.array([[x, y], [x + key, y]], np.float64)
-            if shade == _DARK:
-                _draw_line(band, ends, _LIGHT, 4, dashed=False)
             _draw_line(band, ends, shade, 2, dashed=label == TRUTH)
             write_words(band, label, (x + key + 8, y + 5))
     return band
-
-
-def _rim(shade: tuple[int, int, int]) -> tuple[int, int, int]:
-    return _LIGHT if shade == _DARK else _DARK
 
 
 def _text(words: str) -> str:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from reports.figures import bare_figure, rim, show
-from reports.palette import bright, colour
+from reports.palette import colour
 
 __all__ = ["Placed", "Surface", "Track", "placement_plot", "surface_plot", "trajectory_plot"]
 
@@ -126,7 +126,7 @@ def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
         states, truth = _ellipses_in(track.boxes), _ellipses_in(track.truth)
         dashed: dict[str, Any] = {"linestyle": (0, (3, 2)), "path_effects": rim(2.4)}
         axes.plot(*truth[:, :2].T, color=_MEAN, linewidth=1.2, **dashed)
-        axes.plot(*states[:, :2].T, color=bright(4), linewidth=1.4, path_effects=rim(2.6))
+        axes.plot(*states[:, :2].T, color=colour(4), linewidth=1.4, path_effects=rim(2.6))
         chosen = np.flatnonzero(np.isfinite(states[::every]).all(axis=1)) * every
         _draw_ellipses(axes, states[chosen], _MEAN, 1.2)
         said: list[tuple[float, float]] = []

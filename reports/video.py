@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from reports.files import write_file
 from reports.overlay import TRUTH, legend, overlay
-from reports.palette import brights
+from reports.palette import colours
 
 __all__ = ["write_video"]
 
@@ -41,7 +41,7 @@ def write_video(
     lines_of : callable
         Gives outlines by label, of a frame's number; see `overlay`.
     """
-    shades = brights([label for label in boxes if label != TRUTH])
+    shades = colours([label for label in boxes if label != TRUTH])
 
     def write(file: Path) -> None:
         with av.open(str(file), "w", format="mp4") as container:

@@ -1,4 +1,4 @@
-"""Run four trackers on a synthetic and two recorded sequences, with tables and pictures."""
+"""Run four trackers on a synthetic and two recorded sequences, with a page and tables."""
 
 import functools
 import os
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands._options import jobs_option
+from bench.commands._options import jobs_option, progress_bar
 from bench.commands.run import execute
 from bench.experiments.experiment import read_experiment
 
@@ -29,14 +29,15 @@ def command(output: Path, jobs: int | None) -> int:
 
     What it runs is the experiment `demo`: bench/experiments/demo.toml.
     """
+    from bench.pages.report import Said, write_report_page
     from bench.reporting.report import write_report
-    from bench.reporting.tables import tables
+    from bench.reporting.tables import tables, title_of
 
     experiment = read_experiment("demo")
     click.echo(
         f"Running {len(experiment.trackers)} trackers on {len(experiment.sequences)} sequences, "
-        "timing them, then\ndrawing tables, plots and film strips: about a minute on two idle "
-        "cores, half a minute more\nthe first time, when kernels are compiled."
+        "timing them, then\nwriting a page, tables, plots and film strips: about a minute on two "
+        "idle cores, half a\nminute more the first time, when kernels are compiled."
     )
     results = output / "results" / experiment.name
     # Times first, so that the table of scores has them.
@@ -47,12 +48,16 @@ def command(output: Path, jobs: int | None) -> int:
     if status:
         return status
     folder = output / "demo"
-    tell = functools.partial(click.echo, err=True)
-    paths = write_report(results, folder, tell, tables(results))
-    click.echo(f"\nTables, plots and film strips are in {folder}:")
-    for path in paths:
-        if path.suffix == ".png":
-            click.echo(f"  {path}")
+    made = tables(results)
+    write_report(results, folder, functools.partial(click.echo, err=True), made)
+    page = folder / "report.html"
+    with progress_bar(None, "frame") as progress:
+        said = Said(str(results))
+        write_report_page(results, page, made, title_of(results), said, progress, plots=".png")
+    click.echo(
+        f"\nOpen {page}: every number there leads to the frames behind it.\n"
+        "Beside it are tables, plots and film strips."
+    )
     command_path = os.path.relpath(sys.argv[0])
     click.echo(
         f"\nNext: `{command_path} list`, `{command_path} describe camshift`,\nor your own video: "

@@ -22,7 +22,7 @@ from reports.curves import curve_plot
 from reports.figures import write_figure
 from reports.film_strip import film_strip, write_film_strip
 from reports.overlay import TRUTH
-from reports.palette import brights
+from reports.palette import colours
 from reports.series import REPETITIONS, series_grid
 
 __all__ = ["Drawn", "draw_figure", "words_of", "write_pictures"]
@@ -83,7 +83,7 @@ def _strip(entry: FigureEntry, context: Context) -> Strip | None:
         return None
     start = context.description.frames_from
     sequence, frames = datasets.load(name), [frame - start for frame in entry.frames]
-    shades, columns = brights(list(runs)), entry.columns or len(frames)
+    shades, columns = colours(list(runs)), entry.columns or len(frames)
     rows: list[Strip] = []
     for label, run in runs.items():
         truth = context.stored.truth(experiment, run).boxes

@@ -25,7 +25,7 @@ from bench.store.results import Results
 from bench.store.truth import StoredTruth, read_truth
 from reports.film_strip import evenly_spaced, film_strip, write_film_strip
 from reports.overlay import TRUTH
-from reports.palette import brights
+from reports.palette import colours
 from reports.plots import TRACE_WORDS
 from reports.tables import complete
 from reports.write import file_names, write_plots
@@ -202,7 +202,7 @@ class _Boxes:
 
     def shades(self, trackers: Collection[str]) -> dict[str, str]:
         """Colours by label, as plots of these trackers have them."""
-        by_tracker = brights(list(dict.fromkeys([*trackers, *self._found])))
+        by_tracker = colours(list(dict.fromkeys([*trackers, *self._found])))
         return {label: by_tracker[tracker] for tracker, (label, _) in self._found.items()}
 
 

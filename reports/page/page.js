@@ -130,7 +130,7 @@ byId("filter").addEventListener("input", (event) => choose({ filter: event.targe
 listeners.push(arrangeTables);
 
 // ---- Charts.
-const colourOf = (position) => `var(--line-${position % data.colours.length})`;
+const colourOf = (position) => data.colours[position % data.colours.length];
 const dashOf = (position) => data.dashes[position % data.dashes.length];
 const MARKS = ["M-4,0A4,4 0 1,0 4,0A4,4 0 1,0 -4,0", "M-4,-4H4V4H-4Z", "M0,-5L5,4H-5Z", "M0,-5L5,0L0,5L-5,0Z", "M0,5L5,-4H-5Z"];
 const markOf = (position, attributes) => draw("path", { d: MARKS[position % MARKS.length], fill: colourOf(position), ...attributes });

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from reports.files import write_file
 from reports.page.content import Chart, Page, Scene
 from reports.page.film import ABSENT
-from reports.palette import BRIGHT, COLOURS
+from reports.palette import COLOURS
 from reports.printable import one_line
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
     data = {
         "trackers": [one_line(name) for name in page.trackers],
         "labels": list(page.trackers),
-        "colours": BRIGHT,
+        "colours": COLOURS,
         "dashes": _DASHES,
         "scenes": told,
         "beside": quote(_folder(path).name),
@@ -112,7 +112,6 @@ def _environment() -> "Environment":
     environment.globals["part"] = lambda name: Markup(  # noqa: S704  # our own file
         (_PARTS / name).read_text("utf-8")
     )
-    environment.globals["palettes"] = COLOURS, BRIGHT
     environment.globals["version"] = version("trackmark")
     environment.filters["poster"] = _poster
     environment.filters["code"] = _with_code

@@ -87,8 +87,7 @@ function drawScene(image, map, scale, enlarged = 1) {
   const truth = linesOf(0, shapesOf(0), layers, scale);
   stroke(truth, "#000", 1.6);
   for (const take of drawnTakes()) {
-    const shapes = shapesOf(take.row), colour = data.colours[take.tracker % data.colours.length];
-    const rim = colour === "#000000" ? "#fff" : "#000";  // readable on any ground
+    const shapes = shapesOf(take.row), colour = colourOf(take.tracker);
     const width = take.tracker === focus() ? 2.6 : 1.8;
     pen.fillStyle = colour;
     if (shapes.masks && layers.has("masks")) {
@@ -100,7 +99,7 @@ function drawScene(image, map, scale, enlarged = 1) {
       stroke(inside, colour, 0.8);
     }
     const path = linesOf(rowOf(take), shapes, layers, scale, take);
-    stroke(path, rim, width + 1.2);
+    stroke(path, "#000", width + 1.2);  // a rim: readable on any ground
     stroke(path, colour, width, dashOf(take.tracker));
     if (shapes.particles && layers.has("particles")) for (const [x, y, weight] of shapes.particles) {
       const half = unit * (0.5 + 0.9 * Math.sqrt(weight));  // heavier ones are larger
@@ -152,7 +151,7 @@ function drawCurve() {
     line(PLOT.left, y(SUCCESS), width - PLOT.right, y(SUCCESS));
   }
   for (const take of drawnTakes()) {
-    curvePen.strokeStyle = curvePen.fillStyle = ink(`--line-${take.tracker % data.colours.length}`);
+    curvePen.strokeStyle = curvePen.fillStyle = colourOf(take.tracker);
     curvePen.lineWidth = take.tracker === focus() ? 2.2 : 1.3;
     curvePen.setLineDash(dashOf(take.tracker));
     curvePen.beginPath();

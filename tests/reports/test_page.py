@@ -16,7 +16,7 @@ from reports.page import page as pages
 from reports.page.content import Chart, Line, Page, Place, Scene, Section, Sheet
 from reports.page.film import ABSENT, film, packed, quantised
 from reports.page.page import write_page
-from reports.palette import BRIGHT, COLOURS, rgb
+from reports.palette import rgb
 from reports.tables import Cell, Table
 from tests.reports.contrast import contrast
 
@@ -111,14 +111,3 @@ def test_words_stand_out_from_their_ground_in_light_and_dark():
         most = int(re.search(r"--share, 0\) \* (\d+)%", style)[1]) / 100
         darkest = most * colours["shade"] + (1 - most) * colours["paper"]  # of the heat map
         assert contrast(colours["ink"], darkest) >= 4.5
-
-
-def test_lines_have_the_palette_of_the_ground_in_light_and_dark(tmp_path):
-    (path,) = write_page(tmp_path / "a.html", Page("T", [Section("a", "A")]))
-    style = path.read_text().partition("</style>")[0]
-    light, dark = (
-        [shade for name, shade in re.findall(r"--line-(\d+): ([^;]+);", part)]
-        for part in style.rsplit("@media", 1)
-    )
-    assert light == [*COLOURS[:-1], "var(--ink)"]
-    assert dark == [*BRIGHT[:-1], "var(--ink)"]

@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 from reports.files import write_file
 from reports.film_strip import evenly_spaced, film_strip, write_film_strip
 from reports.overlay import TRUTH, draw_ruler, legend, overlay, write_words
-from reports.palette import bright, to_bgr
+from reports.palette import colour, to_bgr
 from reports.video import write_video
 
 GREY = np.full((60, 80, 3), 128, np.uint8)
 
 
 def on_grey(box, scale=1.0, shape="box", position=0):
-    return overlay(GREY, {"a": np.array(box)}, {"a": bright(position)}, scale, shape=shape)
+    return overlay(GREY, {"a": np.array(box)}, {"a": colour(position)}, scale, shape=shape)
 
 
 def changed(drawn):
@@ -26,7 +26,7 @@ def changed(drawn):
 
 def is_colour(pixels, position, within=40):
     """Whether the pixels, shape (..., 3), have the colour of a position."""
-    return np.abs(pixels.astype(int) - to_bgr(bright(position))).max(axis=-1) < within
+    return np.abs(pixels.astype(int) - to_bgr(colour(position))).max(axis=-1) < within
 
 
 def test_a_box_is_drawn_along_its_edges_and_nowhere_else():
@@ -106,7 +106,7 @@ def test_a_truth_of_another_shape_is_dashed_all_the_way_round(shape):
 
 def test_a_box_right_on_the_truth_is_seen_through_its_dashes():
     box = np.array([10.125, 10.125, 60, 40])
-    drawn = overlay(GREY, {TRUTH: box, "a": box}, {"a": bright(0)}, scale=4)
+    drawn = overlay(GREY, {TRUTH: box, "a": box}, {"a": colour(0)}, scale=4)
     top = drawn[40, 46:276]
     assert is_colour(top, 0).mean() > 0.25
     assert (top.min(axis=1) > 180).mean() > 0.25
@@ -115,7 +115,7 @@ def test_a_box_right_on_the_truth_is_seen_through_its_dashes():
 def test_boxes_that_are_absent_or_far_outside_are_no_trouble_and_the_image_stays():
     before = GREY.copy()
     boxes = {"a": np.full(4, np.nan), "b": np.array([-1e9, -1e9, 1e12, 5])}
-    drawn = overlay(GREY, boxes, {"a": bright(0), "b": bright(1)}, words="7")
+    drawn = overlay(GREY, boxes, {"a": colour(0), "b": colour(1)}, words="7")
     assert drawn.shape == GREY.shape
     assert np.array_equal(on_grey(np.full(4, np.nan)), GREY)
     assert np.array_equal(on_grey(np.empty((0, 2)), shape="contour"), GREY)
@@ -123,7 +123,7 @@ def test_boxes_that_are_absent_or_far_outside_are_no_trouble_and_the_image_stays
 
 
 def test_a_long_legend_wraps():
-    labels = {f"tracker-with-a-long-name-{i}": bright(i) for i in range(6)}
+    labels = {f"tracker-with-a-long-name-{i}": colour(i) for i in range(6)}
     assert legend(labels, labels, 2000).shape[0] < legend(labels, labels, 400).shape[0]
     assert legend(labels, labels, 400).shape[1] == 400
 
@@ -218,7 +218,7 @@ def test_every_frame_of_a_strip_has_its_own_boxes_or_contours():
 
 def test_a_strip_draws_ellipses_in_given_shades_counts_as_told_and_says_more_of_a_frame():
     boxes = {"a": np.tile([20.0, 10, 40, 30], (3, 1))}
-    options = {"columns": 1, "width": 320, "shape": "ellipse", "shades": {"a": bright(2)}}
+    options = {"columns": 1, "width": 320, "shape": "ellipse", "shades": {"a": colour(2)}}
     plain = film_strip(lambda number: GREY, [1], boxes, **options)
     said = film_strip(lambda number: GREY, [1], boxes, words={1: "initialising"}, **options)
     counted = film_strip(lambda number: GREY, [0], boxes, count_from=1, **options)

@@ -38,7 +38,7 @@ from reports.curves import curve_plot
 from reports.densities import Densities, density_plot
 from reports.film_strip import evenly_spaced, film_strip
 from reports.overlay import TRUTH
-from reports.palette import brights
+from reports.palette import colours
 from trackers.contours.chain import Hypotheses
 from trackers.contours.observation import colours_of
 
@@ -234,7 +234,7 @@ def _strip(sequence: datasets.Sequence, found: Mapping[str, Run], figure: int) -
     numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, FRAMES)
     truth = {number: true_contour(sequence, number) for number in numbers}
     title = f"Fig. {figure}, not the paper's video but {sequence.name}, repetition 0"
-    shades = brights([*METHODS, BASELINE])
+    shades = colours([*METHODS, BASELINE])
 
     def row(words: str, label: str, of: Run) -> Strip:
         """Frames with a method's contours."""

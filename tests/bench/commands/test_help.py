@@ -153,11 +153,14 @@ def test_the_demo_runs_and_draws_its_pictures(typed, here):
     said = typed("demo", "--output", "out").stdout
     for tracker in ("static", "camshift", "camshift:window=adaptive", "opencv-mil"):
         assert f"{tracker} " in said
-    shown = [line.strip() for line in said.splitlines() if line.strip().endswith(".png")]
-    assert len(shown) in (8, 9)  # speed is drawn where load disturbed no timing run
-    assert all(cv2.imread(str(here / path)) is not None for path in shown)
     assert "18 of 18 runs" in said
-    assert (here / "out" / "demo" / "times.csv").is_file()
+    folder = here / "out" / "demo"
+    assert f"Open {Path('out', 'demo', 'report.html')}" in said
+    assert "camshift:window=adaptive" in (folder / "report.html").read_text()
+    drawn = [cv2.imread(str(path)) for path in folder.glob("*.png")]
+    assert len(drawn) in (11, 12)  # speed is drawn where load disturbed no timing run
+    assert all(picture is not None for picture in drawn)
+    assert (folder / "times.csv").is_file()
 
 
 def test_further_names_of_presets_are_listed_and_known(trackmark):

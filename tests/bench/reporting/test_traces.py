@@ -15,7 +15,7 @@ from bench.reporting.tables import tables
 from bench.store.loading import as_revised, load_results
 from reports.film_strip import film_strip
 from reports.overlay import TRUTH
-from reports.palette import bright
+from reports.palette import colour
 
 SECOND_THOUGHTS = '''
 """Says that the target stays, and in the end where it would be had it moved to the right."""
@@ -167,7 +167,7 @@ def test_strips_of_a_comparison_have_the_colours_of_its_figures(ran):
         results, ran, print, {"Small": ("static", reviser)}, ["a", reviser, "static"]
     )
     words = "said at once (online)"
-    shades = {f"{reviser}, {words}": bright(1), "static": bright(2)}
+    shades = {f"{reviser}, {words}": colour(1), "static": colour(2)}
     strip = pictured(ran, words, [0] * 5, shades=shades)
     np.testing.assert_array_equal(cv2.imread(str(file)), strip)
 
