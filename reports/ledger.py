@@ -37,8 +37,16 @@ def ledger_table(claims: Sequence[Mapping[str, Any]], tally: str, *, gated: bool
     rows = []
     for claim in claims:
         evidence = claim["evidence"]
-        shown = [claim["id"], claim["source"], claim_words(claim), claim["verdict"]]
-        shown += [claim["effect"], *([evidence["all_drawn_scenes"]] if gated else [])]
+        shown = [
+            claim["id"],
+            claim["source"],
+            claim_words(claim),
+            claim["verdict"].replace("-", " "),
+        ]
+        shown += [
+            claim["effect"],
+            *([evidence["all_drawn_scenes"].replace("-", " ")] if gated else []),
+        ]
         shown += [holds_in(claim), evidence["reason"]]
         rows.append([Cell(str(text)) for text in shown])
     heads = ["claim", "source", "what it says", "verdict", "effect [95 % interval] unit"]

@@ -11,6 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.claims import kinds
+from bench.claims.kinds import in_words
 from bench.claims.ledger import Claim
 from bench.claims.sides import limited
 from bench.statistics.intervals import Interval
@@ -95,7 +96,7 @@ def in_units(claim: Claim, test: kinds.PartTest, metric: str, verdict: Verdict) 
     return replace(
         verdict,
         interval=interval,
-        of=of.replace("_", " "),
+        of=in_words(of),
         unit=claim.units.get(of, unit),
         counted=claim.cells.get(test.table, test.counted),
     )
@@ -165,7 +166,7 @@ def _bound(test: kinds.BoundTest, rows: pd.DataFrame) -> Verdict:
     if sign < 0:
         low_name, high_name = high_name, low_name
     low, high = (sign * rows[name].to_numpy(np.float64) for name in (low_name, high_name))
-    words, against = test.metric.replace("_", " "), f"to be compared with {sign * limit:g}."
+    words, against = in_words(test.metric), f"to be compared with {sign * limit:g}."
     if test.interval is None:
         worst = int(low.argmin())
         value = float(rows[test.metric].iloc[worst])

@@ -38,7 +38,7 @@ def write_front_page(output: Path) -> Path:
         row, numbers = _row(name, document)
         rows.append(row)
         values.append(numbers)
-    heads = ["paper", "title", *(one.replace("-", " ") for one in OUTCOMES)]
+    heads = ["paper", "title", *OUTCOMES]
     heads += ["trackers took", "this took", "reproduce …"]
     table = plain_table("papers", "Claims by verdict; a paper opens its page.", heads, rows)
     table = replace(table, n_labels=2)

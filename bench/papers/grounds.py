@@ -20,6 +20,7 @@ from bench.claims.kinds import (
     LostTest,
     PartTest,
     RatioTest,
+    in_words,
 )
 from bench.claims.ledger import Claim
 from bench.evaluation.record import Trace
@@ -230,9 +231,9 @@ def _badness(test: PartTest, ahead: float) -> float:
 
 def _words(claim: Claim, metric: str) -> str:
     """A metric with its unit."""
-    name = metric.replace("_", " ")
+    name = in_words(metric)
     usual = "px" if metric.startswith(IN_PIXELS) else "frames" if metric in COUNTS else ""
-    unit = claim.units.get(name, usual)
+    unit = claim.units.get(metric, usual)
     return f"{name} [{unit}]" if unit else name
 
 

@@ -7,13 +7,14 @@ from pathlib import Path
 from textwrap import shorten
 from typing import Any
 
+from bench.claims.kinds import in_words
 from bench.claims.readings import Readings
 from bench.pages.filming import Watch
 from bench.papers import Effort, Report
 from bench.papers.footage import Footage, footage_of
 from bench.papers.grounds import SHOWN, Ground
 from bench.papers.report import AMOUNT
-from bench.papers.screen import EFFECT, claim_count, outcome, tally
+from bench.papers.screen import EFFECT, claim_count, outcome, tally, was_run
 from bench.papers.tables import RunTable
 from bench.papers.wording import POST_HOC
 from reports.ledger import claim_words, holds_in
@@ -145,7 +146,7 @@ def _ledger(report: Report) -> Sheet:
         [
             claim["id"],
             claim["short"] or claim_words(claim),
-            _said(claim),
+            outcome(claim),
             claim["effect"] or MISSING,
             holds(claim),
         ]
@@ -189,13 +190,9 @@ def _key(claim: Mapping[str, Any]) -> str:
     return f"claim-{claim['id']}"
 
 
-def _said(claim: Mapping[str, Any]) -> str:
-    return outcome(claim).replace("-", " ")
-
-
 def holds(claim: Mapping[str, Any]) -> str:
     """In how many readings a claim holds, and whether that is fragile; of what was tested."""
-    if outcome(claim) != claim["verdict"]:
+    if not was_run(claim):
         return MISSING
     return holds_in(claim) or MISSING
 
@@ -227,7 +224,7 @@ def _card(claim: Mapping[str, Any], report: Report, footage: Footage) -> Card:
     return Card(
         _key(claim),
         f"{claim['id']}: {words}",
-        _said(claim),
+        outcome(claim),
         "" if evidence["ours"] else f"“{evidence['quote']}” ({claim['source']})",
         {name: text for name, text in facts.items() if text},
         [
@@ -247,7 +244,7 @@ def _summed(claim: Mapping[str, Any], report: Report) -> list[Sheet]:
     parts = [one for one in report.claims if one["id"] in names]
     if not parts:
         return []
-    rows = [[one["id"], claim_words(one), _said(one), one["effect"] or MISSING] for one in parts]
+    rows = [[one["id"], claim_words(one), outcome(one), one["effect"] or MISSING] for one in parts]
     heads = ["claim", "what it says", "verdict", EFFECT]
     words = "It sums up these claims, and holds where all of them do; each opens with its scenes."
     table = plain_table(f"summed-{claim['id']}", words, heads, rows)
@@ -291,14 +288,14 @@ def _by_reading(claim: Mapping[str, Any]) -> list[Sheet]:
     found = [
         [
             one["reading"] + (POST_HOC if one["post_hoc"] else "") or "as written",
-            ", ".join(filter(None, [one["group"], one["metric"].replace("_", " ")])) or "whole",
+            ", ".join(filter(None, [one["group"], in_words(one["metric"])])) or "whole",
             one["verdict"].replace("-", " "),
             one["effect"] or MISSING,
         ]
         for one in claim["evidence"]["findings"]
         if (one["light"], one["scenes"]) == ("both", "kept")
     ]
-    if outcome(claim) != claim["verdict"] or len(found) < 2:
+    if not was_run(claim) or len(found) < 2:
         return []
     named = f"readings-{claim['id']}"
     heads = ["reading", "part", "verdict", EFFECT]

@@ -10,7 +10,7 @@ from bench.claims.judging import NOT_RUN
 from bench.papers import Effort, Report
 from reports.renderers import to_text
 
-__all__ = ["EFFECT", "OUTCOMES", "WIDTH", "claim_count", "outcome", "screen", "tally"]
+__all__ = ["EFFECT", "OUTCOMES", "WIDTH", "claim_count", "outcome", "screen", "tally", "was_run"]
 
 WIDTH = 100
 """Columns of a terminal that every line fits into [characters]; a main table is made to."""
@@ -34,14 +34,14 @@ def screen(report: Report, paper: str, effort: Effort, folder: Path) -> str:
     return "\n".join([*parts, *_further(paper, effort)])
 
 
-OUTCOMES = ("reproduced", "holds", "undecided", "does-not-hold", "not-testable", "not run")
-"""What may come out of a claim, the best for the paper first."""
+OUTCOMES = ("reproduced", "holds", "undecided", "does not hold", "not testable", "not run")
+"""What may come out of a claim, in words, the best for the paper first."""
 
 
 def tally(claims: Sequence[Mapping[str, Any]]) -> dict[str, int]:
-    """How many claims of the paper there are by verdict, in words: of those that there are any."""
+    """How many claims of the paper there are by verdict: of those that there are any."""
     said = [outcome(claim) for claim in claims if not claim["evidence"]["ours"]]
-    return {one.replace("-", " "): said.count(one) for one in OUTCOMES if one in said}
+    return {one: said.count(one) for one in OUTCOMES if one in said}
 
 
 def claim_count(claims: list[dict[str, Any]]) -> str:
@@ -57,17 +57,22 @@ def claim_count(claims: list[dict[str, Any]]) -> str:
 
 
 def outcome(claim: Mapping[str, Any]) -> str:
-    """A claim's verdict, or that nothing was run which tests it."""
-    return "not run" if claim["evidence"]["reason"].startswith(NOT_RUN) else str(claim["verdict"])
+    """A claim's verdict in words, or that nothing was run which tests it."""
+    return str(claim["verdict"]).replace("-", " ") if was_run(claim) else "not run"
+
+
+def was_run(claim: Mapping[str, Any]) -> bool:
+    """Whether anything was run that tests the claim."""
+    return not claim["evidence"]["reason"].startswith(NOT_RUN)
 
 
 def _line(claim: Mapping[str, Any]) -> str:
     words = claim.get("short") or textwrap.shorten(claim["text"], _SHORT, placeholder=" …")
     fragile = ", fragile" if claim["evidence"]["fragile"] else ""
-    readings, said = claim["readings"].partition(";")[0], outcome(claim)
-    holds = f"{readings} readings{fragile}" if readings and said == claim["verdict"] else ""
+    readings = claim["readings"].partition(";")[0]
+    holds = f"{readings} readings{fragile}" if readings and was_run(claim) else ""
     ours = "ours" if claim["evidence"]["ours"] else ""
-    line = _row(claim["id"], words, said, ", ".join(filter(None, [holds, ours])))
+    line = _row(claim["id"], words, outcome(claim), ", ".join(filter(None, [holds, ours])))
     if not claim["effect"]:
         return line
     indent = " " * len(_row("", "-", "", "").partition("-")[0])

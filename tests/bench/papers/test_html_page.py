@@ -133,7 +133,7 @@ def page(report, folder):
 def test_a_page_has_every_claim_table_and_figure_and_says_what_is_no_evidence(page):
     text = page.read_text()
     assert f"<h1>{NO_EVIDENCE}: A paper</h1>" in text
-    assert "4 claims: 2 does-not-hold, 1 holds, 1 not run" in text
+    assert "4 claims: 2 does not hold, 1 holds, 1 not run" in text
     assert "<td>17.7</td>" in text
     assert 'src="data:image/png;base64,' in text
     assert 'data-mark="not run"' in text

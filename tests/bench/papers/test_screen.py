@@ -57,14 +57,14 @@ def test_the_screen_has_the_main_table_a_line_a_claim_and_where_the_rest_is(repo
     lines = screen(report, "nguyen2002", Effort(), Path("results/nguyen2002")).splitlines()
     assert lines[0] == "Template tracking"
     assert ["RGB", "17.7", "16"] in [line.split() for line in lines]
-    assert "5 claims: 2 holds, 1 does-not-hold, 1 not-testable, 1 not run" in lines
+    assert "5 claims: 2 holds, 1 does not hold, 1 not testable, 1 not run" in lines
     (first, second, third, fourth, fifth) = (line for line in lines if line.startswith("NG-"))
     assert lines[lines.index(first) + 1] == f"        {report.claims[0]['effect']}"
     assert lines[lines.index(third) + 1] == fourth
     assert re.fullmatch(r"NG-1 +The target is tracked\. +holds +7 of 9 readings", first)
-    assert second.split("does-not-hold ")[-1] == "7 of 9 readings, fragile"
+    assert second.split("does not hold ")[-1] == "7 of 9 readings, fragile"
     assert "lost | at once" in second
-    assert third.endswith("not-testable")
+    assert third.endswith("not testable")
     assert "word …" in fourth
     assert fifth.endswith("not run")
     assert max(map(len, lines)) <= 100
@@ -77,7 +77,7 @@ def test_the_screen_has_the_main_table_a_line_a_claim_and_where_the_rest_is(repo
 def test_a_claim_that_is_ours_is_shown_and_not_counted(report, tmp_path):
     report.claims[0]["evidence"]["ours"] = True
     printed = screen(report, "nguyen2002", Effort(), Path("r"))
-    assert "4 claims: 1 does-not-hold, 1 not-testable, 1 holds, 1 not run; 1 of ours" in printed
+    assert "4 claims: 1 does not hold, 1 not testable, 1 holds, 1 not run; 1 of ours" in printed
     assert re.search(r"NG-1 .* holds +7 of 9 readings, ours\n", printed)
     write_page(tmp_path / "page.md", report, "nguyen2002", Effort())
     assert "The target is tracked. (ours, not the paper's) |" in (tmp_path / "page.md").read_text()
@@ -124,7 +124,7 @@ def test_a_page_is_begun_and_its_prose_survives_what_is_written_again(report, tm
     assert "`trackmark reproduce nguyen2002 --seeds 2` found (at most 2 repetitions)" in begun
     told = "on target: 0.85 [0.62, 0.96] of the runs, 20 scenes | 7 of 9; post hoc 1 of 2"
     assert f"| NG-1 | The target is tracked. | holds | {told} |" in begun
-    assert f"| does-not-hold | {told}; fragile |" in begun
+    assert f"| does not hold | {told}; fragile |" in begun
     assert begun.count("| not run | — | — |") == 1
     page.write_text(
         begun.replace("What the paper says, in a paragraph.", "Prose.") + "More prose.\n"
