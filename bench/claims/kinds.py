@@ -24,7 +24,6 @@ it, with limits of their own (each sequence by `where`, where there are none); w
 verdict is that all hold.
 """
 
-import re
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
@@ -64,7 +63,6 @@ __all__ = [
     "Text",
     "Texts",
     "Value",
-    "in_words",
     "listed",
     "trackers_of",
 ]
@@ -93,12 +91,6 @@ list of these, whose runs are taken together where there are some of each."""
 
 Text = Annotated[str, Field(min_length=1)]
 Texts = Annotated[tuple[Text, ...], Field(min_length=1)]
-
-
-def in_words(metric: str) -> str:
-    """A metric's name as it is read, with the frames that it is of: `error_1_16`, `within_11`."""
-    words = re.sub(r" (\d+)(?: to)? (\d+)$", r" in frames \1 to \2", metric.replace("_", " "))
-    return re.sub(r"^(\D*[^ \d])(?<! at) (\d+(?: and \d+)*)$", r"\1 at \2", words)
 
 
 def listed(value: Any) -> Any:

@@ -4,6 +4,7 @@ A ledger's `[readings]` has an axis for each thing that is open, and an axis an 
 to read it. A reading is one option of every axis; with the first option of all it is the headline.
 """
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,7 +15,7 @@ from pydantic import ConfigDict, Field, model_validator
 
 from bench.claims.kinds import Entry, Limits, Text, Value
 
-__all__ = ["ANY", "NO_MATTER", "Axis", "Option", "Reading", "Readings"]
+__all__ = ["ANY", "NO_MATTER", "Axis", "Option", "Reading", "Readings", "in_words"]
 
 NO_MATTER = "*"
 """Stands for every option of an axis."""
@@ -138,3 +139,9 @@ class Readings(Entry):
             names.get(axis, options[0]) == options[0] or axis in self.rivals
             for axis, options in self.columns.items()
         )
+
+
+def in_words(metric: str) -> str:
+    """A metric's name as it is read, with the frames that it is of: `error_1_16`, `within_11`."""
+    words = re.sub(r" (\d+)(?: to)? (\d+)$", r" in frames \1 to \2", metric.replace("_", " "))
+    return re.sub(r"^(\D*[^ \d])(?<! at) (\d+(?: and \d+)*)$", r"\1 at \2", words)

@@ -11,8 +11,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.claims import kinds
-from bench.claims.kinds import in_words
 from bench.claims.ledger import Claim
+from bench.claims.readings import in_words
 from bench.claims.sides import limited
 from bench.statistics.intervals import Interval
 from bench.statistics.outcomes import LEAST_CELLS, Verdict, check, conjunction, undecided

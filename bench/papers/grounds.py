@@ -20,9 +20,9 @@ from bench.claims.kinds import (
     LostTest,
     PartTest,
     RatioTest,
-    in_words,
 )
 from bench.claims.ledger import Claim
+from bench.claims.readings import in_words
 from bench.evaluation.record import Trace
 
 __all__ = ["SHOWN", "Ground", "Number", "all_grounds"]

@@ -7,8 +7,7 @@ from pathlib import Path
 from textwrap import shorten
 from typing import Any
 
-from bench.claims.kinds import in_words
-from bench.claims.readings import Readings
+from bench.claims.readings import Readings, in_words
 from bench.pages.filming import Watch
 from bench.papers import Effort, Report
 from bench.papers.footage import Footage, footage_of

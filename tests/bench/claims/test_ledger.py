@@ -4,6 +4,7 @@ import pytest
 
 from bench.claims.kinds import OrderTest, PartsTest
 from bench.claims.ledger import LedgerError, read_claims
+from bench.claims.readings import in_words
 from bench.papers import paper_names
 
 GOOD = """
@@ -172,3 +173,20 @@ def test_the_published_numbers_of_table_1_add_up():
         for name in ("single", "multi", "proposed")
     }
     assert sums == {"single": 4600, "multi": 4586, "proposed": 5080}
+
+
+@pytest.mark.parametrize(
+    ("metric", "words"),
+    [
+        ("error_1_16", "error in frames 1 to 16"),
+        ("deviates_12_to_15", "deviates in frames 12 to 15"),
+        ("within_11", "within at 11"),
+        ("holds_10_and_38", "holds at 10 and 38"),
+        ("lost_at_36_and_44_and_51", "lost at 36 and 44 and 51"),
+        ("high_at_800_mhz", "high at 800 mhz"),
+        ("mean_region_similarity", "mean region similarity"),
+        ("f1", "f1"),
+    ],
+)
+def test_a_metric_is_told_in_words_with_its_frames(metric, words):
+    assert in_words(metric) == words
