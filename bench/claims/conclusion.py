@@ -18,7 +18,7 @@ from typing import Any
 from bench.claims.findings import Finding
 from bench.claims.kinds import NumberTest
 from bench.claims.ledger import Claim
-from bench.claims.readings import NO_MATTER
+from bench.claims.readings import NO_MATTER, in_words
 from bench.statistics.outcomes import NOWHERE, Outcome, Verdict, undecided
 
 __all__ = ["Conclusion", "conclude"]
@@ -234,7 +234,7 @@ def _decided(findings: Iterable[Finding]) -> Verdict:
         return undecided("nothing was run that tests it under the headline reading.")
     deciding = [f for f in every if f.metric in DECIDING] or every
     told = " ".join(
-        f"{finding.metric.replace('_', ' ')}: {finding.verdict.reason}".removeprefix(": ")
+        f"{in_words(finding.metric)}: {finding.verdict.reason}".removeprefix(": ")
         for finding in every
     )
     return _agreed([one.verdict for one in deciding], "the metrics do not agree. ", told)

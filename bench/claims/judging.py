@@ -14,7 +14,7 @@ from bench.claims import kinds
 from bench.claims.conclusion import Conclusion, conclude
 from bench.claims.findings import Check, Evidence, Finding
 from bench.claims.ledger import Claim
-from bench.claims.readings import NO_MATTER, Option, Reading, Readings
+from bench.claims.readings import NO_MATTER, Option, Reading, Readings, in_words
 from bench.claims.sides import (
     SETTLED,
     Compared,
@@ -303,7 +303,7 @@ def _verdicts(claim: Claim, parts: list[_Part]) -> Iterator[tuple[str, str, Verd
         yield from _whole_and_groups(claim, parts[0])
         return
     said = {
-        f"{part.name}, {metric.replace('_', ' ')}" if part.n_metrics > 1 else part.name: verdict
+        f"{part.name}, {in_words(metric)}" if part.n_metrics > 1 else part.name: verdict
         for part in parts
         for metric, group, verdict in _whole_and_groups(claim, part)
         if not group

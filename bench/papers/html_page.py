@@ -280,45 +280,47 @@ def _where_it_differs(claim: Mapping[str, Any]) -> str:
 
 
 def _by_reading(claim: Mapping[str, Any]) -> list[Sheet]:
-    """Every reading's verdict over all lights, on the scenes kept; with the parts of each.
+    """Every reading's verdict over all lights, on the scenes kept.
 
-    Numbers that nothing here can judge stand apart, folded.
+    Parts of the claim, and numbers that nothing here can judge, stand apart, folded, with why.
     """
     found = [
-        [
+        (
             one["reading"] + (POST_HOC if one["post_hoc"] else "") or "as written",
-            ", ".join(filter(None, [one["group"], in_words(one["metric"])])) or "whole",
+            ", ".join(filter(None, [one["group"], in_words(one["metric"])])),
             one["verdict"].replace("-", " "),
             one["effect"] or MISSING,
-        ]
+            one["reason"],
+        )
         for one in claim["evidence"]["findings"]
         if (one["light"], one["scenes"]) == ("both", "kept")
     ]
     if not was_run(claim) or len(found) < 2:
         return []
-    named = f"readings-{claim['id']}"
-    heads = ["reading", "part", "verdict", EFFECT]
     judged = [row for row in found if row[2] != _UNTESTABLE]
-    others = [row[:2] + row[3:] for row in found if row[2] == _UNTESTABLE]
-    made = []
-    if judged:
-        table = plain_table(
-            named, f"By reading{_first_of(judged)}.", heads, judged[:_MOST_READINGS]
-        )
-        made.append(Sheet(table, badges=2))
+    whole = [[row[0], *row[2:4]] for row in judged if not row[1]]
+    parts = [[*row] for row in judged if row[1]]
+    others = [[row[0], row[1] or "whole", row[3]] for row in found if row[2] == _UNTESTABLE]
+    name, made = f"readings-{claim['id']}", list[Sheet]()
+    if len(whole) > 1:
+        table = _rows_of(name, "By reading", ["reading", "verdict", EFFECT], whole)
+        made.append(Sheet(table, badges=1))
+    if parts:
+        heads = ["reading", "part", "verdict", EFFECT, "why"]
+        table = _rows_of(f"{name}-parts", "By reading and part", heads, parts)
+        made.append(Sheet(table, badges=2, folded=bool(made)))
     if others:
-        words = f"By reading, not testable: numbers that nothing here judges{_first_of(others)}."
-        heads = [head for head in heads if head != "verdict"]
-        table = plain_table(f"{named}-untestable", words, heads, others[:_MOST_READINGS])
+        words = "By reading, not testable: numbers that nothing here judges"
+        table = _rows_of(f"{name}-untestable", words, ["reading", "part", EFFECT], others)
         made.append(Sheet(table, folded=True))
     return made
 
 
-def _first_of(rows: Sequence[object]) -> str:
-    """That only some rows are shown, where that is so."""
-    if len(rows) <= _MOST_READINGS:
-        return ""
-    return f"; the first {_MOST_READINGS} of {len(rows)}, report.json has all"
+def _rows_of(name: str, words: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+    """A table of the first rows; its caption says where there are more."""
+    if len(rows) > _MOST_READINGS:
+        words += f"; the first {_MOST_READINGS} of {len(rows)}, report.json has all"
+    return plain_table(name, f"{words}.", heads, rows[:_MOST_READINGS])
 
 
 def _pictures(report: Report) -> list[Picture]:
