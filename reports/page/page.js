@@ -309,16 +309,42 @@ function fill(figure, chart) {
 }
 // Those that are far down are drawn when they are near: there may be a hundred.
 const near = new IntersectionObserver((seen) => {
-  for (const { target } of seen.filter((one) => one.isIntersecting)) {
-    near.unobserve(target);
-    target.style.minHeight = "";
-    fill(target, data.charts[target.id]);
-  }
+  seen.filter((one) => one.isIntersecting).forEach(({ target }) => drawn(target));
 }, { rootMargin: "600px" });
-for (const figure of document.querySelectorAll("figure.chart")) {
+const empty = new Set(document.querySelectorAll("figure.chart"));
+function drawn(figure) {
+  near.unobserve(figure);
+  empty.delete(figure);
+  figure.style.minHeight = "";
+  fill(figure, data.charts[figure.id]);
+}
+for (const figure of empty) {
   figure.style.minHeight = "330px";
   near.observe(figure);
 }
+
+// ---- On paper all is drawn, nothing is folded, and tables are no wider than the page.
+addEventListener("beforeprint", () => {
+  empty.forEach(drawn);
+  for (const fold of document.querySelectorAll("main details:not([open])")) {
+    fold.open = true;
+    fold.classList.add("unfolded");
+  }
+  document.body.classList.add("paper");
+  for (const { table } of shownTables) {
+    const fit = () => table.parentElement.clientWidth / table.offsetWidth;
+    table.classList.toggle("tight", fit() < 0.7);
+    table.style.setProperty("--fit", Math.min(1, 0.99 * fit()));
+  }
+});
+addEventListener("afterprint", () => {
+  document.body.classList.remove("paper");
+  for (const { table } of shownTables) table.style.removeProperty("--fit");
+  for (const fold of document.querySelectorAll("details.unfolded")) {
+    fold.open = false;
+    fold.classList.remove("unfolded");
+  }
+});
 
 // ---- Pictures are enlarged.
 addEventListener("click", (event) => {

@@ -115,6 +115,7 @@ def _environment() -> "Environment":
     environment.globals["version"] = version("trackmark")
     environment.filters["poster"] = _poster
     environment.filters["code"] = _with_code
+    environment.filters["divided"] = _divided
     environment.filters["address"] = _address_of
     environment.tests["finite_number"] = lambda value: value is not None and isfinite(value)
     return environment
@@ -126,6 +127,14 @@ def _with_code(text: str) -> "Markup":
 
     shown = str(escape(one_line(text)))
     return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", shown))  # noqa: S704  # escaped
+
+
+def _divided(text: str) -> "Markup":
+    """A text whose lines may end after the signs that part what a long name consists of."""
+    from markupsafe import Markup, escape
+
+    shown = str(escape(one_line(text)))
+    return Markup(re.sub(r"(?<=[:=/,])(?=\w)", "<wbr>", shown))  # noqa: S704  # escaped
 
 
 def write_chunk(page: Path, name: str, frames: Sequence[bytes]) -> Path:
