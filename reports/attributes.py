@@ -77,7 +77,7 @@ def attribute_plot(panels: Mapping[str, Sequence[Against]], quantity: str, title
             axes.set_ylabel(quantity, fontsize=9)
     for position, label in enumerate(labels):
         grid[0, 0].plot([], [], **named_line(label, position))
-    add_legend(figure, grid[0, 0], "dots: sequences; lines: means over bins, 95 % intervals")
+    add_legend(figure, "dots: sequences; lines: means over bins, 95 % intervals")
     return figure
 
 

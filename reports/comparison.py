@@ -209,7 +209,7 @@ def breaking_plot(
             axes.xaxis.set_minor_locator(NullLocator())
         axes.set_xlim(some.levels[0], some.levels[-1])
     if not crowded:
-        add_legend(figure, whole)
+        add_legend(figure)
     return figure
 
 
@@ -226,7 +226,7 @@ def speed_accuracy_plot(points: Mapping[str, Point], quantity: str, title: str) 
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_locator(NullLocator())
     axes.margins(x=0.15)
-    add_legend(figure, axes)
+    add_legend(figure)
     return figure
 
 

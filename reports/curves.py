@@ -61,7 +61,7 @@ def curve_plot(
         all_axes[0].yaxis.set_major_formatter("{x:g}")
     else:
         all_axes[0].set_ylim(bottom=0)
-    add_legend(figure, all_axes[0], heading)
+    add_legend(figure, heading)
     return figure
 
 
@@ -83,5 +83,5 @@ def roc_plot(points: pd.DataFrame, title: str, labels: Sequence[str], threshold:
     axes.plot([], [], "X", markersize=9, color="0.3", label=threshold)
     axes.set(xlabel="false alarms [share of the others]", ylabel="hits [share of those meant]")
     axes.set(xlim=(0, 1), ylim=(0, 1.02))
-    add_legend(figure, axes)
+    add_legend(figure)
     return figure

@@ -80,17 +80,20 @@ def new_figure(
     return figure, all_axes
 
 
-def add_legend(figure: Figure, axes: Axes, heading: str = "") -> None:
-    """Name the lines of `axes` beneath the plot, in as many columns as there is room for.
+def add_legend(figure: Figure, heading: str = "") -> None:
+    """Name the lines of all axes beneath the plot, each once, in as many columns as have room.
 
     The figure grows by the legend's height, so that labels, which hold a tracker's every
     parameter, take no room from the data.
     """
-    handles, labels = axes.get_legend_handles_labels()
+    named: dict[str, Any] = {}
+    for axes in figure.axes:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            named.setdefault(label, handle)
     for columns in (4, 3, 2, 1):
         legend = figure.legend(
-            handles,
-            [fold(label, 100) for label in labels],
+            list(named.values()),
+            [fold(label, 100) for label in named],
             title=heading,
             loc="outside lower center",
             ncols=columns,
@@ -113,7 +116,7 @@ def add_names(figure: Figure, axes: Axes, heading: str = "") -> None:
     """
     lines = axes.get_lines()
     if len(lines) <= CROWDED:
-        add_legend(figure, axes, heading)
+        add_legend(figure, heading)
         return
     limits = {name: getattr(axes, f"get_{name}")() for name in ("xlim", "ylim", "xscale")}
     panels = panels_each(figure, axes, [str(line.get_label()) for line in lines])

@@ -187,7 +187,7 @@ def frame_plot(
     upper.set(ylabel="overlap", ylim=(-0.02, 1.02))
     lower.set(ylabel="centre error [px]", xlabel="frame")
     lower.set_ylim(bottom=0)
-    add_legend(figure, upper, heading)
+    add_legend(figure, heading)
     return figure
 
 

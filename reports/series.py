@@ -60,7 +60,7 @@ def series_plot(
     _draw_lines(axes, series, labels, truth)
     axes.set(xlabel="frame", ylabel=quantity)
     axes.set_ylim(bottom=0)
-    add_legend(figure, axes, _heading(series, over))
+    add_legend(figure, _heading(series, over))
     return figure
 
 
@@ -103,7 +103,7 @@ def series_grid(
         if reading == readings[-1]:
             axes.set_xlabel("frame", fontsize=8)
     all_axes[0].set_ylim(bottom=0)
-    add_legend(figure, all_axes[0], _heading(series, over))
+    add_legend(figure, _heading(series, over))
     return figure
 
 
@@ -128,7 +128,7 @@ def appearance_plot(
     runs = frames["repetition"].nunique()
     lower.set(ylabel="runs in\ninitialisation", xlabel="frame", ylim=(0, 1))
     lower.set_yticks([0, 0.5, 1], ["0", "", str(runs)])
-    add_legend(figure, upper, f"{QUARTILES} {REPETITIONS}" if runs > 1 else "")
+    add_legend(figure, f"{QUARTILES} {REPETITIONS}" if runs > 1 else "")
     return figure
 
 

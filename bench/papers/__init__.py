@@ -90,8 +90,9 @@ class Report:
         Scenes and runs that verdicts rest on, by claim.
     sums : mapping of str to tuple of str
         Claims that others sum up, by claim.
-    words : mapping of str to str
-        What the figures show, by the names of their files without suffix.
+    captions : mapping of str to tuple of str
+        A figure's caption, and what is seen in it for those who don't see it (empty where the
+        caption says so), by the name of its file without suffix.
     main : list of Table
         What stands on the paper's page; on the screen only the first: at most 100 columns wide.
     """
@@ -106,7 +107,7 @@ class Report:
     grounds: "Mapping[str, list[Ground]]" = field(default_factory=dict)
     sums: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     tracking_seconds: float = 0.0
-    words: Mapping[str, str] = field(default_factory=dict)
+    captions: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
 
 Asked: TypeAlias = Mapping[str, Collection[Cell]]

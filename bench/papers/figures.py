@@ -25,7 +25,7 @@ from reports.overlay import TRUTH
 from reports.palette import colours
 from reports.series import REPETITIONS, series_grid
 
-__all__ = ["Drawn", "draw_figure", "words_of", "write_pictures"]
+__all__ = ["Drawn", "caption_of", "draw_figure", "write_pictures"]
 
 _NUMBERED = re.compile(r"figure-(\d+)")
 
@@ -40,14 +40,14 @@ def draw_figure(entry: FigureEntry, context: Context) -> Drawn:
     return _frames(entry, context) if entry.kind == "frames" else _curve(entry, context)
 
 
-def words_of(name: str, plot: Drawn, entry: FigureEntry) -> str:
-    """What a figure shows, in words: also for those who don't see it; `name`: of a strip's file."""
+def caption_of(name: str, plot: Drawn, entry: FigureEntry) -> tuple[str, str]:
+    """See `bench.papers.Report.captions`; `name`: of a strip's file."""
     if not isinstance(plot, Figure):
         told = [f"Frames {_listed(entry.frames)} in columns"] if entry.frames else []
         told += [f"a row each for {_listed(entry.labels or entry.trackers)}"] * bool(entry.trackers)
         told += ["the truth's boxes beside"] * bool(told)
         words = entry.words or f"{'; '.join(told) or 'Frames, with boxes'}."
-        return f"{name.replace('-', ' ').capitalize()}: {words[:1].lower()}{words[1:]}"
+        return f"{name.replace('-', ' ').capitalize()}: {words[:1].lower()}{words[1:]}", ""
     axes = plot.axes
     x, y = (dict.fromkeys(getattr(one, f"get_{name}label")() for one in axes) for name in "xy")
     panels = dict.fromkeys(one.get_title() or one.get_title("left") for one in axes)
@@ -58,7 +58,7 @@ def words_of(name: str, plot: Drawn, entry: FigureEntry) -> str:
     told += [f"panels: {_listed(panels)}"] if _listed(panels) else []
     told += [f"shown: {_listed(named)}"] if named else []
     words = "; ".join(filter(None, told))
-    return f"{words[:1].upper()}{words[1:]}."
+    return _listed([plot.get_suptitle()]), f"{words[:1].upper()}{words[1:]}."
 
 
 def _listed(texts: Iterable[object]) -> str:

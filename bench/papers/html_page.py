@@ -284,10 +284,11 @@ def _by_reading(claim: Mapping[str, Any]) -> list[Sheet]:
 
     Parts of the claim, and numbers that nothing here can judge, stand apart, folded, with why.
     """
+    named = len({one["metric"] for one in claim["evidence"]["findings"]}) > 1
     found = [
         (
             one["reading"] + (POST_HOC if one["post_hoc"] else "") or "as written",
-            ", ".join(filter(None, [one["group"], in_words(one["metric"])])),
+            ", ".join(filter(None, [one["group"], in_words(one["metric"]) if named else ""])),
             one["verdict"].replace("-", " "),
             one["effect"] or MISSING,
             one["reason"],
@@ -302,7 +303,7 @@ def _by_reading(claim: Mapping[str, Any]) -> list[Sheet]:
     parts = [[*row] for row in judged if row[1]]
     others = [[row[0], row[1] or "whole", row[3]] for row in found if row[2] == _UNTESTABLE]
     name, made = f"readings-{claim['id']}", list[Sheet]()
-    if len(whole) > 1:
+    if whole and (len(whole) > 1 or not parts):
         table = _rows_of(name, "By reading", ["reading", "verdict", EFFECT], whole)
         made.append(Sheet(table, badges=1))
     if parts:
@@ -326,12 +327,7 @@ def _rows_of(name: str, words: str, heads: Sequence[str], rows: Sequence[Sequenc
 def _pictures(report: Report) -> list[Picture]:
     """Figures as they were drawn; the paper's own are its publisher's."""
     return [
-        Picture(
-            path.stem.replace("-", " ").capitalize(),
-            still(path.read_bytes()),
-            report.words.get(path.stem, "As the paper's figure of this number, or beside it."),
-        )
-        for path in report.pictures
+        Picture(still(path.read_bytes()), *report.captions[path.stem]) for path in report.pictures
     ]
 
 

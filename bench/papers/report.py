@@ -18,7 +18,7 @@ from bench.experiments.experiment import Experiment
 from bench.papers import NO_EVIDENCE, Asked, Effort, Report
 from bench.papers.context import Context, hook, own_module, part_of
 from bench.papers.description import Description, TableEntry
-from bench.papers.figures import Drawn, draw_figure, words_of, write_pictures
+from bench.papers.figures import Drawn, caption_of, draw_figure, write_pictures
 from bench.papers.grounds import all_grounds
 from bench.papers.recorded import RECORDED, read_published
 from bench.papers.runs import tidy_runs
@@ -96,7 +96,7 @@ class Paper:
         checks = part_of(name, "CHECKS")
         judged = judge_all(self.claims, context.scores, context.tables, checks, asked)
         context.conclusions.extend(_advised(one, self.description, effort) for one in judged)
-        plots, words = self._plots(context)
+        plots, captions = self._plots(context)
         published = part_of(name, "published")
         tables, rows = self._tables(context), published(context) if published else []
         title = self.description.title
@@ -110,7 +110,7 @@ class Paper:
             pictures=write_pictures(folder, plots),
             main=self._main(tables, rows),
             tracking_seconds=_seconds(scores),
-            words=words,
+            captions=captions,
             grounds=all_grounds(
                 tested, context.scores, context.tables, part_of(name, "together") or str
             ),
@@ -121,10 +121,10 @@ class Paper:
             },
         )
 
-    def _plots(self, context: Context) -> tuple[dict[str, Drawn], dict[str, str]]:
-        """Figures by name, None for one that there are no runs for, and what they show."""
+    def _plots(self, context: Context) -> tuple[dict[str, Drawn], dict[str, tuple[str, str]]]:
+        """Figures by name, None for one that there are no runs for, and their captions."""
         plots: dict[str, Drawn] = {}
-        words: dict[str, str] = {}
+        captions: dict[str, tuple[str, str]] = {}
         for name, entry in self.description.figure.items():
             if entry.hook:
                 made = hook(self.description.name, entry.hook)(context)
@@ -132,10 +132,10 @@ class Paper:
                 made = draw_figure(entry, context)
             here = made if isinstance(made, dict) else {name: made}
             plots |= here
-            words |= {
-                key: words_of(key, plot, entry) for key, plot in here.items() if plot is not None
+            captions |= {
+                key: caption_of(key, plot, entry) for key, plot in here.items() if plot is not None
             }
-        return plots, words
+        return plots, captions
 
     def _disturbances(self, context: Context) -> list[str]:
         """What of the timing runs failed, or was disturbed."""

@@ -95,11 +95,11 @@ class Chart:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure, PNG or WebP; `words` say what is seen, also to those who don't see it."""
+    """A figure, PNG or WebP; `words` say what is seen where the caption does not."""
 
-    title: str
     content: bytes
-    words: str
+    caption: str
+    words: str = ""
 
 
 @dataclass(frozen=True)

@@ -63,6 +63,12 @@ def test_the_legend_says_what_quartiles_are_over():
         assert plot.legends[0].get_title().get_text() == "median and quartiles over scenes"
 
 
+def test_the_legend_names_every_line_once_whichever_panel_has_it():
+    shown = [five("a", reading="x"), five("a", reading="y"), five("b", reading="y")]
+    figure = series_grid(pd.concat(shown).assign(scene="s"), "T", "Hx [px]", ["a", "b"], {})
+    assert words(figure) == ["a", "b"]
+
+
 def test_a_label_keeps_its_colour_and_the_truth_begins_at_frame_0():
     figure = series_plot(five("b"), "T", "Hx [px]", ["a", "b"], np.array([7.0, 8.0, 9.0, 9.5]))
     truth, line = figure.axes[0].lines

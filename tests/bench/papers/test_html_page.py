@@ -116,9 +116,9 @@ def report(folder):
     grounds = {"P-1": rests_on(folder)}
     sums = {"P-4": ("P-1", "P-3")}
     tables = [table, read, scored]
-    words = {"figure-3": "Error [px] against frame; shown: proposed, CamShift."}
+    captions = {"figure-3": ("Fig. 3, other videos.", "Error [px] against frame.")}
     return Report(
-        title, remarks, tables, [], claims, [picture], [table], grounds, sums, words=words
+        title, remarks, tables, [], claims, [picture], [table], grounds, sums, captions=captions
     )
 
 
@@ -164,7 +164,8 @@ def test_a_page_is_looked_at_from_its_tally_and_says_things_once(page):
     assert "<code>figure-3</code> is ours" in main
     assert "<code>r</code> is a radius" in main
     assert "`" not in main
-    assert 'alt="Figure 3: Error [px] against frame; shown: proposed, CamShift."' in main
+    assert 'alt="Fig. 3, other videos. Error [px] against frame."' in main
+    assert "<figcaption>Fig. 3, other videos.</figcaption>" in main
     assert main.count("trackmark reproduce wang2010 --quick") == 1
     read = re.search(r'<table id="verdicts".*?</table>', main, re.S)[0]
     assert re.findall(r"<td[^>]*>(.*?)</td>", read) == ["holds, 1 px", "=", "undecided"]
@@ -184,6 +185,28 @@ def test_means_of_runs_open_the_worst_frame_that_the_page_holds(page, folder):
     runs = load_results(folder / "p-table-1")
     runs = runs[runs["tracker"] == "static"]
     assert asked["sequence"][0] == runs.loc[runs["centre_error"].idxmax(), "sequence"]
+
+
+def test_parts_of_a_claim_stand_beneath_the_readings_and_say_why():
+    told = [
+        finding(reading, "holds") | {"group": group, "reason": f"why {reading}{group}"}
+        for reading in ("as written", "r = 1")
+        for group in ("", "the hand", "the cup")
+    ]
+    whole, parts = _by_reading(claim("P-1", "holds", findings=told))
+    assert [row[0].text for row in whole.table.rows] == ["as written", "r = 1"]
+    assert not whole.folded
+    assert parts.folded
+    assert [cell.text for cell in parts.table.rows[3]][1::3] == ["the cup", "why r = 1the cup"]
+    (alone,) = _by_reading(claim("P-1", "holds", findings=told[:3]))
+    assert not alone.folded
+    assert len(alone.table.rows) == 2
+
+
+def test_a_metric_that_all_are_judged_by_is_no_part():
+    told = [finding(f"r = {n}", "holds") | {"metric": "first_loss"} for n in range(2)]
+    (made,) = _by_reading(claim("P-1", "holds", findings=told))
+    assert made.table.heads[:2] == ["reading", "verdict"]
 
 
 def test_numbers_that_nothing_judges_stand_apart():
