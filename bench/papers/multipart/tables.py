@@ -65,10 +65,10 @@ def table_1(context: Context) -> list[Table]:
             data = [_row(runs, metric, line) for line in _printed().to_dict("records")]
             data += [_group_row(runs, metric, group) for group in GROUPS]
             caption = (
-                f"Table 1, other videos, {light} light: {words} (the paper's first: one run on its own "
-                f"video; ours: median [quartiles] over {scenes} scenes that pass the static gate, "
-                "and their repetitions; groups, of which 1, 2, 5 and 6 have two colours: share of "
-                "the length, each sequence counting once)"
+                f"Table 1, other videos, {light} light: {words} (the paper's first: one run on its "
+                f"own video; ours: median [quartiles] over {scenes} scenes that pass the static "
+                "gate, and their repetitions; groups, of which 1, 2, 5 and 6 have two colours: "
+                "share of the length, each sequence counting once)"
             )
             name = f"table-1-{metric.replace('_', '-')}-{light}"
             table = replace(text_table(name, caption, data, n_labels=1), heads=[*HEADS])
