@@ -48,6 +48,7 @@ class Pair:
     answer: Answer  # of the first tracker
     needed: float  # sequences, or repetitions, that would settle it; NaN where it is settled
     loss_p: float  # that times to failure are alike: stratified log-rank test
+    by_chance: bool  # whether chance has a part in it, without which p tells nothing
 
     @property
     def difference(self) -> float:
@@ -120,6 +121,7 @@ def paired(
                 answer,
                 needed,
                 loss_p,
+                question == "new sequences" or bool(interval and interval.low < interval.high),
             )
         )
     return made

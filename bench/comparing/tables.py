@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Sequence
-from math import isfinite, isnan
+from math import isfinite, isnan, nan
 from typing import Any
 
 import numpy as np
@@ -94,8 +94,8 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
                 "interval": _listed(pair.interval),
                 "probability_better": pair.probability,
                 "probability_interval": list(pair.probability_interval),
-                "p": pair.p,
-                "p_holm": pair.adjusted,
+                "p": pair.p if pair.by_chance else None,
+                "p_holm": pair.adjusted if pair.by_chance else None,
                 "needed": int(pair.needed) if isfinite(pair.needed) else None,
                 "time_to_failure_p": pair.loss_p,
                 "differences": pair.differences.tolist(),
@@ -189,7 +189,7 @@ def _pair_table(
                 Cell(number(comparison, pair.difference, signed=True)),
                 Cell(between(comparison, pair.interval, signed=True)),
                 Cell(_often(pair)),
-                Cell(p_value(pair.adjusted)),
+                Cell(p_value(pair.adjusted) if pair.by_chance else MISSING),
                 Cell(p_value(pair.loss_p)),
             ]
         )
@@ -198,6 +198,8 @@ def _pair_table(
         data.append(
             {
                 **told,
+                "p": pair.p if pair.by_chance else nan,
+                "adjusted": pair.adjusted if pair.by_chance else nan,
                 "difference": pair.difference,
                 **_ends(pair.interval),
                 "probability_low": around.low,
@@ -248,6 +250,8 @@ def _limits(comparison: Comparison) -> list[str]:
                 f"Nothing was repeated: give {LEAST_FOR_NEW} sequences or more (or --seeds, for "
                 "trackers that draw random numbers)."
             ]
+        if not all(pair.by_chance for pair in comparison.pairs):
+            told.append(f"{MISSING}: neither was repeated; run again, they score the same.")
         return [*told, "Other sequences than these may show something else."]
     least = smallest_p(n) * tests
     if least >= SIGNIFICANCE:

@@ -104,7 +104,7 @@ def _sentence(comparison: Comparison, pair: Pair) -> str:
     what = "sequences" if comparison.question == "new sequences" else "repetitions"
     around = "" if pair.interval is None else f" {between(comparison, pair.interval, signed=True)}"
     difference = f"{number(comparison, pair.difference, signed=True)}{unit(comparison)}"
-    p = "" if pair.interval is None else f", p {equals(pair.adjusted)}"
+    p = f", p {equals(pair.adjusted)}" if pair.by_chance else ""
     verb = _verb(comparison, pair.answer)
     text = f"{pair.first} {verb} {pair.second} (difference {difference}{around}{p})"
     if isfinite(pair.needed):
@@ -116,9 +116,9 @@ def _summed(comparison: Comparison, kind: Answer, pairs: Sequence[Pair]) -> str:
     """One sentence on all that the best tracker stands alike to."""
     shown = sorted((pair.difference for pair in pairs), key=abs)
     ends = dict.fromkeys(number(comparison, end, signed=True) for end in (shown[0], shown[-1]))
-    largest = max(pair.adjusted for pair in pairs)
-    level = ""
-    if kind in ("better", "worse"):
+    levels = [pair.adjusted for pair in pairs if pair.by_chance]
+    largest, level = max(levels, default=1.0), ""
+    if kind in ("better", "worse") and len(levels) == len(pairs):
         level = ", all p < .001" if largest < 0.001 else f", all p ≤ {p_value(largest)}"
     others = ", ".join(pair.second for pair in pairs)
     return (

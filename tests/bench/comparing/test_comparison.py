@@ -93,6 +93,17 @@ def test_few_sequences_tell_of_new_seeds_alone(make_runs):
     assert paragraph(compare(make_runs(once), OVERLAP, 0.01)).endswith("(difference +0.100).")
 
 
+def test_a_pair_that_never_draws_has_no_p_beside_one_that_does(make_runs):
+    scores = {"a": around([0.5, 0.6]), "b": [[0.4], [0.5]], "c": [[0.3], [0.4]]}
+    found = compare(make_runs(scores), OVERLAP, 0.01)
+    shown = screen(found)[1]
+    by_pair = {row[0].text: row[5].text for row in shown.rows}
+    assert by_pair["B - C"] == "—"
+    assert by_pair["A - B"] != "—"
+    assert shown.notes[0].startswith("—: neither was repeated")
+    assert [pair["p"] is None for pair in as_data(found)["pairs"]] == [False, False, True]
+
+
 def test_five_sequences_can_show_nothing_and_it_says_how_many_could(make_runs):
     scores = {"a": around(HARDNESS[:5] + 0.2), "b": around(HARDNESS[:5], seed=1)}
     found = compare(make_runs(scores), OVERLAP, 0.01)
