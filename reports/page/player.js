@@ -45,22 +45,29 @@ const mapNames = () => [...new Set(scene.takes.flatMap((take) => take.maps))];
 
 /** Show a frame; done when it is painted. */
 async function seek(number) {
+  const before = frame;
   frame = Math.max(0, Math.min(scene.frames - 1, Math.round(number) || 0));
-  const wanted = frame, here = scene;
+  const wanted = frame, here = scene, seen = () => wanted === frame && here === scene;
   const { full, thumbnails } = here.films;
   tellFrame();
   let image = null, map = null;
   const weighed = mapFilm();
+  const small = thumbnails && thumbnails.get(wanted), large = full && full.get(wanted);
   try {
-    const small = thumbnails && thumbnails.get(wanted), large = full && full.get(wanted);
     const ready = large instanceof ImageBitmap ? large : small;
     image = ready ? await ready : null;
     map = weighed ? await weighed.get(wanted) : null;
-    if (large && image !== large) large.then((better) => { if (wanted === frame && here === scene) repaint(better); }, tellError);
   } catch (error) { tellError(error); }
-  if (wanted !== frame || here !== scene) return;
+  if (!seen()) return;
   repaint(image, map);
-  for (let next = wanted + 1; next <= Math.min(wanted + AHEAD, here.frames - 1); next++) for (const film of [thumbnails, full, weighed]) film?.get(next)?.catch?.(() => {});
+  const better = image === large ? null : large?.then((it) => { if (seen()) repaint(it); });
+  Promise.resolve(better).catch(tellError).then(() => {
+    for (const film of [thumbnails, full, weighed]) if (film) prepare(film, wanted, wanted < before ? -1 : 1, seen).catch(() => {});
+  });
+}
+/** Decode what may be seen next, a frame at a time: many at once would be in the way of the one that is wanted. */
+async function prepare(film, from, step, needed) {
+  for (let next = from + step; Math.abs(next - from) <= AHEAD && next >= 0 && next < scene.frames && needed(); next += step) await film.get(next);
 }
 function repaint(image = painted, map = paintedMap) {
   painted = image;

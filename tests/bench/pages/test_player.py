@@ -430,3 +430,21 @@ def test_without_a_pointer_the_target_is_magnified(shown):
     plain = shown.run("screen.toDataURL()")
     shown.key("m")
     shown.wait(f"screen.toDataURL() !== {json.dumps(plain)}")
+
+
+DECODED = """window.decoded = 0;
+{ const before = createImageBitmap; window.createImageBitmap = (...given) => {
+  decoded += 1; return before(...given); }; } 0"""
+"""Has it counted how many images are decoded."""
+
+
+@browser.needs_browser
+def test_frames_ahead_are_made_ready_and_are_not_in_the_way_of_the_one_that_is_wanted(shown):
+    seen(shown, sequence=named("plain/target:length=60:scene=0"), frame=3)
+    ready = "scene.films.thumbnails.images.get(number) instanceof ImageBitmap"
+    shown.wait(f"[3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13].every((number) => {ready})")
+    shown.run(DECODED)
+    shown.run("(async () => { for (const number of [50, 20, 40, 30]) await seek(number); })()")
+    assert shown.run("decoded") <= 8  # each, and at most one more beside it
+    shown.run("seek(29)")
+    shown.wait(f"[28, 27, 26, 25].every((number) => {ready})")  # who goes back goes on so
