@@ -67,6 +67,7 @@ def command(name: str, truth: Path | None, measure: bool, as_json: bool) -> None
     else:
         about = _sequence(name, truth)
         said = {key: value for key, value in about.items() if value and key != "knobs"}
+        said |= {"fps": f"{about['fps']:.5g}"} if about["fps"] else {}
         lines = [f"{key:12} {value}" for key, value in said.items()]
         lines += _setting_lines("knobs", about["knobs"])
         if measure:

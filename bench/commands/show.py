@@ -35,7 +35,13 @@ __all__ = ["command"]
     help="Run them on SEQUENCE, and write a page that steps through what they see.",
 )
 @trace_option
-@click.option("--repetition", type=click.IntRange(0), default=0, show_default=True)
+@click.option(
+    "--repetition",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Which one is drawn, or run, of trackers that draw random numbers.",
+)
 @click.option(
     "--output",
     type=click.Path(path_type=Path, dir_okay=False),
@@ -74,7 +80,8 @@ def command(
     from reports.overlay import TRUTH
 
     if live is not None:
-        return _live(sequence, truth, split_list(live), output or Path("live.html"))
+        where = output or Path("live.html")
+        return _live(sequence, truth, split_list(live), where, repetition)
     if output is None:
         raise click.UsageError("Give --output, a .png or an .mp4 file, or --live.")
     if output.suffix not in (".png", ".mp4"):
@@ -110,14 +117,16 @@ def command(
     return 0
 
 
-def _live(sequence: str, truth: Path | None, trackers: list[str], output: Path) -> int:
+def _live(
+    sequence: str, truth: Path | None, trackers: list[str], output: Path, repetition: int
+) -> int:
     from bench.experiments.experiment import SequenceSource
     from bench.pages.live import write_live_page
     from bench.store.files import ResultsError
 
     context = click.get_current_context()
     given = click.core.ParameterSource.COMMANDLINE
-    for name in ("results", "trace", "repetition", "count", "first", "last"):
+    for name in ("results", "trace", "count", "first", "last"):
         if context.get_parameter_source(name) == given:
             option = "--frames" if name == "count" else f"--{name}"
             raise click.UsageError(f"{option} and --live exclude each other.")
@@ -128,7 +137,7 @@ def _live(sequence: str, truth: Path | None, trackers: list[str], output: Path) 
     source = SequenceSource(sequence, truth)
     try:
         with progress_bar(None, "frame") as progress:
-            paths, failures = write_live_page(trackers, source, output, progress)
+            paths, failures = write_live_page(trackers, source, output, progress, repetition)
     except OSError as error:
         raise ResultsError(str(error.strerror or error)) from error
     for failure in failures:

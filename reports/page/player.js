@@ -96,18 +96,23 @@ function scoresIn(take) {
   return `${overlap[frame].toFixed(2)} · ${Number.isNaN(error[frame]) ? "no box" : `${error[frame].toFixed(1)} px`}`;
 }
 
+function numbersIn(take) {
+  return Object.entries(take.numbers).filter(([, values]) => values[frame] !== null).map(([name, values]) => `${name} ${values[frame]}`).join(" · ");
+}
+
 /** What trackers scored and said in the frame, and the command that draws it. */
 function tellNumbers() {
   const drawn = drawnTakes();
-  for (const button of [...byId("legend").children].filter((one) => one.called)) {
+  for (const button of trackerButtons()) {
     const take = drawn.find((one) => one.tracker === button.tracker);
     button.called.textContent = nameIn(take || scene.take(button.tracker, repetition(), start()));
     button.lastChild.textContent = take ? scoresIn(take) : "";
   }
   const weighing = mapTake();
   byId("whose").textContent = weighing ? `of ${data.trackers[weighing.tracker]}` : "";
-  byId("told").textContent = drawn.filter((take) => take.numbers).map((take) => `${data.trackers[take.tracker]}: ${
-    Object.entries(take.numbers).filter(([, values]) => values[frame] !== null).map(([name, values]) => `${name} ${values[frame]}`).join(" · ")}`).join("\n");
+  const telling = drawn.filter((take) => take.numbers);
+  byId("told").textContent = telling.map((take) => [data.trackers[take.tracker], numbersIn(take)]).filter(([, told]) => told).map((both) => both.join(": ")).join("\n");
+  byId("told").style.minHeight = `${1.5 * telling.length}em`;  // nothing moves from frame to frame
   byId("shown").parentNode.hidden = !scene.show || drawnTakes().some((take) => take.judged.length);  // it draws runs in one pass
   if (scene.show) byId("shown").textContent =
     `${scene.show} --repetition ${repetition()} --first ${frame} --last ${frame}${state.get("trace") === "revised" ? " --trace revised" : ""} --output frame.png`;
@@ -116,7 +121,20 @@ function tellNumbers() {
 function options(select, entries, chosen) {
   select.replaceChildren(...entries.map(([value, text]) => { const one = make("option", { value }); one.textContent = text; return one; }));
   select.value = chosen;
+  if (select.selectedIndex < 0) select.value = "";  // what is asked for is not there: none, where that can be chosen
 }
+
+/** A button a tracker of the sequence, which shows or hides it. */
+function makeLegend() {
+  const truth = make("button", { type: "button", disabled: "" }, "- - truth");
+  byId("legend").replaceChildren(truth, ...trackersHere().map((tracker, position) => {
+    const called = make("span"), number = make("b", {}, position < 9 ? position + 1 : "");
+    const button = Object.assign(make("button", { type: "button" }, number, sampleOf(tracker), called, make("span")), { tracker, called });
+    button.addEventListener("click", () => toggle(tracker));
+    return button;
+  }));
+}
+const trackerButtons = () => [...byId("legend").children].slice(1);
 
 /** Everything around the frame, as the address says. */
 function arrange() {
@@ -133,18 +151,11 @@ function arrange() {
   byId("frame").max = byId("slider").max = scene.frames - 1;
   byId("lens").setAttribute("aria-pressed", state.has("lens"));
   const shown = shownTrackers();
-  const focused = [...byId("legend").children].indexOf(document.activeElement);
-  const truth = make("button", { type: "button", disabled: "" }, "- - truth");
-  byId("legend").replaceChildren(truth, ...trackersHere().map((tracker, position) => {
-    const take = scene.take(tracker, repetition(), start()), on = shown.includes(tracker);
-    const called = make("span", tracker === focus() ? { class: "focus" } : {});
-    const button = make("button", { type: "button", "aria-pressed": on, title: take.failure || "" },
-      make("b", {}, position < 9 ? position + 1 : ""), sampleOf(tracker), called, make("span"));
-    Object.assign(button, { tracker, called });
-    button.addEventListener("click", () => toggle(tracker));
-    return button;
-  }));
-  if (!pointed) byId("legend").children[focused]?.focus();  // it was made anew
+  for (const button of trackerButtons()) {
+    button.setAttribute("aria-pressed", shown.includes(button.tracker));
+    button.title = scene.take(button.tracker, repetition(), start()).failure;
+    button.called.className = button.tracker === focus() ? "focus" : "";
+  }
   arrangeLayers();
   screen.classList.toggle("lens", state.has("lens"));
   say(standing());
@@ -153,14 +164,18 @@ function arrange() {
 
 /** What is to be known of what is chosen: what of it is not there, and what went wrong. */
 function standing() {
-  const label = state.get("tracker"), its = scene.takes.filter((take) => take.tracker === focus());
-  const asked = Number(state.get("frame") ?? 0), told = [];
-  if (label !== null && !its.length) told.push(`There is no run of ${label} here.`);
-  if (state.has("repetition") && !scene.takes.some((take) => take.repetition === repetition())) told.push(`There is no repetition ${state.get("repetition")} here.`);
-  if (!(asked >= 0 && asked < scene.frames)) told.push(`There is no frame ${state.get("frame")}: the last one is ${scene.frames - 1}.`);
+  const label = state.get("tracker"), its = scene.takes.filter((take) => take.tracker === focus()), told = [];
+  const none = (key, there, text) => { if (state.has(key) && !there) told.push(text); };
+  none("tracker", its.length, `There is no run of ${label} here.`);
+  none("repetition", scene.takes.some((take) => take.repetition === repetition()), `There is no repetition ${state.get("repetition")} here.`);
+  none("start", scene.takes.some((take) => take.start === start()), `There is no start ${state.get("start")} here.`);
+  none("frame", state.get("frame") >= 0 && state.get("frame") < scene.frames, `There is no frame ${state.get("frame")}: the last one is ${scene.frames - 1}.`);
+  none("other", otherTake(), `There is no run ${state.get("other")} to hold.`);
+  none("map", mapNames().includes(state.get("map")), `There is no map ${state.get("map")} here.`);
+  none("show", shownTrackers().length, "No tracker is shown.");
   if (scene.why) told.push(scene.why);
-  const take = its.length && scene.take(focus(), repetition(), start());
-  if (take && take.failure) told.push(`${data.trackers[take.tracker]}, repetition ${take.repetition}, failed: ${take.failure}`);
+  const takes = new Set([...(its.length ? [scene.take(focus(), repetition(), start())] : []), ...shownTakes()]);
+  for (const take of takes) if (take.failure) told.push(`${data.trackers[take.tracker]}, repetition ${take.repetition}, failed: ${take.failure}`);
   return told.join(" ");
 }
 
@@ -193,9 +208,14 @@ function toggle(tracker) {
 
 // ---- From the address to what is seen.
 let drawnFor = "";
+const leave = () => choose({ sequence: null, tracker: null, repetition: null, start: null, frame: null }, true);
+const forget = make("button", { type: "button", title: "Close", "aria-label": "Close" }, "✕");
+forget.addEventListener("click", leave);
+const sceneNumber = () => data.scenes.findIndex((one) => one.name === state.get("sequence"));
 async function follow() {
   const name = state.get("sequence");
-  const number = data.scenes.findIndex((one) => one.name === name);
+  const number = sceneNumber();
+  byId("missing").replaceChildren(...(name === null || number >= 0 ? [] : [`There is no sequence ${name} on this page.`, forget]));
   if (number < 0) {
     if (dialog.open) dialog.close();
     stop();
@@ -219,8 +239,10 @@ async function follow() {
     screen.width = Math.max(960, Math.min(1280, scene.size[0]));
     screen.height = Math.round(screen.width * scene.size[1] / scene.size[0]);
     screen.style.setProperty("--shape", scene.size[0] / scene.size[1]);
+    makeLegend();
   }
   if (`${around}` !== drawnFor) { drawnFor = `${around}`; arrange(); }
+  else if (!(moved >= 0 && moved < scene.frames)) say(standing());
   await seek(moved);
 }
 listeners.push(() => { follow().catch(tellError); });
@@ -258,19 +280,28 @@ function stop() {
   if (dialog.open) move(frame);
 }
 
-/** The next frame in which the centre of a shown tracker leaves the truth's box. */
-function nextFailure() {
+/** Where shown trackers fail: frame, run, and what happens there. */
+function failures() {
   const found = [];
   for (const take of drawnTakes()) {
-    const { out } = scene.curve(rowOf(take));
-    for (let i = 1; i < out.length; i++) if (out[i] && !out[i - 1]) found.push([i, take, "leaves the truth's box"]);
+    const row = rowOf(take), { out } = scene.curve(row);
+    let end = scene.frames;  // of what has a box
+    if (take.failure && !take.begun) while (end && !scene.box(row, end - 1)) end -= 1;
+    for (let i = 1; i < end; i++) if (out[i] && !out[i - 1]) found.push([i, take, "leaves the truth's box"]);
     for (const mark of take.marks) found.push([mark, take, "is begun again"]);
+    if (end < scene.frames) found.push([end, take, "stops"]);
   }
-  found.sort((a, b) => a[0] - b[0]);
-  const next = found.find(([i]) => i > frame) || found[0];
-  if (!next) { say("No shown tracker leaves the truth's box."); return; }
-  move(next[0]);
-  say(`${data.trackers[next[1].tracker]} ${next[2]} at frame ${next[0]}.${next[1].failure ? ` Its run failed: ${next[1].failure}` : ""}`);
+  return found.sort((a, b) => a[0] - b[0]);
+}
+function nextFailure() {
+  if (!drawnTakes().length) { say("No tracker is shown."); return; }
+  const found = failures(), [next] = found.find(([i]) => i > frame) || found[0] || [];
+  if (next === undefined) { say("No shown tracker leaves the truth's box."); return; }
+  const here = found.filter(([i]) => i === next);
+  const why = here.filter(([, , what]) => what === "stops").map(([, take]) => ` Its run failed: ${take.failure}`).join("");
+  const again = here.length === found.length ? " It is the only one." : next <= frame ? " It is the first again." : "";
+  move(next);
+  say(`${here.map(([, take, what]) => `${data.trackers[take.tracker]} ${what}`).join("; ")} at frame ${next}.${again}${why}`);
 }
 
 /** Frames in which two shown trackers are furthest apart, the furthest first. */
@@ -292,13 +323,14 @@ function disagreements() {
 }
 let rank = 0, rankedAt = -1;
 function nextDisagreement() {
-  const found = disagreements();
+  const takes = drawnTakes(), found = disagreements();
+  if (takes.length < 2) { say(takes.length ? `${data.trackers[takes[0].tracker]} alone is shown: a disagreement needs two.` : "No tracker is shown."); return; }
   if (!found.length) { say("No two shown trackers disagree."); return; }
   rank = rankedAt === frame ? (rank + 1) % found.length : 0;  // the largest, unless one is looked at
   const next = found[rank];
   rankedAt = next.i;
   move(next.i);
-  say(`${next.pair.map((take) => data.trackers[take.tracker]).join(" and ")} are ${next.far.toFixed(1)} px apart at frame ${next.i}.`);
+  say(`${next.pair.map((take) => data.trackers[take.tracker]).join(" and ")} are ${next.far.toFixed(1)} px apart at frame ${next.i}${found.length === 1 ? "" : ` (${rank + 1} of ${found.length})`}.`);
 }
 
 function hold(on) {
@@ -360,8 +392,12 @@ addEventListener("keydown", (event) => {
     return;
   }
   if (target === byId("frame")) {
-    if (event.key !== "Enter") return;
-    move(target.value);
+    if (!/^(Enter|Escape)$/.test(event.key)) return;
+    if (event.key === "Enter") move(target.value);
+    else {
+      event.preventDefault();  // leaves the field, and not the player
+      target.value = frame;
+    }
     target.blur();
     cameFrom?.focus();
     cameFrom = null;
@@ -393,7 +429,7 @@ dialog.addEventListener("click", (event) => {
 });
 dialog.addEventListener("close", () => {
   stop();
-  if (state.has("sequence")) choose({ sequence: null, tracker: null, repetition: null, start: null, frame: null }, true);
+  if (sceneNumber() >= 0) leave();
 });
 byId("play").addEventListener("click", play);
 byId("link").addEventListener("click", copyLink);

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -73,6 +74,7 @@ def test_describe_calls_a_tracker_as_run_does(trackmark, here):
 
 def test_describe_a_sequence_gives_size_and_truth(trackmark):
     said = trackmark("describe", "samples/face").stdout
+    assert re.search(r"^fps +29\.97$", said, re.M)  # 30000 / 1001
     assert "176x144" in said
     assert "120 of 120 frames" in said
     rendered = trackmark("describe", "multipart/1").stdout

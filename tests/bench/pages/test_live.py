@@ -14,7 +14,9 @@ import datasets
 from bench.commands import show
 from bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from bench.pages.live import write_live_page
+from bench.reporting.pictures import scored_runs
 from tests import browser
+from tests.bench.pages.reading import data_of
 
 SEEING = '''
 """Tells all that can be told, of where the target was at first."""
@@ -142,6 +144,47 @@ def test_show_live_writes_a_page_also_of_a_tracker_that_fails(trackmark, here, s
     assert "no idea" in trackmark(*run, status=1).stderr
     assert "(failed)" not in (here / "bad.html").read_text().split("<script")[0]
     assert "no idea" in (here / "bad.html").read_text()
+
+
+def first_boxes(text, numbers):
+    """What the runs of these take numbers say of frame 2, to a tenth of a pixel."""
+    content = zlib.decompress(b64decode(re.search(r'id="boxes-0">(.*?)</script>', text)[1]))
+    planes = np.frombuffer(content, np.uint8).reshape(4, -1)
+    steps = np.ascontiguousarray(planes.T).view("<i4").reshape(-1, 5, 4)
+    return [(steps[1 + number, :3].sum(axis=0) / 10).tolist() for number in numbers]
+
+
+@browser.needs_browser
+def test_show_live_runs_another_repetition_and_says_which(trackmark, here, chromium):
+    asked = ("knob.py:Knob,static", "data/Small")
+    trackmark("show", "--live", *asked)
+    trackmark("show", "--live", *asked, "--repetition", 2, "--output", "second.html")
+    run = ("run", "--trackers", asked[0], "--sequences", asked[1], "--seeds", 3, "--name", "mine")
+    trackmark(*run)
+    stored = {
+        row["repetition"]: run.boxes[2].tolist()
+        for row, run, _ in scored_runs(here / "results" / "mine")
+        if row["tracker"] == "knob.py:Knob"
+    }
+    for name, repetition in (("live.html", 0), ("second.html", 2)):
+        text = (here / name).read_text()
+        takes = data_of(text)["scenes"][0]["takes"]
+        assert [take[1] for take in takes] == [repetition, 0]  # what never draws has one
+        assert first_boxes(text, [0]) == [pytest.approx(stored[repetition], abs=0.051)]
+    assert stored[0] != stored[2]
+    said = "repetition 2 of trackers that draw random numbers"
+    assert said in text
+    assert said.replace("2", "0") in (here / "live.html").read_text()
+    chromium.console.clear()
+    chromium.size(1280, 900)
+    chromium.open((here / "second.html").as_uri())
+    chromium.wait("scene && paintedFrame === 0 && byId('player').open")
+    assert chromium.run("byId('repetition').selectedOptions[0].text") == "2"
+    assert chromium.run("document.title").endswith("Small, repetition 2")
+    assert chromium.console == []
+    trackmark("show", "--live", "static", "data/Small", "--repetition", 2, "--output", "one.html")
+    said = "No tracker here draws random numbers: every repetition is the same."
+    assert said in (here / "one.html").read_text()
 
 
 @pytest.mark.parametrize(

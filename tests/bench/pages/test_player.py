@@ -10,7 +10,9 @@ import cv2
 import numpy as np
 import pytest
 
+import bench
 import datasets
+from bench.experiments.experiment import Experiment, SequenceSource
 from bench.metrics.centre_error import centre_error, centre_inside
 from bench.metrics.overlap import overlap
 from bench.reporting.pictures import scored_runs
@@ -354,18 +356,47 @@ def test_a_link_to_what_is_not_there_says_so(shown):
     for asked, told in (
         ({"tracker": "none <b>", "frame": 3}, "There is no run of none <b> here."),
         ({"repetition": 77, "frame": 3}, "There is no repetition 77 here."),
+        ({"repetition": 77, "frame": 6000}, "There is no repetition 77 here. There is no frame"),
         ({"frame": 6000}, "There is no frame 6000: the last one is 59."),
+        ({"frame": "x"}, "There is no frame x: the last one is 59."),
+        ({"start": 3, "frame": 3}, "There is no start 3 here."),
+        ({"show": "7.x", "frame": 3}, "No tracker is shown."),
+        ({"other": "1.9", "frame": 3}, "There is no run 1.9 to hold."),
+        ({"map": "hue", "frame": 3}, "There is no map hue here."),
     ):
         shown.run(f"location.hash = {json.dumps(urlencode({'sequence': name, **asked}))}")
-        shown.wait(f"byId('said').textContent === {json.dumps(told)}")
+        shown.wait(f"byId('said').textContent.startsWith({json.dumps(told)})")
+        chosen = "['other', 'map'].map((id) => byId(id).selectedOptions[0].text)"
+        assert shown.run(chosen) == ["another run", "none"]
 
 
 @browser.needs_browser
-def test_escape_closes_the_keys_first(shown):
+@pytest.mark.parametrize("open_before", [False, True])
+def test_a_link_to_a_sequence_that_the_page_does_not_hold_says_which(shown, open_before):
+    if open_before:
+        seen(shown, sequence=named("plain/target:length=60:scene=0"), frame=3)
+    shown.run(f"location.hash = {json.dumps(urlencode({'sequence': 'gone <b>', 'frame': 3}))}")
+    shown.wait("byId('missing').textContent.includes('There is no sequence gone <b> on this page')")
+    assert shown.run("!dialog.open && byId('missing').role === 'status'")
+    seen_of = "(({x, y}) => byId('missing').contains(document.elementFromPoint(x + 9, y + 9)))"
+    assert shown.run(f"{seen_of}(byId('missing').getBoundingClientRect())")
+    assert shown.run("state.get('sequence')") == "gone <b>"  # the address says what was asked for
+    shown.click("#missing button")
+    shown.wait("byId('missing').textContent === '' && !location.hash")
+
+
+@browser.needs_browser
+def test_escape_closes_the_keys_and_leaves_a_number_first(shown):
     seen(shown, sequence=named("plain/target:length=60:scene=0"), frame=3)
     shown.key("?")
     shown.key("Escape")
     assert shown.run("byId('player').open && byId('help').hidden")
+    shown.run("byId('play').focus()")
+    shown.key("g")
+    shown.key("4")
+    shown.key("Escape")
+    assert shown.run("byId('player').open && document.activeElement === byId('play')")
+    assert shown.run("[byId('frame').value, frame]") == ["3", 3]
     shown.key("Escape")
     shown.wait("!byId('player').open")
 
@@ -448,3 +479,131 @@ def test_frames_ahead_are_made_ready_and_are_not_in_the_way_of_the_one_that_is_w
     assert shown.run("decoded") <= 8  # each, and at most one more beside it
     shown.run("seek(29)")
     shown.wait(f"[28, 27, 26, 25].every((number) => {ready})")  # who goes back goes on so
+
+
+@browser.needs_browser
+def test_failures_and_disagreements_that_are_not_there_are_told(shown):
+    name = named("plain/target:length=60:scene=0")
+    trackers = shown.run("data.labels")
+    seen(shown, sequence=name, frame=3)
+    for show, key, told in (
+        ("none", "f", "No tracker is shown."),
+        ("none", "d", "No tracker is shown."),
+        ("0", "d", f"{trackers[0]} alone is shown: a disagreement needs two."),
+    ):
+        shown.run(f"choose({{show: '{show}', frame: 3}})")
+        shown.key(key)
+        assert shown.run("byId('said').textContent").startswith(told)
+        assert shown.run("frame") == 3
+    shown.run("{ const curve = scene.curve(1); curve.out.fill(0); curve.out[40] = 1; } 0")
+    shown.run("choose({show: '0'})")
+    for frame in (3, 40, 50):
+        shown.run(f"move({frame})")
+        shown.key("f")
+        assert shown.run("frame") == 40
+        told = f"{trackers[0]} leaves the truth's box at frame 40. It is the only one."
+        assert shown.run("byId('said').textContent") == told
+    shown.run("scene.curve(1).out.fill(0)")
+    shown.key("f")
+    assert shown.run("byId('said').textContent") == "No shown tracker leaves the truth's box."
+
+
+FAILING = '''
+"""Goes off, and then away."""
+from trackers.base.interface import Estimate, TrackerPlugin
+
+
+class Failing(TrackerPlugin):
+    """Fails in frame 12."""
+
+    def init(self, image, box, mask=None):
+        self.box, self.frame = box, 0
+
+    def update(self, image):
+        self.frame += 1
+        if self.frame == 12:
+            raise ValueError("no <b>colour</b> is left")
+        return Estimate(self.box + [12 * self.frame, 0, 0, 0])
+'''
+
+
+@browser.needs_browser
+def test_a_failed_run_is_shown_as_far_as_it_got_and_says_why(chromium, tmp_path, without_processes):
+    (tmp_path / "failing.py").write_text(FAILING)
+    trackers = ("static", f"{tmp_path / 'failing.py'}:Failing")
+    asked = Experiment("mine", trackers, (SequenceSource("plain/target:length=20"),))
+    with without_processes():
+        page = written(bench.run(asked, tmp_path, jobs=1), tmp_path)
+    chromium.console.clear()
+    chromium.size(1280, 900)
+    chromium.open(page.as_uri())
+    chromium.click("#failed tbody a")
+    chromium.wait("dialog.open && paintedFrame === 11")  # its last box
+    said, legend = "byId('said').textContent", "byId('legend').children[2].textContent"
+    why = "failing.py:Failing, repetition 0, failed: frame 12: ValueError: no <b>colour</b> is left"
+    assert chromium.run(said) == why
+    assert re.search(r"Failing \(failed\)0\.00 · \d+\.\d px$", chromium.run(legend))
+    drawn = chromium.run("screen.toDataURL()")
+    chromium.key("2")
+    assert chromium.run("screen.toDataURL()") != drawn
+    assert chromium.run(said) == why  # it is what was asked for
+    chromium.key("2")
+    chromium.run("choose({tracker: 'static'})")
+    assert chromium.run(said) == why  # it is seen
+    chromium.key("2")
+    assert chromium.run(said) == ""
+    chromium.key("2")
+    chromium.key("Home")
+    told = []
+    for frame in (chromium.run("scene.curve(2).out.indexOf(1)"), 12):
+        chromium.key("f")
+        chromium.wait(f"paintedFrame === {frame}")
+        told.append(chromium.run(said))
+    assert "Failing leaves the truth's box at frame" in told[0]
+    assert told[1].startswith("failing.py:Failing stops at frame 12. Its run failed: frame 12: Val")
+    assert chromium.run("painted !== null")
+    assert chromium.run(legend).endswith("Failing (failed)0.00 · no box")
+    curve = "[...scene.curve(2).error].map((one) => !Number.isNaN(one))"
+    assert chromium.run(curve) == [True] * 12 + [False] * 8
+    chromium.key("f")
+    assert "leaves the truth's box" in chromium.run(said)
+    assert chromium.console == []
+
+
+MANY = """for (let number = data.labels.length; number < 24; number++) {
+  data.labels.push(`particle-filter:particles=${number}`);
+  data.trackers.push(data.labels[number]);
+  scene.takes.push({ ...scene.takes[0], number, tracker: number });
+}
+makeLegend();
+drawnFor = "";
+follow(); 0"""
+"""Has the sequence two dozen trackers."""
+
+
+@browser.needs_browser
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (390, 667), (768, 1024), (1280, 720)])
+def test_a_legend_of_many_trackers_is_read_in_every_window(shown, width, height):
+    shown.size(width, height, mobile=width < 400)
+    seen(shown, sequence=named("plain/target:length=60:scene=0"), frame=3)
+    shown.run(MANY)
+    shown.wait("byId('legend').children.length === 25")
+    assert shown.run("byId('legend').scrollWidth <= byId('legend').clientWidth")
+    assert shown.run("byId('legend').scrollHeight > byId('legend').clientHeight")
+    cut = (
+        "[...byId('legend').children].filter((one) => {"
+        " const { top, bottom } = one.getBoundingClientRect();"
+        " const end = byId('legend').getBoundingClientRect().bottom;"
+        " return top < end - 4 && bottom > end + 4; }).length"
+    )
+    assert shown.run(cut)  # which shows that there are more
+    assert shown.run("byId('stage').getBoundingClientRect().height") > height / 5
+    shown.run("byId('legend').lastChild.focus()")
+    at = shown.run("byId('legend').scrollTop")
+    shown.key(" ")
+    assert shown.run("byId('legend').lastChild.ariaPressed") == "true"
+    assert shown.run("byId('legend').scrollTop") == pytest.approx(at, abs=40)  # its row is longer
+    assert shown.run(
+        "byId('legend').lastChild.getBoundingClientRect().bottom"
+        " <= byId('legend').getBoundingClientRect().bottom + 1"
+    )

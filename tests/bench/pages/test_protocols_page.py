@@ -137,6 +137,10 @@ def test_the_player_shows_starts_and_where_a_tracker_was_begun_again(chromium, b
     assert "begun with the truth" in chromium.run("byId('told').textContent")
     seen(chromium, sequence=name, tracker=supervised, show=shown, repetition=0, frame=mark - 1)
     assert "not asked" in chromium.run("byId('told').textContent")
+    tall = chromium.run("byId('told').clientHeight")
+    seen(chromium, sequence=name, tracker=supervised, show=shown, repetition=0, frame=1)
+    assert chromium.run("byId('told').textContent") == ""  # nothing was done: no name either
+    assert chromium.run("byId('told').clientHeight") == tall  # and nothing moves
     assert chromium.run(f"Number.isNaN(scene.curve(scene.take({shown}, 0, 0).row).error[{mark}])")
     told = []
     for _ in range(4):
