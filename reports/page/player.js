@@ -112,7 +112,7 @@ function tellNumbers() {
   byId("whose").textContent = weighing ? `of ${data.trackers[weighing.tracker]}` : "";
   const telling = drawn.filter((take) => take.numbers);
   byId("told").textContent = telling.map((take) => [data.trackers[take.tracker], numbersIn(take)]).filter(([, told]) => told).map((both) => both.join(": ")).join("\n");
-  byId("told").style.minHeight = `${1.5 * telling.length}em`;  // nothing moves from frame to frame
+  byId("told").style.minHeight = `${byId("told").offsetHeight}px`;  // it grows alone: the frame above keeps its size
   byId("shown").parentNode.hidden = !scene.show || drawnTakes().some((take) => take.judged.length);  // it draws runs in one pass
   if (scene.show) byId("shown").textContent =
     `${scene.show} --repetition ${repetition()} --first ${frame} --last ${frame}${state.get("trace") === "revised" ? " --trace revised" : ""} --output frame.png`;
@@ -150,11 +150,14 @@ function arrange() {
   options(byId("other"), [["", "another run"], ...scene.takes.map((take) => [nameOf(take), `${data.trackers[take.tracker]}, repetition ${take.repetition}${take.begun && `, start ${take.begun}`}`])], state.get("other") || "");
   byId("frame").max = byId("slider").max = scene.frames - 1;
   byId("lens").setAttribute("aria-pressed", state.has("lens"));
+  byId("told").style.minHeight = `${1.5 * drawnTakes().filter((take) => take.numbers).length}em`;
   const shown = shownTrackers();
   for (const button of trackerButtons()) {
     button.setAttribute("aria-pressed", shown.includes(button.tracker));
     button.title = scene.take(button.tracker, repetition(), start()).failure;
-    button.called.className = button.tracker === focus() ? "focus" : "";
+    const looked = button.tracker === focus();
+    if (looked && !button.called.classList.contains("focus")) requestAnimationFrame(() => button.scrollIntoView({ block: "nearest" }));
+    button.called.classList.toggle("focus", looked);
   }
   arrangeLayers();
   screen.classList.toggle("lens", state.has("lens"));
@@ -170,7 +173,8 @@ function standing() {
   none("repetition", scene.takes.some((take) => take.repetition === repetition()), `There is no repetition ${state.get("repetition")} here.`);
   none("start", scene.takes.some((take) => take.start === start()), `There is no start ${state.get("start")} here.`);
   none("frame", state.get("frame") >= 0 && state.get("frame") < scene.frames, `There is no frame ${state.get("frame")}: the last one is ${scene.frames - 1}.`);
-  none("other", otherTake(), `There is no run ${state.get("other")} to hold.`);
+  const [whose, which] = (state.get("other") || "").split(".");
+  none("other", otherTake(), `There is no run of ${data.trackers[whose] ?? "a tracker"}, repetition ${which}, to hold.`);
   none("map", mapNames().includes(state.get("map")), `There is no map ${state.get("map")} here.`);
   none("show", shownTrackers().length, "No tracker is shown.");
   if (scene.why) told.push(scene.why);

@@ -252,3 +252,20 @@ def test_the_player_draws_the_true_mask_of_a_sequence_that_has_one(chromium, pag
     chromium.key("k")
     assert chromium.run("screen.toDataURL()") != drawn
     assert chromium.console == []
+
+
+@browser.needs_browser
+def test_the_frame_keeps_its_size_while_numbers_change(chromium, page):
+    chromium.size(768, 1024)
+    chromium.open(page.as_uri())
+    chromium.wait("scene && paintedFrame === 0 && byId('player').open")
+    told = "scene.takes.find((take) => take.numbers).numbers"
+    chromium.run(f"{told}.much = [1, 2, 30, null].map((n) => n && 'x '.repeat(n)); 0")
+    heights = []
+    for frame in (2, 0, 1, 3):
+        chromium.run(f"move({frame})")
+        chromium.wait(f"paintedFrame === {frame}")
+        chromium.run("{ const it = byId('legend').children[1].lastChild;"
+                     " it.textContent = it.textContent && '0.00 · no box'; } 0")  # fmt: skip
+        heights.append(chromium.run("byId('stage').clientHeight"))
+    assert len(set(heights)) == 1
