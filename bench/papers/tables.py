@@ -266,18 +266,21 @@ def _line_cell(rows: pd.DataFrame, line: Line, column: Column) -> str:
 
 
 def beside_ours(name: str, rows: Sequence[Mapping[str, Any]]) -> Table:
-    """Published numbers with ours beside them, a row a number; see `bench.papers.Report.rows`."""
+    """Published numbers with ours beside them, a row a number; see `bench.papers.Report.rows`.
+
+    What is of one kind stands together.
+    """
+    kinds = list(dict.fromkeys((row["table"], row["column"]) for row in rows))
     data = [
         {
-            "table": row["table"],
-            "": row["label"],
             "number": row["column"],
+            "of": row["label"],
             "paper": _number(row["published"]),
             "ours": _with_interval(row),
         }
-        for row in rows
+        for row in sorted(rows, key=lambda row: kinds.index((row["table"], row["column"])))
     ]
-    return text_table(name, "The paper's numbers, and ours [interval or quartiles]", data, 3)
+    return text_table(name, "The paper's numbers, and ours [interval or quartiles]", data, 2)
 
 
 def _with_interval(row: Mapping[str, Any]) -> str:
@@ -287,4 +290,6 @@ def _with_interval(row: Mapping[str, Any]) -> str:
 
 
 def _number(value: float | None) -> str:
-    return MISSING if value is None or not np.isfinite(value) else f"{value:.4g}"
+    if value is None or not np.isfinite(value):
+        return MISSING
+    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
