@@ -4,11 +4,12 @@ import html
 import json
 import re
 import unicodedata
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from math import isfinite
 
+from reports.alignment import number_in, rests_of, texts_of
 from reports.printable import one_line
-from reports.tables import MISSING, Table
+from reports.tables import Cell, Table
 
 __all__ = [
     "FORMATS",
@@ -78,10 +79,6 @@ _WORD = re.compile(r"\S{13,}")
 _CUT = re.compile(r"[A-Za-z]{18,}|(?=\w*\d)\w{13,}|[/:=,_.;-]+(?=\w)")
 """Where lines may end within words that are longer than a column: after signs, and in between."""
 
-_BEGINS = re.compile(
-    r"[\[(~<>≤≥]*\s*[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?(?=$|[\s,;%\])±–])", re.IGNORECASE
-)
-
 _FORMULA = re.compile("'*[=+@＝＋＠－-]")  # the wide ones count as such in some languages
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE | re.ASCII)
 
@@ -111,7 +108,7 @@ def to_json(table: Table) -> str:
 
 def to_markdown(table: Table) -> str:
     """Render a table in Markdown (pipe table); the best of a column is bold."""
-    alignment = ["---" if text else "---:" for text in _texts(table)]
+    alignment = ["---" if text else "---:" for text in texts_of(table)]
     caption, *heads = map(in_markdown, [table.caption, *table.heads])
     rows = [heads, alignment, *_cells(table, in_markdown, "**{}**")]
     notes = [f"- {in_markdown(note)}" for note in table.notes]
@@ -127,13 +124,19 @@ def to_latex(table: Table) -> str:
     shown by their numbers (`\u043a`); XeLaTeX and LuaLaTeX set them.
     """
     room = _rooms(table)
+    parted = list(map(bool, rests_of(table)))
     columns = "".join(
-        f"p{{{letters / _LINE:.3f}\\linewidth}}" if letters else "l" if text else "r"
-        for letters, text in zip(room, _texts(table), strict=True)
+        f"p{{{letters / _LINE:.3f}\\linewidth}}"
+        if letters
+        else "l"
+        if text
+        else "r@{}l"
+        if two
+        else "r"
+        for letters, text, two in zip(room, texts_of(table), parted, strict=True)
     )
-    heads = _latex_row(_wrapped(list(map(in_latex, table.heads)), room))
-    body = _cells(table, in_latex, r"\textbf{{{}}}")
-    shown = [_wrapped(row, room) for row in body]
+    heads = _latex_row(_wrapped(_parted(map(Cell, table.heads), parted), room))
+    shown = [_wrapped(_parted(row, parted), room) for row in table.rows]
     notes = [rf"\par\footnotesize {breakable(in_latex(note))}" for note in table.notes]
     follow = sum(map(len, table.notes)) > _MOST_NOTES
     pieces = _pieces(table, room)
@@ -161,20 +164,22 @@ def to_latex(table: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _texts(table: Table) -> list[bool]:
-    """Which columns have texts: labels, and those most of whose cells begin with no number."""
-    found = []
-    for column in range(len(table.heads)):
-        cells = [row[column].text for row in table.rows]
-        known = [text for text in cells if text and not text.startswith(MISSING)]
-        numbers = sum(_BEGINS.match(text) is not None for text in known)
-        found.append(column < table.n_labels or 2 * numbers < len(known))
-    return found
+def _parted(row: Iterable[Cell], parted: list[bool]) -> list[str]:
+    """Cells as LaTeX sets them; numbers of parted columns in two, so that units are aligned."""
+    cells = []
+    for cell, two in zip(row, parted, strict=True):
+        number = number_in(cell.text) if two else None
+        parts = [in_latex(part) for part in number or [cell.text]]
+        parts[1:] = [re.sub("^ ", "~", part) for part in parts[1:]]  # TeX would drop the space
+        shown = [rf"\textbf{{{part}}}" if cell.best and part else part for part in parts]
+        alone = two and number is None
+        cells.append(rf"\multicolumn{{2}}{{r}}{{{shown[0]}}}" if alone else " & ".join(shown))
+    return cells
 
 
 def _rooms(table: Table) -> list[int]:
     """Letters that there is room for in columns that are wrapped; 0 for others."""
-    texts = _texts(table)
+    texts = texts_of(table)
     widest = [
         max((_set(row[column].text) for row in table.rows), default=0)
         for column in range(len(table.heads))
@@ -256,29 +261,31 @@ def to_html(table: Table) -> str:
 
 def to_text(table: Table) -> str:
     """Render a table as aligned text; the best of a column is followed by `*`."""
-    body = [
-        [f"{one_line(cell.text)}{'*' if cell.best else ' '}" for cell in row] for row in table.rows
+    columns = [
+        _column([Cell(head), *(row[column] for row in table.rows)], text=text)
+        for column, (head, text) in enumerate(zip(table.heads, texts_of(table), strict=True))
     ]
-    for row in body:
-        for column in range(table.n_labels):
-            row[column] = row[column].rstrip()
-    heads = [
-        head if column < table.n_labels else f"{head} "
-        for column, head in enumerate(map(one_line, table.heads))
-    ]
-    widths = [max(_width(row[column]) for row in [heads, *body]) for column in range(len(heads))]
-
-    def line(row: list[str]) -> str:
-        cells = [
-            _pad(text, width, left=column < table.n_labels)
-            for column, (text, width) in enumerate(zip(row, widths, strict=True))
-        ]
-        return "  ".join(cells).rstrip()
-
-    rule = "  ".join("-" * width for width in widths)
+    heads, *body = ("  ".join(cells).rstrip() for cells in zip(*columns, strict=True))
+    rule = "  ".join("-" * _width(column[0]) for column in columns)
     caption, *notes = map(one_line, [table.caption, *table.notes])
-    lines = [caption, "", line(heads), rule, *map(line, body), *notes]
-    return "\n".join(lines) + "\n"
+    return "\n".join([caption, "", heads, rule, *body, *notes]) + "\n"
+
+
+def _column(cells: list[Cell], *, text: bool) -> list[str]:
+    """Cells of a column, the first of which is its head, all as wide as the widest."""
+    beside = " " if any(cell.best for cell in cells) else ""
+    shown = [one_line(cell.text) + ("*" if cell.best else beside) for cell in cells]
+    if not text:
+        numbers = [number_in(one) for one in shown[1:]]
+        whole, rest = (
+            max((_width(one[part]) for one in numbers if one), default=0) for part in (0, 1)
+        )
+        shown[1:] = [
+            _pad(one.whole, whole, left=False) + _pad(one.rest, rest, left=True) if one else cell
+            for one, cell in zip(numbers, shown[1:], strict=True)
+        ]
+    widest = max(map(_width, shown))
+    return [_pad(one, widest, left=text) for one in shown]
 
 
 def _width(text: str) -> int:

@@ -348,7 +348,8 @@ def _shown(entry: _Entry, measure: Measure) -> str:
         return MISSING
     if measure.never and entry.mean == entry.out_of:
         return measure.never
-    digits = measure.decimals
+    counted = bool(measure.out_of) and entry.mean.is_integer() and not entry.spread > 0
+    digits = 0 if counted else measure.decimals
     text = f"{entry.mean * measure.scale:.{digits}f}"
     if entry.ends is not None:
         low, high = (f"{end * measure.scale:.{digits}f}" for end in entry.ends)

@@ -60,6 +60,13 @@ addEventListener("click", (event) => {
   choose({ tracker: null, repetition: null, start: null, trace: null, show: null, ...Object.fromEntries(new URLSearchParams(link.getAttribute("href").slice(1))) }, true);
 });
 
+// What is led to stands below the header, which is as high as its links take.
+const header = document.querySelector("header");
+new ResizeObserver(() => {
+  const stays = getComputedStyle(header).position === "sticky";
+  document.documentElement.style.setProperty("--head", `${stays ? header.offsetHeight : 0}px`);
+}).observe(header);
+
 // ---- Tables.
 const shownTables = [...document.querySelectorAll("table")].map((table) => {
   const rows = [...table.tBodies[0].rows];

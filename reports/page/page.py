@@ -2,7 +2,7 @@
 
 import re
 from base64 import b64encode
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from importlib.metadata import version
 from itertools import chain
 from math import isfinite
@@ -13,6 +13,7 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import ArrayLike
 
+from reports.alignment import number_in, rests_of, texts_of
 from reports.files import write_file
 from reports.page.content import Chart, Page, Scene
 from reports.page.film import ABSENT
@@ -116,6 +117,9 @@ def _environment() -> "Environment":
     environment.filters["poster"] = _poster
     environment.filters["code"] = _with_code
     environment.filters["divided"] = _divided
+    environment.filters["texts"] = texts_of
+    environment.filters["rests"] = lambda table: list(map(_em, rests_of(table)))
+    environment.filters["beneath"] = _beneath
     environment.filters["address"] = _address_of
     environment.tests["finite_number"] = lambda value: value is not None and isfinite(value)
     return environment
@@ -135,6 +139,23 @@ def _divided(text: str) -> "Markup":
 
     shown = str(escape(one_line(text)))
     return Markup(re.sub(r"(?<=[:=/,])(?=\w)", "<wbr>", shown))  # noqa: S704  # escaped
+
+
+def _em(texts: Collection[str]) -> float:
+    """Room that the widest of some texts needs in any usual type, bold too; 0 for none."""
+    widths = (sum(0.45 if sign in " .,:;[]()" else 0.7 for sign in text) for text in texts)
+    return round(max(widths, default=0.0), 2)
+
+
+def _beneath(text: str, em: float) -> "Markup":
+    """A cell's text; with room for what follows the units, these stand beneath each other."""
+    from markupsafe import Markup, escape
+
+    number = number_in(text) if em else None
+    if number is None:
+        return _divided(text)
+    rest = escape(one_line(number.rest))
+    return Markup(f'{escape(number.whole)}<i style="min-width:{em}em">{rest}</i>')  # noqa: S704
 
 
 def write_chunk(page: Path, name: str, frames: Sequence[bytes]) -> Path:

@@ -127,7 +127,7 @@ def test_best_is_chosen_within_each_sequence():
 
 
 def test_counts_are_out_of_what_there_is_and_a_scale_changes_only_what_is_shown():
-    assert texts(sequences([done("a", "s", 0, 0.5)], [COUNT])) == [["s", "a", "50.0 of 100"]]
+    assert texts(sequences([done("a", "s", 0, 0.5)], [COUNT])) == [["s", "a", "50 of 100"]]
     percent = Measure("overlap", "o", "%", "higher", 1, scale=100)
     table = summary([done("a", "s", 0, 0.25)], [percent])
     assert texts(table) == [["a", "25.0"]]

@@ -1,0 +1,40 @@
+"""Tables as a page shows them."""
+
+from reports.page.content import Page, Section, Sheet
+from reports.page.page import write_page
+from reports.tables import Cell, Table
+from tests import browser
+
+COLUMNS = [
+    ["0.784 ±0.204", "0.103 [0.000, 0.210]", "0.929"],
+    ["7 of 119", "118.7 ±0.6 of 119", "119 of 119"],
+    ["better (~9)", "cannot tell", "worse"],
+    ["< .001", ".047", "1"],
+]
+
+
+@browser.needs_browser
+def test_units_stand_beneath_each_other_on_a_page(chromium, tmp_path):
+    rows = [
+        [Cell(one, one == "119 of 119") for one in row] for row in zip("abc", *COLUMNS, strict=True)
+    ]
+    rows.append([Cell("none"), *[Cell("—")] * 4])
+    table = Table("t", "", ["tracker", "overlap", "success", "the first is", "p"], 1, rows)
+    (path,) = write_page(tmp_path / "a.html", Page("T", [Section("a", "A", sheets=[Sheet(table)])]))
+    chromium.open(path.as_uri())
+    ends = """[1, 2, 4].map(column => [...document.querySelectorAll("tbody tr")].slice(0, 3)
+        .map(row => row.cells[column]).map(cell => {
+            const range = document.createRange(), rest = cell.querySelector("i");
+            range.setStart(cell, 0);
+            range.setEndBefore(rest);
+            return [range.getBoundingClientRect().right || rest.getBoundingClientRect().left,
+                rest.getBoundingClientRect().right];
+        }))"""
+    for column in chromium.run(ends):
+        for edges in zip(*column, strict=True):
+            assert max(edges) - min(edges) < 1, column
+    sides = """[...document.querySelectorAll("tr")].map(row => [...row.cells]
+        .map(cell => getComputedStyle(cell).textAlign))"""
+    assert {tuple(row) for row in chromium.run(sides)} == {
+        ("left", "right", "right", "left", "right")
+    }
