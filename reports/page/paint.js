@@ -9,6 +9,13 @@ function paint(image, map) {
   const scale = screen.width / scene.size[0];
   pen.setTransform(1, 0, 0, 1, 0, 0);
   drawScene(image, map, scale);
+  if (!image && scene.kept) {
+    const em = 16 * screen.width / screen.clientWidth;  // of what is seen, also where the frame is small
+    pen.fillStyle = "#d8dade";
+    pen.font = `${em}px system-ui`;
+    pen.fillText("The page keeps the worst frames alone,", 0.7 * em, 1.5 * em);
+    pen.fillText("those with a line beneath the curve.", 0.7 * em, 2.9 * em);
+  }
   const at = state.has("lens") && (pointer || middleOf(scale));
   if (at) {
     const radius = screen.height / 4.5;
@@ -67,9 +74,6 @@ function drawScene(image, map, scale, enlarged = 1) {
   else {
     pen.fillStyle = "#3a3d42";
     pen.fillRect(0, 0, screen.width, screen.height);
-    pen.fillStyle = "#d8dade";
-    pen.font = "16px system-ui";
-    if (scene.kept) pen.fillText("The page keeps the worst frames alone.", 12, 26);
   }
   if (map) {
     pen.globalAlpha = 0.6;
@@ -143,6 +147,9 @@ function drawCurve() {
     line(x(tick), height - PLOT.bottom, x(tick), height - PLOT.bottom + 3);
     curvePen.fillText(String(tick), x(tick), height - 3);
   }
+  curvePen.fillStyle = ink("--accent");
+  for (const number of scene.kept || []) curvePen.fillRect(x(number - 0.5), height - PLOT.bottom, Math.max(1, x(1) - x(0)), 3);
+  curvePen.fillStyle = ink("--faint");
   curvePen.textAlign = "start";
   curvePen.fillText(kind === "error" ? "centre error [px]" : `overlap; success from ${SUCCESS}`, PLOT.left, 11);
   if (kind === "overlap") {

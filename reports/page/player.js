@@ -469,7 +469,7 @@ screen.addEventListener("pointerleave", (event) => {
   pointer = null;
   if (scene) repaint();
 });
-const redrawn = () => { if (dialog.open && scene) drawCurve(); };
+const redrawn = () => { if (dialog.open && scene) { drawCurve(); repaint(); } };
 addEventListener("resize", redrawn);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redrawn);
 readAddress();

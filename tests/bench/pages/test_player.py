@@ -381,8 +381,41 @@ def test_a_link_to_a_sequence_that_the_page_does_not_hold_says_which(shown, open
     seen_of = "(({x, y}) => byId('missing').contains(document.elementFromPoint(x + 9, y + 9)))"
     assert shown.run(f"{seen_of}(byId('missing').getBoundingClientRect())")
     assert shown.run("state.get('sequence')") == "gone <b>"  # the address says what was asked for
+    shown.call("Emulation.setEmulatedMedia", media="print")
+    assert not shown.run("byId('missing').checkVisibility()")
+    shown.call("Emulation.setEmulatedMedia", media="")
     shown.click("#missing button")
     shown.wait("byId('missing').textContent === '' && !location.hash")
+
+
+@browser.needs_browser
+@pytest.mark.parametrize("width", [390, 1280])
+def test_a_page_of_some_frames_shows_which_and_says_of_others_that_they_are_not_here(shown, width):
+    shown.size(width, 900, mobile=width < 900)
+    shown.run("data.scenes[0].kept = [10, 11, 12, 30]; 0")
+    shown.run(
+        "window.texts = []; { const before = pen.fillText; pen.fillText = function (...given) {"
+        " texts.push([given[0], parseFloat(pen.font) * screen.clientWidth / screen.width]);"
+        " before.apply(this, given); }; } 0"
+    )
+    shown.run("window.marks = []; CanvasRenderingContext2D.prototype.fillRect = function (x) {"
+              " if (this === curvePen) marks.push(x); }; 0")  # fmt: skip
+    seen(shown, sequence=named("plain/target:length=60:scene=0"), frame=11)
+    assert shown.run("painted !== null && texts.length === 0")
+    left, right = shown.run("[PLOT.left, curvePen.canvas.clientWidth - PLOT.right]")
+    ends = [left + (number - 0.5) / 59 * (right - left) for number in (10, 11, 12, 30)]
+    assert shown.run("marks") == [pytest.approx(end) for end in ends]
+    shown.key("ArrowRight", shift=True)
+    shown.wait("paintedFrame === 21")
+    (first, size), (second, _) = shown.run("texts")
+    assert (first, second) == (
+        "The page keeps the worst frames alone,", "those with a line beneath the curve."
+    )  # fmt: skip
+    assert size == pytest.approx(16, abs=0.5)
+    shown.run("texts.length = 0")
+    shown.size(width, 600, mobile=width < 900)  # the frame is smaller, the letters are not
+    shown.wait("texts.length")
+    assert shown.run("texts[0][1]") == pytest.approx(16, abs=0.5)
 
 
 @browser.needs_browser
