@@ -134,7 +134,7 @@ def test_a_page_has_every_claim_table_and_figure_and_says_what_is_no_evidence(pa
     text = page.read_text()
     assert f"<h1>{NO_EVIDENCE}: A paper</h1>" in text
     assert "4 claims: 2 does not hold, 1 holds, 1 not run" in text
-    assert "<td>17.7</td>" in text
+    assert re.search(r"<td[^>]*>17\.7<", re.sub(r"</?i\b[^>]*>", "", text))
     assert 'src="data:image/png;base64,' in text
     assert 'data-mark="not run"' in text
     assert "leave out --quick" in text
@@ -158,7 +158,8 @@ def test_a_page_is_looked_at_from_its_tally_and_says_things_once(page):
     main = re.search(r"<main>.*</main>", text, re.S)[0]
     tally = re.search(r'class="tally" role="img" aria-label="([^"]*)"', main)[1]
     assert tally == "1 holds, 2 does not hold, 1 not run"
-    assert '<td><span class="mark" data-mark="does not hold">does not hold</span></td>' in main
+    mark = '<span class="mark" data-mark="does not hold">does not hold</span>'
+    assert re.search(f"<td[^>]*>{mark}", main)
     assert "MARKED" not in text
     assert AMOUNT not in main  # the section on claims says it
     assert "<code>figure-3</code> is ours" in main
