@@ -112,7 +112,8 @@ def to_markdown(table: Table) -> str:
     caption, *heads = map(in_markdown, [table.caption, *table.heads])
     rows = [heads, alignment, *_cells(table, in_markdown, "**{}**")]
     notes = [f"- {in_markdown(note)}" for note in table.notes]
-    lines = [caption, "", *(f"| {' | '.join(row)} |" for row in rows)]
+    shown = [f"| {' | '.join(row)} |" for row in rows] if table.rows else []
+    lines = [caption, *([""] if shown else []), *shown]
     return "\n".join([*lines, *([""] if notes else []), *notes]) + "\n"
 
 
@@ -123,6 +124,9 @@ def to_latex(table: Table) -> str:
     graphicx); what is longer than a page is several tables. Letters that pdfLaTeX can't set are
     shown by their numbers (`\u043a`); XeLaTeX and LuaLaTeX set them.
     """
+    if not table.rows:
+        told = [breakable(in_latex(text)) for text in (table.caption, *table.notes)]
+        return "\n\n".join(told) + "\n"
     room = _rooms(table)
     parted = list(map(bool, rests_of(table)))
     columns = "".join(
@@ -261,13 +265,15 @@ def to_html(table: Table) -> str:
 
 def to_text(table: Table) -> str:
     """Render a table as aligned text; the best of a column is followed by `*`."""
+    caption, *notes = map(one_line, [table.caption, *table.notes])
+    if not table.rows:
+        return "\n".join([caption, *notes]) + "\n"
     columns = [
         _column([Cell(head), *(row[column] for row in table.rows)], text=text)
         for column, (head, text) in enumerate(zip(table.heads, texts_of(table), strict=True))
     ]
     heads, *body = ("  ".join(cells).rstrip() for cells in zip(*columns, strict=True))
     rule = "  ".join("-" * _width(column[0]) for column in columns)
-    caption, *notes = map(one_line, [table.caption, *table.notes])
     return "\n".join([caption, "", heads, rule, *body, *notes]) + "\n"
 
 

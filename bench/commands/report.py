@@ -1,6 +1,8 @@
 """Make tables and plots of stored results."""
 
 import functools
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -98,21 +100,38 @@ def command(
             said = "" if kept is None else str(kept), others
             told = _further(experiment, made, said) if as_json else []
             _print(made + told, None if form in FIGURES else form, wide=wide, as_json=as_json)
-            target = kept or Path("report")
+            target, files = kept or Path("report"), list[Path]()
             if folder is not None:
                 target = folder / experiment.name if several else folder
                 pictures = None if no_pictures else form if form in FIGURES else "png"
                 about = made, title, pictures, scored, against
-                _tell(*map(str, write_report(experiment, target, _tell, *about)))
+                files += write_report(experiment, target, _tell, *about)
             if paged:
                 plots = "" if folder is None else f".{pictures}"
                 page = target / "report.html"
-                _write_page(experiment, page, made, title, said, full=frames, plots=plots)
+                files += _write_page(experiment, page, made, title, said, full=frames, plots=plots)
+            _tell(*_summed(target, files))
 
 
 def _tell(*lines: str) -> None:
     for line in lines:
         click.echo(line, err=True)
+
+
+def _summed(folder: Path, written: Sequence[Path]) -> list[str]:
+    """What was written, and what to open first."""
+    if not written:
+        return []
+    first = next((str(path) for path in written if path.name == "report.html"), "")
+    count = sum(path.suffix == ".csv" for path in written)
+    tables = f"{count} tables, each as .txt, .md, .csv and .tex" if count else ""
+    pictures = Counter(path.suffix for path in written if path.suffix[1:] in FIGURES)
+    drawn = [f"{number} pictures ({suffix})" for suffix, number in pictures.items()]
+    whole = [path.name for path in written if path.stem == "report" and path.suffix != ".html"]
+    beside = ", ".join(filter(None, [tables, *drawn, *whole]))
+    if not first:
+        return [f"{folder}: {beside}."]
+    return [first, *([f"Beside it: {beside}."] if beside else [])]
 
 
 def _against(experiment: Path, metrics: list[str], made: "list[Table]") -> "list[Shown]":
@@ -163,17 +182,19 @@ def _write_page(
     *,
     full: bool,
     plots: str,
-) -> None:
-    """Write the page; `said`: how the results, and others' beside them, are given to commands."""
+) -> list[Path]:
+    """Write the page, and give its files.
+
+    `said`: how the results, and others' beside them, are given to commands.
+    """
     from bench.pages.report import Said, write_report_page
     from bench.store.files import ResultsError
 
     try:
         with progress_bar(None, "frame") as progress:
-            paths = write_report_page(
+            return write_report_page(
                 experiment, path, made, title, Said(*said), progress, full=full, plots=plots
             )
     except OSError as error:
         why = f"{error.strerror or error}. --folder chooses another place, --no-pictures none."
         raise ResultsError(why) from error
-    _tell(*map(str, paths if plots else paths[:1]))

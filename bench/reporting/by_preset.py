@@ -8,10 +8,11 @@ import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from math import isfinite
+from math import isfinite, nan
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
@@ -20,7 +21,7 @@ from bench.metrics import preset as metrics_preset
 from bench.metrics.preset import Judged, Preset
 from bench.protocols import STORED_ONCE, TIMING, ProtocolError, protocol
 from bench.protocols import title as title_of_protocol
-from bench.reporting.tables import PRESET, tables, title_of
+from bench.reporting.tables import PRESET, SUMMARY, tables, title_of
 from bench.store.files import ResultsError
 from bench.store.layout import Cell, run_path
 from bench.store.loading import load_results
@@ -46,6 +47,9 @@ __all__ = [
 
 TOGETHER = "all sequences"
 """What stands for the sequences in rows of what a preset makes of them together."""
+
+LATE = Measure("late_share", "late answers", "%", None, 1, scale=100)
+"""Frames after the first for which an answer to an earlier one stood, in real time."""
 
 NOT_SCORED = "not scored"
 """Status of finished runs that a preset can't judge: of another protocol than it is for."""
@@ -189,10 +193,18 @@ def _judged(
         for name in names:
             try:
                 found: Judged | str = judge(run, truth(row["sequence"], row["fingerprint"]), name)
+                if run.answered is not None and isinstance(found, Judged):
+                    found = replace(found, scores={**found.scores, LATE.name: _late(run.answered)})
             except ValueError as error:  # the preset says why it can't judge such a run
                 found = str(error)
             judged[name][number] = found
     return judged
+
+
+def _late(answered: NDArray[np.int32]) -> float:
+    """Share of the frames after the first with an answer to an earlier one."""
+    asked = np.flatnonzero(answered >= 0)[1:]
+    return float(np.mean(answered[asked] != asked)) if len(asked) else nan
 
 
 def tables_by(
@@ -260,7 +272,9 @@ def _scored(
     shown = runs[["tracker", "sequence", "repetition", "status", "failure"]].copy()
     refused = [row for row, one in judged.items() if isinstance(one, str)]
     shown.loc[refused, "status"] = NOT_SCORED
-    shown = shown.join(pd.DataFrame.from_dict(scores, "index", columns=list(preset.columns)))
+    late = [LATE.name] if any(LATE.name in one for one in scores.values()) else []
+    columns = [*preset.columns, *late]
+    shown = shown.join(pd.DataFrame.from_dict(scores, "index", columns=columns))
     pieces = []
     curves: dict[str, dict[str, NDArray[Any]]] = {curve: {} for curve in preset.curves}
     for tracker, of in shown.groupby("tracker", sort=False):
@@ -269,7 +283,10 @@ def _scored(
             pieces.append(of[["tracker", "repetition"]].assign(status=lacking))
             continue
         together = _together(preset, of, judged)
-        pieces.append(pd.DataFrame([{**together.scores, "tracker": tracker, "status": "finished"}]))
+        told: dict[str, Any] = {**together.scores, "tracker": tracker, "status": "finished"}
+        for column in late:  # each sequence counts once
+            told[column] = of.groupby("sequence")[column].mean().mean()
+        pieces.append(pd.DataFrame([told]))
         for curve, points in together.curves.items():
             curves[curve][str(tracker)] = points
     if len(shown["sequence"].unique()) > 1:
@@ -278,9 +295,13 @@ def _scored(
         Measure(key, key.replace("_", " "), "", column.better, 3 if column.better else 0)
         for key, column in preset.columns.items()
     ]
+    measures = [*(SUMMARY if name == PRESET else measures), *([LATE] if late else [])]
     table = sequence_table(shown, measures, title, name)
     why = dict.fromkeys(f"{NOT_SCORED}: {judged[row]}" for row in refused)
     notes = [*table.notes, *list(why)[:_MOST_NOTES]]
+    if why and not scores:  # rows of dashes would say no more
+        table = replace(table, rows=[], caption=f"{title}; metrics preset {name}: nothing scored.")
+        notes = list(why)[:_MOST_NOTES]
     return Scored(name, title, replace(table, name=f"metrics-{name}", notes=notes), curves)
 
 

@@ -4,6 +4,7 @@ import csv
 import json
 import re
 import shutil
+from pathlib import Path
 from urllib.parse import urlencode
 
 import numpy as np
@@ -30,7 +31,11 @@ def test_numbers_on_the_page_are_those_of_csv_and_json(trackmark, here):
     trackers = "static,camshift,knob.py:Knob"
     where = "plain/target:length=20:noise=10,plain/target:length=20:noise=30,data/Small"
     trackmark("run", "--trackers", trackers, "--sequences", where, "--seeds", 2, "--name", "mine")
-    trackmark("report", "results/mine", "--folder", "report", "--metrics", "native,otb")
+    asked = ("--folder", "report", "--metrics", "native,otb")
+    written = trackmark("report", "results/mine", *asked).stderr.splitlines()[-2:]
+    assert written[0] == str(Path("report", "report.html"))
+    count = len([*(here / "report").glob("*.csv")])
+    assert written[1].startswith(f"Beside it: {count} tables, each as .txt, .md, .csv and .tex")
     said = trackmark("report", "results/mine", "--json", "--metrics", "native,otb").stdout
     told = {one["table"]: one["rows"] for one in map(json.loads, said.splitlines())}
     page = (here / "report" / "report.html").read_text()

@@ -10,9 +10,11 @@ import datasets
 from bench import metrics
 from bench.experiments.experiment import Experiment, SequenceSource
 from bench.metrics.preset import Answer
-from bench.reporting.by_preset import TOGETHER, by_presets, tables_by, write_curves
+from bench.reporting.by_preset import LATE, TOGETHER, by_presets, tables_by, write_curves
+from bench.reporting.tables import SUMMARY
 from bench.store.loading import load_results
 from bench.store.truth import read_truth
+from reports.renderers import to_latex, to_markdown, to_text
 
 SOURCES = tuple(SequenceSource(f"plain/target:length={15 + n}:scene={n}") for n in (0, 1))
 
@@ -34,16 +36,19 @@ def test_a_stored_run_scores_what_its_boxes_do_together_as_the_preset_says(store
     preset = metrics.preset(name)
     (scored,) = by_presets(stored, [name])
     found = scored.table.data.set_index(["sequence", "tracker", "measure"])["mean"]
+    told = set(scored.table.data["measure"])
+    assert told == ({one.name for one in SUMMARY} if name == "native" else {*preset.columns})
     judged = []
     for source in SOURCES:
         sequence = datasets.load(source.text)
         run = bench.evaluate("camshift", sequence)
         one = preset.judge(sequence, Answer(run.boxes, run.visible, run.confidence))
         judged.append([one])
-        key, expected = next(iter(one.scores.items()))
-        assert found[sequence.name, "camshift", key] == pytest.approx(expected)
+        key = next(key for key in one.scores if key in told)
+        assert found[sequence.name, "camshift", key] == pytest.approx(one.scores[key])
     together = preset.overall(judged)
-    for key, value in together.scores.items():
+    for key in told:
+        value = together.scores.get(key, np.nan)
         shown = found.get((TOGETHER, "camshift", key), np.nan)
         assert shown == pytest.approx(value, nan_ok=True), key
     assert set(scored.curves) == set(preset.curves)
@@ -91,3 +96,29 @@ def test_without_a_tracker_whose_runs_can_all_be_judged_there_is_no_plot_but_a_w
     assert write_curves(tmp_path, scored, ["static"], said.append) == []
     assert said == ["metrics-otb: no plot: there is no tracker all of whose runs otb can judge."]
     assert not list(tmp_path.iterdir())
+
+
+def test_what_a_preset_can_judge_no_run_of_is_said_in_a_sentence(without_processes, tmp_path):
+    with without_processes():
+        asked = Experiment("trial", ("static",), SOURCES, protocol="supervised")
+        folder = bench.run(asked, tmp_path, jobs=1)
+    table = tables_by(folder, ["otb"])[0]
+    assert not table.rows
+    for text in (to_text(table), to_markdown(table), to_latex(table)):
+        assert "otb judges no runs by the protocol supervised" in text
+        assert "toprule" not in text
+        assert "---" not in text
+    assert set(table.data["lacking"]) == {"1 of 1 not scored", "2 of 2 lacking"}
+
+
+@pytest.mark.parametrize(("seconds", "late"), [(0.0, 0.0), (0.05, 1.0), (0.02, 0.0)])
+def test_late_answers_are_counted_in_real_time(without_processes, tmp_path, seconds, late):
+    with without_processes():
+        protocol = f"real-time:seconds={seconds}"
+        asked = Experiment("trial", ("static",), SOURCES, protocol=protocol)
+        folder = bench.run(asked, tmp_path, jobs=1)
+    (table,) = tables_by(folder, ["native"])
+    told = table.data[table.data["measure"] == LATE.name]
+    assert set(told["sequence"]) > {TOGETHER}
+    assert told["mean"].tolist() == [late] * 3
+    assert table.heads[-1] == "late answers [%]"
