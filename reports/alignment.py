@@ -31,13 +31,17 @@ def number_in(text: str) -> Number | None:
 
 
 def texts_of(table: Table) -> list[bool]:
-    """Which columns have texts: labels, and those most of whose cells begin with no number."""
+    """Which columns have texts: labels, and those most of whose cells begin with no number.
+
+    Cells with several statements (`0 of 2; fragile`) are texts, whatever they begin with.
+    """
     found = []
     for column in range(len(table.heads)):
         cells = [row[column].text for row in table.rows]
         known = [text for text in cells if text and not text.startswith(MISSING)]
         numbers = sum(number_in(text) is not None for text in known)
-        found.append(column < table.n_labels or 2 * numbers < len(known))
+        told = any(";" in text for text in known)
+        found.append(column < table.n_labels or told or 2 * numbers < len(known))
     return found
 
 

@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from reports.alignment import number_in
+from reports.alignment import number_in, texts_of
 from reports.renderers import to_latex, to_markdown, to_text
 from reports.tables import Cell, Table
 
@@ -61,3 +61,9 @@ def test_units_stand_beneath_each_other_in_latex(table, tmp_path):
 
 def test_columns_of_markdown_stand_left_or_right(table):
     assert "| --- | ---: | ---: | --- | ---: |" in to_markdown(table)
+
+
+def test_several_statements_are_a_text_also_where_numbers_begin_them():
+    rows = [[Cell("a"), Cell("0 of 2")], [Cell("b"), Cell("1 of 4; post hoc 2 of 4; fragile")]]
+    assert texts_of(Table("t", "", ["claim", "holds in"], 1, rows)) == [True, True]
+    assert texts_of(Table("t", "", ["claim", "holds in"], 1, rows[:1])) == [True, False]

@@ -33,6 +33,10 @@ def test_units_stand_beneath_each_other_on_a_page(chromium, tmp_path):
     for column in chromium.run(ends):
         for edges in zip(*column, strict=True):
             assert max(edges) - min(edges) < 1, column
+    read = (
+        "[...document.querySelectorAll('tbody tr')].slice(0, 3).map(row => row.cells[2].innerText)"
+    )
+    assert chromium.run(read) == ["7 of 119", "118.7 ±0.6 of 119", "119 of 119"]
     sides = """[...document.querySelectorAll("tr")].map(row => [...row.cells]
         .map(cell => getComputedStyle(cell).textAlign))"""
     assert {tuple(row) for row in chromium.run(sides)} == {
