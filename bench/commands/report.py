@@ -128,6 +128,8 @@ def _summed(folder: Path, written: Sequence[Path]) -> list[str]:
     pictures = Counter(path.suffix for path in written if path.suffix[1:] in FIGURES)
     drawn = [f"{number} pictures ({suffix})" for suffix, number in pictures.items()]
     whole = [path.name for path in written if path.stem == "report" and path.suffix != ".html"]
+    if ".svg" in pictures and "report.tex" in whole:
+        whole[whole.index("report.tex")] += " (without figures: LaTeX takes no SVG, but PDF)"
     beside = ", ".join(filter(None, [tables, *drawn, *whole]))
     if not first:
         return [f"{folder}: {beside}."]

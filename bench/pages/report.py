@@ -1,5 +1,6 @@
 """The page of an experiment: what came out, and what to look at."""
 
+import json
 import shlex
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -20,6 +21,7 @@ from bench.protocols import STORED_ONCE, TIMING
 from bench.reporting.by_preset import table_prefix
 from bench.store.loading import load_results
 from bench.store.truth import occurring_attributes
+from datasets.text_form import format_text
 from reports.page.content import Page, Place, Section, Sheet
 from reports.page.page import write_chunk, write_page
 from reports.tables import MISSING, Cell, Table, complete
@@ -283,7 +285,7 @@ def _provenance(runs: pd.DataFrame, reading: Reading) -> Section:
             "Trackers: parameters, and the digest of source and libraries.",
             ["tracker", "parameters", "version"],
             [
-                [str(row.tracker), str(row.parameters), str(row.tracker_version)[:16]]
+                [str(row.tracker), _told(str(row.parameters)), str(row.tracker_version)[:16]]
                 for row in trackers.drop_duplicates(["tracker", "tracker_version"]).itertuples()
             ],
         ),
@@ -316,6 +318,12 @@ def _plain(
     cells = [[Cell(str(text)) for text in row] for row in rows]
     data = pd.DataFrame(rows, columns=heads)
     return Table(name, caption, heads, 1, cells, list(notes), data)
+
+
+def _told(parameters: str) -> str:
+    """Parameters, stored as JSON, as they are typed."""
+    told = json.loads(parameters).items()
+    return ", ".join(format_text("", {key: value})[1:] for key, value in told) or MISSING
 
 
 def _listed(circumstance: Mapping[str, Any]) -> str:

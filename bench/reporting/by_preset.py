@@ -297,6 +297,9 @@ def _scored(
     ]
     measures = [*(SUMMARY if name == PRESET else measures), *([LATE] if late else [])]
     table = sequence_table(shown, measures, title, name)
+    whole = table.data["sequence"] == TOGETHER  # a row that all runs made
+    of_tracker = table.data["tracker"].map(runs["tracker"].value_counts())
+    table.data["runs"] = table.data["runs"].mask(whole, of_tracker)
     why = dict.fromkeys(f"{NOT_SCORED}: {judged[row]}" for row in refused)
     notes = [*table.notes, *list(why)[:_MOST_NOTES]]
     if why and not scores:  # rows of dashes would say no more

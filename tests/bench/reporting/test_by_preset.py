@@ -122,3 +122,6 @@ def test_late_answers_are_counted_in_real_time(without_processes, tmp_path, seco
     assert set(told["sequence"]) > {TOGETHER}
     assert told["mean"].tolist() == [late] * 3
     assert table.heads[-1] == "late answers [%]"
+    counted = told.set_index("sequence")["runs"]
+    assert counted[TOGETHER] == 2
+    assert set(counted.drop(TOGETHER)) == {1}
