@@ -229,3 +229,12 @@ def write_figure(path: Path, figure: Figure) -> Path:
     # Without the salt SVG's ids are drawn at random. PDF's default, Type 3, publishers refuse.
     with mpl.rc_context({"svg.hashsalt": "trackmark", "pdf.fonttype": 42}):
         return write_file(path, lambda file: figure.savefig(file, metadata=metadata))
+
+
+def write_for_papers(path: Path, figure: Figure) -> list[Path]:
+    """Write a figure, and beside an SVG the same as PDF, since LaTeX takes no SVG; give the files.
+
+    See `write_file` for errors.
+    """
+    paths = [path, path.with_suffix(".pdf")] if path.suffix == ".svg" else [path]
+    return [write_figure(one, figure) for one in paths]

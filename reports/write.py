@@ -14,7 +14,9 @@ from reports.renderers import FORMATS, in_markdown, to_markdown
 from reports.tables import Table
 from reports.times import timed_by
 
-__all__ = ["file_names", "report_page", "write_plots", "write_tables"]
+__all__ = ["file_names", "report_page", "what_was_written", "write_plots", "write_tables"]
+
+_FIGURES = {".png", ".svg", ".pdf"}
 
 _LONGEST_NAME = 200  # bytes, of which a sign takes four at most; file systems take 255
 
@@ -49,10 +51,11 @@ def write_plots(
 ) -> list[Path]:
     """Draw all plots that the data allow: frame table and timing runs may be empty.
 
-    Parameters as those of the plots in `reports.plots`. `suffix`: of the files, see `write_figure`.
+    Parameters as those of the plots in `reports.plots`. `suffix`: of the files, see
+    `write_for_papers`.
     """
     # What draws is imported where something is drawn: tables are written without.
-    from reports.figures import write_figure
+    from reports.figures import write_for_papers
     from reports.plots import frame_plot, precision_plot, speed_plot, success_plot
 
     figures = {}
@@ -65,7 +68,11 @@ def write_plots(
         # Those that were timed alone come last: the others keep their colours.
         everybody = list(dict.fromkeys([*trackers, *timing["tracker"]]))
         figures["speed"] = speed_plot(timing, title, everybody)
-    return [write_figure(folder / f"{name}{suffix}", figure) for name, figure in figures.items()]
+    return [
+        path
+        for name, figure in figures.items()
+        for path in write_for_papers(folder / f"{name}{suffix}", figure)
+    ]
 
 
 def report_page(
@@ -97,3 +104,32 @@ def file_names(labels: Iterable[str]) -> dict[str, str]:
             digest = hashlib.sha256(label.encode("utf-8", "surrogateescape")).hexdigest()[:6]
             names[label] = f"{name[: _LONGEST_NAME // 4]}-{digest}"
     return names
+
+
+def what_was_written(paths: Collection[Path], first: str = "report.html") -> list[str]:
+    """Say which file is to be opened first, and how many of which kind lie beside it.
+
+    >>> what_was_written([Path("a/b.csv"), Path("a/c.png"), Path("a/c.txt")], "c.txt")
+    ['a/c.txt', 'Beside it: 1 table as .txt, .md, .csv and .tex, 1 picture (.png).']
+    """
+    if not paths:
+        return []
+    opened = next((path for path in paths if path.name == first), None)
+    tables = {path.stem for path in paths if path.suffix == ".csv"}
+    pictures = Counter(path.suffix for path in paths if path.suffix in _FIGURES)
+    parts = [f"{_counted(len(tables), 'table')} as .txt, .md, .csv and .tex"] if tables else []
+    parts += [f"{_counted(number, 'picture')} ({kind})" for kind, number in pictures.items()]
+    frames = [path for path in paths if path.suffix == ".js"]
+    parts += [f"{_counted(len(frames), 'file')} of frames"] if frames else []
+    parts += [
+        path.name
+        for path in paths
+        if path not in (opened, *frames) and not (path.stem in tables or path.suffix in _FIGURES)
+    ]
+    where = "Beside it" if opened else next(iter(paths)).parent
+    lines = [str(opened)] if opened else []
+    return [*lines, *([f"{where}: {', '.join(parts)}."] if parts else [])]
+
+
+def _counted(count: int, thing: str) -> str:
+    return f"{count} {thing}{'s' * (count != 1)}"

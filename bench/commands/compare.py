@@ -138,8 +138,7 @@ def command(
             _show(answers, preset, as_json=as_json)
             if folder is not None:
                 target = folder / preset if len(measures) > 1 else folder
-                for path in _write(answers, experiment, target):
-                    click.echo(str(path), err=True)
+                click.echo("\n".join(_write(answers, experiment, target)), err=True)
     return 0
 
 
@@ -314,14 +313,17 @@ def _run(
     return execution.folder, labels, execution.plan.asked().cells
 
 
-def _write(answers: "Comparison", experiment: Path, folder: Path) -> list[Path]:
-    """Write tables in every format, figures, film strips where trackers differ, the paragraph."""
+def _write(answers: "Comparison", experiment: Path, folder: Path) -> list[str]:
+    """Write tables in every format, figures, film strips where trackers differ, the paragraph.
+
+    Gives lines that say what was written.
+    """
     from bench.comparing.figures import write_figures
     from bench.comparing.tables import files
     from bench.comparing.words import paragraph
     from bench.reporting.pictures import write_strips
     from reports.files import write_file
-    from reports.write import write_tables
+    from reports.write import what_was_written, write_tables
 
     paths = [*write_tables(folder, files(answers)), *write_figures(answers, folder)]
     tell = functools.partial(click.echo, err=True)
@@ -329,4 +331,5 @@ def _write(answers: "Comparison", experiment: Path, folder: Path) -> list[Path]:
     paths += write_strips(experiment, folder, tell, different, list(answers.scores))
     words = folder / "paragraph.txt"
     text = f"{paragraph(answers)}\n"
-    return [*paths, write_file(words, lambda file: file.write_text(text, encoding="utf-8"))]
+    paths.append(write_file(words, lambda file: file.write_text(text, encoding="utf-8")))
+    return what_was_written(paths, words.name)

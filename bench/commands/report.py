@@ -1,8 +1,6 @@
 """Make tables and plots of stored results."""
 
 import functools
-from collections import Counter
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -110,7 +108,7 @@ def command(
                 plots = "" if folder is None else f".{pictures}"
                 page = target / "report.html"
                 files += _write_page(experiment, page, made, title, said, full=frames, plots=plots)
-            _tell(*_summed(target, files))
+            _sum_up(files)
 
 
 def _tell(*lines: str) -> None:
@@ -118,22 +116,11 @@ def _tell(*lines: str) -> None:
         click.echo(line, err=True)
 
 
-def _summed(folder: Path, written: Sequence[Path]) -> list[str]:
-    """What was written, and what to open first."""
-    if not written:
-        return []
-    first = next((str(path) for path in written if path.name == "report.html"), "")
-    count = sum(path.suffix == ".csv" for path in written)
-    tables = f"{count} tables, each as .txt, .md, .csv and .tex" if count else ""
-    pictures = Counter(path.suffix for path in written if path.suffix[1:] in FIGURES)
-    drawn = [f"{number} pictures ({suffix})" for suffix, number in pictures.items()]
-    whole = [path.name for path in written if path.stem == "report" and path.suffix != ".html"]
-    if ".svg" in pictures and "report.tex" in whole:
-        whole[whole.index("report.tex")] += " (without figures: LaTeX takes no SVG, but PDF)"
-    beside = ", ".join(filter(None, [tables, *drawn, *whole]))
-    if not first:
-        return [f"{folder}: {beside}."]
-    return [first, *([f"Beside it: {beside}."] if beside else [])]
+def _sum_up(written: list[Path]) -> None:
+    """Tell which file is to be opened first, and what lies beside it."""
+    from reports.write import what_was_written
+
+    _tell(*what_was_written(written))
 
 
 def _against(experiment: Path, metrics: list[str], made: "list[Table]") -> "list[Shown]":

@@ -90,7 +90,7 @@ def command(
     from bench.experiments.outside import settled
     from reports.fitting import on_terminal
     from reports.renderers import to_text
-    from reports.write import write_tables
+    from reports.write import what_was_written, write_tables
 
     asked = split_list(knobs)
     if not asked:
@@ -111,8 +111,8 @@ def command(
     else:
         click.echo("\n".join(on_terminal(table, to_text) for table in screen(found)), nl=False)
     if folder is not None:
-        for path in [*write_tables(folder, files(found)), *write_curves(found, folder)]:
-            click.echo(str(path), err=True)
+        paths = [*write_tables(folder, files(found)), *write_curves(found, folder)]
+        click.echo("\n".join(what_was_written(paths)), err=True)
     return 0
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from reports.comparison import Point, Steps, speed_accuracy_plot, survival_plot
-from reports.figures import write_figure
+from reports.figures import write_for_papers
 from reports.files import write_file
 from reports.heat import heat_plot
 from reports.page.content import Chart, Line, Page, Section
@@ -21,7 +21,6 @@ from reports.write import write_tables
 
 __all__ = ["write_paper"]
 
-_INCLUDED = (".png", ".pdf")  # figures that LaTeX takes
 _MOST_FLOATS = 10
 """Tables and figures after which LaTeX is told to put them: it keeps some fifty in mind."""
 
@@ -37,8 +36,8 @@ def write_paper(folder: Path, page: Page, suffix: str, written: Collection[str])
 
     Tables but those that are `written` already, by name; figures with a `suffix`; `report.md` and
     `report.tex`, a piece to be put into a document that uses booktabs and graphicx. Figures that
-    are not in the folder are left out of them; LaTeX takes no SVG, and has copies of those whose
-    names are not ASCII. Raises `OSError`.
+    are not in the folder are left out of them. LaTeX has the PDF beside an SVG, and copies of those
+    whose names are not ASCII. Raises `OSError`.
     """
     tables = [sheet.table for section in page.sections for sheet in section.sheets]
     paths = write_tables(folder, [table for table in tables if table.name not in written])
@@ -46,13 +45,13 @@ def write_paper(folder: Path, page: Page, suffix: str, written: Collection[str])
         for chart in section.charts:
             if section.key in _DRAWN:
                 path = folder / f"{chart.figure}{suffix}"
-                paths.append(write_figure(path, _DRAWN[section.key](chart, page)))
+                paths += write_for_papers(path, _DRAWN[section.key](chart, page))
         for sheet in section.sheets:
             if sheet.heat:
                 title = f"{page.title}: {sheet.table.caption}"
                 rows = [row[0].text for row in sheet.table.rows]
                 figure = heat_plot(sheet.values, rows, sheet.table.heads[1:], title)
-                paths.append(write_figure(folder / f"{sheet.table.name}{suffix}", figure))
+                paths += write_for_papers(folder / f"{sheet.table.name}{suffix}", figure)
     texts = {"report.md": _markdown, "report.tex": _latex}
     return paths + [
         _write(folder / name, render(page, folder, suffix)) for name, render in texts.items()
@@ -130,15 +129,15 @@ def _named_for_latex(folder: Path, name: str) -> str:
 
 
 def _latex(page: Page, folder: Path, suffix: str) -> str:
+    suffix = ".pdf" if suffix == ".svg" else suffix
     parts = [OR_NUMBERS, r"\begingroup\sloppy"]
     placed = 0
     for section in _printed(page):
         words = [breakable(in_latex(text)) for text in section.words]
         floats = [to_latex(sheet.table) for sheet in section.sheets]
         for name, caption in _figures(section, folder, suffix):
-            if suffix in _INCLUDED:
-                shown = _named_for_latex(folder, name), breakable(in_latex(caption))
-                floats.append(_FIGURE % shown)
+            shown = _named_for_latex(folder, name), breakable(in_latex(caption))
+            floats.append(_FIGURE % shown)
         parts += [rf"\section*{{{in_latex(section.title)}}}", *words]
         for one in floats:
             placed += one.count(r"\caption")

@@ -182,7 +182,7 @@ def write_plot(
 ) -> list[Path]:
     """Draw curves into a file, a panel an attribute; give that, or none where there are none."""
     from reports.attributes import Against, attribute_plot
-    from reports.figures import write_figure
+    from reports.figures import write_for_papers
 
     if not curves:
         return []
@@ -193,7 +193,7 @@ def write_plot(
         dots, means, low, high = (part * measure.scale for part in (curve.scores, *scores))
         drawn = Against(curve.label, curve.places, dots, centres, means, low, high)
         panels.setdefault(attributes.of_name(curve.attribute).head, []).append(drawn)
-    return [write_figure(path, attribute_plot(panels, quantity or measure.head, title))]
+    return write_for_papers(path, attribute_plot(panels, quantity or measure.head, title))
 
 
 def _names(runs: pd.DataFrame) -> list[str]:

@@ -245,9 +245,9 @@ def write_curves(
 
     `trackers`: all of the report, in the order of their colours. `tell` is given a sentence on
     every preset that has no tracker's curve. `suffix`: of the files, see
-    `reports.figures.write_figure`. Raises `OSError`.
+    `reports.figures.write_for_papers`. Raises `OSError`.
     """
-    from reports.figures import write_figure  # brings what draws
+    from reports.figures import write_for_papers  # brings what draws
     from reports.plots import curve_plot
 
     paths = []
@@ -260,7 +260,7 @@ def write_curves(
             title = f"{one.title}: {name.replace('_', ' ')}, metrics preset {one.preset}"
             figure = curve_plot(one.curves.get(name, {}), axes.x, axes.y, title, trackers)
             path = folder / f"{one.table.name}-{name.replace('_', '-')}{suffix}"
-            paths.append(write_figure(path, figure))
+            paths += write_for_papers(path, figure)
     return paths
 
 

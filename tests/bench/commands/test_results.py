@@ -90,7 +90,11 @@ def test_results_that_failed_or_never_ended_are_listed(trackmark, here, spoil):
 def test_report_writes_tables_in_every_format_and_plots(trackmark, here):
     trackers = "static,camshift,knob.py:Knob"
     trackmark(*MINE, trackers, *SMALL)
-    said = trackmark("report", "results/mine", "--folder", "report", "--format", "svg").stdout
+    done = trackmark("report", "results/mine", "--folder", "report", "--format", "svg")
+    said, (page, beside) = done.stdout, done.stderr.splitlines()[-2:]
+    assert page == "report/report.html"
+    drawn = "5 pictures (.svg), 5 pictures (.pdf), 1 picture (.png), report.md, report.tex."
+    assert beside == f"Beside it: 5 tables as .txt, .md, .csv and .tex, {drawn}"
     suffixes = {file.suffix for file in (here / "report").rglob("*") if file.is_file()}
     assert {".txt", ".md", ".csv", ".tex", ".svg", ".html"} <= suffixes
     assert {file.stem for file in (here / "report").glob("*.png")} == {"strip-Small"}

@@ -11,10 +11,13 @@ import pytest
 from matplotlib.figure import Figure
 
 from bench.pages.paper import write_paper
+from reports.figures import write_for_papers
 from reports.page.content import Chart, Line, Page, Section, Sheet
 from reports.renderers import to_latex, to_markdown
 from reports.tables import Cell, Table
 
+DOCUMENT = r"""\documentclass{article}\usepackage{booktabs,graphicx}
+\begin{document}\input{report}\end{document}"""
 NAMES = ['</script>$x_1$ "q"', "ключ\nзвук 跟踪", "=1+1"]
 
 
@@ -57,7 +60,7 @@ def test_a_page_is_written_as_tables_figures_markdown_and_latex(page, tmp_path):
     assert "\n    a b\n" in text
     assert not re.search(r"(?<!\\)<", text)
     latex = (tmp_path / "report.tex").read_text()
-    included = re.findall(r"\\includegraphics\[.*\]\{(.*)\}", latex)
+    included = included_in(latex)
     assert included[:3] == ["heat.pdf", "survival.pdf", "speed.pdf"]
     assert len(included) == 4
     assert included[3].isascii()
@@ -65,9 +68,28 @@ def test_a_page_is_written_as_tables_figures_markdown_and_latex(page, tmp_path):
     assert content == (tmp_path / "frames-ключ-1.pdf").read_bytes()
     if shutil.which("pdflatex") is None:
         pytest.skip("pdflatex is not installed")
-    packages = r"\documentclass{article}\usepackage{booktabs,graphicx}"
-    document = rf"{packages}\begin{{document}}\input{{report}}\end{{document}}"
-    assert overfull(tmp_path, document) == []
+    assert overfull(tmp_path, DOCUMENT) == []
+
+
+def included_in(latex):
+    return re.findall(r"\\includegraphics\[.*\]\{(.*)\}", latex)
+
+
+def test_latex_has_a_pdf_of_each_figure_that_is_written_as_svg(page, tmp_path):
+    for suffix in (".svg", ".pdf"):
+        write_for_papers(tmp_path / f"frames-ключ-1{suffix}", Figure(figsize=(1, 1)))
+    paths = write_paper(tmp_path, page, ".svg", [])
+    figures = {path.name for path in paths if path.suffix in (".svg", ".pdf")}
+    assert figures == {
+        f"{name}{suffix}" for name in ("heat", "survival", "speed") for suffix in (".svg", ".pdf")
+    }
+    assert "](survival.svg)" in (tmp_path / "report.md").read_text()
+    included = included_in((tmp_path / "report.tex").read_text())
+    assert len(included) == 4
+    assert all(name.endswith(".pdf") for name in included)
+    if shutil.which("pdflatex") is None:
+        pytest.skip("pdflatex is not installed")
+    assert overfull(tmp_path, DOCUMENT) == []
 
 
 def overfull(folder, document):
@@ -104,9 +126,7 @@ def test_nothing_sticks_out_of_a_page_of_latex(tmp_path):
     words = [f"Runs of {long}, {long} and {PARAMETERS}."]
     sections = [Section("all", "All", words, [*map(Sheet, tables)] * 5)]
     write_paper(tmp_path, Page("T", sections), ".pdf", [])
-    packages = r"\documentclass{article}\usepackage{booktabs,graphicx}"
-    document = rf"{packages}\begin{{document}}\input{{report}}\end{{document}}"
-    assert overfull(tmp_path, document) == []
+    assert overfull(tmp_path, DOCUMENT) == []
 
 
 def test_texts_stand_left_and_numbers_right(tmp_path):

@@ -24,7 +24,7 @@ HOSTILE = "</script><script>alert('x')</script> \"q\" & ключ 跟踪"
 def without_plots(monkeypatch):
     """Plots and film strips are other tests' matter, and take longer than pages."""
     monkeypatch.setattr("bench.reporting.pictures.write_pictures", lambda *_: [])
-    monkeypatch.setattr("bench.pages.paper.write_figure", lambda path, _: path)
+    monkeypatch.setattr("bench.pages.paper.write_for_papers", lambda path, _: [path])
 
 
 def test_numbers_on_the_page_are_those_of_csv_and_json(trackmark, here):
@@ -35,7 +35,7 @@ def test_numbers_on_the_page_are_those_of_csv_and_json(trackmark, here):
     written = trackmark("report", "results/mine", *asked).stderr.splitlines()[-2:]
     assert written[0] == str(Path("report", "report.html"))
     count = len([*(here / "report").glob("*.csv")])
-    assert written[1].startswith(f"Beside it: {count} tables, each as .txt, .md, .csv and .tex")
+    assert written[1].startswith(f"Beside it: {count} tables as .txt, .md, .csv and .tex")
     said = trackmark("report", "results/mine", "--json", "--metrics", "native,otb").stdout
     told = {one["table"]: one["rows"] for one in map(json.loads, said.splitlines())}
     page = (here / "report" / "report.html").read_text()
