@@ -90,7 +90,8 @@ def to_csv(table: Table) -> str:
     before it, as one types it there (and so does what begins with apostrophes and such a sign, so
     that taking one away gives the text). Numbers are left alone.
     """
-    return table.data.map(_in_csv).to_csv(index=False, lineterminator="\n")
+    named = table.data.rename(columns=_in_csv)
+    return named.map(_in_csv).to_csv(index=False, lineterminator="\n")
 
 
 def to_json(table: Table) -> str:

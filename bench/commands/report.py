@@ -96,13 +96,13 @@ def command(
             against = _against(experiment, metrics, made) if by_attribute else []
             kept = experiments[number] if experiments else None
             said = "" if kept is None else str(kept), others
-            told = _further(experiment, made, said) if as_json else []
-            _print(made + told, None if form in FIGURES else form, wide=wide, as_json=as_json)
+            extra = _further(experiment, made, said) if as_json or (folder and no_pictures) else []
+            _print(made + extra if as_json else made, form, wide=wide, as_json=as_json)
             target, files = kept or Path("report"), list[Path]()
             if folder is not None:
                 target = folder / experiment.name if several else folder
                 pictures = None if no_pictures else form if form in FIGURES else "png"
-                about = made, title, pictures, scored, against
+                about = made + extra if no_pictures else made, title, pictures, scored, against
                 files += write_report(experiment, target, _tell, *about)
             if paged:
                 plots = "" if folder is None else f".{pictures}"
@@ -154,10 +154,10 @@ def _print(made: "list[Table]", form: str | None, *, wide: bool, as_json: bool) 
     from reports.renderers import FORMATS as RENDERERS
     from reports.renderers import to_json
 
-    _, render = RENDERERS[form or "text"]
+    _, render = RENDERERS[form if form in TEXTS else "text"]
     if as_json:
         render = to_json
-    elif form is None and not wide:
+    elif form not in TEXTS and not wide:
         render = functools.partial(on_terminal, render=render, more=" (--wide)")
     click.echo("\n".join(map(render, made)))
 

@@ -12,6 +12,7 @@ from bench.comparing.comparison import Comparison, ComparisonError, compare, par
 from bench.comparing.tables import files as comparison_tables
 from bench.comparing.words import paragraph
 from bench.pages.takes import Reading
+from bench.protocols import STORED_ONCE
 from bench.reporting.doubt import bounded_score
 from bench.reporting.tables import SUMMARY
 from reports.page.content import Place, Section, Sheet
@@ -28,6 +29,8 @@ def answers(
     `occurring`: attributes of sequences by name. `command`: that makes it again.
     """
     title, measure = "Which is better", SUMMARY[0]
+    if not (runs["protocol"] == STORED_ONCE).any():
+        return Section("answers", title, ["No comparison: nothing was run in one pass."]), []
     try:
         found = compare(runs, measure, MARGINS[measure.name], attributes=occurring)
     except ComparisonError as error:

@@ -152,15 +152,16 @@ def _overview(
     """What was run and where, and first of all what failed."""
     n_trackers, n_sequences = (scored[name].nunique() for name in ("tracker", "sequence"))
     counts = Counter(scored["status"].astype(str))
+    n_runs = len(scored) - counts["missing"]
     hosts = sorted({str(one["host"]) for one in reading.circumstances})
     days = sorted({one["date"] for one in reading.circumstances if one["date"]})
     when = f" from {days[0]} to {days[-1]}" if len(set(days)) > 1 else f" on {''.join(days[:1])}"
     words = [
-        f"{len(scored)} runs: {n_trackers} tracker{'s' if n_trackers != 1 else ''} on "
+        f"{n_runs} runs: {n_trackers} tracker{'s' if n_trackers != 1 else ''} on "
         f"{n_sequences} sequence{'s' if n_sequences != 1 else ''}; run{when} "
         f"at {', '.join(hosts)}."
         if reading.circumstances
-        else f"{len(scored)} runs."
+        else f"{n_runs} runs."
     ]
     wrong = {status: count for status, count in counts.items() if status != "finished"}
     if wrong:

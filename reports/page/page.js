@@ -26,6 +26,7 @@ function readAddress() {
     const part = byId(text);
     for (let node = part; node; node = node.parentElement) if (node.matches("details")) node.open = true;
     part?.scrollIntoView();
+    if (state.size) writeAddress();  // sorting and filter stay
   }
   else state = new URLSearchParams(text);
   listeners.forEach((listener) => listener());
@@ -107,7 +108,7 @@ function arrangeTables() {
     if (sort !== shown.sorted) {
       const column = parseInt(sort, 10), sign = sort.endsWith("a") ? 1 : -1;
       const order = [...shown.rows];
-      if (sort && column < shown.heads.length) order.sort((a, b) => sign * compareCells(a.cells[column], b.cells[column]));
+      if (sort && column >= 0 && column < shown.heads.length) order.sort((a, b) => sign * compareCells(a.cells[column], b.cells[column]));
       shown.table.tBodies[0].append(...order);
       shown.heads.forEach((head, number) => {
         if (sort && number === column) head.setAttribute("aria-sort", sign > 0 ? "ascending" : "descending");

@@ -388,6 +388,7 @@ const KEYS = {
 addEventListener("pointerdown", () => { pointed = true; }, true);
 addEventListener("keydown", (event) => {
   pointed = false;
+  const letter = event.key.length === 1 ? event.key.toLowerCase() : event.key;  // Caps Lock or not
   if (!dialog.open || event.ctrlKey || event.metaKey || event.altKey) return;
   const { target } = event;
   if (event.key === "Escape" && !byId("help").hidden) {
@@ -397,7 +398,7 @@ addEventListener("keydown", (event) => {
   }
   if (target === byId("frame")) {
     if (!/^(Enter|Escape)$/.test(event.key)) return;
-    if (event.key === "Enter") move(target.value);
+    if (event.key === "Enter") move(target.value || frame);
     else {
       event.preventDefault();  // leaves the field, and not the player
       target.value = frame;
@@ -413,15 +414,18 @@ addEventListener("keydown", (event) => {
     return;
   }
   if (target.matches("select") || (event.key === " " && target.matches("button"))) return;
-  const act = KEYS[(event.shiftKey && event.key.startsWith("Arrow") ? "Shift+" : "") + event.key];
+  const act = KEYS[(event.shiftKey && event.key.startsWith("Arrow") ? "Shift+" : "") + event.key] || KEYS[letter];
   const tracker = /^[1-9]$/.test(event.key) ? trackersHere()[event.key - 1] : undefined;
   if (!act && tracker === undefined) return;
   event.preventDefault();
-  if (playing && act !== play && /Arrow|Page|Home|End|^[fdg]$/.test(event.key)) stop();
+  if (playing && act !== play && /Arrow|Page|Home|End|^[fdg]$/.test(letter)) stop();
   if (act) act();
   else toggle(tracker);
 });
-addEventListener("keyup", (event) => { if (/^(c| |Enter)$/.test(event.key)) hold(false); });
+addEventListener("keyup", (event) => {
+  const ends = event.target === byId("hold") ? /^(c| |enter)$/ : /^c$/;
+  if (ends.test(event.key.toLowerCase())) hold(false);
+});
 byId("hold").addEventListener("pointerdown", (event) => { byId("hold").setPointerCapture(event.pointerId); hold(true); });
 for (const kind of ["pointerup", "pointercancel"]) byId("hold").addEventListener(kind, () => hold(false));
 byId("hold").addEventListener("contextmenu", (event) => event.preventDefault());  // a long press is no question
@@ -446,7 +450,7 @@ byId("start").addEventListener("change", (event) => choose({ start: event.target
 byId("trace").addEventListener("change", (event) => choose({ trace: event.target.value === "online" ? null : event.target.value }));
 byId("other").addEventListener("change", (event) => choose({ other: event.target.value }));
 byId("map").addEventListener("change", (event) => choose({ map: event.target.value }));
-byId("frame").addEventListener("change", (event) => move(event.target.value));
+byId("frame").addEventListener("change", (event) => move(event.target.value || frame));
 byId("slider").addEventListener("input", (event) => move(event.target.value));
 for (const select of dialog.querySelectorAll("select")) select.addEventListener("change", () => {
   if (pointed) select.blur();  // who chooses by keys goes on choosing

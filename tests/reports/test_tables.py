@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reports.renderers import to_csv, to_latex, to_markdown, to_text
-from reports.tables import Measure, complete, sequence_table, summary_table
+from reports.tables import Measure, Table, complete, sequence_table, summary_table
 from reports.write import report_page
 
 OVERLAP = Measure("overlap", "overlap", direction="higher", decimals=3)
@@ -179,6 +179,11 @@ def test_csv_comes_back_at_full_precision_with_preset_and_what_a_count_is_out_of
 
 NAMES = ["=1+1", "@SUM(A1)", "-2 px", "+x", "'=1", "''-x", "-3", "'quoted'", "a-b", "-1e5", "—"]
 NAMES += ["＝1+1", "-inf", "-1_0", "\t=1"]
+
+
+def test_heads_of_csv_are_no_formulas():
+    table = Table("t", "", ["sequence", "=1+1"], 1, [], data=pd.DataFrame({"=1+1": [-0.5]}))
+    assert to_csv(table).splitlines() == ["'=1+1", "-0.5"]
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 
 import bench
+from bench.experiments.experiment import Experiment, SequenceSource
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
 from bench.reporting.pictures import scored_runs
 from tests import browser
-from tests.bench.pages.reading import Cells, data_of, named
+from tests.bench.pages.reading import Cells, data_of, named, written
 
 HOSTILE = "</script><script>alert('x')</script> \"q\" & ключ 跟踪"
 
@@ -408,3 +409,24 @@ def test_nothing_moves_by_itself_for_who_wants_it_still(shown, still):
         assert there > 0
         shown.run("new Promise((done) => setTimeout(done, 300))")
         assert shown.run("scrollY") == there  # at once
+
+
+@browser.needs_browser
+def test_a_link_to_a_part_keeps_what_was_sorted_and_filtered(chromium, page):
+    chromium.size(1280, 900)
+    chromium.open(page.as_uri() + "#filter=camshift&sort.summary=1d")
+    chromium.run("document.querySelector('nav a').click()")
+    chromium.wait("location.hash.includes('filter=camshift')")
+    assert "sort.summary=1d" in chromium.run("location.hash")
+
+
+def test_runs_of_other_protocols_alone_are_not_compared_and_it_says_why(
+    tmp_path, without_processes
+):
+    with without_processes():
+        sources = (SequenceSource("plain/target:length=20"),)
+        asked = Experiment("trial", ("static", "camshift"), sources, protocol="supervised")
+        experiment = bench.run(asked, tmp_path, jobs=1)
+    assert (
+        "No comparison: nothing was run in one pass." in written(experiment, tmp_path).read_text()
+    )
