@@ -47,7 +47,9 @@ FIGURES = ("png", "svg", "pdf")
 @metrics_option
 @by_attribute_option
 @click.option("--wide", is_flag=True, help="Print all columns, however wide the tables are.")
-@click.option("--no-pictures", is_flag=True, help="Tables alone: no page, no plots.")
+@click.option(
+    "--no-pictures", is_flag=True, help="The tables that are printed alone: no page, no plots."
+)
 @json_option
 def command(
     results: Path | None,
@@ -96,13 +98,13 @@ def command(
             against = _against(experiment, metrics, made) if by_attribute else []
             kept = experiments[number] if experiments else None
             said = "" if kept is None else str(kept), others
-            extra = _further(experiment, made, said) if as_json or (folder and no_pictures) else []
-            _print(made + extra if as_json else made, form, wide=wide, as_json=as_json)
+            extra = _further(experiment, made, said) if as_json else []
+            _print(made + extra, form, wide=wide, as_json=as_json)
             target, files = kept or Path("report"), list[Path]()
             if folder is not None:
                 target = folder / experiment.name if several else folder
                 pictures = None if no_pictures else form if form in FIGURES else "png"
-                about = made + extra if no_pictures else made, title, pictures, scored, against
+                about = made, title, pictures, scored, against
                 files += write_report(experiment, target, _tell, *about)
             if paged:
                 plots = "" if folder is None else f".{pictures}"
