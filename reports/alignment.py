@@ -7,6 +7,7 @@ from reports.tables import MISSING, Table
 
 __all__ = ["Number", "number_in", "rests_of", "texts_of"]
 
+_NEVER = "none"  # in place of the number of a frame
 _NUMBER = re.compile(
     r"([\[(~<>≤≥]*\s*[+-]?\d*)(?:(?<=\d)\.?\d*|\.\d+)(?:e[+-]?\d+)?(?=$|[\s,;%\])±–*])",
     re.IGNORECASE | re.ASCII,
@@ -38,7 +39,7 @@ def texts_of(table: Table) -> list[bool]:
     found = []
     for column in range(len(table.heads)):
         cells = [row[column].text for row in table.rows]
-        known = [text for text in cells if text and not text.startswith(MISSING)]
+        known = [text for text in cells if text not in ("", _NEVER) and text[0] != MISSING]
         numbers = sum(number_in(text) is not None for text in known)
         told = any(";" in text for text in known)
         found.append(column < table.n_labels or told or 2 * numbers < len(known))

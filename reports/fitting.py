@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import groupby
 
-from reports.printable import WIDTH, one_line, wrapped
+from reports.printable import one_line, width, wrapped
 from reports.tables import MISSING, Cell, Table
 
 __all__ = ["fitted", "on_terminal"]
@@ -18,30 +18,31 @@ def on_terminal(table: Table, render: Callable[[Table], str], more: str = "") ->
     `render`: gives it as text, its caption in the first line. `more`: says how to see the columns
     that are left out.
     """
-    narrow, left_out = fitted(table, lambda one: _width(render(replace(one, notes=[]))))
+    narrow, left_out = fitted(table, lambda one: _columns(render(replace(one, notes=[]))))
     caption, _, body = render(replace(narrow, notes=[])).partition("\n")
     notes = [one_line(note) for note in narrow.notes]
     notes += [f"Left out: {'; '.join(left_out)}{more}."] if left_out else []
     return f"{wrapped(caption)}\n{body}" + "".join(f"{wrapped(note)}\n" for note in notes)
 
 
-def _width(text: str) -> int:
+def _columns(text: str) -> int:
     """Of a table as text without its caption."""
     return max(map(len, text.splitlines()[1:]), default=0)
 
 
-def fitted(table: Table, width: Callable[[Table], int]) -> tuple[Table, list[str]]:
-    """The table in `WIDTH` columns, and the heads of its columns that are left out for that.
+def fitted(table: Table, columns: Callable[[Table], int]) -> tuple[Table, list[str]]:
+    """The table in the `width` of a terminal, and the heads of columns left out for that.
 
     Why a mean is missing is said once a row. Then the first of two labels gets lines of its own,
-    and columns go, those of the highest rank first.
+    where rows share it, and columns go, those of the highest rank first.
     """
     made = replace(table, rows=list(map(_said_once, table.rows)), notes=list(table.notes))
     grouped = False
+    shared = len({row[0].text for row in table.rows}) < len(table.rows)
     left_out: list[int] = []
     order = sorted(range(len(table.ranks)), key=lambda column: (table.ranks[column], column))
-    while width(_shown(made, left_out, grouped=grouped)) > WIDTH:
-        if table.n_labels == 2 and not grouped:
+    while columns(_shown(made, left_out, grouped=grouped)) > width():
+        if table.n_labels == 2 and shared and not grouped:
             grouped = True
         elif len(order) > _FEWEST:
             left_out.append(order.pop() + table.n_labels)

@@ -6,9 +6,10 @@ stays the same JSON.
 """
 
 import re
+import shutil
 import textwrap
 
-__all__ = ["WIDTH", "one_line", "printable", "wrapped"]
+__all__ = ["WIDTH", "one_line", "printable", "width", "wrapped"]
 
 WIDTH = 100
 """Columns of a terminal that is not narrow."""
@@ -19,6 +20,11 @@ _CONTROLS = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\
 _LABEL = re.compile(r" *\S.{,40}?  +")
 _CONTROL = re.compile(f"[{_CONTROLS}]")
 _CONTROL_OR_BREAK = re.compile(rf"[{_CONTROLS}\t\n\u2028\u2029]")
+
+
+def width() -> int:
+    """Columns of the terminal, from 60 to `WIDTH`; `WIDTH` where there is no terminal."""
+    return max(60, min(WIDTH, shutil.get_terminal_size((WIDTH, 24)).columns))
 
 
 def printable(text: str) -> str:
@@ -40,12 +46,12 @@ def one_line(text: str) -> str:
 
 
 def wrapped(text: str) -> str:
-    """Give the text in lines of `WIDTH` columns; names and numbers stay whole.
+    """Give the text in lines of `width()` columns; names and numbers stay whole.
 
     What two spaces part from a label stays to the right of that.
     """
     return "\n".join(
-        line if len(line) <= WIDTH else _filled(line, _LABEL.match(line))
+        line if len(line) <= width() else _filled(line, _LABEL.match(line))
         for line in text.split("\n")
     )
 
@@ -53,7 +59,7 @@ def wrapped(text: str) -> str:
 def _filled(line: str, label: re.Match[str] | None) -> str:
     indent = " " * len(label[0] if label else "")
     return textwrap.fill(
-        line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+        line, width(), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
     )
 
 

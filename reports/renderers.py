@@ -3,6 +3,7 @@
 import html
 import json
 import re
+import textwrap
 import unicodedata
 from collections.abc import Callable, Iterable, Mapping
 from math import isfinite
@@ -69,6 +70,7 @@ TO_FIT = (
 )
 """What is wider than a page is scaled down to it, where graphicx is used."""
 
+_HEAD = 12  # columns of a terminal that a head takes before it goes on in another line
 _LINE = 76  # letters of a line in `article`, in the size of footnotes
 _LONG = 24  # letters from which on texts of a column are wrapped
 _LEAST = 12  # letters that a wrapped column has room for
@@ -265,34 +267,45 @@ def to_html(table: Table) -> str:
 
 
 def to_text(table: Table) -> str:
-    """Render a table as aligned text; the best of a column is followed by `*`."""
+    """Render a table as aligned text; the best of a column is followed by `*`.
+
+    A label that stands alone in its row runs over the columns beside it.
+    """
     caption, *notes = map(one_line, [table.caption, *table.notes])
     if not table.rows:
         return "\n".join([caption, *notes]) + "\n"
+    alone = [not any(cell.text for cell in row[1:]) for row in table.rows]
     columns = [
-        _column([Cell(head), *(row[column] for row in table.rows)], text=text)
+        _column(head, [row[column] for row in table.rows], alone, text=text)
         for column, (head, text) in enumerate(zip(table.heads, texts_of(table), strict=True))
     ]
-    heads, *body = ("  ".join(cells).rstrip() for cells in zip(*columns, strict=True))
-    rule = "  ".join("-" * _width(column[0]) for column in columns)
-    return "\n".join([caption, "", heads, rule, *body, *notes]) + "\n"
+    lines = max(map(len, columns))  # heads may take several
+    whole = [[" " * _width(cells[0])] * (lines - len(cells)) + cells for cells in columns]
+    shown = ["  ".join(cells).rstrip() for cells in zip(*whole, strict=True)]
+    return "\n".join([caption, "", *shown, *notes]) + "\n"
 
 
-def _column(cells: list[Cell], *, text: bool) -> list[str]:
-    """Cells of a column, the first of which is its head, all as wide as the widest."""
+def _column(head: str, cells: list[Cell], alone: list[bool], *, text: bool) -> list[str]:
+    """Lines of a column: of its head, a rule, its cells; numbers with their units aligned.
+
+    `alone`: which cells run over the columns beside it.
+    """
     beside = " " if any(cell.best for cell in cells) else ""
     shown = [one_line(cell.text) + ("*" if cell.best else beside) for cell in cells]
     if not text:
-        numbers = [number_in(one) for one in shown[1:]]
+        numbers = list(map(number_in, shown))
         whole, rest = (
             max((_width(one[part]) for one in numbers if one), default=0) for part in (0, 1)
         )
-        shown[1:] = [
+        shown = [
             _pad(one.whole, whole, left=False) + _pad(one.rest, rest, left=True) if one else cell
-            for one, cell in zip(numbers, shown[1:], strict=True)
+            for one, cell in zip(numbers, shown, strict=True)
         ]
-    widest = max(map(_width, shown))
-    return [_pad(one, widest, left=text) for one in shown]
+    widths = [_width(one) for one, over in zip(shown, alone, strict=True) if not over]
+    folded = textwrap.wrap(one_line(head), max(_HEAD, *widths), break_long_words=False)
+    heads = [line if text else line + beside for line in folded or [""]]
+    widest = max(*map(_width, heads), *widths, 0)
+    return [_pad(one, widest, left=text) for one in (*heads, "-" * widest, *shown)]
 
 
 def _width(text: str) -> int:

@@ -1,5 +1,7 @@
 """What holds for all tests."""
 
+import os
+
 import pytest
 from hypothesis import settings
 
@@ -8,6 +10,8 @@ from bench.compilation import attend
 # A kernel's first call compiles it, and the machine may be busy: time decides nothing here.
 settings.register_profile("trackmark", deadline=None)
 settings.load_profile("trackmark")
+
+os.environ["COLUMNS"] = "100"  # however wide the terminal is that they run in
 
 attend()  # tests run side by side
 

@@ -177,7 +177,7 @@ def _judging(metrics: Sequence[str], stored: str) -> list[str]:
 def _measure(preset: str, metric: str | None, margin: float | None) -> "tuple[Measure, float]":
     """By what a preset's runs are compared, and the difference that means nothing."""
     from bench.metrics import preset as metrics_preset
-    from bench.metrics.preset import mean_of_sequences
+    from bench.metrics.preset import heading, mean_of_sequences
     from bench.reporting.tables import PER_SEQUENCE, PRESET, SUMMARY
     from reports.tables import Measure
 
@@ -200,7 +200,7 @@ def _measure(preset: str, metric: str | None, margin: float | None) -> "tuple[Me
         )
     if margin is None and columns[name].better == "lower":
         raise click.UsageError(f"{name} is no share: give the --margin that means nothing.")
-    title = f"{name.replace('_', ' ')} ({preset})"
+    title = f"{heading(name)} ({preset})"
     if definitions.combine is not mean_of_sequences:  # then `report` prints another number
         title = f"mean of sequences' {title}"
     found = Measure(name, title, direction=columns[name].better, decimals=3)
@@ -243,13 +243,14 @@ def _show(answers: "Comparison", preset: str, *, as_json: bool) -> None:
     from bench.comparing.tables import as_data, screen
     from bench.comparing.words import paragraph
     from reports.fitting import on_terminal
+    from reports.printable import width
     from reports.renderers import to_text
 
     if as_json:
         click.echo(json.dumps({"metrics": preset, **as_data(answers)}, allow_nan=False))
         return
     click.echo("\n".join(on_terminal(one, to_text) for one in screen(answers)))
-    click.echo(textwrap.fill(paragraph(answers), WIDTH, break_on_hyphens=False))
+    click.echo(textwrap.fill(paragraph(answers), min(WIDTH, width()), break_on_hyphens=False))
 
 
 def _labels(trackers: tuple[str, ...]) -> list[str] | None:

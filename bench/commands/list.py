@@ -21,13 +21,14 @@ KINDS = (
 
 
 @click.command("list")
-@click.argument("kind", type=click.Choice(KINDS), required=False)
+@click.argument("kind", metavar="[KIND]", type=click.Choice(KINDS), required=False)
 @json_option
 def command(kind: str | None, as_json: bool) -> None:
-    """List trackers, built-in sequences, experiments, metrics presets, attributes, protocols.
+    """List what there is, of one KIND alone where it is given.
 
-    `formats` are those of recorded data that are read: what is looked for at a path. A tracker that
-    needs something which is not installed is listed too; `describe` says what it needs.
+    Kinds are trackers, sequences (those built in), experiments, metrics (presets), attributes,
+    protocols, and formats of recorded data: what is looked for at a path. A tracker that needs
+    something which is not installed is listed too; `describe` says what it needs.
     """
     found = {name: _items(name) for name in ((kind,) if kind else KINDS)}
     if as_json:

@@ -7,7 +7,7 @@ never by seed: the same seed means nothing to two methods.
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from math import nan
+from math import inf, nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -42,6 +42,9 @@ __all__ = [
 
 LEAST_FOR_RANKS = 10
 """Sequences from which on mean ranks are set beside a critical difference."""
+
+DEFAULT = "default"
+"""Stands for the value of a knob that a sequence's name does not say."""
 
 ONE_SEQUENCE = (
     "One sequence says nothing of which tracker is better; give several, or other scenes of it "
@@ -121,8 +124,8 @@ class Comparison:
         """A pair's differences on parts of the sequences: by knob and value, by attribute.
 
         Knobs are what the sequences' names say (`:light=dappled`), but for their scene, where
-        they take several values; attributes are those that some sequences have and some have not,
-        and bins of those that were measured.
+        they take several values, `DEFAULT` where a name says none; attributes are those that some
+        sequences have and some have not, and bins of those that were measured.
         """
         masks = parts_of(self.sequences, self.attributes)
         parts = {key: pair.differences[chosen] for key, chosen in masks.items()}
@@ -158,10 +161,16 @@ def parts_of(
         for name in sequences
     ]
     knobs = sorted({knob for row in rows for knob in row} - {"scene"})
+    scenes = [name.partition(":")[0] for name in sequences]
+    for knob in knobs:  # a canonical name does not say what is as it always is
+        turned = {scene for scene, row in zip(scenes, rows, strict=True) if knob in row}
+        for scene, row in zip(scenes, rows, strict=True):
+            if scene in turned:
+                row.setdefault(knob, DEFAULT)
     found = {
         (knob, value): np.array([row.get(knob) == value for row in rows])
         for knob in knobs
-        for value in sorted({row[knob] for row in rows if knob in row})
+        for value in sorted({row[knob] for row in rows if knob in row}, key=_in_order)
     }
     several = {knob for knob in knobs if sum(name == knob for name, _ in found) > 1}
     parts = {key: chosen for key, chosen in found.items() if key[0] in several}
@@ -170,6 +179,15 @@ def parts_of(
         if not having.all():
             parts["attribute", name] = having
     return parts
+
+
+def _in_order(value: str) -> tuple[bool, float, str]:
+    """Values of a knob: the one that is not said first, then numbers by their size."""
+    try:
+        number = float(value)
+    except ValueError:
+        number = inf
+    return value != DEFAULT, number, value
 
 
 def compare(

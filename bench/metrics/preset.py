@@ -27,6 +27,7 @@ __all__ = [
     "State",
     "Target",
     "alone",
+    "heading",
     "mean_of_sequences",
     "started",
 ]
@@ -128,6 +129,18 @@ class Column:
     perfect: float | None = 1.0
     better: Literal["higher", "lower"] | None = "higher"
     whole: bool = False
+
+
+_SIGNS = {"auc": "AUC", "eao": "EAO", "ao": "AO", "sr50": "SR 0.50", "sr75": "SR 0.75", "f": "F"}
+
+
+def heading(score: str) -> str:
+    """A score's name as a table has it.
+
+    >>> heading("success_auc")
+    'success AUC'
+    """
+    return " ".join(_SIGNS.get(word, word) for word in score.split("_"))
 
 
 @dataclass(frozen=True)

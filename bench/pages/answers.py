@@ -20,6 +20,12 @@ from reports.tables import MISSING, Cell, Table
 
 __all__ = ["answers", "parts", "repetitions"]
 
+_NO_PARTS = (
+    "These sequences have no parts to compare trackers on: names of none say a knob that others "
+    "turn otherwise (as plain/target:noise=30 does), and no attribute is known of some that others "
+    "lack. Parameters of trackers are rows of their own in every table."
+)
+
 
 def answers(
     runs: pd.DataFrame, occurring: Mapping[str, set[str]], reading: Reading, command: str
@@ -106,8 +112,10 @@ def parts(
         [[Cell(text) for text in row] for row in rows],
         data=pd.DataFrame(data),
     )
-    sheets = [Sheet(table, values, places), *differences]
-    return Section("parts", "By knob and attribute", sheets=sheets if rows else [])
+    title = "By knob and attribute"
+    if not rows:
+        return Section("parts", title, [_NO_PARTS] if len(sequences) > 1 else [])
+    return Section("parts", title, sheets=[Sheet(table, values, places), *differences])
 
 
 def repetitions(scored: pd.DataFrame) -> str:

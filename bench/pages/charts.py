@@ -206,8 +206,9 @@ def speed_chart(tables: Mapping[str, Table], reading: Reading) -> list[Chart]:
             place = reading.place(name, None, "overlap")
             lines.append(Line(name, position, [time], [score], [low], [high], [place]))
     (head,) = (head for head in tables["summary"].heads if "time a frame" in head)
+    quantities = f"{quantity.title.capitalize()} against {head}"
     words = (
-        f"{quantity.title} against {head}; bars: {meaning_of_intervals(len(reading.stages))}, none "
+        f"{quantities}; bars: {meaning_of_intervals(len(reading.stages))}, none "
         f"where nothing varied; n = {len(reading.stages)} sequences. Up and to the left is better."
     )
     chart = Chart(

@@ -10,6 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.metrics import preset as metrics_preset
+from bench.metrics.preset import heading
 from bench.reporting.against import Curve, against, attribute_table
 from bench.reporting.by_preset import runs_by
 from bench.reporting.doubt import bounded_score
@@ -83,7 +84,7 @@ def scored_runs(folder: Path, metrics: str) -> tuple[Measure, pd.DataFrame]:
     name, column = next(
         (k, one) for k, one in metrics_preset(metrics).columns.items() if one.better
     )
-    title = f"{name.replace('_', ' ')} ({metrics})"
+    title = f"{heading(name)} ({metrics})"
     measure = Measure(name, title, direction=column.better, decimals=3)
     return measure, runs_by(folder, metrics, runs)
 

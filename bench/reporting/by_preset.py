@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from bench.evaluation.scoring import can_judge, judge
 from bench.metrics import preset as metrics_preset
-from bench.metrics.preset import Judged, Preset
+from bench.metrics.preset import Judged, Preset, heading
 from bench.protocols import STORED_ONCE, TIMING, ProtocolError, protocol
 from bench.protocols import title as title_of_protocol
 from bench.reporting.tables import PRESET, SUMMARY, tables, title_of
@@ -48,7 +48,7 @@ __all__ = [
 TOGETHER = "all sequences"
 """What stands for the sequences in rows of what a preset makes of them together."""
 
-LATE = Measure("late_share", "late answers", "%", None, 1, scale=100)
+LATE = Measure("late_share", "late answers", "%", None, 1, scale=100, rank=-1)
 """Frames after the first for which an answer to an earlier one stood, in real time."""
 
 NOT_SCORED = "not scored"
@@ -216,14 +216,17 @@ def tables_by(
 ) -> list[Table]:
     """Tables of an experiment by presets; `native` has those of `bench.reporting.tables`.
 
+    Runs in one pass come first, and of these the presets as they are named.
     `scored`: what `beside_native` gave, where it was asked already.
     """
-    made: list[Table] = []
+    scored = beside_native(folder, names, cells, title) if scored is None else scored
+    made = [one.table for one in scored]
     if PRESET in names:
         there = protocols_in(folder, cells)
-        made = tables(folder, cells, _headed(title or title_of(folder), STORED_ONCE, there))
-    scored = beside_native(folder, names, cells, title) if scored is None else scored
-    return made + [one.table for one in scored]
+        own = tables(folder, cells, _headed(title or title_of(folder), STORED_ONCE, there))
+        place = names.index(PRESET) if STORED_ONCE in there else 0
+        made[place:place] = own
+    return made
 
 
 def summary_text(folder: Path, cells: Collection[Cell], metrics: Sequence[str] = (PRESET,)) -> str:
@@ -257,7 +260,7 @@ def write_curves(
             tell(f"{one.table.name}: no plot: {why}")
             continue
         for name, axes in metrics_preset(one.preset).curves.items():
-            title = f"{one.title}: {name.replace('_', ' ')}, metrics preset {one.preset}"
+            title = f"{one.title}: {heading(name)}, metrics preset {one.preset}"
             figure = curve_plot(one.curves.get(name, {}), axes.x, axes.y, title, trackers)
             path = folder / f"{one.table.name}-{name.replace('_', '-')}{suffix}"
             paths += write_for_papers(path, figure)
@@ -292,7 +295,7 @@ def _scored(
     if len(shown["sequence"].unique()) > 1:
         shown = pd.concat([pd.concat(pieces).assign(sequence=TOGETHER), shown], ignore_index=True)
     measures = [
-        Measure(key, key.replace("_", " "), "", column.better, 3 if column.better else 0)
+        Measure(key, heading(key), "", column.better, 3 if column.better else 0)
         for key, column in preset.columns.items()
     ]
     measures = [*(SUMMARY if name == PRESET else measures), *([LATE] if late else [])]

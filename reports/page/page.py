@@ -29,6 +29,9 @@ __all__ = ["INSIDE", "write_chunk", "write_page"]
 INSIDE = 10_000_000
 """Bytes of frames that a page holds; those of further sequences lie beside it."""
 
+_LONG = 16
+"""Letters from which on texts in tables are wrapped."""
+
 _PARTS = Path(__file__).parent
 _DASHES: Sequence[Sequence[int]] = ([], [7, 4], [9, 3, 2, 3], [2, 3])
 """Of lines, as `reports.palette.LINE_STYLES` has them: `-`, `--`, `-.`, `:`."""
@@ -113,6 +116,7 @@ def _environment() -> "Environment":
     environment.globals["part"] = lambda name: Markup(  # noqa: S704  # our own file
         (_PARTS / name).read_text("utf-8")
     )
+    environment.globals["long"] = _LONG
     environment.globals["version"] = version("trackmark")
     environment.filters["poster"] = _poster
     environment.filters["code"] = _with_code
@@ -138,7 +142,9 @@ def _divided(text: str) -> "Markup":
     from markupsafe import Markup, escape
 
     shown = str(escape(one_line(text)))
-    return Markup(re.sub(r"(?<=[:=/,])(?=\w)", "<wbr>", shown))  # noqa: S704  # escaped
+    if len(text) > _LONG:
+        shown = re.sub(r"(?<=[:=/,])(?=\w)", "<wbr>", shown)
+    return Markup(shown)  # noqa: S704  # escaped
 
 
 def _em(texts: Collection[str]) -> float:

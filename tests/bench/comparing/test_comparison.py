@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from bench.comparing.comparison import ComparisonError, compare
+from bench.comparing.comparison import ComparisonError, compare, parts_of
 from bench.comparing.figures import write_figures
 from bench.comparing.published import with_published
 from bench.comparing.tables import as_data, files, screen
@@ -141,6 +141,14 @@ def test_knobs_of_the_scenes_are_set_apart(make_runs):
     assert list(parts) == [("light", "dim"), ("light", "full")]
     assert parts["light", "full"].mean() == pytest.approx(0.2, abs=0.02)
     assert [table.name for table in files(found)][-1] == "comparison-parts"
+
+
+def test_what_a_name_does_not_say_is_a_value_too_and_numbers_stand_by_their_size():
+    names = ["a/b", "a/b:noise=30", "a/b:noise=5", "a/b:noise=10:scene=2", "c/d", "c/d:scene=1"]
+    parts = parts_of(names)
+    assert list(parts) == [("noise", value) for value in ("default", "5", "10", "30")]
+    assert parts["noise", "default"].tolist() == [True, *[False] * 5]
+    assert parts_of(["a/b:noise=30", "c/d"]) == {}
 
 
 def test_sequences_with_an_attribute_are_set_apart_from_those_without(make_runs):

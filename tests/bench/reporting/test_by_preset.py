@@ -125,3 +125,15 @@ def test_late_answers_are_counted_in_real_time(without_processes, tmp_path, seco
     counted = told.set_index("sequence")["runs"]
     assert counted[TOGETHER] == 2
     assert set(counted.drop(TOGETHER)) == {1}
+
+
+def test_presets_come_in_the_order_that_they_are_asked_for_in(stored):
+    names = [table.name for table in tables_by(stored, ["otb", "native", "lasot"])]
+    assert names == ["metrics-otb", "summary", "sequences", "metrics-lasot"]
+    assert [one.name for one in tables_by(stored, ["native", "otb"])][-1] == "metrics-otb"
+
+
+def test_scores_have_the_names_that_papers_give_them(stored):
+    otb, got10k = tables_by(stored, ["otb", "got10k"])
+    assert "success AUC" in otb.heads
+    assert got10k.heads[2:] == ["AO", "SR 0.50", "SR 0.75"]
