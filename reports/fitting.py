@@ -34,11 +34,11 @@ def fitted(table: Table, columns: Callable[[Table], int]) -> tuple[Table, list[s
     """The table in the `width` of a terminal, and the heads of columns left out for that.
 
     Why a mean is missing is said once a row. Then the first of two labels gets lines of its own,
-    where rows share it, and columns go, those of the highest rank first.
+    where rows share it (a single one does), and columns go, those of the highest rank first.
     """
     made = replace(table, rows=list(map(_said_once, table.rows)), notes=list(table.notes))
     grouped = False
-    shared = len({row[0].text for row in table.rows}) < len(table.rows)
+    shared = len({row[0].text for row in table.rows}) < max(2, len(table.rows))
     left_out: list[int] = []
     order = sorted(range(len(table.ranks)), key=lambda column: (table.ranks[column], column))
     while columns(_shown(made, left_out, grouped=grouped)) > width():
