@@ -10,12 +10,12 @@ INSTALL = PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --
           --disable-pip-version-check --editable
 # Hundreds of processes are started: what Python compiles for one is kept for the others, whatever the
 # surroundings say.
-test test-full: export PYTHONDONTWRITEBYTECODE =
+test test-full test-newest: export PYTHONDONTWRITEBYTECODE =
 # A process a core; the tests of a file in one of them, which compiles and loads what they share.
 # In the order of the folders: files with few and long tests are not left for the end.
 SIDE_BY_SIDE = -n auto --dist loadfile --no-loadscope-reorder
 
-.PHONY: setup demo test test-full lint check seal bench clean
+.PHONY: setup demo test test-full test-newest lint check seal bench clean
 
 setup: $(READY)
 
@@ -43,6 +43,21 @@ test-full: $(FULL)
 	  echo "NO BROWSER: tests that drive pages are skipped. Install Debian's chromium." >&2
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "slow or not slow"
 
+# The everyday tests, or TESTS="tests/datasets ...", with the newest packages instead of those of
+# constraints.txt. The newest packages can need a newer Python: NEWEST_PYTHON selects another.
+NEWEST := .venv-newest
+NEWEST_PYTHON ?= $(shell for python in python3.13 python3.12; do \
+  $$python -c '' 2>/dev/null && echo $$python && exit; done; echo $(PYTHON))
+
+test-newest:
+	@echo "Setting up $(NEWEST) anew with the newest packages for $$($(NEWEST_PYTHON) --version)."
+	@$(NEWEST_PYTHON) -m venv --clear $(NEWEST)
+	@env -u PIP_CONSTRAINT $(NEWEST)/bin/python -m pip install --quiet --quiet \
+	  --disable-pip-version-check --editable '.[dev]'
+	@$(NEWEST)/bin/python -m pip freeze --exclude-editable --disable-pip-version-check | \
+	  diff constraints.txt - | grep '^>' || echo "No package is newer than in constraints.txt."
+	$(NEWEST)/bin/python -m pytest $(SIDE_BY_SIDE) $(TESTS)
+
 lint: $(READY)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
@@ -62,4 +77,4 @@ bench: $(READY)
 	  --benchmark-timer=time.thread_time --benchmark-sort=name
 
 clean:
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) $(NEWEST) .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

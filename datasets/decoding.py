@@ -8,10 +8,21 @@ from reprlib import Repr
 
 from datasets.interface import SequenceError
 
-__all__ = ["MOST_PIXELS", "brief", "check_name", "check_pixels", "decoding", "pixel_limit"]
+__all__ = [
+    "MOST_PIXELS",
+    "PROGRAMMING_ERRORS",
+    "brief",
+    "check_name",
+    "check_pixels",
+    "decoding",
+    "pixel_limit",
+]
 
 MOST_PIXELS = 100_000_000
 """Pixels of the largest image that is decoded; `$TRACKMARK_MOST_PIXELS` sets another number."""
+
+PROGRAMMING_ERRORS = (AssertionError, AttributeError, ImportError, NameError, TypeError)
+"""Exceptions that show a defect of our code or of a library, whatever the file holds."""
 
 _LONGEST_REASON = 300
 _BRIEF = Repr()
@@ -40,16 +51,16 @@ def check_name(path: Path) -> None:
 
 @contextmanager
 def decoding(what: str, advice: str = "Get the file anew.") -> Iterator[None]:
-    """Have whatever a decoder raises told as a `SequenceError`: `WHAT (REASON). ADVICE`.
+    """Raise a `SequenceError`, `WHAT (REASON). ADVICE`, if a decoder fails.
 
-    Only a decoder's own calls belong into it: what else is raised there is a defect of ours.
+    `PROGRAMMING_ERRORS` pass unchanged: they do not depend on the file.
     """
     try:
         yield
-    except SequenceError:
+    except (SequenceError, *PROGRAMMING_ERRORS):
         raise
-    # Decoders raise, of damaged files, what their authors didn't think of either: SyntaxError,
-    # struct.error, UnicodeDecodeError, cv2.error, …, and MemoryError where the limit is high.
+    # For damaged files, decoders raise exceptions of many types: SyntaxError, struct.error,
+    # UnicodeDecodeError, cv2.error, …, and MemoryError if the limit is high.
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         if isinstance(error, MemoryError):

@@ -15,7 +15,7 @@ from PIL.PngImagePlugin import PngImageFile
 from PIL.PpmImagePlugin import PpmImageFile
 from PIL.TiffImagePlugin import TiffImageFile
 
-from datasets.decoding import check_name, check_pixels, decoding, pixel_limit
+from datasets.decoding import PROGRAMMING_ERRORS, check_name, check_pixels, decoding, pixel_limit
 from datasets.interface import Image, SequenceError
 from datasets.text_form import natural_order
 
@@ -88,7 +88,9 @@ def image_size(data: bytes) -> tuple[int, int] | None:
         for start, plugin in _HEADERS.items():
             if data.startswith(start):
                 return plugin(BytesIO(data)).size
-    # Pillow raises anything of a damaged header; whoever decodes the image says what is wrong.
+    except PROGRAMMING_ERRORS:
+        raise
+    # Pillow raises exceptions of many types for a damaged header; the caller names the file.
     except Exception:  # noqa: BLE001
         return None
     return None

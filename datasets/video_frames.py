@@ -3,6 +3,7 @@
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import av
 import numpy as np
@@ -108,8 +109,12 @@ class VideoFrames:
         self._count = len(self._times)
 
     def _opened(self) -> InputContainer:
-        # A title in Latin-1 is no reason to refuse a video.
-        return av.open(self._file, metadata_errors="replace")
+        options: dict[str, Any] = {}
+        if int(av.__version__.partition(".")[0]) < 19:
+            # A title in Latin-1 is no reason to refuse a video. PyAV 19 keeps such bytes itself.
+            options["metadata_errors"] = "replace"
+        container: InputContainer = av.open(self._file, **options)
+        return container
 
     def _start(self, key: int) -> None:
         """Decode from a key frame on."""

@@ -180,3 +180,10 @@ def test_a_lack_of_memory_is_told_in_the_name_of_the_file(tmp_path, write_images
             SequenceError, match=rf"{i + 1}\.\w+: frame {i} .*more memory than there is"
         ):
             frames[i]
+
+
+def test_error_of_our_own_code_is_not_reported_as_damage(tmp_path, write_images, monkeypatch):
+    write_images(tmp_path, ["0.jpg"])
+    monkeypatch.setattr("simplejpeg.decode_jpeg_header", Mock(side_effect=TypeError("keyword")))
+    with pytest.raises(TypeError, match="keyword"):
+        ImageFiles(image_files(tmp_path))[0]

@@ -236,6 +236,25 @@ def test_a_title_in_another_encoding_is_no_obstacle(tmp_path, write_video):
     np.testing.assert_array_equal(VideoFrames(path)[2], expected[2])
 
 
+def test_video_opens_without_keywords_since_pyav_19(tmp_path, write_video, monkeypatch):
+    path = write_video(tmp_path / "clip.mp4", n=3)
+    open_ = av.open
+    monkeypatch.setattr(av, "__version__", "19.0.0")
+    monkeypatch.setattr(av, "open", lambda file: open_(file))
+    assert len(VideoFrames(path)) == 3
+
+
+def test_error_of_our_own_code_is_not_reported_as_damage(tmp_path, write_video, monkeypatch):
+    path = write_video(tmp_path / "clip.mp4", n=3)
+
+    def open_with_other_keywords(file, **keywords):
+        raise TypeError("open() got an unexpected keyword argument")
+
+    monkeypatch.setattr(av, "open", open_with_other_keywords)
+    with pytest.raises(TypeError, match="unexpected keyword"):
+        VideoFrames(path)
+
+
 def test_a_codec_that_no_decoder_knows_is_named_as_the_reason(tmp_path, write_video):
     path = write_video(tmp_path / "clip.avi", "mpeg4", n=3)
     path.write_bytes(path.read_bytes().replace(b"FMP4", b"ZZZZ"))
