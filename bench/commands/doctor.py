@@ -1,5 +1,6 @@
 """Check this installation: versions, name clashes, caches, what optional trackers need."""
 
+import importlib
 import json
 import os
 import platform
@@ -24,12 +25,14 @@ MISSING = "not installed"
 @json_option
 def command(as_json: bool) -> int:
     """Check this installation; exit status 1 where something is wrong."""
+    clash = _clash()
     about: dict[str, Any] = {
         "environment": _environment(),
         "versions": _versions(),
-        "caches": _caches(),
-        "trackers": _trackers(),
-        "problems": _problems(),
+        # After a clash, our packages cannot be imported reliably.
+        "caches": {} if clash else _caches(),
+        "trackers": {} if clash else _trackers(),
+        "problems": clash + _library_problems() + ([] if clash else _data_problems()),
     }
     if as_json:
         click.echo(json.dumps(about, indent=1))
@@ -39,6 +42,9 @@ def command(as_json: bool) -> int:
             if isinstance(items, list):
                 for item in items or ["none"]:
                     click.echo(wrapped(f"  {item}"))
+                continue
+            if not items:
+                click.echo("  not checked")
                 continue
             width = max(len(key) for key in items)
             for key, value in items.items():
@@ -75,13 +81,26 @@ def _version(distribution: str) -> str:
 def _caches() -> dict[str, str]:
     from datasets.file_digest import cache_folder
 
-    package = Path(__file__).parents[2] / "trackers"
-    compiled = list(package.rglob("*.nbi"))
     own = cache_folder()
-    return {
-        "file digests": f"{own} ({_size(own)})",
-        "compiled kernels": f"{len(compiled)} beside their sources in {package}",
-    }
+    return {"file digests": f"{own} ({_size(own)})", "compiled kernels": _compiled_kernels()}
+
+
+def _compiled_kernels() -> str:
+    """Count the trackers' kernels in the folders that Numba selects for them."""
+    package = Path(__file__).parents[2] / "trackers"
+    folders: set[Path] = set()
+    try:
+        for file in package.rglob("*.py"):
+            if "@njit(cache=True" in file.read_text():
+                parts = file.relative_to(package.parent).with_suffix("").parts
+                for value in vars(importlib.import_module(".".join(parts))).values():
+                    path = getattr(getattr(value, "stats", None), "cache_path", None)
+                    folders |= {Path(path)} if path else set()
+    # Numba raises RuntimeError if it can write to no folder.
+    except (ImportError, RuntimeError) as error:
+        return f"not available ({error})"
+    compiled = [file for folder in folders for file in folder.glob("*.nbi")]
+    return f"{len(compiled)} in {os.path.commonpath(folders)}"
 
 
 def _size(folder: Path) -> str:
@@ -105,24 +124,43 @@ def _trackers() -> dict[str, str]:
     return {name: state(name) for name in trackers.names()}
 
 
-def _problems() -> list[str]:
-    import datasets
+def _clash() -> list[str]:
+    """Return the message on a distribution that installs a package of our name, if there is one."""
     from bench.packages import NameClashError, check_ownership
-    from datasets.file_digest import cache_folder
 
-    problems: list[str] = []
-    checks: list[Any] = [check_ownership, lambda: datasets.load("samples/face")]
-    for check in checks:
-        try:
-            check()
-        except (NameClashError, datasets.SequenceError) as error:
-            problems.append(str(error))
+    try:
+        check_ownership()
+    except NameClashError as error:
+        return [str(error)]
+    return []
+
+
+def _library_problems() -> list[str]:
+    """Return messages on libraries that are missing or installed twice."""
     versions = _versions()
-    problems += [f"{name} is {MISSING}." for name, found in versions.items() if found == MISSING]
+    problems = [f"{name} is {MISSING}." for name, found in versions.items() if found == MISSING]
     opencv = [name for name in versions if name.startswith(OPENCV)]
     if len(opencv) != 1:
         problems.append(
             f"{len(opencv)} distributions provide cv2 ({', '.join(opencv)}): install exactly one."
+        )
+    return problems
+
+
+def _data_problems() -> list[str]:
+    """Return messages on data that cannot be read and on caches that cannot be written."""
+    import datasets
+    from datasets.file_digest import cache_folder
+
+    problems: list[str] = []
+    try:
+        datasets.load("samples/face")
+    except datasets.SequenceError as error:
+        problems.append(str(error))
+    except Exception as error:  # noqa: BLE001  # any defect of a library shows in its first use
+        problems.append(
+            f"samples/face: reading fails ({type(error).__name__}: {error}). "
+            "Install the versions of constraints.txt."
         )
     folder = cache_folder()
     nearest = next(path for path in (folder, *folder.parents) if path.exists())

@@ -1,0 +1,61 @@
+"""`doctor` in installations that are damaged or unusual."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bench.packages import NAMES
+
+ROOT = Path(__file__).parents[3]
+COMPILE = "from trackers.maps.differences import _sum_channels as kernel; import numpy as np; "
+COMPILE += "kernel(np.zeros((2, 2, 3), np.uint8), np.zeros((2, 2), np.uint16))"
+
+
+@pytest.mark.parametrize("package", NAMES)
+def test_doctor_reports_a_package_that_was_overwritten(package, tmp_path):
+    for name in NAMES:
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / package / "__init__.py").write_text("__version__ = '5.2'\n")
+    info = tmp_path / f"{package}-5.2.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 5.2\n")
+    (info / "RECORD").write_text(f"{package}/__init__.py,,\n")
+    code = "import sys; sys.argv = ['trackmark', 'doctor', '--json']; import bench.cli as cli"
+    done = subprocess.run(
+        [sys.executable, "-c", f"{code}; cli.main()"],
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1, done.stderr
+    assert done.stderr == ""
+    about = json.loads(done.stdout)
+    assert f"the distribution {package!r} also installs a package" in about["problems"][0]
+    assert about["trackers"] == about["caches"] == {}
+
+
+def test_doctor_counts_kernels_in_the_cache_folder_of_numba(typed, here, monkeypatch):
+    folder = here / "kernels"
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))
+    subprocess.run([sys.executable, "-c", COMPILE], check=True)
+    kernels = json.loads(typed("doctor", "--json").stdout)["caches"]["compiled kernels"]
+    assert kernels == f"1 in {folder}"
+
+
+def test_doctor_reports_a_library_that_reads_no_video(trackmark, monkeypatch):
+    def open_with_other_keywords(file, **keywords):
+        raise TypeError("unexpected keyword argument")
+
+    monkeypatch.setattr("av.open", open_with_other_keywords)
+    problems = json.loads(trackmark("doctor", "--json", status=1).stdout)["problems"]
+    assert problems == [
+        "samples/face: reading fails (TypeError: unexpected keyword argument). "
+        "Install the versions of constraints.txt."
+    ]
