@@ -86,21 +86,28 @@ def _caches() -> dict[str, str]:
 
 
 def _compiled_kernels() -> str:
-    """Count the trackers' kernels in the folders that Numba selects for them."""
-    package = Path(__file__).parents[2] / "trackers"
-    folders: set[Path] = set()
     try:
-        for file in package.rglob("*.py"):
-            if "@njit(cache=True" in file.read_text():
-                parts = file.relative_to(package.parent).with_suffix("").parts
-                for value in vars(importlib.import_module(".".join(parts))).values():
-                    path = getattr(getattr(value, "stats", None), "cache_path", None)
-                    folders |= {Path(path)} if path else set()
-    # Numba raises RuntimeError if it can write to no folder.
+        folders = _kernel_folders()
     except (ImportError, RuntimeError) as error:
         return f"not available ({error})"
     compiled = [file for folder in folders for file in folder.glob("*.nbi")]
     return f"{len(compiled)} in {os.path.commonpath(folders)}"
+
+
+def _kernel_folders() -> set[Path]:
+    """Return the folders that Numba selects for the trackers' compiled kernels.
+
+    Raises `RuntimeError` if Numba can write to no folder.
+    """
+    package = Path(__file__).parents[2] / "trackers"
+    folders: set[Path] = set()
+    for file in package.rglob("*.py"):
+        if "@njit(cache=True" in file.read_text():
+            parts = file.relative_to(package.parent).with_suffix("").parts
+            for value in vars(importlib.import_module(".".join(parts))).values():
+                path = getattr(getattr(value, "stats", None), "cache_path", None)
+                folders |= {Path(path)} if path else set()
+    return folders
 
 
 def _size(folder: Path) -> str:
@@ -117,7 +124,7 @@ def _trackers() -> dict[str, str]:
     def state(name: str) -> str:
         try:
             described(name)
-        except trackers.TrackerError as error:
+        except (trackers.TrackerError, RuntimeError) as error:  # the latter is Numba's
             return str(error)
         return "ready"
 
@@ -162,6 +169,12 @@ def _data_problems() -> list[str]:
             f"samples/face: reading fails ({type(error).__name__}: {error}). "
             "Install the versions of constraints.txt."
         )
+    try:
+        _kernel_folders()
+    except ImportError as error:
+        problems.append(f"{error}.")
+    except RuntimeError as error:
+        problems.append(f"{error}. Set NUMBA_CACHE_DIR to a folder that can be written.")
     folder = cache_folder()
     nearest = next(path for path in (folder, *folder.parents) if path.exists())
     if not os.access(nearest, os.W_OK):

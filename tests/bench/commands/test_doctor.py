@@ -16,29 +16,50 @@ COMPILE = "from trackers.maps.differences import _sum_channels as kernel; import
 COMPILE += "kernel(np.zeros((2, 2, 3), np.uint8), np.zeros((2, 2), np.uint16))"
 
 
-@pytest.mark.parametrize("package", NAMES)
-def test_doctor_reports_a_package_that_was_overwritten(package, tmp_path):
+@pytest.fixture
+def copied_doctor(tmp_path):
+    """Copy the packages to `tmp_path`, and run `doctor --json` of the copy."""
     for name in NAMES:
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+
+    def call(**environment):
+        code = "import sys; sys.argv = ['trackmark', 'doctor', '--json']; import bench.cli as cli"
+        done = subprocess.run(
+            [sys.executable, "-c", f"{code}; cli.main()"],
+            env=os.environ | {"PYTHONPATH": str(tmp_path)} | environment,
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 1, done.stderr
+        assert done.stderr == ""
+        return json.loads(done.stdout)
+
+    return call
+
+
+@pytest.mark.parametrize("package", NAMES)
+def test_doctor_reports_a_package_that_was_overwritten(package, copied_doctor, tmp_path):
     (tmp_path / package / "__init__.py").write_text("__version__ = '5.2'\n")
     info = tmp_path / f"{package}-5.2.dist-info"
     info.mkdir()
     (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 5.2\n")
     (info / "RECORD").write_text(f"{package}/__init__.py,,\n")
-    code = "import sys; sys.argv = ['trackmark', 'doctor', '--json']; import bench.cli as cli"
-    done = subprocess.run(
-        [sys.executable, "-c", f"{code}; cli.main()"],
-        env=os.environ | {"PYTHONPATH": str(tmp_path)},
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 1, done.stderr
-    assert done.stderr == ""
-    about = json.loads(done.stdout)
+    about = copied_doctor()
     assert f"the distribution {package!r} also installs a package" in about["problems"][0]
     assert about["trackers"] == about["caches"] == {}
+
+
+def test_doctor_reports_that_no_kernel_can_be_stored(copied_doctor, tmp_path):
+    for folder in (tmp_path / "trackers").iterdir():
+        if folder.is_dir():
+            (folder / "__pycache__").touch()  # a file: Numba cannot make the folder
+    nowhere = str(tmp_path / "trackers" / "camshift.py")
+    about = copied_doctor(XDG_CACHE_HOME=nowhere, HOME=nowhere, TRACKMARK_CACHE=str(tmp_path))
+    (problem,) = about["problems"]
+    assert problem.endswith(". Set NUMBA_CACHE_DIR to a folder that can be written.")
+    assert about["caches"]["compiled kernels"].startswith("not available (")
 
 
 def test_doctor_counts_kernels_in_the_cache_folder_of_numba(typed, here, monkeypatch):
