@@ -5,6 +5,7 @@ from collections.abc import Sequence as SequenceOf
 from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -15,7 +16,12 @@ from PIL.PngImagePlugin import PngImageFile
 from PIL.PpmImagePlugin import PpmImageFile
 from PIL.TiffImagePlugin import TiffImageFile
 
+<<<<<<< HEAD
 from datasets.decoding import PROGRAMMING_ERRORS, check_name, check_pixels, decoding, pixel_limit
+=======
+from datasets.decoding import check_name, check_pixels, decoding, pixel_limit
+from datasets.frame_numbers import check_frame_numbers
+>>>>>>> readers
 from datasets.interface import Image, SequenceError
 from datasets.text_form import natural_order
 
@@ -31,10 +37,13 @@ __all__ = [
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".tif", ".tiff")
 
-_JPEG_START, _PNG_START = b"\xff\xd8", b"\x89PNG"
+_JPEG_START, _PNG_START, _TIFF_STARTS = b"\xff\xd8", b"\x89PNG", (b"II", b"MM")
 
 _MOST_BYTES = 6
 """A pixel, where there are as many as may be: of a PPM file of 16 bits."""
+
+_BIG_TIFF, _ORIENTATION, _SHORT = 43, 274, 3
+"""Numbers of the TIFF format: a version, a tag and a type of values."""
 
 _TIFF_BYTES = 32
 """A pixel, at most: four numbers in double precision."""
@@ -44,12 +53,11 @@ _HEADERS: Mapping[bytes, Callable[[BytesIO], ImageFile]] = {
     _PNG_START: PngImageFile,
     b"BM": BmpImageFile,
     b"P": PpmImageFile,
-    b"II": TiffImageFile,
-    b"MM": TiffImageFile,
+    **dict.fromkeys(_TIFF_STARTS, TiffImageFile),
 }
 
-# The pixels as they are stored, whatever a camera noted about how it was held: JPEG data
-# are decoded so, and a truth made elsewhere counts from the stored corner.
+# Pixels are decoded as stored: ground truth from other tools counts from the stored corner. OpenCV
+# applies the orientation of TIFF data in spite of this flag; see `_without_orientation`.
 _COLOUR = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 
 
@@ -80,7 +88,8 @@ class ImageFiles:
 
 
 def image_size(data: bytes) -> tuple[int, int] | None:
-    """Width and height of an image by its header; None where that can't be read."""
+    """Return the stored width and height by the header, None if it is not readable."""
+    data = _without_orientation(data)
     try:
         if data.startswith(_JPEG_START):
             height, width, *_ = simplejpeg.decode_jpeg_header(data)
@@ -99,7 +108,8 @@ def image_size(data: bytes) -> tuple[int, int] | None:
 def decode_image(data: bytes, most_pixels: int | None = None) -> Image:
     """Decode an image file's bytes to 8-bit BGR.
 
-    Grey images get three equal channels, 16-bit ones keep the upper byte, alpha is dropped.
+    Pixels are returned as stored: an orientation tag is not applied. Grey images get three equal
+    channels, 16-bit images keep the upper byte, alpha is dropped.
 
     Parameters
     ----------
@@ -128,7 +138,7 @@ def decode_image(data: bytes, most_pixels: int | None = None) -> Image:
     if data.startswith(_JPEG_START):
         return np.asarray(simplejpeg.decode_jpeg(data, "BGR"), dtype=np.uint8)
     try:
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), _COLOUR)
+        image = cv2.imdecode(np.frombuffer(_without_orientation(data), np.uint8), _COLOUR)
     except cv2.error as error:
         if error.code == cv2.Error.StsNoMem:
             raise MemoryError from None
@@ -138,13 +148,35 @@ def decode_image(data: bytes, most_pixels: int | None = None) -> Image:
     return np.asarray(image, dtype=np.uint8)
 
 
+def _without_orientation(data: bytes) -> bytes:
+    """Return TIFF data whose orientation tag has the value 1 (as stored), other data unchanged."""
+    if not data.startswith(_TIFF_STARTS):
+        return data
+    order: Literal["little", "big"] = "little" if data.startswith(b"II") else "big"
+
+    def number(start: int, size: int) -> int:
+        return int.from_bytes(data[start : start + size], order)
+
+    # Sizes of an offset, of the number of entries and of an entry; the start of the first offset.
+    word, count, length, start = (8, 8, 20, 8) if number(2, 2) == _BIG_TIFF else (4, 2, 12, 4)
+    directory = number(start, word)
+    first = directory + count
+    last = min(first + length * number(directory, count), len(data) - length + 1)
+    for entry in range(first, last, length):
+        if number(entry, 2) == _ORIENTATION:
+            as_stored = (_ORIENTATION, 2), (_SHORT, 2), (1, word), (1, 2), (0, word - 2)
+            values = b"".join(value.to_bytes(size, order) for value, size in as_stored)
+            return data[:entry] + values + data[entry + length :]
+    return data
+
+
 def _check_memory(data: bytes, size: tuple[int, int], most: int) -> None:
     """Refuse what would take a decoder more memory than pixels of three bytes do.
 
     Raises `ValueError` for as many pixels of many bytes, and for parts of a PNG file that say to be
     longer than the file, for which OpenCV would make room.
     """
-    depth = _TIFF_BYTES if data.startswith((b"II", b"MM")) else 3
+    depth = _TIFF_BYTES if data.startswith(_TIFF_STARTS) else 3
     if data.startswith(_PNG_START):
         depth = data[24] * {2: 3, 4: 2, 6: 4}.get(data[25], 1) // 8  # bits a sample, kind of colour
         at = 8
@@ -178,19 +210,21 @@ def image_files(folder: Path) -> list[Path]:
 
 
 def numbered_images(folder: Path, *firsts: int) -> list[Path]:
-    """Image files directly in a folder whose names are numbers, in their order, without a gap.
+    """Return the images directly in a folder whose names are consecutive numbers, in order.
 
-    Truth of benchmarks goes by such numbers: what is behind a missing image would be shifted.
-    `firsts`: what the number of the first image may be; none where the truth itself tells it.
+    A missing image would shift the ground truth of all later frames.
+    `firsts`: valid numbers of the first image; none if the ground truth itself contains it.
 
     Raises
     ------
     SequenceError
-        Naming the image that is missing, or has no number; or that there are none.
+        Naming the image that is missing, has no number, or has the number of another image; or the
+        folder if it has no images.
     """
     images = image_files(folder) if folder.is_dir() else []
     if not images:
         raise SequenceError(f"{folder}: there are no images.")
+    check_frame_numbers(images)
     for file in images:
         if not file.stem.isdecimal():
             raise SequenceError(

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Collection, Mapping
+from collections.abc import Sequence as SequenceOf
 from math import isinf, nan
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from datasets.truth_file import read_text
 
 __all__ = [
     "as_boxes",
+    "check_line",
+    "check_row_count",
     "columns",
     "fps_of",
     "numbers",
@@ -74,6 +77,7 @@ def read_rows(
     """
     rows: list[list[float]] = []
     for number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
+        check_line(line, number, path)
         row = numbers(line)
         if len(row) not in ({len(rows[0])} if rows else counts):
             raise SequenceError(
@@ -84,6 +88,32 @@ def read_rows(
     if not rows:
         raise SequenceError(f"{path}: there are no rows.")
     return np.array(rows)
+
+
+def check_line(line: str, number: int, path: Path) -> None:
+    """Refuse an empty line between rows; `number` counts from 1.
+
+    Raises `SequenceError` naming file and line.
+    """
+    if not line.strip():
+        raise SequenceError(
+            f"{path}: line {number} is empty. Expected is one row per frame. Add the row of this "
+            "frame, or remove the line if no row is missing."
+        )
+
+
+def check_row_count(rows: int, images: SequenceOf[Path], path: Path) -> None:
+    """Refuse a file that has fewer rows than there are images: the missing row may be inside.
+
+    Raises `SequenceError` naming file and counts.
+    """
+    if rows < len(images):
+        raise SequenceError(
+            f"{path}: {rows} rows for {len(images)} images: a missing row would shift the ground "
+            "truth of all later frames. Expected is one row per image. Add the missing row; if "
+            "only the last images have no annotation, add rows nan,nan,nan,nan, or move the images "
+            f"after {images[rows - 1].name} to another folder."
+        )
 
 
 def as_boxes(
@@ -159,7 +189,9 @@ def read_flags(path: Path, n: int, most: int = 1, *, padded: bool = False) -> ND
         Naming the line of what is no such number, or the file where they are too few or many.
     """
     values: list[int] = []
-    for number, line in enumerate(read_text(path).splitlines(), 1):
+    for number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
+        if padded:
+            check_line(line, number, path)
         for word, value in zip(words(line), numbers(line), strict=False):
             if value not in range(most + 1):
                 raise SequenceError(

@@ -15,7 +15,14 @@ import numpy as np
 from datasets import truth_file
 from datasets.image_files import numbered_images
 from datasets.interface import Sequence
-from datasets.number_files import fps_of, read_boxes, read_fields, read_flags, without_rest
+from datasets.number_files import (
+    check_row_count,
+    fps_of,
+    read_boxes,
+    read_fields,
+    read_flags,
+    without_rest,
+)
 from datasets.recorded import recorded_images
 
 __all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "read", "recognises"]
@@ -49,6 +56,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
     boxes = without_rest(read_boxes(source, origin=1.0, minus_is_absent=True), len(images))
+    check_row_count(len(boxes), images, source)
     files = {flag: path / f"{flag}.label" for flag in FLAGS}
     flags = {
         flag: read_flags(file, len(boxes)) > 0 for flag, file in files.items() if file.is_file()

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from datasets import truth_file
+from datasets.frame_numbers import check_frame_numbers
 from datasets.image_files import SUFFIXES, ImageFiles, image_files
 from datasets.interface import Sequence
 from datasets.recorded import recorded
@@ -22,6 +23,7 @@ def recognises(path: Path) -> bool:
 def read(path: Path, truth: Path | None) -> Sequence:
     """Open the folder; without `truth`, its own `truth.csv` is taken where there is one."""
     files = image_files(path)
+    check_frame_numbers(files)
     return recorded(
         path.resolve().name,
         ImageFiles(files),

@@ -12,7 +12,7 @@ import numpy as np
 from datasets import truth_file
 from datasets.image_files import numbered_images
 from datasets.interface import Sequence
-from datasets.number_files import read_boxes, read_flags
+from datasets.number_files import check_row_count, read_boxes, read_flags
 from datasets.recorded import recorded_images
 
 __all__ = ["CITATION", "EXPECTS", "GENERAL", "LICENCE", "MARKS", "read", "recognises"]
@@ -39,6 +39,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
     if truth is not None:
         return recorded_images(name, images, truth_file.read(truth), truth)
     boxes = read_boxes(source, origin=1.0)
+    check_row_count(len(boxes), images, source)
     files = {flag: path / f"{flag}.txt" for flag in FLAGS}
     flags = {
         flag: read_flags(file, len(boxes)) > 0 for flag, file in files.items() if file.is_file()

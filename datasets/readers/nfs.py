@@ -8,6 +8,7 @@ benchmark for higher frame rate object tracking", ICCV 2017.
 """
 
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from datasets import truth_file
 from datasets.decoding import brief
 from datasets.image_files import numbered_images
 from datasets.interface import Sequence, SequenceError
-from datasets.number_files import as_boxes, numbers
+from datasets.number_files import as_boxes, check_line, numbers
 from datasets.recorded import recorded_images
 
 __all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "options", "read", "recognises"]
@@ -81,6 +82,7 @@ def _rows(source: Path) -> NDArray[np.float64]:
     """Numbers of the truth, shape (n, 9): without the names, which may hold spaces."""
     rows: list[list[float]] = []
     for number, line in enumerate(truth_file.read_text(source).rstrip().splitlines(), 1):
+        check_line(line, number, source)
         row = numbers(" ".join(line.split()[:_COLUMNS]))
         if len(row) != _COLUMNS or not set(row[6:]) <= {0.0, 1.0}:
             raise SequenceError(
@@ -94,7 +96,28 @@ def _rows(source: Path) -> NDArray[np.float64]:
         rows.append(row)
     if not rows:
         raise SequenceError(f"{source}: there are no rows.")
+    _check_frames([row[5] for row in rows], source)
     return np.array(rows)
+
+
+def _check_frames(frames: list[float], source: Path) -> None:
+    """Refuse frame numbers with a gap, or that begin too late: a row is missing.
+
+    Raises `SequenceError` naming the line.
+    """
+    steps = [after - before for before, after in pairwise(frames)]
+    usual = min(steps, default=1.0)
+    remedy = "Add the missing row, or download the file again."
+    for line, step in enumerate(steps, 2):
+        if step != usual:
+            raise SequenceError(
+                f"{source}: line {line}: frame {frames[line - 1]:g} follows frame "
+                f"{frames[line - 2]:g}, but other rows are {usual:g} apart. {remedy}"
+            )
+    if frames[0] > max(usual - 1, 1):
+        raise SequenceError(
+            f"{source}: line 1: the first frame is {frames[0]:g}. Expected is 0 or 1. {remedy}"
+        )
 
 
 def _places(path: Path) -> dict[str, tuple[Path, Path]]:

@@ -16,7 +16,7 @@ from datasets import truth_file
 from datasets.decoding import brief
 from datasets.image_files import numbered_images
 from datasets.interface import Sequence, SequenceError
-from datasets.number_files import columns, read_boxes
+from datasets.number_files import check_row_count, columns, read_boxes
 from datasets.recorded import recorded_images
 
 __all__ = ["CITATION", "EXPECTS", "GENERAL", "MARKS", "each", "options", "read", "recognises"]
@@ -27,9 +27,19 @@ GENERAL = False
 MARKS = ("img/", "groundtruth_rect*.txt")
 CITATION = "Wu, Lim, Yang, Object tracking benchmark, IEEE TPAMI 37(9), 2015"
 
-# Numbers of the images that the truth begins with; of David there are images before. The others'
-# first image is 1, and may be 0 in data of one's own.
-FIRSTS = {"david": 300, "blurcar1": 247, "blurcar3": 3, "blurcar4": 18}
+SPANS: Mapping[str, tuple[int, int | None]] = {
+    "blurcar1": (247, None),
+    "blurcar3": (3, None),
+    "blurcar4": (18, None),
+    "david": (300, 770),
+    "diving": (1, 215),
+    "football1": (1, 74),
+    "freeman3": (1, 460),
+    "freeman4": (1, 283),
+}
+"""First and last image with a row, of sequences that have others; None: the last image has a row.
+
+In all other sequences the first image is 1, or 0 in data of other origin."""
 
 
 def recognises(path: Path) -> bool:
@@ -61,7 +71,7 @@ def each(path: Path) -> list[Path]:
 def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None) -> Sequence:
     """Open the folder, by default of its first target; tags in `attrs.txt` hold for all frames."""
     name = path.resolve().name
-    first = FIRSTS.get(name.lower(), 0)
+    first, last = SPANS.get(name.lower(), (0, None))
     files = numbered_images(path / "img", 0, 1, first)
     if truth is None:
         targets = _truths(path)
@@ -85,6 +95,8 @@ def read(path: Path, truth: Path | None, chosen: Mapping[str, str] | None = None
         later = [file for file in files if int(file.stem) >= first]
         if len(later) >= len(rows.boxes):  # else the images were cut out and numbered anew
             files = later
+        if last is None or len(rows.boxes) != last - first + 1:
+            check_row_count(len(rows.boxes), files, source)
         name = f"{name}.{target}" if target else name
     else:
         rows, source = truth_file.read(truth), truth

@@ -10,7 +10,7 @@ from pathlib import Path
 from datasets import truth_file
 from datasets.image_files import numbered_images
 from datasets.interface import Sequence
-from datasets.number_files import read_boxes, without_rest
+from datasets.number_files import check_row_count, read_boxes, without_rest
 from datasets.recorded import recorded_images
 from datasets.text_form import natural_order
 
@@ -48,6 +48,7 @@ def read(path: Path, truth: Path | None) -> Sequence:
     if truth is not None:
         return recorded_images(source.stem, images, truth_file.read(truth), truth)
     boxes = without_rest(read_boxes(source), len(images))
+    check_row_count(len(boxes), images, source)
     return recorded_images(source.stem, images, truth_file.Truth(boxes), source)
 
 

@@ -9,9 +9,10 @@ benchmark and simulator for UAV tracking", ECCV 2016.
 from pathlib import Path
 
 from datasets import truth_file
+from datasets.frame_numbers import check_frame_numbers
 from datasets.image_files import image_files, numbered_images
 from datasets.interface import Sequence, SequenceError
-from datasets.number_files import read_boxes
+from datasets.number_files import check_row_count, read_boxes
 from datasets.recorded import recorded_images
 from datasets.text_form import natural_order
 
@@ -76,8 +77,9 @@ def read(path: Path, truth: Path | None) -> Sequence:
     images = _part(folder, source.stem)
     if truth is not None:
         return recorded_images(source.stem, images, truth_file.read(truth), truth)
-    boxes = truth_file.Truth(read_boxes(source, origin=1.0))
-    return recorded_images(source.stem, images, boxes, source)
+    boxes = read_boxes(source, origin=1.0)
+    check_row_count(len(boxes), images, source)
+    return recorded_images(source.stem, images, truth_file.Truth(boxes), source)
 
 
 def _part(folder: Path, name: str) -> list[Path]:
@@ -85,7 +87,9 @@ def _part(folder: Path, name: str) -> list[Path]:
     if folder.name == name:
         return numbered_images(folder, 1)
     first, last = PARTS[folder.name][int(name.rpartition("_")[2]) - 1]
-    numbers = {int(file.stem): file for file in image_files(folder) if file.stem.isdecimal()}
+    files = image_files(folder)
+    check_frame_numbers(files)
+    numbers = {int(file.stem): file for file in files if file.stem.isdecimal()}
     for number in range(first, last + 1):
         if number not in numbers:
             raise SequenceError(

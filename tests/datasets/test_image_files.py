@@ -3,14 +3,16 @@
 import re
 import struct
 import zlib
+from io import BytesIO
 from unittest.mock import Mock
 
 import cv2
 import numpy as np
 import pytest
+from PIL import Image as PillowImage
 
 from datasets import SequenceError
-from datasets.image_files import ImageFiles, decode_image, image_files
+from datasets.image_files import ImageFiles, decode_image, image_files, image_size
 
 SMOOTH = cv2.GaussianBlur(
     np.random.default_rng(0).integers(0, 255, (40, 60, 3), dtype=np.uint8), (0, 0), 3
@@ -187,3 +189,42 @@ def test_error_of_our_own_code_is_not_reported_as_damage(tmp_path, write_images,
     monkeypatch.setattr("simplejpeg.decode_jpeg_header", Mock(side_effect=TypeError("keyword")))
     with pytest.raises(TypeError, match="keyword"):
         ImageFiles(image_files(tmp_path))[0]
+
+
+def tiff(values, orientation, *, big_tiff=False):
+    """Encode pixels in RGB order, or grey values, with an orientation tag."""
+    buffer = BytesIO()
+    image = PillowImage.fromarray(values)
+    image.save(buffer, "TIFF", tiffinfo={274: orientation}, big_tiff=big_tiff)
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_tiff_is_decoded_as_stored(orientation):
+    colour = tiff(SMOOTH[..., ::-1], orientation)
+    grey, grey_16 = SMOOTH[..., 0], SMOOTH[..., 0].astype(np.uint16) * 256
+    three_channels = np.dstack([grey] * 3)
+    assert image_size(colour) == (60, 40)
+    np.testing.assert_array_equal(decode_image(colour), SMOOTH)
+    np.testing.assert_array_equal(decode_image(tiff(grey, orientation)), three_channels)
+    np.testing.assert_array_equal(decode_image(tiff(grey_16, orientation)), three_channels)
+    in_big_endian = tiff(grey_16.astype(">u2"), orientation)
+    assert in_big_endian.startswith(b"MM")
+    np.testing.assert_array_equal(decode_image(in_big_endian), three_channels)
+    big_tiff = tiff(SMOOTH[..., ::-1], orientation, big_tiff=True)
+    assert big_tiff[2] == 43
+    assert image_size(big_tiff) == (60, 40)
+    np.testing.assert_array_equal(decode_image(big_tiff), SMOOTH)
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".png"])
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_exif_orientation_is_not_applied(suffix, orientation):
+    buffer = BytesIO()
+    exif = PillowImage.Exif()
+    exif[274] = orientation
+    kind = "JPEG" if suffix == ".jpg" else "PNG"
+    PillowImage.fromarray(SMOOTH[..., ::-1]).save(buffer, kind, exif=exif.tobytes(), quality=95)
+    image = decode_image(buffer.getvalue())
+    assert image.shape == SMOOTH.shape
+    assert np.abs(image.astype(int) - SMOOTH).mean() < 4

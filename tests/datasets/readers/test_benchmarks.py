@@ -93,10 +93,10 @@ class TestVot:
         opened(layouts.vot_current)
         walk = tmp_path / "walk"
         (walk / "groundtruth.txt").rename(walk / "groundtruth_1.txt")
-        (walk / "groundtruth_2.txt").write_text("4,5,6,7\n")
+        (walk / "groundtruth_2.txt").write_text("4,5,6,7\n" * 3)
         found = datasets.matching(str(tmp_path))
         assert [datasets.load(path).name for path in found] == ["walk_1", "walk_2"]
-        assert datasets.load(found[1]).boxes.tolist() == [[4, 5, 6, 7]]
+        assert datasets.load(found[1]).boxes.tolist() == [[4, 5, 6, 7]] * 3
         assert datasets.load(walk).name == "walk_1"
         with pytest.raises(SequenceError, match=r"no object '3'\. There are: 1, 2\."):
             datasets.load(f"{walk}:object=3")
@@ -104,8 +104,8 @@ class TestVot:
         assert datasets.load(walk).name == "walk"
 
     def test_an_empty_mask_is_an_absent_target(self, opened):
-        sequence = opened(layouts.vot_current, {"groundtruth.txt": "2,3,8,9\nm0,0,0,0,0\n"})
-        assert sequence.present.tolist() == [True, False]
+        sequence = opened(layouts.vot_current, {"groundtruth.txt": "2,3,8,9\nm0,0,0,0,0\n0\n"})
+        assert sequence.present.tolist() == [True, False, False]
         assert not sequence.mask(1).any()
 
     def test_the_fingerprint_follows_the_polygon_not_only_its_box(self, opened):

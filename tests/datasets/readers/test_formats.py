@@ -67,7 +67,7 @@ def recording(request, tmp_path, write_images, write_video):
     if own.suffix == ".csv":
         own.write_text(TRUTH)
     elif not own.exists():
-        own.write_text("2,3,3,4\n6,7,7,8\n")
+        own.write_text("2,3,3,4\n6,7,7,8\n6,7,7,8\n")
     return path, own, frame
 
 

@@ -1,0 +1,83 @@
+"""Decision rules: reference values, agreement of answer and interval, and each reason."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from bench.statistics.intervals import mean_interval, share_interval
+from bench.statistics.rules import MARGIN, MIN_UNITS, about, decide, p_value, units_needed
+
+EIGHT = [0.12, 0.08, 0.15, -0.02, 0.2, 0.05, 0.11, 0.09]
+differences = st.lists(st.floats(-1, 1, width=32), min_size=MIN_UNITS, max_size=40)
+
+
+@pytest.mark.parametrize(
+    ("values", "level", "ends"),
+    [
+        (EIGHT, 0.95, (0.0373, 0.1525)),
+        (EIGHT, 1 - 0.05 / 6, (0.0002, 0.1821)),
+        ([0.0] * 9 + [0.3], 0.95, (-0.0379, 0.2444)),
+        ([1.0, 2.0, 3.0, 4.0, 5.0, 9.0], 0.95, (1.0317, 9.8342)),
+    ],
+)
+def test_mean_interval_reference_values(values, level, ends):
+    assert mean_interval(values, level) == pytest.approx(ends, abs=6e-5)
+
+
+@pytest.mark.parametrize(("good", "ends"), [(19, (0.751, 0.999)), (20, (0.832, 1.0))])
+def test_share_interval_reference_values(good, ends):
+    single_runs = share_interval([1] * good + [0] * (20 - good), [1] * 20)
+    three_runs = share_interval([2] * good + [1] * (20 - good), [3] * 20)
+    assert single_runs == three_runs == pytest.approx(ends, abs=6e-4)
+
+
+@given(differences, st.integers(1, 15))
+def test_answer_never_contradicts_printed_interval(values, comparisons):
+    answer = decide(values, comparisons=comparisons)
+    low, high = answer.interval
+    excludes_zero = low > 0 or high < 0
+    assert (answer.label in ("better", "worse")) <= excludes_zero
+    assert (answer.label == "equivalent") == (max(-low, high) <= MARGIN and len(values) >= 30)
+    assert (answer.label == "inconclusive") == bool(answer.reason)
+    assert decide(np.negative(values), comparisons=comparisons).label == {
+        "better": "worse",
+        "worse": "better",
+    }.get(answer.label, answer.label)
+
+
+@given(differences, st.integers(1, 15))
+def test_p_value_is_below_level_iff_interval_excludes_zero(values, comparisons):
+    assume(np.ptp(values) > 1e-6)
+    p = p_value(values, comparisons)
+    assume(abs(p - 0.05) > 1e-6)
+    low, high = decide(values, comparisons=comparisons).interval
+    assert (p < 0.05) == (low > 0 or high < 0)
+
+
+@pytest.mark.parametrize(
+    ("values", "comparisons", "label", "reason"),
+    [
+        (EIGHT, 1, "better", ""),
+        (np.negative(EIGHT), 6, "worse", ""),
+        (EIGHT[:5], 1, "inconclusive", "only 5 of 6 sequences"),
+        ([0.001, -0.001] * 15, 1, "equivalent", ""),
+        ([0.001, -0.001] * 4, 1, "inconclusive", "inside ±0.01, but only 8 of 30 sequences"),
+        ([0.1] * 6, 1, "better", ""),
+        (
+            [0.1] * 6,
+            6,
+            "inconclusive",
+            "the same difference on all 6 sequences, too few for 6 comparisons",
+        ),
+    ],
+)
+def test_decide_labels_and_reasons(values, comparisons, label, reason):
+    answer = decide(values, comparisons=comparisons)
+    assert (answer.label, answer.reason) == (label, reason)
+
+
+def test_units_needed_matches_documented_examples():
+    assert about(units_needed(-0.094, (-0.180, 0.010), 8, 0.01)) == "about 19"
+    assert about(units_needed(0.031, (-0.012, 0.071), 20, 0.02)) == "about 75"
+    assert about(units_needed(0.002, (-0.1, 0.104), 8, 0.01)) == "more than 500"

@@ -1,0 +1,400 @@
+"""Simulated properties of the decision rules: coverage, false answers and power.
+
+Rows of a matrix are repeated experiments, columns are units. Expected values are percentages that
+the documentation states. They come from another implementation of the same populations.
+"""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from bench.statistics.intervals import interval_ends, share_interval
+from bench.statistics.rules import (
+    CLAIM_MARGIN,
+    DETECT,
+    MARGIN,
+    MIN_SCENES,
+    MIN_UNITS,
+    MIN_UNITS_FOR_SMALL,
+    corrected_level,
+    decide,
+)
+
+pytestmark = pytest.mark.slow
+
+INTERVALS, EXPERIMENTS, CHECKS = 20_000, 4_000, 2_000
+N_CHECKED = 8
+"""Sequences of a baseline in the simulations of `check`."""
+
+# ------------------------------------------------------------------------------------ Populations
+
+
+def lose_some(random, shape, probability, lost, kept):
+    """Draw from `lost` with this probability, otherwise from `kept`: pairs of mean and spread."""
+    is_lost = random.random(shape) < probability
+    mean, spread = (np.where(is_lost, *pair) for pair in zip(lost, kept, strict=True))
+    return random.normal(mean, spread)
+
+
+def normal(random, shape):
+    return random.normal(0, 0.1, shape)
+
+
+def u_shaped(random, shape):
+    return random.beta(0.3, 0.3, shape) - 0.5
+
+
+def half_lost(random, shape):
+    first, second = random.integers(0, 2, (2, *shape))
+    return 0.6 * (first - second) + random.normal(0, 0.02, shape)
+
+
+def lognormal(random, shape):
+    return 0.1 * (random.lognormal(0, 1, shape) - np.exp(0.5))
+
+
+def t3(random, shape):
+    return 0.1 * random.standard_t(3, shape)
+
+
+def ties(percent):
+    """Return a population of differences that are almost 0 on this percentage of the units."""
+    return lambda random, shape: lose_some(random, shape, percent / 100, (0, 0.002), (0, 0.1))
+
+
+def rare(k):
+    """Return a population in which one unit of k decides; its mean is 0."""
+    pairs = (0.3 - 0.3 / k, 0.01), (-0.3 / k, 0.01)
+    return lambda random, shape: lose_some(random, shape, 1 / k, *pairs)
+
+
+def score(probability):
+    """Return a population of a tracker's own scores with lost sequences; its mean is 0."""
+
+    def draw(random, shape):
+        is_lost = random.random(shape) < probability
+        scores = np.where(is_lost, random.beta(2, 18, shape), random.beta(14, 6, shape))
+        return scores - (0.7 - 0.6 * probability)
+
+    return draw
+
+
+# ------------------------------------------------------------- Rules for many experiments at once
+
+
+def coverage(values, truth=0.0, level=0.95):
+    """Return the percentage of intervals that contain the true mean."""
+    low, high = interval_ends(values, level)
+    return 100 * np.mean((low <= truth) & (truth <= high))
+
+
+def labels(values, margin=MARGIN, comparisons=1):
+    """Return the label of `decide` for every experiment."""
+    n = values.shape[-1]
+    low, high = interval_ends(values, corrected_level(comparisons))
+    inside = (-margin <= low) & (high <= margin)
+    conclusive = ~inside & (n >= MIN_UNITS)
+    conditions = [
+        inside & (n >= MIN_UNITS_FOR_SMALL),
+        conclusive & (low > 0),
+        conclusive & (high < 0),
+    ]
+    return np.select(conditions, ["equivalent", "better", "worse"], "inconclusive")
+
+
+def order(values):
+    """Return the verdicts on "A is better than B" by differences A - B."""
+    answers = labels(values, CLAIM_MARGIN)
+    fails = np.isin(answers, ["worse", "equivalent"])
+    return np.select([answers == "better", fails], ["holds", "does not hold"], "inconclusive")
+
+
+def no_worse(values):
+    """Return the verdicts on "A is as good as B" by differences A - B."""
+    n = values.shape[-1]
+    low, high = interval_ends(values)
+    holds = (low > -CLAIM_MARGIN) & ((n >= MIN_UNITS_FOR_SMALL) | (low > 0))
+    fails = high < -CLAIM_MARGIN
+    return np.select([holds, fails], ["holds", "does not hold"], "inconclusive")
+
+
+def accused(before, after):
+    """Return whether `check` calls a tracker worse; scores: shape (experiments, sequences, R)."""
+    change = after - before
+    mean_low, mean_high = interval_ends(change.mean(axis=1))
+    low, high = interval_ends(change, corrected_level(change.shape[1]))
+    worse = (high < 0) & (low < -MARGIN)
+    return worse.any(axis=1) | ((mean_high < 0) & (mean_low < -MARGIN))
+
+
+def percent(verdicts):
+    """Return the percentages of verdicts that hold and that do not hold."""
+    return [100 * np.mean(verdicts == verdict) for verdict in ("holds", "does not hold")]
+
+
+# ----------------------------------------------------------------------------------------- Tables
+
+UNITS = (3, 5, 6, 8, 12, 20, 40)
+
+COVERAGE = {
+    "normal": (normal, (97, 96, 96, 96, 96, 96, 95)),
+    "U-shaped": (u_shaped, (92, 96, 97, 98, 99, 98, 96)),
+    "half lost": (half_lost, (96, 100, 100, 95, 96, 96, 95)),
+    "lognormal": (lognormal, (90, 88, 89, 90, 91, 93, 95)),
+    "t3": (t3, (98, 97, 97, 97, 96, 96, 95)),
+    "60 % ties": (ties(60), (99, 100, 99, 99, 98, 96, 95)),
+    "75 % ties": (ties(75), (98, 99, 99, 99, 99, 98, 96)),
+    "90 % ties": (ties(90), (98, 98, 98, 98, 99, 99, 99)),
+    "1 in 5 decides": (rare(5), (58, 68, 73, 84, 93, 98, 99)),
+    "1 in 10 decides": (rare(10), (63, 47, 50, 58, 72, 87, 98)),
+}
+
+
+@pytest.mark.parametrize("population", COVERAGE)
+def test_intervals_cover_as_documented(population):
+    draw, expected = COVERAGE[population]
+    random = np.random.default_rng(1)
+    covered = [coverage(draw(random, (INTERVALS, n))) for n in UNITS]
+    assert covered == pytest.approx(expected, abs=2)
+
+
+@pytest.mark.parametrize("population", [name for name in COVERAGE if "decides" not in name])
+def test_corrected_intervals_cover_as_documented(population):
+    draw, _ = COVERAGE[population]
+    random = np.random.default_rng(2)
+    level = corrected_level(6)
+    units = [n for n in UNITS if n >= MIN_UNITS]
+    covered = [coverage(draw(random, (INTERVALS, n)), level=level) for n in units]
+    lowest = 96.0 if population == "lognormal" else 98.8
+    # Three standard errors of this simulation and of the documented one.
+    assert min(covered) >= lowest - 0.7
+
+
+@pytest.mark.parametrize(
+    ("probability", "expected"),
+    [
+        (0.1, (89.7, 88.5, 88.5, 91.1, 96.7)),
+        (0.3, (90.6, 94.6, 98.1, 98.3, 96.6)),
+        (0.5, (97.0, 99.2, 99.8, 98.1, 96.5)),
+    ],
+)
+def test_intervals_of_own_means_cover_as_documented(probability, expected):
+    random, draw = np.random.default_rng(3), score(probability)
+    covered = [coverage(draw(random, (INTERVALS, n))) for n in (6, 8, 12, 20, 40)]
+    assert covered == pytest.approx(expected, abs=2)
+
+
+@pytest.mark.parametrize("n", [6, 8, 20])
+@pytest.mark.parametrize("seeds", [1, 2, 5, 20])
+def test_intervals_cover_means_over_seeds(n, seeds):
+    random = np.random.default_rng(4)
+    first, second = -0.6 * random.binomial(seeds, 0.1, (2, INTERVALS, n)) / seeds
+    covered = coverage(first - second + random.normal(0, 0.05, first.shape))
+    assert 93 <= covered <= 100
+
+
+@pytest.mark.parametrize(
+    ("families", "scenes", "by_scenes", "by_families"),
+    [
+        (2, 6, 80.5, 94.8),
+        (3, 5, 82.5, 96.9),
+        (6, 5, 82.4, 96.2),
+        (8, 5, 81.8, 96.1),
+        (12, 5, 82.0, 95.9),
+    ],
+)
+def test_families_as_units_cover_new_families(families, scenes, by_scenes, by_families):
+    random, correlation = np.random.default_rng(5), 0.3
+    means = random.normal(0, correlation**0.5, (INTERVALS, families, 1))
+    values = random.normal(means, (1 - correlation) ** 0.5, (INTERVALS, families, scenes))
+    covered = [coverage(values.reshape(INTERVALS, -1)), coverage(values.mean(axis=2))]
+    assert covered == pytest.approx([by_scenes, by_families], abs=2)
+
+
+def test_equivalent_needs_units_enough_to_see_one_in_ten():
+    random = np.random.default_rng(6)
+    expected = {6: 0, 8: 0, 12: 0, 20: 0, 30: 4, 40: 1, 60: 0}
+    draws = {n: lose_some(random, (INTERVALS, n), 0.1, (0.3, 0.002), (0, 0.002)) for n in expected}
+    shares = [100 * np.mean(labels(values) == "equivalent") for values in draws.values()]
+    assert shares == pytest.approx(list(expected.values()), abs=2)
+
+
+def spread_evenly(random, shape):
+    return random.normal(0, 0.07, shape)
+
+
+def lose_a_fifth(random, shape):
+    return lose_some(random, shape, 0.2, (-0.6, 0.02), (0, 0.02))
+
+
+@pytest.mark.parametrize(
+    ("draw", "effect", "all_pairs", "against"),
+    [
+        (spread_evenly, 0, (3, 3, 4, 4, 3), (3, 4, 4, 4, 4)),
+        (spread_evenly, 0.09, (10, 19, 29, 60, 97), (15, 29, 41, 72, 99)),
+        (lose_a_fifth, 0, (0, 0, 0, 3, 4), (0, 0, 2, 3, 4)),
+        (lose_a_fifth, 0.3, (14, 26, 27, 56, 96), (33, 26, 46, 68, 98)),
+    ],
+)
+def test_compare_finds_differences_as_documented(draw, effect, all_pairs, against):
+    random = np.random.default_rng(7)
+    for comparisons, expected in ((6, all_pairs), (3, against)):
+        shares = []
+        for n in (6, 8, 10, 15, 30):
+            trackers = draw(random, (EXPERIMENTS, 4, n))
+            trackers[:, 0] += effect
+            pairs = list(combinations(range(4), 2))[:comparisons]
+            differences = np.stack([trackers[:, i] - trackers[:, j] for i, j in pairs], axis=1)
+            differs = np.isin(labels(differences, comparisons=comparisons), ["better", "worse"])
+            shares.append(100 * np.mean(differs[:, 0] if effect else differs.any(axis=1)))
+        assert shares == pytest.approx(expected, abs=4)
+
+
+def seed_scores(kind):
+    """Return a function that draws scores by sequence and seed, lower by `drops` per sequence."""
+
+    def draw(random, shape, drops, loss):
+        if kind in ("lost in 1-20 %", "lost in 3 %"):
+            return lose_some(random, shape, loss + drops / 0.6, (0.1, 0.03), (0.7, 0.03))
+        if kind == "skewed":
+            return 0.06 - drops - random.exponential(0.06, shape)
+        return random.normal(-drops, float(kind), shape)
+
+    return draw
+
+
+CHECKED = {
+    "0.03": ((4, 69, 21), (4, 100, 97), (2, 100, 100), (2, 100, 100)),
+    "0.08": ((3, 15, 7), (4, 62, 20), (5, 99, 74), (5, 100, 100)),
+    "0.15": ((3, 9, 5), (3, 23, 7), (5, 63, 25), (4, 99, 74)),
+    # Means over loss probabilities drawn per experiment. Of one set of 8 probabilities, 200 seeds
+    # find a drop on one sequence in 26 to 91 %, depending on the probability of that sequence.
+    "lost in 1-20 %": ((2, 5, 3), (3, 14, 6), (4, 36, 13), (4, 92, 48)),
+    "lost in 3 %": ((2, 5, 2), (3, 26, 7), (2, 69, 20), (4, 100, 75)),
+    "skewed": ((3, 28, 10), (4, 87, 44), (4, 100, 91), (3, 100, 100)),
+}
+
+
+@pytest.mark.parametrize("kind", CHECKED)
+def test_check_accuses_as_documented(kind):
+    random, draw = np.random.default_rng(8), seed_scores(kind)
+    sequences = np.arange(N_CHECKED)[:, None]
+    for seeds, expected in zip((6, 20, 60, 200), CHECKED[kind], strict=True):
+        shape = (CHECKS, N_CHECKED, seeds)
+        loss = 0.03
+        if kind == "lost in 1-20 %":
+            loss = random.uniform(0.01, 0.2, (CHECKS, N_CHECKED, 1))
+        shares = []
+        for n_changed in (0, 3, 1):
+            drops = np.where(sequences < n_changed, DETECT, 0.0)
+            before, after = (draw(random, shape, drop, loss) for drop in (0 * drops, drops))
+            shares.append(100 * np.mean(accused(before, after)))
+        assert shares == pytest.approx(expected, abs=6), seeds
+
+
+@pytest.mark.parametrize(("part", "expected"), [(0.1, 13), (0.3, 88), (1.0, 100)])
+def test_check_finds_a_change_of_some_runs(part, expected):
+    random = np.random.default_rng(9)
+    before = random.normal(0.6, 0.15, (CHECKS, N_CHECKED, 20))
+    is_changed = random.random(before.shape) < part
+    is_changed[:, 1:] = False
+    after = before - np.where(is_changed, DETECT / part, 0.0)
+    assert 100 * np.mean(accused(before, after)) == pytest.approx(expected, abs=6)
+
+
+SCENES = (6, 8, 12, 20, 30, 40, 100)
+
+VERDICTS = [
+    (order, normal, 2.0, 0.0, (2, 2, 2, 2, 2, 2, 2), (2, 2, 2, 2, 2, 2, 2)),
+    (order, normal, 2.0, 0.1, (14, 20, 32, 55, 74, 84, 100), (0,) * 7),
+    (order, lognormal, 1.0, 0.0, (0,) * 7, (10, 9, 8, 7, 7, 5, 4)),
+    (order, lognormal, 1.0, 0.1, (6, 15, 38, 73, 93, 98, 100), (0,) * 7),
+    (order, rare(5), 1.0, 0.0, (0, 0, 1, 1, 1, 1, 2), (27, 17, 7, 1, 0, 0, 2)),
+    (no_worse, normal, 0.5, -0.04, (0,) * 7, (9, 14, 21, 37, 53, 67, 97)),
+    (no_worse, normal, 0.5, -0.02, (0, 0, 0, 0, 2, 2, 3), (2,) * 7),
+    (no_worse, normal, 0.5, 0.0, (2, 2, 2, 2, 54, 69, 97), (0,) * 7),
+    (no_worse, normal, 0.5, 0.03, (17, 25, 41, 69, 100, 100, 100), (0,) * 7),
+]
+
+
+@pytest.mark.parametrize(("rule", "draw", "scale", "mean", "holds", "fails"), VERDICTS)
+def test_verdicts_are_reached_as_documented(rule, draw, scale, mean, holds, fails):
+    random = np.random.default_rng(10)
+    draws = (scale * draw(random, (EXPERIMENTS, n)) + mean for n in SCENES)
+    shares = np.transpose([percent(rule(values)) for values in draws])
+    assert shares[0] == pytest.approx(holds, abs=4)
+    assert shares[1] == pytest.approx(fails, abs=4)
+
+
+def successes(random, n, runs, correlation, truth):
+    """Draw successful runs by scene from a beta-binomial law, shape (experiments, n)."""
+    shape = (EXPERIMENTS, n)
+    if correlation == 1:
+        return runs * random.binomial(1, truth, shape)
+    size = (1 - correlation) / correlation if correlation else None
+    shares = random.beta(truth * size, (1 - truth) * size, shape) if size else truth
+    return random.binomial(runs, shares, shape)
+
+
+def share_ends(good, runs):
+    """Return both ends of the interval of a share for every experiment."""
+    n = good.shape[1]
+    by_count = [share_interval([runs] * k + [0] * (n - k), [runs] * n) for k in range(n + 1)]
+    return np.array(by_count)[(2 * good > runs).sum(axis=1)].T
+
+
+SHARES = {
+    12: ((0, 1), (0, 0), (0, 0)),
+    20: ((3, 2), (17, 0), (74, 0)),
+    40: ((2, 1), (28, 0), (95, 0)),
+}
+
+
+@pytest.mark.parametrize("n", SHARES)
+@pytest.mark.parametrize("runs", [1, 3])
+def test_shares_are_judged_as_documented(n, runs):
+    random, limit = np.random.default_rng(11), 0.75
+    for truth, expected in zip((0.75, 0.85, 0.95), SHARES[n], strict=True):
+        # With equal runs on a scene, their number does not matter.
+        low, high = share_ends(successes(random, n, runs, 1, truth), runs)
+        shares = [100 * np.mean(low > limit), 100 * np.mean(high < limit)]
+        assert shares == pytest.approx(expected, abs=6), truth
+
+
+@pytest.mark.parametrize("runs", [1, 3, 20])
+@pytest.mark.parametrize("correlation", [0.0, 0.1, 0.5, 1.0])
+def test_intervals_cover_share_of_scenes_with_most_successes(runs, correlation):
+    random = np.random.default_rng(12)
+    for truth in (0.6, 0.75, 0.85, 0.95):
+        many = 2 * successes(random, 500, runs, correlation, truth) > runs
+        for n in (12, 20, 40):
+            low, high = share_ends(successes(random, n, runs, correlation, truth), runs)
+            covered = 100 * np.mean((low <= many.mean()) & (many.mean() <= high))
+            assert covered >= 93, (truth, n)
+
+
+def test_labels_of_many_experiments_agree_with_decide():
+    random = np.random.default_rng(13)
+    for n, scale, mean in (
+        (5, 0.2, 0.1),
+        (6, 1, 0.1),
+        (12, 1, -0.1),
+        (30, 0.1, 0),
+        (40, 0.1, 0.01),
+    ):
+        values = scale * normal(random, (100, n)) + mean
+        for margin, comparisons in ((MARGIN, 6), (CLAIM_MARGIN, 1)):
+            expected = [decide(row, margin, comparisons).label for row in values]
+            assert labels(values, margin, comparisons).tolist() == expected
+
+
+@pytest.mark.parametrize("n", [MIN_SCENES, 30, 40])
+def test_verdicts_of_many_experiments_agree_with_rules(n):
+    verdict_rules = pytest.importorskip("bench.statistics.verdict_rules")
+    random = np.random.default_rng(14)
+    for scale, mean in ((1, 0.1), (1, -0.1), (0.1, 0), (0.1, -0.02)):
+        values = scale * normal(random, (50, n)) + mean
+        for rule in (order, no_worse):
+            single = getattr(verdict_rules, rule.__name__)
+            assert rule(values).tolist() == [single(row).verdict for row in values]
