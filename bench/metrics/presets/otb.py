@@ -3,9 +3,9 @@
 The success curve is the share of frames with an overlap above each of 21 thresholds (0, 0.05, …,
 1), the score its mean: no overlap is above 1, so the best is 20/21. Precision is the share of
 frames with centres at most 20 pixels apart, where distances are rounded to 4 decimals first (as
-jwlim/tracker_benchmark does: 20.00004 is a hit). All frames from that of initialisation on count, which
-is overwritten by the truth; absent frames and malformed boxes are misses everywhere. Each sequence
-counts once. Wu, Lim, Yang, "Object Tracking Benchmark", TPAMI 2015.
+jwlim/tracker_benchmark does: 20.00004 is a hit). All frames from that of initialisation on count,
+which is overwritten by the truth; absent frames and malformed boxes are misses everywhere. Each
+sequence counts once. Wu, Lim, Yang, "Object Tracking Benchmark", TPAMI 2015.
 """
 
 import numpy as np
