@@ -1,7 +1,9 @@
 """Scores that others published, beside ours: one number a sequence, and no repetitions."""
 
+from math import isfinite, nan
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from bench.comparing.comparison import ComparisonError
@@ -31,7 +33,7 @@ def with_published(
         For a file without these columns, a score that is no number or none of the measure, a row
         that comes twice, or one that lacks.
     """
-    told = _told(file, measure)
+    told = _read_published_scores(file, measure)
     told = told[told["sequence"].isin(runs["sequence"].astype(str).unique())]
     if told.empty:
         raise ComparisonError(f"{file} has none of the sequences that were run.")
@@ -47,33 +49,42 @@ def with_published(
     return whole, list(told["tracker"].unique())
 
 
-def _told(file: Path, measure: Measure) -> pd.DataFrame:
-    """Tracker, sequence and score of every row."""
+def _read_published_scores(file: Path, measure: Measure) -> pd.DataFrame:
+    """Read tracker, sequence and score of every row; the index holds the line in the file."""
     columns = ["tracker", "sequence", measure.name]
     try:
-        told = pd.read_csv(file, dtype={"tracker": str, "sequence": str})
+        table = pd.read_csv(
+            file, dtype=str, index_col=False, keep_default_na=False, skip_blank_lines=False
+        )
     except (UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
         raise ComparisonError(f"{file} is no CSV: {error}.") from error
-    if missing := [name for name in columns if name not in told]:
+    if missing := [name for name in columns if name not in table]:
         raise ComparisonError(
             f"{file} has no column {', '.join(missing)}; it needs {', '.join(columns)}."
         )
-    told = told[columns].copy()
-    scores = pd.to_numeric(told[measure.name], errors="coerce")
-    if scores.isna().any():
-        line = int(scores.isna().to_numpy().argmax())
+    table.index += 2  # the first line holds the columns' names
+    table = table.loc[(table != "").any(axis=1), columns].copy()
+    scores = [
+        _parse_score(text, f"{file}, line {line}", measure)
+        for line, text in table[measure.name].items()
+    ]
+    twice = table.duplicated(["tracker", "sequence"])
+    if twice.any():
+        raise ComparisonError(f"{file}, line {twice.idxmax()} comes twice.")
+    return table.assign(**{measure.name: np.array(scores, np.float64)})
+
+
+def _parse_score(text: str, place: str, measure: Measure) -> float:
+    """Return the number of a text; raise `ComparisonError` for others and impossible scores."""
+    try:
+        score = float(text)
+    except ValueError:
+        score = nan
+    if not isfinite(score) or "_" in text:  # Python takes 1_0 for ten
+        raise ComparisonError(f"{place}: {text!r} is no number.")
+    if score < 0 or (score > 1 and measure.unit != "px"):
         raise ComparisonError(
-            f"{file}, line {line + 2}: {told[measure.name].iloc[line]!r} is no number."
-        )
-    outside = (scores < 0) | (scores > 1 if measure.unit != "px" else False)
-    if outside.any():
-        line = int(outside.to_numpy().argmax())
-        raise ComparisonError(
-            f"{file}, line {line + 2}: {scores.iloc[line]:g} is no {measure.name}; it is given in "
+            f"{place}: {score:g} is no {measure.name}; it is given in "
             f"{'pixels' if measure.unit == 'px' else '0 to 1'}."
         )
-    twice = told.duplicated(["tracker", "sequence"])
-    if twice.any():
-        raise ComparisonError(f"{file}, line {int(twice.to_numpy().argmax()) + 2} comes twice.")
-    told[measure.name] = scores
-    return told
+    return score

@@ -88,8 +88,9 @@ def _check_segments(run: Run, boxes: NDArray[Any], given: NDArray[Any]) -> None:
     """Raise `ValueError` unless a run has the segments that its protocol makes of the truth.
 
     Anybody may have written a stored run: its frames are places in the truth. `boxes`, `given`: of
-    the truth, and of the region of it that the run starts from. Where segments begin by numbers
-    that the data bring, which no stored truth has, each has to go from a frame to an end.
+    the truth, and of the region of it that the run starts from. If segments begin by numbers that
+    the data bring, which no stored truth has, each has to go from a frame to an end. The same holds
+    for imported runs: other toolkits choose other starts.
     """
     n = len(boxes)
     for frames in run.segments:
@@ -98,7 +99,7 @@ def _check_segments(run: Run, boxes: NDArray[Any], given: NDArray[Any]) -> None:
         if not (0 <= first < n and any(np.array_equal(frames, way) for way in ways)):
             raise ValueError(f"{run!r} has a segment that is not from a frame to an end of {n}.")
     rules = _rules(run.identity.protocol)
-    if run.segments and rules.by_values:
+    if run.segments and (rules.by_values or run.identity.imported):
         return
     present = np.isfinite(boxes).all(axis=1) & np.isfinite(given).all(axis=1)
     asked = rules.segments(present, {}) or [] if present.any() else []

@@ -1,6 +1,6 @@
 """Our stored runs written for others' tools: a folder a tracker, in a layout."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.evaluation.record import Run, Trace
-from bench.exchange import layout
+from bench.exchange import layout, names
 from bench.exchange.layout import ExchangeError, Said, file_name
 from bench.protocols import ONCE, TIMING
 from bench.protocols import protocol as protocol_of
@@ -39,7 +39,7 @@ def export_results(
     Parameters
     ----------
     experiment, target : Path
-        A folder of results, and where a folder a tracker is made.
+        A folder of results, and where a folder a tracker is files.
     kind : str
         The layout's name.
     tell : callable
@@ -49,12 +49,12 @@ def export_results(
     origin : int, optional
         Number of the first pixel, where it is to be another than the layout's.
     trace : {'online', 'revised'}
-        What trackers said at once, or in the end.
+        What trackers content at once, or in the end.
 
     Raises
     ------
     ExchangeError, ProtocolError
-        Where nothing matches, two would be one file, or the runs have segments; unknown protocols.
+        If nothing matches or the layout has no room for the runs; for an unknown protocol.
     ResultsError
         Where a file can't be read or written.
     """
@@ -62,24 +62,24 @@ def export_results(
     start = form.origin if origin is None else origin
     rows = _meant(results, tracker, sequence, protocol_of(protocol).text)
     finished = [row for row in rows if row["status"] == "finished"]
-    kept = [row for row in finished if form.repeats or not row["repetition"]]
-    if not kept:
+    repeats = form.repeats and form.segments(protocol) is None
+    exported = [row for row in finished if repeats or not row["repetition"]]
+    if not exported:
         raise ExchangeError(f"{experiment}: no finished run by {protocol} matches.")
     texts: dict[Path, str] = {}
-    for row in kept:
+    for row in exported:
         run = results.read(experiment / row["path"])
-        said = replace(_said(run, start, trace), seconds=_seconds(run, results))
-        folder = target / file_name(row["tracker"])
-        made = form.write(folder, row["sequence"], row["repetition"], said)
-        if both := texts.keys() & made.keys():
+        content = _content_of(run, results, start, trace)
+        files = _files_of(run, content, kind, target / file_name(row["tracker"]))
+        if both := texts.keys() & files.keys():
             raise ExchangeError(f"{min(both)} would hold two runs: export them into two folders.")
-        texts |= made
+        texts |= files
     for path, text in texts.items():
         write_atomically(path, text.encode(), durable=False)
     tell(f"{kind} keeps {form.holds}; pixels count from {start}.")
     if failed := len(rows) - len(finished):
         tell(f"{failed} runs failed and are left out.")
-    if further := len(finished) - len(kept):
+    if further := len(finished) - len(exported):
         tell(f"{further} runs are left out: {kind} has room for one repetition.")
     return list(texts)
 
@@ -95,17 +95,39 @@ def _meant(results: Results, tracker: str, sequence: str, stored: str) -> list[d
     ]
 
 
-def _said(run: Run, origin: int, trace: Trace) -> Said:
-    """A run in a layout's numbers."""
-    if run.segments:
-        raise ExchangeError(
-            f"{run!r} has {len(run.segments)} segments, for which no layout has room."
-        )
+def _files_of(run: Run, content: Said, kind: str, folder: Path) -> Mapping[Path, str]:
+    """Return the texts of a run in a layout; raise `ExchangeError` if it has no room for them."""
+    form, key = layout(kind), run.identity
+    if not run.segments:
+        return form.write(folder, key.sequence, key.repetition, content)
+    write_segments = form.segments(key.protocol)
+    if write_segments is None:
+        others = [(name, layout(name).holds_segments) for name in names()]
+        rooms = "; ".join(f"{name} ({protocols})" for name, protocols in others if protocols)
+        raise ExchangeError(f"{kind} has no room for runs by {key.protocol!r}. Expected: {rooms}.")
+    return write_segments(folder, key.sequence, _segments(run, content))
+
+
+def _content_of(run: Run, results: Results, origin: int, trace: Trace) -> Said:
+    """Return a run in a layout's numbers."""
     return Said(
         run.boxes_in(trace) + [origin, origin, 0, 0],
         run.confidence if np.isfinite(run.confidence).any() else None,
         run.states,
+        None if run.segments else _seconds(run, results),
     )
+
+
+def _segments(run: Run, content: Said) -> list[tuple[NDArray[Any], Said]]:
+    """Split the rows of a run by its segments; times are the median update of the run."""
+    segments, end = [], 0
+    for frames in run.segments:
+        rows = slice(end, end + len(frames))
+        confidence = None if content.confidence is None else content.confidence[rows]
+        part = Said(content.boxes[rows], confidence)
+        segments.append((frames, replace(part, seconds=_median_update(run, part.boxes))))
+        end = rows.stop
+    return segments
 
 
 def _seconds(run: Run, results: Results) -> NDArray[np.float64] | None:
@@ -127,9 +149,14 @@ def _seconds(run: Run, results: Results) -> NDArray[np.float64] | None:
             seconds = np.array(other.times.wall, np.float64)
             seconds[first] = other.times.initialisation_wall
             return seconds
+    return _median_update(run, run.boxes)
+
+
+def _median_update(run: Run, boxes: NDArray[Any]) -> NDArray[np.float64] | None:
+    """Return the run's median update as the time of each frame after initialisation."""
     update = run.circumstances.get("update_seconds")
     if update is None:
         return None
-    seconds = np.full(len(run.boxes), np.nan)
-    seconds[first + 1 :] = update
+    seconds = np.full(len(boxes), np.nan)
+    seconds[int(np.isfinite(boxes).all(axis=1).argmax()) + 1 :] = update
     return seconds

@@ -6,13 +6,13 @@ machines.
 """
 
 import hashlib
-import re
 import shutil
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +20,12 @@ from numpy.typing import NDArray
 import datasets
 from bench.evaluation.record import Run
 from bench.exchange import layout, names, sniffed
-from bench.exchange.layout import ExchangeError, Layout, Said
-from bench.experiments.contestant import Identity
+from bench.exchange.first_boxes import FirstBox, check_first_boxes, origin_of
+from bench.exchange.layout import ExchangeError, Layout, On, Said, letters
+from bench.experiments.contestant import IMPORTED, Identity
 from bench.experiments.experiment import SequenceSource
 from bench.protocols import STORED_ONCE
+from bench.protocols import protocol as protocol_of
 from bench.store.asked import Asked
 from bench.store.index import index_rows, read_table
 from bench.store.layout import Cell
@@ -31,9 +33,6 @@ from bench.store.results import Results
 from bench.store.truth import read_truth, write_truth
 
 __all__ = ["Guest", "On", "guest", "import_results", "on_sequences", "with_guests"]
-
-_ORIGINS = (0, 1)
-_SAME = 0.3  # pixels: trackers that scale images begin beside the truth; origins are 1 apart
 
 
 @dataclass(frozen=True)
@@ -43,17 +42,6 @@ class Guest:
     tracker: str  # its label in tables
     layout: str
     folder: Path
-
-
-@dataclass(frozen=True)
-class On:
-    """A sequence that results are of: its truth, and where it was opened from."""
-
-    name: str
-    fingerprint: str
-    boxes: NDArray[np.float64]
-    source: str
-    truth: str = ""
 
 
 def guest(text: str) -> Guest:
@@ -106,7 +94,7 @@ def import_results(
     for run in runs:
         path = results.path(run.identity)
         there = results.read(path).identity if path.exists() else None
-        if there is not None and there.tracker_version.get("source") != _SOURCE:
+        if there is not None and not there.imported:
             raise ExchangeError(f"{folder} has runs of {there.tracker} already: name it otherwise.")
         results.write(run, there.version if there else "")
     return len(runs)
@@ -152,7 +140,7 @@ def with_guests(
         yield folder
 
 
-_SOURCE = "results of others"
+_STARTS_OF_TRE = 20
 _BEGUN_AGAIN = "supervised"  # the protocol of runs that say so
 
 
@@ -160,7 +148,10 @@ def _by_protocol(runs: list[Run]) -> list[Run]:
     """A tracker's runs, which were begun again after failures where one of them was."""
     if all(run.states is None for run in runs):
         return runs
-    return [replace(run, identity=replace(run.identity, protocol=_BEGUN_AGAIN)) for run in runs]
+    return [
+        run if run.segments else replace(run, identity=replace(run.identity, protocol=_BEGUN_AGAIN))
+        for run in runs
+    ]
 
 
 def _runs(one: Guest, on: Sequence[On], tell: Callable[[str], None]) -> Iterator[Run]:
@@ -169,10 +160,10 @@ def _runs(one: Guest, on: Sequence[On], tell: Callable[[str], None]) -> Iterator
     there = kind.files(one.folder)
     by_letters: dict[str, list[str]] = {}
     for name in there:
-        by_letters.setdefault(_letters(name), []).append(name)
+        by_letters.setdefault(letters(name), []).append(name)
     used = set()
     for sequence in on:
-        alike = by_letters.get(_letters(sequence.name), [])
+        alike = by_letters.get(letters(sequence.name), [])
         name = sequence.name if sequence.name in there else alike[0] if len(alike) == 1 else ""
         if not name:
             raise ExchangeError(
@@ -186,66 +177,159 @@ def _runs(one: Guest, on: Sequence[On], tell: Callable[[str], None]) -> Iterator
 
 
 def _runs_on(
-    one: Guest, kind: Layout, on: On, files: Sequence[Path], tell: Callable[[str], None]
+    tracker: Guest, kind: Layout, on: On, files: Sequence[Path], tell: Callable[[str], None]
 ) -> Iterator[Run]:
-    content = hashlib.sha256(b"\0".join(file.read_bytes() for file in files)).hexdigest()[:16]
-    version = {"source": _SOURCE, "layout": one.layout, "files": content}
+    contents = [part.read_bytes() for file in files for part in kind.parts(file)]
+    digest = hashlib.sha256(b"\0".join(contents)).hexdigest()[:16]
+    version = {"source": IMPORTED, "layout": tracker.layout, "files": digest}
     for repetition, file in enumerate(files):
-        said = kind.read(file)
-        boxes = _boxes(kind, said, on, file, tell)
-        if said.remark:
-            tell(f"{file}: {said.remark}.")
-        n = len(boxes)
+        content = kind.read(file)
+        segments = _segments(kind, content, on, file)
+        boxes = _boxes(kind, content, on, segments, file, tell)
+        if content.remark:
+            tell(f"{file}: {content.remark}.")
+        protocol = _stored_protocol(content, segments, on, file, tell)
         key = Identity(
-            one.tracker,
-            one.tracker,
+            tracker.tracker,
+            tracker.tracker,
             "",
             {},
             version,
             on.name,
             on.fingerprint,
             repetition,
-            STORED_ONCE,
+            protocol,
         )
-        yield Run(
-            key,
-            boxes,
-            np.asarray(np.isfinite(boxes).all(axis=1)),
-            np.full(n, np.nan) if said.confidence is None else said.confidence,
-            states=said.states,
-            circumstances={"source": on.source, "truth": on.truth, "file": str(file.resolve())},
+        yield _padded(
+            Run(
+                key,
+                boxes,
+                np.asarray(np.isfinite(boxes).all(axis=1)),
+                np.full(len(boxes), np.nan) if content.confidence is None else content.confidence,
+                states=content.states,
+                segments=tuple(segments) if content.protocol else (),
+                circumstances={
+                    "source": on.source,
+                    "truth": on.truth,
+                    "file": str(file.resolve()),
+                },
+            ),
+            on,
         )
 
 
-def _boxes(
-    kind: Layout, said: Said, on: On, file: Path, tell: Callable[[str], None]
-) -> NDArray[np.float64]:
-    """Boxes in our numbers, from the truth's first on."""
-    n, m = len(said.boxes), len(on.boxes)
-    if n != m:
+def _segments(kind: Layout, content: Said, on: On, file: Path) -> list[NDArray[Any]]:
+    """Return the frames of each segment of a file; one segment, all frames, in one pass."""
+    n, m = len(content.boxes), len(on.boxes)
+    if not content.protocol and n != m:
         row = kind.row
         where = f"ends after {row} {n}" if n < m else f"{row} {m + 1} is one too many"
         raise ExchangeError(f"{file}: {n} rows for the {m} frames of {on.name}: {where}.")
-    first = int(np.isfinite(on.boxes).all(axis=1).argmax())
-    given, boxes = on.boxes[first], said.boxes.copy()
-    shown = [
-        origin
-        for origin in _ORIGINS
-        if np.abs(kind.held(given + [origin, origin, 0, 0]) - boxes[first])[:2].max() < _SAME
-    ]
-    if not shown and np.isfinite(boxes[first]).all():
-        tell(
-            f"{file}: its first box is not the truth's; pixels are taken to count from "
-            f"{kind.origin}."
+    segments = [np.arange(m)]
+    if content.headers and kind.frames:
+        segments = kind.frames(content.headers, on)
+    present = _present(on)
+    for header, frames in zip(content.headers, segments, strict=False):
+        if content.protocol == "sre" and present[: frames[0]].any():
+            raise ExchangeError(
+                f"{header.place}: {header.rows} rows. Expected: {m}, the frames of {on.name}, as "
+                "every segment of SRE has. Supply all rows."
+            )
+        if not present[frames].any():
+            raise ExchangeError(
+                f"{header.place}: the ground truth of {on.name} has no target from frame "
+                f"{frames[0]} on. Expected: a segment with a target. Remove it."
+            )
+    return segments
+
+
+def _boxes(
+    kind: Layout,
+    content: Said,
+    on: On,
+    segments: Sequence[NDArray[Any]],
+    file: Path,
+    tell: Callable[[str], None],
+) -> NDArray[np.float64]:
+    """Return boxes in our numbers, by segment from the box at initialisation on."""
+    boxes, present = content.boxes.copy(), _present(on)
+    moved = (
+        protocol_of(content.protocol).segments(present, {}) if content.protocol == "sre" else None
+    )
+    rows, first_boxes, end = [], [], 0
+    for number, frames in enumerate(segments):
+        first = int(present[frames].argmax())
+        row, start, end = end + first, end, end + len(frames)
+        expected = on.boxes[frames[first]]
+        expected = moved[number].given(expected) if moved else expected
+        place = content.headers[number].place if content.headers else str(file)
+        first_boxes.append(FirstBox(place, expected, content.boxes[row]))
+        boxes[start:row] = np.nan
+        rows.append(row)
+    message = check_first_boxes(first_boxes, content.boxes, kind.held)
+    origin = origin_of(first_boxes, kind.held)
+    if origin is None and any(np.isfinite(box.stored).all() for box in first_boxes):
+        message += message and " "
+        message += (
+            f"{file}: the first box does not show whether pixels count from 0 or from 1; they are "
+            f"taken to count from {kind.origin}."
         )
-    boxes[:, :2] -= shown[0] if shown else kind.origin
-    boxes[:first], boxes[first] = np.nan, given
+    if message:
+        tell(message)
+    boxes[:, :2] -= kind.origin if origin is None else origin
+    for row, box in zip(rows, first_boxes, strict=True):
+        if not moved or not np.isfinite(boxes[row]).all():
+            boxes[row] = box.expected
     return boxes
 
 
-def _letters(name: str) -> str:
-    """A name without what toolkits write differently: `Jogging.1`, `jogging-1`."""
-    return re.sub(r"[^a-z0-9]", "", name.lower())
+def _present(on: On) -> NDArray[np.bool_]:
+    """Return where the sequence has a target."""
+    return np.asarray(np.isfinite(on.boxes).all(axis=1))
+
+
+def _stored_protocol(
+    content: Said, segments: Sequence[NDArray[Any]], on: On, file: Path, tell: Callable[[str], None]
+) -> str:
+    """Return the text of the protocol that a run is filed under.
+
+    Starts of `tre` that our protocol does not choose are kept as they are: other toolkits choose
+    others.
+    """
+    if content.protocol != "tre":
+        return content.protocol or STORED_ONCE
+    present = _present(on)
+    starts = [int(present.argmax()) if frames[0] == 0 else int(frames[0]) for frames in segments]
+    for text in ("tre", f"tre:starts={len(segments)}"):
+        chosen = protocol_of(text).segments(present, {}) or []
+        if [segment.start or int(present.argmax()) for segment in chosen] == starts:
+            return text
+    if len(segments) != _STARTS_OF_TRE:
+        tell(f"{file}: {len(segments)} segments of TRE, which has {_STARTS_OF_TRE} in the toolkit.")
+    return "tre"
+
+
+def _padded(run: Run, on: On) -> Run:
+    """Return a run whose segment from the first frame with a target covers the whole sequence.
+
+    So segments over the whole sequence are stored by every protocol.
+    """
+    first = int(_present(on).argmax())
+    segments, before, row = [], [], 0
+    for frames in run.segments:
+        whole = first > 0 and frames[0] == first and len(frames) == len(on.boxes) - first
+        segments.append(np.arange(len(on.boxes)) if whole else frames)
+        before += [row] * (first if whole else 0)
+        row += len(frames)
+    if not before:
+        return run
+    return replace(
+        run,
+        boxes=np.insert(run.boxes, before, np.nan, axis=0),
+        visible=np.insert(run.visible, before, values=False),
+        confidence=np.insert(run.confidence, before, np.nan),
+        segments=tuple(segments),
+    )
 
 
 def _some(found: Collection[str]) -> str:

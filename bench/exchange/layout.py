@@ -20,13 +20,17 @@ from datasets.truth_file import read_text
 
 __all__ = [
     "ExchangeError",
+    "Header",
     "Layout",
+    "On",
     "Said",
+    "SegmentWriter",
     "boxes_from",
     "by_sequence",
     "column_from",
     "file_name",
     "first_line",
+    "letters",
     "numbers_of",
     "rounded",
     "text_of",
@@ -35,6 +39,40 @@ __all__ = [
 
 class ExchangeError(ResultsError):
     """Results that can't be read or written in a layout; the message names file and line."""
+
+
+@dataclass(frozen=True)
+class On:
+    """A sequence that results are of: its truth, and where it was opened from."""
+
+    name: str
+    fingerprint: str
+    boxes: NDArray[np.float64]
+    source: str
+    truth: str = ""
+
+
+@dataclass(frozen=True)
+class Header:
+    """Statement of a file about some of its rows: which frames of which sequence they belong to.
+
+    Attributes
+    ----------
+    place : str
+        File and part of it, for messages.
+    rows : int
+        Number of rows.
+    start, end : int or None
+        First and last frame as the file counts them; None if the file does not state it.
+    sequence : str
+        Name of the sequence; empty if the file does not state it.
+    """
+
+    place: str
+    rows: int
+    start: int | None = None
+    end: int | None = None
+    sequence: str = ""
 
 
 @dataclass(frozen=True)
@@ -54,6 +92,10 @@ class Said:
         They are written, and never read: others' times are of other machines.
     remark : str
         What of the file is not taken as it stands: a part of a sentence.
+    headers : tuple of Header
+        Statements about the rows, one per segment, in the order of the rows.
+    protocol : str
+        Name of the protocol with segments that the file states; empty for one pass.
     """
 
     boxes: NDArray[np.float64]
@@ -61,10 +103,26 @@ class Said:
     states: NDArray[Any] | None = None
     seconds: NDArray[np.float64] | None = None
     remark: str = ""
+    headers: tuple[Header, ...] = ()
+    protocol: str = ""
 
 
 Held: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """What is kept of boxes, float64 of shape (n, 4)."""
+
+
+SegmentWriter: TypeAlias = Callable[
+    [Path, str, Sequence[tuple[NDArray[Any], Said]]], Mapping[Path, str]
+]
+"""`(folder, sequence, segments) -> files`; a segment is its frames, and its rows in their order."""
+
+
+def _one_file(file: Path) -> Sequence[Path]:
+    return [file]
+
+
+def _no_segments(protocol: str) -> SegmentWriter | None:
+    return None
 
 
 def _as_it_is(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -103,6 +161,15 @@ class Layout:
         Whether it has room for several repetitions.
     row : str
         What a frame's box is called in messages.
+    parts : callable
+        `(file) -> files`: all files of a run, of which `files` lists the first.
+    frames : callable, or None
+        `(headers, on) -> frames`: numbers of the frames of each header's rows, from 0. Raises
+        `ExchangeError` for a header that does not fit the sequence.
+    segments : callable
+        `(protocol) -> SegmentWriter or None`, by the text of a protocol with segments.
+    holds_segments : str
+        The protocols for which `segments` returns a writer: a list in words.
     """
 
     expects: str
@@ -115,6 +182,10 @@ class Layout:
     held: Held = _as_it_is
     repeats: bool = False
     row: str = "line"
+    parts: Callable[[Path], Sequence[Path]] = _one_file
+    frames: Callable[[Sequence[Header], On], list[NDArray[Any]]] | None = None
+    segments: Callable[[str], SegmentWriter | None] = _no_segments
+    holds_segments: str = ""
 
 
 def text_of(file: Path) -> str:
@@ -181,3 +252,8 @@ def by_sequence(folder: Path, pattern: str, besides: Sequence[str] = ()) -> dict
 def file_name(sequence: str) -> str:
     """A sequence's name as that of a file."""
     return re.sub(r"[^\w.+=-]", "_", sequence)
+
+
+def letters(name: str) -> str:
+    """Return a name without what toolkits write differently: `Jogging.1`, `jogging-1`."""
+    return re.sub(r"[^a-z0-9]", "", name.lower())

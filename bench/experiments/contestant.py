@@ -23,6 +23,7 @@ from trackers.base.catalogue import DEFAULT_PRESET, in_file
 
 __all__ = [
     "BOXES",
+    "IMPORTED",
     "Contestant",
     "Identity",
     "KnownVersions",
@@ -42,6 +43,9 @@ GOLDEN = PACKAGE / "golden.json"
 
 BOXES = "boxes"
 """Name of the truth that every sequence has, and that a run starts from unless told otherwise."""
+
+IMPORTED = "results of others"
+"""Source in the tracker version of runs that were imported."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,11 @@ class Identity:
     # Truth that the tracker was initialised with and is scored by: `boxes`, or the name of one of
     # the sequence's regions.
     init: str = "boxes"
+
+    @property
+    def imported(self) -> bool:
+        """True if the run was read from a result file of another toolkit."""
+        return bool(self.tracker_version.get("source") == IMPORTED)
 
     @cached_property
     def digest(self) -> str:

@@ -10,10 +10,10 @@ from bench.exchange.layout import Layout, Said, boxes_from, file_name, first_lin
 __all__ = ["LAYOUT", "files", "repetitions"]
 
 
-def repetitions(folder: Path, suffix: str = ".txt") -> Mapping[str, list[Path]]:
-    """Files `SEQ/SEQ_001.txt` of all sequences in a folder."""
+def repetitions(folder: Path, suffix: str = ".txt", digits: int = 3) -> Mapping[str, list[Path]]:
+    """Return the files `SEQ/SEQ_001.txt` of all sequences in a folder."""
     found = {
-        path.name: sorted(path.glob(f"{path.name}_[0-9][0-9][0-9]{suffix}"))
+        path.name: sorted(path.glob(f"{path.name}_{'[0-9]' * digits}{suffix}"))
         for path in sorted(folder.iterdir())
         if path.is_dir() and not set(path.name) & set("[]*?")  # those stand for others in a pattern
     }

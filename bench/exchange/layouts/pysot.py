@@ -44,4 +44,6 @@ LAYOUT = Layout(
     read=read,
     write=write,
     held=otb.LAYOUT.held,
+    parts=vot.LAYOUT.parts,
+    frames=vot.LAYOUT.frames,
 )

@@ -4,19 +4,30 @@ A line is a rectangle, a polygon, a mask, or one number: 1 where the tracker is 
 it failed, 0 where there is none. Of `baseline` the tracker was begun again after failures. Beside
 lie `SEQ_001_confidence.value`, and times. Polygons and masks count as the boxes around them. Files
 `SEQ_001.bin`, which the toolkit writes by default, hold the same in single precision.
+
+Runs from anchors (the toolkit's multistart experiment) have a file per anchor, `SEQ_00000050.txt`,
+with the number of the anchor's frame from 0 and a row per frame from there to an end of the
+sequence. These files together are one run.
 """
 
+import re
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+import datasets
 from bench.exchange.layout import (
     ExchangeError,
+    Header,
     Layout,
+    On,
     Said,
+    SegmentWriter,
     column_from,
     file_name,
     first_line,
@@ -26,11 +37,13 @@ from bench.exchange.layout import (
 )
 from bench.exchange.layouts.got10k import repetitions
 from bench.metrics.preset import State
+from bench.protocols import protocol as protocol_of
 
 __all__ = ["LAYOUT"]
 
 SUPERVISED, LONG_TERM, ONE_PASS = "baseline", "longterm", "unsupervised"
 EXPERIMENTS = (SUPERVISED, ONE_PASS, LONG_TERM, "realtime")
+ANCHORS, ANCHOR_DIGITS = "anchors", 8
 CODES = {0.0: State.SKIPPED, 1.0: State.INITIALISED, 2.0: State.FAILED}
 
 
@@ -46,11 +59,33 @@ def files(folder: Path) -> Mapping[str, list[Path]]:
         names = ", ".join(path.name for path in there)
         raise ExchangeError(f"{folder} holds several experiments ({names}): name one, as a path.")
     place = there[0] if there else folder
-    found = {**repetitions(place, ".bin"), **repetitions(place)}
-    others = (file.suffix for file in place.glob("*/*_[0-9]*"))
-    if there and not found and any(suffix in (".txt", ".bin") for suffix in others):
-        raise ExchangeError(f"{place}: results from many anchors, which are not read.")
-    return found
+    anchored = _files_of(place, ANCHOR_DIGITS)
+    whole = _files_of(place)
+    if both := anchored.keys() & whole.keys():
+        raise ExchangeError(
+            f"{place / min(both)}: results from anchors and over the whole sequence. Expected: "
+            "those of one experiment. Move the others to another folder."
+        )
+    return whole | {name: of[:1] for name, of in anchored.items()}
+
+
+def _files_of(place: Path, digits: int = 3) -> dict[str, list[Path]]:
+    """Return the numbered files of each sequence, texts before binary files."""
+    return {**repetitions(place, ".bin", digits), **repetitions(place, digits=digits)}
+
+
+def parts(file: Path) -> Sequence[Path]:
+    """Return the files of all anchors if the file is that of an anchor, else the file alone."""
+    stem, anchor = _anchor_of(file)
+    if anchor is None:
+        return [file]
+    return sorted(file.parent.glob(f"{stem}_{'[0-9]' * ANCHOR_DIGITS}{file.suffix}"))
+
+
+def _anchor_of(file: Path) -> tuple[str, int | None]:
+    """Return the sequence's name, and the number of the anchor that the file is named after."""
+    match = re.fullmatch(rf"(.+)_([0-9]{{{ANCHOR_DIGITS}}})", file.stem)
+    return (match[1], int(match[2])) if match else (file.stem, None)
 
 
 def fits(file: Path) -> bool:
@@ -60,6 +95,57 @@ def fits(file: Path) -> bool:
 
 
 def read(file: Path) -> Said:
+    """Read a run: one file, or those of all anchors."""
+    if _anchor_of(file)[1] is None:
+        return _read_file(file)
+    files = parts(file)
+    segments = [_read_file(part) for part in files]
+    confidences = [
+        np.full(len(segment.boxes), np.nan) if segment.confidence is None else segment.confidence
+        for segment in segments
+    ]
+    given = any(segment.confidence is not None for segment in segments)
+    return Said(
+        np.concatenate([segment.boxes for segment in segments]),
+        np.concatenate(confidences) if given else None,
+        remark=next((segment.remark for segment in segments if segment.remark), ""),
+        headers=tuple(
+            Header(str(part), len(segment.boxes), _anchor_of(part)[1])
+            for part, segment in zip(files, segments, strict=True)
+        ),
+        protocol=ANCHORS,
+    )
+
+
+def frames(headers: Sequence[Header], on: On) -> list[NDArray[Any]]:
+    """Return the frames from each anchor to that end of the sequence which the rows reach."""
+    n = len(on.boxes)
+    segments = []
+    for header in headers:
+        anchor = header.start or 0
+        forwards, backwards = header.rows == n - anchor, header.rows == anchor + 1
+        if not forwards and not backwards:
+            raise ExchangeError(
+                f"{header.place}: {header.rows} rows from anchor {anchor}. Expected: "
+                f"{max(n - anchor, 0)} to the end of {on.name} ({n} frames), or {anchor + 1} to "
+                "its beginning."
+            )
+        if forwards and backwards:
+            forwards = _goes_forwards(anchor, on)
+        segments.append(np.arange(anchor, n) if forwards else np.arange(anchor, -1, -1))
+    return segments
+
+
+def _goes_forwards(anchor: int, on: On) -> bool:
+    """Return whether an anchor in the middle goes forwards: as the data state, else the protocol.
+
+    Raises `SequenceError` if the sequence cannot be opened.
+    """
+    values = datasets.load(on.source, truth=on.truth or None).values.get("anchor")
+    return values is None or bool(values[anchor] >= 0)
+
+
+def _read_file(file: Path) -> Said:
     """Boxes, states of a supervised run, and confidences where they lie beside."""
     regions = list(_binary(file) if file.suffix == ".bin" else _text(file))
     boxes, states = np.full((len(regions), 4), np.nan), np.full(len(regions), int(State.TRACKED))
@@ -81,6 +167,7 @@ def read(file: Path) -> Said:
         else:
             raise ExchangeError(f"{place}: {len(numbers)} numbers are no region.")
     again = bool((states == State.FAILED).any()) or file.parent.parent.name == SUPERVISED
+    again = again and _anchor_of(file)[1] is None
     return Said(
         boxes,
         column_from(file.with_name(f"{file.stem}_confidence.value"), len(regions)),
@@ -170,10 +257,41 @@ def write(folder: Path, sequence: str, repetition: int, said: Said) -> Mapping[P
 
 
 def written(place: Path, sequence: str, repetition: int, said: Said) -> Mapping[Path, str]:
-    """Text of a run with a region a line, and its confidences, in the folder of an experiment."""
-    confident = said.confidence is not None and bool(np.isfinite(said.confidence).any())
+    """Return the texts of a run, in the folder of an experiment."""
     name = file_name(sequence)
-    path = place / name / f"{name}_{repetition + 1:03}.txt"
+    return _texts(place / name / f"{name}_{repetition + 1:03}.txt", said)
+
+
+def write_anchors(
+    folder: Path, sequence: str, segments: Sequence[tuple[NDArray[Any], Said]]
+) -> Mapping[Path, str]:
+    """Return the texts of a run from anchors, in the folder of the toolkit's experiment.
+
+    Boxes are written to the last digit, so that scores stay equal.
+    """
+    name = file_name(sequence)
+    texts: dict[Path, str] = {}
+    for numbers, said in segments:
+        # A segment over the whole sequence begins with the first frame that has a target.
+        first = int(np.isfinite(said.boxes).all(axis=1).argmax())
+        rows = slice(first, None)
+        confidence = None if said.confidence is None else said.confidence[rows]
+        path = folder / SUPERVISED / name / f"{name}_{int(numbers[first]):0{ANCHOR_DIGITS}}.txt"
+        part = replace(said, boxes=said.boxes[rows], confidence=confidence)
+        texts |= _texts(path, part, repr)
+    return texts
+
+
+def segments(protocol: str) -> SegmentWriter | None:
+    """Return the writer of runs from anchors."""
+    return write_anchors if protocol_of(protocol).name == ANCHORS else None
+
+
+def _texts(
+    path: Path, said: Said, text_of_number: Callable[[float], str] = "{:.4f}".format
+) -> dict[Path, str]:
+    """Return the text of rows with a region a line, and that of their confidences."""
+    confident = said.confidence is not None and bool(np.isfinite(said.confidence).any())
     present = np.isfinite(said.boxes).all(axis=1)
     states = np.where(present, State.TRACKED, State.SKIPPED)
     states[present.argmax()] = State.INITIALISED
@@ -181,7 +299,7 @@ def written(place: Path, sequence: str, repetition: int, said: Said) -> Mapping[
         states = said.states
     codes = {state: f"{code:.0f}" for code, state in CODES.items()}
     rows = [
-        codes.get(State(state), ",".join(f"{value:.4f}" for value in box))
+        codes.get(State(state), ",".join(map(text_of_number, box)))
         for state, box in zip(states.tolist(), said.boxes.tolist(), strict=True)
     ]
     texts = {path: "".join(f"{row}\n" for row in rows)}
@@ -193,7 +311,7 @@ def written(place: Path, sequence: str, repetition: int, said: Said) -> Mapping[
 
 LAYOUT = Layout(
     expects="SEQ/SEQ_001.txt with a region a line, in baseline, unsupervised, longterm or realtime",
-    holds="boxes to 4 decimals but for the first, which is the truth's; confidence; no times",
+    holds="boxes to 4 decimals (anchors: all) but for the first, the truth's; confidence; no times",
     origin=0,
     files=files,
     fits=fits,
@@ -201,4 +319,8 @@ LAYOUT = Layout(
     write=write,
     held=rounded(4),
     repeats=True,
+    parts=parts,
+    frames=frames,
+    segments=segments,
+    holds_segments="anchors",
 )

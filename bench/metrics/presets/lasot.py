@@ -3,22 +3,17 @@
 As in `otb`, but: frames without target are misses; a malformed box is replaced by the one of the
 frame before; and a truth box that begins left of or above the first pixel, or has no size, is a
 miss for success and a hit for precision, as this toolkit scores it. Normalised precision is the
-share of frames whose centres are at most 0.20 apart, in widths and heights of the truth. Each
-sequence counts once, also one that is missed altogether. Fan et al., "LaSOT: a high-quality
+share of frames whose centres are at most 0.20 apart, in widths and heights of the ground truth.
+Both centres count pixels from 1 and are divided by that size before they are subtracted, in the
+toolkit's order: rounding decides about frames at a threshold. Each sequence counts once, also one
+that is missed altogether. Fan et al., "LaSOT: a high-quality
 benchmark for large-scale single object tracking", CVPR 2019.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.metrics.centre_error import centre_error
-from bench.metrics.curves import (
-    DISTANCES,
-    NORMALISED_DISTANCES,
-    OVERLAPS,
-    normalised_error,
-    shares,
-)
+from bench.metrics.curves import DISTANCES, NORMALISED_DISTANCES, OVERLAPS, shares
 from bench.metrics.native import Truth
 from bench.metrics.overlap import is_well_formed, overlap
 from bench.metrics.preset import Answer, Axes, Column, Judged, Preset, started
@@ -37,8 +32,8 @@ def judge(truth: Truth, answer: Answer) -> Judged:
     valid = present & (t[:, :2] > -1).all(axis=1) & (t[:, 2:] > 0).all(axis=1)
     hit = present & ~valid
     overlaps = np.where(valid, overlap(t, e), -1.0)
-    errors = np.where(hit, -1.0, centre_error(t, e))
-    normalised = np.where(hit, -1.0, normalised_error(t, e))
+    errors = np.where(hit, -1.0, _centre_errors(t, e, np.ones_like(t[:, 2:])))
+    normalised = np.where(hit, -1.0, _centre_errors(t, e, t[:, 2:]))
     success = shares(overlaps[:, None] > OVERLAPS, OVERLAPS)
     precision = shares(errors[:, None] <= DISTANCES, DISTANCES)
     by_size = shares(normalised[:, None] <= NORMALISED_DISTANCES, NORMALISED_DISTANCES)
@@ -49,6 +44,23 @@ def judge(truth: Truth, answer: Answer) -> Judged:
     }
     curves = {"success": success, "precision": precision, "normalised_precision": by_size}
     return Judged(scores, curves)
+
+
+def _centre_errors(
+    truth: NDArray[np.float64], estimate: NDArray[np.float64], unit: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Compute distances of centres in the toolkit's order of operations, shape (n,).
+
+    `unit`: width and height by which both centres are divided, shape (n, 2). NaN where the target
+    is absent, infinite where the estimate is malformed.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t, e = (
+            (boxes[:, :2] + 1.0 + (boxes[:, 2:] - 1.0) / 2) / unit for boxes in (truth, estimate)
+        )
+        distance = np.sqrt(((e - t) ** 2).sum(axis=1))
+    absent = np.isnan(truth).any(axis=1)
+    return np.where(is_well_formed(estimate) | absent, distance, np.inf)
 
 
 def _repeated(estimate: NDArray[np.float64], present: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -163,4 +163,4 @@ def test_supervised_runs_go_to_vots_layout_and_come_back_as_they_were(trackmark,
     assert theirs == pytest.approx(ours, abs=1e-3, nan_ok=True)
     trackmark(*asked, "--protocol", "sre")
     said = trackmark(*there, "--protocol", "sre", status=2).stderr
-    assert "12 segments, for which no layout has room" in said
+    assert "vot has no room for runs by 'sre'" in said

@@ -293,6 +293,9 @@ def test_published_scores_stand_beside_ours(make_runs, tmp_path):
     [
         ("tracker,score\nMEEM,1\n", "no column sequence, mean_overlap"),
         ("tracker,sequence,mean_overlap\nMEEM,s0,good\n", "line 2: 'good' is no number"),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,True\n", "line 2: 'True' is no number"),
+        ("tracker,sequence,mean_overlap\n\nM,s0,.5\nM,s1,False\n", "line 4: 'False' is no number"),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,inf\n", "line 2: 'inf' is no number"),
         ("tracker,sequence,mean_overlap\nMEEM,s0,.5\nMEEM,s0,.6\n", "line 3 comes twice"),
         ("tracker,sequence,mean_overlap\nMEEM,elsewhere,.5\n", "none of the sequences"),
         ("tracker,sequence,mean_overlap\nMEEM,s0,62.5\n", "line 2: 62.5 is no mean_overlap"),

@@ -6,7 +6,7 @@ Where toolkits differ from each other or from us, a row says so (docs/metrics.md
 import csv
 import json
 from itertools import pairwise
-from math import hypot, isfinite, isnan, nan
+from math import hypot, isfinite, isnan, nan, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -64,11 +64,20 @@ def slow_otb(truth, boxes):
     distances = [apart(t, b) if is_box(b) else nan for t, b in rows]
     return {
         "success_auc": share(share(o > k / 20 + 1e-12 for o in overlaps) for k in range(21)),
-        "precision": share(d <= 20 for d in distances),
+        "precision": share(round(d, 4) <= 20 for d in distances),
         "success_rate": share(o > 0.5 for o in overlaps),
         "mean_overlap": sum(o for o in overlaps if not isnan(o)) / len(rows),
         "success_published": share(o >= 0.5 for o in overlaps),
     }
+
+
+def centres_apart(a, b, sized=False):
+    """Distance as in LaSOT's file: centres are divided by the true size, then subtracted."""
+    units = a[2:] if sized else (1, 1)
+    if 0 in units:
+        return nan
+    centres = [[(box[k] + (box[k + 2] - 1) / 2) / units[k] for k in (0, 1)] for box in (a, b)]
+    return sqrt(sum((q - p) ** 2 for p, q in zip(*centres, strict=True)))
 
 
 def slow_lasot(truth, boxes):
@@ -86,8 +95,8 @@ def slow_lasot(truth, boxes):
         valid = all(value > 0 for value in t)
         overlaps.append(iou(t, results[i]) if valid else -1)
         usable = is_box(results[i])
-        distances.append((apart(t, results[i]) if usable else nan) if valid else -1)
-        sized.append((apart(t, results[i], True) if usable else nan) if valid else -1)
+        distances.append((centres_apart(t, results[i]) if usable else nan) if valid else -1)
+        sized.append((centres_apart(t, results[i], True) if usable else nan) if valid else -1)
     return {
         "success_auc": sum(sum(o > k / 20 + 1e-12 for o in overlaps) / n for k in range(21)) / 21,
         "precision": sum(d <= 20 for d in distances) / n,
@@ -132,6 +141,29 @@ def test_a_preset_is_its_slow_definition(name):
         boxes[bad, random.integers(0, 4, len(bad))] = random.choice([nan, np.inf, -3, 0], len(bad))
         truth[1:][random.random(n - 1) < 0.2] = nan
         assert scores(name, truth, boxes) == pytest.approx(slow(truth, boxes), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("target", "estimate", "hit"),
+    [  # in numbers from 1, both 0.2 widths apart
+        ([31, 7, 61, 13], [43.2, 7, 61, 13], True),
+        ([202, 243, 46, 37], [211.2, 243, 46, 37], False),
+    ],
+)
+def test_lasot_divides_centres_before_it_subtracts(target, estimate, hit):
+    truth, boxes = (np.array([target, box], float) - [1, 1, 0, 0] for box in (target, estimate))
+    ours = scores("lasot", truth, boxes)
+    assert ours["normalised_precision"] == (1.0 if hit else 0.5)
+    assert ours == pytest.approx(slow_lasot(truth, boxes), abs=1e-12)
+
+
+@pytest.mark.parametrize(("offset", "hit"), [(20.00004, True), (20.00006, False)])
+def test_otb_rounds_centre_errors_to_four_decimals(offset, hit):
+    truth = np.array([[100, 50, 30, 40]] * 2, float)
+    boxes = truth + [[0, 0, 0, 0], [offset, 0, 0, 0]]
+    ours = scores("otb", truth, boxes)
+    assert ours["precision"] == (1.0 if hit else 0.5)
+    assert ours == pytest.approx(slow_otb(truth, boxes), abs=1e-12)
 
 
 # One truth and one result in ten ways, scored as the toolkits do it.

@@ -1,0 +1,143 @@
+"""First boxes and headers of imported results against the ground truth and the request."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench.exchange.importing import Guest, On, import_results
+from bench.exchange.layout import ExchangeError
+from bench.store.results import Results
+
+SHARED = Path(__file__).parents[4].parent / "shared"
+PUBLISHED = SHARED / "published" / "boxes"
+TRUTH = np.array([[50, 46, 25, 62], [52, 45, 25, 61], [55, 44, 25, 60], [57, 44, 26, 60]], float)
+ONE_BASED = TRUTH + [1, 1, 0, 0]
+
+
+def as_corners(boxes):
+    return np.column_stack([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]])
+
+
+def text(boxes):
+    return "".join(",".join(f"{value:g}" for value in box) + "\n" for box in boxes)
+
+
+def imported(folder, boxes, kind="otb", truth=TRUTH, **header):
+    """Import a file and return the run and the messages."""
+    theirs = folder / "theirs"
+    theirs.mkdir()
+    if kind == "otb-json":
+        record = {"res": np.asarray(boxes).tolist(), "seqName": "Couple", **header}
+        (theirs / "Couple.json").write_text(json.dumps([record]))
+    else:
+        (theirs / "Couple.txt").write_text(text(boxes))
+    messages = []
+    on = On("Couple", "fingerprint", truth, "/data/Couple")
+    import_results([Guest("theirs", kind, theirs)], [on], folder / "results", messages.append)
+    results = Results(folder / "results")
+    (run,) = map(results.read, results.files())
+    return run, messages
+
+
+@pytest.mark.parametrize("kind", ["otb", "otb-json"])
+@pytest.mark.parametrize("offset", [0, 1, -1], ids=["one-based", "one more", "inclusive"])
+def test_import_refuses_corners(kind, offset, tmp_path):
+    corners = as_corners(ONE_BASED) + ([0, 0, -1, -1] if offset < 0 else [offset] * 4)
+    with pytest.raises(
+        ExchangeError, match=r"as corners x1, y1, x2, y2.*subtract x1 from x2"
+    ) as error:
+        imported(tmp_path, corners, kind)
+    assert str(error.value).startswith(str(tmp_path / "theirs" / "Couple"))
+
+
+def test_import_refuses_corners_if_lost_frames_are_zeros(tmp_path):
+    corners = as_corners(ONE_BASED)
+    corners[2] = 0
+    with pytest.raises(ExchangeError, match="as corners"):
+        imported(tmp_path, corners)
+
+
+def test_import_reads_boxes_near_the_origin_as_boxes(tmp_path):
+    truth = np.array([[1, 2, 20, 30]] * 4, float)
+    run, messages = imported(tmp_path, truth + [1, 1, 0, 0], truth=truth)
+    np.testing.assert_array_equal(run.boxes, truth)
+    assert not messages
+
+
+@pytest.mark.parametrize(
+    "first",
+    [
+        [51, 47, 25, 62],
+        [50, 46, 25, 62],  # from 0
+        [50.9, 47.2, 25.2, 61.8],  # rounded, or scaled
+        [52, 47, 24, 61],
+        [49, 43, 30, 60],  # of another version of the ground truth
+        [55, 50, 25, 62],  # the tracker's first estimate
+    ],
+)
+def test_import_accepts_a_close_first_box(first, tmp_path):
+    run, messages = imported(tmp_path, np.vstack([first, ONE_BASED[1:]]))
+    np.testing.assert_array_equal(run.boxes[0], TRUTH[0])
+    assert not any("overlaps the ground truth" in message for message in messages)
+
+
+@pytest.mark.parametrize("first", [[200, 150, 25, 62], [0, 0, 0, 0], [51, 47, 9, 20]])
+def test_import_reports_a_first_box_that_does_not_fit(first, tmp_path):
+    _, (message,) = imported(tmp_path, np.vstack([first, ONE_BASED[1:]]))
+    assert "Couple.txt: the first box (" in message
+    assert "overlaps the ground truth (50, 46, 25, 62) by 0." in message
+    assert "Check that the file is for this sequence" in message
+
+
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        ({"seqName": "Crossing"}, "seqName is 'Crossing'. Expected: 'Couple'"),
+        ({"startFrame": 5, "endFrame": 8}, "startFrame is 5. Expected: 1"),
+        ({"startFrame": 5, "endFrame": 4}, "startFrame is 5. Expected: 1"),
+        ({"startFrame": 1, "endFrame": 9}, "endFrame 9 for 4 rows. Expected: endFrame 4"),
+        ({"endFrame": 9}, "startFrame is 6. Expected: 1"),
+        ({"startFrame": True}, "startFrame is 'True'. Expected: a whole number"),
+        ({"startFrame": 1.5}, "startFrame is '1.5'. Expected: a whole number"),
+        ({"startFrame": float("nan")}, "startFrame is 'nan'. Expected: a whole number"),
+    ],
+)
+def test_otb_json_header_of_other_frames_is_refused(header, words, tmp_path):
+    with pytest.raises(ExchangeError, match=r"Couple.json: ") as error:
+        imported(tmp_path, ONE_BASED, "otb-json", **header)
+    assert words in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        {"seqName": "couple"},
+        {"seqName": None},
+        {"startFrame": 1, "endFrame": 4},
+        {"startFrame": 1.0, "endFrame": 4.0},
+        {"startFrame": 0, "endFrame": 3},
+    ],
+)
+def test_otb_json_header_of_the_same_frames_is_accepted(header, tmp_path):
+    run, messages = imported(tmp_path, ONE_BASED, "otb-json", **header)
+    np.testing.assert_array_equal(run.boxes, TRUTH)
+    assert not messages
+
+
+def test_otb_json_header_counts_image_files_of_otb(tmp_path):
+    (tmp_path / "theirs").mkdir()
+    record = {"res": ONE_BASED.tolist(), "seqName": "David", "startFrame": 300, "endFrame": 303}
+    (tmp_path / "theirs" / "David.json").write_text(json.dumps([record]))
+    on = On("David", "fingerprint", TRUTH, "/data/David")
+    guests = [Guest("theirs", "otb-json", tmp_path / "theirs")]
+    assert import_results(guests, [on], tmp_path / "results", pytest.fail) == 1
+
+
+@pytest.mark.skipif(not PUBLISHED.is_dir(), reason="published boxes lie beside the project alone")
+def test_published_boxes_are_imported(trackmark):
+    texts = [f"{folder.name}={folder}" for folder in sorted(PUBLISHED.iterdir())]
+    message = trackmark("results", "import", *texts, "--sequences", f"{SHARED}/sequences/otb/*")
+    assert "9 runs" in message.stdout
+    assert "overlaps the ground truth" not in message.stderr

@@ -1,0 +1,304 @@
+"""Runs with segments in layouts of other toolkits: VOT's anchors, OTB's SRE and TRE."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import datasets
+from bench import exchange, metrics
+from bench.evaluation.conducting import evaluate
+from bench.evaluation.scoring import can_judge, judge
+from bench.exchange.exporting import export_results
+from bench.exchange.importing import Guest, On, guest, import_results
+from bench.exchange.layout import ExchangeError
+from bench.metrics.preset import Answer, Target
+from bench.store.asked import Asked
+from bench.store.results import Results
+from bench.store.truth import write_truth
+from tests.bench.exchange.test_layouts import binary
+
+SEQUENCE = "plain/target:length=64"
+SHIFTS = ["left", "right", "up", "down", "topLeft", "topRight", "bottomLeft", "bottomRight"]
+SHIFTS += ["scale_8", "scale_9", "scale_11", "scale_12"]
+
+
+@pytest.fixture(scope="module", params=[SEQUENCE, f"{SEQUENCE}:absence=8"])
+def sequence(request):
+    """A sequence; in the second the target is absent for some frames."""
+    return datasets.load(request.param)
+
+
+def stored(run, sequence, folder):
+    """Keep a run as an experiment does."""
+    key = run.identity
+    results = Results(folder)
+    cell = key.tracker, key.sequence, key.repetition, key.protocol
+    results.prepare(Asked("", {cell: key.version}))
+    write_truth(folder, sequence)
+    results.write(run)
+
+
+def imported(kind, theirs, sequence, folder, messages=None):
+    on = On(sequence.name, sequence.fingerprint, sequence.boxes, sequence.name)
+    tell = [].append if messages is None else messages.append
+    import_results([Guest("theirs", kind, theirs)], [on], folder, tell)
+    results = Results(folder)
+    (run,) = map(results.read, results.files())
+    return run
+
+
+def scores(run, sequence):
+    """Scores by all presets that judge the run's protocol."""
+    presets = ("native", "otb", "lasot", "got10k", "trackingnet", "vot-anchor", "long-term")
+    return {
+        (preset, name): value
+        for preset in presets
+        if can_judge(preset, run.identity.protocol)
+        for name, value in judge(run, sequence, preset).scores.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("kind", "protocol"),
+    [
+        ("vot", "anchors"),
+        ("vot", "anchors:spacing=20"),
+        ("otb-json", "tre"),
+        ("otb-json", "tre:starts=4"),
+        ("otb-json", "sre"),
+    ],
+)
+def test_exported_segments_are_imported_with_equal_scores(kind, protocol, sequence, tmp_path):
+    run = evaluate("static", sequence, protocol=protocol)
+    assert len(run.segments) > 1
+    stored(run, sequence, tmp_path / "first")
+    export_results(tmp_path / "first", kind, tmp_path / "there", [].append, protocol=protocol)
+    messages = []
+    assert guest(f"theirs={tmp_path / 'there' / 'static'}").layout == kind
+    theirs = tmp_path / "there" / "static"
+    again = imported(kind, theirs, sequence, tmp_path / "second", messages)
+    assert not messages
+    expected = protocol if kind == "otb-json" else "anchors"
+    assert again.identity.protocol == expected
+    assert len(again.segments) == len(run.segments)
+    for first, second in zip(run.segments, again.segments, strict=True):
+        np.testing.assert_array_equal(first, second)
+    present = np.isfinite(run.boxes).all(axis=1)
+    np.testing.assert_allclose(again.boxes[present], run.boxes[present], rtol=0, atol=1e-9)
+    before = scores(run, sequence)
+    assert ("vot-anchor", "accuracy") in before or kind != "vot"
+    assert scores(again, sequence) == pytest.approx(before, abs=1e-12, nan_ok=True)
+
+
+def test_segments_from_a_later_first_target_make_the_round_trip(tmp_path):
+    sequence = datasets.load(SEQUENCE)
+    sequence.boxes = sequence.boxes.copy()
+    sequence.boxes[:3] = np.nan
+    for kind, protocol in (("vot", "anchors"), ("otb-json", "tre"), ("otb-json", "sre")):
+        folder = tmp_path / protocol
+        run = evaluate("static", sequence, protocol=protocol)
+        stored(run, sequence, folder / "first")
+        export_results(folder / "first", kind, folder / "there", [].append, protocol=protocol)
+        again = imported(kind, folder / "there" / "static", sequence, folder / "second")
+        assert scores(again, sequence) == pytest.approx(scores(run, sequence), nan_ok=True)
+    files = (tmp_path / "anchors" / "there").rglob("*.txt")
+    assert sorted(path.stem[-8:] for path in files) == ["00000003", "00000063"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "protocol"), [("otb", "tre"), ("vot", "sre"), ("otb-json", "sre:shift=0.2")]
+)
+def test_layout_without_room_for_segments_names_those_with(kind, protocol, sequence, tmp_path):
+    stored(evaluate("static", sequence, protocol=protocol), sequence, tmp_path / "first")
+    with pytest.raises(
+        ExchangeError,
+        match=r"no room for runs by .*Expected: otb-json \(tre, sre.*; vot \(anchors\)",
+    ):
+        export_results(tmp_path / "first", kind, tmp_path / "there", print, protocol=protocol)
+
+
+def anchored(folder, files):
+    """Write files of VOT's multistart experiment."""
+    place = folder / "theirs" / "baseline" / "bag"
+    place.mkdir(parents=True)
+    for name, rows in files.items():
+        lines = ["1", *(",".join(f"{value:g}" for value in box) for box in rows[1:])]
+        if name.endswith(".bin"):
+            (place / name).write_bytes(binary(lines))
+        else:
+            (place / name).write_text("".join(f"{line}\n" for line in lines))
+            (place / name.replace(".txt", "_time.value")).write_text("0.1\n" * len(lines))
+    return folder / "theirs"
+
+
+def truth_of(n):
+    return np.column_stack([np.arange(n) * 2.0, np.arange(n) * 1.0, np.full((n, 2), 20.0)])
+
+
+def on_bag(folder, truth, source="bag"):
+    on = On("bag", "fingerprint", truth, source)
+    import_results([Guest("theirs", "vot", folder)], [on], folder.parent / "results", pytest.fail)
+    results = Results(folder.parent / "results")
+    (run,) = map(results.read, results.files())
+    return run
+
+
+def test_vot_anchors_are_read_in_both_directions(tmp_path):
+    truth = truth_of(12)
+    files = {
+        "bag_00000000.txt": truth,
+        "bag_00000003.bin": truth[3:],
+        "bag_00000009.txt": truth[9::-1],
+    }
+    theirs = anchored(tmp_path / "mixed", files)
+    (theirs / "baseline" / "bag" / "bag_00000003.bin").unlink()
+    run = on_bag(theirs, truth)
+    assert run.identity.protocol == "anchors"
+    assert run.states is None
+    assert [frames.tolist() for frames in run.segments] == [[*range(12)], [*range(9, -1, -1)]]
+    target = Target(truth, visibility=np.full(12, np.nan), image_size=(100, 100))
+    assert judge(run, target, "vot-anchor").scores["robustness"] == 1
+    assert judge(run, target, "native").scores["mean_overlap"] == 1
+    binaries = anchored(tmp_path / "binary", {"bag_00000003.bin": truth[3:]})
+    np.testing.assert_array_equal(on_bag(binaries, truth).boxes, truth[3:])
+
+
+def test_vot_anchor_in_the_middle_goes_as_the_data_state(tmp_path, monkeypatch):
+    truth = truth_of(11)
+    bag = datasets.load("plain/target:length=11")
+    bag.values["anchor"] = np.where(np.arange(11) == 5, -1.0, 0.0)
+    monkeypatch.setattr(datasets, "load", lambda *_, **__: bag)
+    theirs = anchored(tmp_path / "stated", {"bag_00000005.txt": truth[5::-1]})
+    assert on_bag(theirs, truth).segments[0].tolist() == [5, 4, 3, 2, 1, 0]
+    del bag.values["anchor"]
+    theirs = anchored(tmp_path / "else", {"bag_00000005.txt": truth[5:]})
+    assert on_bag(theirs, truth).segments[0].tolist() == [5, 6, 7, 8, 9, 10]
+
+
+def test_vot_anchors_of_other_lengths_are_refused(tmp_path):
+    theirs = anchored(tmp_path, {"bag_00000003.txt": truth_of(6)})
+    with pytest.raises(ExchangeError, match=r"bag_00000003.txt: 6 rows from anchor 3. Expected: 9"):
+        on_bag(theirs, truth_of(12))
+
+
+def test_vot_anchors_beside_whole_runs_are_refused(tmp_path):
+    theirs = anchored(
+        tmp_path, {name: truth_of(12) for name in ("bag_00000000.txt", "bag_001.txt")}
+    )
+    with pytest.raises(ExchangeError, match="bag: results from anchors and over the whole"):
+        on_bag(theirs, truth_of(12))
+
+
+def records(sequence, segments, evaluation, shifts=None):
+    """Records as OTB's Python toolkit writes them: lists of boxes that count pixels from 1."""
+    return [
+        {
+            "tracker": "theirs",
+            "seqName": sequence.name,
+            "startFrame": len(sequence) - len(boxes) + 1,
+            "endFrame": len(sequence),
+            "evalType": evaluation,
+            "fps": 20.5,
+            "shiftType": shifts[number] if shifts else None,
+            "resType": "rect",
+            "tmplsize": None,
+            "res": (np.asarray(boxes) + [1, 1, 0, 0]).tolist(),
+        }
+        for number, boxes in enumerate(segments)
+    ]
+
+
+def json_of(folder, content):
+    (folder / "theirs").mkdir()
+    (folder / "theirs" / "plain_target_length=64.json").write_text(json.dumps(content))
+    return folder / "theirs"
+
+
+def drifting(sequence, start):
+    boxes = sequence.boxes[start:].copy()
+    boxes[:, 0] += 0.5 * np.arange(len(boxes))
+    return boxes
+
+
+def test_otb_tre_of_the_toolkits_starts_is_scored_as_its_mean(tmp_path):
+    sequence = datasets.load(SEQUENCE)
+    last = len(sequence) - 20 + 1  # the toolkit's split_seq, in numbers from 1
+    starts = [int(1 + k * last / 19) - 1 for k in range(19)] + [last - 1]
+    segments = [drifting(sequence, start) for start in starts]
+    theirs = json_of(tmp_path, records(sequence, segments, "TRE"))
+    messages = []
+    run = imported("otb-json", theirs, sequence, tmp_path / "results", messages)
+    assert not messages
+    assert run.identity.protocol == "tre"
+    assert [int(frames[0]) for frames in run.segments] == starts
+    parts = judge(run, sequence, "otb").parts
+    assert len(parts) == 20
+    for start, boxes, part in zip(starts, segments, parts, strict=True):
+        alone = metrics.preset("otb").judge(Target(sequence.boxes[start:]), Answer(boxes))
+        assert part.scores == pytest.approx(alone.scores)
+
+
+def test_otb_tre_with_few_segments_is_reported(tmp_path):
+    sequence = datasets.load(SEQUENCE)
+    segments = [drifting(sequence, start) for start in (0, 7, 30)]
+    messages = []
+    theirs = json_of(tmp_path, {"results": records(sequence, segments, "TRE")})
+    run = imported("otb-json", theirs, sequence, tmp_path / "results", messages)
+    assert len(run.segments) == 3
+    assert "3 segments of TRE, which has 20" in messages[0]
+
+
+def test_otb_sre_is_sorted_by_its_shifts(tmp_path):
+    sequence = datasets.load(SEQUENCE)
+    run = evaluate("static", sequence, protocol="sre")
+    segments = np.round(run.boxes.reshape(12, -1, 4))  # the toolkit rounds first boxes
+    content = records(sequence, segments, "SRE", SHIFTS)
+    theirs = json_of(tmp_path, content[::-1])
+    again = imported("otb-json", theirs, sequence, tmp_path / "results")
+    assert again.identity.protocol == "sre"
+    np.testing.assert_allclose(again.boxes, segments.reshape(-1, 4), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda rows: rows[:11], "11 records of SRE.*Expected: each of left"),
+        (lambda rows: [{**row, "shiftType": "left"} for row in rows], "each of left, right"),
+        (lambda rows: [*rows[:11], {**rows[11], "evalType": "TRE"}], "one of these in a file"),
+        (lambda rows: [{**row, "evalType": "OPE"} for row in rows], "12 records of OPE"),
+        (lambda rows: [*rows[:11], {**rows[11], "seqName": "x"}], "record 12: seqName is 'x'"),
+        (lambda rows: [*rows[:11], {**rows[11], "res": rows[11]["res"][:5]}], "record 12: "),
+        (
+            lambda rows: [{"evalType": "SRE", "res": row["res"][-9:]} for row in rows],
+            "record 1: 9 rows. Expected: 64",
+        ),
+        (lambda rows: [{**row, "evalType": "TRE", "startFrame": 4} for row in rows], "Expected: 1"),
+    ],
+)
+def test_otb_records_that_do_not_fit_are_refused(change, words, tmp_path):
+    sequence = datasets.load(SEQUENCE)
+    content = records(sequence, [sequence.boxes] * 12, "SRE", SHIFTS)
+    theirs = json_of(tmp_path, change(content))
+    with pytest.raises(ExchangeError, match=words):
+        imported("otb-json", theirs, sequence, tmp_path / "results")
+
+
+@pytest.mark.parametrize("kind", ["vot", "otb-json"])
+def test_layout_with_segments_names_its_protocols(kind):
+    assert exchange.layout(kind).holds_segments
+
+
+def test_imported_segments_stand_beside_runs_of_their_protocol(trackmark):
+    how = ("--sequences", SEQUENCE, "--protocol", "tre:starts=3")
+    trackmark("run", "--trackers", "static", *how, "--name", "ours")
+    trackmark("results", "export", "results/ours", "there", "--as", "otb-json", *how[2:])
+    asked = ("--results-of", "THEIRS=there/static", "--metrics", "otb", "--folder", "report")
+    trackmark("report", "results/ours", *asked, "--no-pictures")
+    (file,) = Path("report").glob("tre*metrics-otb.csv")
+    with file.open() as lines:
+        rows = [row for row in csv.DictReader(lines) if row["measure"] == "success_auc"]
+    means = {row["tracker"]: float(row["mean"]) for row in rows if row["sequence"] == SEQUENCE}
+    assert means == {"static": means["static"], "THEIRS": pytest.approx(means["static"])}
