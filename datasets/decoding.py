@@ -22,7 +22,7 @@ MOST_PIXELS = 100_000_000
 """Pixels of the largest image that is decoded; `$TRACKMARK_MOST_PIXELS` sets another number."""
 
 PROGRAMMING_ERRORS = (AssertionError, AttributeError, ImportError, NameError, TypeError)
-"""Exceptions that show a defect of our code or of a library, whatever the file holds."""
+"""Exceptions that show a defect of our code or of a library, not of the file."""
 
 _LONGEST_REASON = 300
 _BRIEF = Repr()

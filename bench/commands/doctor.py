@@ -145,7 +145,7 @@ def _clash() -> list[str]:
 def _library_problems() -> list[str]:
     """Return messages on libraries that are missing or installed twice."""
     versions = _versions()
-    problems = [f"{name} is {MISSING}." for name, found in versions.items() if found == MISSING]
+    problems = [f"{name} is {MISSING}." for name, version in versions.items() if version == MISSING]
     opencv = [name for name in versions if name.startswith(OPENCV)]
     if len(opencv) != 1:
         problems.append(

@@ -62,8 +62,8 @@ def test_doctor_reports_that_no_kernel_can_be_stored(copied_doctor, tmp_path):
     assert about["caches"]["compiled kernels"].startswith("not available (")
 
 
-def test_doctor_counts_kernels_in_the_cache_folder_of_numba(typed, here, monkeypatch):
-    folder = here / "kernels"
+def test_doctor_counts_kernels_in_the_cache_folder_of_numba(typed, tmp_path, monkeypatch):
+    folder = tmp_path / "kernels"
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))
     subprocess.run([sys.executable, "-c", COMPILE], check=True)
     kernels = json.loads(typed("doctor", "--json").stdout)["caches"]["compiled kernels"]

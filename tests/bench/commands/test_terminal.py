@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from bench.commands._terminal import complain, outlets
+from bench.commands._terminal import Outlet, complain, outlets
 from reports.printable import WIDTH, wrapped
 
 
@@ -44,3 +44,11 @@ def test_what_takes_several_lines_stays_beside_its_label():
     assert first.startswith("  window=fixed   what")
     assert others
     assert {len(line) - len(line.lstrip()) for line in others} == {17}
+
+
+def test_outlet_of_a_closed_stream_closes_without_error():
+    stream = io.TextIOWrapper(io.BytesIO())
+    outlet = Outlet(stream)
+    stream.close()
+    outlet.close()  # what Python does when it deletes the outlet
+    assert outlet.closed
