@@ -195,18 +195,18 @@ def test_exported_times_are_those_of_updates(trackmark, here):
     np.testing.assert_allclose(timed, expected, rtol=0, atol=1e-8)
 
 
-def test_export_refuses_existing_files_without_force(trackmark, one_line, here):
+def test_export_refuses_existing_files_without_force(trackmark, one_line, tmp_path):
     trackmark("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small")
-    (folder,) = (here / "results").iterdir()
+    (folder,) = (tmp_path / "results").iterdir()
     export = ("results", "export", folder, "exported", "--as", "otb")
-    kept = here / "exported" / "static" / "Small.txt"
-    kept.parent.mkdir(parents=True)
-    kept.write_text("by hand")
+    existing = tmp_path / "exported" / "static" / "Small.txt"
+    existing.parent.mkdir(parents=True)
+    existing.write_text("by hand")
     message = one_line(trackmark(*export, status=2))
     assert "exported/static/Small.txt: the file exists (1 of 2 files do)" in message
     assert "--force" in message
-    assert [file for file in (here / "exported").rglob("*") if file.is_file()] == [kept]
-    assert kept.read_text() == "by hand"
+    assert [file for file in (tmp_path / "exported").rglob("*") if file.is_file()] == [existing]
+    assert existing.read_text() == "by hand"
     trackmark(*export, "--force")
-    assert kept.read_text().startswith("5")
-    assert (here / "exported" / "knob.py_Knob" / "Small.txt").is_file()
+    assert existing.read_text().startswith("5")
+    assert (tmp_path / "exported" / "knob.py_Knob" / "Small.txt").is_file()

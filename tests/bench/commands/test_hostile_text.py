@@ -9,37 +9,37 @@ BOTH = ("--sequences", "data/Small,data/Other")
 
 
 @pytest.fixture
-def two(here, otb):
-    otb(here / "data" / "Other", 5)
+def two(tmp_path, otb):
+    otb(tmp_path / "data" / "Other", 5)
 
 
-def test_check_junit_escapes_what_xml_cannot_hold(trackmark, here, spoil):
+def test_check_junit_escapes_what_xml_cannot_hold(trackmark, tmp_path, spoil):
     trackmark("baseline", "own", "--trackers", "knob.py:Knob", *SMALL, "--budget", "0s")
     spoil("raise ValueError('red' + chr(27) + chr(0) + chr(0xFFFE) + chr(0xD800))")
     files = ("--junit", "check.xml", "--markdown", "check.md")
     trackmark("check", "own", *files, "--budget", "0s", status=1)
-    (failure,) = ElementTree.parse(here / "check.xml").iter("failure")
+    (failure,) = ElementTree.parse(tmp_path / "check.xml").iter("failure")
     assert "red\\u001b\\u0000\\ufffe\\ud800" in failure.get("message")
-    assert "ValueError: red" in (here / "check.md").read_text()
+    assert "ValueError: red" in (tmp_path / "check.md").read_text()
 
 
-def test_check_because_rejects_text_that_is_not_utf8(trackmark, here):
+def test_check_because_rejects_text_that_is_not_utf8(trackmark, tmp_path):
     trackmark("baseline", "own", "--trackers", "static", *SMALL)
-    before = (here / "baselines" / "own.toml").read_bytes()
+    before = (tmp_path / "baselines" / "own.toml").read_bytes()
     accept = ("check", "own", "--accept", "static", "--because")
     message = trackmark(*accept, "\udcff", status=2).stderr
     assert "--because" in message
     assert "not UTF-8" in message
-    assert (here / "baselines" / "own.toml").read_bytes() == before
+    assert (tmp_path / "baselines" / "own.toml").read_bytes() == before
     trackmark(*accept, "delete \x7f and escape \x1b")
     trackmark("check", "own")
 
 
 @pytest.mark.parametrize("name", ["NA", "nan", "None", "null"])
-def test_compare_published_accepts_a_tracker_named_na(trackmark, here, two, name):
+def test_compare_published_accepts_a_tracker_named_na(trackmark, tmp_path, two, name):
     trackmark("run", "--trackers", "static", *BOTH, "--name", "ours")
     rows = f"tracker,sequence,mean_overlap\n{name},Small,0.5\n{name},Other,0.6\n"
-    (here / "published.csv").write_text(rows)
+    (tmp_path / "published.csv").write_text(rows)
     compared = trackmark("compare", "--results", "results/ours", "--published", "published.csv")
     assert f"{name} (published)" in compared.stdout
 
@@ -53,8 +53,8 @@ HUGE = """self.count = getattr(self, "count", 0) + 1
         ][self.count % 4]))"""
 
 
-def test_boxes_of_1e308_are_scored_without_a_warning(trackmark, here, two):
-    file = here / "knob.py"
+def test_boxes_of_1e308_are_scored_without_a_warning(trackmark, tmp_path, two):
+    file = tmp_path / "knob.py"
     source = file.read_text()
     act = "return Estimate(self.box + [self.random.random(), 0, 0, 0])"
     assert act in source
@@ -62,12 +62,12 @@ def test_boxes_of_1e308_are_scored_without_a_warning(trackmark, here, two):
         source.replace(act, HUGE).replace("from pydantic", "import numpy\nfrom pydantic")
     )
     # Warnings are errors in tests.
-    asked = ("run", "--trackers", "static,knob.py:Knob", *BOTH, "--name", "ours")
-    assert "4 of 4 runs" in trackmark(*asked, "--seeds", 1).stdout
+    command = ("run", "--trackers", "static,knob.py:Knob", *BOTH, "--name", "ours")
+    assert "4 of 4 runs" in trackmark(*command, "--seeds", 1).stdout
     presets = "native,otb,lasot,got10k,trackingnet,long-term"
     trackmark("report", "results/ours", "--metrics", presets, "--folder", "report")
     compared = trackmark("compare", "--results", "results/ours")
-    anchors = (*asked[:-1], "anchors", "--protocol", "anchors", "--seeds", 1)
+    anchors = (*command[:-1], "anchors", "--protocol", "anchors", "--seeds", 1)
     trackmark(*anchors)
     trackmark("report", "results/anchors", "--metrics", "vot-anchor", "--format", "text")
     trackmark("show", "data/Small", "--results", "results/ours", "--output", "shown.mp4")
@@ -96,14 +96,14 @@ LOOPS = [
 
 
 @pytest.mark.parametrize("arguments", LOOPS, ids=" ".join)
-def test_a_loop_of_symbolic_links_is_one_line(trackmark, one_line, here, arguments):
+def test_a_loop_of_symbolic_links_is_one_line(trackmark, one_line, tmp_path, arguments):
     for name in ("loop", "loop.toml", "loop.py", "loop.png", "loop.csv"):
-        (here / name).symlink_to(name)
+        (tmp_path / name).symlink_to(name)
     assert "loop" in one_line(trackmark(*arguments, status=2))
 
 
-def test_a_loop_among_the_images_is_one_line(trackmark, one_line, here):
-    image = here / "data" / "Small" / "img" / "0003.png"
+def test_a_loop_among_the_images_is_one_line(trackmark, one_line, tmp_path):
+    image = tmp_path / "data" / "Small" / "img" / "0003.png"
     image.unlink()
     image.symlink_to("0003.png")
     line = one_line(trackmark("run", "--trackers", "static", *SMALL, status=2))
@@ -112,17 +112,17 @@ def test_a_loop_among_the_images_is_one_line(trackmark, one_line, here):
 
 @pytest.mark.parametrize("option", ["--junit", "--markdown"])
 @pytest.mark.parametrize("place", ["knob.py/out", "x" * 300, "loop"])
-def test_check_names_the_file_that_it_cannot_write(trackmark, here, option, place):
-    (here / "loop").symlink_to("loop")
+def test_check_names_the_file_that_it_cannot_write(trackmark, tmp_path, option, place):
+    (tmp_path / "loop").symlink_to("loop")
     trackmark("baseline", "own", "--trackers", "static", *SMALL)
     message = trackmark("check", "own", option, place, status=2).stderr
     assert f"{place}: cannot write (" in message
 
 
-def test_compare_folder_names_the_file_it_cannot_write(trackmark, here, two):
+def test_compare_folder_names_the_file_it_cannot_write(trackmark, tmp_path, two):
     trackmark("run", "--trackers", "static,knob.py:Knob", *BOTH, "--name", "ours")
-    asked = ("compare", "--results", "results/ours", "--folder", "knob.py/out")
-    message = trackmark(*asked, status=2).stderr
+    command = ("compare", "--results", "results/ours", "--folder", "knob.py/out")
+    message = trackmark(*command, status=2).stderr
     assert "knob.py/out/comparison.txt: cannot write (Not a directory)." in message
 
 
@@ -136,11 +136,11 @@ def test_an_oserror_without_a_file_name_is_one_line(trackmark, one_line, monkeyp
 
 
 @pytest.mark.parametrize("key", ["trackers", "sequences"])
-def test_a_nul_in_an_experiment_is_one_line(trackmark, one_line, here, key):
+def test_a_nul_in_an_experiment_is_one_line(trackmark, one_line, tmp_path, key):
     names = {"trackers": "static", "sequences": "data/Small"}
     names[key] = {"trackers": "a\\u0000.py", "sequences": "data/\\u0000"}[key]
     lines = [f'{name} = ["{text}"]' for name, text in names.items()]
-    (here / "trial.toml").write_text("\n".join(["version = 1", *lines]))
+    (tmp_path / "trial.toml").write_text("\n".join(["version = 1", *lines]))
     one_line(trackmark("run", "trial.toml", status=2))
 
 
@@ -152,13 +152,13 @@ def test_a_nul_in_an_experiment_is_one_line(trackmark, one_line, here, key):
     ],
     ids=["name", "parameter"],
 )
-def test_an_argument_that_is_not_utf8_is_one_line(trackmark, one_line, here, arguments):
+def test_an_argument_that_is_not_utf8_is_one_line(trackmark, one_line, tmp_path, arguments):
     line = one_line(trackmark(*arguments, status=2))
     assert "\\udcff" in line
     assert "UTF-8" in line
-    assert not (here / "results").exists()
+    assert not (tmp_path / "results").exists()
 
 
-def test_a_live_page_may_have_a_name_that_is_not_utf8(trackmark, here):
+def test_a_live_page_may_have_a_name_that_is_not_utf8(trackmark, tmp_path):
     trackmark("show", "data/Small", "--live", "static", "--output", "\udcff.html")
-    assert "%FF" in (here / "\udcff.html").read_text()
+    assert "%FF" in (tmp_path / "\udcff.html").read_text()
