@@ -18,6 +18,7 @@ from bench.commands._options import (
     json_option,
     metrics_option,
     output_option,
+    utf8_text,
 )
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ EXIT_CANNOT_TELL = 3
 @click.option("--sequences", default="*", help="Check those alone whose name this pattern fits.")
 @click.option("--strict", is_flag=True, help="Exit status 3 where it can't be told.")
 @click.option("--accept", metavar="TRACKER", help="Move the baseline on to its new scores.")
-@click.option("--because", help="Why; written into the baseline.")
+@click.option("--because", callback=utf8_text, help="Why; written into the baseline.")
 @click.option("--whole", is_flag=True, help="Show identical cells, too.")
 @click.option(
     "--markdown", type=click.Path(path_type=Path, dir_okay=False), help="For a pull request."
@@ -180,8 +181,9 @@ def _text(made: "Table") -> str:
 
 def _write(file: Path, text: str) -> None:
     from reports.files import write_file
+    from reports.printable import printable
 
-    write_file(file, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+    write_file(file, lambda temporary: temporary.write_text(printable(text), encoding="utf-8"))
 
 
 def _part(baseline: "Baseline", trackers: str, sequences: str) -> "Baseline":

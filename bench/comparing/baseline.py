@@ -227,7 +227,7 @@ def write_baseline(baseline: Baseline, path: Path) -> None:
     for entry in baseline.accepted:
         lines += ["", "[[accepted]]"]
         lines += [f"{key} = {json.dumps(entry[key], ensure_ascii=False)}" for key in entry]
-    text = "\n".join(lines) + "\n"
+    text = "\n".join(lines).replace("\x7f", "\\u007f") + "\n"  # JSON leaves it, TOML forbids it
     write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
 
 

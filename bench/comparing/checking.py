@@ -11,6 +11,7 @@ import pandas as pd
 from bench.comparing.baseline import DECISIVE, Baseline, BaselineCell, BaselineError
 from bench.comparing.words import equals, p_value
 from bench.statistics.regression import Change, Judgement, Sample, judge, repetitions_needed
+from reports.printable import in_xml
 from reports.tables import MISSING, Cell, Table
 
 __all__ = ["Check", "as_data", "as_junit", "check", "table", "wanted"]
@@ -200,9 +201,10 @@ def as_junit(found: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
         skipped=str(told.count("skipped")),
     )
     for (tracker, name, _, words), kind in zip(cases, told, strict=True):
-        case = ElementTree.SubElement(suite, "testcase", classname=tracker, name=name)
+        names = {"classname": in_xml(tracker), "name": in_xml(name)}
+        case = ElementTree.SubElement(suite, "testcase", names)
         if kind:
-            ElementTree.SubElement(case, kind, message=words)
+            ElementTree.SubElement(case, kind, message=in_xml(words))
     return ElementTree.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
 
 
