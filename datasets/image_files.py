@@ -16,12 +16,8 @@ from PIL.PngImagePlugin import PngImageFile
 from PIL.PpmImagePlugin import PpmImageFile
 from PIL.TiffImagePlugin import TiffImageFile
 
-<<<<<<< HEAD
 from datasets.decoding import PROGRAMMING_ERRORS, check_name, check_pixels, decoding, pixel_limit
-=======
-from datasets.decoding import check_name, check_pixels, decoding, pixel_limit
 from datasets.frame_numbers import check_frame_numbers
->>>>>>> readers
 from datasets.interface import Image, SequenceError
 from datasets.text_form import natural_order
 
