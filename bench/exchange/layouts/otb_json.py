@@ -27,7 +27,7 @@ from bench.exchange.layout import (
 )
 from bench.protocols import protocol as protocol_of
 from datasets.decoding import brief
-from datasets.readers.otb import FIRSTS
+from datasets.readers.otb import SPANS
 
 __all__ = ["LAYOUT"]
 
@@ -144,7 +144,7 @@ def _whole_number(record: Mapping[str, Any], key: str, place: str) -> int | None
 
 def frames(headers: Sequence[Header], on: On) -> list[NDArray[Any]]:
     """Return the frames from each start to the end of the sequence."""
-    n, first = len(on.boxes), {0, 1, FIRSTS.get(on.name.lower(), 1)}
+    n, first = len(on.boxes), {0, 1, SPANS.get(on.name.lower(), (1, None))[0]}
     segments, offsets = [], set()
     for header in headers:
         if header.sequence and letters(header.sequence) != letters(on.name):

@@ -54,7 +54,7 @@ def _centre_errors(
     `unit`: width and height by which both centres are divided, shape (n, 2). NaN where the target
     is absent, infinite where the estimate is malformed.
     """
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         t, e = (
             (boxes[:, :2] + 1.0 + (boxes[:, 2:] - 1.0) / 2) / unit for boxes in (truth, estimate)
         )
