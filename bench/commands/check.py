@@ -102,27 +102,27 @@ def command(
     from bench.comparing.speed_check import check_speeds
 
     path = baseline_path(name)
-    kept = read_baseline(path)
-    _check_usage(kept, accept, because, seeds, against, timed=timed)
-    before = _part(kept, accept or trackers, sequences if accept is None else "*")
-    before = before.with_seeds(seeds or kept.seeds)
+    stored = read_baseline(path)
+    _check_usage(stored, accept, because, seeds, against, timed=timed)
+    before = _part(stored, accept or trackers, sequences if accept is None else "*")
+    before = before.with_seeds(seeds or stored.seeds)
     speeds: dict[str, SpeedCheck] = {}
     if against is not None:
         # The whole baseline: whatever part of it is checked, the same sequences are timed.
         report = partial(click.echo, err=True)
-        speeds = check_speeds(kept, list(before.cells), against, budget, report)
+        speeds = check_speeds(stored, list(before.cells), against, budget, report)
     runner = _runner(before, f"check-{path.stem}", output, means)
     result = _checked(before, runner)
     _show(result, speeds, as_json=as_json, whole=whole, markdown=markdown, junit=junit)
     if others := [preset for preset in metrics if preset != "native"]:
         click.echo(_by_others(result, runner.folder, others), err=as_json)
     if accept is not None and because is not None:
-        return _accept(kept, path, accept, because, result, runner)
+        return _accept(stored, path, accept, because, result, runner)
     return _status(result, speeds, strict=strict)
 
 
 def _check_usage(
-    kept: "Baseline",
+    stored: "Baseline",
     accept: str | None,
     because: str | None,
     seeds: int | None,
@@ -133,9 +133,9 @@ def _check_usage(
     """Raise `UsageError` for options that do not go together or do not fit the baseline."""
     if (accept is None) != (not (because or "").strip()):
         raise click.UsageError("--accept TRACKER goes with --because TEXT.")
-    if accept is not None and accept not in kept.cells:
+    if accept is not None and accept not in stored.cells:
         raise click.UsageError(
-            f"--accept: the baseline has no {accept!r}; it has {', '.join(kept.cells)}."
+            f"--accept: the baseline has no {accept!r}; it has {', '.join(stored.cells)}."
         )
     if accept is not None and (timed or seeds is not None):
         raise click.UsageError("--accept does not go with --time or --seeds.")
@@ -143,9 +143,9 @@ def _check_usage(
         raise click.UsageError(
             "--time goes with --against REVISION: speeds are compared with those of a git revision."
         )
-    if seeds is not None and seeds > kept.seeds:
+    if seeds is not None and seeds > stored.seeds:
         raise click.UsageError(
-            f"--seeds: the baseline has {kept.seeds} seeds ({seeds}). Give at most so many, or "
+            f"--seeds: the baseline has {stored.seeds} seeds ({seeds}). Give at most so many, or "
             "make the baseline again with more."
         )
 
@@ -175,7 +175,7 @@ def _status(result: "Check", speeds: "Mapping[str, SpeedCheck]", *, strict: bool
 
 
 def _accept(
-    kept: "Baseline", path: Path, tracker: str, reason: str, result: "Check", runner: CellRunner
+    stored: "Baseline", path: Path, tracker: str, reason: str, result: "Check", runner: CellRunner
 ) -> int:
     """Replace a tracker's scores in the baseline, unless a run failed."""
     from bench.comparing.baseline import write_baseline
@@ -186,7 +186,7 @@ def _accept(
     names = {tracker: list(result.now[tracker])}
     refuse_hidden_randomness(result.now, runner.repeat(first_cells(names)))
     today = datetime.now(UTC).date().isoformat()
-    write_baseline(kept.moved_on(tracker, result.now, reason, today), path)
+    write_baseline(stored.moved_on(tracker, result.now, reason, today), path)
     click.echo(f"{path}: the scores of {tracker} are replaced.", err=True)
     return 0
 
@@ -243,14 +243,14 @@ def _by_others(result: "Check", folder: Path, metrics: list[str]) -> str:
     return summary_text(folder, cells, metrics)
 
 
-def _text(made: "Table") -> str:
+def _text(shown: "Table") -> str:
     """Return the table, or only its notes if nothing changed."""
     from reports.fitting import on_terminal
     from reports.printable import wrapped
     from reports.renderers import to_text
 
-    notes = "\n".join(wrapped(note) for note in made.notes)
-    table = on_terminal(replace(made, notes=[]), to_text) if made.rows else ""
+    notes = "\n".join(wrapped(note) for note in shown.notes)
+    table = on_terminal(replace(shown, notes=[]), to_text) if shown.rows else ""
     return f"{table}{notes}\n"
 
 

@@ -338,9 +338,9 @@ def _place(location: Sequence[int | str]) -> str:
 
 
 def _refuse(path: Path, place: str, value: object, expected: str) -> NoReturn:
-    shown = repr(value)
-    shown = shown if len(shown) <= 80 else f"{shown[:77]}..."
-    raise BaselineError(f"{path}: {place}: {shown}. {expected} {_REMEDY}")
+    text = repr(value)
+    text = text if len(text) <= 80 else f"{text[:77]}..."
+    raise BaselineError(f"{path}: {place}: {text}. {expected} {_REMEDY}")
 
 
 def _baseline(content: _File) -> Baseline:

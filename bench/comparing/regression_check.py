@@ -157,13 +157,13 @@ def _in_order(changes: Sequence[ScoreChange]) -> list[ScoreChange]:
 
 def table(result: Check, *, whole: bool = False) -> Table:
     """Return the table of the changes; identical sequences are rows only if `whole`."""
-    shown = [row for row in result.sequences if whole or row.change.label != "identical"]
+    visible = [row for row in result.sequences if whole or row.change.label != "identical"]
     return Table(
         name="check",
         caption="Mean overlap before and now; all intervals together hold at 95 %.",
         heads=["", "tracker", "sequence", "before", "now", "change", "same boxes"],
         n_labels=3,
-        rows=[_row(row) for row in [*shown, *result.means]],
+        rows=[_row(row) for row in [*visible, *result.means]],
         notes=_notes(result, whole=whole),
         data=pd.DataFrame([_data(row) for row in result.changes]),
     )
@@ -253,15 +253,15 @@ def as_junit(result: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
     ]
     cases += [(tracker, "time", state, words) for tracker, state, words in times]
     kinds = {"worse": "failure", "slower": "failure", "inconclusive": "skipped"}
-    told = [kinds.get(state, "") for _, _, state, _ in cases]
+    outcomes = [kinds.get(state, "") for _, _, state, _ in cases]
     suite = ElementTree.Element(
         "testsuite",
         name="trackmark check",
         tests=str(len(cases)),
-        failures=str(told.count("failure")),
-        skipped=str(told.count("skipped")),
+        failures=str(outcomes.count("failure")),
+        skipped=str(outcomes.count("skipped")),
     )
-    for (tracker, name, _, words), kind in zip(cases, told, strict=True):
+    for (tracker, name, _, words), kind in zip(cases, outcomes, strict=True):
         case = ElementTree.SubElement(suite, "testcase", classname=tracker, name=name)
         if kind:
             ElementTree.SubElement(case, kind, message=words)

@@ -198,6 +198,16 @@ def test_tracker_that_is_called_otherwise_is_refused(trackmark, here):
     assert "are now called knob.py:Other" in message
 
 
+def test_tracker_that_cannot_be_loaded_outweighs_a_regression(trackmark, here):
+    (here / "other.py").write_text((here / "knob.py").read_text())
+    both = ("--trackers", "knob.py:as=mine,other.py:as=other", *SEQUENCES, "--seeds", 6)
+    trackmark("baseline", "own", *both)
+    (here / "knob.py").write_text((here / "knob.py").read_text().replace(*SHRUNK))
+    trackmark("check", "own", status=1)
+    (here / "other.py").unlink()
+    assert "other.py" in trackmark("check", "own", status=2).stderr
+
+
 def test_existing_baseline_is_replaced_only_by_force(trackmark, kept):
     before = kept.read_bytes()
     assert "--force" in trackmark(*BASELINE, status=2).stderr

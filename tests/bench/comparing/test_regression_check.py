@@ -103,7 +103,7 @@ def test_tracker_with_new_randomness_is_judged_over_all_seeds():
     assert changed_facts(BEFORE, now) == {}
 
 
-def test_failed_run_is_a_regression_even_if_the_score_is_not_worse():
+def test_failed_run_is_a_regression_whatever_the_score():
     scores = 0.6 + NOISE[0]
     scores[17] = 0.0
     changed = cell(scores, same=set(range(SEEDS)) - {17}, failures=[17])
