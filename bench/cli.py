@@ -78,7 +78,7 @@ def _invoke(arguments: Sequence[str] | None) -> int:
     except click.ClickException as error:
         error.show()
         return error.exit_code
-    except (ImportError, OSError, ValueError) as error:
+    except (ImportError, OSError, RuntimeError, ValueError) as error:
         told = _told(error)
         if told is None:
             raise
@@ -91,9 +91,18 @@ def _told(error: Exception) -> str | None:
     """What to say of an error about the user's input or machine; nothing of a defect."""
     if isinstance(error, OSError):
         # Wherever it comes from: a name of 5000 characters, say, can't even be looked for.
-        return f"{error.filename}: {error.strerror}." if error.filename is not None else None
+        reason = error.strerror or str(error)
+        return f"{reason}." if error.filename is None else f"{error.filename}: {reason}."
+    if isinstance(error, RuntimeError):
+        # `Path.resolve` raises it before Python 3.13, for symbolic links that form a loop.
+        return f"{error}." if str(error).startswith("Symlink loop") else None
     if isinstance(error, ImportError):
         return str(error)
+    if isinstance(error, UnicodeEncodeError) and "\ud800" <= error.object[error.start] <= "\udfff":
+        # An argument or a file name in another encoding, of which Python makes lone surrogates.
+        from datasets.decoding import brief
+
+        return f"{brief(error.object)}: not UTF-8 at character {error.start + 1}. Give UTF-8."
     from bench.experiments.experiment import ExperimentError
     from bench.protocols import ProtocolError
     from bench.store.files import ResultsError

@@ -29,8 +29,10 @@ def check_name(path: Path) -> None:
     Raises
     ------
     SequenceError
-        For a name that is not UTF-8.
+        For a name that is not UTF-8 or contains a NUL character.
     """
+    if "\0" in str(path):
+        raise SequenceError(f"{brief(str(path))}: a path cannot contain a NUL character.")
     try:
         str(path).encode()
     except UnicodeEncodeError:

@@ -42,7 +42,8 @@ def file_digests(files: SequenceOf[Path]) -> list[str]:
     SequenceError
         For a file that can't be read.
     """
-    paths = [file.resolve() for file in files]
+    # Not `Path.resolve`: it raises RuntimeError if symbolic links form a loop.
+    paths = [Path(os.path.realpath(file)) for file in files]
     # One cache file a set of folders keeps each small, and runs on other data out of it.
     folders = "\0".join(sorted({str(path.parent) for path in paths}))
     cache = cache_folder() / "digests" / f"{hashlib.sha256(folders.encode()).hexdigest()[:16]}.json"

@@ -1,32 +1,79 @@
-"""Writing a report's files: whole or not at all."""
+"""Atomic replacement of the files that a user names."""
 
 import os
+import shutil
+import stat
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 __all__ = ["write_file"]
 
 
 def write_file(path: Path, write: Callable[[Path], object]) -> Path:
-    """Let `write` fill a temporary file beside `path`, rename it to `path`, and give that.
+    """Let `write` fill a temporary file, move the content to `path`, and return `path`.
 
-    Whatever ends it, an interrupt or a damaged frame too, leaves `path` as it was and nothing
-    beside it.
+    A file is replaced atomically: after an error, an interrupt or a power failure it holds the old
+    or the new content. The permissions of the old file are kept. If `path` is a symbolic link, its
+    target is replaced. A device, a FIFO or the standard output is written to.
 
     Raises
     ------
     OSError
-        Where it can't be written; the message names the file.
+        If the file cannot be written. `filename` is `path`.
     """
-    # The suffix stays the last part of the name: writers choose the format by it.
-    temporary = path.with_name(f".{os.getpid()}-{path.name}")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write(temporary)
-        temporary.replace(path)
+        try:
+            status = path.stat()
+        except FileNotFoundError:
+            status = None
+        if status is None or (stat.S_ISREG(status.st_mode) and _standard_stream(status) is None):
+            _replace(Path(os.path.realpath(path)), path.name, write, status)
+        else:
+            _fill(path, write, status)
     except OSError as error:
-        raise OSError(error.errno, f"{path} can't be written: {error.strerror or error}") from error
-    finally:
-        if temporary.parent.is_dir():
-            temporary.unlink(missing_ok=True)
+        reason = error.strerror or str(error)
+        raise OSError(error.errno, f"cannot write ({reason})", str(path)) from error
     return path
+
+
+def _replace(
+    target: Path, name: str, write: Callable[[Path], object], status: os.stat_result | None
+) -> None:
+    """Replace `target`, a file of this `status` or none yet."""
+    if status is not None and not os.access(target, os.W_OK):
+        target.open("ab").close()  # raises: a replacement would ignore the write protection
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(prefix=".trackmark-", dir=target.parent) as folder:
+        temporary = Path(folder, name)  # `write` may choose the format by the suffix
+        write(temporary)
+        if status is not None:
+            temporary.chmod(stat.S_IMODE(status.st_mode))
+        with temporary.open("rb") as content:
+            os.fsync(content.fileno())
+        temporary.replace(target)
+
+
+def _fill(path: Path, write: Callable[[Path], object], status: os.stat_result) -> None:
+    """Write to a file that cannot be replaced."""
+    stream = _standard_stream(status)
+    with (
+        # Opened first: a folder is refused before anything is drawn.
+        path.open("wb") if stream is None else open(stream, "wb", closefd=False) as output,
+        TemporaryDirectory(prefix="trackmark-") as folder,
+    ):
+        temporary = Path(folder, path.name)  # some writers seek, which a FIFO cannot
+        write(temporary)
+        with temporary.open("rb") as content:
+            shutil.copyfileobj(content, output)
+
+
+def _standard_stream(status: os.stat_result) -> int | None:
+    """Return the descriptor of the standard output or error that is this file."""
+    for descriptor in (1, 2):
+        try:
+            if os.path.samestat(status, os.fstat(descriptor)):
+                return descriptor
+        except OSError:  # closed
+            continue
+    return None

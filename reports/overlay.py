@@ -26,6 +26,8 @@ _SHIFT = 4  # cv2 takes coordinates in sixteenths of a pixel
 _DASH = 4.0
 _DARK, _LIGHT = (0, 0, 0), (255, 255, 255)
 _FAR_ENOUGH = 60  # between two numbers of a ruler [pixels], so that they don't touch
+_FARTHEST = 1e8
+"""Largest coordinate that is drawn [px]: products of larger ones could overflow."""
 
 
 def overlay(
@@ -52,7 +54,7 @@ def overlay(
     factors = np.divide(drawn.shape[1::-1], image.shape[1::-1])
     scales = factors if shape == "contour" else np.tile(factors, 2)
     placed = {
-        label: np.asarray(box, np.float64) * scales
+        label: np.clip(np.asarray(box, np.float64), -_FARTHEST, _FARTHEST) * scales
         for label, box in boxes.items()
         if shape == "contour" or np.isfinite(box).all()
     }
@@ -66,7 +68,7 @@ def overlay(
         _draw(drawn, box, shape, _DARK, 3)
         _draw(drawn, box, shape, to_bgr(colours[label]), 2)
     for label, line in lines.items():
-        outline = np.asarray(line, np.float64) * factors
+        outline = np.clip(np.asarray(line, np.float64), -_FARTHEST, _FARTHEST) * factors
         shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
         _draw(drawn, outline, "contour", _DARK, 2)
         _draw(drawn, outline, "contour", shade, 1, dashed=label == TRUTH)

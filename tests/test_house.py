@@ -1,6 +1,8 @@
 """What keeps the house small enough to be picked up: the length of files and functions, copies."""
 
 import ast
+import os
+import subprocess
 from collections import defaultdict
 from functools import cache
 from pathlib import Path
@@ -79,3 +81,15 @@ def test_no_ten_lines_stand_twice():
             places[window].append(f"{name_of(file)}:{lines[start][0]}")
     copies = [" = ".join(where) for where in places.values() if len(where) > 1]
     assert not copies, "\n".join(copies)
+
+
+def test_ci_run_rejects_arguments(tmp_path):
+    (tmp_path / "make").write_text("#!/bin/sh\n")
+    (tmp_path / "make").chmod(0o755)
+    environment = os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}"}
+    command = [ROOT / ".ci" / "run", "--fast"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    assert done.returncode == 2
+    assert (done.stdout, done.stderr.count("\n")) == ("", 1)
+    assert "--fast" in done.stderr
+    assert "Usage: .ci/run" in done.stderr

@@ -12,6 +12,7 @@ import click
 
 from bench.commands._terminal import progress_outlet
 from bench.experiments.experiment import ExperimentError, SequenceSource
+from datasets.decoding import brief
 
 if TYPE_CHECKING:
     import numpy as np
@@ -39,6 +40,7 @@ __all__ = [
     "telling_of_replaced",
     "trace_option",
     "truth_option",
+    "utf8_text",
 ]
 
 DEFAULT_OUTPUT = Path("results")
@@ -103,6 +105,17 @@ truth_option = click.option(
     default=None,
     help="Truth of recorded data that has none of its own: CSV frame,x,y,width,height.",
 )
+
+
+def utf8_text(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+    """Refuse the text of an option that a file in UTF-8 cannot hold."""
+    try:
+        (text or "").encode()
+    except UnicodeEncodeError as error:
+        raise click.BadParameter(
+            f"not UTF-8 at character {error.start + 1} ({brief(text or '')}). Type it in UTF-8."
+        ) from None
+    return text
 
 
 def memory_size(text: str) -> int:

@@ -74,6 +74,7 @@ def command(
     """
     import datasets
     from datasets import truth_file
+    from reports.files import write_file
     from reports.film_strip import write_film_strip
 
     marked = _marked(boxes, keys)
@@ -97,11 +98,8 @@ def command(
     ]
     strip = _strip_path(video, target)
     drawn = _check_strip(sequence, truth, f"{strip.stem}: look whether every box fits")
-    try:
-        truth_file.write(target, truth, comments)
-        write_film_strip(strip, drawn)
-    except OSError as error:
-        raise ExperimentError(f"{target}: {error.strerror}. Choose another --output.") from error
+    write_file(target, lambda file: truth_file.write(file, truth, comments))
+    write_film_strip(strip, drawn)
     sources = list(truth.sources or ())
     click.echo(
         f"{target}: {len(marked)} boxes marked, {sources.count('interpolated')} interpolated, "

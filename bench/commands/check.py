@@ -19,6 +19,7 @@ from bench.commands._options import (
     json_option,
     metrics_option,
     output_option,
+    utf8_text,
 )
 from bench.commands.baseline import refuse_hidden_randomness
 
@@ -53,7 +54,9 @@ def _seconds(context: click.Context, parameter: click.Parameter, text: str) -> f
 )
 @click.option("--strict", is_flag=True, help="Exit status 3 if an answer is inconclusive.")
 @click.option("--accept", metavar="TRACKER", help="Replace its scores in the baseline by new ones.")
-@click.option("--because", help="Reason for --accept; written into the baseline.")
+@click.option(
+    "--because", callback=utf8_text, help="Reason for --accept; written into the baseline."
+)
 @click.option("--whole", is_flag=True, help="Show identical sequences, too.")
 @click.option(
     "--markdown", type=click.Path(path_type=Path, dir_okay=False), help="For a pull request."
@@ -256,8 +259,9 @@ def _text(shown: "Table") -> str:
 
 def _write(file: Path, text: str) -> None:
     from reports.files import write_file
+    from reports.printable import printable
 
-    write_file(file, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+    write_file(file, lambda temporary: temporary.write_text(printable(text), encoding="utf-8"))
 
 
 def _part(baseline: "Baseline", trackers: str, sequences: str) -> "Baseline":

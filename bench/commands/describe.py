@@ -96,7 +96,7 @@ def _unusable(name: str, error: Exception) -> dict[str, Any]:
     """
     import trackers
 
-    file = Path(trackers.__file__).with_name(f"{name.replace('-', '_')}.py")
+    file = Path(trackers.__file__).parent / f"{name.replace('-', '_')}.py"
     if not file.is_file():
         raise error
     classes = [node for node in ast.parse(file.read_bytes()).body if isinstance(node, ast.ClassDef)]

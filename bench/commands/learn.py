@@ -16,6 +16,7 @@ from bench.commands._options import (
     progress_bar,
 )
 from bench.experiments.experiment import ExperimentError
+from reports.files import write_file
 
 if TYPE_CHECKING:
     from datasets import Sequence
@@ -84,10 +85,7 @@ def command(
     how = {"colour_dynamics": colour_dynamics, "trackmark": metadata.version("trackmark")}
     text = dynamics_text(values, how, origin)
     if output is not None:
-        try:
-            output.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise ExperimentError(f"{output}: {error.strerror}. Choose another.") from error
+        write_file(output, lambda file: file.write_text(text, encoding="utf-8"))
     if as_json:
         click.echo(json.dumps({**values, "learnt": {**how, "sequences": origin}}, indent=1))
     elif output is None:

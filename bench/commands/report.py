@@ -187,5 +187,7 @@ def _write_page(
                 experiment, path, made, title, Said(*said), progress, full=full, plots=plots
             )
     except OSError as error:
-        why = f"{error.strerror or error}. --folder chooses another place, --no-pictures none."
-        raise ResultsError(why) from error
+        raise ResultsError(
+            f"{error.filename}: {error.strerror}. Choose another folder with --folder, or write no "
+            "page with --no-pictures."
+        ) from error

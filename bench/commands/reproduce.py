@@ -162,45 +162,32 @@ def _run(
 
 def _write(report: "Report", document: Mapping[str, object], folder: Path) -> None:
     """Write the report as pages, tables in every format, and JSON."""
-    from bench.store.files import ResultsError
     from reports.files import write_file
     from reports.write import report_page, write_tables
 
     text = json.dumps(document, indent=1, allow_nan=False)
     page = report_page(report.title, report.remarks, report.tables, report.pictures)
 
-    try:
-        write_tables(folder, report.tables)
-        write_file(folder / "report.md", lambda path: path.write_text(page, "utf-8"))
-        write_file(folder / "report.json", lambda path: path.write_text(text, "utf-8"))
-    except OSError as error:
-        raise ResultsError(str(error.strerror or error)) from error
+    write_tables(folder, report.tables)
+    write_file(folder / "report.md", lambda path: path.write_text(page, "utf-8"))
+    write_file(folder / "report.json", lambda path: path.write_text(text, "utf-8"))
 
 
 def _write_page(report: "Report", paper: "Paper", folder: Path, effort: "Effort") -> None:
     """Write the report as a page that shows what its numbers rest on."""
     from bench.papers.html_page import write_html_page
-    from bench.store.files import ResultsError
 
     readings = next(iter(paper.claims.values())).readings
-    try:
-        with progress_bar(None, "frame") as progress:
-            name = paper.description.name
-            write_html_page(folder / "report.html", report, readings, name, effort, progress)
-    except OSError as error:
-        raise ResultsError(str(error.strerror or error)) from error
+    with progress_bar(None, "frame") as progress:
+        name = paper.description.name
+        write_html_page(folder / "report.html", report, readings, name, effort, progress)
 
 
 def _write_front_page(output: Path) -> None:
     """Write the page that leads to those of all papers."""
     from bench.papers.front_page import write_front_page
-    from bench.store.files import ResultsError
 
-    try:
-        path = write_front_page(output)
-    except OSError as error:
-        raise ResultsError(str(error.strerror or error)) from error
-    click.echo(f"All papers: {path}", err=True)
+    click.echo(f"All papers: {write_front_page(output)}", err=True)
 
 
 def _document(report: "Report", paper: str, effort: "Effort", seconds: float) -> dict[str, object]:

@@ -280,6 +280,7 @@ def import_others(guests: tuple[str, ...], sequences: str, name: str, output: Pa
     type=click.IntRange(0, 1),
     help="Number of the first pixel.  [default: the layout's]",
 )
+@click.option("--force", is_flag=True, help="Replace files that are there.")
 @protocol_option
 @trace_option
 def export(
@@ -289,6 +290,7 @@ def export(
     tracker: str,
     sequence: str,
     origin: int | None,
+    force: bool,
     protocol: str | None,
     trace: Any,
 ) -> None:
@@ -308,6 +310,7 @@ def export(
         tracker=tracker,
         sequence=sequence,
         origin=origin,
+        force=force,
         trace=trace,
         protocol=protocol or "one-pass",
     )

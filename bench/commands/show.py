@@ -76,7 +76,6 @@ def command(
     where one failed.
     """
     import datasets
-    from bench.store.files import ResultsError
     from reports.overlay import TRUTH
 
     if live is not None:
@@ -109,10 +108,7 @@ def command(
     if results is not None:
         found, outlines = _said(results, opened, repetition, trace)
         boxes |= found
-    try:
-        _draw(opened, range(first, end + 1), boxes, outlines, output, count)
-    except OSError as error:
-        raise ResultsError(str(error.strerror or error)) from error
+    _draw(opened, range(first, end + 1), boxes, outlines, output, count)
     click.echo(str(output))
     return 0
 
@@ -122,7 +118,6 @@ def _live(
 ) -> int:
     from bench.experiments.experiment import SequenceSource
     from bench.pages.live import write_live_page
-    from bench.store.files import ResultsError
 
     context = click.get_current_context()
     given = click.core.ParameterSource.COMMANDLINE
@@ -135,11 +130,8 @@ def _live(
     if not trackers:
         raise click.BadParameter("it names no tracker.", param_hint="--live")
     source = SequenceSource(sequence, truth)
-    try:
-        with progress_bar(None, "frame") as progress:
-            paths, failures = write_live_page(trackers, source, output, progress, repetition)
-    except OSError as error:
-        raise ResultsError(str(error.strerror or error)) from error
+    with progress_bar(None, "frame") as progress:
+        paths, failures = write_live_page(trackers, source, output, progress, repetition)
     for failure in failures:
         complain(failure.partition("\n")[0])
     click.echo(str(paths[0]))

@@ -51,7 +51,7 @@ def _told(file: Path, measure: Measure) -> pd.DataFrame:
     """Tracker, sequence and score of every row."""
     columns = ["tracker", "sequence", measure.name]
     try:
-        told = pd.read_csv(file, dtype={"tracker": str, "sequence": str})
+        told = pd.read_csv(file, dtype={"tracker": str, "sequence": str}, keep_default_na=False)
     except (UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
         raise ComparisonError(f"{file} is no CSV: {error}.") from error
     if missing := [name for name in columns if name not in told]:

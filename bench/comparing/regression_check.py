@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from bench.comparing.baseline import DECIMALS, Baseline, Cells
 from bench.statistics.accuracy_drop import IDENTICAL, Change, fact, seed_change
 from bench.statistics.rules import MARGIN
+from reports.printable import in_xml
 from reports.tables import Cell, Table
 
 __all__ = ["Check", "ScoreChange", "as_data", "as_junit", "changed_facts", "check", "table"]
@@ -262,9 +263,10 @@ def as_junit(result: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
         skipped=str(outcomes.count("skipped")),
     )
     for (tracker, name, _, words), kind in zip(cases, outcomes, strict=True):
-        case = ElementTree.SubElement(suite, "testcase", classname=tracker, name=name)
+        names = {"classname": in_xml(tracker), "name": in_xml(name)}
+        case = ElementTree.SubElement(suite, "testcase", names)
         if kind:
-            ElementTree.SubElement(case, kind, message=words)
+            ElementTree.SubElement(case, kind, message=in_xml(words))
     return ElementTree.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
 
 

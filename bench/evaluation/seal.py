@@ -25,6 +25,7 @@ from datasets.outline import known_of
 from datasets.seal import Seal, read_seals, write_seals
 from datasets.source_digest import imported_libraries, tree_digest
 from datasets.synthetic.suite import suites
+from reports.files import write_file
 
 __all__ = ["Sealed", "golden_boxes", "main", "sealed"]
 
@@ -148,7 +149,8 @@ def _seal(one: Sealed, new: bool) -> str:
         if others:
             made = replace(made, version=seal.next_version(), libraries=one.libraries)
             said = f"now version {made.version[0]}"
-    write_seals(one.file, {**read_seals(one.file), one.name: made})
+    seals = {**read_seals(one.file), one.name: made}
+    write_file(one.file, lambda file: write_seals(file, seals))
     return said
 
 

@@ -1,8 +1,10 @@
 """Our stored runs written for others' tools: a folder a tracker, in a layout."""
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +16,10 @@ from bench.exchange import layout
 from bench.exchange.layout import ExchangeError, Said, file_name
 from bench.protocols import ONCE, TIMING
 from bench.protocols import protocol as protocol_of
-from bench.store.files import write_atomically
 from bench.store.index import index_rows, read_table
 from bench.store.layout import run_path
 from bench.store.results import Results
+from reports.files import write_file
 
 __all__ = ["export_results"]
 
@@ -31,6 +33,7 @@ def export_results(
     tracker: str = "*",
     sequence: str = "*",
     origin: int | None = None,
+    force: bool = False,
     trace: Trace = "online",
     protocol: str = ONCE,
 ) -> list[Path]:
@@ -40,22 +43,22 @@ def export_results(
     ----------
     experiment, target : Path
         A folder of results, and where a folder a tracker is made.
-    kind : str
-        The layout's name.
     tell : callable
         Is given the sentence on what the layout keeps, and those on what is left out.
-    tracker, sequence, protocol : str
-        Patterns of what is meant, and the protocol of these runs.
+    kind, tracker, sequence, protocol : str
+        Name of the layout, patterns of what is meant, and the protocol of these runs.
     origin : int, optional
         Number of the first pixel, where it is to be another than the layout's.
+    force : bool
+        Whether existing files are replaced. Otherwise nothing is written if there is one.
     trace : {'online', 'revised'}
         What trackers said at once, or in the end.
 
     Raises
     ------
     ExchangeError, ProtocolError
-        Where nothing matches, two would be one file, or the runs have segments; unknown protocols.
-    ResultsError
+        Where nothing matches, two would be one file, a file exists, or the runs have segments.
+    ResultsError, OSError
         Where a file can't be read or written.
     """
     form, results = layout(kind), Results(experiment)
@@ -74,14 +77,25 @@ def export_results(
         if both := texts.keys() & made.keys():
             raise ExchangeError(f"{min(both)} would hold two runs: export them into two folders.")
         texts |= made
-    for path, text in texts.items():
-        write_atomically(path, text.encode(), durable=False)
+    _write(texts, force=force)
     tell(f"{kind} keeps {form.holds}; pixels count from {start}.")
     if failed := len(rows) - len(finished):
         tell(f"{failed} runs failed and are left out.")
     if further := len(finished) - len(kept):
         tell(f"{further} runs are left out: {kind} has room for one repetition.")
     return list(texts)
+
+
+def _write(texts: Mapping[Path, str], *, force: bool) -> None:
+    """Write texts by path; without `force` write nothing if one of the files exists."""
+    existing = [path for path in texts if os.path.lexists(path)]
+    if existing and not force:
+        raise ExchangeError(
+            f"{existing[0]}: the file exists ({len(existing)} of {len(texts)} files do). Choose "
+            "another folder, or replace the files with --force."
+        )
+    for path, text in texts.items():
+        write_file(path, partial(Path.write_text, data=text, encoding="utf-8"))
 
 
 def _meant(results: Results, tracker: str, sequence: str, stored: str) -> list[dict[str, Any]]:

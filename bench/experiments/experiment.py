@@ -26,7 +26,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from datasets.decoding import brief
+from datasets.decoding import brief, check_name
 from datasets.text_form import close_match, format_text
 
 if TYPE_CHECKING:
@@ -137,6 +137,7 @@ class Experiment:
     def __post_init__(self) -> None:
         if not self.name or "/" in self.name or self.name.startswith((".", "_")):
             raise ExperimentError(f"{self.name!r} can't name a folder of results.")
+        check_name(Path(self.name))
         for number in (self.repetitions, *self.repeated.values()):
             if number < 1:
                 raise ExperimentError(f"{self.name}: repetitions is {number}; give 1 or more.")

@@ -7,7 +7,11 @@ from bench.metrics.overlap import is_well_formed
 
 __all__ = ["centre_error", "centre_inside", "centres"]
 
+FARTHEST = 1e100
+"""Largest finite centre error [px]: sums and squares of larger ones would overflow."""
 
+
+@np.errstate(over="ignore")  # boxes of 1e308
 def centres(boxes: ArrayLike) -> NDArray[np.float64]:
     """Centres (x, y) of boxes, shape (n, 2), in pixels.
 
@@ -20,6 +24,7 @@ def centres(boxes: ArrayLike) -> NDArray[np.float64]:
     return b[:, :2] + b[:, 2:] / 2
 
 
+@np.errstate(over="ignore")  # boxes of 1e308
 def centre_error(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.float64]:
     """Euclidean distance of box centres, row by row.
 
@@ -31,15 +36,16 @@ def centre_error(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.float64]:
     Returns
     -------
     ndarray of float64, shape (n,)
-        In pixels. NaN where the truth is absent; infinite where the estimate is malformed:
-        such a frame is a miss at every tolerance.
+        In pixels. NaN where the truth is absent; infinite if the estimate is malformed or farther
+        than `FARTHEST`: such a frame is a miss at every tolerance.
     """
     t = np.asarray(truth, np.float64).reshape(-1, 4)
     e = np.asarray(estimate, np.float64).reshape(-1, 4)
     good = is_well_formed(e)
     difference = centres(t) - centres(np.where(good[:, None], e, 0.0))
     distance = np.hypot(difference[:, 0], difference[:, 1])
-    return np.where(good | np.isnan(distance), distance, np.inf)
+    near = good & (distance <= FARTHEST)
+    return np.where(near | np.isnan(distance), distance, np.inf)
 
 
 def centre_inside(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.bool_]:

@@ -52,6 +52,6 @@ def plain_error(truth: NDArray[np.float64], estimate: NDArray[np.float64]) -> ND
 def _distance(
     truth: NDArray[np.float64], estimate: NDArray[np.float64], unit: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # boxes of 1e308, too
         difference = estimate[:, :2] + estimate[:, 2:] / 2 - (truth[:, :2] + truth[:, 2:] / 2)
         return np.asarray(np.sqrt(((difference / unit) ** 2).sum(axis=1)))

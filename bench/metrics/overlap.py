@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 __all__ = ["is_well_formed", "overlap"]
 
 
+@np.errstate(over="ignore", invalid="ignore")  # boxes of 1e308: an infinite area is right
 def overlap(truth: ArrayLike, estimate: ArrayLike) -> NDArray[np.float64]:
     r"""Intersection over union of boxes, row by row.
 

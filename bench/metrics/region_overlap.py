@@ -16,6 +16,9 @@ from bench.metrics.overlap import is_well_formed, overlap
 
 __all__ = ["exact_overlap", "raster_overlap"]
 
+FARTHEST = 2.0**30
+"""Largest coordinate [px]; larger ones are clipped, so that areas and integers do not overflow."""
+
 Shapes = Sequence[NDArray[np.float64] | NDArray[np.bool_] | None] | None
 """By frame a polygon, shape (k, 2), a mask, bool of shape (height, width), or None for the box."""
 
@@ -83,12 +86,14 @@ def _given(shapes: Shapes, truth: NDArray[np.float64]) -> Iterator[tuple[int, ND
 
 def _whole(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Rounded, halves to even numbers, from the single precision that VOT keeps regions in."""
-    return np.round(values.astype(np.float32)).astype(np.float64)
+    return np.round(values.clip(-FARTHEST, FARTHEST).astype(np.float32)).astype(np.float64)
 
 
 def _corners(boxes: NDArray[np.float64], size: tuple[int, int] | None) -> NDArray[np.float64]:
     """Corners [left, top, right, bottom] of boxes, inside the image; shape (n, 4)."""
-    low, high = boxes[:, :2], boxes[:, :2] + boxes[:, 2:]
+    with np.errstate(over="ignore"):
+        low, high = boxes[:, :2], boxes[:, :2] + boxes[:, 2:]
+    low, high = low.clip(-FARTHEST, FARTHEST), high.clip(-FARTHEST, FARTHEST)
     if size is not None:
         low, high = np.clip(low, 0, size), np.clip(high, 0, size)
     return np.column_stack([low, np.maximum(low, high)])

@@ -13,6 +13,7 @@ import pandas as pd
 import datasets
 from bench.store import loading
 from bench.store.layout import Cell, experiment_folders
+from reports.files import write_file
 
 __all__ = ["Player", "Runs", "load_results", "player"]
 
@@ -68,7 +69,7 @@ class Player:
 
     def save(self, path: str | Path) -> None:
         """Write it as a page that a browser opens. Raises `OSError`."""
-        Path(path).write_text(self.page, encoding="utf-8")
+        write_file(Path(path), lambda file: file.write_text(self.page, encoding="utf-8"))
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the page within a frame, whose scripts reach nothing else."""

@@ -290,7 +290,7 @@ def _worst(
     for trace in traces:
         boxes = run.boxes_in(trace)[judged]
         overlaps = np.nan_to_num(overlap(truth[judged], boxes))
-        distance = np.nan_to_num(centre_error(truth[judged], boxes), nan=np.inf)
+        distance = np.nan_to_num(centre_error(truth[judged], boxes), nan=np.inf, posinf=np.inf)
         # Of frames without any overlap the one that is furthest away.
         by_overlap = int(np.lexsort((-distance, overlaps))[0])
         by_error = int(np.argmax(distance))

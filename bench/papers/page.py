@@ -41,23 +41,26 @@ def write_page(path: Path, report: Report, paper: str, effort: Effort) -> None:
     Raises
     ------
     ResultsError
-        Where the page lacks the marks, or can't be written.
+        If the page lacks the marks or is not UTF-8.
+    OSError
+        If the page cannot be read or written.
     """
     try:
         text = path.read_text("utf-8") if path.is_file() else None
-        if text is None:
-            text = _SKELETON.format(title=report.title, begin=BEGIN, end=END, paper=paper)
-        before, begin, rest = text.partition(BEGIN)
-        _, end, after = rest.partition(END)
-        if not (begin and end):
-            raise ResultsError(
-                f"{path}: there are no two lines {BEGIN!r} and {END!r} to write between; add them."
-            )
-        page = f"{before}{BEGIN}\n\n{_results(report, paper, effort)}\n{END}{after}"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_file(path, lambda file: file.write_text(page, "utf-8"))
-    except OSError as error:
-        raise ResultsError(f"{path}: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise ResultsError(
+            f"{path}: not UTF-8 (byte {error.start}). Give another --page."
+        ) from None
+    if text is None:
+        text = _SKELETON.format(title=report.title, begin=BEGIN, end=END, paper=paper)
+    before, begin, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not (begin and end):
+        raise ResultsError(
+            f"{path}: there are no two lines {BEGIN!r} and {END!r} to write between; add them."
+        )
+    page = f"{before}{BEGIN}\n\n{_results(report, paper, effort)}\n{END}{after}"
+    write_file(path, lambda file: file.write_text(page, "utf-8"))
 
 
 def _results(report: Report, paper: str, effort: Effort) -> str:

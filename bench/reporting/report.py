@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from bench.reporting.by_preset import Scored
 from bench.reporting.tables import title_of
-from bench.store.files import ResultsError
 from reports.tables import Table
 from reports.write import write_tables
 
@@ -31,19 +30,16 @@ def write_report(
     `title` heads plots; it is the experiment's own by default. `pictures`: format of plots, `png`,
     `svg` or `pdf`; None for no pictures (film strips are PNG). `tell` is given a sentence on every
     sequence that can't be drawn. `scored`: runs by other presets, whose curves are drawn;
-    `against`: scores against attributes, likewise. Raises `ResultsError` where results can't be
-    read or the report can't be written.
+    `against`: scores against attributes, likewise. Raises `ResultsError` if results cannot
+    be read, `OSError` if the report cannot be written.
     """
-    try:
-        paths = write_tables(folder, made)
-        if pictures is not None:
-            from bench.reporting.pictures import write_pictures  # brings what draws
+    paths = write_tables(folder, made)
+    if pictures is not None:
+        from bench.reporting.pictures import write_pictures  # brings what draws
 
-            suffix = f".{pictures}"
-            paths += write_pictures(experiment, folder, tell, title, scored, suffix)
-            for one in against:
-                path = folder / f"{one.table.name}{suffix}"
-                paths += one.drawn(path, title or title_of(experiment))
-    except OSError as error:
-        raise ResultsError(str(error.strerror or error)) from error
+        suffix = f".{pictures}"
+        paths += write_pictures(experiment, folder, tell, title, scored, suffix)
+        for one in against:
+            path = folder / f"{one.table.name}{suffix}"
+            paths += one.drawn(path, title or title_of(experiment))
     return paths

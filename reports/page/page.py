@@ -1,5 +1,6 @@
 """A page as a file: a template filled in, with the frames and boxes that its scripts read."""
 
+import os
 import re
 from base64 import b64encode
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -77,7 +78,7 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
         "colours": COLOURS,
         "dashes": _DASHES,
         "scenes": told,
-        "beside": quote(_folder(path).name),
+        "beside": quote(os.fsencode(_folder(path).name)),
         "absent": ABSENT,
         "start": page.start.removeprefix("#"),
         "charts": {

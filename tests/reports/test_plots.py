@@ -235,7 +235,7 @@ def test_a_report_keeps_colours_and_counts_runs_in_every_plot(tmp_path, monkeypa
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(OSError, match=r"file/p\.png can't be written"):
+    with pytest.raises(OSError, match=r"cannot write \(Not a directory\): .*file/p\.png"):
         write_figure(tmp_path / "file" / "p.png", success_plot(frame_table([0.5]), "T", ["a"]))
 
 

@@ -180,7 +180,7 @@ def test_exported_times_are_those_of_updates(trackmark, here):
     update = update.circumstances["update_seconds"]
 
     def exported(kind, name):
-        trackmark("results", "export", "results/ours", f"there-{kind}", "--as", kind)
+        trackmark("results", "export", "results/ours", f"there-{kind}", "--as", kind, "--force")
         return (here / f"there-{kind}" / "static" / name).read_text()
 
     times = exported("got10k", "Small/Small_time.txt").split()
@@ -193,3 +193,20 @@ def test_exported_times_are_those_of_updates(trackmark, here):
     known = Results(here / "results/ours").read(file).times
     expected = [known.initialisation_wall, *known.wall[1:]]
     np.testing.assert_allclose(timed, expected, rtol=0, atol=1e-8)
+
+
+def test_export_refuses_existing_files_without_force(trackmark, one_line, here):
+    trackmark("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small")
+    (folder,) = (here / "results").iterdir()
+    export = ("results", "export", folder, "exported", "--as", "otb")
+    kept = here / "exported" / "static" / "Small.txt"
+    kept.parent.mkdir(parents=True)
+    kept.write_text("by hand")
+    message = one_line(trackmark(*export, status=2))
+    assert "exported/static/Small.txt: the file exists (1 of 2 files do)" in message
+    assert "--force" in message
+    assert [file for file in (here / "exported").rglob("*") if file.is_file()] == [kept]
+    assert kept.read_text() == "by hand"
+    trackmark(*export, "--force")
+    assert kept.read_text().startswith("5")
+    assert (here / "exported" / "knob.py_Knob" / "Small.txt").is_file()

@@ -122,3 +122,19 @@ def test_a_clock_that_jumps_costs_nothing(trackmark, here):
     assert before.items() <= digests(folder).items()
     assert "3 of 3" in trackmark(*RUN, "--seeds", "3").stdout
     trackmark("results", "check", folder)
+
+
+def test_annotate_force_keeps_the_truth_on_a_full_disk(trackmark, one_line, small_disk, otb):
+    disk, _ = small_disk
+    video = otb(disk.parent / "Long", 200) / "img"
+    truth = disk / "truth.csv"
+    truth.write_text("# by hand\nframe,x,y,width,height\n0,1,1,9,9\n")
+    before = truth.read_bytes()
+    free = os.statvfs(disk)
+    (disk / "filler").write_bytes(bytes(free.f_bavail * free.f_bsize))
+    assert os.statvfs(disk).f_bavail == 0
+    boxes = ("--box", "0:4,5,10.123456789,12", "--box", "199:8,5,10,12")
+    message = one_line(trackmark("annotate", video, *boxes, "--output", truth, "--force", status=2))
+    assert message == f"trackmark: {truth}: cannot write (No space left on device)."
+    assert truth.read_bytes() == before
+    assert sorted(file.name for file in disk.iterdir()) == ["filler", "truth.csv"]
