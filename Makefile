@@ -64,9 +64,9 @@ lint: $(READY)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-# Whether our trackers score what they did, on one suite of tests/baseline.toml.
+# Check whether our trackers score as in tests/baseline.toml, on one of its sequences.
 check: $(READY)
-	@$(BIN)/trackmark check tests/baseline.toml --sequences 'wang2010/*' --output "$$(mktemp -d)"
+	@$(BIN)/trackmark check tests/baseline.toml --seeds 6 --sequences 'plain/*' --output "$$(mktemp -d)"
 
 # What a changed scene or tracker gives, against what it gave; NEW=name for what is meant to differ.
 seal: $(READY)
