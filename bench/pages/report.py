@@ -19,6 +19,7 @@ from bench.pages.filming import Watch
 from bench.pages.takes import Reading, named_by, read_takes, scenes
 from bench.protocols import STORED_ONCE, TIMING
 from bench.reporting.by_preset import table_prefix
+from bench.reporting.failed_runs import with_worst_scores
 from bench.store.loading import load_results
 from bench.store.truth import occurring_attributes
 from datasets.text_form import format_text
@@ -100,7 +101,7 @@ def further_tables(experiment: Path, tables: Sequence[Table], said: Said) -> lis
 
 
 def _content(experiment: Path, tables: Sequence[Table], said: Said) -> _Content:
-    runs = load_results(experiment)
+    runs = with_worst_scores(experiment, load_results(experiment))
     scored = complete(runs[runs["protocol"] == "accuracy"])
     trackers = [str(name) for name in scored["tracker"].unique()]
     reading = read_takes(experiment, trackers)
@@ -117,7 +118,7 @@ def _content(experiment: Path, tables: Sequence[Table], said: Said) -> _Content:
     finished = scored[scored["status"] == "finished"]
     occurring = occurring_attributes(experiment, finished)
     command = said.command("compare")
-    which, differences = answers(runs, occurring, reading, command)
+    which, differences = answers(experiment, runs, occurring, reading, command)
     opened = ["Open one to see its frames."] if reading.stages else []
     made = [
         overview,
