@@ -107,7 +107,7 @@ def _content(experiment: Path, tables: Sequence[Table], said: Said) -> _Content:
     reading = read_takes(experiment, trackers)
     protocols = sorted({*map(str, runs["protocol"])} - {STORED_ONCE, TIMING}, key=len, reverse=True)
     overview = _overview(complete(runs), reading, tables, said)
-    told = {*overview.words, *_failures(tables)}
+    told = set(overview.words)
     tables = [
         replace(table, notes=[note for note in table.notes if note not in told]) for table in tables
     ]
@@ -142,11 +142,6 @@ def _content(experiment: Path, tables: Sequence[Table], said: Said) -> _Content:
     return _Content(reading, made)
 
 
-def _failures(tables: Sequence[Table]) -> list[str]:
-    """Notes that tell of failed runs, which have a table of their own up front."""
-    return [note for table in tables for note in table.notes if note.startswith("failed: ")]
-
-
 def _overview(
     scored: pd.DataFrame, reading: Reading, tables: Sequence[Table], said: Said
 ) -> Section:
@@ -177,9 +172,7 @@ def _overview(
             "judged in have no curve; where one was begun again the curve has a triangle. Charts "
             "are of runs in one pass."
         )
-    failures = set(_failures(tables))
-    notes = dict.fromkeys(note for table in tables for note in table.notes)
-    words += [note for note in notes if note not in failures]
+    words += dict.fromkeys(note for table in tables for note in table.notes)
     failed = [
         (Place(position, clip.tracker, clip.repetition, clip.end), stage.name, clip.failure)
         for position, stage in enumerate(reading.stages)

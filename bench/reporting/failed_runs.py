@@ -8,7 +8,6 @@ lower-is-better scores have no bound: they are what the metrics preset makes of 
 whenever it can. Times have no worst value and stay missing.
 """
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import hypot, nan
@@ -26,6 +25,7 @@ from bench.protocols import TIMING, protocol
 from bench.store.layout import run_path
 from bench.store.results import Results
 from bench.store.truth import StoredTruth, read_truth
+from reports.notes import failure_notes
 
 __all__ = ["FailedRuns", "failed_runs", "judge_failed", "with_worst_scores"]
 
@@ -35,8 +35,6 @@ MASK_SCORES = ("mean_region_similarity", "region_recall", "region_decay") + (
     "contour_decay",
 )
 """Scores of masks; all are 0 for a tracker that gives none after initialisation."""
-
-_FRAME = re.compile(r"^frame \d+: ")
 
 
 @dataclass(frozen=True)
@@ -72,22 +70,9 @@ def failed_runs(runs: pd.DataFrame, counted: str = "the worst score") -> FailedR
     >>> failed_runs(runs, "0").notes
     {'a': '1 of 2 runs failed (counted as 0): sequence cup, ValueError: no'}
     """
-    notes, left_out = dict[str, str](), list[str]()
-    for tracker, rows in runs.groupby("tracker", sort=False, observed=True):
-        failed = rows[rows["status"] == "failed"]
-        if failed.empty:
-            continue
-        every = len(failed) == len(rows)
-        first = failed.iloc[0]
-        reason = _FRAME.sub("", str(first["failure"]).partition("\n")[0])
-        treatment = "left out" if every else f"counted as {counted}"
-        notes[str(tracker)] = (
-            f"{len(failed)} of {len(rows)} runs failed ({treatment}): "
-            f"sequence {first['sequence']}, {reason}"
-        )
-        if every:
-            left_out.append(str(tracker))
-    return FailedRuns(notes, left_out)
+    notes = failure_notes(runs, counted)
+    succeeded = set(runs["tracker"][runs["status"] != "failed"])
+    return FailedRuns(notes, [tracker for tracker in notes if tracker not in succeeded])
 
 
 def with_worst_scores(
@@ -95,7 +80,8 @@ def with_worst_scores(
 ) -> pd.DataFrame:
     """Return runs with the worst scores of metrics presets in failed rows.
 
-    Their status stays `failed`. Timing runs, and runs that a preset cannot judge, are unchanged.
+    Their status stays `failed`. Timing runs, runs of trackers whose every run failed, and runs that
+    a preset cannot judge are unchanged.
 
     Parameters
     ----------
@@ -111,7 +97,9 @@ def with_worst_scores(
     ResultsError
         If a file is missing or damaged.
     """
-    failed = runs[(runs["status"] == "failed") & (runs["protocol"] != TIMING)]
+    keys = pd.MultiIndex.from_frame(runs[["tracker", "protocol"]].astype(str))
+    is_failed = (runs["status"] == "failed").to_numpy()
+    failed = runs[is_failed & keys.isin(keys[~is_failed]) & (runs["protocol"] != TIMING)]
     if failed.empty:
         return runs
     filled = runs.copy()

@@ -64,7 +64,7 @@ def test_a_run_that_lacks_makes_what_it_belongs_to_missing(stored):
     rows = load_results(stored).itertuples()
     names = [(row.tracker, row.sequence, row.repetition, row.protocol) for row in rows]
     (scored,) = by_presets(stored, ["otb"], cells=names[1:])
-    assert texts(scored.table)[TOGETHER, names[0][0]][0] == "— (1 of 2 lacking)"
+    assert texts(scored.table)[TOGETHER, names[0][0]][0] == "— (1 of 2 not run)"
     assert names[0][0] not in scored.curves["success"]
 
 
@@ -108,7 +108,7 @@ def test_what_a_preset_can_judge_no_run_of_is_said_in_a_sentence(without_process
         assert "otb judges no runs by the protocol supervised" in text
         assert "toprule" not in text
         assert "---" not in text
-    assert set(table.data["lacking"]) == {"1 of 1 not scored", "2 of 2 lacking"}
+    assert set(table.data["lacking"]) == {"1 of 1 not scored", "2 of 2 not scored"}
 
 
 @pytest.mark.parametrize(("seconds", "late"), [(0.0, 0.0), (0.05, 1.0), (0.02, 0.0)])

@@ -8,9 +8,11 @@ import pandas as pd
 import pytest
 
 import bench
+import datasets
 from bench import metrics
 from bench.experiments.experiment import Experiment, SequenceSource
 from bench.reporting import failed_runs as module
+from bench.reporting.by_preset import tables_by
 from bench.reporting.failed_runs import failed_runs, judge_failed, with_worst_scores
 from bench.store.loading import load_results
 from bench.store.results import Results
@@ -22,12 +24,14 @@ N_FRAMES = 15
 
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory, without_processes):
-    """Results of two trackers on two scenes; one tracker always fails."""
+    """Results of three trackers on two scenes: one fails on the first, another one on both."""
     folder = tmp_path_factory.mktemp("failed")
-    text = KNOB_TRACKER.replace("return Estimate", "raise ValueError('empty')  #")
-    (folder / "broken.py").write_text(text)
     sources = tuple(SequenceSource(f"plain/target:length={N_FRAMES}:scene={n}") for n in (0, 1))
-    trackers = ("static", f"{folder / 'broken.py'}")
+    x = datasets.load(sources[0].text).boxes[0, 0]
+    for name, condition in (("partly", f"if abs(self.box[0] - {x}) < 1e-6: "), ("broken", "")):
+        statement = f"{condition}raise ValueError('empty')\n        return Estimate"
+        (folder / f"{name}.py").write_text(KNOB_TRACKER.replace("return Estimate", statement))
+    trackers = ("static", f"{folder / 'partly.py'}", f"{folder / 'broken.py'}")
     with without_processes():
         yield bench.run(Experiment("trial", trackers, sources), folder, jobs=1)
 
@@ -87,8 +91,37 @@ def test_failed_runs_have_the_worst_scores_of_presets(without_processes, stored,
 
 def test_failed_runs_are_counted_with_the_first_reason(stored):
     failures = failed_runs(load_results(stored), "0")
-    (name,) = failures.left_out
-    sequence = f"plain/target:length={N_FRAMES}"
+    where = f"sequence plain/target:length={N_FRAMES}, ValueError: empty"
+    assert failures.left_out == ["broken.py:Knob"]
     assert failures.notes == {
-        name: f"2 of 2 runs failed (left out): sequence {sequence}, ValueError: empty"
+        "partly.py:Knob": f"1 of 2 runs failed (counted as 0): {where}",
+        "broken.py:Knob": f"2 of 2 runs failed (left out): {where}",
     }
+
+
+def test_trackers_whose_every_run_failed_keep_no_scores(stored):
+    filled = with_worst_scores(stored, load_results(stored))
+    assert filled["mean_overlap"][filled["tracker"] == "broken.py:Knob"].isna().all()
+
+
+@pytest.mark.parametrize("name", ["native", "otb", "got10k"])
+def test_tables_count_failed_runs_as_worst(stored, name):
+    tables = {table.name: table for table in tables_by(stored, [name])}
+    summary = tables["summary" if name == "native" else f"metrics-{name}"]
+    runs = with_worst_scores(stored, load_results(stored))
+    data = summary.data[
+        summary.data["measure"]
+        == {"native": "mean_overlap", "otb": "success_auc", "got10k": "ao"}[name]
+    ]
+    means = data.groupby("tracker", sort=False)["mean"].first()
+    assert np.isnan(means["broken.py:Knob"])
+    assert 0 < means["partly.py:Knob"] < means["static"]
+    if name == "native":
+        assert (
+            means["partly.py:Knob"]
+            == runs["mean_overlap"][runs["tracker"] == "partly.py:Knob"].mean()
+        )
+    assert [note for note in summary.notes if note.startswith("partly")] == [
+        "partly.py:Knob: 1 of 2 runs failed (counted as the worst score): "
+        f"sequence plain/target:length={N_FRAMES}, ValueError: empty"
+    ]
