@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pandas as pd
 
 from bench.comparing.baseline import DECISIVE, Baseline, BaselineCell, BaselineError
-from bench.comparing.words import equals, p_value
+from bench.reporting.doubt import p_value
 from bench.statistics.regression import Change, Judgement, Sample, judge, repetitions_needed
 from reports.tables import MISSING, Cell, Table
 
@@ -143,7 +143,7 @@ def _notes(found: Check) -> list[str]:
 
 def _together(judgement: Judgement) -> str:
     return (
-        f"All that vary together: {judgement.difference:+.4f}, p {equals(judgement.p)} that there "
+        f"All that vary together: {judgement.difference:+.4f}, p {p_value(judgement.p)} that there "
         "is no drop."
     )
 

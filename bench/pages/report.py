@@ -118,7 +118,7 @@ def _content(experiment: Path, tables: Sequence[Table], said: Said) -> _Content:
     finished = scored[scored["status"] == "finished"]
     occurring = occurring_attributes(experiment, finished)
     command = said.command("compare")
-    which, differences = answers(runs, occurring, reading, command)
+    which, differences = answers(experiment, runs, occurring, reading, command)
     opened = ["Open one to see its frames."] if reading.stages else []
     made = [
         overview,

@@ -60,10 +60,10 @@ def test_numbers_on_the_page_are_those_of_csv_and_json(trackmark, here):
         texts = (here / "report" / f"{name}.txt").read_text()
         assert all(cell["text"] in texts for cell in cells)
     for row, line in zip(told["comparison"], shown["comparison"][1:], strict=True):
-        assert line[2]["text"] == f"{row['mean']:.3f}"
+        assert line[1]["text"] == f"{row['mean']:.3f}"
     for row, line in zip(told["comparison-pairs"], shown["comparison-pairs"][1:], strict=True):
         assert line[0]["text"] == f"{row['first']} - {row['second']}"
-        assert line[2]["text"] == f"{row['difference']:+.3f}"
+        assert line[1]["text"] == f"{row['difference']:+.3f}"
     intervals_are_equal(told["summary"], here / "report" / "summary.csv", shown["summary"], page)
 
 
@@ -180,7 +180,8 @@ def test_failures_stand_up_front_and_lead_to_the_last_box(trackmark, here, spoil
     trackmark("report", "results", "--folder", "report")
     text = (here / "report" / "report.html").read_text()
     assert text.index("Not all is here: ") < text.index('id="sequences"')
-    assert text.count("ValueError: lost") == 2  # of two trackers' one: in a row, and its take
+    # In a row, with its boxes, and in the table and the paragraph of the comparison.
+    assert text.count("ValueError: lost") == 4
     for row in Cells(text).tables["failed"][1:]:
         assert row[3]["text"] == "2"
         assert "frame=2" in row[3]["link"]
@@ -262,10 +263,10 @@ def test_the_word_of_a_filter_may_be_in_a_column(shown, page):
 
 @browser.needs_browser
 def test_a_column_of_intervals_is_sorted_by_their_lower_ends(shown, page):
-    shown.click("#comparison-pairs thead th:nth-child(4) button")
+    shown.click("#comparison-pairs thead th:nth-child(3) button")
     texts = shown.run(
         "[...document.querySelectorAll('#comparison-pairs tbody tr')]"
-        ".map(row => row.cells[3].textContent)"
+        ".map(row => row.cells[2].textContent)"
     )
     lows = [float(text[1:].partition(",")[0]) for text in texts]
     assert lows == sorted(lows, reverse=True)
