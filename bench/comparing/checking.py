@@ -9,7 +9,6 @@ from xml.etree import ElementTree
 import pandas as pd
 
 from bench.comparing.baseline import DECISIVE, Baseline, BaselineCell, BaselineError
-from bench.reporting.doubt import p_value
 from bench.statistics.regression import Change, Judgement, Sample, judge, repetitions_needed
 from reports.tables import MISSING, Cell, Table
 
@@ -95,7 +94,7 @@ def table(found: Check, *, whole: bool = False) -> Table:
                 Cell(f"{new.mean:.3f}"),
                 Cell(f"{change.difference:+.3f}"),
                 Cell(f"{new.n}"),
-                Cell(p_value(change.p) if isfinite(change.p) else MISSING),
+                Cell(f"{change.p:.3f}" if isfinite(change.p) else MISSING),
             ]
         )
     return Table(
@@ -143,7 +142,7 @@ def _notes(found: Check) -> list[str]:
 
 def _together(judgement: Judgement) -> str:
     return (
-        f"All that vary together: {judgement.difference:+.4f}, p {p_value(judgement.p)} that there "
+        f"All that vary together: {judgement.difference:+.4f}, p {judgement.p:.3f} that there "
         "is no drop."
     )
 

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from bench.comparing.pairwise import Losses, Pair, Scores, compare_pairs, sign_of
 from bench.comparing.stored_boxes import BoxEvidence
 from bench.protocols import STORED_ONCE, TIMING, title
-from bench.reporting.doubt import bounded_difference, bounded_score
 from bench.reporting.failed_runs import failed_runs
 from bench.reporting.tables import own_times
+from bench.reporting.uncertainty import bounded_difference, bounded_score
 from bench.statistics.intervals import Interval
 from bench.statistics.rules import interval_or_none, star_marks
 from bench.statistics.units import Units, units_of
