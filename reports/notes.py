@@ -12,7 +12,7 @@ _WORDS = {
     "stale": "by another version of the tracker or the sequence",
     NOT_RUN: "of the sequences",
 }
-_FRAME = re.compile(r"^frame \d+: ")
+_FRAME = re.compile(r"^(frame \d+|.*\.(png|jpe?g|bmp|tiff?|webp|p[gp]m)): ", re.IGNORECASE)
 
 
 def counted(runs: pd.DataFrame, score: str) -> "pd.Series[bool]":
@@ -23,18 +23,20 @@ def counted(runs: pd.DataFrame, score: str) -> "pd.Series[bool]":
     return finished | ((runs["status"] == "failed") & runs[score].notna())
 
 
-def failure_notes(runs: pd.DataFrame, worst: str = "the worst score") -> dict[str, str]:
+def failure_notes(
+    runs: pd.DataFrame, worst: str = "the worst score", every: str = "left out"
+) -> dict[str, str]:
     """Return, by tracker with failed runs, how many failed, and where and why the first one did.
 
-    `worst`: score of a failed run; '' if failed runs have none. If every run of a tracker failed,
-    it is left out.
+    `worst`: score of a failed run; '' if failed runs have none. `every`: treatment of a tracker
+    whose every run failed.
     """
     notes = dict[str, str]()
     for tracker, rows in runs.groupby("tracker", sort=False, observed=True):
         failed = rows[rows["status"] == "failed"]
         if failed.empty:
             continue
-        treatment = "left out" if len(failed) == len(rows) else worst and f"counted as {worst}"
+        treatment = every if len(failed) == len(rows) else worst and f"counted as {worst}"
         first = failed.iloc[0]
         reason = _FRAME.sub("", str(first["failure"]).partition("\n")[0])
         notes[str(tracker)] = (

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from bench.commands import EXIT_ANSWER_IS_NO
 from bench.commands._guests import guests_of, guests_option, together
 from bench.commands._options import (
     by_attribute_option,
@@ -63,14 +64,14 @@ def command(
     wide: bool,
     no_pictures: bool,
     as_json: bool,
-) -> None:
+) -> int:
     """Report on RESULTS (the folder of an experiment, or one that holds several).
 
     Prints tables, and writes report.html, a page with a player of the frames; with --json or a
     --format of tables and no --folder it prints alone. Only RESULTS are read; film strips, the page
     and --by-attribute open the sequences, for their pixels. With --metrics stored runs are scored
     by other definitions; nothing is run again. With --results-of others' results on the same
-    sequences stand in the same tables.
+    sequences stand in the same tables. Exit status 1 if every run of a tracker failed.
     """
     from bench.reporting.report import write_report
     from bench.reporting.tables import title_of
@@ -90,6 +91,7 @@ def command(
     experiments = [] if results is None else experiment_folders(results)
     others = [text for given in results_of for text in ("--results-of", given)]
     others += [] if sequences is None else ["--sequences", sequences]
+    status = 0
     with together(experiments, guests_of(results_of), sequences) as shown:
         for number, experiment in enumerate(shown):
             several = len(shown) > 1
@@ -111,6 +113,22 @@ def command(
                 page = target / "report.html"
                 files += _write_page(experiment, page, made, title, said, full=frames, plots=plots)
             _sum_up(files)
+            if left_out := _left_out(experiment):
+                _tell(*left_out)
+                status = EXIT_ANSWER_IS_NO
+    return status
+
+
+def _left_out(experiment: Path) -> list[str]:
+    """Return a line on every tracker whose every run failed."""
+    from bench.reporting.failed_runs import failed_runs
+    from bench.store.loading import load_results
+
+    lines = dict[str, None]()
+    for _, runs in load_results(experiment).groupby("protocol", sort=False, observed=True):
+        failures = failed_runs(runs)
+        lines |= {f"{name}: {failures.notes[name]}": None for name in failures.left_out}
+    return list(lines)
 
 
 def _tell(*lines: str) -> None:

@@ -122,6 +122,8 @@ def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "")
             PRESET,
         )
         made.append(replace(table, name="segmentation"))
+    if note := not_repeatable(runs):
+        made = [replace(table, notes=[*table.notes, *note]) for table in made]
     if len(timed):
         table = sequence_table(
             timed,
@@ -131,6 +133,27 @@ def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "")
         )
         made.append(replace(table, name="times"))
     return made
+
+
+def not_repeatable(runs: pd.DataFrame) -> list[str]:
+    """Return a note on every tracker whose timing run has other scores than the run of that seed.
+
+    `runs`: as `load_results` gives them. Equal boxes have equal scores, which the index holds.
+    """
+    key, scores = ["tracker", "sequence", "repetition"], ["mean_overlap", "centre_error"]
+    finished = runs[runs["status"] == "finished"].reindex(columns=["protocol", *key, *scores])
+    first, second = (
+        finished[finished["protocol"] == name].astype(dict.fromkeys(key[:2], str)).set_index(key)
+        for name in ("accuracy", "timing")
+    )
+    both = first.index.intersection(second.index)
+    before, again = (of.loc[both, scores].to_numpy(np.float64) for of in (first, second))
+    differs = ~np.isclose(before, again, rtol=0, atol=1e-9, equal_nan=True).all(axis=1)
+    cells = {tracker: (sequence, seed) for tracker, sequence, seed in both[differs][::-1]}
+    return [
+        f"{tracker} is not repeatable: seed {seed} gave other boxes on {sequence} in a timing run"
+        for tracker, (sequence, seed) in cells.items()
+    ]
 
 
 def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[Table]:
