@@ -1,16 +1,20 @@
-"""Keep what trackers score now, for `trackmark check`."""
+"""Write what trackers score to a baseline for `trackmark check`."""
 
-from dataclasses import replace
-from functools import partial
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.commands._design import Bench, budget_option
+from bench.commands import EXIT_ANSWER_IS_NO
+from bench.commands._baseline_runs import CellRunner, differing, failure_lines, first_cells
 from bench.commands._options import chosen_sequences, engine_options, output_option, split_list
+from bench.experiments.experiment import Experiment, SequenceSource
 
-__all__ = ["command"]
+if TYPE_CHECKING:
+    from bench.comparing.baseline import Baseline, Cells
+
+__all__ = ["command", "refuse_hidden_randomness"]
 
 
 @click.command("baseline")
@@ -19,21 +23,19 @@ __all__ = ["command"]
 @click.option("--sequences", required=True, help="Comma-separated names or paths, as for `run`.")
 @click.option(
     "--seeds",
-    type=click.IntRange(2),
-    default=5,
+    type=click.IntRange(6, 10_000),
+    default=20,
     show_default=True,
-    help="Repetitions of trackers that draw, to begin with.",
+    help="Runs per sequence of trackers that declare randomness; others run once.",
 )
 @click.option(
     "--detect",
     type=click.FloatRange(0, 1, min_open=True),
     default=0.05,
     show_default=True,
-    help="Drop of the mean overlap on one sequence that must be found.",
+    help="Drop of the mean overlap on one sequence that must not be missed.",
 )
-@click.option("--time", "timed", is_flag=True, help="Keep the trackers' speed, too.")
-@click.option("--force", is_flag=True, help="Replace a baseline that is there.")
-@budget_option
+@click.option("--force", is_flag=True, help="Replace an existing baseline.")
 @output_option
 @engine_options
 def command(
@@ -42,56 +44,100 @@ def command(
     sequences: str,
     seeds: int,
     detect: float,
-    timed: bool,
     force: bool,
-    budget: float,
     output: Path,
     means: dict[str, Any],
 ) -> int:
     """Write the baseline NAME (baselines/NAME.toml, or a path that ends in .toml).
 
-    It is a small text file to be committed: a line a tracker and sequence. Trackers that draw
-    are repeated until a drop of --detect would be found in 80 % of cases, or the budget ends.
+    It is a small text file to be committed: a line per tracker and sequence, with score and digest
+    of each run. Stored runs are not repeated. Exit status 1 if runs failed, 2 if a tracker uses
+    random numbers without declaring it: no baseline is written then.
     """
-    from bench.comparing.baseline import DECISIVE, baseline_path, lacking, write_baseline
-    from bench.comparing.clocking import Clock
-    from bench.execution.plan import make_plan
-    from bench.experiments.experiment import Experiment
-    from bench.store.results import Results
+    from bench.comparing.baseline import Baseline, baseline_path, surroundings, write_baseline
 
     path = baseline_path(name)
     if path.exists() and not force:
         raise click.UsageError(
-            f"{path} is there already. `trackmark check {name} --accept TRACKER` moves it on; "
-            "--force makes it anew, and its accepted changes are forgotten."
+            f"{path} exists. `trackmark check {name} --accept TRACKER` replaces the scores of one "
+            "tracker; --force replaces the file and forgets accepted changes."
         )
-    asked = Experiment(
-        f"baseline-{path.stem}",
-        tuple(split_list(trackers)),
-        chosen_sequences(sequences, None),
-        repetitions=seeds,
-    )
-    plan = make_plan(asked, Results(output / asked.name), {})
-    sources = {planned.name: planned.source for planned in plan.sequences}
-    texts = {chosen.label: text for text, chosen in plan.trackers.items()}
-    design = {(label, sequence): seeds for label in texts for sequence in sources}
-
-    bench = Bench(asked.name, texts, sources, output, means, budget, may_fail=False)
-    now = bench.extend(design, lacking, bench.run(design, detect), detect)
-    if timed:
-        clock = Clock(now, list(now.cells), budget, partial(click.echo, err=True))
-        now = replace(now, speeds=clock.speeds())
-    write_baseline(now, path)
-    runs = [cell.scores[DECISIVE].n for cells in now.cells.values() for cell in cells.values()]
+    experiment = f"baseline-{path.stem}"
+    texts, sources = _settled(experiment, trackers, sequences, output)
+    runner = CellRunner(experiment, texts, sources, output, means)
+    names = {label: list(sources) for label in texts}
+    cells = runner.run(names, seeds)
+    if lines := failure_lines(cells):
+        click.echo("\n".join([*lines, f"{path} is not written: runs failed."]), err=True)
+        return EXIT_ANSWER_IS_NO
+    refuse_hidden_randomness(cells, runner.repeat(first_cells(names)))
+    baseline = Baseline(cells, texts, seeds, detect, surroundings())
+    write_baseline(baseline, path)
+    runs = sum(len(cell.overlap) for row in cells.values() for cell in row.values())
     click.echo(
-        f"{path}: {len(runs)} cells ({len(now.cells)} x {len(sources)}), {sum(runs)} runs.\n"
+        f"{path}: {len(texts)} x {len(sources)} trackers and sequences, {runs} runs.\n"
         f"Commit it; `trackmark check {name}` compares with it."
     )
-    short = len(lacking(now))
-    if short:
-        click.echo(
-            f"{short} of {len(runs)} cells have too few runs to show a drop of {detect:g}: give a "
-            "larger --budget, or --detect.",
-            err=True,
-        )
+    for line in _sensitivity(baseline):
+        click.echo(line)
     return 0
+
+
+def _settled(
+    experiment: str, trackers: str, sequences: str, output: Path
+) -> tuple[Mapping[str, str], Mapping[str, SequenceSource]]:
+    """Return specifications of trackers by label, and sources of sequences by name."""
+    from bench.execution.plan import make_plan
+    from bench.store.results import Results
+
+    sources = chosen_sequences(sequences, None)
+    requested = Experiment(experiment, tuple(split_list(trackers)), sources)
+    plan = make_plan(requested, Results(output / experiment), {})
+    texts = {chosen.label: text for text, chosen in plan.trackers.items()}
+    return texts, {sequence.name: sequence.source for sequence in plan.sequences}
+
+
+def refuse_hidden_randomness(cells: "Cells", repeated: "Cells") -> None:
+    """Print which trackers are not repeatable.
+
+    Raises `BaselineError` if one of them declares no randomness.
+    """
+    from bench.comparing.baseline import BaselineError
+
+    hidden = []
+    for tracker, name in differing(cells, repeated):
+        line = f"{tracker} is not repeatable: seed 0 gave different boxes in two runs"
+        if len(cells[tracker][name].overlap) == 1:
+            hidden.append(line)
+        else:
+            click.echo(f"{line} on {name}.", err=True)
+    if hidden:
+        raise BaselineError(
+            "\n".join(f"{line}." for line in hidden) + " A tracker without declared randomness "
+            "must give equal boxes. Declare `randomness = Randomness.GENERATOR` in its class, and "
+            "draw from `numpy.random.default_rng(self.seed)` alone."
+        )
+
+
+def _sensitivity(baseline: "Baseline") -> list[str]:
+    """Return a line for each tracker with random scores: the drops that its seeds find."""
+    from bench.statistics.accuracy_drop import advised_seeds, detectable_drops, pooled_spread
+
+    lines = {}
+    for tracker, row in baseline.cells.items():
+        scores = [cell.overlap for cell in row.values()]
+        spread = pooled_spread(scores) if len(scores[0]) > 1 else 0.0
+        if spread == 0.0:
+            continue
+        on_sequence, in_mean = detectable_drops(spread, len(scores), baseline.seeds)
+        line = (
+            f"{baseline.seeds} seeds find a drop of {on_sequence:.2g} on one sequence, "
+            f"or of {in_mean:.2g} in the mean, in 80 % of cases"
+        )
+        advised = advised_seeds(spread, len(scores), baseline.detect)
+        if advised > baseline.seeds:
+            line += f"; for {baseline.detect:g} on one sequence use --seeds {advised}"
+        lines[tracker] = line
+    if len(lines) == 1:
+        return list(lines.values())
+    return [f"{tracker}: {line}" for tracker, line in lines.items()]

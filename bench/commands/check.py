@@ -1,6 +1,7 @@
-"""Check whether trackers score worse than a baseline says."""
+"""Check whether trackers score worse than a baseline."""
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -12,45 +13,63 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bench.commands import EXIT_ANSWER_IS_NO
-from bench.commands._design import Bench, budget_option
+from bench.commands._baseline_runs import CellRunner, differing, failure_lines, first_cells
 from bench.commands._options import (
     engine_options,
     json_option,
     metrics_option,
     output_option,
 )
+from bench.commands.baseline import refuse_hidden_randomness
 
 if TYPE_CHECKING:
     from bench.comparing.baseline import Baseline
-    from bench.comparing.checking import Check
-    from bench.comparing.clocking import Clocked
+    from bench.comparing.regression_check import Check
+    from bench.comparing.speed_check import SpeedCheck
     from reports.tables import Table
 
 __all__ = ["command"]
 
-EXIT_CANNOT_TELL = 3
+EXIT_INCONCLUSIVE = 3
+
+
+def _seconds(context: click.Context, parameter: click.Parameter, text: str) -> float:
+    match = re.fullmatch(r"(\d+(?:\.\d+)?) ?(s|min|h)", text.strip())
+    if match is None:
+        raise click.BadParameter(
+            f"{text!r} is not a valid duration. Use, for example, 90s, 10min or 2h."
+        )
+    return float(match[1]) * {"s": 1, "min": 60, "h": 3600}[match[2]]
 
 
 @click.command("check")
 @click.argument("name")
-@click.option("--trackers", default="*", help="Check those alone whose label this pattern fits.")
-@click.option("--sequences", default="*", help="Check those alone whose name this pattern fits.")
-@click.option("--strict", is_flag=True, help="Exit status 3 where it can't be told.")
-@click.option("--accept", metavar="TRACKER", help="Move the baseline on to its new scores.")
-@click.option("--because", help="Why; written into the baseline.")
-@click.option("--whole", is_flag=True, help="Show identical cells, too.")
+@click.option("--trackers", default="*", help="Check only trackers whose label fits this pattern.")
+@click.option("--sequences", default="*", help="Check only sequences whose name fits this pattern.")
+@click.option(
+    "--seeds",
+    type=click.IntRange(6),
+    help="Use only the first seeds of the baseline.  [default: all]",
+)
+@click.option("--strict", is_flag=True, help="Exit status 3 if an answer is inconclusive.")
+@click.option("--accept", metavar="TRACKER", help="Replace its scores in the baseline by new ones.")
+@click.option("--because", help="Reason for --accept; written into the baseline.")
+@click.option("--whole", is_flag=True, help="Show identical sequences, too.")
 @click.option(
     "--markdown", type=click.Path(path_type=Path, dir_okay=False), help="For a pull request."
 )
 @click.option("--junit", type=click.Path(path_type=Path, dir_okay=False), help="JUnit's XML.")
 @click.option("--time", "timed", is_flag=True, help="Check the trackers' speed, too.")
+@click.option("--against", metavar="REVISION", help="With --time: git revision to compare with.")
 @click.option(
-    "--against",
-    metavar="REVISION",
-    help="With --time: beside this git revision of them, not by the baseline's speeds.",
+    "--budget",
+    callback=_seconds,
+    metavar="TIME",
+    default="10min",
+    show_default=True,
+    help="With --time: time after which no sessions are added, as 90s, 10min or 2h.",
 )
 @metrics_option
-@budget_option
 @output_option
 @engine_options
 @json_option
@@ -58,6 +77,7 @@ def command(
     name: str,
     trackers: str,
     sequences: str,
+    seeds: int | None,
     strict: bool,
     accept: str | None,
     because: str | None,
@@ -66,79 +86,135 @@ def command(
     junit: Path | None,
     timed: bool,
     against: str | None,
-    metrics: list[str],
     budget: float,
+    metrics: list[str],
     output: Path,
     means: dict[str, Any],
     as_json: bool,
 ) -> int:
     """Compare what trackers score now with the baseline NAME.
 
-    Runs what is needed, and adds repetitions where it can't be told. Exit status 1 where a tracker
-    got worse, or slower. With --metrics what it scores now is shown by other definitions, too; it
-    is judged by native.
+    Runs what is missing. Exit status 1 if a tracker is worse or slower, or a run failed; 2 if the
+    baseline or a sequence cannot be used; 3 with --strict if an answer is inconclusive. --metrics
+    shows the current scores by other definitions, too; native decides.
     """
-    from bench.comparing.baseline import baseline_path, read_baseline, write_baseline
-    from bench.comparing.checking import check
-    from bench.comparing.clocking import Clock
+    from bench.comparing.baseline import baseline_path, read_baseline
+    from bench.comparing.speed_check import check_speeds
 
     path = baseline_path(name)
     kept = read_baseline(path)
+    _check_usage(kept, accept, because, seeds, against, timed=timed)
+    before = _part(kept, accept or trackers, sequences if accept is None else "*")
+    before = before.with_seeds(seeds or kept.seeds)
+    speeds: dict[str, SpeedCheck] = {}
+    if against is not None:
+        # The whole baseline: whatever part of it is checked, the same sequences are timed.
+        report = partial(click.echo, err=True)
+        speeds = check_speeds(kept, list(before.cells), against, budget, report)
+    runner = _runner(before, f"check-{path.stem}", output, means)
+    result = _checked(before, runner)
+    _show(result, speeds, as_json=as_json, whole=whole, markdown=markdown, junit=junit)
+    if others := [preset for preset in metrics if preset != "native"]:
+        click.echo(_by_others(result, runner.folder, others), err=as_json)
+    if accept is not None and because is not None:
+        return _accept(kept, path, accept, because, result, runner)
+    return _status(result, speeds, strict=strict)
+
+
+def _check_usage(
+    kept: "Baseline",
+    accept: str | None,
+    because: str | None,
+    seeds: int | None,
+    against: str | None,
+    *,
+    timed: bool,
+) -> None:
+    """Raise `UsageError` for options that do not go together or do not fit the baseline."""
     if (accept is None) != (not (because or "").strip()):
         raise click.UsageError("--accept TRACKER goes with --because TEXT.")
     if accept is not None and accept not in kept.cells:
-        raise click.UsageError(f"{path} has no {accept!r}; it has {', '.join(kept.cells)}.")
-    if against is not None and (not timed or accept is not None):
-        raise click.UsageError("--against REVISION goes with --time, and not with --accept.")
-    before = _part(kept, accept or trackers, sequences if accept is None else "*")
-    clocked, speeds = {}, {}
-    if timed:
-        # The whole baseline: whatever is checked of it, the same sequences are clocked.
-        clock = Clock(kept, list(before.cells), budget, partial(click.echo, err=True))
-        if accept is None:
-            clocked = clock.check(against)
-        else:
-            speeds = clock.speeds()
-    found = check(before, _measured(before, f"check-{path.stem}", output, means, budget))
-    _show(found, clocked, as_json=as_json, whole=whole, markdown=markdown, junit=junit)
-    if others := [one for one in metrics if one != "native"]:
-        click.echo(_by_others(found, output / f"check-{path.stem}", others), err=as_json)
-    if accept is not None and because is not None:
-        today = datetime.now(UTC).date().isoformat()
-        moved = kept.moved_on(accept, replace(found.now, speeds=speeds), because, today)
-        write_baseline(moved, path)
-        click.echo(f"{path}: moved on to the new scores of {accept}.", err=True)
-        return 0
-    states = {found.judgement.state, *(entry.state for entry in clocked.values())}
-    if states & {"worse", "slower"}:
+        raise click.UsageError(
+            f"--accept: the baseline has no {accept!r}; it has {', '.join(kept.cells)}."
+        )
+    if accept is not None and (timed or seeds is not None):
+        raise click.UsageError("--accept does not go with --time or --seeds.")
+    if timed != (against is not None):
+        raise click.UsageError(
+            "--time goes with --against REVISION: speeds are compared with those of a git revision."
+        )
+    if seeds is not None and seeds > kept.seeds:
+        raise click.UsageError(
+            f"--seeds: the baseline has {kept.seeds} seeds ({seeds}). Give at most so many, or "
+            "make the baseline again with more."
+        )
+
+
+def _runner(before: "Baseline", name: str, output: Path, means: Mapping[str, Any]) -> CellRunner:
+    cells = {sequence: cell for row in before.cells.values() for sequence, cell in row.items()}
+    sources = {sequence: cell.source for sequence, cell in cells.items()}
+    digests = {sequence: cell.sequence for sequence, cell in cells.items()}
+    return CellRunner(name, before.texts, sources, output, means, digests)
+
+
+def _checked(before: "Baseline", runner: CellRunner) -> "Check":
+    """Run the trackers of a baseline and compare them with it."""
+    from bench.comparing.baseline import surroundings
+    from bench.comparing.regression_check import changed_facts, check
+
+    now = runner.run({tracker: list(row) for tracker, row in before.cells.items()}, before.seeds)
+    repeated = runner.repeat(changed_facts(before.cells, now))
+    return check(before, now, surroundings(), differing(now, repeated))
+
+
+def _status(result: "Check", speeds: "Mapping[str, SpeedCheck]", *, strict: bool) -> int:
+    states = {result.verdict, *(check.state for check in speeds.values())}
+    if states & {"regression", "slower"}:
         return EXIT_ANSWER_IS_NO
-    return EXIT_CANNOT_TELL if strict and "cannot tell" in states else 0
+    return EXIT_INCONCLUSIVE if strict and "inconclusive" in states else 0
+
+
+def _accept(
+    kept: "Baseline", path: Path, tracker: str, reason: str, result: "Check", runner: CellRunner
+) -> int:
+    """Replace a tracker's scores in the baseline, unless a run failed."""
+    from bench.comparing.baseline import write_baseline
+
+    if lines := failure_lines(result.now):
+        click.echo("\n".join([*lines, f"{path} is not changed: runs failed."]), err=True)
+        return EXIT_ANSWER_IS_NO
+    names = {tracker: list(result.now[tracker])}
+    refuse_hidden_randomness(result.now, runner.repeat(first_cells(names)))
+    today = datetime.now(UTC).date().isoformat()
+    write_baseline(kept.moved_on(tracker, result.now, reason, today), path)
+    click.echo(f"{path}: the scores of {tracker} are replaced.", err=True)
+    return 0
 
 
 def _show(
-    found: "Check",
-    clocked: Mapping[str, "Clocked"],
+    result: "Check",
+    speeds: Mapping[str, "SpeedCheck"],
     *,
     as_json: bool,
     whole: bool,
     markdown: Path | None,
     junit: Path | None,
 ) -> None:
-    """Print what became of cells and speeds, and write it into files."""
-    from bench.comparing.checking import as_data, as_junit, table
-    from bench.comparing.speeds import speeds_as_cases, speeds_as_data, speeds_table
+    """Print the changes of scores and speeds, and write them into files."""
+    from bench.comparing.regression_check import as_data, as_junit, table
+    from bench.comparing.speed_tables import speed_cases, speed_data, speed_table
     from reports.renderers import to_markdown
 
-    tables = [table(found, whole=whole), *([speeds_table(clocked)] if clocked else [])]
+    tables = [table(result, whole=whole), *([speed_table(speeds)] if speeds else [])]
     if as_json:
-        data = as_data(found)
-        if clocked:
-            data["times"] = speeds_as_data(clocked)
-            states = {entry.state for entry in clocked.values()}
+        data = as_data(result)
+        if speeds:
+            data["times"] = speed_data(speeds)
+            states = {check.state for check in speeds.values()}
             if "slower" in states:
                 data["verdict"] = "regression"
-            elif "cannot tell" in states and data["verdict"] == "pass":
-                data["verdict"] = "cannot tell"
+            elif "inconclusive" in states and data["verdict"] == "pass":
+                data["verdict"] = "inconclusive"
         click.echo(json.dumps(data, allow_nan=False))
     else:
         click.echo("\n".join(map(_text, tables)), nl=False)
@@ -146,29 +222,29 @@ def _show(
         _write(
             markdown,
             "\n".join(
-                to_markdown(one) if one.rows else "".join(f"{note}\n" for note in one.notes)
-                for one in tables
+                to_markdown(shown) if shown.rows else "".join(f"{note}\n" for note in shown.notes)
+                for shown in tables
             ),
         )
     if junit is not None:
-        _write(junit, as_junit(found, speeds_as_cases(clocked)))
+        _write(junit, as_junit(result, speed_cases(speeds)))
 
 
-def _by_others(found: "Check", folder: Path, metrics: list[str]) -> str:
-    """Tables of what was run, by other presets."""
-    from bench.comparing.baseline import DECISIVE
+def _by_others(result: "Check", folder: Path, metrics: list[str]) -> str:
+    """Return tables of the current scores by other presets."""
     from bench.reporting.by_preset import summary_text
 
     cells = [
         (tracker, sequence, repetition, "accuracy")
-        for tracker, sequence in found.names
-        for repetition in range(found.now.cells[tracker][sequence].scores[DECISIVE].n)
+        for tracker, row in result.now.items()
+        for sequence, cell in row.items()
+        for repetition in range(len(cell.overlap))
     ]
     return summary_text(folder, cells, metrics)
 
 
 def _text(made: "Table") -> str:
-    """The table, or its notes alone where nothing changed."""
+    """Return the table, or only its notes if nothing changed."""
     from reports.fitting import on_terminal
     from reports.printable import wrapped
     from reports.renderers import to_text
@@ -185,33 +261,13 @@ def _write(file: Path, text: str) -> None:
 
 
 def _part(baseline: "Baseline", trackers: str, sequences: str) -> "Baseline":
-    """Cells that two patterns fit; a tracker's label fits itself."""
+    """Return the cells that two patterns fit; a tracker's label fits itself."""
     cells = {
-        tracker: {name: cell for name, cell in found.items() if fnmatchcase(name, sequences)}
-        for tracker, found in baseline.cells.items()
+        tracker: {name: cell for name, cell in row.items() if fnmatchcase(name, sequences)}
+        for tracker, row in baseline.cells.items()
         if tracker == trackers or fnmatchcase(tracker, trackers)
     }
-    cells = {tracker: found for tracker, found in cells.items() if found}
+    cells = {tracker: row for tracker, row in cells.items() if row}
     if not cells:
         raise click.UsageError(f"nothing in the baseline fits {trackers!r} and {sequences!r}.")
     return replace(baseline, cells=cells)
-
-
-def _measured(
-    before: "Baseline", name: str, output: Path, means: Mapping[str, Any], budget: float
-) -> "Baseline":
-    """What the baseline's cells score now, with as many repetitions as it takes."""
-    from bench.comparing.baseline import DECISIVE
-    from bench.comparing.checking import check, wanted
-
-    cells = {
-        (tracker, sequence): cell
-        for tracker, found in before.cells.items()
-        for sequence, cell in found.items()
-    }
-    sources = {sequence: cell.source for (_, sequence), cell in cells.items()}
-    # Two, for trackers that draw random numbers now and did not: one would pass for a fact.
-    design = {names: max(2, cell.scores[DECISIVE].n) for names, cell in cells.items()}
-    bench = Bench(name, before.texts, sources, output, means, budget, may_fail=True)
-    now = bench.run(design, before.detect)
-    return bench.extend(design, lambda now: wanted(check(before, now)), now, before.detect)

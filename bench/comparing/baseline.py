@@ -1,116 +1,124 @@
-"""Baselines: what trackers scored when all was well, in a small text file made to be reviewed.
+"""Baselines: scores of trackers in a text file that is committed and reviewed.
 
-A line is a cell: a tracker on a sequence, with the digest of its boxes and, by metric, mean and
-standard deviation over its repetitions. Seeds are the first ones, so that an unchanged tracker
-gives the same boxes again.
+A line is a tracker on a sequence, with the mean overlap and a digest of the boxes of each run.
+Seeds count from 0, so that an unchanged tracker gives the same boxes again.
 """
 
 import hashlib
 import json
-import math
 import platform
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Annotated, Any, NoReturn
 
 import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from bench.experiments.experiment import SequenceSource, read_toml
-from bench.statistics.regression import Sample, repetitions_for
+from bench.statistics.rules import MIN_UNITS
 from bench.store.files import ResultsError
 from bench.store.loading import ordered_rows
 from bench.store.results import Results
 from reports.files import write_file
 
 __all__ = [
-    "DECISIVE",
-    "METRICS",
+    "DECIMALS",
+    "MAX_SEEDS",
     "Baseline",
     "BaselineCell",
     "BaselineError",
-    "Design",
-    "Speed",
+    "Cells",
     "baseline_path",
-    "lacking",
-    "measured",
+    "box_digest",
+    "fingerprint_digest",
+    "measured_cells",
     "read_baseline",
     "surroundings",
     "write_baseline",
 ]
 
-FORMAT = 1
+FORMAT = 2
 
-METRICS = ("mean_overlap", "success_share", "centre_error")
-"""Scores that a baseline keeps; the first decides."""
+MAX_SEEDS = 10_000
 
-DECISIVE = METRICS[0]
+DECIMALS = 5
+"""Decimals of a stored mean overlap."""
 
 LIBRARIES = ("numpy", "numba", "opencv-python-headless", "scipy")
 
 FOLDER = Path("baselines")
 
-TEXT_KEY = "tracker"
-"""Of a tracker's text, where its label alone would not make it again."""
+_DIGITS = 8  # of a digest
+_NO_BOX = -(2**31)
+_REMEDY = "Restore the file, or make it again with `trackmark baseline`."
 
 
 class BaselineError(ResultsError):
-    """A baseline that can't be read, or does not fit what is there; says what to do."""
+    """Error of a baseline that cannot be read or does not fit the current data."""
 
 
 @dataclass(frozen=True)
 class BaselineCell:
-    """A tracker on a sequence."""
+    """Runs of a tracker on a sequence, by seed; one run of a tracker without randomness."""
 
     source: SequenceSource
-    fingerprint: str  # of the sequence: pixels and truth
-    boxes: str  # digest over all repetitions' boxes
-    scores: Mapping[str, Sample]  # by metric
-    failed: int = 0  # runs that failed; their overlap counts as 0
-    reason: str = ""  # why the first of them did
+    sequence: str  # digest of pixels and ground truth
+    overlap: tuple[float, ...]  # mean overlap; 0 of a failed run
+    boxes: tuple[str, ...]  # digests; empty for a failed run
+    failures: Mapping[int, str] = field(default_factory=dict)  # reasons by seed; none in a file
 
 
-class Speed(NamedTuple):
-    """Time of a tracker's updates, as a multiple of a reference's, on a processor."""
-
-    sample: Sample  # logs of the ratio, a session each
-    processor: str
+Cells = Mapping[str, Mapping[str, BaselineCell]]
+"""Cells by the tracker's label and the sequence's name."""
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """What was scored, by tracker's label and sequence's name."""
+    """Scores of trackers on sequences, and what made them."""
 
-    cells: Mapping[str, Mapping[str, BaselineCell]]
-    texts: Mapping[str, str]  # of the trackers, by label: what makes them again
-    detect: float  # smallest drop that its design was made for
+    cells: Cells
+    texts: Mapping[str, str]  # specifications of the trackers, by label
+    seeds: int  # runs of each tracker that declares randomness
+    detect: float  # drop of the mean overlap on one sequence that must not be missed
     made_with: Mapping[str, str]  # platform, Python and libraries
     accepted: Sequence[Mapping[str, Any]] = field(default_factory=tuple)  # changes, with reasons
-    speeds: Mapping[str, Speed] = field(default_factory=dict)  # of trackers that were clocked
 
-    def moved_on(self, tracker: str, now: "Baseline", reason: str, date: str) -> "Baseline":
-        """The same with a tracker's new cells, and why they were accepted."""
-        before, after = (_mean(found.cells[tracker]) for found in (self, now))
-        entry = {
-            "tracker": tracker,
-            "date": date,
-            "because": reason,
-            DECISIVE: [_rounded(before), _rounded(after)],
+    def with_seeds(self, seeds: int) -> "Baseline":
+        """Return the baseline restricted to the first seeds."""
+        cells = {
+            tracker: {
+                name: replace(cell, overlap=cell.overlap[:seeds], boxes=cell.boxes[:seeds])
+                for name, cell in row.items()
+            }
+            for tracker, row in self.cells.items()
         }
-        cells = {**self.cells, tracker: now.cells[tracker]}
-        speeds = {**self.speeds, **now.speeds}
-        return replace(self, cells=cells, accepted=(*self.accepted, entry), speeds=speeds)
+        return replace(self, cells=cells, seeds=seeds)
+
+    def moved_on(self, tracker: str, now: Cells, reason: str, date: str) -> "Baseline":
+        """Return the baseline with a tracker's new cells and the reason for accepting them."""
+        overlap = [
+            round(
+                float(np.mean([np.mean(cell.overlap) for cell in cells[tracker].values()])),
+                DECIMALS,
+            )
+            for cells in (self.cells, now)
+        ]
+        entry = {"tracker": tracker, "date": date, "because": reason, "overlap": overlap}
+        cells = {**self.cells, tracker: now[tracker]}
+        return replace(self, cells=cells, accepted=(*self.accepted, entry))
 
 
 def baseline_path(name: str) -> Path:
-    """Where a baseline lies: a path ends in `.toml`, a name is a file in `baselines`."""
+    """Return the file of a baseline: a path if it ends in `.toml`, else a file in `baselines`."""
     return Path(name) if name.endswith(".toml") else FOLDER / f"{name}.toml"
 
 
 def surroundings() -> dict[str, str]:
-    """What boxes may depend on beside trackers and sequences."""
+    """Return what boxes may depend on, except trackers and sequences."""
     return {
         "platform": f"{platform.system()} {platform.machine()}",
         "python": ".".join(map(str, sys.version_info[:2])),
@@ -118,126 +126,120 @@ def surroundings() -> dict[str, str]:
     }
 
 
-Design: TypeAlias = Mapping[tuple[str, str], int]
-"""Repetitions by tracker and sequence; trackers that never draw have one anyway."""
+def box_digest(boxes: NDArray[np.float64]) -> str:
+    """Return the digest of a run's boxes, shape (n, 4), in thousandths of a pixel.
+
+    They are clipped to int32; a frame without a box has its least value in all four.
+    """
+    limits = np.iinfo(np.int32)
+    with np.errstate(over="ignore"):
+        scaled = np.clip(np.rint(boxes * 1000), limits.min, limits.max)
+    absent = np.isnan(boxes).any(axis=1, keepdims=True)
+    return _digest(np.where(absent, _NO_BOX, scaled).astype("<i4").tobytes())
 
 
-def measured(
-    folder: Path,
-    design: Design,
-    texts: Mapping[str, str],
-    sources: Mapping[str, SequenceSource],
-    detect: float,
-    *,
-    may_fail: bool,
-) -> Baseline:
-    """A baseline of an experiment's runs.
+def fingerprint_digest(fingerprint: str) -> str:
+    """Return the digest of a sequence's fingerprint."""
+    return _digest(fingerprint.encode())
 
-    `design` says which are meant, `texts` what makes the trackers again, by label, and `sources`
-    where sequences are, by name. Raises `BaselineError`
-    for runs that have no score, and for those that failed unless they may.
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:_DIGITS]
+
+
+def measured_cells(
+    folder: Path, runs: Mapping[tuple[str, str], int], sources: Mapping[str, SequenceSource]
+) -> Cells:
+    """Return the cells of an experiment's stored runs.
+
+    `runs`: number of seeds by tracker and sequence. `sources`: where sequences are, by name.
+
+    Raises `BaselineError` for a finished run without a score.
     """
     results = Results(folder)
-    runs: dict[tuple[str, str], list[tuple[int, Mapping[str, Any], bytes]]] = {}
+    rows: dict[tuple[str, str], dict[int, Mapping[str, Any]]] = {cell: {} for cell in runs}
     for row in ordered_rows(results, protocol="accuracy"):
-        if row["repetition"] >= design.get((row["tracker"], row["sequence"]), 0):
-            continue
-        if row["status"] != "finished" and not may_fail:
-            raise BaselineError(
-                f"{row['tracker']} on {row['sequence']}, repetition {row['repetition']}: "
-                f"{row['status']} ({str(row['failure']).partition(chr(10))[0]}). Mend it first."
-            )
-        boxes = results.read(folder / row["path"]).boxes
-        found = runs.setdefault((row["tracker"], row["sequence"]), [])
-        found.append((row["repetition"], row, np.ascontiguousarray(boxes).tobytes()))
+        cell = row["tracker"], row["sequence"]
+        if row["repetition"] < runs.get(cell, 0):
+            rows[cell][row["repetition"]] = row
     cells: dict[str, dict[str, BaselineCell]] = {}
-    for tracker, sequence in design:
-        found = runs[tracker, sequence]
-        cell = _cell(sources[sequence], sorted(found, key=lambda run: run[0]))
-        cells.setdefault(tracker, {})[sequence] = cell
-    return Baseline(cells, texts, detect, surroundings())
-
-
-def lacking(now: Baseline) -> dict[tuple[str, str], float]:
-    """Repetitions that cells need and don't have to show a drop of `detect`, by cell."""
-    samples = {
-        (tracker, name): cell.scores[DECISIVE]
-        for tracker, found in now.cells.items()
-        for name, cell in found.items()
-    }
-    drawn = {cell: sample for cell, sample in samples.items() if sample.spread > 0}
-    needed = {
-        cell: float(repetitions_for(sample, now.detect, len(drawn)))
-        for cell, sample in drawn.items()
-    }
-    return {cell: number for cell, number in needed.items() if number > drawn[cell].n}
+    for (tracker, name), by_seed in rows.items():
+        ordered = [by_seed[seed] for seed in range(runs[tracker, name])]
+        cells.setdefault(tracker, {})[name] = _cell(results, sources[name], ordered)
+    return cells
 
 
 def _cell(
-    source: SequenceSource, runs: Sequence[tuple[int, Mapping[str, Any], bytes]]
+    results: Results, source: SequenceSource, rows: Sequence[Mapping[str, Any]]
 ) -> BaselineCell:
-    digest = hashlib.sha256()
-    for _, _, boxes in runs:
-        digest.update(boxes)
-    _, first, _ = runs[0]
-    scores = {}
-    failed = sum(row["status"] != "finished" for _, row, _ in runs)
-    for metric in METRICS:
-        lost = float("inf") if metric == "centre_error" else 0.0
-        values = np.array([row["scores"].get(metric, lost) for _, row, _ in runs], np.float64)
-        if not np.isfinite(values).all() and metric == DECISIVE:
-            raise BaselineError(f"{first['tracker']} on {first['sequence']} has no {metric}.")
-        with np.errstate(invalid="ignore"):  # an infinite centre error has no spread
-            spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
-        scores[metric] = Sample(float(values.mean()), spread, len(values))
-    reasons = [str(row["failure"]).partition("\n")[0] for _, row, _ in runs if row["failure"]]
-    return BaselineCell(
-        source,
-        first["fingerprint"][:16],
-        digest.hexdigest()[:16],
-        scores,
-        failed,
-        *reasons[:1],
-    )
+    overlap, boxes, failures = [], [], {}
+    for seed, row in enumerate(rows):
+        if row["status"] != "finished":
+            failures[seed] = str(row["failure"]).partition("\n")[0]
+            overlap.append(0.0)
+            boxes.append("")
+            continue
+        score = float(row["scores"].get("mean_overlap", np.nan))
+        if not np.isfinite(score):
+            raise BaselineError(
+                f"{row['tracker']} on {row['sequence']}: the run has no mean overlap. Leave out "
+                "the sequence: its ground truth has no box after the first one."
+            )
+        overlap.append(round(score, DECIMALS))
+        boxes.append(box_digest(results.read(results.folder / row["path"]).boxes))
+    sequence = fingerprint_digest(rows[0]["fingerprint"])
+    return BaselineCell(source, sequence, tuple(overlap), tuple(boxes), failures)
 
 
 def write_baseline(baseline: Baseline, path: Path) -> None:
-    """Write a baseline; equal ones give equal bytes."""
-    lines = [
-        "# A baseline of trackmark: `trackmark check` compares what trackers score now with it.",
-        "# Each metric: mean and standard deviation over the repetitions.",
-        f"format = {FORMAT}",
-        f"detect = {baseline.detect:g}",
-        "",
-        "[made_with]",
-        *(f"{_quoted(key)} = {_quoted(text)}" for key, text in baseline.made_with.items()),
-    ]
+    """Write a baseline; equal baselines give equal bytes.
+
+    Raises `BaselineError` for a text that is not valid UTF-8.
+    """
+    text = "\n".join(_lines(baseline)) + "\n"
+    try:
+        content = text.encode("utf-8")
+    except UnicodeEncodeError as error:
+        raise BaselineError(
+            f"{path}: {text[error.start - 20 : error.end]!r} is not valid UTF-8. Rename the file "
+            "or folder, or give another reason."
+        ) from None
+    write_file(path, lambda file: file.write_bytes(content))
+
+
+def _lines(baseline: Baseline) -> Iterator[str]:
+    yield "# Baseline of trackmark: `trackmark check` compares trackers with it."
+    yield "# Each sequence: mean overlap and digest of the boxes by seed, from seed 0 on."
+    yield f"format = {FORMAT}"
+    yield f"seeds = {baseline.seeds}"
+    yield f"detect = {baseline.detect!r}"
+    yield "\n[made_with]"
+    yield from _pairs(baseline.made_with)
+    if texts := {label: text for label, text in baseline.texts.items() if text != label}:
+        yield "\n# Specifications of trackers that their names do not give."
+        yield "[specifications]"
+        yield from _pairs(texts)
     for tracker, cells in baseline.cells.items():
-        lines += ["", f"[trackers.{_quoted(tracker)}]"]
-        if (text := baseline.texts[tracker]) != tracker:
-            lines.append(f"{TEXT_KEY} = {_quoted(text)}")
-        lines += [f"{_quoted(name)} = {_inline(name, cell)}" for name, cell in cells.items()]
-    if baseline.speeds:
-        lines += ["", "# Time of an update as a multiple of the reference's.", "[speeds]"]
-    lines += [
-        f"{_quoted(tracker)} = {{ ratio = {_number(math.exp(mean))}, spread = {_number(spread)}, "
-        f"sessions = {n}, processor = {_quoted(place)} }}"
-        for tracker, ((mean, spread, n), place) in baseline.speeds.items()
-    ]
+        yield f"\n[trackers.{_quoted(tracker)}]"
+        for name, cell in cells.items():
+            yield f"{_quoted(name)} = {_inline(name, cell)}"
     for entry in baseline.accepted:
-        lines += ["", "[[accepted]]"]
-        lines += [f"{key} = {json.dumps(entry[key], ensure_ascii=False)}" for key in entry]
-    text = "\n".join(lines) + "\n"
-    write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
+        yield "\n[[accepted]]"
+        for key, value in entry.items():
+            yield f"{key} = {_quoted(value) if isinstance(value, str) else list(value)}"
+
+
+def _pairs(texts: Mapping[str, str]) -> list[str]:
+    return [f"{_quoted(key)} = {_quoted(text)}" for key, text in texts.items()]
 
 
 def _inline(name: str, cell: BaselineCell) -> str:
-    parts = [f"runs = {cell.scores[DECISIVE].n}"]
-    parts += [
-        f"{metric} = [{_number(sample.mean)}, {_number(sample.spread)}]"
-        for metric, sample in cell.scores.items()
+    digests = ", ".join(map(_quoted, cell.boxes))
+    parts = [
+        f"sequence = {_quoted(cell.sequence)}",
+        f"overlap = {list(cell.overlap)}",
+        f"boxes = [{digests}]",
     ]
-    parts += [f"boxes = {_quoted(cell.boxes)}", f"sequence = {_quoted(cell.fingerprint)}"]
     if cell.source.text != name:
         parts.append(f"path = {_quoted(cell.source.text)}")
     if cell.source.truth is not None:
@@ -245,70 +247,115 @@ def _inline(name: str, cell: BaselineCell) -> str:
     return "{ " + ", ".join(parts) + " }"
 
 
+def _quoted(text: str) -> str:
+    # JSON leaves DEL as it is, which TOML forbids.
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+_Score = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
+_Digest = Annotated[str, Field(pattern=rf"^[0-9a-f]{{{_DIGITS}}}$")]
+_Texts = dict[str, Annotated[str, Field(min_length=1)]]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+
+class _FileCell(_Strict):
+    sequence: _Digest
+    overlap: Annotated[list[_Score], Field(min_length=1)]
+    boxes: list[_Digest]
+    path: Annotated[str, Field(min_length=1)] | None = None
+    truth: Annotated[str, Field(min_length=1)] | None = None
+
+
+class _FileAccepted(_Strict):
+    tracker: str
+    date: Annotated[str, Field(pattern=r"^\d{4}-\d\d-\d\d$")]
+    because: str
+    overlap: Annotated[list[_Score], Field(min_length=2, max_length=2)]
+
+
+class _File(_Strict):
+    format: int
+    seeds: Annotated[int, Field(ge=MIN_UNITS, le=MAX_SEEDS)]
+    detect: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)]
+    made_with: _Texts
+    specifications: _Texts = {}
+    trackers: Annotated[
+        dict[str, Annotated[dict[str, _FileCell], Field(min_length=1)]], Field(min_length=1)
+    ]
+    accepted: list[_FileAccepted] = []
+
+
 def read_baseline(path: Path) -> Baseline:
     """Read a baseline.
 
-    Raises `BaselineError` naming the file and what is wrong with it.
+    Raises `BaselineError` naming the file, the place, the value and what was expected.
     """
     if not path.is_file():
         raise BaselineError(f"{path}: there is no such baseline. `trackmark baseline` makes one.")
-    told = read_toml(path, BaselineError)
-    if told.get("format") != FORMAT:
-        raise BaselineError(
-            f"{path} has the format {told.get('format')}; this trackmark reads {FORMAT}. Make it "
-            "anew with `trackmark baseline`."
-        )
     try:
-        cells = {
-            tracker: {
-                name: _read_cell(name, cell) for name, cell in found.items() if name != TEXT_KEY
-            }
-            for tracker, found in told["trackers"].items()
-        }
-        texts = {
-            label: str(found.get(TEXT_KEY, label)) for label, found in told["trackers"].items()
-        }
-        accepted = tuple(told.get("accepted", ()))
-        speeds = {label: _read_speed(kept) for label, kept in told.get("speeds", {}).items()}
-        made_with = dict(told["made_with"])
-        return Baseline(cells, texts, float(told["detect"]), made_with, accepted, speeds)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        table = read_toml(path, BaselineError)
+    except BaselineError as error:
+        raise BaselineError(f"{error} {_REMEDY}") from None
+    if table.get("format") == 1:
         raise BaselineError(
-            f"{path} is no whole baseline ({type(error).__name__}: {error}). Restore it, or make "
-            "it anew with `trackmark baseline`."
-        ) from error
+            f"{path}: format 1 of an older trackmark. This version reads format {FORMAT}. Make "
+            "the baseline again from the old version of the trackers: `trackmark baseline --force`."
+        )
+    if table.get("format") != FORMAT:
+        _refuse(path, "format", table.get("format"), f"This version reads format {FORMAT}.")
+    try:
+        content = _File.model_validate(table)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        value = "missing" if first["type"] == "missing" else first["input"]
+        _refuse(path, _place(first["loc"]), value, f"{first['msg']}.")
+    for tracker, cells in content.trackers.items():
+        _check_lengths(path, content.seeds, tracker, cells)
+    return _baseline(content)
 
 
-def _read_cell(name: str, told: Mapping[str, Any]) -> BaselineCell:
-    truth = Path(told["truth"]) if "truth" in told else None
-    scores = {}
-    for metric in METRICS:
-        mean, spread = map(float, told[metric])
-        scores[metric] = Sample(mean, spread, int(told["runs"]))
-    if not math.isfinite(scores[DECISIVE].mean) or scores[DECISIVE].n < 1:
-        raise ValueError(f"{name}: {DECISIVE} {told[DECISIVE]}, runs {told['runs']}")
-    source = SequenceSource(str(told.get("path", name)), truth)
-    return BaselineCell(source, str(told["sequence"]), str(told["boxes"]), scores)
+def _check_lengths(path: Path, seeds: int, tracker: str, cells: Mapping[str, _FileCell]) -> None:
+    """Refuse a tracker whose numbers of runs differ or are neither 1 nor the file's seeds."""
+    (first, *_) = cells.values()
+    n = len(first.overlap)
+    for name, cell in cells.items():
+        for key, values in (("overlap", cell.overlap), ("boxes", cell.boxes)):
+            if n not in (1, seeds) or len(values) != n:
+                runs = f"1 or {seeds} (seeds)" if n not in (1, seeds) else f"{n}, one per run"
+                place = _place(("trackers", tracker, name, key))
+                _refuse(path, place, values, f"{len(values)} values; expected {runs}.")
 
 
-def _read_speed(told: Mapping[str, Any]) -> Speed:
-    sample = Sample(math.log(told["ratio"]), float(told["spread"]), int(told["sessions"]))
-    if not (math.isfinite(sample.mean) and 0 <= sample.spread < math.inf and sample.n >= 2):
-        raise ValueError(f"speed {told}")
-    return Speed(sample, str(told["processor"]))
+def _place(location: Sequence[int | str]) -> str:
+    """Return a key of the file in words."""
+    if location[0] != "trackers" or len(location) < 2:
+        return ".".join(map(str, location))
+    names = [f"tracker {location[1]!r}", *(f"sequence {name!r}" for name in location[2:3])]
+    return ", ".join([*names, *(".".join(map(str, part)) for part in [location[3:]] if part)])
 
 
-def _mean(cells: Mapping[str, BaselineCell]) -> float:
-    return float(np.mean([cell.scores[DECISIVE].mean for cell in cells.values()]))
+def _refuse(path: Path, place: str, value: object, expected: str) -> NoReturn:
+    shown = repr(value)
+    shown = shown if len(shown) <= 80 else f"{shown[:77]}..."
+    raise BaselineError(f"{path}: {place}: {shown}. {expected} {_REMEDY}")
 
 
-def _rounded(value: float) -> float:
-    return float(_number(value))
-
-
-def _number(value: float) -> str:
-    return f"{value:.6g}"  # TOML writes inf and nan like this, too
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)
+def _baseline(content: _File) -> Baseline:
+    cells = {
+        tracker: {
+            name: BaselineCell(
+                SequenceSource(cell.path or name, Path(cell.truth) if cell.truth else None),
+                cell.sequence,
+                tuple(cell.overlap),
+                tuple(cell.boxes),
+            )
+            for name, cell in row.items()
+        }
+        for tracker, row in content.trackers.items()
+    }
+    texts = {label: content.specifications.get(label, label) for label in cells}
+    accepted = tuple(entry.model_dump() for entry in content.accepted)
+    return Baseline(cells, texts, content.seeds, content.detect, content.made_with, accepted)

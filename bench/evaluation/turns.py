@@ -43,9 +43,9 @@ class TurnError(Exception):
 
 @dataclass(frozen=True)
 class Setup:
-    """What a process performs: a tracker by name and options; without a name the reference."""
+    """Tracker that a process runs, by name and options."""
 
-    name: str = ""
+    name: str
     options: Mapping[str, str] | None = None
     home: str = ""  # folder that holds the package `trackers`, where it is not this one's
     revision: str = ""  # that it is of, for messages
@@ -65,7 +65,7 @@ class Clip:
 
 
 class Reference:
-    """Fixed work of the kinds that trackers do; changing it makes all stored speeds void."""
+    """Fixed work similar to that of trackers; timing runs store its time as the machine's speed."""
 
     def init(self, *_: object) -> None:
         """Make the image that it works on."""
@@ -112,8 +112,6 @@ class Performance:
         return thread_time() - began
 
     def _made(self, clip: Clip) -> Any:
-        if not self._setup.name:
-            return Reference()
         seed = np.random.SeedSequence(0, spawn_key=tuple(clip.seed))
         create = importlib.import_module("trackers").create
         return create(self._setup.name, seed, **(self._setup.options or {}))

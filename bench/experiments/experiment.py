@@ -205,7 +205,7 @@ def read_toml(path: Path, error: type[ValueError]) -> dict[str, Any]:
         return tomllib.loads(path.read_text("utf-8-sig"))  # editors of Windows begin it with a mark
     except OSError as reason:
         raise error(f"{path}: {reason.strerror}.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as reason:
+    except ValueError as reason:  # also UnicodeDecodeError, and integers of over 4300 digits
         raise error(f"{path}: {reason}.") from None
     except RecursionError:
         raise error(f"{path}: lists or tables are nested too deeply.") from None

@@ -1,55 +1,61 @@
-"""Whether a tracker became slower: from CPU times taken in turns, in sessions.
+"""Speed of a tracker against an older revision, from CPU times of interleaved sessions.
 
-A session clocks two sides in turns, each in a fresh process, and gives one number, the log of the
-ratio of their times. Sessions are the unit of evidence: within one, times follow from each other
-(bursts of other load), and where code and data happen to lie in memory stays the same.
+A session times both sides in turns, each in a fresh process, and gives one number, the log of the
+ratio of their times. Sessions are the unit of evidence: within one, times depend on each other
+(bursts of other load), and the place of code and data in memory stays the same.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import expm1, inf, log, log1p, sqrt
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtr, stdtrit
 
-from bench.statistics.regression import Sample
-
 __all__ = [
-    "FEWEST_SESSIONS",
+    "MIN_SESSIONS",
     "SLOWDOWN",
     "Pace",
-    "PaceState",
+    "PaceLabel",
+    "Sample",
     "judge_pace",
     "log_ratio",
+    "missing_sessions",
     "sample_of",
-    "sessions_for",
-    "sessions_lacking",
     "sessions_needed",
 ]
 
 SLOWDOWN = 0.05
-"""That must be seen."""
+"""Slowdown that must not be missed."""
 
 MARGIN = 0.01
-"""Slowdown that means nothing: how a compiler lays out equal code makes as much."""
+"""Irrelevant slowdown: the layout of equal code by a compiler causes as much."""
 
 FALSE_ALARM = 0.01
 MISSED = 0.05
 
-FEWEST_SESSIONS = 6
-_MOST_SESSIONS = 1000
-_LEAST_SPREAD = 1e-4
+MIN_SESSIONS = 6
+_MAX_SESSIONS = 1000
+_MIN_SPREAD = 1e-4
 
-PaceState = Literal["slower", "cannot tell", "faster", "as fast"]
+PaceLabel = Literal["slower", "inconclusive", "faster", "as fast"]
+
+
+class Sample(NamedTuple):
+    """Mean, standard deviation and number of the sessions' logs."""
+
+    mean: float
+    spread: float
+    n: int
 
 
 @dataclass(frozen=True)
 class Pace:
-    """What became of a tracker's speed; changes are relative, 0.05 where it takes 5 % longer."""
+    """Change of a tracker's speed; changes are relative, 0.05 if it takes 5 % longer."""
 
-    state: PaceState
+    state: PaceLabel
     change: float
     low: float  # 95 % interval
     high: float
@@ -57,90 +63,66 @@ class Pace:
 
 
 def log_ratio(times: NDArray[np.float64]) -> float:
-    """Log of the second side's time to the first one's, of a session.
+    """Return the log of the second side's time divided by the first one's in a session.
 
-    `times`: CPU seconds, shape (2, passes, turns). Other load only ever adds to a turn's time, and
-    not the same to every kind of work; so the least over passes stands for a turn.
+    `times`: CPU seconds, shape (2, passes, turns). Other load can only add to the time of a turn,
+    by different amounts for different work. The least over passes is therefore the turn's time.
     """
     first, second = times.min(axis=1).sum(axis=1).tolist()
     return log(second / first)
 
 
 def sample_of(logs: Sequence[float]) -> Sample:
-    """Mean and spread of the sessions' logs."""
+    """Return mean and spread of the sessions' logs."""
     return Sample(float(np.mean(logs)), float(np.std(logs, ddof=1)), len(logs))
 
 
-def judge_pace(now: Sample, before: Sample | None = None, tests: int = 1) -> Pace:
-    """Judge sessions.
+def judge_pace(now: Sample, tests: int = 1) -> Pace:
+    """Judge sessions by Student's t.
 
-    Parameters
-    ----------
-    now : Sample
-        Logs of the ratio to the old version, or to the reference where `before` is given.
-    before : Sample, optional
-        Logs of the old version's ratio to the reference.
-    tests : int
-        Trackers that share the 1 % of false alarms.
+    `now`: logs of the ratio to the old version. `tests`: trackers that share the 1 % of false
+    alarms.
     """
-    difference, error, degrees = _compared(now, before)
+    error, degrees = _error(now), now.n - 1
     half = float(stdtrit(degrees, 0.975)) * error
     beyond = float(stdtrit(degrees, 1 - MISSED)) * error
-    state: PaceState = "cannot tell"
-    if _p(difference - log1p(MARGIN), error, degrees) < FALSE_ALARM / tests:
+    state: PaceLabel = "inconclusive"
+    if _p(now.mean - log1p(MARGIN), error, degrees) < FALSE_ALARM / tests:
         state = "slower"
-    elif _p(-difference - log1p(MARGIN), error, degrees) < FALSE_ALARM / tests:
+    elif _p(-now.mean - log1p(MARGIN), error, degrees) < FALSE_ALARM / tests:
         state = "faster"
-    elif difference + beyond < log1p(SLOWDOWN):
+    elif now.mean + beyond < log1p(SLOWDOWN):
         state = "as fast"
-    low, high = expm1(difference - half), expm1(difference + half)
-    return Pace(state, expm1(difference), low, high, now.n)
+    return Pace(state, expm1(now.mean), expm1(now.mean - half), expm1(now.mean + half), now.n)
 
 
-def sessions_needed(now: Sample, before: Sample | None = None, tests: int = 1) -> float:
-    """Sessions after which a slowdown of 5 % is seen in 95 % of cases; see `judge_pace`.
-
-    Infinite where those of `before` are too few for any number.
-    """
-    return _least(lambda n: _compared(now._replace(n=n), before), tests)
-
-
-def sessions_for(now: Sample, tests: int = 1) -> float:
-    """Sessions of a tracker and the reference that suffice, with as many after a change."""
-    return _least(lambda n: _compared(now._replace(n=n), now._replace(n=n)), tests)
-
-
-def sessions_lacking(logs: Sequence[float], needed: Callable[[Sample], float]) -> int:
-    """Sessions to run next, at most as many as there were: 0 where no more are needed, or help.
-
-    `needed`: how many in all, given those so far.
-    """
-    if len(logs) < FEWEST_SESSIONS:
-        return FEWEST_SESSIONS - len(logs)
-    all_in_all = needed(sample_of(logs))
-    return 0 if all_in_all == inf else min(max(int(all_in_all) - len(logs), 0), len(logs))
-
-
-def _least(test: Callable[[int], tuple[float, float, float]], tests: int) -> float:
-    for n in range(FEWEST_SESSIONS, _MOST_SESSIONS):
-        _, error, degrees = test(n)
+def sessions_needed(now: Sample, tests: int = 1) -> float:
+    """Return the sessions after which a slowdown of 5 % is seen in 95 % of cases."""
+    for n in range(MIN_SESSIONS, _MAX_SESSIONS):
         # Half of what may be missed: a spread of few sessions may be too small by chance.
-        steps = stdtrit(degrees, 1 - FALSE_ALARM / tests) + stdtrit(degrees, 1 - MISSED / 2)
-        if steps * error <= log1p(SLOWDOWN) - log1p(MARGIN):
+        steps = stdtrit(n - 1, 1 - FALSE_ALARM / tests) + stdtrit(n - 1, 1 - MISSED / 2)
+        if steps * _error(now._replace(n=n)) <= log1p(SLOWDOWN) - log1p(MARGIN):
             return float(n)
     return inf
 
 
-def _compared(now: Sample, before: Sample | None) -> tuple[float, float, float]:
-    """Difference of the logs, its standard error, degrees of freedom (Welch's)."""
-    samples = [now] if before is None else [now, before]
-    # Two sessions that agree by chance to the last digit are no proof.
-    squares = [max(sample.spread, _LEAST_SPREAD) ** 2 / sample.n for sample in samples]
-    parts = [square**2 / (sample.n - 1) for square, sample in zip(squares, samples, strict=True)]
-    difference = now.mean - (before.mean if before else 0.0)
-    return difference, sqrt(sum(squares)), sum(squares) ** 2 / sum(parts)
+def missing_sessions(logs: Sequence[float], tests: int = 1) -> int:
+    """Return how many sessions to run next, at most as many as there are logs.
+
+    The result is 0 if no more are needed or no number helps.
+    """
+    if len(logs) < MIN_SESSIONS:
+        return MIN_SESSIONS - len(logs)
+    needed = sessions_needed(sample_of(logs), tests)
+    return 0 if needed == inf else min(max(int(needed) - len(logs), 0), len(logs))
+
+
+def _error(now: Sample) -> float:
+    """Return the standard error."""
+    # Two sessions that agree by chance to the last digit prove nothing.
+    return max(now.spread, _MIN_SPREAD) / sqrt(now.n)
 
 
 def _p(difference: float, error: float, degrees: float) -> float:
-    """That nothing above zero is behind a difference."""
+    """Return the p-value of no positive difference."""
     return float(stdtr(degrees, -difference / error))

@@ -1,36 +1,32 @@
 """`trackmark check --time`, as a user types it; times are made up, however busy the machine is."""
 
 import json
-import re
 import subprocess
-import tomllib
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
+from bench.evaluation.turns import TurnError
 from bench.statistics import speed
-
-BASELINE = ("baseline", "own", "--trackers", "static,knob.py:as=mine")
-SEQUENCES = ("--sequences", "data/Small", "--seeds", 2, "--budget", "0s")
 
 SLOW = "\n# slow\n"
 
-SCORES = "mean_overlap = [0.5, 0], success_share = [0.5, 0], centre_error = [1, 0]"
-CELL = f'"data/Small" = {{ runs = 1, {SCORES}, boxes = "0", sequence = "0" }}'
+CELL = '"data/Small" = { sequence = "00000000", overlap = [0.5], boxes = ["00000000"] }'
 WRITTEN = f"""
-format = 1
+format = 2
+seeds = 6
 detect = 0.05
 [made_with]
+[specifications]
+mine = "knob.py:as=mine"
 [trackers.mine]
-tracker = "knob.py:as=mine"
 {CELL}
 [trackers.static]
 {CELL}
-[speeds]
-mine = {{ ratio = 0.1, spread = 0.01, sessions = 6, processor = "Other" }}
 """
+AGAINST = ("--time", "--against", "HEAD")
 
 
 @pytest.fixture
@@ -57,13 +53,22 @@ def clocked(monkeypatch):
         ratios = np.array([ratio(setup) for setup in setups])
         return ratios[:, None, None] * generator.normal(1, 0.01, (2, 5, 4))
 
-    monkeypatch.setattr("bench.comparing.clocking.in_turns", in_turns)
+    monkeypatch.setattr("bench.comparing.speed_check.in_turns", in_turns)
     return seen
 
 
 @pytest.fixture
-def kept(trackmark, here, clocked):
-    trackmark(*BASELINE, *SEQUENCES, "--time")
+def kept(trackmark, here, clocked, git, monkeypatch):
+    """A baseline of two trackers, which are committed."""
+    own = here / "trackers"
+    own.mkdir()
+    (own / "static.py").write_text("# as it was\n")
+    monkeypatch.setattr("bench.comparing.git_revisions._PACKAGE", own)
+    git("init", "--quiet")
+    git("add", "knob.py", "trackers")
+    git("commit", "--quiet", "--message", "before")
+    arguments = ("--trackers", "static,knob.py:as=mine", "--sequences", "data/Small", "--seeds", 6)
+    trackmark("baseline", "own", *arguments)
     return here / "baselines" / "own.toml"
 
 
@@ -80,97 +85,72 @@ def slowed(file):
     file.write_text(file.read_text() + SLOW)
 
 
-def test_a_baseline_has_speeds_where_they_are_asked_for(trackmark, kept):
-    told = tomllib.loads(kept.read_text())["speeds"]["mine"]
-    assert told["ratio"] == pytest.approx(1, rel=0.05)
-    assert told["sessions"] >= speed.FEWEST_SESSIONS
-    trackmark(*BASELINE, *SEQUENCES, "--force")
-    assert "speeds" not in tomllib.loads(kept.read_text())
-
-
-def test_a_slower_tracker_is_found_told_and_accepted(trackmark, here, kept):
-    assert trackmark("check", "own", "--time").stdout.count("as fast") == 2
+def test_slower_tracker_is_reported(trackmark, here, kept):
+    assert trackmark("check", "own", *AGAINST).stdout.count("as fast") == 2
     slowed(here / "knob.py")
     files = ("--markdown", "pull.md", "--junit", "check.xml")
-    said = trackmark("check", "own", "--time", *files, status=1)
-    line = next(line for line in said.stdout.splitlines() if "slower" in line)
-    assert "mine" in line
-    assert "identical" in said.stdout  # the boxes are
+    printed = trackmark("check", "own", *AGAINST, *files, status=1).stdout
+    assert "mine" in next(line for line in printed.splitlines() if "slower" in line)
+    assert "identical  " in printed  # the boxes are
     assert "slower" in (here / "pull.md").read_text()
     failed = ElementTree.parse(here / "check.xml").find("testcase/failure/..")
     assert failed.attrib == {"classname": "mine", "name": "time"}
-    told = json.loads(trackmark("check", "own", "--time", "--json", status=1).stdout)
-    assert told["verdict"] == "regression"
-    first = told["times"][0]
+    data = json.loads(trackmark("check", "own", *AGAINST, "--json", status=1).stdout)
+    assert data["verdict"] == "regression"
+    first = data["times"][0]
     assert (first["tracker"], first["state"]) == ("mine", "slower")
     assert first["low"] < first["change"] < first["high"]
-    trackmark("check", "own", "--time", "--accept", "mine", "--because", "looks twice")
-    assert trackmark("check", "own", "--time").stdout.count("as fast") == 2
 
 
-def test_a_baselines_speed_that_says_nothing_is_told(trackmark, kept):
-    kept.write_text(re.sub("spread = 0[.0-9]+", "spread = 0.5", kept.read_text()))
-    assert "too few" in trackmark("check", "own", "--time", "--strict", status=3).stdout
-    kept.write_text(kept.read_text().replace('processor = "', 'processor = "Other ', 1))
-    said = trackmark("check", "own", "--time").stdout
-    assert "another processor (Other" in said
-    assert "--against" in said
-    told = trackmark("check", "own", "--time", "--strict", "--json", status=3).stdout
-    assert json.loads(told)["verdict"] == "cannot tell"
-
-
-@pytest.mark.parametrize("damage", ["ratio = 0", "ratio = -1", 'ratio = "x"', "spread = nan"])
-def test_damaged_speeds_are_a_line(trackmark, written, damage):
-    key = damage.partition(" ")[0]
-    text = written.read_text()
-    written.write_text(text.replace(f"{key} = ", f"{damage}, old_{key} = "))
-    assert "no whole baseline" in trackmark("check", "own", "--time", status=2).stderr
-
-
-def test_beside_a_revision(trackmark, here, kept, git, monkeypatch, clocked):
-    own = here / "trackers"
-    own.mkdir()
-    (own / "static.py").write_text("# as it was\n")
-    monkeypatch.setattr("bench.comparing.revisions._PACKAGE", own)
-    git("init", "--quiet")
-    git("add", "knob.py", "trackers")
-    git("commit", "--quiet", "--message", "before")
+def test_old_trackers_come_from_the_revision(trackmark, here, kept, git, clocked):
     slowed(here / "knob.py")
-    slowed(own / "static.py")
+    slowed(here / "trackers" / "static.py")
     clocked.clear()
-    told = trackmark("check", "own", "--time", "--against", "HEAD", "--json", status=1).stdout
-    states = {entry["tracker"]: entry["state"] for entry in json.loads(told)["times"]}
+    printed = trackmark("check", "own", *AGAINST, "--json", status=1).stdout
+    states = {entry["tracker"]: entry["state"] for entry in json.loads(printed)["times"]}
     assert states == {"mine": "slower", "static": "as fast"}  # today's is not from that folder
-    assert [old.home != "" for old, _ in clocked[:: speed.FEWEST_SESSIONS]] == [True, False]
+    assert [old.home != "" for old, _ in clocked[:: speed.MIN_SESSIONS]] == [True, False]
     assert all((old.options, now.home) == (now.options, "") for old, now in clocked)
     git("commit", "--quiet", "--all", "--message", "after")
-    assert "slower" not in trackmark("check", "own", "--time", "--against", "HEAD").stdout
+    assert "slower" not in trackmark("check", "own", *AGAINST).stdout
     git("mv", "knob.py", "other.py")
     git("commit", "--quiet", "--message", "moved")
     (here / "knob.py").write_text((here / "other.py").read_text())
-    said = trackmark("check", "own", "--time", "--against", "HEAD", status=2).stderr
-    assert "HEAD has no knob.py" in said
+    message = trackmark("check", "own", *AGAINST, status=2).stderr
+    assert "HEAD has no knob.py" in message
+
+
+def test_tracker_that_cannot_be_timed_is_inconclusive(trackmark, kept, monkeypatch):
+    def in_turns(setups, clips):
+        raise TurnError("its process ended")
+
+    monkeypatch.setattr("bench.comparing.speed_check.in_turns", in_turns)
+    printed = trackmark("check", "own", *AGAINST, "--strict", status=3).stdout
+    assert "static: the tracker cannot be timed: its process ended." in printed
+    printed = trackmark("check", "own", *AGAINST, "--strict", "--json", status=3).stdout
+    assert json.loads(printed)["verdict"] == "inconclusive"
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--time",), "no speed of static"),
-        (("--against", "HEAD"), "goes with --time"),
-        (("--time", "--against", "HEAD"), "not a git repository"),
+        (("--time",), "--time goes with --against REVISION"),
+        (("--against", "HEAD"), "--time goes with --against REVISION"),
+        (AGAINST, "not a git repository"),
         (("--time", "--against", "nowhere"), "there is no revision 'nowhere'"),
         (("--time", "--against", "--all"), "there is no revision '--all'"),
+        ((*AGAINST, "--accept", "mine", "--because", "x"), "does not go with --time"),
     ],
 )
-def test_what_it_cannot_do_is_a_line(trackmark, here, written, git, arguments, words):
-    if arguments[-1] not in ("HEAD", "--time"):
+def test_wrong_usage_of_time_exits_with_2(trackmark, written, git, arguments, words):
+    if arguments[-1] in ("nowhere", "--all"):
         git("init", "--quiet")
-    said = trackmark("check", "own", *arguments, status=2).stderr
-    assert words in said
-    assert len(said.strip().splitlines()) <= 4
+    message = trackmark("check", "own", *arguments, status=2).stderr
+    assert words in message
+    assert len(message.strip().splitlines()) <= 4
 
 
-def test_without_git_it_says_so(trackmark, written, monkeypatch):
+def test_missing_git_is_reported(trackmark, written, monkeypatch):
     monkeypatch.setenv("PATH", "")
-    said = trackmark("check", "own", "--trackers", "mine", "--time", "--against", "v1", status=2)
-    assert "needs git" in said.stderr
+    message = trackmark("check", "own", "--trackers", "mine", *AGAINST, status=2).stderr
+    assert "needs git" in message

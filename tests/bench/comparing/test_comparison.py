@@ -373,7 +373,7 @@ def test_measured_attributes_have_curves_of_pairs(make_runs):
     assert [table.name for table in screen(comparison)][-1] == "comparison-attribute-differences"
     (rising,) = comparison.curves_of(comparison.pairs)
     assert rising.correlation == pytest.approx(1.0)
-    assert rising.adjusted < 0.01
+    assert rising.interval.low > 0
 
 
 @pytest.mark.parametrize(("n", "panels"), [(7, 1), (8, 8)])

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.evaluation.turns import Clip, Performance, Setup, TurnError, in_turns
+from bench.evaluation.turns import Clip, Setup, TurnError, in_turns
 
 TRACKER = """
 from trackers.base.interface import Estimate, TrackerPlugin
@@ -70,11 +70,6 @@ def test_modules_beside_an_old_file_are_old_too(tracker, clips, tmp_path, monkey
     then = replace(now, swapped=list(map(str, folders)))
     times = in_turns([then, now], clips)
     assert times[1] == pytest.approx(2 * times[0])
-
-
-def test_the_reference_needs_no_tracker(clips):
-    performance = Performance(Setup(), clips)
-    assert performance.turn(0, 0, 5) > 0
 
 
 @pytest.mark.parametrize(

@@ -11,12 +11,12 @@ from bench.comparing.baseline import BaselineError
 from bench.evaluation.turns import Setup
 from trackers.base.catalogue import in_file, is_outside
 
-__all__ = ["taken_out"]
+__all__ = ["older_setup"]
 
 _PACKAGE = Path(str(trackers.__file__)).resolve().parent
 
 
-def taken_out(revision: str, now: Setup, folder: Path) -> Setup:
+def older_setup(revision: str, now: Setup, folder: Path) -> Setup:
     """Take a tracker out as of a revision, with what lies beside it there.
 
     A tracker of a file comes with the file's folder, which also takes its place where modules are

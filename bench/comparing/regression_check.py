@@ -1,0 +1,300 @@
+"""Comparison of trackers with a baseline: changes by sequence and in the mean, and regressions."""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+from math import isfinite
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from bench.comparing.baseline import DECIMALS, Baseline, Cells
+from bench.statistics.accuracy_drop import IDENTICAL, Change, fact, seed_change
+from bench.statistics.rules import MARGIN
+from reports.tables import Cell, Table
+
+__all__ = ["Check", "ScoreChange", "as_data", "as_junit", "changed_facts", "check", "table"]
+
+
+@dataclass(frozen=True)
+class ScoreChange:
+    """Change of a tracker on a sequence, or in the mean over its sequences.
+
+    Runs are paired by seed; the one run of a tracker without randomness counts for all seeds.
+    """
+
+    tracker: str
+    sequence: str  # name, or the words for the mean
+    old: Sequence[float]  # mean overlap by run
+    new: Sequence[float]
+    same: Sequence[bool]  # pairs of runs with equal boxes
+    failures: Mapping[int, str]  # reasons by seed
+    change: Change = IDENTICAL
+
+    @property
+    def differences(self) -> NDArray[np.float64]:
+        """Scores now minus before, shape (pairs,); 0 for equal boxes."""
+        differences = np.round(np.array(self.new) - np.array(self.old), DECIMALS)
+        return np.where(self.same, 0.0, differences)
+
+    @property
+    def is_random(self) -> bool:
+        """True if the tracker declares randomness, now or in the baseline."""
+        return len(self.same) > 1
+
+    @property
+    def is_regression(self) -> bool:
+        """True if the score is worse or a run failed: a baseline has no failed runs."""
+        return self.change.label == "worse" or bool(self.failures)
+
+
+@dataclass(frozen=True)
+class Check:
+    """Changes of the trackers of a baseline."""
+
+    before: Baseline
+    now: Cells
+    made_with: Mapping[str, str]
+    sequences: Sequence[ScoreChange]
+    means: Sequence[ScoreChange]  # of the changed trackers with random numbers
+
+    @property
+    def changes(self) -> Sequence[ScoreChange]:
+        """Changes by sequence, then in the mean, each with the worst first."""
+        return [*self.sequences, *self.means]
+
+    @property
+    def verdict(self) -> str:
+        """`regression`, `inconclusive` or `pass`."""
+        if any(row.is_regression for row in self.changes):
+            return "regression"
+        labels = {row.change.label for row in self.changes}
+        return "inconclusive" if "inconclusive" in labels else "pass"
+
+
+def changed_facts(before: Cells, now: Cells) -> dict[str, list[str]]:
+    """Return sequences with other boxes than before, by tracker without randomness.
+
+    Failed runs are left out.
+    """
+    changed: dict[str, list[str]] = {}
+    for row in _paired(before, now):
+        if not (row.is_random or row.same[0] or row.failures):
+            changed.setdefault(row.tracker, []).append(row.sequence)
+    return changed
+
+
+def check(
+    before: Baseline,
+    now: Cells,
+    made_with: Mapping[str, str],
+    not_repeatable: Collection[tuple[str, str]] = (),
+) -> Check:
+    """Compare cells with a baseline.
+
+    `now`: the same trackers and sequences. `made_with`: what made them, as `surroundings` gives it.
+    `not_repeatable`: trackers and sequences whose boxes differ from run to run without randomness.
+    """
+    rows = _paired(before.cells, now)
+    changed = [row for row in rows if row.is_random and not all(row.same)]
+    margin = MARGIN if made_with == before.made_with else max(MARGIN, before.detect)
+    sequences = []
+    for row in rows:
+        change = IDENTICAL
+        if (row.tracker, row.sequence) in not_repeatable:
+            difference = float(row.differences[0])
+            change = Change("inconclusive", difference, reason="not repeatable")
+        elif row.is_random and not all(row.same):
+            change = seed_change(row.differences, len(changed), before.detect)
+        elif not all(row.same):
+            change = fact(float(row.differences[0]), margin)
+        sequences.append(replace(row, change=change))
+    trackers = list(dict.fromkeys(row.tracker for row in changed))
+    means = [
+        _mean([row for row in rows if row.tracker == tracker], len(trackers), before.detect)
+        for tracker in trackers
+    ]
+    return Check(before, now, made_with, _in_order(sequences), _in_order(means))
+
+
+def _paired(before: Cells, now: Cells) -> list[ScoreChange]:
+    """Return a row per tracker and sequence, not judged yet."""
+    rows = []
+    for tracker, cells in before.items():
+        for name, old in cells.items():
+            new = now[tracker][name]
+            same = (np.array(old.boxes) == np.array(new.boxes)).tolist()
+            rows.append(ScoreChange(tracker, name, old.overlap, new.overlap, same, new.failures))
+    return rows
+
+
+def _mean(rows: Sequence[ScoreChange], comparisons: int, detect: float) -> ScoreChange:
+    """Return the change in the mean over all sequences of a tracker."""
+    by_seed = np.mean([row.differences for row in rows], axis=0)
+    old, new, same = (
+        list(chain.from_iterable(parts))
+        for parts in zip(*((row.old, row.new, row.same) for row in rows), strict=True)
+    )
+    change = seed_change(by_seed, comparisons, detect)
+    words = f"mean of {_counted(len(rows))}"
+    return ScoreChange(rows[0].tracker, words, old, new, same, {}, change)
+
+
+def _counted(sequences: int) -> str:
+    return f"{sequences} sequence{'s' * (sequences != 1)}"
+
+
+_ORDER = ("worse", "inconclusive", "better", "not worse", "identical")
+
+
+def _in_order(changes: Sequence[ScoreChange]) -> list[ScoreChange]:
+    """Return the changes, the worst first."""
+    return sorted(changes, key=lambda row: (_ORDER.index(row.change.label), row.change.difference))
+
+
+def table(result: Check, *, whole: bool = False) -> Table:
+    """Return the table of the changes; identical sequences are rows only if `whole`."""
+    shown = [row for row in result.sequences if whole or row.change.label != "identical"]
+    return Table(
+        name="check",
+        caption="Mean overlap before and now; all intervals together hold at 95 %.",
+        heads=["", "tracker", "sequence", "before", "now", "change", "same boxes"],
+        n_labels=3,
+        rows=[_row(row) for row in [*shown, *result.means]],
+        notes=_notes(result, whole=whole),
+        data=pd.DataFrame([_data(row) for row in result.changes]),
+    )
+
+
+def _row(row: ScoreChange) -> list[Cell]:
+    change = row.change
+    texts = [
+        change.label,
+        row.tracker,
+        row.sequence,
+        f"{np.mean(row.old):.3f}",
+        f"{np.mean(row.new):.3f}",
+        f"{change.difference:+.3f}",
+        f"{sum(row.same)} of {len(row.same)} runs",
+    ]
+    if change.interval is not None:
+        texts[5] += " [{:+.3f}, {:+.3f}]".format(*change.interval)
+    return [Cell(text) for text in texts]
+
+
+def _notes(result: Check, *, whole: bool) -> list[str]:
+    identical: dict[str, int] = {}
+    for row in result.sequences:
+        if row.change.label == "identical":
+            identical[row.tracker] = identical.get(row.tracker, 0) + 1
+    counts = "; ".join(f"{tracker}  {_counted(n)}" for tracker, n in identical.items())
+    notes = [f"identical  {counts}"] if counts and not whole else []
+    for tracker in result.before.cells:
+        notes += _regressions(result, tracker)
+    notes += [
+        f"inconclusive: {row.tracker}, {row.sequence}: {row.change.reason}."
+        for row in result.changes
+        if row.change.reason
+    ]
+    before = result.before.made_with
+    changes = [
+        f"{key} {before.get(key, 'unknown')} -> {value}"
+        for key, value in result.made_with.items()
+        if before.get(key) != value
+    ]
+    if changes and any(row.change.label != "identical" for row in result.sequences):
+        notes.append(
+            f"note: {', '.join(changes)} since the baseline; boxes may differ without a change of "
+            "the tracker."
+        )
+    return notes
+
+
+def _regressions(result: Check, tracker: str) -> list[str]:
+    """Return lines on the regressions of one tracker."""
+    rows = [row for row in result.sequences if row.tracker == tracker]
+    names = [row.sequence for row in rows if row.change.label == "worse"]
+    places = [f"on {', '.join(names)}"] if names else []
+    if any(row.tracker == tracker and row.change.label == "worse" for row in result.means):
+        places.append("in the mean")
+    lines = [f"REGRESSION: {tracker} is worse {' and '.join(places)}."] if places else []
+    failed = [(row.sequence, *failure) for row in rows for failure in row.failures.items()]
+    if failed:
+        sequence, seed, reason = failed[0]
+        lines.append(
+            f"REGRESSION: {tracker} failed in {len(failed)} of {sum(len(row.new) for row in rows)} "
+            f"runs; the baseline has no failures. {sequence}, seed {seed}: {reason}"
+        )
+    return lines
+
+
+def as_data(result: Check) -> dict[str, Any]:
+    """Return the object of `--json`; missing values are null."""
+    return {
+        "verdict": result.verdict,
+        "detect": result.before.detect,
+        "same_surroundings": result.made_with == result.before.made_with,
+        "cells": [_data(row) for row in result.sequences],
+        "means": [_data(row) for row in result.means],
+    }
+
+
+def as_junit(result: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
+    """Return JUnit's XML: a test case per sequence and mean; inconclusive ones are skipped.
+
+    `times`: tracker, state and words of those that were timed, which are cases, too.
+    """
+    cases: list[tuple[str, str, str, str]] = [
+        (row.tracker, row.sequence, "worse" if row.is_regression else row.change.label, _words(row))
+        for row in result.changes
+    ]
+    cases += [(tracker, "time", state, words) for tracker, state, words in times]
+    kinds = {"worse": "failure", "slower": "failure", "inconclusive": "skipped"}
+    told = [kinds.get(state, "") for _, _, state, _ in cases]
+    suite = ElementTree.Element(
+        "testsuite",
+        name="trackmark check",
+        tests=str(len(cases)),
+        failures=str(told.count("failure")),
+        skipped=str(told.count("skipped")),
+    )
+    for (tracker, name, _, words), kind in zip(cases, told, strict=True):
+        case = ElementTree.SubElement(suite, "testcase", classname=tracker, name=name)
+        if kind:
+            ElementTree.SubElement(case, kind, message=words)
+    return ElementTree.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def _words(row: ScoreChange) -> str:
+    """Return a row as the message of a test case."""
+    change = row.change
+    words = f"mean overlap {np.mean(row.old):.4f} -> {np.mean(row.new):.4f} ({change.label})"
+    words += f"; {change.reason}" if change.reason else ""
+    failures = [f"; seed {seed} failed: {reason}" for seed, reason in row.failures.items()]
+    return words + "".join(failures[:1])
+
+
+def _data(row: ScoreChange) -> dict[str, Any]:
+    change = row.change
+    low, high = change.interval or (change.difference, change.difference)
+    return {
+        "tracker": row.tracker,
+        "sequence": row.sequence,
+        "state": change.label,
+        "reason": change.reason,
+        "before": float(np.mean(row.old)),
+        "now": float(np.mean(row.new)),
+        "difference": change.difference,
+        "low": low,
+        "high": high,
+        "p": change.p if isfinite(change.p) else None,
+        "runs_before": len(row.old),
+        "runs": len(row.new),
+        "same_boxes": sum(row.same),
+        "failed": len(row.failures),
+        "failure": next(iter(row.failures.values()), ""),
+        "seeds_needed": change.needed if isfinite(change.needed) else None,
+    }

@@ -1,0 +1,164 @@
+"""Checks of cells against a baseline: labels, lines, data and test cases."""
+
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from bench.comparing.baseline import Baseline, BaselineCell
+from bench.comparing.regression_check import as_data, as_junit, changed_facts, check, table
+from bench.experiments.experiment import SequenceSource
+from reports.renderers import to_markdown, to_text
+
+SEEDS = 20
+MADE_WITH = {"platform": "Linux x86_64", "numpy": "2.1"}
+GENERATOR = np.random.default_rng(0)
+NOISE = GENERATOR.normal(0, 0.05, (3, SEEDS)).round(5)
+
+
+def cell(overlap, version="0", same=(), failures=()):
+    """Make a cell whose boxes depend on the version, except for the seeds in `same`."""
+    boxes = [f"{seed:06x}{'00' if seed in same else version:>02}" for seed in range(len(overlap))]
+    for seed in failures:
+        boxes[seed] = ""
+    reasons = dict.fromkeys(failures, "IndexError: index 64 is out of bounds")
+    numbers = tuple(float(value) for value in np.round(overlap, 5))
+    return BaselineCell(SequenceSource("s"), "9f31c2aa", numbers, tuple(boxes), reasons)
+
+
+def baseline(cells):
+    texts = {label: label for label in cells}
+    return Baseline(cells, texts, SEEDS, 0.05, MADE_WITH)
+
+
+def labels(result):
+    return {(row.tracker, row.sequence): row.change.label for row in result.changes}
+
+
+BEFORE = {
+    "mine": {f"s{i}": cell(0.6 + NOISE[i]) for i in range(3)},
+    "static": {"s0": cell([0.4]), "s1": cell([0.5])},
+}
+
+
+def test_equal_digests_are_identical_whatever_the_libraries():
+    result = check(baseline(BEFORE), BEFORE, {**MADE_WITH, "numpy": "2.2"})
+    assert set(labels(result).values()) == {"identical"}
+    assert result.verdict == "pass"
+    assert table(result).notes == ["identical  mine  3 sequences; static  2 sequences"]
+
+
+def test_drop_in_a_part_of_the_seeds_is_found_in_the_mean():
+    """Six of twenty runs lose .3 on one sequence; the other runs keep their boxes."""
+    lost = np.where(np.arange(SEEDS) < 6, 0.3, 0.0)
+    changed = cell(0.6 + NOISE[0] - lost, "1", same=range(6, SEEDS))
+    now = {**BEFORE, "mine": {**BEFORE["mine"], "s0": changed}}
+    result = check(baseline(BEFORE), now, MADE_WITH)
+    assert labels(result)["mine", "s0"] == "worse"
+    assert labels(result)["mine", "mean of 3 sequences"] == "worse"
+    assert labels(result)["mine", "s1"] == "identical"
+    text = to_text(table(result))
+    assert "-0.090 [-" in text
+    assert "14 of 20 runs" in text
+    assert "REGRESSION: mine is worse on s0 and in the mean." in text
+    assert "identical  mine  2 sequences; static  2 sequences" in text
+    assert as_data(result)["verdict"] == "regression"
+
+
+@pytest.mark.parametrize(
+    ("score", "numpy", "label"),
+    [
+        (0.389, "2.1", "worse"),
+        (0.39, "2.1", "not worse"),
+        (0.411, "2.1", "better"),
+        (0.36, "2.2", "not worse"),
+        (0.349, "2.2", "worse"),
+    ],
+)
+def test_fact_has_a_larger_margin_with_other_libraries(score, numpy, label):
+    now = {**BEFORE, "static": {**BEFORE["static"], "s0": cell([score], "1")}}
+    result = check(baseline(BEFORE), now, {**MADE_WITH, "numpy": numpy})
+    assert labels(result)["static", "s0"] == label
+    notes = "\n".join(table(result).notes)
+    assert ("note: numpy 2.1 -> 2.2 since the baseline" in notes) == (numpy == "2.2")
+
+
+def test_fact_that_is_not_repeatable_is_inconclusive():
+    now = {**BEFORE, "static": {**BEFORE["static"], "s0": cell([0.1], "1")}}
+    assert changed_facts(BEFORE, now) == {"static": ["s0"]}
+    result = check(baseline(BEFORE), now, MADE_WITH, [("static", "s0")])
+    assert result.verdict == "inconclusive"
+    assert "inconclusive: static, s0: not repeatable." in table(result).notes
+
+
+def test_tracker_with_new_randomness_is_judged_over_all_seeds():
+    """One run before stands for all seeds: its boxes did not depend on them."""
+    now = {**BEFORE, "static": {"s0": cell(0.4 + NOISE[0], "1"), "s1": cell(0.5 + NOISE[1], "1")}}
+    result = check(baseline(BEFORE), now, MADE_WITH)
+    row = next(row for row in result.sequences if (row.tracker, row.sequence) == ("static", "s0"))
+    assert row.change.label == "not worse"
+    assert row.change.difference == pytest.approx(NOISE[0].mean())
+    assert (len(row.old), len(row.new)) == (1, SEEDS)
+    assert changed_facts(BEFORE, now) == {}
+
+
+def test_failed_run_is_a_regression_even_if_the_score_is_not_worse():
+    scores = 0.6 + NOISE[0]
+    scores[17] = 0.0
+    changed = cell(scores, same=set(range(SEEDS)) - {17}, failures=[17])
+    now = {**BEFORE, "mine": {**BEFORE["mine"], "s0": changed}}
+    result = check(baseline(BEFORE), now, MADE_WITH)
+    assert labels(result)["mine", "s0"] != "worse"
+    assert result.verdict == "regression"
+    assert (
+        "REGRESSION: mine failed in 1 of 60 runs; the baseline has no failures. s0, seed 17: "
+        "IndexError: index 64 is out of bounds"
+    ) in table(result).notes
+    suite = ElementTree.fromstring(as_junit(result))
+    failures = [case.get("name") for case in suite if case.find("failure") is not None]
+    assert failures == ["s0"]
+    assert "seed 17 failed: IndexError" in as_junit(result)
+    (row,) = (row for row in as_data(result)["cells"] if row["failed"])
+    assert row["failure"].startswith("IndexError")
+
+
+def test_inconclusive_change_names_seeds_and_is_skipped_in_junit():
+    noisy = {"mine": {"s0": cell(np.linspace(0.4, 0.7, SEEDS))}}
+    now = {"mine": {"s0": cell(np.linspace(0.7, 0.4, SEEDS), "1")}}
+    result = check(baseline(noisy), now, MADE_WITH)
+    assert result.verdict == "inconclusive"
+    assert any(note.startswith("inconclusive: mine, s0: about ") for note in table(result).notes)
+    assert as_data(result)["cells"][0]["seeds_needed"] > SEEDS
+    suite = ElementTree.fromstring(as_junit(result))
+    assert (suite.get("failures"), suite.get("skipped")) == ("0", "2")
+
+
+def test_rows_start_with_the_worst_in_every_format():
+    now = {
+        "mine": {
+            **BEFORE["mine"],
+            "s1": cell(0.3 + NOISE[1], "1"),
+            "s2": cell(0.9 + NOISE[2], "1"),
+        },
+        "static": {**BEFORE["static"], "s0": cell([0.399], "1")},
+    }
+    result = check(baseline(BEFORE), now, MADE_WITH)
+    states = [row["state"] for row in as_data(result)["cells"]]
+    assert states == ["worse", "better", "not worse", "identical", "identical"]
+    assert len(table(result).rows) == 4
+    assert len(table(result, whole=True).rows) == 6
+    assert "| worse | mine | s1 |" in to_markdown(table(result))
+    suite = ElementTree.fromstring(as_junit(result))
+    assert (suite.get("tests"), suite.get("failures")) == ("6", "1")
+
+
+def test_first_seeds_of_a_baseline_are_compared():
+    before = baseline(BEFORE).with_seeds(6)
+    assert {len(c.overlap) for c in before.cells["mine"].values()} == {6}
+    assert len(before.cells["static"]["s0"].boxes) == 1
+    now = {**before.cells, "mine": {**before.cells["mine"], "s0": cell([0.1] * 6, "1")}}
+    result = check(before, now, MADE_WITH)
+    assert labels(result)["mine", "s0"] == "worse"
+    assert "0 of 6 runs" in to_text(table(result))
+    assert replace(before, seeds=6) == before

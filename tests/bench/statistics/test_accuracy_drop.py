@@ -1,0 +1,132 @@
+"""Changes of scores: reference values, agreement with a slow definition, and error rates."""
+
+from math import sqrt
+from statistics import NormalDist, fmean, stdev
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from bench.statistics.accuracy_drop import (
+    advised_seeds,
+    detectable_drops,
+    fact,
+    pooled_spread,
+    seed_change,
+)
+from bench.statistics.intervals import interval_ends
+from bench.statistics.rules import MARGIN
+
+DETECT = 0.05
+differences = st.lists(st.floats(-0.25, 0.25, width=32), min_size=6, max_size=30)
+
+
+def slow_interval(values, level):
+    """Union of Student's and Hall's interval, written out for one sample."""
+    n, mean, error = len(values), fmean(values), stdev(values) / sqrt(len(values))
+    quantile = float(stats.t.ppf(1 - (1 - level) / 2, n - 1))
+    moments = [fmean((value - mean) ** power for value in values) for power in (2, 3)]
+    k = moments[1] / moments[0] ** 1.5 / sqrt(n)
+    k = 1e-6 if abs(k) < 1e-6 else k
+    ends = [3 / k * (np.cbrt(1 + k * (z - k / 6)) - 1) for z in (quantile, -quantile)]
+    hall = [mean - error * end for end in ends]
+    low, high = min(mean - quantile * error, hall[0]), max(mean + quantile * error, hall[1])
+    return max(low, -1.0), min(high, 1.0)
+
+
+def slow_label(low, high):
+    inside = low >= -0.01 and high <= 0.01
+    if (low > 0 or high < 0) and not inside:
+        return "better" if low > 0 else "worse"
+    return "not worse" if low > -DETECT else "inconclusive"
+
+
+@given(differences, st.integers(1, 20))
+def test_seed_change_equals_slow_definition(values, comparisons):
+    if np.ptp(values) < 1e-4:
+        return
+    change = seed_change(values, comparisons, DETECT)
+    low, high = slow_interval(values, 1 - 0.05 / comparisons)
+    assert change.interval == pytest.approx((low, high), abs=1e-7)
+    close = [abs(end - limit) for end in (low, high) for limit in (0, 0.01, -0.01, -DETECT)]
+    assert change.label == slow_label(low, high) or min(close) < 1e-7
+    assert (change.label == "inconclusive") == bool(change.reason)
+    assert change.difference == pytest.approx(fmean(values))
+
+
+@pytest.mark.parametrize(
+    ("values", "comparisons", "label", "reason"),
+    [
+        ([-0.08, -0.12, -0.1, -0.09, -0.11, -0.1], 1, "worse", ""),
+        ([0.08, 0.12, 0.1, 0.09, 0.11, 0.1], 1, "better", ""),
+        ([-0.005] * 20, 8, "not worse", ""),
+        ([-0.03, 0.02] * 10, 1, "not worse", ""),
+        ([-0.3, 0.3, -0.2, 0.2, -0.1, 0.1], 1, "inconclusive", "about 290 seeds needed"),
+        ([-0.1] * 6, 1, "worse", ""),
+        (
+            [-0.1] * 6,
+            8,
+            "inconclusive",
+            "the same difference on all 6 seeds, too few for 8 comparisons",
+        ),
+    ],
+)
+def test_seed_change_labels_and_reasons(values, comparisons, label, reason):
+    change = seed_change(values, comparisons, DETECT)
+    assert (change.label, change.reason) == (label, reason)
+
+
+@pytest.mark.parametrize(
+    ("difference", "margin", "label"),
+    [
+        (-0.01, 0.01, "not worse"),
+        (-0.01001, 0.01, "worse"),
+        (-0.04, 0.05, "not worse"),
+        (0.02, 0.01, "better"),
+    ],
+)
+def test_fact_is_judged_by_margin_alone(difference, margin, label):
+    change = fact(difference, margin)
+    assert (change.label, change.difference, change.interval) == (label, difference, None)
+
+
+def test_sensitivity_matches_documented_example():
+    on_sequence, in_mean = detectable_drops(0.08, 8, 20)
+    assert (f"{on_sequence:.2f}", f"{in_mean:.3f}") == ("0.09", "0.025")
+    assert advised_seeds(0.08, 8, DETECT) == 68
+    assert advised_seeds(0.0, 8, DETECT) == 6
+    steps = NormalDist().inv_cdf(1 - 0.025 / 8) + NormalDist().inv_cdf(0.8)
+    assert on_sequence == pytest.approx(0.08 * steps * sqrt(2 / 20))
+
+
+def test_pooled_spread_is_root_mean_square():
+    assert pooled_spread([[0.1, 0.3], [0.5, 0.5]]) == pytest.approx(sqrt(0.02 / 2))
+
+
+def share_worse(generator, drop, spread, seeds, rounds=1000):
+    """Return how often 8 sequences with new random numbers are called worse, 3 lower by `drop`."""
+    before = generator.normal(0.6, spread, (rounds, 8, seeds))
+    now = generator.normal(0.6, spread, (rounds, 8, seeds)) - drop * (np.arange(8) < 3)[:, None]
+    by_sequence = interval_ends(now - before, 1 - 0.05 / 8)
+    in_mean = interval_ends((now - before).mean(axis=1), 0.95)
+    worse = [(high < 0) & (low < -MARGIN) for low, high in (by_sequence, in_mean)]
+    return np.mean(worse[0].any(axis=1) | worse[1])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("spread", "least"), [(0.03, 0.99), (0.08, 0.57), (0.15, 0.18)])
+def test_drops_are_found_and_unchanged_trackers_pass(spread, least):
+    generator = np.random.default_rng(int(spread * 100))
+    assert share_worse(generator, 0.05, spread, 20) >= least
+    assert share_worse(generator, 0.0, spread, 20) <= 0.065  # 5 % with an error of 0.7 %
+
+
+@pytest.mark.slow
+def test_advised_seeds_find_drop_on_one_sequence():
+    generator = np.random.default_rng(0)
+    seeds = advised_seeds(0.08, 8, DETECT)
+    dropped = generator.normal(-DETECT, 0.08 * sqrt(2), (2000, seeds))
+    _, high = interval_ends(dropped, 1 - 0.05 / 8)
+    assert np.mean(high < 0) >= 0.74  # 80 % by Student's interval, which is narrower
