@@ -12,7 +12,7 @@ _WORDS = {
     "stale": "by another version of the tracker or the sequence",
     NOT_RUN: "of the sequences",
 }
-_FRAME = re.compile(r"^(frame \d+|.*\.(png|jpe?g|bmp|tiff?|webp|p[gp]m)): ", re.IGNORECASE)
+_FRAME = re.compile(r"^(frame \d+|\S+\.(?:png|jpe?g|bmp|tiff?|webp|p[gp]m)): ", re.IGNORECASE)
 
 
 def counted(runs: pd.DataFrame, score: str) -> "pd.Series[bool]":

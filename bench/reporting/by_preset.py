@@ -337,13 +337,15 @@ def _with_means(
     If the preset does not average sequences with equal weight, its own figures come first, without
     intervals, and the means over units follow.
     """
-    means = mean_table(shown, measures, "", preset_name)
+    preset = metrics_preset(preset_name)
+    whole = {name: nan for name, column in preset.columns.items() if column.whole}
+    means = mean_table(shown.assign(**whole), measures, "", preset_name)
     label = TOGETHER
     words, _, meaning = means.caption.removeprefix(": ").partition(
         f"; metrics preset {preset_name}"
     )
     rows, data = list[list[TableCell]](), list[pd.DataFrame]()
-    if metrics_preset(preset_name).combine is not mean_of_sequences:
+    if preset.combine is not mean_of_sequences:
         label, words = MEANS, f"{words}; {TOGETHER}: as the preset weights them, without interval"
         frame = pd.DataFrame(
             {"tracker": tracker, "sequence": TOGETHER, "repetition": 0, **one.scores}

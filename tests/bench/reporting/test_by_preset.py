@@ -10,7 +10,7 @@ import datasets
 from bench import metrics
 from bench.experiments.experiment import Experiment, SequenceSource
 from bench.metrics.preset import Answer
-from bench.reporting.by_preset import LATE, TOGETHER, by_presets, tables_by, write_curves
+from bench.reporting.by_preset import LATE, MEANS, TOGETHER, by_presets, tables_by, write_curves
 from bench.reporting.tables import SUMMARY
 from bench.store.loading import load_results
 from bench.store.truth import read_truth
@@ -137,3 +137,21 @@ def test_scores_have_the_names_that_papers_give_them(stored):
     otb, got10k = tables_by(stored, ["otb", "got10k"])
     assert "success AUC" in otb.heads
     assert got10k.heads[2:] == ["AO", "SR 0.50", "SR 0.75"]
+
+
+def test_scores_with_one_value_per_unit_have_intervals(without_processes, tmp_path):
+    sources = tuple(
+        SequenceSource(f"plain/target:length=120:width=64:height=64:scene={n}") for n in range(6)
+    )
+    with without_processes():
+        folder = bench.run(Experiment("six", ("static",), sources), tmp_path, jobs=1)
+    otb, vot = by_presets(folder, ["otb", "vot-anchor"])
+    assert all("[" in cell for cell in texts(otb.table)[TOGETHER, "static"])
+    assert "95 % interval of the mean for new scenes of this family only" in otb.table.caption
+    columns = vot.table.heads[2:]
+    whole = dict(zip(columns, texts(vot.table)[TOGETHER, "static"], strict=True))
+    means = dict(zip(columns, texts(vot.table)[MEANS, "static"], strict=True))
+    assert whole["accuracy"].endswith(" –")
+    assert "[" in means["accuracy"]
+    assert whole["EAO"].endswith(" –")
+    assert means["EAO"] == "—"
