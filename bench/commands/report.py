@@ -1,6 +1,7 @@
 """Make tables and plots of stored results."""
 
 import functools
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -89,9 +90,8 @@ def command(
     if frames and not paged:
         raise click.UsageError("--frames is of the page, which is not written: give --folder.")
     experiments = [] if results is None else experiment_folders(results)
-    others = [text for given in results_of for text in ("--results-of", given)]
+    others = [text for path in results_of for text in ("--results-of", path)]
     others += [] if sequences is None else ["--sequences", sequences]
-    status = 0
     with together(experiments, guests_of(results_of), sequences) as shown:
         for number, experiment in enumerate(shown):
             several = len(shown) > 1
@@ -113,22 +113,21 @@ def command(
                 page = target / "report.html"
                 files += _write_page(experiment, page, made, title, said, full=frames, plots=plots)
             _sum_up(files)
-            if left_out := _left_out(experiment):
-                _tell(*left_out)
-                status = EXIT_ANSWER_IS_NO
-    return status
+        return _tell_left_out(shown)
 
 
-def _left_out(experiment: Path) -> list[str]:
-    """Return a line on every tracker whose every run failed."""
+def _tell_left_out(experiments: Sequence[Path]) -> int:
+    """Print a line on every tracker whose every run failed; return the exit status."""
     from bench.reporting.failed_runs import failed_runs
     from bench.store.loading import load_results
 
     lines = dict[str, None]()
-    for _, runs in load_results(experiment).groupby("protocol", sort=False, observed=True):
-        failures = failed_runs(runs)
-        lines |= {f"{name}: {failures.notes[name]}": None for name in failures.left_out}
-    return list(lines)
+    for experiment in experiments:
+        for _, runs in load_results(experiment).groupby("protocol", sort=False, observed=True):
+            failures = failed_runs(runs)
+            lines |= {f"{name}: {failures.notes[name]}": None for name in failures.left_out}
+    _tell(*lines)
+    return EXIT_ANSWER_IS_NO if lines else 0
 
 
 def _tell(*lines: str) -> None:

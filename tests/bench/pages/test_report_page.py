@@ -157,7 +157,7 @@ def test_names_and_messages_of_others_do_no_harm(trackmark, here, spoil, otb):
     otb(here / "data" / name, 4)
     run = ("run", "--trackers", "static,knob.py:Knob", "--sequences", f"data/{name}")
     trackmark(*run, "--name", "mine", status=1)
-    trackmark("report", "results/mine", "--folder", "report")
+    trackmark("report", "results/mine", "--folder", "report", status=1)
     text = (here / "report" / "report.html").read_text()
     found = Cells(text)
     assert "alert('x')" not in re.sub(
@@ -177,7 +177,7 @@ def test_failures_stand_up_front_and_lead_to_the_last_box(trackmark, here, spoil
         "        if self.n > 2: raise ValueError('lost')\n        return Estimate(self.box)"
     )
     trackmark("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", status=1)
-    trackmark("report", "results", "--folder", "report")
+    trackmark("report", "results", "--folder", "report", status=1)
     text = (here / "report" / "report.html").read_text()
     assert text.index("Not all is here: ") < text.index('id="sequences"')
     # In a row, with its boxes, and in the table and the paragraph of the comparison.

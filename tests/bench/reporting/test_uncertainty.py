@@ -4,11 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from bench.comparing.comparison import compare
+from bench.comparing.tables import files
 from bench.reporting import tables as reporting
 from bench.reporting.tables import SUMMARY, score_tables
 from bench.reporting.uncertainty import uncertainty_of
 from bench.statistics.intervals import mean_interval
-from bench.statistics.rules import star_marks
 from reports.renderers import to_html, to_latex, to_markdown, to_text
 from reports.tables import Measure
 
@@ -114,13 +115,13 @@ def compared(n, spread, generator):
 
 @pytest.mark.parametrize("spread", [0.005, 0.05, 0.15])
 @pytest.mark.parametrize("sequences", [5, 6, 12])
-def test_summary_marks_by_the_shared_rule(spread, sequences):
+def test_summary_marks_as_a_comparison(spread, sequences):
     generator = np.random.default_rng(sequences)
     for _ in range(10):
         runs = compared(sequences, spread, generator)
         summary, _ = score_tables(runs, runs[:0], "T")
-        means = runs.pivot_table("mean_overlap", "tracker", "sequence")
-        assert [row[1].best for row in summary.rows] == star_marks(means.to_numpy(), limit=1)
+        standings, *_ = files(compare(runs, SUMMARY[0], SUMMARY[0].margin))
+        assert [row[1].best for row in summary.rows] == [row[1].best for row in standings.rows]
 
 
 def test_summary_explains_intervals_and_marks_in_every_format():
