@@ -234,11 +234,11 @@ def _answers(asked: _Asked, preset: str, measure: "Measure", limit: float) -> "C
     """Compare by a preset's score."""
     from bench.comparing.comparison import compare, of_protocol
     from bench.comparing.published_scores import with_published
-    from bench.comparing.stored_boxes import compare_boxes
+    from bench.comparing.stored_boxes import same_boxes
     from bench.protocols import TIMING
     from bench.reporting.by_preset import runs_by
     from bench.reporting.failed_runs import with_worst_scores
-    from bench.reporting.tables import PRESET
+    from bench.reporting.tables import PRESET, not_repeatable
     from bench.store.loading import load_results
     from bench.store.results import Results
     from bench.store.truth import occurring_attributes
@@ -253,7 +253,7 @@ def _answers(asked: _Asked, preset: str, measure: "Measure", limit: float) -> "C
     runs = load_results(folder, cells)
     if labels is not None and set(labels) <= set(runs["tracker"].unique()):
         runs = runs[runs["tracker"].isin(labels)]  # others may be missing, or be damaged
-    boxes = compare_boxes(folder, runs, list(runs["tracker"].unique()), asked.stored)
+    same, unrepeatable = same_boxes(folder, runs, asked.stored), not_repeatable(runs)
     attributes = occurring_attributes(folder, runs[runs["status"] == "finished"])
     if preset != PRESET:
         with patience("Scoring runs"):
@@ -272,7 +272,8 @@ def _answers(asked: _Asked, preset: str, measure: "Measure", limit: float) -> "C
         by_scene=asked.by_scene,
         attributes=attributes,
         measured=functools.partial(measured_attributes, runs) if asked.by_attribute else None,
-        boxes=boxes,
+        same_boxes=same,
+        not_repeatable=unrepeatable,
     )
 
 

@@ -15,7 +15,6 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.comparing.pairwise import Losses, Pair, Scores, compare_pairs, sign_of
-from bench.comparing.stored_boxes import BoxEvidence
 from bench.protocols import STORED_ONCE, TIMING, title
 from bench.reporting.failed_runs import failed_runs
 from bench.reporting.tables import own_times
@@ -209,7 +208,8 @@ def compare(
     by_scene: bool = False,
     attributes: Mapping[str, Collection[str]] | None = None,
     measured: Callable[[Sequence[str]], Mapping[str, NDArray[np.float64]]] | None = None,
-    boxes: BoxEvidence | None = None,
+    same_boxes: Mapping[tuple[str, str], int] | None = None,
+    not_repeatable: Collection[str] = (),
 ) -> Comparison:
     """Compare trackers on the sequences that all of them ran on.
 
@@ -232,8 +232,10 @@ def compare(
         Attributes that occur, by sequence.
     measured : callable, optional
         Returns values of attributes by sequence, NaN if it has none, of the sequences' names.
-    boxes : BoxEvidence, optional
-        What the boxes of the stored runs show.
+    same_boxes : mapping of pair to int, optional
+        Number of sequences on which two trackers gave the same boxes.
+    not_repeatable : collection of str
+        Trackers of which a stored run with the same seed has other boxes.
 
     Raises
     ------
@@ -262,7 +264,6 @@ def compare(
     units = units_of(sequences, "scene" if by_scene else None)
     means = {name: np.array([run.mean() for run in of]) for name, of in values.items()}
     against = None if against in failures.left_out else against
-    same = boxes.same if boxes else {}
     return Comparison(
         measure,
         margin,
@@ -271,11 +272,11 @@ def compare(
         values,
         losses,
         _standings(runs, means, losses, units, measure, margin),
-        compare_pairs(means, units, measure, margin, against, same),
+        compare_pairs(means, units, measure, margin, against, same_boxes),
         against,
         failures.notes,
         failures.left_out,
-        sorted(boxes.not_repeatable.intersection(chosen)) if boxes else (),
+        [name for name in chosen if name in not_repeatable],
         [] if attributes is None else [attributes.get(name, ()) for name in sequences],
         measured(sequences) if measured else {},
     )
