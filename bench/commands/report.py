@@ -94,8 +94,7 @@ def command(
     others += [] if sequences is None else ["--sequences", sequences]
     with together(experiments, guests_of(results_of), sequences) as shown:
         for number, experiment in enumerate(shown):
-            several = len(shown) > 1
-            title = title_of(experiment, named=several)
+            title = title_of(experiment, named=len(shown) > 1)
             made, scored = _tables(experiment, metrics, title)
             against = _against(experiment, metrics, made) if by_attribute else []
             kept = experiments[number] if experiments else None
@@ -104,7 +103,7 @@ def command(
             _print(made + extra, form, wide=wide, as_json=as_json)
             target, files = kept or Path("report"), list[Path]()
             if folder is not None:
-                target = folder / experiment.name if several else folder
+                target = folder / experiment.name if len(shown) > 1 else folder
                 pictures = None if no_pictures else form if form in FIGURES else "png"
                 about = made, title, pictures, scored, against
                 files += write_report(experiment, target, _tell, *about)

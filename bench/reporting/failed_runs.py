@@ -5,13 +5,14 @@ higher-is-better scores are 0 and its target is lost at the first frame after in
 centre error is the diagonal of the image. Where the stored ground truth has no image size, it is
 the diagonal from the origin to the farthest corner of the ground truth, a lower bound. Other
 lower-is-better scores have no bound: they are what the metrics preset makes of a tracker that fails
-whenever it can. Times have no worst value and stay missing.
+whenever it can. Scores of masks are 0. Times have no worst value and stay missing.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import hypot, nan
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -29,28 +30,12 @@ from reports.notes import failure_notes
 
 __all__ = ["FailedRuns", "failed_runs", "judge_failed", "with_worst_scores"]
 
-MASK_SCORES = ("mean_region_similarity", "region_recall", "region_decay") + (
-    "mean_contour_accuracy",
-    "contour_recall",
-    "contour_decay",
-)
-"""Scores of masks; all are 0 for a tracker that gives none after initialisation."""
 
+class FailedRuns(NamedTuple):
+    """Failed runs of a comparison or table."""
 
-@dataclass(frozen=True)
-class FailedRuns:
-    """Failed runs of a comparison or table.
-
-    Attributes
-    ----------
-    notes : dict of str to str
-        By tracker that has failed runs: how many, and where and why the first one failed.
-    left_out : list of str
-        Trackers whose every run failed.
-    """
-
-    notes: dict[str, str]
-    left_out: list[str]
+    notes: dict[str, str]  # by tracker: how many failed, and where and why the first one did
+    left_out: list[str]  # trackers whose every run failed
 
 
 def failed_runs(runs: pd.DataFrame, counted: str = "the worst score") -> FailedRuns:
@@ -112,9 +97,8 @@ def with_worst_scores(
         for name in presets:
             if can_judge(name, run.identity.protocol):
                 scores |= judge_failed(run, truth, name).scores
-        own = runs[runs["tracker"] == row["tracker"]]
-        masks = [name for name in MASK_SCORES if name in runs and own[name].notna().any()]
-        scores |= dict.fromkeys(masks, 0.0)
+        masks = runs.filter(regex="region|contour")[runs["tracker"] == row["tracker"]]
+        scores |= dict.fromkeys(masks.columns[masks.notna().any()], 0.0)
         for column, value in scores.items():
             filled.loc[number, column] = value
     return filled

@@ -94,7 +94,7 @@ def test_report_writes_tables_in_every_format_and_plots(trackmark, here):
     said, (page, beside) = done.stdout, done.stderr.splitlines()[-2:]
     assert page == "report/report.html"
     drawn = "5 pictures (.svg), 5 pictures (.pdf), 1 picture (.png), report.md, report.tex."
-    assert beside == f"Beside it: 5 tables as .txt, .md, .csv and .tex, {drawn}"
+    assert beside == f"Beside it: 7 tables as .txt, .md, .csv and .tex, {drawn}"
     suffixes = {file.suffix for file in (here / "report").rglob("*") if file.is_file()}
     assert {".txt", ".md", ".csv", ".tex", ".svg", ".html"} <= suffixes
     assert {file.stem for file in (here / "report").glob("*.png")} == {"strip-Small"}
