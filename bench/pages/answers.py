@@ -9,13 +9,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.comparing import MARGINS
-from bench.comparing.comparison import (
-    Comparison,
-    ComparisonError,
-    compare,
-    means_in_part,
-    parts_of,
-)
+from bench.comparing.comparable_runs import ComparisonError
+from bench.comparing.comparison import Comparison, compare, means_in_part, parts_of
 from bench.comparing.stored_boxes import same_boxes
 from bench.comparing.summary_text import paragraph
 from bench.comparing.tables import files as comparison_tables

@@ -5,7 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from bench.comparing.comparison import AllFailedError, ComparisonError, compare, parts_of
+from bench.comparing.comparable_runs import AllFailedError, ComparisonError
+from bench.comparing.comparison import compare, parts_of
 from bench.comparing.figures import write_figures
 from bench.comparing.published_scores import with_published
 from bench.comparing.summary_text import paragraph
