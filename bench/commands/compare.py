@@ -112,8 +112,6 @@ def command(
     Exit status: 0 success; 1 every run of a tracker failed, which is left out; 2 wrong usage or
     input, or a missing run in --results.
     """
-    from bench.comparing.comparison import AllFailedError
-
     if (sequences is None) == (results is None):
         raise click.UsageError("Give --sequences or --results (one of them).")
     if margin is not None and not math.isfinite(margin):
@@ -137,28 +135,11 @@ def command(
         experiments = [_only_experiment(results)]
     only = None if cells is None else {sequence for _, sequence, _, _ in cells}
     with together(experiments, guests, sequences, only) as (experiment,):
-        others = [one.tracker for one in guests]
-        by_scene = unit == "scene"
+        others, scenes = [one.tracker for one in guests], unit == "scene"
         asked = _Asked(
-            experiment, labels, cells, others, published, by_attribute, stored, against, by_scene
+            experiment, labels, cells, others, published, by_attribute, stored, against, scenes
         )
-        try:
-            compared = {  # all of them before one is shown: a preset may refuse the runs
-                preset: _answers(asked, preset, measure, limit)
-                for preset, (measure, limit) in measures.items()
-            }
-        except AllFailedError as error:
-            click.echo(str(error), err=True)
-            return EXIT_ANSWER_IS_NO
-        for preset, answers in compared.items():
-            _show(answers, preset, as_json=as_json)
-            if folder is not None:
-                target = folder / preset if len(measures) > 1 else folder
-                click.echo("\n".join(_write(answers, experiment, target)), err=True)
-    answers = next(iter(compared.values()))
-    for tracker, note in answers.failures.items():
-        click.echo(f"{tracker}: {note}", err=True)
-    return EXIT_ANSWER_IS_NO if answers.left_out else 0
+        return _compare(asked, measures, folder, as_json=as_json)
 
 
 @dataclass(frozen=True)
@@ -230,15 +211,45 @@ def _measure(preset: str, metric: str | None, margin: float | None) -> "tuple[Me
     return found, MARGINS["mean_overlap"] if margin is None else margin
 
 
+def _compare(
+    asked: _Asked,
+    measures: "dict[str, tuple[Measure, float]]",
+    folder: Path | None,
+    *,
+    as_json: bool,
+) -> int:
+    """Compare by all presets, show and write the comparisons, and return the exit status."""
+    from bench.comparing.comparable_runs import AllFailedError
+
+    try:
+        compared = {  # all of them before one is shown: a preset may refuse the runs
+            preset: _answers(asked, preset, measure, limit)
+            for preset, (measure, limit) in measures.items()
+        }
+    except AllFailedError as error:
+        click.echo(str(error), err=True)
+        return EXIT_ANSWER_IS_NO
+    for preset, answers in compared.items():
+        _show(answers, preset, as_json=as_json)
+        if folder is not None:
+            target = folder / preset if len(measures) > 1 else folder
+            click.echo("\n".join(_write(answers, asked.experiment, target)), err=True)
+    answers = next(iter(compared.values()))
+    for tracker, note in answers.failures.items():
+        click.echo(f"{tracker}: {note}", err=True)
+    return EXIT_ANSWER_IS_NO if answers.left_out else 0
+
+
 def _answers(asked: _Asked, preset: str, measure: "Measure", limit: float) -> "Comparison":
     """Compare by a preset's score."""
-    from bench.comparing.comparison import compare, of_protocol
+    from bench.comparing.comparable_runs import of_protocol
+    from bench.comparing.comparison import compare
     from bench.comparing.published_scores import with_published
-    from bench.comparing.stored_boxes import compare_boxes
+    from bench.comparing.stored_boxes import same_boxes
     from bench.protocols import TIMING
     from bench.reporting.by_preset import runs_by
     from bench.reporting.failed_runs import with_worst_scores
-    from bench.reporting.tables import PRESET
+    from bench.reporting.tables import PRESET, not_repeatable
     from bench.store.loading import load_results
     from bench.store.results import Results
     from bench.store.truth import occurring_attributes
@@ -253,7 +264,7 @@ def _answers(asked: _Asked, preset: str, measure: "Measure", limit: float) -> "C
     runs = load_results(folder, cells)
     if labels is not None and set(labels) <= set(runs["tracker"].unique()):
         runs = runs[runs["tracker"].isin(labels)]  # others may be missing, or be damaged
-    boxes = compare_boxes(folder, runs, list(runs["tracker"].unique()), asked.stored)
+    same, unrepeatable = same_boxes(folder, runs, asked.stored), not_repeatable(runs)
     attributes = occurring_attributes(folder, runs[runs["status"] == "finished"])
     if preset != PRESET:
         with patience("Scoring runs"):
@@ -272,7 +283,8 @@ def _answers(asked: _Asked, preset: str, measure: "Measure", limit: float) -> "C
         by_scene=asked.by_scene,
         attributes=attributes,
         measured=functools.partial(measured_attributes, runs) if asked.by_attribute else None,
-        boxes=boxes,
+        same_boxes=same,
+        not_repeatable=unrepeatable,
     )
 
 

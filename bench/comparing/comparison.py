@@ -5,7 +5,7 @@ paired by sequence, never by seed: the same seed means nothing to two methods.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from math import inf, nan
 from typing import TYPE_CHECKING, Any
@@ -14,43 +14,25 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from bench.comparing.comparable_runs import AllFailedError, check_runs, chosen_trackers
 from bench.comparing.pairwise import Losses, Pair, Scores, compare_pairs, sign_of
-from bench.comparing.stored_boxes import BoxEvidence
-from bench.protocols import STORED_ONCE, TIMING, title
+from bench.protocols import STORED_ONCE, TIMING
 from bench.reporting.failed_runs import failed_runs
 from bench.reporting.tables import own_times
 from bench.reporting.uncertainty import bounded_difference, bounded_score
 from bench.statistics.intervals import Interval
 from bench.statistics.rules import interval_or_none, star_marks
 from bench.statistics.units import Units, units_of
-from bench.store.files import ResultsError
 from reports.tables import Measure
 from reports.times import timed_by
 
 if TYPE_CHECKING:
     from bench.reporting.against import Curve
 
-__all__ = [
-    "AllFailedError",
-    "Comparison",
-    "ComparisonError",
-    "Standing",
-    "compare",
-    "means_in_part",
-    "of_protocol",
-    "parts_of",
-]
+__all__ = ["Comparison", "Standing", "compare", "means_in_part", "parts_of"]
 
 DEFAULT = "default"
 """Stands for the value of a parameter that a sequence's name does not set."""
-
-
-class ComparisonError(ResultsError):
-    """Runs that cannot be compared; the message names them and the remedy."""
-
-
-class AllFailedError(ComparisonError):
-    """Every run of every tracker failed."""
 
 
 @dataclass(frozen=True)
@@ -209,100 +191,65 @@ def compare(
     by_scene: bool = False,
     attributes: Mapping[str, Collection[str]] | None = None,
     measured: Callable[[Sequence[str]], Mapping[str, NDArray[np.float64]]] | None = None,
-    boxes: BoxEvidence | None = None,
+    same_boxes: Mapping[tuple[str, str], int] | None = None,
+    not_repeatable: Collection[str] = (),
 ) -> Comparison:
     """Compare trackers on the sequences that all of them ran on.
 
-    Parameters
-    ----------
-    runs : DataFrame
-        As `bench.load_results` gives them, of one experiment, with scores of failed runs as
-        `bench.reporting.failed_runs.with_worst_scores` fills them in.
-    measure : Measure
-        Compared score: a column of `runs` that has a direction.
-    margin : float
-        Differences up to this are irrelevant, in the unit of the column.
-    trackers : sequence of str, optional
-        Labels, in the order of the answers; all stored ones by default.
-    against : str, optional
-        Tracker that is compared with each other one; all pairs by default.
-    by_scene : bool
-        Whether scenes are the units although there are several families.
-    attributes : mapping of str to collection of str, optional
-        Attributes that occur, by sequence.
-    measured : callable, optional
-        Returns values of attributes by sequence, NaN if it has none, of the sequences' names.
-    boxes : BoxEvidence, optional
-        What the boxes of the stored runs show.
+    `runs`: as `load_results` gives them, of one experiment, failed ones with the worst scores.
+    `measure`: a column of theirs with a direction; `margin`: in its unit. `trackers`: labels, all
+    stored ones by default. `against`: tracker that is compared with each other one. `by_scene`:
+    scenes of several families are the units. `attributes`: that occur, by sequence. `measured`:
+    returns values of attributes for names of sequences, NaN if one has none. `same_boxes`: on how
+    many sequences two trackers gave the same ones. `not_repeatable`: trackers that gave other
+    boxes with the same seed.
 
-    Raises
-    ------
-    ComparisonError
-        For fewer than two trackers, unknown or equal labels, missing runs, and scores that are not
-        finite.
+    Raises `ComparisonError` for runs that cannot be compared, `AllFailedError` if all failed.
     """
-    scored = runs[runs["protocol"] == "accuracy"]
-    chosen = _chosen(scored, trackers, against)
+    scored = runs[runs["protocol"] == STORED_ONCE]
+    chosen = chosen_trackers(scored, trackers, against)
     scored = scored[scored["tracker"].isin(chosen)]
-    counted = "0" if measure.direction == "higher" else "the worst score"
-    failures = failed_runs(scored, counted)
+    failures = failed_runs(scored, "0" if measure.direction == "higher" else "the worst score")
     scored = scored[~scored["tracker"].isin(failures.left_out)]
     chosen = [name for name in chosen if name not in failures.left_out]
     if not chosen:
         raise AllFailedError("; ".join(f"{name}: {note}" for name, note in failures.notes.items()))
     sequences = [str(name) for name in scored["sequence"].unique()]
-    _check(scored, chosen, sequences, measure)
-    grouped = scored.groupby(["tracker", "sequence"], observed=True, sort=False)
-    cells: dict[Any, pd.DataFrame] = dict(iter(grouped))
+    check_runs(scored, chosen, sequences, measure)
+    by_tracker = _cells(scored, chosen, sequences)
     values = {
-        name: [cells[name, sequence][measure.name].to_numpy(np.float64) for sequence in sequences]
-        for name in chosen
+        name: [of[measure.name].to_numpy(np.float64) for of in by_sequence]
+        for name, by_sequence in by_tracker.items()
     }
-    losses = {name: [_losses(cells[name, sequence]) for sequence in sequences] for name in chosen}
+    losses = {name: list(map(_losses, by_sequence)) for name, by_sequence in by_tracker.items()}
     units = units_of(sequences, "scene" if by_scene else None)
     means = {name: np.array([run.mean() for run in of]) for name, of in values.items()}
     against = None if against in failures.left_out else against
-    same = boxes.same if boxes else {}
     return Comparison(
-        measure,
-        margin,
-        units,
-        sequences,
-        values,
-        losses,
-        _standings(runs, means, losses, units, measure, margin),
-        compare_pairs(means, units, measure, margin, against, same),
-        against,
-        failures.notes,
-        failures.left_out,
-        sorted(boxes.not_repeatable.intersection(chosen)) if boxes else (),
-        [] if attributes is None else [attributes.get(name, ()) for name in sequences],
-        measured(sequences) if measured else {},
+        measure=measure,
+        margin=margin,
+        units=units,
+        sequences=sequences,
+        scores=values,
+        losses=losses,
+        standings=_standings(runs, means, losses, units, measure, margin),
+        pairs=compare_pairs(means, units, measure, margin, against, same_boxes or {}),
+        against=against,
+        failures=failures.notes,
+        left_out=failures.left_out,
+        not_repeatable=[name for name in chosen if name in not_repeatable],
+        attributes=[attributes.get(name, ()) for name in sequences] if attributes else [],
+        measured=measured(sequences) if measured else {},
     )
 
 
-def of_protocol(runs: pd.DataFrame, stored: str, measure: Measure) -> tuple[pd.DataFrame, Measure]:
-    """Runs by one protocol as `compare` takes them, and the measure, whose title says which.
-
-    `runs`: as `bench.load_results` gives them. `stored`: what those by the protocol are filed
-    under. Timing runs stay beside them. When a target was lost is told of one pass alone; and its
-    title says nothing, where nothing else is there.
-
-    Raises `ComparisonError` where there are none.
-    """
-    there = list(map(str, runs["protocol"].unique()))
-    others = [title(name) for name in there if name not in (stored, TIMING)]
-    if stored not in there:
-        known = f"; there are some by {', '.join(others)} (--protocol)" if others else ""
-        raise ComparisonError(f"there are no runs by the protocol {title(stored)}{known}.")
-    if others or stored != STORED_ONCE:
-        measure = replace(measure, title=f"{measure.title}, protocol {title(stored)}")
-    if stored == STORED_ONCE:
-        return runs, measure
-    protocols = runs["protocol"].astype(str)
-    chosen = runs[protocols.isin([stored, TIMING])]
-    known_as = protocols[chosen.index].replace(stored, STORED_ONCE)
-    return chosen.assign(protocol=known_as, first_loss=nan), measure
+def _cells(
+    scored: pd.DataFrame, chosen: Sequence[str], sequences: Sequence[str]
+) -> dict[str, list[pd.DataFrame]]:
+    """Return the repetitions, by tracker and sequence."""
+    grouped = scored.groupby(["tracker", "sequence"], observed=True, sort=False)
+    cells: dict[Any, pd.DataFrame] = dict(iter(grouped))
+    return {name: [cells[name, sequence] for sequence in sequences] for name in chosen}
 
 
 def _standings(
@@ -330,67 +277,6 @@ def _standings(
         mean = float(values.mean())
         standings.append(Standing(name, mean, interval, mark, kept, milliseconds, timed))
     return standings
-
-
-def _chosen(scored: pd.DataFrame, trackers: Sequence[str] | None, against: str | None) -> list[str]:
-    """Return the labels of the compared trackers."""
-    stored = [str(name) for name in scored["tracker"].unique()]
-    chosen = list(stored if trackers is None else trackers)
-    if against is not None and against not in chosen:
-        chosen.insert(0, against)
-    for name in chosen:
-        if name not in stored:
-            raise ComparisonError(
-                f"{name!r}: no stored runs of this tracker. Stored are {', '.join(stored)}."
-            )
-        if chosen.count(name) > 1:
-            raise ComparisonError(
-                f"{name!r} is named twice. Name each tracker once; a tracker is not compared with "
-                "itself."
-            )
-    if len(chosen) < 2:
-        raise ComparisonError(f"{len(chosen)} tracker to compare. Name two or more.")
-    return chosen
-
-
-def _check(
-    scored: pd.DataFrame, chosen: Sequence[str], sequences: Sequence[str], measure: Measure
-) -> None:
-    """Raise `ComparisonError` unless all runs can be compared."""
-    for status in ("missing", "stale"):
-        here = scored[scored["status"] == status]
-        if len(here):
-            row = here.iloc[0]
-            raise ComparisonError(
-                f"tracker {row['tracker']}, sequence {row['sequence']}, repetition "
-                f"{row['repetition']}: the run is {status} ({len(here)} of {len(scored)} runs "
-                "are). All runs are needed. Execute them with `trackmark run` or with "
-                "--sequences, or name other trackers."
-            )
-    present = set(zip(scored["tracker"].astype(str), scored["sequence"].astype(str), strict=True))
-    for name in chosen:
-        for sequence in sequences:
-            if (name, sequence) not in present:
-                raise ComparisonError(
-                    f"tracker {name}, sequence {sequence}: the run is missing. Execute it with "
-                    "`trackmark run` or with --sequences, or name other trackers."
-                )
-    kinds = scored.dropna(subset="fingerprint").groupby("sequence", observed=True)["fingerprint"]
-    counts = kinds.nunique()
-    if several := counts[counts > 1].index.tolist():
-        raise ComparisonError(
-            f"sequence {several[0]}: its images or its ground truth changed between stored runs. "
-            "Run all trackers on it again."
-        )
-    if measure.name not in scored:
-        raise ComparisonError(f"the runs have no score {measure.name!r}.")
-    undefined = scored[~np.isfinite(scored[measure.name])]
-    if len(undefined):
-        row = undefined.iloc[0]
-        raise ComparisonError(
-            f"tracker {row['tracker']}, sequence {row['sequence']}: {measure.title} is "
-            f"{row[measure.name]}. Choose another --metric, or omit the sequence."
-        )
 
 
 def _losses(runs: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:

@@ -26,31 +26,18 @@ Losses: TypeAlias = Mapping[str, Sequence[tuple[NDArray[np.float64], NDArray[np.
 class Pair:
     """Two trackers: the first's score minus the second's.
 
-    Attributes
-    ----------
-    first, second : str
-        Labels.
-    differences : ndarray of float64, shape (n_sequences,)
-        In the order of the sequences.
-    by_unit : ndarray of float64, shape (n_units,)
-        Their means by unit.
-    answer : Answer
-        About the first tracker. Mean and interval are positive if it is better, whatever the
-        direction of the measure; `interval` below is that of the differences.
-    interval : Interval or None
-        Corrected interval of the mean difference; None for too few units.
-    same_boxes : int
-        Sequences on which both gave the same boxes in all runs.
+    Mean and interval of the answer are positive if the first is better; `interval` is that of the
+    differences, whatever the direction of the measure.
     """
 
     first: str
     second: str
-    differences: NDArray[np.float64]
-    by_unit: NDArray[np.float64]
-    answer: Answer
-    interval: Interval | None
+    differences: NDArray[np.float64]  # shape (n_sequences,), in the order of the sequences
+    by_unit: NDArray[np.float64]  # shape (n_units,): their means
+    answer: Answer  # about the first
+    interval: Interval | None  # corrected for all pairs; None for too few units
     wins: int  # units on which the first is better
-    same_boxes: int = 0
+    same_boxes: int  # sequences on which both gave the same boxes in all runs
 
     @property
     def difference(self) -> float:
@@ -63,54 +50,29 @@ def compare_pairs(
     units: Units,
     measure: Measure,
     margin: float,
-    against: str | None = None,
-    same_boxes: Mapping[tuple[str, str], int] | None = None,
+    against: str | None,
+    same_boxes: Mapping[tuple[str, str], int],
 ) -> list[Pair]:
     """Compare all pairs, or one tracker with each other one, in the order of the labels.
 
-    Parameters
-    ----------
-    means : mapping of str to ndarray of float64, shape (n_sequences,)
-        Mean over repetitions, by tracker.
-    units : Units
-        Units of the sequences.
-    measure : Measure
-        Compared score.
-    margin : float
-        Differences up to this are irrelevant.
-    against : str, optional
-        Tracker that is compared with each other one.
-    same_boxes : mapping of pair to int, optional
-        Number of sequences on which two trackers gave the same boxes.
+    `means`: over repetitions, shape (n_sequences,), by tracker. `against`: label of that tracker.
     """
     names = list(combinations(means, 2))
     if against is not None:
         names = [(against, name) for name in means if name != against]
-    return [
-        _pair(pair, means, units, measure, margin, len(names), same_boxes or {}) for pair in names
-    ]
-
-
-def _pair(
-    names: tuple[str, str],
-    means: Mapping[str, NDArray[np.float64]],
-    units: Units,
-    measure: Measure,
-    margin: float,
-    comparisons: int,
-    same_boxes: Mapping[tuple[str, str], int],
-) -> Pair:
-    first, second = names
-    differences = means[first] - means[second]
-    by_unit, sign = units.means(differences), sign_of(measure)
-    widest = measure.most - measure.least
-    answer = decide(sign * by_unit, margin, comparisons, limit=widest, unit=units.plural)
-    interval = answer.interval
-    if interval is not None and sign < 0:
-        interval = Interval(-interval.high, -interval.low)
-    same = same_boxes.get(names, same_boxes.get((second, first), 0))
-    wins = int((sign * by_unit > 0).sum())
-    return Pair(first, second, differences, by_unit, answer, interval, wins, same)
+    sign, widest = sign_of(measure), measure.most - measure.least
+    pairs = []
+    for first, second in names:
+        differences = means[first] - means[second]
+        by_unit = units.means(differences)
+        answer = decide(sign * by_unit, margin, len(names), limit=widest, unit=units.plural)
+        interval = answer.interval
+        if interval is not None and sign < 0:
+            interval = Interval(-interval.high, -interval.low)
+        same = same_boxes.get((first, second), same_boxes.get((second, first), 0))
+        wins = int((sign * by_unit > 0).sum())
+        pairs.append(Pair(first, second, differences, by_unit, answer, interval, wins, same))
+    return pairs
 
 
 def sign_of(measure: Measure) -> float:

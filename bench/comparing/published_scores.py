@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from bench.comparing.comparison import ComparisonError
+from bench.comparing.comparable_runs import ComparisonError
 from reports.tables import Measure
 
 __all__ = ["with_published"]

@@ -92,16 +92,10 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
         "left_out": {name: comparison.failures[name] for name in comparison.left_out},
         "pairs": [
             {
-                "first": pair.first,
-                "second": pair.second,
-                "answer": pair.answer.label,
-                "reason": pair.answer.reason,
-                "difference": pair.difference,
-                "interval": _listed(pair.interval),
-                "better_on": pair.wins,
+                **_pair_data(pair),
                 "p": _or_none(pair.answer.p),
                 "needed": _or_none(pair.answer.needed),
-                "same_boxes": pair.same_boxes,
+                "interval": _listed(pair.interval),
                 "differences": pair.differences.tolist(),
                 "unit_differences": pair.by_unit.tolist(),
             }
@@ -179,21 +173,7 @@ def _pair_table(comparison: Comparison) -> Table:
         rows.append(
             [Cell(f"{pair.first} - {pair.second}"), *_cells(comparison, pair), Cell(answer)]
         )
-        data.append(
-            {
-                "first": pair.first,
-                "second": pair.second,
-                "answer": pair.answer.label,
-                "reason": pair.answer.reason,
-                "difference": pair.difference,
-                **_ends(pair.interval),
-                "better_on": pair.wins,
-                "units": len(pair.by_unit),
-                "p": pair.answer.p,
-                "needed": pair.answer.needed,
-                "same_boxes": pair.same_boxes,
-            }
-        )
+        data.append({**_pair_data(pair), **_ends(pair.interval)})
     margin = f"±{comparison.margin * comparison.measure.scale:g}{unit(comparison)}"
     return Table(
         name="comparison-pairs",
@@ -227,6 +207,21 @@ def _short_pairs(comparison: Comparison) -> Table:
         ranks=[1, 1, 2, 0],
         notes=[f"{others} other pairs are in --json and --folder."] if others else [],
     )
+
+
+def _pair_data(pair: Pair) -> dict[str, Any]:
+    return {
+        "first": pair.first,
+        "second": pair.second,
+        "answer": pair.answer.label,
+        "reason": pair.answer.reason,
+        "difference": pair.difference,
+        "better_on": pair.wins,
+        "units": len(pair.by_unit),
+        "p": pair.answer.p,
+        "needed": pair.answer.needed,
+        "same_boxes": pair.same_boxes,
+    }
 
 
 def _cells(comparison: Comparison, pair: Pair) -> list[Cell]:

@@ -9,19 +9,14 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.comparing import MARGINS
-from bench.comparing.comparison import (
-    Comparison,
-    ComparisonError,
-    compare,
-    means_in_part,
-    parts_of,
-)
-from bench.comparing.stored_boxes import compare_boxes
+from bench.comparing.comparable_runs import ComparisonError
+from bench.comparing.comparison import Comparison, compare, means_in_part, parts_of
+from bench.comparing.stored_boxes import same_boxes
 from bench.comparing.summary_text import paragraph
 from bench.comparing.tables import files as comparison_tables
 from bench.pages.takes import Reading
 from bench.protocols import STORED_ONCE
-from bench.reporting.tables import SUMMARY
+from bench.reporting.tables import SUMMARY, not_repeatable
 from bench.statistics.rules import MIN_UNITS, interval_or_none
 from bench.statistics.units import Units, units_of
 from reports.page.content import Place, Section, Sheet
@@ -51,10 +46,14 @@ def answers(
     title, measure = "Which is better", SUMMARY[0]
     if not (runs["protocol"] == STORED_ONCE).any():
         return Section("answers", title, ["No comparison: nothing was run in one pass."]), []
-    boxes = compare_boxes(folder, runs, list(runs["tracker"].unique()))
     try:
         comparison = compare(
-            runs, measure, MARGINS[measure.name], attributes=occurring, boxes=boxes
+            runs,
+            measure,
+            MARGINS[measure.name],
+            attributes=occurring,
+            same_boxes=same_boxes(folder, runs),
+            not_repeatable=not_repeatable(runs),
         )
     except ComparisonError as error:
         return Section("answers", title, [f"No comparison: {error}"], command=command), []

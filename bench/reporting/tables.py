@@ -122,8 +122,9 @@ def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "")
             PRESET,
         )
         made.append(replace(table, name="segmentation"))
-    if note := not_repeatable(runs):
-        made = [replace(table, notes=[*table.notes, *note]) for table in made]
+    if unrepeatable := not_repeatable(runs):
+        notes = list(unrepeatable.values())
+        made = [replace(table, notes=[*table.notes, *notes]) for table in made]
     if len(timed):
         table = sequence_table(
             timed,
@@ -135,8 +136,8 @@ def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "")
     return made
 
 
-def not_repeatable(runs: pd.DataFrame) -> list[str]:
-    """Return a note on every tracker whose timing run has other scores than the run of that seed.
+def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
+    """Return trackers whose timing run has other scores than the run of that seed, and a note.
 
     `runs`: as `load_results` gives them. Equal boxes have equal scores, which the index holds.
     """
@@ -150,10 +151,11 @@ def not_repeatable(runs: pd.DataFrame) -> list[str]:
     before, again = (of.loc[both, scores].to_numpy(np.float64) for of in (first, second))
     differs = ~np.isclose(before, again, rtol=0, atol=1e-9, equal_nan=True).all(axis=1)
     cells = {tracker: (sequence, seed) for tracker, sequence, seed in both[differs][::-1]}
-    return [
-        f"{tracker} is not repeatable: seed {seed} gave other boxes on {sequence} in a timing run"
+    return {
+        tracker: f"{tracker} is not repeatable: seed {seed} gave other boxes on {sequence} in a "
+        "timing run"
         for tracker, (sequence, seed) in cells.items()
-    ]
+    }
 
 
 def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[Table]:

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from bench.comparing.comparison import AllFailedError, ComparisonError, compare, parts_of
+from bench.comparing.comparable_runs import AllFailedError, ComparisonError
+from bench.comparing.comparison import compare, parts_of
 from bench.comparing.figures import write_figures
 from bench.comparing.published_scores import with_published
-from bench.comparing.stored_boxes import BoxEvidence
 from bench.comparing.summary_text import paragraph
 from bench.comparing.tables import as_data, files, screen
 from bench.reporting.tables import SUMMARY
@@ -176,8 +176,8 @@ def test_tracker_without_finished_runs_is_left_out(make_runs):
 
 
 def test_same_boxes_and_trackers_not_repeatable_are_named(make_runs):
-    boxes = BoxEvidence({("b", "a"): 4}, frozenset({"b", "other"}))
-    comparison = compare(make_runs(ladder("ab")), OVERLAP, 0.01, boxes=boxes)
+    evidence = {"same_boxes": {("b", "a"): 4}, "not_repeatable": {"b", "other"}}
+    comparison = compare(make_runs(ladder("ab")), OVERLAP, 0.01, **evidence)
     standings, pairs = screen(comparison)
     assert [row[0].text for row in standings.rows] == ["a", "b (not repeatable)"]
     assert "    same boxes on 4 of 10 sequences" in to_text(pairs)
