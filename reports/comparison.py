@@ -1,4 +1,4 @@
-"""Figures of a comparison: differences by sequence, ranks, profiles, survival, speed."""
+"""Figures of a comparison: differences by sequence, profiles, survival, speed."""
 
 from collections.abc import Mapping, Sequence
 from math import isfinite
@@ -15,14 +15,13 @@ from reports.figures import (
     OTHERS,
     add_legend,
     add_names,
-    bare_figure,
     draw_line,
     fold,
     named_line,
     new_figure,
     panels_each,
 )
-from reports.palette import colour, colours
+from reports.palette import colour
 
 __all__ = [
     "Breaks",
@@ -31,7 +30,6 @@ __all__ = [
     "breaking_plot",
     "difference_plot",
     "profile_plot",
-    "rank_plot",
     "speed_accuracy_plot",
     "survival_plot",
 ]
@@ -118,44 +116,6 @@ def difference_plot(
         axes.set_title(fold(pair, 64), fontsize=9, loc="left")
         axes.set_ylim(-0.8, len(values) - 0.2)
     panels[-1].set_xlabel(f"difference of {quantity} (dashed: the mean; grey: the margin)")
-    return figure
-
-
-def rank_plot(ranks: Mapping[str, float], critical: float, title: str) -> Figure:
-    """Mean ranks on a line, best left; bars join those that can't be told apart (Demšar 2006).
-
-    `ranks` are in the order of the colours, `critical` is the critical difference of mean ranks.
-    """
-    shades = colours(list(ranks))
-    ordered = sorted(ranks, key=lambda name: ranks[name])
-    places = np.array([ranks[name] for name in ordered])
-    figure = bare_figure(title, 1.6 + 0.24 * len(ordered))
-    axes = figure.subplots()
-    low, high = max(1.0, np.floor(places.min())), np.ceil(places.max())
-    for row, (name, place) in enumerate(zip(ordered, places.tolist(), strict=True)):
-        axes.plot([place, place, high + 0.1], [0.0, row + 1, row + 1], color="#777777", lw=0.8)
-        axes.plot([place], [0.0], "o", color=shades[name], clip_on=False)
-        axes.text(high + 0.15, row + 1, f"{fold(name, 50)}  {place:.2f}", va="center", fontsize=8)
-    level, reach = -0.5, -1
-    for first, place in enumerate(places.tolist()):
-        last = int(np.searchsorted(places, place + critical, "right")) - 1
-        if last > max(first, reach):
-            axes.plot([place - 0.03, places[last] + 0.03], [level] * 2, color="black", lw=3)
-            level, reach = level - 0.5, last
-    axes.plot([low, low + critical], [level - 0.7] * 2, color="black", lw=1, marker="|")
-    axes.text(
-        low + critical,
-        level - 0.7,
-        f"  critical difference {critical:.2f}",
-        fontsize=8,
-        va="center",
-    )
-    axes.set(xlim=(low, high + 0.1 + (high - low) * 0.7), ylim=(len(ordered) + 0.7, level - 1.2))
-    axes.set_xticks(np.arange(low, high + 1))
-    axes.xaxis.tick_top()
-    axes.set_yticks([])
-    axes.spines[["right", "left", "bottom"]].set_visible(False)
-    axes.set_title("mean rank over the sequences (1 is the best)", fontsize=9, loc="left")
     return figure
 
 

@@ -1,31 +1,30 @@
 """Tables of scores: one model, which every renderer shows in its own way.
 
 A mean is taken over repetitions first and over sequences then, so that each sequence counts
-once. A run that is missing or failed never disappears from a mean: the mean is shown as
-missing, with the count of what is missing.
+once. A run that is missing never disappears from a mean: the mean is shown as missing, with the
+count of what is missing. A failed run has the worst score.
 """
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import groupby
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from reports.notes import NOT_RUN, notes_of
+from reports.notes import NOT_RUN, counted, notes_of
 
 __all__ = [
     "MISSING",
     "Cell",
     "Direction",
-    "Doubt",
-    "Doubts",
     "Measure",
     "Table",
+    "Uncertainties",
+    "Uncertainty",
     "complete",
     "sequence_table",
     "summary_table",
@@ -51,7 +50,7 @@ class Measure:
     rank: int = 0  # a narrow page leaves out those of the highest rank first
     least: float = -math.inf  # that the score can be
     most: float = math.inf  # likewise
-    margin: float = 0.0  # difference of scores that means nothing in practice
+    margin: float = 0.0  # difference of scores that is irrelevant in practice
 
     @property
     def head(self) -> str:
@@ -61,7 +60,7 @@ class Measure:
 
 @dataclass(frozen=True)
 class Cell:
-    """One entry of a table: its text, and whether it is the best of its column (ties all are)."""
+    """One entry of a table: its text, and whether it is marked by a star or bold."""
 
     text: str
     best: bool = False
@@ -97,15 +96,15 @@ def complete(runs: pd.DataFrame) -> pd.DataFrame:
     return pd.concat([runs, pd.DataFrame(lacking)], ignore_index=True) if lacking else runs
 
 
-class Doubt(NamedTuple):
-    """How sure the means of a column are, by tracker; NaN where nothing tells."""
+class Uncertainty(NamedTuple):
+    """Uncertainty of the means of a column, by tracker."""
 
-    halves: Sequence[float]  # half the width of each mean's interval
-    contenders: Sequence[bool]  # whether the data can't tell it from the best
+    intervals: Sequence[tuple[float, float] | None]
+    marks: Sequence[bool]
 
 
-Doubts: TypeAlias = Callable[[Sequence[Sequence[NDArray[np.float64]]], Measure], Doubt]
-"""Finds it from a measure's values of the repetitions, by tracker and sequence."""
+Uncertainties: TypeAlias = Callable[[NDArray[np.float64], Measure], Uncertainty]
+"""Computes it from a measure's values of shape (trackers, units)."""
 
 
 def summary_table(
@@ -113,59 +112,58 @@ def summary_table(
     measures: Sequence[Measure],
     title: str,
     preset: str,
-    doubts: Doubts | None = None,
-    meaning: str = "standard deviation over repetitions",
+    uncertainties: Uncertainties | None = None,
+    meaning: str = "± standard deviation over repetitions.",
 ) -> Table:
-    """Trackers by measures, averaged over the sequences.
+    """Make a table of trackers by measures, averaged over units.
 
     Parameters
     ----------
     runs : DataFrame
-        A row a run: `tracker`, `sequence`, `repetition`, `status` (`finished`; or `failed`,
-        `missing`, `stale`, which a mean can't be taken over), `failure`, and a column a
-        measure.
+        A row a run: `tracker`, `sequence`, `repetition`, `status` (`finished`, `failed`, or
+        `missing`, `stale`, which give no mean), `failure`, a column a measure, and optionally
+        `unit`: what is averaged over, the sequences by default. Failed runs count if they have a
+        score.
     measures : sequence of Measure
         The columns.
     title, preset : str
-        What the caption begins with, and the metrics preset that it names.
-    doubts : callable, optional
-        What stands behind ± (ends of that interval, as far as the measure goes, join the data as
-        `low` and `high`; shown where its range ends it), and whom the data can't tell from the
-        best; the best mean is marked and ± is a standard deviation over repetitions by default.
+        Beginning of the caption, and the metrics preset that it names.
+    uncertainties : callable, optional
+        Intervals and marks. The ends of intervals join the data as `low` and `high`.
     meaning : str
-        Of ±, for the caption.
+        Sentences of the caption on intervals and marks.
     """
     runs = complete(runs)
     (tracker, trackers), (sequence, sequences) = _numbers(runs)
+    unit_of = runs.groupby(sequence)["unit"].first().tolist() if "unit" in runs else sequences
+    unit, units = pd.factorize(np.array(unit_of))
     by_cell, _, sizes = _statistics(runs, tracker * len(sequences) + sequence, measures)
-    mean, _, _ = _statistics(by_cell, by_cell.index // len(sequences), measures)
-    # Over repetitions: the spread of the mean over sequences. Where sequences were
-    # repeated unequally often (trackers that never draw run once), there is none to tell.
-    times = sizes.groupby(sizes.index // len(sequences)).agg(["min", "max"])
-    repeated = times["min"] == times["max"]
+    own, of = by_cell.index // len(sequences), by_cell.index % len(sequences)
+    by_unit, _, _ = _statistics(by_cell, own * len(units) + unit[of], measures)
+    mean, _, _ = _statistics(by_unit, by_unit.index // len(units), measures)
+    # The mean over sequences varies over repetitions if all sequences have as many.
+    times = sizes.groupby(own).agg(["min", "max"])
     repetition, repetitions = pd.factorize(runs["repetition"])
     by_pass, _, _ = _statistics(runs, tracker * len(repetitions) + repetition, measures)
     _, spread, _ = _statistics(by_pass, by_pass.index // len(repetitions), measures)
-    entries = _entries(
-        _lacking(runs, tracker), mean, spread.where(repeated), mean * np.nan, measures
-    )
-    rows = _rows([[tracker] for tracker in trackers], entries, measures)
-    data = _tidy([{"tracker": tracker} for tracker in trackers], entries, measures, preset)
-    if doubts is not None:
-        rows, ends = _doubted(runs, (tracker, sequence), rows, entries, measures, doubts)
-        data = data.assign(low=ends[:, 0], high=ends[:, 1])
-        if any(" [" in cell.text for row in rows for cell in row[1:]):
-            meaning += "; [from, to]: such an interval that the score's range ends"
+    spread = spread.where(times["min"] == times["max"])
+    entries = _entries(_lacking(runs, tracker, measures), mean, spread, mean * np.nan, measures)
+    if uncertainties is not None:
+        entries = _with_uncertainty(entries, by_unit, len(units), measures, uncertainties)
+    named = [{"tracker": tracker} for tracker in trackers]
     names = ", ".join(sequences) if len(sequences) <= 4 else f"{len(sequences)} sequences"
-    over = f"{title}: means over {names}, each counting once; metrics preset {preset}."
+    if len(units) < len(sequences):
+        names += f" in {len(units)} units"
     return Table(
         name="summary",
-        caption=f"{over} ± {meaning}.",
+        caption=(
+            f"{title}: means over {names}, each counting once; metrics preset {preset}. {meaning}"
+        ),
         heads=["tracker", *(measure.head for measure in measures)],
         n_labels=1,
-        rows=rows,
-        notes=notes_of(runs),
-        data=data,
+        rows=_rows([[tracker] for tracker in trackers], entries, measures),
+        notes=notes_of(runs, measures[0].name),
+        data=_tidy(named, entries, measures, preset),
         ranks=[measure.rank for measure in measures],
     )
 
@@ -173,23 +171,19 @@ def summary_table(
 def sequence_table(
     runs: pd.DataFrame, measures: Sequence[Measure], title: str, preset: str
 ) -> Table:
-    """Trackers by measures on every single sequence; parameters as `summary_table`.
+    """Make a table of trackers by measures on every sequence; parameters as `summary_table`.
 
-    The best of a column is marked among the trackers of one sequence.
+    Nothing is marked: one sequence is one unit.
     """
     (tracker, trackers), (sequence, sequences) = _numbers(runs)
     cells = sequence * len(trackers) + tracker
     mean, spread, _ = _statistics(runs, cells, measures)
-    lacking = _lacking(runs, cells)
+    lacking = _lacking(runs, cells, measures)
     entries = _entries(lacking, mean, spread, mean, measures)
     labels = [
         [sequences[cell // len(trackers)], trackers[cell % len(trackers)]] for cell in mean.index
     ]
     named = [{"sequence": one, "tracker": of} for one, of in labels]
-    rows: list[list[Cell]] = []
-    for _, block in groupby(range(len(labels)), key=lambda row: labels[row][0]):
-        here = list(block)
-        rows += _rows([labels[row] for row in here], [entries[row] for row in here], measures)
     return Table(
         name="sequences",
         caption=(
@@ -198,8 +192,8 @@ def sequence_table(
         ),
         heads=["sequence", "tracker", *(measure.head for measure in measures)],
         n_labels=2,
-        rows=rows,
-        notes=notes_of(runs),
+        rows=_rows(labels, entries, measures),
+        notes=notes_of(runs, measures[0].name),
         data=_tidy(named, entries, measures, preset),
         ranks=[measure.rank for measure in measures],
     )
@@ -214,7 +208,8 @@ class _Entry:
     lacking: str = ""
     runs: int = 0
     out_of: float = float("nan")
-    ends: tuple[float, float] | None = None  # of an interval that ± would say wrongly
+    interval: tuple[float, float] | None = None
+    marked: bool = False
 
 
 def _numbers(runs: pd.DataFrame) -> list[tuple[NDArray[np.int64], list[str]]]:
@@ -237,10 +232,15 @@ def _statistics(
     return grouped.mean().where(whole), grouped.std().where(whole), sizes
 
 
-def _lacking(runs: pd.DataFrame, groups: NDArray[np.int64]) -> list[tuple[int, str]]:
-    """Runs of each group, and why no mean can be taken: `2 of 5 failed`; empty where one can."""
+def _lacking(
+    runs: pd.DataFrame, groups: NDArray[np.int64], measures: Sequence[Measure]
+) -> list[tuple[int, str]]:
+    """Return the runs of each group, and why they have no mean: `2 of 5 stale`; '' if they have.
+
+    Failed runs count if they have a score by the first measure.
+    """
     known, sizes = np.unique(groups, return_counts=True)
-    others = (runs["status"] != "finished").to_numpy()
+    others = ~counted(runs, measures[0].name).to_numpy()
     kinds: dict[int, Counter[str]] = {}
     for group, status in zip(groups[others].tolist(), runs["status"][others], strict=True):
         kinds.setdefault(group, Counter())[status] += 1
@@ -281,64 +281,38 @@ def _entries(
 def _rows(
     labels: list[list[str]], entries: list[list[_Entry]], measures: Sequence[Measure]
 ) -> list[list[Cell]]:
-    best = [
-        _best([row[column].mean for row in entries], measure)
-        for column, measure in enumerate(measures)
-    ]
     return [
         [Cell(text) for text in names]
         + [
-            Cell(_shown(entry, measure), _equals(entry.mean, best[column]))
-            for column, (entry, measure) in enumerate(zip(row, measures, strict=True))
+            Cell(_shown(entry, measure), entry.marked)
+            for entry, measure in zip(row, measures, strict=True)
         ]
         for names, row in zip(labels, entries, strict=True)
     ]
 
 
-def _doubted(
-    runs: pd.DataFrame,
-    numbers: tuple[NDArray[np.int64], NDArray[np.int64]],
-    rows: list[list[Cell]],
+def _with_uncertainty(
     entries: list[list[_Entry]],
+    by_unit: pd.DataFrame,
+    n_units: int,
     measures: Sequence[Measure],
-    doubts: Doubts,
-) -> tuple[list[list[Cell]], NDArray[np.float64]]:
-    """Rows of a summary, and ends of intervals, (cells, 2); missing means stay missing."""
-    tracker, sequence = numbers
-    cells = [
-        [np.flatnonzero((tracker == row) & (sequence == one)) for one in np.unique(sequence)]
-        for row in range(len(rows))
-    ]
-    made = [list(row) for row in rows]
-    ends = np.full((len(rows), len(measures), 2), np.nan)
+    uncertainties: Uncertainties,
+) -> list[list[_Entry]]:
+    """Return entries with intervals and marks; missing means stay missing.
+
+    `by_unit`: means of units, indexed by tracker * n_units + unit.
+    """
+    made = [list(row) for row in entries]
     for column, measure in enumerate(measures):
-        known = [row for row, found in enumerate(entries) if np.isfinite(found[column].mean)]
-        if not known or measure.name not in runs:
+        present = [row for row, of in enumerate(entries) if not np.isnan(of[column].mean)]
+        if not present:
             continue
-        values = runs[measure.name].to_numpy(np.float64)
-        repeated = [[values[places] for places in cells[row]] for row in known]
-        doubt = doubts(repeated, measure)
-        for row, half, contender in zip(known, doubt.halves, doubt.contenders, strict=True):
-            mean = entries[row][column].mean
-            low, high = max(mean - half, measure.least), min(mean + half, measure.most)
-            whole = not (mean - half < measure.least or mean + half > measure.most)
-            entry = replace(entries[row][column], spread=half, ends=None if whole else (low, high))
-            made[row][column + 1] = Cell(_shown(entry, measure), contender)
-            ends[row, column] = (low, high) if np.isfinite(half) else np.nan
-    return made, ends.reshape(-1, 2)
-
-
-def _best(means: Iterable[float], measure: Measure) -> float | None:
-    """The best mean as it is; None where there is no choice or no better."""
-    known = [mean for mean in means if np.isfinite(mean)]
-    if measure.direction is None or len(known) < 2:
-        return None
-    return max(known) if measure.direction == "higher" else min(known)
-
-
-def _equals(mean: float, best: float | None) -> bool:
-    """Whether a mean ties with the best: the order of a sum changes its last digits."""
-    return best is not None and math.isclose(mean, best, rel_tol=1e-9, abs_tol=1e-12)
+        places = [row * n_units + unit for row in present for unit in range(n_units)]
+        values = by_unit[measure.name].reindex(places).to_numpy(np.float64)
+        intervals, marks = uncertainties(values.reshape(len(present), n_units), measure)
+        for row, interval, marked in zip(present, intervals, marks, strict=True):
+            made[row][column] = replace(made[row][column], interval=interval, marked=marked)
+    return made
 
 
 def _shown(entry: _Entry, measure: Measure) -> str:
@@ -351,8 +325,8 @@ def _shown(entry: _Entry, measure: Measure) -> str:
     counted = bool(measure.out_of) and entry.mean.is_integer() and not entry.spread > 0
     digits = 0 if counted else measure.decimals
     text = f"{entry.mean * measure.scale:.{digits}f}"
-    if entry.ends is not None:
-        low, high = (f"{end * measure.scale:.{digits}f}" for end in entry.ends)
+    if entry.interval is not None:
+        low, high = (f"{end * measure.scale:.{digits}f}" for end in entry.interval)
         text += f" [{low}, {high}]"
     elif np.isfinite(entry.spread):
         text += f" ±{entry.spread * measure.scale:.{digits}f}"
@@ -374,6 +348,9 @@ def _tidy(
             "measure": measure.name,
             "mean": entry.mean,
             "standard_deviation": entry.spread,
+            "low": entry.interval[0] if entry.interval else math.nan,
+            "high": entry.interval[1] if entry.interval else math.nan,
+            "marked": entry.marked,
             "out_of": entry.out_of,
             "runs": entry.runs,
             "lacking": entry.lacking,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from bench.commands import EXIT_ANSWER_IS_NO
 from bench.commands._guests import guests_of, guests_option, together
 from bench.commands._options import (
     by_attribute_option,
@@ -58,12 +59,12 @@ _HINT = "--metric"
     help=f"Score to compare by: of native {', '.join(MARGINS)}; or a column of the --metrics.  "
     "[default: mean_overlap, or the first column]",
 )
-@click.option("--margin", type=click.FloatRange(0), help="Difference that means nothing.")
+@click.option("--margin", type=click.FloatRange(0), help="Largest irrelevant difference.")
+@click.option("--against", metavar="NAME", help="Compare this tracker with each other one only.")
 @click.option(
-    "--question",
-    type=click.Choice(["sequences", "seeds"]),
-    help="Intervals for new sequences, or for these with new seeds.  "
-    "[default: sequences, where there are 5 or more]",
+    "--unit",
+    type=click.Choice(["scene"]),
+    help="Count scenes of several families: answers are for new scenes of these families only.",
 )
 @click.option("--seeds", type=click.IntRange(1), help="Repetitions of trackers that draw.")
 @click.option("--name", help="Name of the results' folder; as `run` has it.")
@@ -90,7 +91,8 @@ def command(
     metrics: list[str],
     metric: str | None,
     margin: float | None,
-    question: str | None,
+    against: str | None,
+    unit: str | None,
     seeds: int | None,
     name: str | None,
     published: Path | None,
@@ -102,9 +104,13 @@ def command(
 ) -> int:
     """Compare TRACKERS pair by pair on the same sequences.
 
-    Either on --sequences, running what is not there yet, or from --results alone (then all
-    trackers there, if none is named); with --results-of others' results, too. Answers are better,
-    practically equal, or cannot tell. By several --metrics there are several comparisons.
+    Either on --sequences, executing missing runs, or from --results alone (then all stored
+    trackers, if none is named); with --results-of also others' results. Answers are better, worse,
+    equivalent or inconclusive. Several --metrics give several comparisons. Failed runs count as the
+    worst score.
+
+    Exit status: 0 success; 1 every run of a tracker failed, which is left out; 2 wrong usage or
+    input, or a missing run in --results.
     """
     if (sequences is None) == (results is None):
         raise click.UsageError("Give --sequences or --results (one of them).")
@@ -117,6 +123,7 @@ def command(
     }
     guests = guests_of(results_of)
     trackers = tuple(name for given in trackers for name in split_list(given))
+    trackers, against = _with_against(trackers, against, [one.tracker for one in guests])
     labels = _labels(trackers)
     cells, experiments = None, []
     if sequences is not None and len(trackers) + len(guests) < 2:
@@ -128,18 +135,11 @@ def command(
         experiments = [_only_experiment(results)]
     only = None if cells is None else {sequence for _, sequence, _, _ in cells}
     with together(experiments, guests, sequences, only) as (experiment,):
-        others = [one.tracker for one in guests]
-        asked = _Asked(experiment, labels, cells, others, published, by_attribute, stored)
-        compared = {  # all of them before one is shown: a preset may refuse the runs
-            preset: _answers(asked, preset, measure, limit, question)
-            for preset, (measure, limit) in measures.items()
-        }
-        for preset, answers in compared.items():
-            _show(answers, preset, as_json=as_json)
-            if folder is not None:
-                target = folder / preset if len(measures) > 1 else folder
-                click.echo("\n".join(_write(answers, experiment, target)), err=True)
-    return 0
+        others, scenes = [one.tracker for one in guests], unit == "scene"
+        asked = _Asked(
+            experiment, labels, cells, others, published, by_attribute, stored, against, scenes
+        )
+        return _compare(asked, measures, folder, as_json=as_json)
 
 
 @dataclass(frozen=True)
@@ -153,6 +153,8 @@ class _Asked:
     published: Path | None
     by_attribute: bool
     stored: str  # the protocol by which they were made, as runs are filed under it
+    against: str | None  # label of the tracker that is compared with each other one
+    by_scene: bool
 
 
 def _stored(protocol: str | None) -> str:
@@ -203,18 +205,51 @@ def _measure(preset: str, metric: str | None, margin: float | None) -> "tuple[Me
     title = f"{heading(name)} ({preset})"
     if definitions.combine is not mean_of_sequences:  # then `report` prints another number
         title = f"mean of sequences' {title}"
-    found = Measure(name, title, direction=columns[name].better, decimals=3)
+    better = columns[name].better
+    most = 1.0 if better == "higher" else math.inf
+    found = Measure(name, title, direction=better, decimals=3, least=0.0, most=most)
     return found, MARGINS["mean_overlap"] if margin is None else margin
 
 
-def _answers(
-    asked: _Asked, preset: str, measure: "Measure", limit: float, question: str | None
-) -> "Comparison":
+def _compare(
+    asked: _Asked,
+    measures: "dict[str, tuple[Measure, float]]",
+    folder: Path | None,
+    *,
+    as_json: bool,
+) -> int:
+    """Compare by all presets, show and write the comparisons, and return the exit status."""
+    from bench.comparing.comparable_runs import AllFailedError
+
+    try:
+        compared = {  # all of them before one is shown: a preset may refuse the runs
+            preset: _answers(asked, preset, measure, limit)
+            for preset, (measure, limit) in measures.items()
+        }
+    except AllFailedError as error:
+        click.echo(str(error), err=True)
+        return EXIT_ANSWER_IS_NO
+    for preset, answers in compared.items():
+        _show(answers, preset, as_json=as_json)
+        if folder is not None:
+            target = folder / preset if len(measures) > 1 else folder
+            click.echo("\n".join(_write(answers, asked.experiment, target)), err=True)
+    answers = next(iter(compared.values()))
+    for tracker, note in answers.failures.items():
+        click.echo(f"{tracker}: {note}", err=True)
+    return EXIT_ANSWER_IS_NO if answers.left_out else 0
+
+
+def _answers(asked: _Asked, preset: str, measure: "Measure", limit: float) -> "Comparison":
     """Compare by a preset's score."""
-    from bench.comparing.comparison import compare, of_protocol
-    from bench.comparing.published import with_published
+    from bench.comparing.comparable_runs import of_protocol
+    from bench.comparing.comparison import compare
+    from bench.comparing.published_scores import with_published
+    from bench.comparing.stored_boxes import same_boxes
+    from bench.protocols import TIMING
     from bench.reporting.by_preset import runs_by
-    from bench.reporting.tables import PRESET
+    from bench.reporting.failed_runs import with_worst_scores
+    from bench.reporting.tables import PRESET, not_repeatable
     from bench.store.loading import load_results
     from bench.store.results import Results
     from bench.store.truth import occurring_attributes
@@ -224,24 +259,39 @@ def _answers(
         others = (one for one in Results(folder).asked().cells if one[0] in asked.guests)
         cells = None if cells is None else [*cells, *others]
         labels = None if labels is None else [*labels, *asked.guests]
+    if cells is not None:
+        cells = [*cells, *((*cell[:3], TIMING) for cell in cells)]
     runs = load_results(folder, cells)
+    if labels is not None and set(labels) <= set(runs["tracker"].unique()):
+        runs = runs[runs["tracker"].isin(labels)]  # others may be missing, or be damaged
+    same, unrepeatable = same_boxes(folder, runs, asked.stored), not_repeatable(runs)
     attributes = occurring_attributes(folder, runs[runs["status"] == "finished"])
     if preset != PRESET:
         with patience("Scoring runs"):
             runs = runs_by(folder, preset, runs, asked.stored)
+    runs = with_worst_scores(folder, runs, [preset])
     runs, measure = of_protocol(runs, asked.stored, measure)
     if asked.published is not None:
         runs, told = with_published(runs, asked.published, measure)
         labels = None if labels is None else [*labels, *told]
-    wanted: Any = None if question is None else f"new {question}"
-    measured = functools.partial(measured_attributes, runs) if asked.by_attribute else None
-    return compare(runs, measure, limit, labels, wanted, attributes, measured)
+    return compare(
+        runs,
+        measure,
+        limit,
+        labels,
+        asked.against,
+        by_scene=asked.by_scene,
+        attributes=attributes,
+        measured=functools.partial(measured_attributes, runs) if asked.by_attribute else None,
+        same_boxes=same,
+        not_repeatable=unrepeatable,
+    )
 
 
 def _show(answers: "Comparison", preset: str, *, as_json: bool) -> None:
     """Print a comparison."""
+    from bench.comparing.summary_text import paragraph
     from bench.comparing.tables import as_data, screen
-    from bench.comparing.words import paragraph
     from reports.fitting import on_terminal
     from reports.printable import width
     from reports.renderers import to_text
@@ -267,6 +317,20 @@ def _labels(trackers: tuple[str, ...]) -> list[str] | None:
     return labels or None
 
 
+def _with_against(
+    trackers: tuple[str, ...], against: str | None, guests: Sequence[str]
+) -> tuple[tuple[str, ...], str | None]:
+    """Return the trackers with the one that others are compared with, and that one's label."""
+    if against is None or against in guests:
+        return trackers, against
+    labels = _labels((against,)) or [against]
+    if len(labels) > 1:
+        raise click.BadParameter(f"{against!r} names several trackers.", param_hint="--against")
+    if trackers and labels[0] not in (_labels(trackers) or []):
+        trackers = (against, *trackers)
+    return trackers, labels[0]
+
+
 def _only_experiment(results: Path | None) -> Path:
     """The experiment in a folder of results, its index up to date."""
     from bench.store.layout import experiment_folders
@@ -289,13 +353,10 @@ def _run(
     means: dict[str, Any],
 ) -> "tuple[Path, list[str], Collection[Cell]]":
     """Run what is not there yet; give the experiment's folder, the labels and the runs meant."""
-    from bench.comparing.comparison import ONE_SEQUENCE, ComparisonError
     from bench.execution.run import Execution
     from datasets import SequenceError
 
     chosen = chosen_sequences(sequences, None)
-    if len(chosen) < 2:
-        raise ComparisonError(ONE_SEQUENCE)
     experiment = Experiment(
         name=name or ad_hoc_name(trackers, split_list(sequences), None),
         trackers=trackers,
@@ -320,8 +381,8 @@ def _write(answers: "Comparison", experiment: Path, folder: Path) -> list[str]:
     Gives lines that say what was written.
     """
     from bench.comparing.figures import write_figures
+    from bench.comparing.summary_text import paragraph
     from bench.comparing.tables import files
-    from bench.comparing.words import paragraph
     from bench.reporting.pictures import write_strips
     from reports.files import write_file
     from reports.write import what_was_written, write_tables

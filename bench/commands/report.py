@@ -1,11 +1,13 @@
 """Make tables and plots of stored results."""
 
 import functools
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from bench.commands import EXIT_ANSWER_IS_NO
 from bench.commands._guests import guests_of, guests_option, together
 from bench.commands._options import (
     by_attribute_option,
@@ -63,14 +65,14 @@ def command(
     wide: bool,
     no_pictures: bool,
     as_json: bool,
-) -> None:
+) -> int:
     """Report on RESULTS (the folder of an experiment, or one that holds several).
 
     Prints tables, and writes report.html, a page with a player of the frames; with --json or a
     --format of tables and no --folder it prints alone. Only RESULTS are read; film strips, the page
     and --by-attribute open the sequences, for their pixels. With --metrics stored runs are scored
     by other definitions; nothing is run again. With --results-of others' results on the same
-    sequences stand in the same tables.
+    sequences stand in the same tables. Exit status 1 if every run of a tracker failed.
     """
     from bench.reporting.report import write_report
     from bench.reporting.tables import title_of
@@ -88,12 +90,11 @@ def command(
     if frames and not paged:
         raise click.UsageError("--frames is of the page, which is not written: give --folder.")
     experiments = [] if results is None else experiment_folders(results)
-    others = [text for given in results_of for text in ("--results-of", given)]
+    others = [text for path in results_of for text in ("--results-of", path)]
     others += [] if sequences is None else ["--sequences", sequences]
     with together(experiments, guests_of(results_of), sequences) as shown:
         for number, experiment in enumerate(shown):
-            several = len(shown) > 1
-            title = title_of(experiment, named=several)
+            title = title_of(experiment, named=len(shown) > 1)
             made, scored = _tables(experiment, metrics, title)
             against = _against(experiment, metrics, made) if by_attribute else []
             kept = experiments[number] if experiments else None
@@ -102,7 +103,7 @@ def command(
             _print(made + extra, form, wide=wide, as_json=as_json)
             target, files = kept or Path("report"), list[Path]()
             if folder is not None:
-                target = folder / experiment.name if several else folder
+                target = folder / experiment.name if len(shown) > 1 else folder
                 pictures = None if no_pictures else form if form in FIGURES else "png"
                 about = made, title, pictures, scored, against
                 files += write_report(experiment, target, _tell, *about)
@@ -111,6 +112,21 @@ def command(
                 page = target / "report.html"
                 files += _write_page(experiment, page, made, title, said, full=frames, plots=plots)
             _sum_up(files)
+        return _tell_left_out(shown)
+
+
+def _tell_left_out(experiments: Sequence[Path]) -> int:
+    """Print a line on every tracker whose every run failed; return the exit status."""
+    from bench.reporting.failed_runs import failed_runs
+    from bench.store.loading import load_results
+
+    lines = dict[str, None]()
+    for experiment in experiments:
+        for _, runs in load_results(experiment).groupby("protocol", sort=False, observed=True):
+            failures = failed_runs(runs)
+            lines |= {f"{name}: {failures.notes[name]}": None for name in failures.left_out}
+    _tell(*lines)
+    return EXIT_ANSWER_IS_NO if lines else 0
 
 
 def _tell(*lines: str) -> None:

@@ -185,8 +185,8 @@ def _outcomes(
 
 
 def _scores(runner: _Runner, texts: Mapping[str, str], recorded: str) -> dict[str, list[float]]:
-    """Mean overlap by tracker and recorded sequence; a failed run counts as 0."""
+    """Return the mean overlap by tracker and recorded sequence; a failed run counts as 0."""
     runs = runner.run(list(texts.values()), chosen_sequences(recorded, None), REPETITIONS)
-    runs["mean_overlap"] = runs["mean_overlap"].fillna(0.0)
+    runs["mean_overlap"] = runs["mean_overlap"].mask(runs["status"] == "failed", 0.0)
     cells = runs.groupby(["tracker", "sequence"], observed=True, sort=False)["mean_overlap"].mean()
     return {label: cells[label].tolist() for label in texts}

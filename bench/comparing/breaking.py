@@ -16,6 +16,7 @@ from bench.statistics.correlation import rank_correlation
 from bench.statistics.intervals import Interval
 from reports.comparison import Breaks, breaking_plot
 from reports.figures import write_figure
+from reports.notes import failure_notes
 from reports.tables import MISSING, Cell, Table
 from reports.write import file_names
 
@@ -136,15 +137,16 @@ def _points(found: Breaking) -> Table:
             shares = f"{100 * row['survive_at_easy']:.0f} … {100 * row['survive_at_hard']:.0f}"
             rows.append([knob.head, name, *cells, shares, str(row["runs"])])
             data.append(row)
-    failed = [trial for one in found.series for trial in one.trials if trial.failure]
+    trials = [
+        {"tracker": one.tracker, **vars(trial)} for one in found.series for trial in one.trials
+    ]
+    runs = pd.DataFrame(trials).assign(status=lambda rows: rows["failure"].map(_status))
+    failures = failure_notes(runs, "lost", "counted as lost")
     notes = [
         RULE,
-        "Failed runs count as lost.",
         f"Runs end at half an interval's width of {100 * ENOUGH:g} % of the range, or at --runs.",
+        *(f"{tracker}: {note}" for tracker, note in failures.items()),
     ]
-    if failed:
-        first = failed[0].failure.splitlines()[0]
-        notes.append(f"{len(failed)} runs failed, the first on {failed[0].sequence}: {first}")
     return Table(
         name="breaking-points",
         caption=(
@@ -158,6 +160,10 @@ def _points(found: Breaking) -> Table:
         data=pd.DataFrame(data),
         ranks=[0, 1, 2, 4, 3],
     )
+
+
+def _status(failure: str) -> str:
+    return "failed" if failure else "finished"
 
 
 def _level(one: Series) -> str:

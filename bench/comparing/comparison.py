@@ -1,11 +1,11 @@
 """From stored runs to answers: which tracker is better, by how much, and how surely.
 
-A tracker's repetitions on a sequence are averaged first. Trackers are then paired by sequence,
-never by seed: the same seed means nothing to two methods.
+A tracker's repetitions on a sequence are averaged first, then the sequences of a unit. Trackers are
+paired by sequence, never by seed: the same seed means nothing to two methods.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from math import inf, nan
 from typing import TYPE_CHECKING, Any
@@ -14,46 +14,25 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.comparing.pairs import Losses, Pair, Question, Scores, paired, sign_of
-from bench.protocols import STORED_ONCE, TIMING, title
-from bench.reporting.doubt import LEAST_FOR_NEW, bounded_difference, bounded_score
+from bench.comparing.comparable_runs import AllFailedError, check_runs, chosen_trackers
+from bench.comparing.pairwise import Losses, Pair, Scores, compare_pairs, sign_of
+from bench.protocols import STORED_ONCE, TIMING
+from bench.reporting.failed_runs import failed_runs
 from bench.reporting.tables import own_times
+from bench.reporting.uncertainty import bounded_difference, bounded_score
 from bench.statistics.intervals import Interval
-from bench.statistics.paired import (
-    cells_mean,
-    critical_difference,
-)
-from bench.store.files import ResultsError
+from bench.statistics.rules import interval_or_none, star_marks
+from bench.statistics.units import Units, units_of
 from reports.tables import Measure
 from reports.times import timed_by
 
 if TYPE_CHECKING:
     from bench.reporting.against import Curve
 
-__all__ = [
-    "LEAST_FOR_RANKS",
-    "Comparison",
-    "ComparisonError",
-    "Standing",
-    "compare",
-    "of_protocol",
-    "parts_of",
-]
-
-LEAST_FOR_RANKS = 10
-"""Sequences from which on mean ranks are set beside a critical difference."""
+__all__ = ["Comparison", "Standing", "compare", "means_in_part", "parts_of"]
 
 DEFAULT = "default"
-"""Stands for the value of a knob that a sequence's name does not say."""
-
-ONE_SEQUENCE = (
-    "One sequence says nothing of which tracker is better; give several, or other scenes of it "
-    "(NAME:scene=1)."
-)
-
-
-class ComparisonError(ResultsError):
-    """Runs that can't be compared; says which, and what to do."""
+"""Stands for the value of a parameter that a sequence's name does not set."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +41,11 @@ class Standing:
 
     tracker: str
     mean: float
-    interval: Interval | None  # None where nothing tells of it: one repetition of few sequences
-    rank: float  # mean over sequences, 1 the best
-    contender: bool  # whether the data can't tell it from the best
+    interval: Interval | None  # of the mean at 95 %; None for too few units
+    contender: bool  # whether the star marks it
     kept: float  # share of runs that never lost the target
-    milliseconds: float  # a frame
-    timed: bool  # by timing runs; else by the accuracy runs, beside other work
+    milliseconds: float  # per frame
+    timed: bool  # by timing runs; else by the accuracy runs, which share the machine
 
 
 @dataclass(frozen=True)
@@ -76,12 +54,16 @@ class Comparison:
 
     measure: Measure
     margin: float
-    question: Question
+    units: Units
     sequences: Sequence[str]
     scores: Scores
     losses: Losses
     standings: Sequence[Standing]
     pairs: Sequence[Pair]
+    against: str | None = None  # tracker that all pairs begin with; None for all pairs
+    failures: Mapping[str, str] = field(default_factory=dict)  # how many runs failed, and why
+    left_out: Collection[str] = ()  # trackers whose every run failed
+    not_repeatable: Collection[str] = ()  # trackers that gave other boxes with the same seed
     attributes: Sequence[Collection[str]] = ()  # that occur in each sequence, where it is known
     # Of attributes that were measured, a value a sequence; NaN where it has none.
     measured: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
@@ -93,50 +75,48 @@ class Comparison:
         return max(self.standings, key=lambda standing: sign * standing.mean)
 
     @property
-    def critical_difference(self) -> float:
-        """Of mean ranks; NaN for two trackers or too few sequences."""
-        if len(self.standings) < 3 or len(self.sequences) < LEAST_FOR_RANKS:
-            return nan
-        return critical_difference(len(self.standings), len(self.sequences))
+    def main_pairs(self) -> list[Pair]:
+        """Pairs with the tracker that others are compared with: `against`, or the best one."""
+        main = self.against or self.best.tracker
+        return [pair for pair in self.pairs if main in (pair.first, pair.second)]
 
     @cached_property
     def repetitions(self) -> tuple[int, int]:
         """Fewest and most of any tracker on any sequence."""
-        counts = [len(runs) for found in self.scores.values() for runs in found]
+        counts = [len(runs) for by_sequence in self.scores.values() for runs in by_sequence]
         return min(counts), max(counts)
 
     def most_different(self, count: int) -> dict[str, tuple[str, str]]:
         """So many sequences on which two trackers that were run differ most, and these two."""
-        ran = {name for name, found in self.losses.items() if any(len(ends) for ends, _ in found)}
-        found = {
+        ran = {name for name, runs in self.losses.items() if any(len(ends) for ends, _ in runs)}
+        differences = {
             (abs(float(difference)), sequence): (pair.first, pair.second)
             for pair in self.pairs
             if ran >= {pair.first, pair.second}
             for sequence, difference in zip(self.sequences, pair.differences, strict=True)
         }
         chosen: dict[str, tuple[str, str]] = {}
-        for (_, sequence), trackers in sorted(found.items(), reverse=True):
+        for (_, sequence), trackers in sorted(differences.items(), reverse=True):
             if len(chosen) < count:
                 chosen.setdefault(sequence, trackers)
         return chosen
 
-    def by_part(self, pair: Pair) -> dict[tuple[str, str], NDArray[np.float64]]:
-        """A pair's differences on parts of the sequences: by knob and value, by attribute.
+    def by_part(self, pair: Pair) -> dict[tuple[str, str], tuple[int, NDArray[np.float64]]]:
+        """Number of sequences in parts of them, and a pair's differences by unit of each part.
 
-        Knobs are what the sequences' names say (`:light=dappled`), but for their scene, where
-        they take several values, `DEFAULT` where a name says none; attributes are those that some
-        sequences have and some have not, and bins of those that were measured.
+        Parts are values of parameters that the sequences' names set (`:light=dappled`), except for
+        their scene, if they take several values (`DEFAULT` if a name sets none); and attributes
+        that some sequences have and some have not.
         """
-        masks = parts_of(self.sequences, self.attributes)
-        parts = {key: pair.differences[chosen] for key, chosen in masks.items()}
-        for curve in self.curves_of([pair]):
-            parts |= {(curve.attribute, one.words): one.scores for one in curve.bins}
-        return parts
+        return {
+            key: (int(chosen.sum()), means_in_part(self.units, pair.differences, chosen))
+            for key, chosen in parts_of(self.sequences, self.attributes).items()
+        }
 
     @cached_property
     def curves(self) -> "list[Curve]":
         """Mean scores of every tracker against the attributes that were measured."""
-        from bench.reporting.against import against  # brings scipy.stats, see `_standings`
+        from bench.reporting.against import against  # brings scipy.stats
 
         means = {name: np.array([run.mean() for run in runs]) for name, runs in self.scores.items()}
         return against(means, self.measured, partial(bounded_score, self.measure))
@@ -181,6 +161,17 @@ def parts_of(
     return parts
 
 
+def means_in_part(
+    units: Units, by_sequence: NDArray[np.float64], chosen: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Return means of the units that have chosen sequences, over these.
+
+    `by_sequence`, `chosen`: shape (n_sequences,).
+    """
+    members = [member[chosen[member]] for member in units.members]
+    return np.array([by_sequence[member].mean() for member in members if len(member)])
+
+
 def _in_order(value: str) -> tuple[bool, float, str]:
     """Values of a knob: the one that is not said first, then numbers by their size."""
     try:
@@ -195,178 +186,97 @@ def compare(
     measure: Measure,
     margin: float,
     trackers: Sequence[str] | None = None,
-    question: Question | None = None,
+    against: str | None = None,
+    *,
+    by_scene: bool = False,
     attributes: Mapping[str, Collection[str]] | None = None,
     measured: Callable[[Sequence[str]], Mapping[str, NDArray[np.float64]]] | None = None,
+    same_boxes: Mapping[tuple[str, str], int] | None = None,
+    not_repeatable: Collection[str] = (),
 ) -> Comparison:
     """Compare trackers on the sequences that all of them ran on.
 
-    Parameters
-    ----------
-    runs : DataFrame
-        As `bench.load_results` gives them, of one experiment.
-    measure : Measure
-        By what; a column of `runs`. It must say which direction is better.
-    margin : float
-        Difference that means nothing in practice, in the unit of the column.
-    trackers : sequence of str, optional
-        Labels, in the order of the answers; all that are there by default.
-    question : {'new sequences', 'new seeds'}, optional
-        What intervals tell of; of new sequences by default where there are five or more.
-    attributes : mapping of str to collection of str, optional
-        Attributes that occur, by sequence.
-    measured : callable, optional
-        Gives values of attributes by sequence, NaN where one has none, of the sequences' names.
+    `runs`: as `load_results` gives them, of one experiment, failed ones with the worst scores.
+    `measure`: a column of theirs with a direction; `margin`: in its unit. `trackers`: labels, all
+    stored ones by default. `against`: tracker that is compared with each other one. `by_scene`:
+    scenes of several families are the units. `attributes`: that occur, by sequence. `measured`:
+    returns values of attributes for names of sequences, NaN if one has none. `same_boxes`: on how
+    many sequences two trackers gave the same ones. `not_repeatable`: trackers that gave other
+    boxes with the same seed.
 
-    Raises
-    ------
-    ComparisonError
-        For fewer than two trackers or sequences, unknown or equal labels, runs that failed or are
-        missing, and scores that are no numbers.
+    Raises `ComparisonError` for runs that cannot be compared, `AllFailedError` if all failed.
     """
-    scored = runs[runs["protocol"] == "accuracy"]
-    chosen = _chosen(scored, trackers)
+    scored = runs[runs["protocol"] == STORED_ONCE]
+    chosen = chosen_trackers(scored, trackers, against)
     scored = scored[scored["tracker"].isin(chosen)]
+    failures = failed_runs(scored, "0" if measure.direction == "higher" else "the worst score")
+    scored = scored[~scored["tracker"].isin(failures.left_out)]
+    chosen = [name for name in chosen if name not in failures.left_out]
+    if not chosen:
+        raise AllFailedError("; ".join(f"{name}: {note}" for name, note in failures.notes.items()))
     sequences = [str(name) for name in scored["sequence"].unique()]
-    _check(scored, chosen, sequences, measure)
-    grouped = scored.groupby(["tracker", "sequence"], observed=True, sort=False)
-    cells: dict[Any, pd.DataFrame] = dict(iter(grouped))
+    check_runs(scored, chosen, sequences, measure)
+    by_tracker = _cells(scored, chosen, sequences)
     values = {
-        name: [cells[name, sequence][measure.name].to_numpy(np.float64) for sequence in sequences]
-        for name in chosen
+        name: [of[measure.name].to_numpy(np.float64) for of in by_sequence]
+        for name, by_sequence in by_tracker.items()
     }
-    losses = {name: [_losses(cells[name, sequence]) for sequence in sequences] for name in chosen}
-    if question is None:
-        question = "new sequences" if len(sequences) >= LEAST_FOR_NEW else "new seeds"
-    pairs = paired(values, losses, measure, margin, question)
-    standings = _standings(runs, values, losses, measure, question, pairs)
-    occurring = [] if attributes is None else [attributes.get(name, ()) for name in sequences]
-    about = occurring, measured(sequences) if measured else {}
+    losses = {name: list(map(_losses, by_sequence)) for name, by_sequence in by_tracker.items()}
+    units = units_of(sequences, "scene" if by_scene else None)
+    means = {name: np.array([run.mean() for run in of]) for name, of in values.items()}
+    against = None if against in failures.left_out else against
     return Comparison(
-        measure, margin, question, sequences, values, losses, standings, pairs, *about
+        measure=measure,
+        margin=margin,
+        units=units,
+        sequences=sequences,
+        scores=values,
+        losses=losses,
+        standings=_standings(runs, means, losses, units, measure, margin),
+        pairs=compare_pairs(means, units, measure, margin, against, same_boxes or {}),
+        against=against,
+        failures=failures.notes,
+        left_out=failures.left_out,
+        not_repeatable=[name for name in chosen if name in not_repeatable],
+        attributes=[attributes.get(name, ()) for name in sequences] if attributes else [],
+        measured=measured(sequences) if measured else {},
     )
 
 
-def of_protocol(runs: pd.DataFrame, stored: str, measure: Measure) -> tuple[pd.DataFrame, Measure]:
-    """Runs by one protocol as `compare` takes them, and the measure, whose title says which.
-
-    `runs`: as `bench.load_results` gives them. `stored`: what those by the protocol are filed
-    under. Timing runs stay beside them. When a target was lost is told of one pass alone; and its
-    title says nothing, where nothing else is there.
-
-    Raises `ComparisonError` where there are none.
-    """
-    there = list(map(str, runs["protocol"].unique()))
-    others = [title(name) for name in there if name not in (stored, TIMING)]
-    if stored not in there:
-        known = f"; there are some by {', '.join(others)} (--protocol)" if others else ""
-        raise ComparisonError(f"there are no runs by the protocol {title(stored)}{known}.")
-    if others or stored != STORED_ONCE:
-        measure = replace(measure, title=f"{measure.title}, protocol {title(stored)}")
-    if stored == STORED_ONCE:
-        return runs, measure
-    protocols = runs["protocol"].astype(str)
-    chosen = runs[protocols.isin([stored, TIMING])]
-    known_as = protocols[chosen.index].replace(stored, STORED_ONCE)
-    return chosen.assign(protocol=known_as, first_loss=nan), measure
+def _cells(
+    scored: pd.DataFrame, chosen: Sequence[str], sequences: Sequence[str]
+) -> dict[str, list[pd.DataFrame]]:
+    """Return the repetitions, by tracker and sequence."""
+    grouped = scored.groupby(["tracker", "sequence"], observed=True, sort=False)
+    cells: dict[Any, pd.DataFrame] = dict(iter(grouped))
+    return {name: [cells[name, sequence] for sequence in sequences] for name in chosen}
 
 
 def _standings(
     runs: pd.DataFrame,
-    values: Scores,
+    means: Mapping[str, NDArray[np.float64]],
     losses: Losses,
+    units: Units,
     measure: Measure,
-    question: Question,
-    pairs: Sequence[Pair],
+    margin: float,
 ) -> list[Standing]:
-    from scipy.stats import rankdata  # half a second that `check` has no need of
-
-    means = {name: np.array([run.mean() for run in found]) for name, found in values.items()}
-    clock = timed_by(runs[(runs["protocol"] == "timing") & runs["tracker"].isin(list(values))])
-    sign = sign_of(measure)
-    best = max(means, key=lambda name: sign * float(means[name].mean()))
-    behind = {
-        pair.second if pair.answer == "better" else pair.first
-        for pair in pairs
-        if pair.answer in ("better", "worse") and best in (pair.first, pair.second)
-    }
-    ranks = rankdata([-sign * found for found in means.values()], axis=0).mean(axis=1)
-    repeated = any(len(run) > 1 for found in values.values() for run in found)
+    clock = timed_by(runs[(runs["protocol"] == TIMING) & runs["tracker"].isin(list(means))])
+    by_unit = {name: units.means(values) for name, values in means.items()}
+    marks = star_marks(
+        np.array(list(by_unit.values())),
+        margin,
+        higher=measure.direction == "higher",
+        limit=measure.most - measure.least,
+    )
     standings = []
-    for name, rank in zip(means, ranks.tolist(), strict=True):
+    for (name, values), mark in zip(by_unit.items(), marks, strict=True):
         milliseconds, timed = _times(runs[runs["tracker"] == name], clock)
         lost = np.concatenate([failed for _, failed in losses[name]])
-        if question == "new sequences":
-            interval: Interval | None = bounded_score(measure, means[name])
-        else:
-            interval = cells_mean(values[name]).interval if repeated else None
-            interval = interval and interval.within(measure.least, measure.most)
-        standings.append(
-            Standing(
-                name,
-                float(means[name].mean()),
-                interval,
-                rank,
-                name not in behind,
-                float(1 - lost.mean()) if len(lost) else nan,
-                milliseconds,
-                timed,
-            )
-        )
+        kept = float(1 - lost.mean()) if len(lost) else nan
+        interval = interval_or_none(values, 1, measure.least, measure.most)
+        mean = float(values.mean())
+        standings.append(Standing(name, mean, interval, mark, kept, milliseconds, timed))
     return standings
-
-
-def _chosen(scored: pd.DataFrame, trackers: Sequence[str] | None) -> list[str]:
-    known = [str(name) for name in scored["tracker"].unique()]
-    chosen = list(known if trackers is None else trackers)
-    for name in chosen:
-        if name not in known:
-            raise ComparisonError(f"there are no runs of {name!r}; there are {', '.join(known)}.")
-        if chosen.count(name) > 1:
-            raise ComparisonError(
-                f"{name!r} is named twice; a tracker is not compared with itself."
-            )
-    if len(chosen) < 2:
-        raise ComparisonError(f"{len(chosen)} tracker to compare: two or more are needed.")
-    return chosen
-
-
-def _check(
-    scored: pd.DataFrame, chosen: Sequence[str], sequences: Sequence[str], measure: Measure
-) -> None:
-    if len(sequences) < 2:
-        raise ComparisonError(ONE_SEQUENCE)
-    for status in ("failed", "missing", "stale"):
-        here = scored[scored["status"] == status]
-        if len(here):
-            row = here.iloc[0]
-            why = str(row["failure"]).partition("\n")[0] if status == "failed" else ""
-            raise ComparisonError(
-                f"{len(here)} of {len(scored)} runs are {status}, the first that of "
-                f"{row['tracker']} on {row['sequence']}{f' ({why})' if why else ''}. Run them "
-                "(`trackmark run … --retry-failed` repeats failed ones), or leave them out."
-            )
-    there = set(zip(scored["tracker"].astype(str), scored["sequence"].astype(str), strict=True))
-    for name in chosen:
-        for sequence in sequences:
-            if (name, sequence) not in there:
-                raise ComparisonError(f"{name} was not run on {sequence}: run it, or leave it out.")
-    kinds = scored.dropna(subset="fingerprint").groupby("sequence", observed=True)["fingerprint"]
-    counts = kinds.nunique()
-    if several := counts[counts > 1].index.tolist():
-        raise ComparisonError(
-            f"{several[0]} changed between runs that are stored: its pixels or its truth are not "
-            "the same for all trackers. Run them again."
-        )
-    if measure.name not in scored:
-        raise ComparisonError(f"the runs have no score {measure.name!r}.")
-    undefined = scored[~np.isfinite(scored[measure.name])]
-    if len(undefined):
-        row = undefined.iloc[0]
-        raise ComparisonError(
-            f"{measure.title} of {row['tracker']} on {row['sequence']} is {row[measure.name]}: "
-            "choose another --metric, or leave the sequence out."
-        )
 
 
 def _losses(runs: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import kstwo
 
 from bench.comparing.comparison import Comparison
-from bench.comparing.words import letters, spoken_of
+from bench.comparing.summary_text import shown_pairs
 from bench.reporting.by_attribute import write_plot
 from bench.statistics.survival import kaplan_meier
 from reports.comparison import (
@@ -14,7 +14,6 @@ from reports.comparison import (
     Steps,
     difference_plot,
     profile_plot,
-    rank_plot,
     speed_accuracy_plot,
     survival_plot,
 )
@@ -23,7 +22,7 @@ from reports.figures import write_figure
 __all__ = ["write_figures"]
 
 SHOWN_PAIRS = 4
-"""Pairs whose differences are drawn: those with the best tracker first."""
+"""Number of pairs whose differences are drawn."""
 
 
 def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
@@ -31,28 +30,17 @@ def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
     measure = comparison.measure
     title = f"{measure.title} on {len(comparison.sequences)} sequences"
     quantity = measure.head
-    names = dict(zip(comparison.scores, letters(comparison), strict=True))
-    figures = {
-        "differences": difference_plot(
-            {
-                f"{names[pair.first]} - {names[pair.second]}: {pair.first} - {pair.second}": (
-                    pair.differences * measure.scale
-                )
-                for pair in spoken_of(comparison)[:SHOWN_PAIRS]
-            },
-            comparison.sequences,
-            quantity,
-            comparison.margin * measure.scale,
-            title,
-        ),
-        "profiles": profile_plot(
-            {name: _profile(comparison, name) for name in comparison.scores}, quantity, title
-        ),
+    profiles = {name: _profile(comparison, name) for name in comparison.scores}
+    figures = {"profiles": profile_plot(profiles, quantity, title)}
+    differences = {
+        f"{pair.first} - {pair.second}": pair.differences * measure.scale
+        for pair in shown_pairs(comparison)[:SHOWN_PAIRS]
     }
-    critical = comparison.critical_difference
-    if np.isfinite(critical):
-        ranks = {standing.tracker: standing.rank for standing in comparison.standings}
-        figures["ranks"] = rank_plot(ranks, critical, title)
+    if differences:
+        margin = comparison.margin * measure.scale
+        figures["differences"] = difference_plot(
+            differences, comparison.sequences, quantity, margin, title
+        )
     if survivals := _survivals(comparison):
         words = f"Time to failure on {len(comparison.sequences)} sequences"
         figures["survival"] = survival_plot(survivals, words)
@@ -68,7 +56,7 @@ def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
     if points:
         figures["speed-accuracy"] = speed_accuracy_plot(points, quantity, title)
     paths = [write_figure(folder / f"{name}.png", figure) for name, figure in figures.items()]
-    gains = comparison.curves_of(spoken_of(comparison)[:SHOWN_PAIRS])
+    gains = comparison.curves_of(shown_pairs(comparison)[:SHOWN_PAIRS])
     paths += write_plot(folder / "attributes.png", comparison.curves, measure, title)
     quantity = f"difference of {quantity}"
     return paths + write_plot(folder / "attribute-differences.png", gains, measure, title, quantity)

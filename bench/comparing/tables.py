@@ -1,55 +1,57 @@
-"""What a comparison says, as tables and as JSON."""
+"""A comparison as tables and as JSON."""
 
 import json
-from collections.abc import Sequence
-from math import isfinite, isnan, nan
+import textwrap
+from math import isfinite
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from bench.comparing.comparison import Comparison
-from bench.comparing.pairs import Pair
-from bench.comparing.words import (
+from bench.comparing.pairwise import Pair
+from bench.comparing.summary_text import (
+    answer_text,
     between,
-    letters,
+    called,
+    hold_together,
     number,
-    p_value,
     paragraph,
-    share_between,
-    spoken_of,
+    same_boxes_text,
+    shown_pairs,
     times,
+    too_few,
     unit,
+    wins_text,
 )
 from bench.reporting.against import as_data as curves_as_data
 from bench.reporting.against import attribute_table
-from bench.reporting.doubt import LEAST_FOR_NEW, best_of, bounded_difference
 from bench.statistics.intervals import Interval
-from bench.statistics.paired import SIGNIFICANCE, smallest_p
+from bench.statistics.rules import interval_or_none
+from reports.printable import width
 from reports.tables import MISSING, Cell, Table
 
 __all__ = ["as_data", "files", "screen"]
 
 
 def screen(comparison: Comparison) -> list[Table]:
-    """Tables for a terminal: how trackers stand, and what pairs of them show.
+    """Return tables for a terminal: standings, pairs, and curves of measured attributes.
 
-    Also against what the pairs' differences rise or fall, where attributes were measured.
+    With too few units for intervals, differences by unit replace the answers on pairs.
     """
-    pairs = spoken_of(comparison)
-    others = len(comparison.pairs) - len(pairs)
-    left_out = [f"{others} other pairs are in --json and --folder."] if others else []
-    made = [_standings(comparison), _pair_table(comparison, pairs, left_out)]
+    made = [_standings(comparison, called(comparison))]
+    if comparison.pairs and too_few(comparison):
+        made.append(_differences(comparison))
+    elif comparison.pairs:
+        made.append(_short_pairs(comparison))
     return [*made, _gains(comparison)] if comparison.measured else made
 
 
 def files(comparison: Comparison) -> list[Table]:
-    """All tables, for a folder: also differences by sequence, and by knob and attribute."""
-    made = [
-        _standings(comparison),
-        _pair_table(comparison, spoken_of(comparison, whole=True), [], named=True),
-        _sequences(comparison),
-    ]
+    """Return all tables, for a folder: also scores by sequence, and differences by part."""
+    made = [_standings(comparison, {})]
+    made += [_pair_table(comparison)] if comparison.pairs else []
+    made.append(_sequences(comparison))
     if (parts := _parts(comparison)).rows:
         made.append(parts)
     if comparison.measured:
@@ -60,218 +62,211 @@ def files(comparison: Comparison) -> list[Table]:
 
 
 def as_data(comparison: Comparison) -> dict[str, Any]:
-    """All of it for `--json`; scores unscaled, gaps null."""
-    critical = comparison.critical_difference
+    """Return the comparison for `--json`; scores unscaled, gaps null."""
+    units = comparison.units
     return {
         "measure": comparison.measure.name,
         "title": comparison.measure.title,
         "direction": comparison.measure.direction,
         "margin": comparison.margin,
-        "question": comparison.question,
+        "unit": units.kind,
+        "units": list(units.labels),
+        "scope": units.scope,
         "sequences": list(comparison.sequences),
         "repetitions": list(comparison.repetitions),
-        "smallest_p": smallest_p(len(comparison.sequences)),
-        "critical_difference": None if isnan(critical) else critical,
+        "comparisons": len(comparison.pairs),
         "trackers": [
             {
                 "tracker": standing.tracker,
                 "mean": standing.mean,
                 "interval": _listed(standing.interval),
-                "rank": standing.rank,
                 "contender": standing.contender,
-                "kept": standing.kept if isfinite(standing.kept) else None,
-                "milliseconds": standing.milliseconds if isfinite(standing.milliseconds) else None,
+                "kept": _or_none(standing.kept),
+                "milliseconds": _or_none(standing.milliseconds),
                 "timed": standing.timed,
+                "failures": comparison.failures.get(standing.tracker),
+                "repeatable": standing.tracker not in comparison.not_repeatable,
             }
             for standing in comparison.standings
         ],
+        "left_out": {name: comparison.failures[name] for name in comparison.left_out},
         "pairs": [
             {
-                "first": pair.first,
-                "second": pair.second,
-                "answer": pair.answer,
-                "difference": pair.difference,
+                **_pair_data(pair),
+                "p": _or_none(pair.answer.p),
+                "needed": _or_none(pair.answer.needed),
                 "interval": _listed(pair.interval),
-                "probability_better": pair.probability,
-                "probability_interval": list(pair.probability_interval),
-                "p": pair.p if pair.by_chance else None,
-                "p_holm": pair.adjusted if pair.by_chance else None,
-                "needed": int(pair.needed) if isfinite(pair.needed) else None,
-                "time_to_failure_p": pair.loss_p,
                 "differences": pair.differences.tolist(),
+                "unit_differences": pair.by_unit.tolist(),
             }
             for pair in comparison.pairs
         ],
         "parts": json.loads(_parts(comparison).data.to_json(orient="records")),
         "attributes": {
             "measured": {
-                name: [value if isfinite(value) else None for value in values.tolist()]
+                name: [_or_none(value) for value in values.tolist()]
                 for name, values in comparison.measured.items()
             },
             "trackers": curves_as_data(comparison.curves, "tracker"),
-            "pairs": curves_as_data(comparison.curves_of(spoken_of(comparison)), "pair"),
+            "pairs": curves_as_data(comparison.curves_of(shown_pairs(comparison)), "pair"),
         },
         "paragraph": paragraph(comparison),
     }
 
 
-def _standings(comparison: Comparison) -> Table:
+def _standings(comparison: Comparison, names: dict[str, str]) -> Table:
+    """Return means of the trackers; `names`: what pairs call them, which a column says."""
     measure = comparison.measure
+    lettered = any(key != name for key, name in names.items())
     rows, data = [], []
-    told = any(pair.interval is not None for pair in comparison.pairs)
-    means = [standing.mean for standing in comparison.standings]
-    marked = [one.contender for one in comparison.standings] if told else best_of(means, measure)
-    for letter, standing, best in zip(
-        letters(comparison), comparison.standings, marked, strict=True
-    ):
-        approximate = "" if standing.timed else "~"
-        time = f"{approximate}{standing.milliseconds:.3g}"
+    for standing in comparison.standings:
+        time = f"{'' if standing.timed else '~'}{standing.milliseconds:.3g}"
+        remark = " (not repeatable)" * (standing.tracker in comparison.not_repeatable)
         rows.append(
             [
-                Cell(letter),
-                Cell(standing.tracker),
-                Cell(number(comparison, standing.mean), best),
+                *([Cell(names[standing.tracker])] if lettered else []),
+                Cell(standing.tracker + remark),
+                Cell(number(comparison, standing.mean), standing.contender),
                 Cell(between(comparison, standing.interval)),
-                Cell(f"{standing.rank:.1f}"),
                 Cell(f"{100 * standing.kept:.0f}" if isfinite(standing.kept) else MISSING),
                 Cell(time if isfinite(standing.milliseconds) else MISSING),
             ]
         )
-        data.append({"letter": letter, **vars(standing), **_ends(standing.interval)})
-    notes = [
-        "Marked: can't be told from the best, or practically equal to it."
-        if told
-        else "Marked: the best mean; nothing was repeated that could say how sure it is."
-    ]
-    if isfinite(critical := comparison.critical_difference):
-        notes.append(f"Mean ranks that differ by less than {critical:.2f} can't be told apart.")
+        failures = comparison.failures.get(standing.tracker, "")
+        data.append({**vars(standing), **_ends(standing.interval), "failures": failures})
+    few = too_few(comparison)
+    notes = (
+        [few] if few else ["* marks the best mean and all that no other tracker is better than."]
+    )
+    notes += [f"{name}: {note}" for name, note in comparison.failures.items()]
     if not all(standing.timed for standing in comparison.standings):
-        notes.append("~: of the accuracy runs, beside other work (run --timing measures).")
+        notes.append(
+            "~: time of the accuracy runs, which share the machine (run --timing measures)."
+        )
+    heads = ["tracker", measure.head, "95 %", "never lost [%]", "ms a frame"]
     return Table(
         name="comparison",
-        caption=f"{times(comparison)}. {_meaning(comparison)}",
-        heads=["", "tracker", measure.head, "95 %", "rank", "never lost [%]", "ms a frame"],
-        n_labels=2,
+        caption=_caption(comparison),
+        heads=["", *heads] if lettered else heads,
+        n_labels=2 if lettered else 1,
         rows=rows,
-        ranks=[0, 1, 2, 4, 3],
+        ranks=[0, 1, 3, 2],
         notes=notes,
         data=pd.DataFrame(data).drop(columns="interval"),
     )
 
 
-def _meaning(comparison: Comparison) -> str:
-    """What intervals tell of."""
-    of = {
-        "new sequences": "new sequences like these",
-        "new seeds": "these sequences with new seeds",
-    }
-    return f"95 % intervals for {of[comparison.question]}."
+def _caption(comparison: Comparison) -> str:
+    text = f"{comparison.measure.head}, {times(comparison)}"
+    if comparison.pairs and not too_few(comparison):
+        text += f"; {hold_together(comparison)}"
+    return f"{text}, {comparison.units.scope}"
 
 
-def _pair_table(
-    comparison: Comparison, pairs: Sequence[Pair], notes: list[str], *, named: bool = False
-) -> Table:
-    """Answers on pairs; trackers are called by their letters, or `named` in full."""
-    called = dict(zip(comparison.scores, letters(comparison), strict=True))
-    about = "The first against the second."
-    if named:
-        called = {name: name for name in called}
-        about = (
-            f"The first against the second by {comparison.measure.head}, on {times(comparison)}: "
-            f"mean difference. {_meaning(comparison)}"
-        )
+def _pair_table(comparison: Comparison) -> Table:
+    """Return answers on all pairs."""
     rows, data = [], []
-    for pair in pairs:
+    for pair in comparison.pairs:
+        answer = answer_text(comparison, pair)
+        if same := same_boxes_text(comparison, pair):
+            answer += f"; {same}"
         rows.append(
-            [
-                Cell(f"{called[pair.first]} - {called[pair.second]}"),
-                Cell(pair.answer + _needed(pair)),
-                Cell(number(comparison, pair.difference, signed=True)),
-                Cell(between(comparison, pair.interval, signed=True)),
-                Cell(_often(pair)),
-                Cell(p_value(pair.adjusted) if pair.by_chance else MISSING),
-                Cell(p_value(pair.loss_p)),
-            ]
+            [Cell(f"{pair.first} - {pair.second}"), *_cells(comparison, pair), Cell(answer)]
         )
-        told = {key: value for key, value in vars(pair).items() if key != "differences"}
-        around = pair.probability_interval
-        data.append(
-            {
-                **told,
-                "p": pair.p if pair.by_chance else nan,
-                "adjusted": pair.adjusted if pair.by_chance else nan,
-                "difference": pair.difference,
-                **_ends(pair.interval),
-                "probability_low": around.low,
-                "probability_high": around.high,
-            }
-        )
-    margin = comparison.margin * comparison.measure.scale
+        data.append({**_pair_data(pair), **_ends(pair.interval)})
+    margin = f"±{comparison.margin * comparison.measure.scale:g}{unit(comparison)}"
     return Table(
         name="comparison-pairs",
-        caption=(f"{about} Practically equal: interval within ±{margin:g}{unit(comparison)}."),
-        heads=[
-            "pair",
-            "the first is",
-            _difference_head(comparison),
-            "95 %",
-            "P(better) 95 %",
-            "p",
-            "p of losses",
-        ],
-        n_labels=2,
+        caption=f"Differences, first minus second: {_caption(comparison)}. Margin {margin}.",
+        heads=["pair", _difference_head(comparison), "interval", "better on", "the first is"],
+        n_labels=1,
         rows=rows,
-        ranks=[0, 1, 3, 2, 4],
-        notes=[*notes, *_limits(comparison)],
-        data=pd.DataFrame(data).drop(columns=["interval", "probability_interval"]),
+        ranks=[1, 1, 2, 0],
+        data=pd.DataFrame(data),
     )
 
 
-def _often(pair: Pair) -> str:
-    """On how many sequences the first was better; of a few no share of all that there may be."""
-    n = len(pair.differences)
-    if n < LEAST_FOR_NEW:
-        return f"on {pair.probability * n:g} of {n}"
-    return f"{pair.probability:.2f} {share_between(pair.probability_interval)}"
+def _short_pairs(comparison: Comparison) -> Table:
+    """Return answers for a screen: reasons stand in lines of their own."""
+    names, pairs, rows = called(comparison), shown_pairs(comparison), []
+    for pair in pairs:
+        cells = _cells(comparison, pair)
+        label = f"{names[pair.first]} - {names[pair.second]}"
+        row = [Cell(label), *cells, Cell(pair.answer.label)]
+        rows.append(row)
+        remarks = [pair.answer.reason, same_boxes_text(comparison, pair)]
+        lines = textwrap.wrap("; ".join(filter(None, remarks)), width() - 4)
+        rows += [[Cell(f"    {line}"), *[Cell("")] * len(row[1:])] for line in lines]
+    others = len(comparison.pairs) - len(pairs)
+    return Table(
+        name="comparison-pairs",
+        caption=f"Differences, first minus second; better on so many {comparison.units.plural}.",
+        heads=["pair", _difference_head(comparison), "interval", "better on", "the first is"],
+        n_labels=1,
+        rows=rows,
+        ranks=[1, 1, 2, 0],
+        notes=[f"{others} other pairs are in --json and --folder."] if others else [],
+    )
 
 
-def _limits(comparison: Comparison) -> list[str]:
-    """What so many sequences can't show."""
-    n, tests = len(comparison.sequences), len(comparison.pairs)
-    told = []
-    if any(isfinite(pair.needed) for pair in comparison.pairs):
-        what = "sequences" if comparison.question == "new sequences" else "repetitions"
-        told = [f"(~N): about N {what} would show it in four cases of five."]
-    if comparison.question == "new sequences" and comparison.repetitions[1] > 1:
-        told.append("p of losses is over runs: of these sequences, with new seeds.")
-    if comparison.question == "new seeds":
-        if all(pair.interval is None for pair in comparison.pairs):
-            return [
-                f"Nothing was repeated: give {LEAST_FOR_NEW} sequences or more (or --seeds, for "
-                "trackers that draw random numbers)."
-            ]
-        if not all(pair.by_chance for pair in comparison.pairs):
-            told.append(f"{MISSING}: neither was repeated; run again, they score the same.")
-        return [*told, "Other sequences than these may show something else."]
-    least = smallest_p(n) * tests
-    if least >= SIGNIFICANCE:
-        enough = next(k for k in range(n, 200) if smallest_p(k) * tests < SIGNIFICANCE)
-        return [
-            *told,
-            f"{n} sequences can't show a difference: the smallest p is {min(1.0, least):.2g} "
-            f"({tests} comparison{'s' if tests > 1 else ''}); {enough} or more can.",
-        ]
-    return told
+def _pair_data(pair: Pair) -> dict[str, Any]:
+    return {
+        "first": pair.first,
+        "second": pair.second,
+        "answer": pair.answer.label,
+        "reason": pair.answer.reason,
+        "difference": pair.difference,
+        "better_on": pair.wins,
+        "units": len(pair.by_unit),
+        "p": pair.answer.p,
+        "needed": pair.answer.needed,
+        "same_boxes": pair.same_boxes,
+    }
+
+
+def _cells(comparison: Comparison, pair: Pair) -> list[Cell]:
+    return [
+        Cell(number(comparison, pair.difference, signed=True)),
+        Cell(between(comparison, pair.interval, signed=True)),
+        Cell(wins_text(pair)),
+    ]
+
+
+def _differences(comparison: Comparison) -> Table:
+    """Return the differences of pairs by unit."""
+    names, pairs = called(comparison), shown_pairs(comparison)
+    columns = [[*pair.by_unit.tolist(), pair.difference] for pair in pairs]
+    rows = [
+        [Cell(label), *(Cell(number(comparison, value, signed=True)) for value in values)]
+        for label, values in zip(
+            [*comparison.units.labels, "mean"], zip(*columns, strict=True), strict=True
+        )
+    ]
+    return Table(
+        name="comparison-differences",
+        caption=f"Differences of {comparison.measure.head} by {comparison.units.kind}.",
+        heads=[
+            comparison.units.kind,
+            *(f"{names[pair.first]} - {names[pair.second]}" for pair in pairs),
+        ],
+        n_labels=1,
+        rows=rows,
+        notes=[
+            f"{names[pair.first]} - {names[pair.second]}: {same}"
+            for pair in pairs
+            if (same := same_boxes_text(comparison, pair))
+        ],
+    )
 
 
 def _sequences(comparison: Comparison) -> Table:
-    """Means and spread over repetitions of every tracker on every sequence."""
+    """Return means and spread over repetitions of every tracker on every sequence."""
     heads = ["sequence", *comparison.scores]
     rows, data = [], []
     for position, sequence in enumerate(comparison.sequences):
         row = [Cell(sequence)]
-        for tracker, found in comparison.scores.items():
-            runs = found[position]
+        for tracker, by_sequence in comparison.scores.items():
+            runs = by_sequence[position]
             spread = float(runs.std(ddof=1)) if len(runs) > 1 else float("nan")
             text = number(comparison, float(runs.mean()))
             if isfinite(spread):
@@ -298,41 +293,31 @@ def _sequences(comparison: Comparison) -> Table:
 
 
 def _parts(comparison: Comparison) -> Table:
+    widest = comparison.measure.most - comparison.measure.least
     rows, data = [], []
-    for pair in spoken_of(comparison):
-        for (knob, value), differences in comparison.by_part(pair).items():
-            interval = (
-                bounded_difference(comparison.measure, differences)
-                if len(differences) > 1
-                else None
-            )
+    for pair in shown_pairs(comparison):
+        for (knob, value), (n, differences) in comparison.by_part(pair).items():
+            interval = interval_or_none(differences, 1, -widest, widest)
             mean = float(np.mean(differences))
             rows.append(
                 [
                     Cell(f"{pair.first} - {pair.second}"),
                     Cell(f"{knob}={value}"),
-                    Cell(str(len(differences))),
+                    Cell(str(n)),
                     Cell(number(comparison, mean, signed=True)),
                     Cell(between(comparison, interval, signed=True)),
                 ]
             )
-            data.append(
-                {
-                    "first": pair.first,
-                    "second": pair.second,
-                    "knob": knob,
-                    "value": value,
-                    "sequences": len(differences),
-                    "difference": mean,
-                    **_ends(interval),
-                }
-            )
+            numbers = {"sequences": n, "difference": mean, **_ends(interval)}
+            part = {"first": pair.first, "second": pair.second, "knob": knob, "value": value}
+            data.append(part | numbers)
+    plural = comparison.units.plural
     return Table(
         name="comparison-parts",
         caption=(
-            f"Differences of {comparison.measure.head} by knob and by attribute (of sequences in "
-            "which it occurs), the first of a pair minus the second: means over n sequences, each "
-            "counting once, with 95 % intervals for new sequences like these."
+            f"Differences of {comparison.measure.head} by parameter and by attribute (of sequences "
+            f"in which it occurs), first minus second, on n sequences; 95 % intervals over "
+            f"{plural}, each on its own."
         ),
         heads=["pair", "part", "n", _difference_head(comparison), "95 %"],
         n_labels=2,
@@ -347,16 +332,10 @@ def _difference_head(comparison: Comparison) -> str:
 
 
 def _gains(comparison: Comparison) -> Table:
-    """Against what the differences of pairs rise or fall."""
-    curves = comparison.curves_of(spoken_of(comparison))
+    """Return differences of pairs against measured attributes."""
+    curves = comparison.curves_of(shown_pairs(comparison))
     name = "comparison-attribute-differences"
     return attribute_table(curves, comparison.measure, "pair", name)
-
-
-def _needed(pair: Pair) -> str:
-    if isnan(pair.needed):
-        return ""
-    return f" (~{pair.needed:.0f})" if pair.needed < 1000 else " (> 1000)"
 
 
 def _ends(interval: Interval | None) -> dict[str, float]:
@@ -365,4 +344,8 @@ def _ends(interval: Interval | None) -> dict[str, float]:
 
 
 def _listed(interval: Interval | None) -> list[float] | None:
-    return None if interval is None else list(interval)
+    return None if interval is None else [*map(float, interval)]
+
+
+def _or_none(value: float) -> float | None:
+    return value if isfinite(value) else None

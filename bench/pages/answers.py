@@ -1,6 +1,7 @@
 """Sections of a page on which tracker is better, in all and on parts of the sequences."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,13 +9,16 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.comparing import MARGINS
-from bench.comparing.comparison import Comparison, ComparisonError, compare, parts_of
+from bench.comparing.comparable_runs import ComparisonError
+from bench.comparing.comparison import Comparison, compare, means_in_part, parts_of
+from bench.comparing.stored_boxes import same_boxes
+from bench.comparing.summary_text import paragraph
 from bench.comparing.tables import files as comparison_tables
-from bench.comparing.words import paragraph
 from bench.pages.takes import Reading
 from bench.protocols import STORED_ONCE
-from bench.reporting.doubt import bounded_score
-from bench.reporting.tables import SUMMARY
+from bench.reporting.tables import SUMMARY, not_repeatable
+from bench.statistics.rules import MIN_UNITS, interval_or_none
+from bench.statistics.units import Units, units_of
 from reports.page.content import Place, Section, Sheet
 from reports.tables import MISSING, Cell, Table
 
@@ -28,46 +32,58 @@ _NO_PARTS = (
 
 
 def answers(
-    runs: pd.DataFrame, occurring: Mapping[str, set[str]], reading: Reading, command: str
+    folder: Path,
+    runs: pd.DataFrame,
+    occurring: Mapping[str, set[str]],
+    reading: Reading,
+    command: str,
 ) -> tuple[Section, list[Sheet]]:
-    """Which tracker is better, or why that can't be said; and by how much on which parts.
+    """Return which tracker is better, or why that cannot be answered; and tables of parts.
 
-    `occurring`: attributes of sequences by name. `command`: that makes it again.
+    `folder`: of the experiment. `occurring`: attributes of sequences by name. `command`: makes the
+    section again.
     """
     title, measure = "Which is better", SUMMARY[0]
     if not (runs["protocol"] == STORED_ONCE).any():
         return Section("answers", title, ["No comparison: nothing was run in one pass."]), []
     try:
-        found = compare(runs, measure, MARGINS[measure.name], attributes=occurring)
+        comparison = compare(
+            runs,
+            measure,
+            MARGINS[measure.name],
+            attributes=occurring,
+            same_boxes=same_boxes(folder, runs),
+            not_repeatable=not_repeatable(runs),
+        )
     except ComparisonError as error:
         return Section("answers", title, [f"No comparison: {error}"], command=command), []
     sheets = {}
-    for table in comparison_tables(found):
+    for table in comparison_tables(comparison):
         columns = len(table.heads) - table.n_labels
         rows = table.data.to_dict("records")
         if table.name != "comparison-sequences":
-            places = [[_told_by(row, found, reading)] * columns for row in rows]
+            places = [[_told_by(row, comparison, reading)] * columns for row in rows]
             sheets[table.name] = Sheet(table, places=places)
     differences = [sheets.pop(name) for name in list(sheets) if name == "comparison-parts"]
-    words = [paragraph(found)]
+    words = [paragraph(comparison)]
     return Section("answers", title, words, list(sheets.values()), command=command), differences
 
 
-def _told_by(row: Mapping[Any, Any], found: Comparison, reading: Reading) -> Place | None:
+def _told_by(row: Mapping[Any, Any], comparison: Comparison, reading: Reading) -> Place | None:
     """What a row of a comparison opens: of a pair the sequence on which they differ most.
 
     Of a part of the sequences one of these.
     """
     if "first" not in row:
         return reading.place(str(row["tracker"]), None, "overlap")
-    parts = parts_of(found.sequences, found.attributes) if "knob" in row else {}
+    parts = parts_of(comparison.sequences, comparison.attributes) if "knob" in row else {}
     here = parts.get((row.get("knob", ""), row.get("value", "")), True)
-    for pair in found.pairs:
+    for pair in comparison.pairs:
         if {pair.first, pair.second} == {row["first"], row["second"]}:
             position = int(np.argmax(np.where(here, np.abs(pair.differences), -1.0)))
             ahead = pair.differences[position] > 0
             behind = pair.second if ahead else pair.first
-            return reading.place(behind, found.sequences[position], "overlap")
+            return reading.place(behind, comparison.sequences[position], "overlap")
     return None
 
 
@@ -77,10 +93,11 @@ def parts(
     reading: Reading,
     differences: Sequence[Sheet],
 ) -> Section:
-    """Mean overlap on the sequences that have a knob's value, or an attribute."""
+    """Return mean overlaps on the sequences that have a parameter's value, or an attribute."""
     if "mean_overlap" not in scored or not reading.trackers:
         return Section("parts", "")  # no run finished
     sequences = [stage.name for stage in reading.stages]
+    units = units_of(sequences)
     masks = parts_of(sequences, [occurring.get(name, ()) for name in sequences])
     by = scored.groupby(["tracker", "sequence"], observed=True)["mean_overlap"]
     means = by.mean().where(by.count() == by.size())
@@ -90,8 +107,8 @@ def parts(
         here = [name for name, taken in zip(sequences, chosen, strict=True) if taken]
         cells = []
         for name in reading.trackers:
-            found = means.get(name, pd.Series(dtype=float)).reindex(here).to_numpy(float)
-            mean, low, high = _with_interval(found)
+            by_sequence = means.get(name, pd.Series(dtype=float)).reindex(sequences)
+            mean, low, high = _with_interval(units, by_sequence.to_numpy(float), chosen)
             cells.append(f"{mean:.3f}" if np.isfinite(mean) else MISSING)
             cells[-1] += f" [{low:.3f}, {high:.3f}]" if np.isfinite(low) else ""
             told = {"knob": knob, "value": value, "sequences": len(here), "tracker": name}
@@ -105,8 +122,8 @@ def parts(
     table = Table(
         "parts",
         "Mean overlap (from 0 to 1) by knob and by attribute (of sequences in which it occurs): "
-        f"means over n sequences, each counting once, of {repetitions(scored)} each. In brackets "
-        "the 95 % interval for new sequences like these, none of one sequence.",
+        f"means over n sequences of {repetitions(scored)} each. In brackets the 95 % interval "
+        f"{units.scope}, from {MIN_UNITS} {units.plural} on.",
         ["part", "n", *reading.trackers],
         1,
         [[Cell(text) for text in row] for row in rows],
@@ -126,9 +143,12 @@ def repetitions(scored: pd.DataFrame) -> str:
     return f"{times} repetition{'s' if most > 1 else ''}"
 
 
-def _with_interval(values: NDArray[np.float64]) -> tuple[float, float, float]:
-    """A mean and its interval, NaN where there is none."""
+def _with_interval(
+    units: Units, by_sequence: NDArray[np.float64], chosen: NDArray[np.bool_]
+) -> tuple[float, float, float]:
+    """Return a mean over the units of a part and its interval, NaN if there is none."""
+    values = means_in_part(units, by_sequence, chosen)
     if not len(values) or not np.isfinite(values).all():
         return np.nan, np.nan, np.nan
-    low, high = bounded_score(SUMMARY[0], values) if len(values) > 1 else (np.nan, np.nan)
+    low, high = interval_or_none(values, 1, 0.0, 1.0) or (np.nan, np.nan)
     return float(values.mean()), low, high

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from bench.pages.takes import Clip, Reading, Stage
 from bench.pages.thresholds import ERRORS, OVERLAPS
-from bench.reporting.doubt import meaning_of_intervals
 from bench.reporting.tables import SUMMARY
+from bench.statistics.rules import MIN_UNITS
 from bench.statistics.survival import kaplan_meier
+from bench.statistics.units import units_of
 from reports.page.content import Chart, Line, Place
 from reports.tables import Table
 from reports.write import file_names
@@ -207,10 +208,11 @@ def speed_chart(tables: Mapping[str, Table], reading: Reading) -> list[Chart]:
             lines.append(Line(name, position, [time], [score], [low], [high], [place]))
     (head,) = (head for head in tables["summary"].heads if "time a frame" in head)
     quantities = f"{quantity.title.capitalize()} against {head}"
-    words = (
-        f"{quantities}; bars: {meaning_of_intervals(len(reading.stages))}, none "
-        f"where nothing varied; n = {len(reading.stages)} sequences. Up and to the left is better."
-    )
+    units = units_of([stage.name for stage in reading.stages])
+    bars = f"bars: 95 % interval of the mean {units.scope}"
+    if len(units) < MIN_UNITS:
+        bars = f"no intervals: {MIN_UNITS} {units.plural} needed"
+    words = f"{quantities}; {bars}; n = {len(units)} {units.plural}. Up and to the left is better."
     chart = Chart(
         "", head, quantity.head, lines, words, "dots", logarithmic=True, figure="speed-accuracy"
     )

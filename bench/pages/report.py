@@ -19,6 +19,7 @@ from bench.pages.filming import Watch
 from bench.pages.takes import Reading, named_by, read_takes, scenes
 from bench.protocols import STORED_ONCE, TIMING
 from bench.reporting.by_preset import table_prefix
+from bench.reporting.failed_runs import with_worst_scores
 from bench.store.loading import load_results
 from bench.store.truth import occurring_attributes
 from datasets.text_form import format_text
@@ -100,13 +101,13 @@ def further_tables(experiment: Path, tables: Sequence[Table], said: Said) -> lis
 
 
 def _content(experiment: Path, tables: Sequence[Table], said: Said) -> _Content:
-    runs = load_results(experiment)
+    runs = with_worst_scores(experiment, load_results(experiment))
     scored = complete(runs[runs["protocol"] == "accuracy"])
     trackers = [str(name) for name in scored["tracker"].unique()]
     reading = read_takes(experiment, trackers)
     protocols = sorted({*map(str, runs["protocol"])} - {STORED_ONCE, TIMING}, key=len, reverse=True)
     overview = _overview(complete(runs), reading, tables, said)
-    told = {*overview.words, *_failures(tables)}
+    told = set(overview.words)
     tables = [
         replace(table, notes=[note for note in table.notes if note not in told]) for table in tables
     ]
@@ -117,7 +118,7 @@ def _content(experiment: Path, tables: Sequence[Table], said: Said) -> _Content:
     finished = scored[scored["status"] == "finished"]
     occurring = occurring_attributes(experiment, finished)
     command = said.command("compare")
-    which, differences = answers(runs, occurring, reading, command)
+    which, differences = answers(experiment, runs, occurring, reading, command)
     opened = ["Open one to see its frames."] if reading.stages else []
     made = [
         overview,
@@ -139,11 +140,6 @@ def _content(experiment: Path, tables: Sequence[Table], said: Said) -> _Content:
         if one.charts or one.sheets or one.words
     ]
     return _Content(reading, made)
-
-
-def _failures(tables: Sequence[Table]) -> list[str]:
-    """Notes that tell of failed runs, which have a table of their own up front."""
-    return [note for table in tables for note in table.notes if note.startswith("failed: ")]
 
 
 def _overview(
@@ -176,9 +172,7 @@ def _overview(
             "judged in have no curve; where one was begun again the curve has a triangle. Charts "
             "are of runs in one pass."
         )
-    failures = set(_failures(tables))
-    notes = dict.fromkeys(note for table in tables for note in table.notes)
-    words += [note for note in notes if note not in failures]
+    words += dict.fromkeys(note for table in tables for note in table.notes)
     failed = [
         (Place(position, clip.tracker, clip.repetition, clip.end), stage.name, clip.failure)
         for position, stage in enumerate(reading.stages)

@@ -5,30 +5,24 @@ target that was lost once stays lost, whatever the pictures are like then.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cache
+from dataclasses import dataclass
 from itertools import pairwise
-from math import isfinite, nan
+from math import isfinite
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import rankdata
 
-from bench.reporting.doubt import LEAST_FOR_NEW, p_value
-from bench.statistics.correlation import FEWEST, rank_correlation
+from bench.statistics.correlation import rank_correlation
 from bench.statistics.intervals import Interval
-from bench.statistics.paired import SIGNIFICANCE, holm
+from bench.statistics.rules import MIN_UNITS, corrected_level
 from reports.tables import MISSING, Cell, Measure, Table
 
 __all__ = ["Bin", "Curve", "against", "as_data", "attribute_table", "bins_of"]
 
 MOST_BINS = 5
 """However many sequences there are: more would be a line that nobody can read."""
-
-SHUFFLES = 9999
-"""Random orders that an order is held against: the smallest p is one in ten thousand."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +33,7 @@ class Bin:
     last: float
     centre: float  # its mean
     scores: NDArray[np.float64]  # of these sequences
-    interval: Interval  # 95 %, of their mean
+    interval: Interval | None  # 95 %, of their mean
 
     @property
     def mean(self) -> float:
@@ -56,8 +50,8 @@ class Bin:
 class Curve:
     """A tracker's score, or a difference of two, against an attribute; (n,) sequences that have it.
 
-    `correlation` is Spearman's, NaN where scores or attribute are all the same; `p` is that of
-    chance, and `adjusted` that after Holm's correction for all curves that were looked at together.
+    `correlation` is Spearman's, NaN where scores or attribute are all the same; `interval` is at
+    level 1 - 0.05 / m, corrected for all m curves that are looked at together.
     """
 
     label: str
@@ -66,15 +60,13 @@ class Curve:
     scores: NDArray[np.float64]
     correlation: float
     interval: Interval
-    p: float
-    adjusted: float
     bins: Sequence[Bin]  # in the order of the attribute; none where there are too few sequences
 
 
 def against(
     values: Mapping[str, ArrayLike],
     attributes: Mapping[str, ArrayLike],
-    interval: Callable[[ArrayLike], Interval],
+    interval: Callable[[ArrayLike], Interval | None],
 ) -> list[Curve]:
     """Every row of values against every attribute that two sequences have or more.
 
@@ -87,34 +79,30 @@ def against(
     interval : callable
         Gives that of the mean of some values.
     """
-    found = [
-        _curve(
-            label, name, np.asarray(scores, np.float64), np.asarray(places, np.float64), interval
-        )
+    pairs = [
+        (label, name, np.asarray(scores, np.float64), np.asarray(places, np.float64))
         for label, scores in values.items()
         for name, places in attributes.items()
         if np.isfinite(places).sum() > 1
     ]
-    tested = [place for place, curve in enumerate(found) if isfinite(curve.p)]
-    for place, level in zip(tested, holm([found[k].p for k in tested]).tolist(), strict=True):
-        found[place] = replace(found[place], adjusted=level)
-    return found
+    confidence = corrected_level(len(pairs))
+    return [_curve(*pair, interval, confidence) for pair in pairs]
 
 
 def bins_of(places: ArrayLike) -> list[NDArray[np.intp]]:
     """Numbers of sequences in bins of about as many, in the order of their values, (n,) finite.
 
-    As many bins as have five sequences each, five at most; equal values are never set apart. None
-    where there would be one alone.
+    As many bins as have `MIN_UNITS` sequences each, five at most; equal values are never set apart.
+    None where there would be one alone.
     """
     given = np.asarray(places, np.float64)
     order = np.argsort(given, kind="stable")
     ranked, n = given[order], len(given)
-    count = min(MOST_BINS, n // LEAST_FOR_NEW)
+    count = min(MOST_BINS, n // MIN_UNITS)
     cuts = [0]
     for number in range(1, count):
         cut = int(np.searchsorted(ranked, ranked[number * n // count]))
-        if min(cut - cuts[-1], n - cut) >= LEAST_FOR_NEW:
+        if min(cut - cuts[-1], n - cut) >= MIN_UNITS:
             cuts.append(cut)
     found = [order[first:last] for first, last in pairwise([*cuts, n])]
     return found if len(found) > 1 else []
@@ -137,10 +125,9 @@ def attribute_table(
                 Cell(curve.attribute),
                 Cell(str(len(curve.places))),
                 Cell(f"{curve.correlation:+.2f}" if isfinite(curve.correlation) else MISSING),
-                Cell("[{:+.2f}, {:+.2f}]".format(*curve.interval)),
                 Cell(
-                    p_value(curve.adjusted) if isfinite(curve.adjusted) else MISSING,
-                    best=curve.adjusted < SIGNIFICANCE,
+                    "[{:+.2f}, {:+.2f}]".format(*curve.interval),
+                    best=curve.interval.low > 0 or curve.interval.high < 0,
                 ),
                 *(Cell(text) for text in _ends(curve, measure, "+" if what == "pair" else "")),
             ]
@@ -150,27 +137,27 @@ def attribute_table(
     few = [curve for curve in curves if not curve.bins]
     notes = ["There is nothing to show: it takes two sequences with scores."] * (not curves)
     notes += [
-        f"p is corrected for all {len(curves)} rows (Holm), * below {SIGNIFICANCE:g}; intervals "
-        "are not.",
+        f"Intervals of correlations are corrected for all {len(curves)} rows (Bonferroni) and hold "
+        "together at 95 %; * or bold: the interval excludes 0.",
         "Lowest and highest: means over the sequences with least and most of the attribute.",
     ]
     if few:
         notes.append(
             f"Without curve: {len(few)} of {len(curves)} rows. It takes two bins of "
-            f"{LEAST_FOR_NEW} sequences with different values."
+            f"{MIN_UNITS} sequences with different values."
         )
     return Table(
         name=name,
         caption=(
             f"{measure.head} against attributes of the sequences (docs/attributes.md): rank "
-            f"correlation of {scores} and attribute over n sequences, with 95 % intervals."
+            f"correlation of {scores} and attribute over n sequences, with its interval."
         ),
-        heads=[what, "attribute", "n", "correlation", "95 %", "p", "lowest", "highest"],
+        heads=[what, "attribute", "n", "correlation", "interval", "lowest", "highest"],
         n_labels=2,
         rows=rows,
         notes=notes,
         data=pd.DataFrame(data),
-        ranks=[3, 0, 1, 0, 2, 2],
+        ranks=[2, 0, 0, 1, 1],
     )
 
 
@@ -184,15 +171,13 @@ def as_data(curves: Sequence[Curve], what: str) -> list[dict[str, Any]]:
             "scores": curve.scores.tolist(),
             "correlation": _or_none(curve.correlation),
             "interval": list(curve.interval),
-            "p": _or_none(curve.p),
-            "p_holm": _or_none(curve.adjusted),
             "bins": [
                 {
                     "from": one.first,
                     "to": one.last,
                     "sequences": len(one.scores),
                     "mean": one.mean,
-                    "interval": list(one.interval),
+                    "interval": one.interval and list(one.interval),
                 }
                 for one in curve.bins
             ],
@@ -206,12 +191,12 @@ def _curve(
     name: str,
     scores: NDArray[np.float64],
     places: NDArray[np.float64],
-    interval: Callable[[ArrayLike], Interval],
+    interval: Callable[[ArrayLike], Interval | None],
+    confidence: float,
 ) -> Curve:
     known = np.isfinite(scores) & np.isfinite(places)
     scores, places = scores[known], places[known]
-    correlation, around = rank_correlation(places, scores)
-    p = _p(places, scores) if isfinite(correlation) and len(places) >= FEWEST else nan
+    correlation, around = rank_correlation(places, scores, confidence)
     bins = [
         Bin(
             float(places[chosen].min()),
@@ -222,22 +207,7 @@ def _curve(
         )
         for chosen in bins_of(places)
     ]
-    return Curve(label, name, places, scores, correlation, around, p, nan, bins)
-
-
-def _p(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-    """Two-sided p that two orders agree so well by chance: by random orders, the same each time."""
-    ranks, others = (rankdata(values) - (len(values) + 1) / 2 for values in (first, second))
-    seen = abs(float(ranks @ others))
-    drawn = np.abs(ranks[_orders(len(ranks))] @ others)
-    return (1 + int((drawn >= seen - 1e-9).sum())) / (SHUFFLES + 1)
-
-
-@cache
-def _orders(n: int) -> NDArray[np.intp]:
-    """Random orders of n things, shape (SHUFFLES, n)."""
-    generator = np.random.default_rng(n)
-    return generator.permuted(np.tile(np.arange(n), (SHUFFLES, 1)), axis=1)
+    return Curve(label, name, places, scores, correlation, around, bins)
 
 
 def _rows(curve: Curve, what: str) -> list[dict[str, Any]]:
@@ -248,8 +218,6 @@ def _rows(curve: Curve, what: str) -> list[dict[str, Any]]:
         "correlation": curve.correlation,
         "low": curve.interval.low,
         "high": curve.interval.high,
-        "p": curve.p,
-        "p_holm": curve.adjusted,
     }
     bins: list[dict[str, Any]] = [
         {
@@ -258,8 +226,8 @@ def _rows(curve: Curve, what: str) -> list[dict[str, Any]]:
             "bin_to": one.last,
             "bin_sequences": len(one.scores),
             "bin_mean": one.mean,
-            "bin_low": one.interval.low,
-            "bin_high": one.interval.high,
+            "bin_low": one.interval and one.interval.low,
+            "bin_high": one.interval and one.interval.high,
         }
         for number, one in enumerate(curve.bins, 1)
     ]

@@ -13,12 +13,14 @@ from bench.metrics import preset as metrics_preset
 from bench.metrics.preset import heading
 from bench.reporting.against import Curve, against, attribute_table
 from bench.reporting.by_preset import runs_by
-from bench.reporting.doubt import bounded_score
+from bench.reporting.failed_runs import with_worst_scores
 from bench.reporting.opening import opened
 from bench.reporting.tables import PRESET, SUMMARY
+from bench.reporting.uncertainty import bounded_score
 from bench.store.files import ResultsError
 from bench.store.loading import load_results
 from datasets import attributes
+from reports.notes import counted
 from reports.tables import Measure, Table, complete
 
 __all__ = [
@@ -55,10 +57,10 @@ def by_attribute(folder: str | Path, metrics: str = PRESET) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        A row for every tracker, attribute and bin, of trackers that finished all runs: `tracker`,
-        `attribute`, `sequences`, rank `correlation` and its interval (`low`, `high`), its `p` and
-        after Holm's correction `p_holm`; of the bin `bin_from` and `bin_to` in the unit of the
-        attribute, `bin_sequences`, `bin_mean` of the scores and its interval.
+        A row for every tracker, attribute and bin, of trackers whose runs all have a score:
+        `tracker`, `attribute`, `sequences`, rank `correlation` and its interval (`low`, `high`),
+        corrected for all curves; of the bin `bin_from` and `bin_to` in the unit of the attribute,
+        `bin_sequences`, `bin_mean` of the scores and its interval. Failed runs count as worst.
 
     Raises
     ------
@@ -76,17 +78,20 @@ def _refuse(sentence: str) -> None:
 
 
 def scored_runs(folder: Path, metrics: str) -> tuple[Measure, pd.DataFrame]:
-    """The first score of a preset, and an experiment's runs with it."""
+    """Return the first score of a preset, and an experiment's runs with it.
+
+    Failed runs have the worst score.
+    """
     runs = load_results(folder)
     runs = runs[runs["protocol"] == "accuracy"]
     if metrics == PRESET:
-        return SUMMARY[0], runs
+        return SUMMARY[0], with_worst_scores(folder, runs)
     name, column = next(
         (k, one) for k, one in metrics_preset(metrics).columns.items() if one.better
     )
     title = f"{heading(name)} ({metrics})"
     measure = Measure(name, title, direction=column.better, decimals=3)
-    return measure, runs_by(folder, metrics, runs)
+    return measure, with_worst_scores(folder, runs_by(folder, metrics, runs), [metrics])
 
 
 def attributes_of(
@@ -137,13 +142,13 @@ def _shifted(progress: Progress, before: int, total: int, done: int, _: int) -> 
 
 
 def means_by_sequence(runs: pd.DataFrame, measure: Measure) -> dict[str, NDArray[np.float64]]:
-    """Mean scores, (n,) in the order of the sequences, of trackers that finished all runs."""
+    """Return mean scores, (n,) in the order of the sequences, of trackers with all scores."""
     runs = complete(runs).astype(dict.fromkeys(["tracker", "sequence", "status"], str))
     names = _names(runs)
     return {
         str(tracker): of.groupby("sequence")[measure.name].mean().reindex(names).to_numpy()
         for tracker, of in runs.groupby("tracker", sort=False)
-        if (of["status"] == "finished").all()
+        if counted(of, measure.name).all()
     }
 
 
@@ -173,7 +178,7 @@ def attribute_report(experiment: Path, presets: Collection[str], measured: Measu
         name = "attributes" if preset == PRESET else f"attributes-{preset}"
         table = attribute_table(curves, measure, "tracker", name)
         for tracker in sorted(set(runs["tracker"].astype(str)) - set(means)):
-            table.notes.append(f"{tracker} is not shown: not all of its runs are finished.")
+            table.notes.append(f"{tracker} is not shown: not all of its runs have a score.")
         made.append(Shown(table, measure, curves))
     return made
 
@@ -189,7 +194,9 @@ def write_plot(
         return []
     panels: dict[str, list[Against]] = {}
     for curve in curves:
-        points = np.array([(one.centre, one.mean, *one.interval) for one in curve.bins])
+        points = np.array(
+            [(one.centre, one.mean, *(one.interval or (np.nan, np.nan))) for one in curve.bins]
+        )
         centres, *scores = points.reshape(-1, 4).T
         dots, means, low, high = (part * measure.scale for part in (curve.scores, *scores))
         drawn = Against(curve.label, curve.places, dots, centres, means, low, high)

@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from math import isfinite, nan
+from math import inf, isfinite, nan
 from pathlib import Path
 from typing import Any
 
@@ -18,18 +18,22 @@ from numpy.typing import NDArray
 
 from bench.evaluation.scoring import can_judge, judge
 from bench.metrics import preset as metrics_preset
-from bench.metrics.preset import Judged, Preset, heading
+from bench.metrics.preset import Column, Judged, Preset, heading, mean_of_sequences
 from bench.protocols import STORED_ONCE, TIMING, ProtocolError, protocol
 from bench.protocols import title as title_of_protocol
-from bench.reporting.tables import PRESET, SUMMARY, tables, title_of
+from bench.reporting.failed_runs import failed_runs, judge_failed
+from bench.reporting.tables import PRESET, SUMMARY, mean_table, tables, title_of
+from bench.statistics.rules import MARGIN
 from bench.store.files import ResultsError
 from bench.store.layout import Cell, run_path
 from bench.store.loading import load_results
 from bench.store.results import Results
 from bench.store.truth import read_truth
 from reports.fitting import on_terminal
+from reports.notes import counted
 from reports.renderers import to_text
-from reports.tables import Measure, Table, complete, sequence_table
+from reports.tables import MISSING, Measure, Table, complete, sequence_table
+from reports.tables import Cell as TableCell
 
 __all__ = [
     "Scored",
@@ -47,6 +51,9 @@ __all__ = [
 
 TOGETHER = "all sequences"
 """What stands for the sequences in rows of what a preset makes of them together."""
+
+MEANS = "mean of sequences"
+"""The same in rows of means over units, of presets that weight sequences otherwise."""
 
 LATE = Measure("late_share", "late answers", "%", None, 1, scale=100, rank=-1)
 """Frames after the first for which an answer to an earlier one stood, in real time."""
@@ -183,17 +190,22 @@ def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dic
 def _judged(
     folder: Path, names: Sequence[str], runs: pd.DataFrame
 ) -> dict[str, dict[int, Judged | str]]:
-    """What presets make of each finished run, by its place in the frame; or why they can't."""
+    """What presets make of finished and failed runs, by place in the frame; or why they can't.
+
+    Failed runs have the worst scores; those of trackers whose every run failed are left out.
+    """
     results, truth = Results(folder), cache(partial(read_truth, folder))
     judged: dict[str, dict[int, Judged | str]] = {name: {} for name in names}
-    finished = runs[runs["status"] == "finished"]
-    for number, row in zip(finished.index.tolist(), finished.to_dict("records"), strict=True):
+    left_out = runs["tracker"].isin(failed_runs(runs).left_out)
+    ended = runs[runs["status"].isin(["finished", "failed"]) & ~left_out]
+    for number, row in zip(ended.index.tolist(), ended.to_dict("records"), strict=True):
         path = run_path(row["tracker"], row["sequence"], int(row["repetition"]), row["protocol"])
         run = results.read(folder / path)
         for name in names:
+            judges = judge_failed if run.failure else judge
             try:
-                found: Judged | str = judge(run, truth(row["sequence"], row["fingerprint"]), name)
-                if run.answered is not None and isinstance(found, Judged):
+                found: Judged | str = judges(run, truth(row["sequence"], row["fingerprint"]), name)
+                if run.answered is not None and not run.failure and isinstance(found, Judged):
                     found = replace(found, scores={**found.scores, LATE.name: _late(run.answered)})
             except ValueError as error:  # the preset says why it can't judge such a run
                 found = str(error)
@@ -278,41 +290,89 @@ def _scored(
     late = [LATE.name] if any(LATE.name in one for one in scores.values()) else []
     columns = [*preset.columns, *late]
     shown = shown.join(pd.DataFrame.from_dict(scores, "index", columns=columns))
-    pieces = []
-    curves: dict[str, dict[str, NDArray[Any]]] = {curve: {} for curve in preset.curves}
-    for tracker, of in shown.groupby("tracker", sort=False):
-        if (of["status"] != "finished").any():
-            lacking = of["status"].where(of["status"] == "finished", "lacking")
-            pieces.append(of[["tracker", "repetition"]].assign(status=lacking))
-            continue
-        together = _together(preset, of, judged)
-        told: dict[str, Any] = {**together.scores, "tracker": tracker, "status": "finished"}
-        for column in late:  # each sequence counts once
-            told[column] = of.groupby("sequence")[column].mean().mean()
-        pieces.append(pd.DataFrame([told]))
-        for curve, points in together.curves.items():
-            curves[curve][str(tracker)] = points
-    if len(shown["sequence"].unique()) > 1:
-        shown = pd.concat([pd.concat(pieces).assign(sequence=TOGETHER), shown], ignore_index=True)
-    measures = [
-        Measure(key, heading(key), "", column.better, 3 if column.better else 0)
-        for key, column in preset.columns.items()
-    ]
+    measures = [_measure(key, column) for key, column in preset.columns.items()]
     measures = [*(SUMMARY if name == PRESET else measures), *([LATE] if late else [])]
-    table = sequence_table(shown, measures, title, name)
-    whole = table.data["sequence"] == TOGETHER  # a row that all runs made
-    of_tracker = table.data["tracker"].map(runs["tracker"].value_counts())
-    table.data["runs"] = table.data["runs"].mask(whole, of_tracker)
-    why = dict.fromkeys(f"{NOT_SCORED}: {judged[row]}" for row in refused)
-    notes = [*table.notes, *list(why)[:_MOST_NOTES]]
+    table = replace(sequence_table(shown, measures, title, name), name=f"metrics-{name}")
+    together = {
+        str(tracker): _together(preset, of, judged)
+        for tracker, of in shown.groupby("tracker", sort=False)
+        if counted(of, measures[0].name).all()
+    }
+    if len(shown["sequence"].unique()) > 1:
+        table = _with_means(table, name, shown, measures, together)
+    curves = {
+        curve: {name: one.curves[curve] for name, one in together.items() if curve in one.curves}
+        for curve in preset.curves
+    }
+    why = list(dict.fromkeys(f"{NOT_SCORED}: {judged[row]}" for row in refused))[:_MOST_NOTES]
     if why and not scores:  # rows of dashes would say no more
-        table = replace(table, rows=[], caption=f"{title}; metrics preset {name}: nothing scored.")
-        notes = list(why)[:_MOST_NOTES]
-    return Scored(name, title, replace(table, name=f"metrics-{name}", notes=notes), curves)
+        caption = f"{title}; metrics preset {name}: nothing scored."
+        return Scored(name, title, replace(table, rows=[], caption=caption, notes=why), curves)
+    return Scored(name, title, replace(table, notes=[*table.notes, *why]), curves)
+
+
+def _measure(name: str, column: Column) -> Measure:
+    """Return a preset's score as a column: those of which more is better are shares."""
+    share = column.better == "higher"
+    return Measure(
+        name,
+        heading(name),
+        direction=column.better,
+        decimals=3 if column.better else 0,
+        least=0.0,
+        most=1.0 if share else inf,
+        margin=MARGIN if share else 0.0,
+    )
+
+
+def _with_means(
+    table: Table,
+    preset_name: str,
+    shown: pd.DataFrame,
+    measures: Sequence[Measure],
+    together: Mapping[str, Judged],
+) -> Table:
+    """Return the table with rows over all sequences before those of each.
+
+    If the preset does not average sequences with equal weight, its own figures come first, without
+    intervals, and the means over units follow.
+    """
+    preset = metrics_preset(preset_name)
+    whole = {name: nan for name, column in preset.columns.items() if column.whole}
+    means = mean_table(shown.assign(**whole), measures, "", preset_name)
+    label = TOGETHER
+    words, _, meaning = means.caption.removeprefix(": ").partition(
+        f"; metrics preset {preset_name}"
+    )
+    rows, data = list[list[TableCell]](), list[pd.DataFrame]()
+    if preset.combine is not mean_of_sequences:
+        label, words = MEANS, f"{words}; {TOGETHER}: as the preset weights them, without interval"
+        frame = pd.DataFrame(
+            {"tracker": tracker, "sequence": TOGETHER, "repetition": 0, **one.scores}
+            for tracker, one in together.items()
+        ).assign(status="finished", failure="")
+        if len(frame):
+            own = sequence_table(frame, measures, "", preset_name)
+            rows += [[*row[:2], *map(_without_interval, row[2:])] for row in own.rows]
+            counts = own.data["tracker"].map(shown["tracker"].value_counts())
+            data.append(own.data.assign(runs=counts))
+    rows += [[TableCell(label), *row] for row in means.rows]
+    data.append(means.data.assign(sequence=label))
+    return replace(
+        table,
+        caption=f"{table.caption} {label.capitalize()}: {words}{meaning}",
+        rows=rows + table.rows,
+        data=pd.concat([*data, table.data], ignore_index=True)[list(table.data)],
+    )
+
+
+def _without_interval(cell: TableCell) -> TableCell:
+    """Return a figure of all sequences together, which has no interval."""
+    return cell if cell.text == MISSING else replace(cell, text=f"{cell.text} –")
 
 
 def _together(preset: Preset, of: pd.DataFrame, judged: Mapping[int, Judged | str]) -> Judged:
-    """What a preset makes of all finished runs of a tracker."""
+    """Return what a preset makes of all runs of a tracker."""
     runs = [
         [one for row in rows.index if isinstance(one := judged[row], Judged)]
         for _, rows in of.groupby("sequence", sort=False)

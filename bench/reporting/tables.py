@@ -1,6 +1,6 @@
 """Tables of stored results; nothing but their folder is read."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +8,9 @@ import numpy as np
 import pandas as pd
 
 from bench.reporting import MARGINS
-from bench.reporting.doubt import LEAST_FOR_NEW, meaning_of_intervals, over_seeds, over_sequences
+from bench.reporting.failed_runs import with_worst_scores
+from bench.reporting.uncertainty import meaning_of_intervals, uncertainty_of
+from bench.statistics.units import units_of
 from bench.store.layout import Cell
 from bench.store.loading import as_revised, load_results
 from bench.store.results import Results
@@ -20,6 +22,7 @@ __all__ = [
     "PRESET",
     "SUMMARY",
     "TIMES",
+    "mean_table",
     "own_times",
     "tables",
     "timing_runs",
@@ -61,10 +64,6 @@ MASKS = (
 TIME = Measure("milliseconds", "time a frame", "ms", None, 3, least=0.0)
 """CPU of timing runs, warm; with `~` of the accuracy runs, beside whatever else was running."""
 
-MARKED = "what is marked (* or bold) can't be told from the best, or is practically equal to it"
-
-UNSURE = "the best mean is marked (* or bold): nothing was repeated that could say how sure it is"
-
 SEGMENTATION = (
     Measure("mean_region_similarity", "J, mean", direction="higher", decimals=3),
     Measure("region_recall", "J, recall", "%", "higher", 1, scale=100),
@@ -104,7 +103,8 @@ def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "")
     """
     runs = load_results(folder, cells)
     title = title or title_of(folder)
-    scored, timed = runs[runs["protocol"] == "accuracy"], timing_runs(runs)
+    scored = with_worst_scores(folder, runs[runs["protocol"] == "accuracy"])
+    timed = timing_runs(runs)
     ever = timed if cells is None else timing_runs(load_results(folder))
     revised = as_revised(scored)
     if revised is None:
@@ -122,6 +122,9 @@ def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "")
             PRESET,
         )
         made.append(replace(table, name="segmentation"))
+    if unrepeatable := not_repeatable(runs):
+        notes = list(unrepeatable.values())
+        made = [replace(table, notes=[*table.notes, *notes]) for table in made]
     if len(timed):
         table = sequence_table(
             timed,
@@ -133,25 +136,59 @@ def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "")
     return made
 
 
+def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
+    """Return trackers whose timing run has other scores than the run of that seed, and a note.
+
+    `runs`: as `load_results` gives them. Equal boxes have equal scores, which the index holds.
+    """
+    key, scores = ["tracker", "sequence", "repetition"], ["mean_overlap", "centre_error"]
+    finished = runs[runs["status"] == "finished"].reindex(columns=["protocol", *key, *scores])
+    first, second = (
+        finished[finished["protocol"] == name].astype(dict.fromkeys(key[:2], str)).set_index(key)
+        for name in ("accuracy", "timing")
+    )
+    both = first.index.intersection(second.index)
+    before, again = (of.loc[both, scores].to_numpy(np.float64) for of in (first, second))
+    differs = ~np.isclose(before, again, rtol=0, atol=1e-9, equal_nan=True).all(axis=1)
+    cells = {tracker: (sequence, seed) for tracker, sequence, seed in both[differs][::-1]}
+    return {
+        tracker: f"{tracker} is not repeatable: seed {seed} gave other boxes on {sequence} in a "
+        "timing run"
+        for tracker, (sequence, seed) in cells.items()
+    }
+
+
 def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[Table]:
+    """Make the summary, if there are several sequences, and the table of every sequence.
+
+    `scored`: runs with scores, failed ones with the worst; `timed`: timing runs.
+    """
     made = []
     masks = MASKS if _segmenting(scored) else ()
-    sequences = len(scored["sequence"].unique())
-    if sequences > 1:
-        scored, time = _with_times(scored, timed)
-        doubts = over_sequences if sequences >= LEAST_FOR_NEW else over_seeds
-        repeated = scored.groupby(["tracker", "sequence"], observed=True).size().max() > 1
-        marked = MARKED if repeated or sequences >= LEAST_FOR_NEW else UNSURE
-        meaning = f"{meaning_of_intervals(sequences)}; {marked}"
-        table = summary_table(scored, (*SUMMARY, *masks, time), title, PRESET, doubts, meaning)
-        made.append(table)
+    if len(scored["sequence"].unique()) > 1:
+        timed_runs, time = _with_times(scored, timed)
+        made.append(mean_table(timed_runs, (*SUMMARY, *masks, time), title, PRESET))
     if len(scored):
         made.append(sequence_table(scored, PER_SEQUENCE + masks, title, PRESET))
     return made
 
 
+def mean_table(scored: pd.DataFrame, measures: Sequence[Measure], title: str, preset: str) -> Table:
+    """Make a table of means over units with their intervals and marks; see `summary_table`."""
+    sequences = [str(name) for name in scored["sequence"].unique()]
+    units = units_of(sequences)
+    unit_of = {
+        sequences[i]: name for name, of in zip(units.labels, units.members, strict=True) for i in of
+    }
+    runs = scored.assign(unit=scored["sequence"].astype(str).map(unit_of))
+    return summary_table(runs, measures, title, preset, uncertainty_of, meaning_of_intervals(units))
+
+
 def _with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame, Measure]:
-    """Runs with milliseconds a frame: of timing runs where all have them, else their own."""
+    """Add milliseconds per frame: of timing runs if all runs have them, else the runs' own.
+
+    A failed run has none of its own and gets the mean of its tracker.
+    """
     pairs = ["tracker", "sequence"]
     whole = timed[timed["status"] == "finished"]
     if clock := timed_by(whole):
@@ -160,9 +197,10 @@ def _with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame
         times = np.array([medians.get(name, np.nan) for name in names])
         if np.isfinite(times).all():
             return scored.assign(milliseconds=1e3 * times), TIME
-    return scored.assign(milliseconds=1e3 * own_times(scored)), replace(
-        TIME, title=f"~{TIME.title}"
-    )
+    own = 1e3 * own_times(scored).where(scored["status"] != "failed")
+    means = own.groupby(scored["tracker"], observed=True).transform("mean")
+    own = own.where(scored["status"] != "failed", means)
+    return scored.assign(milliseconds=own), replace(TIME, title=f"~{TIME.title}")
 
 
 def own_times(scored: pd.DataFrame) -> pd.Series:

@@ -4,6 +4,7 @@ from math import atanh, sqrt, tanh
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import ndtri
 from scipy.stats import rankdata
 
 from bench.statistics.intervals import Interval
@@ -14,8 +15,10 @@ FEWEST = 4
 """Pairs with which an interval says anything."""
 
 
-def rank_correlation(first: ArrayLike, second: ArrayLike) -> tuple[float, Interval]:
-    """Spearman's correlation of n pairs, and its 95 % interval by Fisher's z.
+def rank_correlation(
+    first: ArrayLike, second: ArrayLike, confidence: float = 0.95
+) -> tuple[float, Interval]:
+    """Return Spearman's correlation of n pairs, and its interval by Fisher's z.
 
     The variance of z is Bonett and Wright's, (1 + r²/2) / (n - 3). A perfect agreement of few pairs
     is no certainty: r counts for the interval as half of the smallest step away from ±1. With
@@ -25,6 +28,8 @@ def rank_correlation(first: ArrayLike, second: ArrayLike) -> tuple[float, Interv
     ----------
     first, second : array of float, shape (n,)
         Pairs; infinities are the last of an order.
+    confidence : float
+        Nominal coverage of the interval in (0, 1).
     """
     a, b = rankdata(first), rankdata(second)
     n = len(a)
@@ -35,5 +40,5 @@ def rank_correlation(first: ArrayLike, second: ArrayLike) -> tuple[float, Interv
         return r, Interval(-1.0, 1.0)
     most = 1 - 6 / (n * (n * n - 1))
     held = min(max(r, -most), most)
-    half = 1.96 * sqrt((1 + held * held / 2) / (n - 3))
+    half = float(ndtri((1 + confidence) / 2)) * sqrt((1 + held * held / 2) / (n - 3))
     return r, Interval(tanh(atanh(held) - half), tanh(atanh(held) + half))

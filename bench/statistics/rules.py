@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bench.statistics.intervals import Interval, mean_interval
+from bench.statistics.intervals import Interval, interval_ends, mean_interval
 
 __all__ = [
     "CLAIM_MARGIN",
@@ -31,6 +31,7 @@ __all__ = [
     "decide",
     "interval_or_none",
     "p_value",
+    "star_marks",
     "units_needed",
 ]
 
@@ -219,3 +220,35 @@ def about(needed: float) -> str:
     if isnan(needed) or needed > MAX_UNITS_ADVISED:
         return f"more than {MAX_UNITS_ADVISED}"
     return f"about {round(needed, 1 - floor(log10(needed))):.0f}"
+
+
+def star_marks(
+    values: ArrayLike, margin: float = MARGIN, *, higher: bool = True, limit: float = inf
+) -> list[bool]:
+    """Return which trackers the star marks: those that `decide`, over all pairs, never calls worse.
+
+    Parameters
+    ----------
+    values : array of float, shape (trackers, units)
+        Finite values. Fewer than two trackers or `MIN_UNITS` units give no marks.
+    margin : float
+        Differences up to this are irrelevant, in the unit of the values.
+    higher : bool
+        Whether higher values are better.
+    limit : float
+        Largest absolute value that a difference can take.
+    """
+    scores = np.atleast_2d(np.asarray(values, np.float64)) * (1 if higher else -1)
+    trackers, n = scores.shape
+    if trackers < 2 or n < MIN_UNITS:
+        return [False] * trackers
+    first, second = np.triu_indices(trackers, 1)
+    comparisons = len(first)
+    ends = interval_ends(scores[first] - scores[second], corrected_level(comparisons))
+    low, high = (np.clip(end, -limit, limit) for end in ends)
+    differs = ((low > 0) | (high < 0)) & ((low < -margin) | (high > margin))
+    if comparisons * 2.0 ** (1 - n) > 1 - CONFIDENCE:
+        differs &= low < high
+    marks = np.ones(trackers, bool)
+    marks[np.where(low > 0, second, first)[differs]] = False
+    return marks.tolist()

@@ -1,17 +1,15 @@
-"""Time to failure: how long trackers keep a target, and whether two differ in that.
+"""Time to failure: how long trackers keep a target.
 
 A run that was never lost is *censored* at its end: it would have gone on for at least as long.
 """
 
 import warnings
-from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import chdtrc
 
-__all__ = ["Survival", "kaplan_meier", "log_rank"]
+__all__ = ["Survival", "kaplan_meier"]
 
 
 class Survival(NamedTuple):
@@ -47,48 +45,3 @@ def kaplan_meier(times: ArrayLike, lost: ArrayLike) -> Survival:
     return Survival(
         estimate.quantiles, estimate.probabilities, band.low.probabilities, band.high.probabilities
     )
-
-
-def log_rank(
-    strata: Iterable[tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike]],
-) -> tuple[float, float]:
-    """Log-rank test of two trackers' times to failure, stratified by sequence.
-
-    Within each sequence the losses of the first tracker are set against how many it would have
-    if both were lost alike; these differences add up over the sequences (Mantel and Haenszel).
-
-    Parameters
-    ----------
-    strata : iterable of (times, lost, times, lost)
-        Of the first and the second tracker's runs on a sequence; see `kaplan_meier`.
-
-    Returns
-    -------
-    excess : float
-        Losses of the first tracker beyond the expected ones, over all sequences.
-    p : float
-        Of a chi-square with one degree of freedom; 1 where nothing was lost.
-    """
-    excess = variance = 0.0
-    for first, first_lost, second, second_lost in strata:
-        ends, failed = np.concatenate([first, second]), np.concatenate([first_lost, second_lost])
-        moments = np.unique(ends[failed.astype(bool)])
-        ours = _counts(first, first_lost, moments)
-        everybody = ours + _counts(second, second_lost, moments)
-        at_risk, losses = everybody
-        share = ours[0] / at_risk
-        excess += float((ours[1] - losses * share).sum())
-        spread = losses * share * (1 - share) * (at_risk - losses)
-        variance += float((spread / np.maximum(at_risk - 1, 1)).sum())
-    if variance <= 0:
-        return excess, 1.0
-    return excess, float(chdtrc(1, excess**2 / variance))
-
-
-def _counts(times: ArrayLike, lost: ArrayLike, moments: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How many are at risk, and how many are lost, at each of k moments: (2, k)."""
-    ends, failed = np.sort(np.asarray(times, np.float64)), np.asarray(lost, bool)
-    gone = np.sort(np.asarray(times, np.float64)[failed])
-    at_risk = len(ends) - np.searchsorted(ends, moments, "left")
-    losses = np.searchsorted(gone, moments, "right") - np.searchsorted(gone, moments, "left")
-    return np.array([at_risk, losses], np.float64)

@@ -12,7 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reports.renderers import to_csv, to_latex, to_markdown, to_text
-from reports.tables import Measure, Table, complete, sequence_table, summary_table
+from reports.tables import (
+    Measure,
+    Table,
+    Uncertainty,
+    complete,
+    sequence_table,
+    summary_table,
+)
 from reports.write import report_page
 
 OVERLAP = Measure("overlap", "overlap", direction="higher", decimals=3)
@@ -37,8 +44,14 @@ def texts(table):
     return [[cell.text for cell in row] for row in table.rows]
 
 
+def mark_best(values, measure):
+    """Mark the best mean; no intervals."""
+    means = values.mean(axis=1) * (1 if measure.direction == "higher" else -1)
+    return Uncertainty([None] * len(means), [len(means) > 1 and m == means.max() for m in means])
+
+
 def summary(rows, measures=(OVERLAP,), title="T"):
-    return summary_table(runs(*rows), measures, title, "native")
+    return summary_table(runs(*rows), measures, title, "native", mark_best)
 
 
 def sequences(rows, measures=(OVERLAP,)):
@@ -65,11 +78,38 @@ def test_runs_that_are_not_there_or_of_another_version_are_in_no_mean(status):
     assert table.notes[0].startswith(f"{status}: a, 1 ")
 
 
-def test_a_failed_run_makes_the_mean_missing_and_is_listed_with_its_reason():
+def test_failed_runs_without_a_score_make_the_mean_missing():
     failed = ("a", "s", 1, "failed", np.nan, np.nan)
     table = summary([done("a", "s", 0, 0.2), failed, done("b", "s", 0, 0.5)])
     assert texts(table) == [["a", "— (1 of 2 failed)"], ["b", "0.500"]]
-    assert table.notes == ["failed: a on s, repetition 1: frame 3: ValueError: why"]
+    assert table.notes == ["a: 1 of 2 runs failed: sequence s, ValueError: why"]
+
+
+def test_failed_runs_with_a_score_count():
+    failed = ("a", "s", 1, "failed", 0.0, 9.0)
+    table = sequences([done("a", "s", 0, 0.2), failed])
+    assert table.rows[0][2].text.startswith("0.100")
+    assert table.notes == [
+        "a: 1 of 2 runs failed (counted as the worst score): sequence s, ValueError: why"
+    ]
+
+
+def test_summary_averages_over_units_and_shows_their_intervals():
+    rows = [
+        done("a", name, 0, overlap) for name, overlap in zip("stu", (0.2, 0.4, 0.9), strict=True)
+    ]
+    frame = runs(*rows).assign(unit=["x", "x", "y"])
+    seen = []
+
+    def interval(values, measure):
+        seen.append(values.tolist())
+        return Uncertainty([(0.25, 0.95)], [False])
+
+    table = summary_table(frame, (OVERLAP,), "T", "native", interval, "Meaning.")
+    assert seen == [[[pytest.approx(0.3), 0.9]]]
+    assert texts(table) == [["a", "0.600 [0.250, 0.950]"]]
+    assert table.data[["low", "high"]].to_numpy().tolist() == [[0.25, 0.95]]
+    assert table.caption.endswith("in 2 units, each counting once; metrics preset native. Meaning.")
 
 
 def test_a_tracker_that_lacks_a_sequence_has_no_mean_and_no_row_of_it():
@@ -103,27 +143,9 @@ def test_complete_adds_what_lacks_and_nothing_else():
     }
 
 
-def test_best_follows_the_direction_ties_are_all_best_and_a_single_tracker_is_not():
-    rows = [done("a", "s", 0, 0.9, 5.0), done("b", "s", 0, 0.9, 2.0), done("c", "s", 0, 0.1, 9.0)]
-    best = [[cell.best for cell in row[1:]] for row in summary(rows, [OVERLAP, ERROR]).rows]
-    assert best == [[True, False], [True, True], [False, False]]
-    assert not summary(rows[:1]).rows[0][1].best
-
-
-def test_means_that_differ_by_rounding_alone_are_ties():
-    rows = [done("a", "s", i, v) for i, v in enumerate([0.1, 0.2, 0.3])]
-    rows += [done("b", "s", i, v) for i, v in enumerate([0.3, 0.2, 0.1])]
-    rows += [done("c", "s", i, 0.2 - 1e-6) for i in range(3)]
-    table = summary(rows)
-    assert len(set(table.data["mean"])) == 3
-    assert [row[1].best for row in table.rows] == [True, True, False]
-
-
-def test_best_is_chosen_within_each_sequence():
-    shares = {("a", "s"): 0.9, ("b", "s"): 0.8, ("a", "t"): 0.1, ("b", "t"): 0.2}
-    table = sequences([done(*pair, 0, share) for pair, share in shares.items()])
-    best = [(row[0].text, row[1].text) for row in table.rows if row[2].best]
-    assert best == [("s", "a"), ("t", "b")]
+def test_a_table_of_sequences_marks_nothing():
+    table = sequences([done("a", "s", 0, 0.9), done("b", "s", 0, 0.8)])
+    assert not any(cell.best for row in table.rows for cell in row)
 
 
 def test_counts_are_out_of_what_there_is_and_a_scale_changes_only_what_is_shown():
@@ -151,7 +173,7 @@ def test_text_is_aligned_and_marks_the_best(table):
         "static                            0.250                12.0",
         "camshift:hue_bins=16              0.750*                3.2*",
         "odd|_*&%$#{}~^\\<      — (1 of 1 failed)   — (1 of 1 failed)",
-        "failed: odd|_*&%$#{}~^\\< on s, repetition 0: frame 3: ValueError: why",
+        "odd|_*&%$#{}~^\\<: 1 of 1 runs failed (left out): sequence s, ValueError: why",
     ]
 
 

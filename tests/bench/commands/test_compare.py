@@ -7,20 +7,87 @@ import pytest
 SCENES = "plain/target:length=12,plain/target:length=12:scene=1"
 
 
-def test_it_runs_what_lacks_answers_and_writes_the_paper(trackmark, here):
-    said = trackmark("compare", "static", "camshift", "--sequences", SCENES, "--folder", "paper")
-    assert "2 sequences with 1 repetition each" in said.stdout
-    assert "cannot tell" in said.stdout
-    assert max(map(len, said.stdout.splitlines())) <= 100
+SIX_SCENES = ",".join(f"plain/target:length=12:scene={scene}" for scene in range(6))
+
+
+def test_compare_runs_missing_runs_and_writes_files(trackmark, here):
+    names = ("static", "camshift", "knob.py:Knob")
+    printed = trackmark("compare", *names, "--sequences", SIX_SCENES, "--folder", "paper").stdout
+    assert "6 scenes, 1 run each; the 3 intervals hold together at 95 %" in printed
+    assert max(map(len, printed.splitlines())) <= 100
     assert (here / "paper" / "comparison.tex").is_file()
     assert (here / "paper" / "differences.png").is_file()
     assert "camshift" in (here / "paper" / "paragraph.txt").read_text()
+    assert not (here / "paper" / "ranks.png").exists()
     (results,) = (here / "results").iterdir()
-    again = trackmark("compare", "--results", results, "--json")
-    told = json.loads(again.stdout)
-    assert [row["tracker"] for row in told["trackers"]] == ["static", "camshift"]
-    assert told["pairs"][0]["answer"] == "cannot tell"
-    assert told["parts"] == []
+    data = json.loads(trackmark("compare", "--results", results, "--json").stdout)
+    assert [row["tracker"] for row in data["trackers"]] == ["static", "camshift", "knob.py:Knob"]
+    assert (data["unit"], data["comparisons"], data["parts"]) == ("scene", 3, [])
+    for options in (("camshift", "--against", "static"), ("static", "camshift")):
+        two = trackmark("compare", "--results", results, *options, "--json").stdout
+        (pair,) = json.loads(two)["pairs"]
+        assert (pair["first"], pair["second"]) == ("static", "camshift")
+
+
+def test_pair_is_the_same_without_a_tracker_that_is_not_named(trackmark, here):
+    where = ("--sequences", SIX_SCENES, "--name", "stored")
+    pair = ("compare", "static", "camshift", "--json")
+    alone = trackmark(*pair, *where).stdout
+    trackmark("run", "--trackers", "knob.py:Knob", *where, "--seeds", 2)
+    stored = (*pair, "--results", "results/stored")
+    assert trackmark(*pair, *where).stdout == trackmark(*stored).stdout == alone
+    with (here / "knob.py").open("a") as file:
+        file.write("CHANGED = True\n")
+    assert trackmark(*stored).stdout == alone
+
+
+def test_single_sequence_has_a_difference_without_interval(trackmark):
+    one = ("--sequences", "plain/target:length=12")
+    printed = trackmark("compare", "static", "camshift", *one).stdout
+    assert "1 sequence: too few for intervals (6 needed)" in printed
+    assert "Differences of mean overlap by sequence" in printed
+
+
+def test_failed_runs_are_counted_and_named(trackmark, here, otb):
+    otb(here / "data" / "Long", 9)
+    late = "self.n = getattr(self, 'n', 0) + 1\n        if self.n > LATE: raise ValueError('lost')"
+    update = "return Estimate(self.box + [self.random.random(), 0, 0, 0])"
+    text = (here / "knob.py").read_text()
+    for limit, status in ((6, 0), (1, 1)):
+        body = f"{late.replace('LATE', str(limit))}\n        {update}"
+        (here / "knob.py").write_text(text.replace(update, body))
+        where = ("--sequences", "data/Small,data/Long", "--name", f"limit{limit}")
+        run = trackmark("compare", "static", "knob.py:Knob", *where, status=status)
+        treatment = "counted as 0" if status == 0 else "left out"
+        note = f"knob.py:Knob: {1 + status} of 2 runs failed ({treatment}): sequence"
+        assert note in run.stderr
+        assert note in run.stdout
+        results = ("--results", f"results/limit{limit}")
+        trackers = json.loads(trackmark("compare", *results, "--json", status=status).stdout)
+        assert len(trackers["trackers"]) == 2 - status
+
+
+def test_missing_run_is_executed_with_sequences_but_refused_in_results(trackmark, here):
+    trackmark("compare", "static", "camshift", "--sequences", SCENES, "--name", "gap")
+    next(here.glob("results/gap/camshift/*/0.parquet")).unlink()
+    results = ("compare", "--results", "results/gap")
+    message = trackmark(*results, status=2).stderr
+    assert "tracker camshift, sequence plain/target:length=12" in message
+    assert "the run is missing" in message
+    trackmark("compare", "static", "camshift", "--sequences", SCENES, "--name", "gap")
+    trackmark(*results)
+
+
+def test_tracker_with_other_boxes_in_a_timing_run_is_not_repeatable(trackmark, here):
+    text = (here / "knob.py").read_text()
+    (here / "knob.py").write_text(text.replace("default_rng(self.seed)", "default_rng()"))
+    where = ("static", "knob.py:Knob", "--sequences", SCENES, "--name", "timed")
+    assert "not repeatable" not in trackmark("compare", *where).stdout
+    run = ("run", "--trackers", "static,knob.py:Knob", *where[2:], "--timing")
+    trackmark(*run)
+    printed = trackmark("compare", *where).stdout
+    assert "knob.py:Knob (not repeatable)" in printed
+    assert "static (not repeatable)" not in printed
 
 
 def test_sequences_on_which_something_happens_are_set_apart(trackmark):
@@ -40,10 +107,6 @@ def test_sequences_on_which_something_happens_are_set_apart(trackmark):
         (("static", "camshift"), "Give --sequences or --results"),
         (("--sequences", SCENES), "Name the trackers"),
         (("static", "static", "--sequences", SCENES), "twice"),
-        (
-            ("static", "camshift", "--sequences", "plain/target:length=12"),
-            "One sequence says nothing",
-        ),
         (("--results", "nowhere"), "no results here"),
         (("--results", "nowhere", "--margin", "nan"), "a finite number"),
     ],

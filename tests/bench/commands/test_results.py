@@ -94,7 +94,7 @@ def test_report_writes_tables_in_every_format_and_plots(trackmark, here):
     said, (page, beside) = done.stdout, done.stderr.splitlines()[-2:]
     assert page == "report/report.html"
     drawn = "5 pictures (.svg), 5 pictures (.pdf), 1 picture (.png), report.md, report.tex."
-    assert beside == f"Beside it: 5 tables as .txt, .md, .csv and .tex, {drawn}"
+    assert beside == f"Beside it: 7 tables as .txt, .md, .csv and .tex, {drawn}"
     suffixes = {file.suffix for file in (here / "report").rglob("*") if file.is_file()}
     assert {".txt", ".md", ".csv", ".tex", ".svg", ".html"} <= suffixes
     assert {file.stem for file in (here / "report").glob("*.png")} == {"strip-Small"}
@@ -167,8 +167,30 @@ def test_a_report_draws_strips_of_recorded_data_and_only_while_they_are_the_same
 def test_a_report_of_failed_timing_runs_alone_is_written(trackmark, spoil):
     spoil()
     trackmark(*MINE, "knob.py:Knob", *SMALL, "--timing", status=1)
-    said = trackmark("report", "results/mine", "--folder", "report").stdout
+    said = trackmark("report", "results/mine", "--folder", "report", status=1).stdout
     assert "1 of 1 failed" in said
+
+
+def test_report_exits_with_1_if_every_run_of_a_tracker_failed(trackmark, spoil):
+    trackmark(*MINE, "knob.py:Knob", *SMALL)
+    assert not trackmark("report", "results/mine", "--no-pictures").stderr
+    spoil()
+    trackmark(*MINE, "knob.py:Knob", *SMALL, status=1)
+    done = trackmark("report", "results/mine", "--no-pictures", status=1)
+    line = "knob.py:Knob: 1 of 1 runs failed (left out): sequence Small, ValueError: no idea"
+    assert line in done.stdout
+    assert line in done.stderr
+
+
+def test_report_names_trackers_that_are_not_repeatable(trackmark, spoil):
+    spoil("self.box = self.box + __import__('os').urandom(4)[0] / 99; return Estimate(self.box)")
+    trackmark(*MINE, "knob.py:Knob,static", *SMALL)
+    trackmark(*MINE, "knob.py:Knob,static", *SMALL, "--timing")
+    said = trackmark("report", "results/mine", "--no-pictures").stdout
+    assert "knob.py:Knob is not repeatable: seed 0 gave other boxes on Small" in said.replace(
+        "\n", " "
+    )
+    assert "static is not" not in said
 
 
 def test_show_makes_a_film_strip_and_an_h264_video(trackmark, here):

@@ -1,26 +1,20 @@
-"""Comparisons: what is answered, what is refused, and what the numbers are."""
+"""Comparisons: answers, refusals, failed runs, and the same numbers in every format."""
 
 import json
 
 import numpy as np
 import pytest
 
-from bench.comparing.comparison import ComparisonError, compare, parts_of
+from bench.comparing.comparable_runs import AllFailedError, ComparisonError
+from bench.comparing.comparison import compare, parts_of
 from bench.comparing.figures import write_figures
-from bench.comparing.published import with_published
+from bench.comparing.published_scores import with_published
+from bench.comparing.summary_text import paragraph
 from bench.comparing.tables import as_data, files, screen
-from bench.comparing.words import paragraph, spoken_of
 from bench.reporting.tables import SUMMARY
 from bench.statistics.intervals import mean_interval
-from bench.statistics.paired import signed_rank
-from reports.comparison import (
-    Breaks,
-    Point,
-    breaking_plot,
-    difference_plot,
-    rank_plot,
-    speed_accuracy_plot,
-)
+from bench.statistics.rules import decide
+from reports.comparison import Breaks, Point, breaking_plot, difference_plot, speed_accuracy_plot
 from reports.palette import colour
 from reports.renderers import to_csv, to_text
 
@@ -37,113 +31,175 @@ def around(means, spread=0.01, repetitions=4, seed=0):
 HARDNESS = np.linspace(0.3, 0.8, 10)
 
 
-def test_a_pair_is_paired_by_sequence_after_averaging_over_repetitions(make_runs):
+def ladder(names="abc", step=0.1, n=10):
+    """Scores of trackers, each better than the one before."""
+    return {name: around(HARDNESS[:n] + step * k, seed=k) for k, name in enumerate(names)}
+
+
+def test_compare_pairs_by_sequence_after_averaging_repetitions(make_runs):
     scores = {"a": around(HARDNESS + 0.05), "b": around(HARDNESS, seed=1, repetitions=2)}
-    found = compare(make_runs(scores), OVERLAP, 0.01)
-    (pair,) = found.pairs
+    comparison = compare(make_runs(scores), OVERLAP, 0.01)
+    (pair,) = comparison.pairs
     differences = scores["a"].mean(axis=1) - scores["b"].mean(axis=1)
     assert pair.differences == pytest.approx(differences)
     assert pair.interval == pytest.approx(mean_interval(differences))
-    assert pair.p == pair.adjusted == pytest.approx(signed_rank(differences))
-    assert pair.answer == "better"
-    assert [standing.contender for standing in found.standings] == [True, False]
-    assert found.standings[0].milliseconds == pytest.approx(2.0)
-    assert not found.standings[0].timed
+    assert (pair.answer.label, pair.wins) == ("better", 10)
+    assert [standing.contender for standing in comparison.standings] == [True, False]
+    own = comparison.standings[0]
+    assert own.interval == pytest.approx(mean_interval(scores["a"].mean(axis=1)))
+    assert (own.milliseconds, own.timed) == (pytest.approx(2.0), False)
 
 
-def test_less_is_better_where_the_measure_says_so(make_runs):
+def test_compare_takes_lower_as_better_if_the_measure_does(make_runs):
     scores = {"a": around(HARDNESS + 0.05), "b": around(HARDNESS, seed=1)}
     (pair,) = compare(make_runs(scores), ERROR, 0.01).pairs
-    assert pair.answer == "better"
+    assert (pair.answer.label, pair.wins) == ("better", 10)
     assert pair.difference == pytest.approx(-0.5, abs=0.1)
-    assert pair.probability == 1.0
+    assert pair.interval.low < pair.difference < pair.interval.high < 0
 
 
-def test_equal_is_a_finding_and_doubt_says_what_would_end_it(make_runs):
-    generator = np.random.default_rng(2)
-    scores = {
-        "a": around(HARDNESS, 0.001),
-        "b": around(HARDNESS + 0.002, 0.001, seed=1),
-        "c": around(HARDNESS + generator.normal(0.02, 0.08, 10), 0.001),
-    }
-    pairs = {
-        (pair.first, pair.second): pair for pair in compare(make_runs(scores), OVERLAP, 0.01).pairs
-    }
-    assert pairs["a", "b"].answer == "practically equal"
-    assert np.isnan(pairs["a", "b"].needed)
-    assert "practically equal (within ±0.01) to" in paragraph(
-        compare(make_runs(scores), OVERLAP, 0.01)
-    )
-    assert pairs["a", "c"].answer == "cannot tell"
-    assert pairs["a", "c"].needed > 10
-
-
-def test_few_sequences_tell_of_new_seeds_alone(make_runs):
-    scores = {"a": around([0.5, 0.6]), "b": around([0.4, 0.5], seed=1)}
-    found = compare(make_runs(scores), OVERLAP, 0.01)
-    assert found.question == "new seeds"
-    assert found.pairs[0].answer == "better"
-    (_, pairs) = screen(found)
-    assert "Other sequences" in pairs.notes[-1]
-    asked = compare(make_runs(scores), OVERLAP, 0.01, question="new sequences")
-    assert asked.pairs[0].answer == "cannot tell"
-    once = {"a": [[0.5], [0.6]], "b": [[0.4], [0.5]]}
-    (pair,) = compare(make_runs(once), OVERLAP, 0.01).pairs
-    assert (pair.answer, pair.interval) == ("cannot tell", None)
-    assert paragraph(compare(make_runs(once), OVERLAP, 0.01)).endswith("(difference +0.100).")
-
-
-def test_a_pair_that_never_draws_has_no_p_beside_one_that_does(make_runs):
-    scores = {"a": around([0.5, 0.6]), "b": [[0.4], [0.5]], "c": [[0.3], [0.4]]}
-    found = compare(make_runs(scores), OVERLAP, 0.01)
-    shown = screen(found)[1]
-    by_pair = {row[0].text: row[5].text for row in shown.rows}
-    assert by_pair["B - C"] == "—"
-    assert by_pair["A - B"] != "—"
-    assert shown.notes[0].startswith("—: neither was repeated")
-    assert [pair["p"] is None for pair in as_data(found)["pairs"]] == [False, False, True]
-
-
-def test_five_sequences_can_show_nothing_and_it_says_how_many_could(make_runs):
-    scores = {"a": around(HARDNESS[:5] + 0.2), "b": around(HARDNESS[:5], seed=1)}
-    found = compare(make_runs(scores), OVERLAP, 0.01)
-    assert found.pairs[0].answer == "cannot tell"
-    assert found.pairs[0].needed >= 6
-    assert "6 or more can" in screen(found)[1].notes[-1]
-    assert "no difference could be shown" in paragraph(found)
-
-
-def test_holm_is_over_all_pairs(make_runs):
-    scores = {name: around(HARDNESS[:6] + 0.1 * n, seed=n) for n, name in enumerate("abc")}
-    found = compare(make_runs(scores), OVERLAP, 0.01)
-    assert {pair.p for pair in found.pairs} == {0.03125}
-    assert [pair.adjusted for pair in found.pairs] == pytest.approx([3 * 0.03125] * 3)
-    assert {pair.answer for pair in found.pairs} == {"cannot tell"}
-
-
-def test_time_to_failure_differs_where_means_do_not(make_runs):
-    same = around(HARDNESS, 0.001)
-    runs = make_runs({"a": same, "b": same}, lost_at={"a": 20, "b": 100})
-    found = compare(runs, OVERLAP, 0.01)
-    assert found.pairs[0].answer == "practically equal"
-    assert found.pairs[0].loss_p < 0.001
-    assert screen(found)[1].notes == [
-        "p of losses is over runs: of these sequences, with new seeds."
+def test_compare_corrects_for_all_pairs_or_those_of_one(make_runs):
+    runs = make_runs(ladder("abcd"))
+    pairs = compare(runs, OVERLAP, 0.01).pairs
+    against = compare(runs, OVERLAP, 0.01, against="b")
+    assert len(pairs) == 6
+    assert [(pair.first, pair.second) for pair in against.pairs] == [
+        ("b", "a"),
+        ("b", "c"),
+        ("b", "d"),
     ]
-    assert [standing.kept for standing in found.standings] == [0.0, 1.0]
+    for corrected, m in ((pairs, 6), (against.pairs, 3)):
+        for pair in corrected:
+            assert pair.interval == pytest.approx(mean_interval(pair.differences, 1 - 0.05 / m))
+            assert pair.answer == decide(pair.differences, 0.01, m)
+    assert against.standings == compare(runs, OVERLAP, 0.01).standings  # the star is of all pairs
 
 
-def test_knobs_of_the_scenes_are_set_apart(make_runs):
+def test_compare_ignores_stored_trackers_that_are_not_named(make_runs):
+    scores = ladder("abc", step=0.004)
+    runs = make_runs(scores)
+    broken = changed(runs.copy(), runs.index[runs["tracker"] == "c"], status="missing")
+    alone = compare(make_runs({name: scores[name] for name in "ab"}), OVERLAP, 0.01)
+    for stored in (runs, broken):
+        assert as_data(compare(stored, OVERLAP, 0.01, ["a", "b"])) == as_data(alone)
+
+
+def test_equivalent_needs_30_sequences_and_reason_is_printed(make_runs):
+    def pair_of(n):
+        easy = np.linspace(0.3, 0.8, n)
+        scores = {"a": around(easy, 0.001), "b": around(easy + 0.002, 0.001, seed=1)}
+        return compare(make_runs(scores), OVERLAP, 0.01)
+
+    few, many = pair_of(10), pair_of(30)
+    assert many.pairs[0].answer.label == "equivalent"
+    assert "a was equivalent to b" in paragraph(many)
+    assert few.pairs[0].answer.reason == "inside ±0.01, but only 10 of 30 sequences"
+    assert "    inside ±0.01, but only 10 of 30 sequences" in to_text(screen(few)[1])
+    assert "inconclusive: inside ±0.01, but only 10 of 30 sequences" in paragraph(few)
+
+
+def test_fewer_than_6_sequences_have_differences_only(make_runs):
+    comparison = compare(make_runs(ladder("ab", n=5)), OVERLAP, 0.01)
+    standings, differences = screen(comparison)
+    assert standings.notes[0] == "5 sequences: too few for intervals (6 needed)"
+    assert not any(cell.best for row in standings.rows for cell in row)
+    assert [row[0].text for row in differences.rows] == ["s0", "s1", "s2", "s3", "s4", "mean"]
+    assert differences.rows[0][1].text == f"{comparison.pairs[0].differences[0]:+.3f}"
+    assert comparison.pairs[0].answer.reason == "only 5 of 6 sequences"
+    assert as_data(comparison)["pairs"][0]["interval"] is None
+    assert compare(make_runs(ladder("ab", n=1)), OVERLAP, 0.01).pairs[0].difference < 0
+
+
+def test_families_are_units_unless_scenes_are_forced(make_runs):
+    names = [f"{family}:scene={scene}" for family in ("walk", "run") for scene in range(5)]
+    runs = make_runs(ladder("ab"), names=names)
+    by_family, by_scene = (compare(runs, OVERLAP, 0.01, by_scene=forced) for forced in (0, 1))
+    differences = by_scene.pairs[0].differences
+    assert by_family.pairs[0].by_unit == pytest.approx(differences.reshape(2, 5).mean(axis=1))
+    assert "--unit scene answers for new scenes of these families" in screen(by_family)[0].notes[0]
+    assert by_scene.pairs[0].interval == pytest.approx(mean_interval(differences))
+    assert "for new scenes of these 2 families only" in screen(by_scene)[0].caption
+    assert "for new scenes of these 2 families only" in paragraph(by_scene)
+
+
+def test_p_value_is_in_csv_and_json_only(make_runs):
+    comparison = compare(make_runs(ladder()), OVERLAP, 0.01)
+    pairs = files(comparison)[1]
+    assert 0 < pairs.data["p"].max() < 0.05
+    assert as_data(comparison)["pairs"][0]["p"] == pairs.data["p"][0]
+    for text in (to_text(pairs), *map(to_text, screen(comparison)), paragraph(comparison)):
+        assert " p " not in text
+
+
+def test_paragraph_states_methods_and_answers(make_runs):
+    text = paragraph(compare(make_runs(ladder()), OVERLAP, 0.01))
+    assert "on 10 sequences, 4 runs each; the unit is the sequence" in text
+    assert (
+        "union of Student's t interval and Hall's skewness-corrected one, at 98.33 % each" in text
+    )
+    assert "(Bonferroni over 3 comparisons, together 95 %), for new sequences" in text
+    assert "a was worse than c (difference -0.2" in text
+
+
+def test_many_trackers_are_summarised_for_the_best_one(make_runs):
+    comparison = compare(make_runs(ladder("abcdefg", step=0.03)), OVERLAP, 0.01)
+    _, pairs = screen(comparison)
+    assert sum("g" in row[0].text for row in pairs.rows) == 6
+    assert pairs.notes == ["15 other pairs are in --json and --folder."]
+    assert "g was better than a (+0.1" in paragraph(comparison)
+
+
+def test_failed_runs_count_and_are_named(make_runs):
+    runs = make_runs(ladder("ab"))
+    failure = "frame 3: ValueError: empty box\ntraceback"
+    runs = changed(runs, [3], status="failed", failure=failure, mean_overlap=0.0, first_loss=1.0)
+    comparison = compare(runs, OVERLAP, 0.01)
+    note = "1 of 40 runs failed (counted as 0): sequence s0, ValueError: empty box"
+    assert comparison.scores["a"][0][3] == 0.0
+    assert f"a: {note}" in screen(comparison)[0].notes
+    assert as_data(comparison)["trackers"][0]["failures"] == note
+    assert f"a: {note}." in paragraph(comparison)
+
+
+def test_tracker_without_finished_runs_is_left_out(make_runs):
+    runs = make_runs(ladder())
+    failed = changed(runs, runs.index[runs["tracker"] == "a"], status="failed", failure="no")
+    comparison = compare(failed, OVERLAP, 0.01, against="a")
+    assert comparison.left_out == ["a"]
+    assert [(pair.first, pair.second) for pair in comparison.pairs] == [("b", "c")]
+    assert "a: 40 of 40 runs failed (left out)" in screen(comparison)[0].notes[1]
+    alone = compare(failed, OVERLAP, 0.01, ["a", "b"])
+    assert [table.name for table in screen(alone)] == ["comparison"]
+    assert "1 tracker was compared" in paragraph(alone)
+    with pytest.raises(AllFailedError, match="a: 40 of 40 runs failed"):
+        compare(runs.assign(status="failed", failure="no"), OVERLAP, 0.01)
+
+
+def test_same_boxes_and_trackers_not_repeatable_are_named(make_runs):
+    evidence = {"same_boxes": {("b", "a"): 4}, "not_repeatable": {"b", "other"}}
+    comparison = compare(make_runs(ladder("ab")), OVERLAP, 0.01, **evidence)
+    standings, pairs = screen(comparison)
+    assert [row[0].text for row in standings.rows] == ["a", "b (not repeatable)"]
+    assert "    same boxes on 4 of 10 sequences" in to_text(pairs)
+    data = as_data(comparison)
+    assert data["pairs"][0]["same_boxes"] == 4
+    assert [tracker["repeatable"] for tracker in data["trackers"]] == [True, False]
+    assert "same boxes on 4 of 10 sequences" in data["paragraph"]
+
+
+def test_parts_are_parameters_of_scenes_averaged_by_unit(make_runs):
     names = [f"walk:scene={n}:light={light}" for light in ("dim", "full") for n in range(4)]
     scores = {"a": around([0.5] * 8), "b": around([0.5] * 4 + [0.3] * 4, seed=1)}
-    found = compare(make_runs(scores, names=names), OVERLAP, 0.01)
-    parts = found.by_part(found.pairs[0])
+    comparison = compare(make_runs(scores, names=names), OVERLAP, 0.01)
+    parts = comparison.by_part(comparison.pairs[0])
     assert list(parts) == [("light", "dim"), ("light", "full")]
-    assert parts["light", "full"].mean() == pytest.approx(0.2, abs=0.02)
-    assert [table.name for table in files(found)][-1] == "comparison-parts"
+    n, differences = parts["light", "full"]
+    assert (n, len(comparison.units)) == (4, 4)
+    assert differences == pytest.approx(comparison.pairs[0].differences[4:])
+    assert [table.name for table in files(comparison)][-1] == "comparison-parts"
 
 
-def test_what_a_name_does_not_say_is_a_value_too_and_numbers_stand_by_their_size():
+def test_parts_of_have_defaults_and_order_numbers_by_size():
     names = ["a/b", "a/b:noise=30", "a/b:noise=5", "a/b:noise=10:scene=2", "c/d", "c/d:scene=1"]
     parts = parts_of(names)
     assert list(parts) == [("noise", value) for value in ("default", "5", "10", "30")]
@@ -151,12 +207,12 @@ def test_what_a_name_does_not_say_is_a_value_too_and_numbers_stand_by_their_size
     assert parts_of(["a/b:noise=30", "c/d"]) == {}
 
 
-def test_sequences_with_an_attribute_are_set_apart_from_those_without(make_runs):
+def test_parts_include_attributes_of_some_sequences(make_runs):
     names = [f"clip{n}" for n in range(8)]
     scores = {"a": around([0.5] * 8), "b": around([0.5] * 4 + [0.3] * 4, seed=1)}
     having = {name: {"whole", *({"blur"} if n >= 4 else ())} for n, name in enumerate(names)}
-    found = compare(make_runs(scores, names=names), OVERLAP, 0.01, attributes=having)
-    (part,) = as_data(found)["parts"]  # `whole` tells nothing apart
+    comparison = compare(make_runs(scores, names=names), OVERLAP, 0.01, attributes=having)
+    (part,) = as_data(comparison)["parts"]  # all sequences have `whole`
     assert (part["knob"], part["value"], part["sequences"]) == ("attribute", "blur", 4)
     assert part["difference"] == pytest.approx(0.2, abs=0.02)
 
@@ -168,90 +224,75 @@ def changed(runs, rows, **values):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "message"),
     [
-        (lambda runs: runs[runs["tracker"] == "a"], "two or more are needed"),
-        (lambda runs: runs[runs["sequence"] == "s0"], "One sequence says nothing"),
-        (lambda runs: changed(runs, [3], status="failed"), "1 of 80 runs are failed, .* a on s0"),
-        (lambda runs: changed(runs, [3], status="stale"), "stale"),
-        (lambda runs: changed(runs, [3], mean_overlap=np.nan), "mean overlap of a on s0 is nan"),
-        (lambda runs: runs.drop(index=range(4)), "a was not run on s0"),
+        (lambda runs: runs[runs["tracker"] == "a"], "Name two or more"),
+        (
+            lambda runs: changed(runs, [3], status="missing"),
+            "tracker a, sequence s0, repetition 3: the run is missing \\(1 of 80",
+        ),
+        (lambda runs: changed(runs, [3], status="stale"), "the run is stale"),
+        (lambda runs: changed(runs, [3], mean_overlap=np.nan), "a, sequence s0: mean overlap is"),
+        (lambda runs: runs.drop(index=range(4)), "tracker a, sequence s0: the run is missing"),
         (lambda runs: runs.drop(columns="mean_overlap"), "no score 'mean_overlap'"),
-        (lambda runs: changed(runs, [3], fingerprint="edited"), "s0 changed between runs"),
+        (lambda runs: changed(runs, [3], fingerprint="edited"), "s0: its images or its ground"),
     ],
 )
-def test_what_cannot_be_compared_is_named(make_runs, change, words):
+def test_runs_that_cannot_be_compared_are_named(make_runs, change, message):
     runs = make_runs({"a": around(HARDNESS), "b": around(HARDNESS, seed=1)})
-    with pytest.raises(ComparisonError, match=words):
+    with pytest.raises(ComparisonError, match=message):
         compare(change(runs), OVERLAP, 0.01)
 
 
 def test_unknown_and_equal_labels_are_refused(make_runs):
     runs = make_runs({"a": around(HARDNESS), "b": around(HARDNESS, seed=1)})
-    with pytest.raises(ComparisonError, match="no runs of 'z'; there are a, b"):
-        compare(runs, OVERLAP, 0.01, ["a", "z"])
+    for options in ({"trackers": ["a", "z"]}, {"against": "z"}):
+        with pytest.raises(ComparisonError, match=r"'z': no stored runs .* Stored are a, b"):
+            compare(runs, OVERLAP, 0.01, **options)
     with pytest.raises(ComparisonError, match="named twice"):
         compare(runs, OVERLAP, 0.01, ["a", "a"])
 
 
 def test_numbers_are_the_same_in_every_format(make_runs):
-    scores = {name: around(HARDNESS + 0.1 * n, seed=n) for n, name in enumerate("abc")}
-    found = compare(make_runs(scores), OVERLAP, 0.01)
-    told = json.loads(json.dumps(as_data(found), allow_nan=False))
-    standings, pairs = screen(found)
-    assert standings.data["mean"].tolist() == [row["mean"] for row in told["trackers"]]
-    by_pair = {(row["first"], row["second"]): row for row in told["pairs"]}
-    for row in pairs.data.to_dict("records"):
-        there = by_pair.get((row["first"], row["second"]))
-        if there is not None:
-            assert row["low"] == there["interval"][0]
+    comparison = compare(make_runs(ladder()), OVERLAP, 0.01)
+    data = json.loads(json.dumps(as_data(comparison), allow_nan=False))
+    standings, pairs = files(comparison)[:2]
+    assert standings.data["mean"].tolist() == [row["mean"] for row in data["trackers"]]
+    assert pairs.data["low"].tolist() == [row["interval"][0] for row in data["pairs"]]
     assert "c" in to_csv(standings)
-    text = to_text(standings)
-    assert max(map(len, text.splitlines())) <= 100
-    assert max(map(len, to_text(pairs).splitlines())) <= 100
-    assert [pair.first for pair in spoken_of(found)] == ["c", "c", "b"]
-    assert "c was better than a (difference +0.2" in told["paragraph"]
+    for table in screen(comparison):
+        assert max(map(len, to_text(table).splitlines()[1:])) <= 100
 
 
-def test_many_trackers_are_told_of_beside_the_best(make_runs):
-    scores = {f"t{n}": around(HARDNESS + 0.03 * n, seed=n) for n in range(7)}
-    found = compare(make_runs(scores), OVERLAP, 0.01)
-    _, pairs = screen(found)
-    assert len(pairs.rows) == 6
-    assert pairs.notes[0].startswith("15 other pairs")
-    assert paragraph(found).count("t6") == 1
-    assert found.critical_difference > 0
+def test_long_names_are_letters_in_pairs(make_runs):
+    names = [f"multipart:particles={k}:features=colour,edges:model=adaptive" for k in (25, 200)]
+    standings, pairs = screen(compare(make_runs(ladder(names)), OVERLAP, 0.01))
+    assert [[cell.text for cell in row[:2]] for row in standings.rows] == [
+        ["A", names[0]],
+        ["B", names[1]],
+    ]
+    assert pairs.rows[0][0].text == "A - B"
 
 
-def test_figures_are_drawn_where_the_numbers_allow_them(make_runs, tmp_path):
-    scores = {name: around(HARDNESS + 0.1 * n, seed=n) for n, name in enumerate("abc")}
-    found = compare(make_runs(scores), OVERLAP, 0.01)
-    drawn = {path.stem for path in write_figures(found, tmp_path)}
-    assert drawn == {"differences", "profiles", "ranks", "survival", "speed-accuracy"}
-    two = compare(make_runs({"a": around(HARDNESS[:6]), "b": around(HARDNESS[:6])}), OVERLAP, 0.01)
-    assert "ranks" not in {path.stem for path in write_figures(two, tmp_path)}
+def test_figures_are_drawn_if_the_numbers_allow_them(make_runs, tmp_path):
+    comparison = compare(make_runs(ladder()), OVERLAP, 0.01)
+    drawn = {path.stem for path in write_figures(comparison, tmp_path)}
+    assert drawn == {"differences", "profiles", "survival", "speed-accuracy"}
 
 
-def test_a_tracker_has_one_colour_in_every_figure():
-    ranks = rank_plot({"a": 2.4, "b": 1.0}, 0.5, "").axes[0]
-    dots = {
-        float(line.get_xdata()[0]): line.get_color()
-        for line in ranks.lines
-        if "o" in line.get_marker()
-    }
+def test_speed_accuracy_plot_colours_trackers_by_order():
     points = {
         name: Point(milliseconds, 0.5, 0.4, 0.6) for name, milliseconds in (("a", 1), ("b", 2))
     }
-    speed = {
-        line.get_label(): line.get_color()
-        for line in speed_accuracy_plot(points, "", "").axes[0].lines
+    lines = speed_accuracy_plot(points, "", "").axes[0].lines
+    assert {line.get_label(): line.get_color() for line in lines} == {
+        "a": colour(0),
+        "b": colour(1),
     }
-    assert speed == {"a": dots[2.4], "b": dots[1.0]}
-    assert ranks.get_xticks().tolist() == [1, 2, 3]
 
 
 @pytest.mark.parametrize(("sequences", "named"), [(12, True), (250, False)])
-def test_differences_name_what_there_is_room_for(sequences, named):
+def test_difference_plot_names_sequences_if_there_is_room(sequences, named):
     pair = " - ".join(f"a$tracker:{'parameter=12345:' * 4}" for _ in range(2))
     names = [f"s{n}" for n in range(sequences)]
     figure = difference_plot({pair: np.arange(sequences)}, names, "", 0.01, "")
@@ -262,30 +303,45 @@ def test_differences_name_what_there_is_room_for(sequences, named):
 
 
 @pytest.mark.slow
-def test_equal_trackers_with_different_seeds_are_called_different_rarely(make_runs):
+def test_equal_trackers_are_rarely_called_different(make_runs):
     called = 0
     for seed in range(400):
         generator = np.random.default_rng(seed)
         means = generator.uniform(0.2, 0.8, 12)
-        # What a scene does to each differs as much as what its seeds do.
+        # A scene affects each tracker as much as its seeds do.
         scores = {
             name: generator.normal(means, 0.05)[:, None] + generator.normal(0, 0.05, (12, 3))
-            for name in "ab"
+            for name in "abc"
         }
-        (pair,) = compare(make_runs(scores), OVERLAP, 0.0).pairs
-        called += pair.answer in ("better", "worse")
-    assert called / 400 <= 0.06
+        pairs = compare(make_runs(scores), OVERLAP, 0.0).pairs
+        called += any(pair.answer.label in ("better", "worse") for pair in pairs)
+    assert called / 400 <= 0.07
 
 
-def test_published_scores_stand_beside_ours(make_runs, tmp_path):
+@pytest.mark.slow
+def test_pooled_frames_call_equal_trackers_different():
+    """Frames are not units: overlaps of neighbouring frames are nearly the same number."""
+    generator = np.random.default_rng(0)
+    noise = generator.normal(0, 1, (300, 10, 300))
+    for frame in range(1, 300):
+        noise[..., frame] = 0.95 * noise[..., frame - 1] + np.sqrt(1 - 0.95**2) * noise[..., frame]
+    pooled = [decide(of.ravel(), 0.0, limit=np.inf).label != "inconclusive" for of in noise]
+    by_sequence = [
+        decide(of.mean(axis=1), 0.0, limit=np.inf).label != "inconclusive" for of in noise
+    ]
+    assert np.mean(pooled) > 0.6
+    assert np.mean(by_sequence) < 0.08
+
+
+def test_published_scores_are_compared_with_stored_ones(make_runs, tmp_path):
     file = tmp_path / "published.csv"
     rows = [f"MEEM,s{n},{score:.3f}" for n, score in enumerate(HARDNESS + 0.05)]
     file.write_text("\n".join(["tracker,sequence,mean_overlap", *rows, "MEEM,elsewhere,0.5"]))
     runs, others = with_published(make_runs({"a": around(HARDNESS)}), file, OVERLAP)
     assert others == ["MEEM (published)"]
-    found = compare(runs, OVERLAP, 0.01)
-    assert found.pairs[0].answer == "worse"
-    assert np.isnan(found.standings[1].milliseconds)
+    comparison = compare(runs, OVERLAP, 0.01)
+    assert comparison.pairs[0].answer.label == "worse"
+    assert np.isnan(comparison.standings[1].milliseconds)
 
 
 @pytest.mark.parametrize(
@@ -303,57 +359,28 @@ def test_published_scores_stand_beside_ours(make_runs, tmp_path):
         ("", "is no CSV"),
     ],
 )
-def test_a_published_file_that_does_not_fit_is_refused(make_runs, tmp_path, text, words):
+def test_published_file_of_wrong_content_is_refused(make_runs, tmp_path, text, words):
     file = tmp_path / "published.csv"
     file.write_text(text)
     with pytest.raises(ComparisonError, match=words):
         with_published(make_runs({"a": around(HARDNESS)}), file, OVERLAP)
 
 
-def test_what_new_seeds_need_is_repetitions(make_runs):
-    few = {"a": around(HARDNESS + 0.03, 0.2, 6, seed=0), "b": around(HARDNESS, 0.2, 6, seed=1)}
-    (pair,) = compare(make_runs(few), OVERLAP, 0.01, question="new seeds").pairs
-    assert pair.answer == "cannot tell"
-    assert pair.needed > 6
-    found = 0
-    for seed in range(0, 80, 2):
-        runs = {
-            "a": around(HARDNESS + pair.difference, 0.2, int(pair.needed), seed),
-            "b": around(HARDNESS, 0.2, int(pair.needed), seed + 1),
-        }
-        (again,) = compare(make_runs(runs), OVERLAP, 0.01, question="new seeds").pairs
-        found += again.answer == "better"
-    assert 24 <= found <= 39  # of 40; four in five are meant
-    (other,) = compare(make_runs(few), OVERLAP, 0.0, question="new sequences").pairs
-    assert np.isnan(other.needed) or other.needed > len(HARDNESS)
-
-
-def test_bins_of_what_is_measured_stand_beside_knobs_and_tags(make_runs):
-    names = [f"street:pace={1 + number % 2}:scene={number}" for number in range(10)]
+def test_measured_attributes_have_curves_of_pairs(make_runs):
+    names = [f"street{n}" for n in range(10)]
     runs = make_runs({"a": around(HARDNESS), "b": around(HARDNESS[::-1])}, names=names)
-    tags = {name: {"occlusion"} for name in names[:4]}
     blurs = np.arange(10.0)
-    found = compare(
-        runs, OVERLAP, 0.01, attributes=tags, measured=lambda asked: {"blur": blurs[: len(asked)]}
+    comparison = compare(
+        runs, OVERLAP, 0.01, measured=lambda sequences: {"blur": blurs[: len(sequences)]}
     )
-    (pair,) = found.pairs
-    parts = found.by_part(pair)
-    assert set(parts) == {
-        ("pace", "1"),
-        ("pace", "2"),
-        ("attribute", "occlusion"),
-        ("blur", "0 to 4"),
-        ("blur", "5 to 9"),
-    }
-    assert parts["blur", "5 to 9"].tolist() == pair.differences[5:].tolist()
-    assert [table.name for table in screen(found)][-1] == "comparison-attribute-differences"
-    (rising,) = found.curves_of([pair])
+    assert [table.name for table in screen(comparison)][-1] == "comparison-attribute-differences"
+    (rising,) = comparison.curves_of(comparison.pairs)
     assert rising.correlation == pytest.approx(1.0)
-    assert rising.adjusted < 0.01
+    assert rising.interval.low > 0
 
 
 @pytest.mark.parametrize(("n", "panels"), [(7, 1), (8, 8)])
-def test_breaking_points_of_more_than_seven_trackers_have_a_panel_each(n, panels):
+def test_breaking_plot_gives_each_of_many_trackers_a_panel(n, panels):
     levels = np.array([1.0, 10.0])
     curves = {
         f"t{k}": Breaks(levels, np.array([1.0, k / n]), levels, levels / 10, levels, 2.0, 3.0)

@@ -10,7 +10,7 @@ import datasets
 from bench import metrics
 from bench.experiments.experiment import Experiment, SequenceSource
 from bench.metrics.preset import Answer
-from bench.reporting.by_preset import LATE, TOGETHER, by_presets, tables_by, write_curves
+from bench.reporting.by_preset import LATE, MEANS, TOGETHER, by_presets, tables_by, write_curves
 from bench.reporting.tables import SUMMARY
 from bench.store.loading import load_results
 from bench.store.truth import read_truth
@@ -64,7 +64,7 @@ def test_a_run_that_lacks_makes_what_it_belongs_to_missing(stored):
     rows = load_results(stored).itertuples()
     names = [(row.tracker, row.sequence, row.repetition, row.protocol) for row in rows]
     (scored,) = by_presets(stored, ["otb"], cells=names[1:])
-    assert texts(scored.table)[TOGETHER, names[0][0]][0] == "— (1 of 2 lacking)"
+    assert texts(scored.table)[TOGETHER, names[0][0]][0] == "— (1 of 2 not run)"
     assert names[0][0] not in scored.curves["success"]
 
 
@@ -108,7 +108,7 @@ def test_what_a_preset_can_judge_no_run_of_is_said_in_a_sentence(without_process
         assert "otb judges no runs by the protocol supervised" in text
         assert "toprule" not in text
         assert "---" not in text
-    assert set(table.data["lacking"]) == {"1 of 1 not scored", "2 of 2 lacking"}
+    assert set(table.data["lacking"]) == {"1 of 1 not scored", "2 of 2 not scored"}
 
 
 @pytest.mark.parametrize(("seconds", "late"), [(0.0, 0.0), (0.05, 1.0), (0.02, 0.0)])
@@ -137,3 +137,21 @@ def test_scores_have_the_names_that_papers_give_them(stored):
     otb, got10k = tables_by(stored, ["otb", "got10k"])
     assert "success AUC" in otb.heads
     assert got10k.heads[2:] == ["AO", "SR 0.50", "SR 0.75"]
+
+
+def test_scores_with_one_value_per_unit_have_intervals(without_processes, tmp_path):
+    sources = tuple(
+        SequenceSource(f"plain/target:length=120:width=64:height=64:scene={n}") for n in range(6)
+    )
+    with without_processes():
+        folder = bench.run(Experiment("six", ("static",), sources), tmp_path, jobs=1)
+    otb, vot = by_presets(folder, ["otb", "vot-anchor"])
+    assert all("[" in cell for cell in texts(otb.table)[TOGETHER, "static"])
+    assert "95 % interval of the mean for new scenes of this family only" in otb.table.caption
+    columns = vot.table.heads[2:]
+    whole = dict(zip(columns, texts(vot.table)[TOGETHER, "static"], strict=True))
+    means = dict(zip(columns, texts(vot.table)[MEANS, "static"], strict=True))
+    assert whole["accuracy"].endswith(" –")
+    assert "[" in means["accuracy"]
+    assert whole["EAO"].endswith(" –")
+    assert means["EAO"] == "—"

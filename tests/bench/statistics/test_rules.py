@@ -1,12 +1,22 @@
 """Decision rules: reference values, agreement of answer and interval, and each reason."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from bench.statistics.intervals import mean_interval, share_interval
-from bench.statistics.rules import MARGIN, MIN_UNITS, about, decide, p_value, units_needed
+from bench.statistics.rules import (
+    MARGIN,
+    MIN_UNITS,
+    about,
+    decide,
+    p_value,
+    star_marks,
+    units_needed,
+)
 
 EIGHT = [0.12, 0.08, 0.15, -0.02, 0.2, 0.05, 0.11, 0.09]
 differences = st.lists(st.floats(-1, 1, width=32), min_size=MIN_UNITS, max_size=40)
@@ -81,3 +91,18 @@ def test_units_needed_matches_documented_examples():
     assert about(units_needed(-0.094, (-0.180, 0.010), 8, 0.01)) == "about 19"
     assert about(units_needed(0.031, (-0.012, 0.071), 20, 0.02)) == "about 75"
     assert about(units_needed(0.002, (-0.1, 0.104), 8, 0.01)) == "more than 500"
+
+
+@given(st.integers(0, 10**6), st.integers(4, 12), st.booleans())
+def test_star_marks_agree_with_decide_over_all_pairs(seed, n, constant):
+    generator = np.random.default_rng(seed)
+    spread = 0.0 if constant else 0.05
+    values = generator.normal(0.5, spread, (4, n)) + generator.choice([0, 0.005, 0.1], 4)[:, None]
+    answers = {
+        (first, second): decide(values[first] - values[second], comparisons=6).label
+        for first, second in combinations(range(4), 2)
+    }
+    worse = {pair[label == "better"] for pair, label in answers.items() if label != "inconclusive"}
+    expected = [n >= MIN_UNITS and tracker not in worse for tracker in range(4)]
+    assert star_marks(values) == expected
+    assert star_marks(-values, higher=False) == expected

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from bench.comparing.comparison import ComparisonError
+from bench.comparing.comparable_runs import ComparisonError
 from reports.tables import Measure
 
 __all__ = ["with_published"]

@@ -1,0 +1,163 @@
+"""Failed runs: the worst score in their place, and the sentence that names them.
+
+A failed run counts as a run of a tracker that gave no box after initialisation. Its
+higher-is-better scores are 0 and its target is lost at the first frame after initialisation. Its
+centre error is the diagonal of the image. Where the stored ground truth has no image size, it is
+the diagonal from the origin to the farthest corner of the ground truth, a lower bound. Other
+lower-is-better scores have no bound: they are what the metrics preset makes of a tracker that fails
+whenever it can. Scores of masks are 0. Times have no worst value and stay missing.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import hypot, nan
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from bench.evaluation.record import Run
+from bench.evaluation.scoring import can_judge, judge
+from bench.metrics import preset as metrics_preset
+from bench.metrics.preset import Judged, State, mean_of_sequences
+from bench.protocols import TIMING, protocol
+from bench.store.layout import run_path
+from bench.store.results import Results
+from bench.store.truth import StoredTruth, read_truth
+from reports.notes import failure_notes
+
+__all__ = ["FailedRuns", "failed_runs", "judge_failed", "with_worst_scores"]
+
+
+class FailedRuns(NamedTuple):
+    """Failed runs of a comparison or table."""
+
+    notes: dict[str, str]  # by tracker: how many failed, and where and why the first one did
+    left_out: list[str]  # trackers whose every run failed
+
+
+def failed_runs(runs: pd.DataFrame, counted: str = "the worst score") -> FailedRuns:
+    """Return which trackers have failed runs, of runs by one protocol.
+
+    Parameters
+    ----------
+    runs : DataFrame
+        As `load_results` gives them.
+    counted : str
+        Score of a failed run in the notes: `0` for an overlap.
+
+    Examples
+    --------
+    >>> runs = pd.DataFrame({"tracker": ["a", "a"], "sequence": ["cup", "box"]})
+    >>> runs = runs.assign(status=["failed", "finished"], failure=["frame 3: ValueError: no", ""])
+    >>> failed_runs(runs, "0").notes
+    {'a': '1 of 2 runs failed (counted as 0): sequence cup, ValueError: no'}
+    """
+    notes = failure_notes(runs, counted)
+    succeeded = set(runs["tracker"][runs["status"] != "failed"])
+    return FailedRuns(notes, [tracker for tracker in notes if tracker not in succeeded])
+
+
+def with_worst_scores(
+    folder: Path, runs: pd.DataFrame, presets: Sequence[str] = ("native",)
+) -> pd.DataFrame:
+    """Return runs with the worst scores of metrics presets in failed rows.
+
+    Their status stays `failed`. Timing runs, runs of trackers whose every run failed, and runs that
+    a preset cannot judge are unchanged.
+
+    Parameters
+    ----------
+    folder : Path
+        Results of the experiment: runs and ground truth are read there.
+    runs : DataFrame
+        As `load_results` or `runs_by` give them; columns of the scores are added if missing.
+    presets : sequence of str
+        Metrics presets whose columns are filled in.
+
+    Raises
+    ------
+    ResultsError
+        If a file is missing or damaged.
+    """
+    keys = pd.MultiIndex.from_frame(runs[["tracker", "protocol"]].astype(str))
+    is_failed = (runs["status"] == "failed").to_numpy()
+    failed = runs[is_failed & keys.isin(keys[~is_failed]) & (runs["protocol"] != TIMING)]
+    if failed.empty:
+        return runs
+    filled = runs.copy()
+    results = Results(folder)
+    for number, row in zip(failed.index, failed.to_dict("records"), strict=True):
+        key = row["tracker"], row["sequence"], int(row["repetition"]), row["protocol"]
+        run = results.read(folder / run_path(*key))
+        truth = read_truth(folder, row["sequence"], row["fingerprint"])
+        scores: dict[str, float] = {}
+        for name in presets:
+            if can_judge(name, run.identity.protocol):
+                scores |= judge_failed(run, truth, name).scores
+        masks = runs.filter(regex="region|contour")[runs["tracker"] == row["tracker"]]
+        scores |= dict.fromkeys(masks.columns[masks.notna().any()], 0.0)
+        for column, value in scores.items():
+            filled.loc[number, column] = value
+    return filled
+
+
+def judge_failed(run: Run, truth: StoredTruth, preset: str) -> Judged:
+    """Return the worst that a metrics preset makes of a run on a sequence.
+
+    Raises `ValueError` if the preset cannot judge runs by the run's protocol.
+    """
+    judged = judge(_lost_run(run), truth, preset)
+    definition = metrics_preset(preset)
+    scores = dict(judged.scores)
+    for name, column in definition.columns.items():
+        if column.better == "higher":
+            scores[name] = 0.0
+    present = np.isfinite(truth.boxes).all(axis=1)
+    first = int(np.flatnonzero(present)[0])
+    if "first_loss" in scores:
+        scores["first_loss"] = first + 1.0
+    diagonal = _diagonal(truth)
+    for name in ("centre_error", "centre_error_median", "centre_error_p90"):
+        if name in scores:
+            scores[name] = diagonal
+    if "normalised_centre_error" in scores:
+        sizes = truth.boxes[present][1:, 2:]
+        scores["normalised_centre_error"] = float(np.mean(diagonal / np.hypot(*sizes.T)))
+    curves = judged.curves
+    if definition.combine is mean_of_sequences:  # others make their curves of the evidence
+        curves = {name: np.column_stack([c[:, 0], 0 * c[:, 1]]) for name, c in curves.items()}
+    return replace(judged, scores=scores, curves=curves)
+
+
+def _lost_run(run: Run) -> Run:
+    """Return the run of a tracker that gave no box and, if supervised, failed whenever it could."""
+    n = len(run.boxes)
+    states: NDArray[np.int32] | None = None
+    if run.states is not None:
+        skipped = max(getattr(protocol(run.identity.protocol), "skip", 1), 1) - 1
+        cycle = [State.INITIALISED, State.FAILED] + [State.SKIPPED] * skipped
+        first = int(np.argmax(run.states == State.INITIALISED))
+        states = np.full(n, State.SKIPPED, np.int32)
+        states[first:] = np.resize(cycle, n - first)
+    return replace(
+        run,
+        failure="",
+        boxes=np.full((n, 4), nan),
+        visible=np.ones(n, np.bool_),
+        confidence=np.full(n, nan),
+        revised=None,
+        segmentation=None,
+        answered=None,
+        states=states,
+    )
+
+
+def _diagonal(truth: StoredTruth) -> float:
+    """Return the diagonal of the image [px], or a lower bound from the ground truth."""
+    if truth.image_size is not None:
+        return hypot(*truth.image_size)
+    corners = truth.boxes[:, :2] + truth.boxes[:, 2:]
+    return hypot(*np.nanmax(corners, axis=0))

@@ -1,0 +1,99 @@
+"""Units of intervals and answers: sequences, families or scenes, by the names of sequences."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Unit", "Units", "units_of"]
+
+Unit = Literal["sequence", "family", "scene"]
+"""Kind of a unit. A family is the name of a sequence before the first `:`."""
+
+_PLURALS = {"sequence": "sequences", "family": "families", "scene": "scenes"}
+
+
+@dataclass(frozen=True)
+class Units:
+    """Sequences by unit.
+
+    Attributes
+    ----------
+    kind : {'sequence', 'family', 'scene'}
+        What a unit is.
+    labels : list of str
+        Name of every unit, in the order of the first sequence of each.
+    members : list of ndarray of int
+        Indices of the sequences of every unit.
+    families : int
+        Number of families.
+    """
+
+    kind: Unit
+    labels: list[str]
+    members: list[NDArray[np.intp]]
+    families: int
+
+    def __len__(self) -> int:
+        """Return the number of units."""
+        return len(self.labels)
+
+    @property
+    def plural(self) -> str:
+        """Plural of the kind: `families`."""
+        return _PLURALS[self.kind]
+
+    @property
+    def scope(self) -> str:
+        """Which new units an answer is about: `for new scenes of these 2 families only`."""
+        if self.kind != "scene":
+            return f"for new {self.plural}"
+        families = f"these {self.families} families" if self.families > 1 else "this family"
+        return f"for new scenes of {families} only"
+
+    def means(self, values: ArrayLike) -> NDArray[np.float64]:
+        """Return the mean over the sequences of every unit: (..., sequences) to (..., units)."""
+        by_sequence = np.asarray(values, np.float64)
+        columns = [by_sequence[..., member].mean(axis=-1) for member in self.members]
+        return np.stack(columns, axis=-1) if columns else by_sequence[..., :0]
+
+
+def units_of(sequences: Sequence[str], unit: str | None = None) -> Units:
+    """Group sequences into units.
+
+    Scenes if all sequences are of one family, otherwise families, which are called sequences if
+    each has a single one. Variants of one scene are one unit.
+
+    Parameters
+    ----------
+    sequences : sequence of str
+        Names; options follow the family as `:key=value`.
+    unit : {'scene'}, optional
+        Scenes also if there are several families.
+
+    Examples
+    --------
+    >>> units_of(["box", "cup:scene=1", "cup:scene=2"]).labels
+    ['box', 'cup']
+    >>> units_of(["cup:scene=1:light=even", "cup:scene=1", "cup:scene=2"]).labels
+    ['cup:scene=1', 'cup:scene=2']
+    """
+    families = [name.partition(":")[0] for name in sequences]
+    n_families = len(set(families))
+    kind: Unit
+    if unit == "scene" or (n_families == 1 and len(sequences) > 1):
+        kind, keys = "scene", [_scene(name) for name in sequences]
+    else:
+        kind, keys = "sequence" if n_families == len(sequences) else "family", families
+    labels = list(dict.fromkeys(keys))
+    array: NDArray[Any] = np.array(keys)
+    return Units(kind, labels, [np.flatnonzero(array == label) for label in labels], n_families)
+
+
+def _scene(name: str) -> str:
+    """Return family and scene of a sequence; the family alone for its default scene."""
+    family, *options = name.split(":")
+    scene = [option for option in options if option.startswith("scene=")]
+    return ":".join([family, *scene])

@@ -1,0 +1,127 @@
+"""Failed runs have the worst scores, and are named."""
+
+from dataclasses import replace
+from math import hypot
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import bench
+import datasets
+from bench import metrics
+from bench.experiments.experiment import Experiment, SequenceSource
+from bench.reporting import failed_runs as module
+from bench.reporting.by_preset import tables_by
+from bench.reporting.failed_runs import failed_runs, judge_failed, with_worst_scores
+from bench.store.loading import load_results
+from bench.store.results import Results
+from bench.store.truth import read_truth
+from tests.bench.conftest import KNOB_TRACKER
+
+N_FRAMES = 15
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory, without_processes):
+    """Results of three trackers on two scenes: one fails on the first, another one on both."""
+    folder = tmp_path_factory.mktemp("failed")
+    sources = tuple(SequenceSource(f"plain/target:length={N_FRAMES}:scene={n}") for n in (0, 1))
+    x = datasets.load(sources[0].text).boxes[0, 0]
+    for name, condition in (("partly", f"if abs(self.box[0] - {x}) < 1e-6: "), ("broken", "")):
+        statement = f"{condition}raise ValueError('empty')\n        return Estimate"
+        (folder / f"{name}.py").write_text(KNOB_TRACKER.replace("return Estimate", statement))
+    trackers = ("static", f"{folder / 'partly.py'}", f"{folder / 'broken.py'}")
+    with without_processes():
+        yield bench.run(Experiment("trial", trackers, sources), folder, jobs=1)
+
+
+def failed_run(folder, runs):
+    row = runs[runs["status"] == "failed"].iloc[0]
+    key = row["tracker"], row["sequence"], int(row["repetition"]), row["protocol"]
+    run = Results(folder).read(folder / module.run_path(*key))
+    return run, read_truth(folder, row["sequence"], row["fingerprint"])
+
+
+def test_failed_runs_have_the_worst_native_scores(stored):
+    runs = load_results(stored)
+    filled = with_worst_scores(stored, runs)
+    failed = filled[filled["status"] == "failed"].iloc[0]
+    assert failed[["mean_overlap", "success_share", "inside_share"]].tolist() == [0, 0, 0]
+    assert failed["first_loss"] == 1
+    _, truth = failed_run(stored, runs)
+    diagonal = hypot(*truth.image_size)
+    assert (
+        failed[["centre_error", "centre_error_median", "centre_error_p90"]].tolist()
+        == [diagonal] * 3
+    )
+    assert failed["evaluated_frames"] == N_FRAMES - 1
+    unchanged = runs["status"] == "finished"
+    pd.testing.assert_frame_equal(filled[unchanged], runs[unchanged])
+
+
+def test_failed_centre_error_is_bounded_without_an_image_size(stored):
+    run, truth = failed_run(stored, load_results(stored))
+    scores = judge_failed(run, replace(truth, image_size=None), "native").scores
+    corners = truth.boxes[:, :2] + truth.boxes[:, 2:]
+    assert scores["centre_error"] == hypot(*corners.max(axis=0))
+
+
+WITHOUT_SEGMENTS = [n for n in metrics.names() if metrics.preset(n).protocol != "anchors"]
+
+
+@pytest.mark.parametrize("name", WITHOUT_SEGMENTS)
+def test_failed_runs_have_the_worst_scores_of_presets(without_processes, stored, name):
+    run, truth = failed_run(stored, load_results(stored))
+    preset = metrics.preset(name)
+    if preset.protocol == "supervised":
+        states = np.zeros(len(run.boxes), np.int32)
+        states[0] = 1
+        identity = replace(run.identity, protocol="supervised")
+        run = replace(run, states=states, identity=identity)
+    scores = judge_failed(run, truth, name).scores
+    for key, column in preset.columns.items():
+        if column.better == "higher" and key != "first_loss":
+            assert scores[key] == 0, key
+        elif column.better == "lower":
+            assert 0 < scores[key] < np.inf, key
+    if name == "vot-supervised":
+        assert scores["failures"] == 3  # frames 1, 7 and 13
+
+
+def test_failed_runs_are_counted_with_the_first_reason(stored):
+    failures = failed_runs(load_results(stored), "0")
+    where = f"sequence plain/target:length={N_FRAMES}, ValueError: empty"
+    assert failures.left_out == ["broken.py:Knob"]
+    assert failures.notes == {
+        "partly.py:Knob": f"1 of 2 runs failed (counted as 0): {where}",
+        "broken.py:Knob": f"2 of 2 runs failed (left out): {where}",
+    }
+
+
+def test_trackers_whose_every_run_failed_keep_no_scores(stored):
+    filled = with_worst_scores(stored, load_results(stored))
+    assert filled["mean_overlap"][filled["tracker"] == "broken.py:Knob"].isna().all()
+
+
+@pytest.mark.parametrize("name", ["native", "otb", "got10k"])
+def test_tables_count_failed_runs_as_worst(stored, name):
+    tables = {table.name: table for table in tables_by(stored, [name])}
+    summary = tables["summary" if name == "native" else f"metrics-{name}"]
+    runs = with_worst_scores(stored, load_results(stored))
+    data = summary.data[
+        summary.data["measure"]
+        == {"native": "mean_overlap", "otb": "success_auc", "got10k": "ao"}[name]
+    ]
+    means = data.groupby("tracker", sort=False)["mean"].first()
+    assert np.isnan(means["broken.py:Knob"])
+    assert 0 < means["partly.py:Knob"] < means["static"]
+    if name == "native":
+        assert (
+            means["partly.py:Knob"]
+            == runs["mean_overlap"][runs["tracker"] == "partly.py:Knob"].mean()
+        )
+    assert [note for note in summary.notes if note.startswith("partly")] == [
+        "partly.py:Knob: 1 of 2 runs failed (counted as the worst score): "
+        f"sequence plain/target:length={N_FRAMES}, ValueError: empty"
+    ]
