@@ -44,7 +44,6 @@ __all__ = [
     "Entry",
     "InteractionTest",
     "Limits",
-    "LostTest",
     "NoTest",
     "NoWorseTest",
     "NumberTest",
@@ -251,17 +250,11 @@ class _OneSided(_CellTest):
 
 
 class AllTest(_OneSided):
-    """The whole sequence is tracked."""
+    """The target is kept throughout (`all`), or lost."""
 
-    kind: Literal["all"]
+    kind: Literal["all", "lost"]
     by: tuple[Literal["first_loss"]] = ("first_loss",)
     limit: float = Field(SHARE_LIMIT, ge=0.0, le=1.0)
-
-
-class LostTest(AllTest):
-    """The target is lost."""
-
-    kind: Literal["lost"]  # type: ignore[assignment]
 
 
 class BestTest(_OneSided):
@@ -352,7 +345,7 @@ class NoTest(Entry):
 Comparison = OrderTest | NoWorseTest | InteractionTest
 """Tests of two sides."""
 
-CellTest = Comparison | AllTest | LostTest | BestTest | ShareTest | NumberTest
+CellTest = Comparison | AllTest | BestTest | ShareTest | NumberTest
 """Tests by cells."""
 
 PartTest = CellTest | BoundTest | RatioTest

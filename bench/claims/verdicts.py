@@ -126,9 +126,8 @@ def _successes(
         good, trials, of = within.astype(float), np.ones(len(rows)), test.metric
     elif isinstance(test, kinds.AllTest):
         lost = np.asarray(rows["first_loss"] < rows["frames"], np.float64)
-        is_lost = isinstance(test, kinds.LostTest)
-        good, trials = lost if is_lost else 1 - lost, np.ones(len(rows))
-        of = "lost" if is_lost else "never lost"
+        good, of = (lost, "lost") if test.kind == "lost" else (1 - lost, "never lost")
+        trials = np.ones(len(rows))
     else:
         rows = rows[rows[metric].notna()]  # without a value a row is no trial
         trials = rows[test.trials].to_numpy(np.float64) if test.trials else np.ones(len(rows))
