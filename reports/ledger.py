@@ -41,11 +41,11 @@ def ledger_table(claims: Sequence[Mapping[str, Any]], tally: str, *, gated: bool
             claim["id"],
             claim["source"],
             claim_words(claim),
-            claim["verdict"].replace("-", " "),
+            claim["verdict"],
         ]
         shown += [
             claim["effect"],
-            *([evidence["all_drawn_scenes"].replace("-", " ")] if gated else []),
+            *([evidence["all_drawn_scenes"]] if gated else []),
         ]
         shown += [holds_in(claim), evidence["reason"]]
         rows.append([Cell(str(text)) for text in shown])

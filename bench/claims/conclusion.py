@@ -12,14 +12,14 @@ fragile.
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite, isnan, nan
+from math import isfinite, isnan
 from typing import Any
 
 from bench.claims.findings import Finding
 from bench.claims.kinds import NumberTest
 from bench.claims.ledger import Claim
 from bench.claims.readings import NO_MATTER, in_words
-from bench.statistics.outcomes import NOWHERE, Outcome, Verdict, undecided
+from bench.statistics.verdict_rules import Outcome, Verdict, inconclusive
 
 __all__ = ["Conclusion", "conclude"]
 
@@ -140,7 +140,7 @@ def conclude(claim: Claim, findings: Sequence[Finding]) -> Conclusion:
         drawn=drawn,
         readings=_count(known),
         post_hoc=_count(hindsight) if hindsight else "",
-        fragile={"holds", "does-not-hold"} <= seen,
+        fragile={"holds", "does not hold"} <= seen,
         findings=tuple(findings),
     )
 
@@ -153,17 +153,16 @@ def _one_by_one(whole: Finding, findings: Iterable[Finding]) -> Finding:
         if one.group and replace(one, group="", verdict=whole.verdict) == whole
     ]
     reason = (
-        f"{', '.join(told)}: means, and in parentheses where one run more would lie with 95 % "
-        "(prediction interval); numbers of other videos, printed and not judged."
+        f"{', '.join(told)}: means with 95 % intervals in parentheses; numbers of other videos, "
+        "printed and not judged"
     )
-    return replace(whole, verdict=Verdict(whole.verdict.verdict, nan, NOWHERE, 0, reason))
+    return replace(whole, verdict=Verdict(whole.verdict.verdict, reason=reason))
 
 
 def _number(verdict: Verdict) -> str:
-    if verdict.verdict != "not-testable":
-        return "not measured twice"
     low, high = verdict.interval
-    return f"{verdict.statistic:.3f} ({low:.3f} to {high:.3f})"
+    between = "" if isnan(low) else f" ({low:.3f} to {high:.3f})"
+    return f"{verdict.statistic:.3f}{between}"
 
 
 def _whole(findings: Iterable[Finding]) -> list[Finding]:
@@ -200,50 +199,42 @@ def _settled(findings: Sequence[Finding], rivals: Sequence[str]) -> Verdict:
     if len(readings) < 2:
         return _decided(findings)
     said = {words: _decided(found) for words, found in readings.items()}
-    told_apart = " ".join(
-        f"{words} {one.verdict.replace('-', ' ')}: {one.reason}" for words, one in said.items()
-    )
+    told_apart = "; ".join(f"{words} {one.verdict}: {one.reason}" for words, one in said.items())
     apart = [
         replace(one, of=", ".join(filter(None, [words, one.of]))) for words, one in said.items()
     ]
     deciding = [name for name in rivals if len({f.reading.get(name) for f in findings}) > 1]
-    return _agreed(apart, f"it depends on the {' and the '.join(deciding)}. ", told_apart)
+    return _agreed(apart, f"it depends on the {' and the '.join(deciding)}: ", told_apart)
 
 
 def _agreed(verdicts: Sequence[Verdict], unless: str, reason: str) -> Verdict:
     """One verdict of several on the same claim, which is decided where they agree.
 
-    It has the numbers of the one that is least sure of it; where they don't agree, of the first
-    that doesn't hold. A claim that is just true is said not to hold no oftener than by any.
+    It has the numbers of the first; where they don't agree, of the first that doesn't hold.
     """
-    known = [one.against for one in verdicts if not isnan(one.against)]
-    against = max(known) if known else nan
     if len({one.verdict for one in verdicts}) == 1:
-        fails = verdicts[0].verdict == "does-not-hold"
-        by_chance = sorted(verdicts, key=lambda one: 2.0 if isnan(one.against) else one.against)
-        shown = next((one for one in reversed(by_chance) if one.against == against), by_chance[0])
-        return replace(shown if fails else by_chance[0], reason=reason, against=against)
+        return replace(verdicts[0], reason=reason)
     first = next(one for one in verdicts if one.verdict != "holds")
-    return replace(first, verdict="undecided", reason=f"{unless}{reason}", against=against)
+    return replace(first, verdict="inconclusive", reason=f"{unless}{reason}")
 
 
 def _decided(findings: Iterable[Finding]) -> Verdict:
     """One verdict of the metrics'."""
     every = list(findings)
     if not every:
-        return undecided("nothing was run that tests it under the headline reading.")
+        return inconclusive("not run: the headline reading")
     deciding = [f for f in every if f.metric in DECIDING] or every
-    told = " ".join(
+    told = "; ".join(
         f"{in_words(finding.metric)}: {finding.verdict.reason}".removeprefix(": ")
         for finding in every
     )
-    return _agreed([one.verdict for one in deciding], "the metrics do not agree. ", told)
+    return _agreed([one.verdict for one in deciding], "the metrics do not agree: ", told)
 
 
 def _count(outcomes: Sequence[Outcome]) -> str:
-    if set(outcomes) <= {"not-testable"}:
+    if set(outcomes) <= {"not testable"}:
         return ""  # numbers beside numbers: there is nothing to hold
-    good = sum(outcome in ("holds", "reproduced") for outcome in outcomes)
+    good = outcomes.count("holds")
     return f"{good} of {len(outcomes)}"
 
 

@@ -9,7 +9,7 @@ import pandas as pd
 from bench.claims.kinds import CheckTest, Side
 from bench.claims.ledger import Claim
 from bench.claims.sides import Compared, Table, rows_by_reading
-from bench.statistics.outcomes import Verdict
+from bench.statistics.verdict_rules import Verdict
 
 __all__ = ["Check", "Evidence", "Finding"]
 
@@ -68,11 +68,14 @@ class Evidence:
         As for `bench.claims.judging.judge`.
     tables : mapping of str to DataFrame
         What else was measured, by name.
+    comparisons : int
+        Number of claims that share the 5 % of false answers, in a summary of several.
     """
 
     claim: Claim
     scores: pd.DataFrame
     tables: Mapping[str, pd.DataFrame]
+    comparisons: int = 1
 
     def setting(self, key: str) -> float:
         """A number among the settings of the claim's check."""

@@ -4,14 +4,15 @@ judge(claim, scores, tables={}, checks={}) -> list[Finding]
 judge_all(claims, scores, tables={}, checks={}) -> list[Conclusion]
 """
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
-from math import nan
+from functools import cache
 
 import pandas as pd
 
 from bench.claims import kinds
 from bench.claims.conclusion import Conclusion, conclude
+from bench.claims.failures import all_failed, failure_note, with_worst_scores
 from bench.claims.findings import Check, Evidence, Finding
 from bench.claims.ledger import Claim
 from bench.claims.readings import NO_MATTER, Option, Reading, Readings, in_words
@@ -24,8 +25,8 @@ from bench.claims.sides import (
     limited,
     rows_by_reading,
 )
-from bench.claims.verdicts import CELL, in_units, verdict_of
-from bench.statistics.outcomes import NOWHERE, Verdict, conjunction, enough_of, undecided
+from bench.claims.verdicts import verdict_of
+from bench.statistics.verdict_rules import Judge, Verdict, conjunction, inconclusive
 
 __all__ = ["COLUMNS", "NOT_RUN", "headline_sides", "is_tested", "judge", "judge_all"]
 
@@ -35,8 +36,8 @@ COLUMNS = ("sequence", "scene", "light", "repetition", "frames", "kept_scene")
 _DEFAULTS: Mapping[str, int | bool] = {"repetition": 0, "frames": 1, "kept_scene": True}
 """What tables beside the scores need not have."""
 
-NOT_RUN = "nothing was run that tests it"
-"""Why a claim is undecided that waits for more to be run."""
+NOT_RUN = "not run"
+"""Beginning of the reason of a claim that waits for an experiment."""
 
 Tables = Mapping[str, pd.DataFrame]
 Checks = Mapping[str, Check]
@@ -55,19 +56,30 @@ def judge_all(
     experiments that are named there only those in `asked` were run, all by default: a claim that
     none of them tests isn't judged on the runs of others.
     """
-    known: dict[str, Conclusion] = {}
-    for name, claim in claims.items():
-        if not isinstance(claim.test, kinds.SummaryTest):
-            if is_tested(claim, asked):
-                findings = judge(claim, scores, tables, checks)
-            else:
-                findings = [Finding(claim.id, undecided(NOT_RUN + "."))]
-            known[name] = conclude(claim, findings)
-    for name, claim in claims.items():
-        if isinstance(claim.test, kinds.SummaryTest):
-            parts = {part: known[part] for part in claim.test.claims}
-            known[name] = conclude(claim, _summary(claim, parts))
-    return [known[name] for name in claims]
+
+    @cache
+    def concluded(name: str, comparisons: int) -> Conclusion:
+        claim, findings = claims[name], list[Finding]()
+        if is_tested(claim, asked):
+            findings = judge(claim, scores, tables, checks, comparisons)
+        if not findings or findings[0].verdict.reason.startswith(NOT_RUN):
+            findings = [_not_run(claim, asked)]
+        return conclude(claim, findings)
+
+    return [
+        conclude(claim, _summary(claim, concluded))
+        if isinstance(claim.test, kinds.SummaryTest)
+        else concluded(name, 1)
+        for name, claim in claims.items()
+    ]
+
+
+def _not_run(claim: Claim, asked: Collection[str] | None = None) -> Finding:
+    """Return the finding on a claim that no run tests; it names the experiments not `asked`."""
+    missing = [name for name in claim.experiment if name not in (asked or ())]
+    experiments = ", ".join(missing or claim.experiment)
+    reason = f"{NOT_RUN}: experiment {experiments}" if experiments else NOT_RUN
+    return Finding(claim.id, inconclusive(reason))
 
 
 def is_tested(claim: Claim, asked: Collection[str] | None) -> bool:
@@ -76,7 +88,11 @@ def is_tested(claim: Claim, asked: Collection[str] | None) -> bool:
 
 
 def judge(
-    claim: Claim, scores: pd.DataFrame, tables: Tables | None = None, checks: Checks | None = None
+    claim: Claim,
+    scores: pd.DataFrame,
+    tables: Tables | None = None,
+    checks: Checks | None = None,
+    comparisons: int = 1,
 ) -> list[Finding]:
     """Judge a claim, that is no summary of others, under every reading that was run.
 
@@ -95,12 +111,14 @@ def judge(
         judged by cells, and columns like those of the scores.
     checks : mapping of str to callable, optional
         The paper's own, by the name that the ledger gives.
+    comparisons : int
+        Number of claims that share the 5 % of false answers, in a summary of several.
 
     Returns
     -------
     list of Finding
-        By reading, light, scenes (kept and all drawn), metric, and group; one undecided where
-        nothing was run.
+        By reading, light, scenes (kept and all drawn), metric, and group; one that is
+        inconclusive if nothing was run.
 
     Raises
     ------
@@ -109,29 +127,26 @@ def judge(
     """
     test = claim.test
     if isinstance(test, kinds.NoTest):
-        return [Finding(claim.id, Verdict("not-testable", nan, NOWHERE, 0, test.reason))]
+        return [Finding(claim.id, Verdict("not testable", reason=test.reason))]
     if isinstance(test, kinds.SummaryTest):
         words = "a summary can't be judged without what it sums up."
         raise ValueError(f"claim {claim.id}: {words}")  # noqa: TRY004 - of the ledger, no type
     if isinstance(test, kinds.CheckTest):
         if test.check not in (checks or {}):
             raise ValueError(f"claim {claim.id}: there is no check {test.check!r}.")
+        scores = with_worst_scores(scores, kinds.COUNTS)
+        evidence = Evidence(claim, scores, tables or {}, comparisons)
         found = [
-            replace(one, verdict=_of_check(one.verdict, test))
-            for one in (checks or {})[test.check](Evidence(claim, scores, tables or {}))
+            replace(one, verdict=replace(one.verdict, unit=one.verdict.unit or test.unit))
+            for one in (checks or {})[test.check](evidence)
         ]
     else:
         parts = test.parts if isinstance(test, kinds.PartsTest) else {"": test}
         frames = {name: _frame(claim, part, scores, tables or {}) for name, part in parts.items()}
         there = {name: frame for name, frame in frames.items() if frame is not None}
-        found = list(_judged(claim, parts, there)) if len(there) == len(parts) else []
-    return found or [Finding(claim.id, undecided(NOT_RUN + "."))]
-
-
-def _of_check(verdict: Verdict, test: kinds.CheckTest) -> Verdict:
-    """The verdict with the unit that the ledger says, and of scenes, unless it has its own."""
-    counted = "scene" if verdict.counted == "cell" else verdict.counted
-    return replace(verdict, unit=verdict.unit or test.unit, counted=counted)
+        complete = len(there) == len(parts)
+        found = list(_judged(claim, parts, there, comparisons)) if complete else []
+    return found or [_not_run(claim)]
 
 
 def _frame(
@@ -154,7 +169,8 @@ def _frame(
             )
             raise ValueError(f"claim {claim.id}: {words} no column {column!r}.")
     needed = {*COLUMNS, *test.columns, *claim.readings.limits, SETTLED, "failure", "tracker"}
-    return light_rows(table, needed)
+    rows = light_rows(table, {*needed, "text", "centre_error"})
+    return with_worst_scores(rows, _metrics(test))
 
 
 @dataclass(frozen=True)
@@ -171,11 +187,6 @@ class _Part:
         return not any(side.empty for side in self.sides)
 
     @property
-    def n_metrics(self) -> int:
-        """In how many ways it is judged."""
-        return 1 if isinstance(self.test, kinds.BoundTest | kinds.RatioTest) else len(self.test.by)
-
-    @property
     def n_rows(self) -> int:
         """Rows of all sides."""
         return sum(map(len, self.sides))
@@ -190,12 +201,10 @@ class _Part:
         known = {column: values for column, values in limits.items() if column in self.sides[0]}
         return replace(self, sides=tuple(limited(side, known) for side in self.sides))
 
-    def without(self, cells: "pd.MultiIndex") -> "_Part":
-        """The same without some cells, where it has cells at all."""
-        if not set(CELL) <= set(self.sides[0]):
-            return self
-        kept = (side[~pd.MultiIndex.from_frame(side[CELL]).isin(cells)] for side in self.sides)
-        return replace(self, sides=tuple(kept))
+
+def _metrics(test: kinds.PartTest) -> tuple[str, ...]:
+    """Return the metrics by which a test is judged, one by one; an empty name for tables' tests."""
+    return ("",) if isinstance(test, kinds.BoundTest | kinds.RatioTest) else test.by
 
 
 def _parts_by_reading(
@@ -256,19 +265,20 @@ def headline_sides(
             yield name, test, list(whole.sides)
 
 
-def _judged(claim: Claim, tests: Mapping[str, kinds.PartTest], frames: Tables) -> Iterator[Finding]:
+def _judged(
+    claim: Claim, tests: Mapping[str, kinds.PartTest], frames: Tables, comparisons: int
+) -> Iterator[Finding]:
     """Findings by reading, light, and scenes."""
-    for reading, same, whole in _parts_by_reading(claim.readings, tests, frames):
-        parts = _without_failures(whole)
+    for reading, same, parts in _parts_by_reading(claim.readings, tests, frames):
         lights = sorted(set[str]().union(*(part.lights for part in parts)))
         for light in ("both", *(lights if len(lights) > 1 else ())):
             here = parts if light == "both" else [p.limited({"light": [light]}) for p in parts]
             if not all(part.is_run for part in here):
                 continue
             kept = [part.limited({"kept_scene": [True]}) for part in here]
-            found = {"kept": list(_verdicts(claim, kept))}
+            found = {"kept": list(_verdicts(claim, kept, comparisons))}
             are_all = all(k.n_rows == h.n_rows for k, h in zip(kept, here, strict=True))
-            found["drawn"] = found["kept"] if are_all else list(_verdicts(claim, here))
+            found["drawn"] = found["kept"] if are_all else list(_verdicts(claim, here, comparisons))
             for scenes, verdicts in found.items():
                 for metric, group, verdict in verdicts:
                     yield Finding(
@@ -284,75 +294,73 @@ def _judged(claim: Claim, tests: Mapping[str, kinds.PartTest], frames: Tables) -
                     )
 
 
-def _without_failures(parts: list[_Part]) -> list[_Part]:
-    """Without the cells in which a run failed: its companions would stand for it."""
-    failed = [
-        side.loc[side["failure"] != "", CELL]
-        for part in parts
-        for side in part.sides
-        if "failure" in side and (side["failure"] != "").any()
-    ]
-    if not failed:
-        return parts
-    return [part.without(pd.MultiIndex.from_frame(pd.concat(failed))) for part in parts]
-
-
-def _verdicts(claim: Claim, parts: list[_Part]) -> Iterator[tuple[str, str, Verdict]]:
+def _verdicts(
+    claim: Claim, parts: list[_Part], comparisons: int
+) -> Iterator[tuple[str, str, Verdict]]:
     """Metric, group ('' for the whole) and verdict; a claim with parts holds where all do."""
     if len(parts) == 1:
-        yield from _whole_and_groups(claim, parts[0])
+        for metric in _metrics(parts[0].test):
+            yield from _whole_and_groups(claim, parts[0], metric, comparisons)
         return
-    said = {
-        f"{part.name}, {in_words(metric)}" if part.n_metrics > 1 else part.name: verdict
-        for part in parts
-        for metric, group, verdict in _whole_and_groups(claim, part)
-        if not group
-    }
-    reasons = [
-        f"{name}: {verdict.verdict.replace('-', ' ')}, {verdict.told}"
-        for name, verdict in said.items()
-    ]
-    yield "", "", conjunction(list(said.values()), list(said), " ".join(reasons))
-    for name, verdict in said.items():
-        yield "", name, verdict
+    judges: dict[str, Judge] = {}
+    for part in parts:
+        metrics = _metrics(part.test)
+        for metric in metrics:
+            name = f"{part.name}, {in_words(metric)}" if len(metrics) > 1 else part.name
+            judges[name] = _whole_judge(claim, part, metric, _group_judges(claim, part, metric))
+    yield "", "", conjunction(judges, comparisons)
+    for name, judge_part in judges.items():
+        yield "", name, judge_part(1)
 
 
-def _whole_and_groups(claim: Claim, part: _Part) -> Iterator[tuple[str, str, Verdict]]:
+def _whole_and_groups(
+    claim: Claim, part: _Part, metric: str, comparisons: int
+) -> Iterator[tuple[str, str, Verdict]]:
+    groups = _group_judges(claim, part, metric)
+    yield metric, "", _whole_judge(claim, part, metric, groups)(comparisons)
+    for name, judge_group in groups.items():
+        yield metric, name, judge_group(1)
+
+
+def _group_judges(claim: Claim, part: _Part, metric: str) -> dict[str, Judge]:
+    """Return what judges each group of a part's rows, by the group's name."""
     test = part.test
-    if isinstance(test, kinds.BoundTest | kinds.RatioTest):
-        yield "", "", in_units(claim, test, "", verdict_of(claim.id, test, part.sides, ""))
-        return
+    if isinstance(test, kinds.BoundTest | kinds.RatioTest | kinds.InteractionTest):
+        return {}
     groups = test.groups
     if not groups and len(test.on) > 1:
         groups = {name: {**test.where, "sequence": [name]} for name in test.on}
-    whole = part
-    if isinstance(test, kinds.InteractionTest):
-        groups = {}  # it has two of its own
-    else:
-        whole = part.limited(test.where)
-    limited_parts = {name: part.limited(limits) for name, limits in groups.items()}
-    for metric in test.by:
-        by_group = {
-            name: in_units(claim, test, metric, verdict_of(claim.id, test, one.sides, metric))
-            for name, one in limited_parts.items()
-        }
-        yield metric, "", _whole(claim, whole, test, metric, by_group)
-        for name, verdict in by_group.items():
-            yield metric, name, verdict
+    return {name: _judge(claim, part.limited(limits), metric) for name, limits in groups.items()}
 
 
-def _whole(
-    claim: Claim, part: _Part, test: kinds.CellTest, metric: str, by_group: Mapping[str, Verdict]
-) -> Verdict:
-    if isinstance(test, kinds.LostTest):
-        return enough_of(list(by_group.values()), list(by_group), test.share, test.least)
+def _whole_judge(claim: Claim, part: _Part, metric: str, groups: Mapping[str, Judge]) -> Judge:
+    """Return what judges all rows of a part, or all of its groups as parts of their own."""
+    test = part.test
+    if isinstance(test, kinds.BoundTest | kinds.RatioTest):
+        return _judge(claim, part, metric)
     if test.every:
-        return conjunction(list(by_group.values()), list(by_group))
-    return in_units(claim, test, metric, verdict_of(claim.id, test, part.sides, metric))
+        return cache(lambda comparisons: conjunction(groups, comparisons))
+    # The two sides of an interaction are limited one by one.
+    whole = part if isinstance(test, kinds.InteractionTest) else part.limited(test.where)
+    return _judge(claim, whole, metric)
 
 
-def _summary(claim: Claim, parts: Mapping[str, Conclusion]) -> list[Finding]:
-    """Whether all parts hold, under every reading that all were tested in."""
+def _judge(claim: Claim, part: _Part, metric: str) -> Judge:
+    @cache
+    def judge_part(comparisons: int) -> Verdict:
+        if reason := all_failed(part.sides):
+            return inconclusive(reason)
+        verdict = verdict_of(claim, part.test, part.sides, metric, comparisons)
+        reasons = filter(None, [verdict.reason, failure_note(part.sides)])
+        return replace(verdict, reason="; ".join(reasons))
+
+    return judge_part
+
+
+def _summary(claim: Claim, concluded: Callable[[str, int], Conclusion]) -> list[Finding]:
+    """Judge whether all parts hold, under every reading in which all were tested."""
+    assert isinstance(claim.test, kinds.SummaryTest)
+    parts = {name: concluded(name, 1) for name in claim.test.claims}
     readings, found = claim.readings, list[Finding]()
     places = {place for part in parts.values() for one in part.findings for place in one.same}
     seen = {
@@ -365,17 +373,24 @@ def _summary(claim: Claim, parts: Mapping[str, Conclusion]) -> list[Finding]:
     def has(option: Option) -> bool:
         return id(option) in seen
 
+    def part_judge(name: str, reading: Reading) -> Judge:
+        def judge_part(comparisons: int) -> Verdict:
+            verdict = concluded(name, comparisons).under(reading.names)
+            assert verdict is not None  # the part was tested under this reading
+            return verdict
+
+        return judge_part
+
     for reading in readings.all(lambda axis: any(map(has, axis.options.values())), has):
-        told = [part.under(reading.names) for part in parts.values()]
-        said = [one for one in told if one is not None]
-        if len(said) == len(parts):
-            found.append(
-                Finding(
-                    claim.id,
-                    conjunction(said, list(parts)),
-                    reading=reading.names,
-                    same=frozenset([readings.places(reading)]),
-                    post_hoc=reading.post_hoc,
-                )
+        if any(part.under(reading.names) is None for part in parts.values()):
+            continue
+        found.append(
+            Finding(
+                claim.id,
+                conjunction({name: part_judge(name, reading) for name in parts}),
+                reading=reading.names,
+                same=frozenset([readings.places(reading)]),
+                post_hoc=reading.post_hoc,
             )
-    return found or [Finding(claim.id, undecided(NOT_RUN + "."))]
+        )
+    return found or [_not_run(claim)]

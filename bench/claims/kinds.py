@@ -4,36 +4,33 @@ Most compare sides (`better`, `worse`, `of`, `others`) by cells of a sequence in
 is a tracker's text form, by which runs are found; or columns and their values, by which rows are,
 of the scores or of a table of what was measured besides (`table`):
 
-- `order`, `equal`: `better` less `worse`;
-- `no-worse`: likewise `equal` or better, on the repetitions that both have;
-- `interaction`: `order` on the sequences `on`, by `where`, against `order` on the rows `against`;
-- `all`: runs of `of` whose first loss is the length;
-- `lost`: of the sequences, how many surely lose at least `share` of the runs of `of`;
-- `best`: cells in which `of` is no worse, by `margin`, than the best of `others`;
-- `share`: of `of`, or of its column `trials`, how many a metric counts (in [0, 1]); of `COUNTS` the
-  mean share of the length;
-- `number`: prints what `of` reaches.
+- `order`: `better` less `worse`; `interaction` is an `order` of each scene's difference of
+  differences, on the rows `where` less those `against`;
+- `no-worse`, also written `equal`: the same difference, on the repetitions that both sides have;
+- `share`: scenes in which more than half of the rows of `of` (or of its column `trials`) have a
+  metric that is so. `all` and `lost` are shares of runs that are never or sometime lost, `best` is
+  the share of scenes in which `of` is no worse, by `margin`, than the best of `others`, and
+  `bound` the share of scenes (of rows, in a table without scenes) within a limit;
+- `number`: prints the mean of `of`;
+- `time`, written `ratio`: one time of a pair is longer than the other by a factor.
 
-Two need no cells: `bound`, whether all rows lie within limits, and `ratio`, whether one time is
-longer than another. `parts` is a claim with several tests, all of which must hold; `summary` says
-that several other claims do; `check` is a function of the paper's, with settings of its own; `none`
-is not testable, and says why. The `unit` of a check's number is said with it.
+`parts` is a claim with several tests, all of which must hold; `summary` has the tests of other
+claims as parts; `check` is a function of the paper that returns verdicts of these kinds; `none` is
+not testable, for a reason.
 
-`by` names the metrics. `where` limits the cells that a verdict rests on; `groups` are judged beside
-it, with limits of their own (each sequence by `where`, where there are none); with `every` the
-verdict is that all hold.
+`by` names the metrics. `where` limits the rows of a verdict; `groups` are judged in addition, with
+limits of their own (by default each sequence); with `every` the groups are parts of the claim.
 """
 
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from bench.statistics.verdicts import KEPT_LIMIT, KEPT_SHARE, MARGIN
+from bench.statistics.rules import CLAIM_MARGIN, SHARE_LIMIT
 from datasets.text_form import parse_text
 
 __all__ = [
     "COUNTS",
-    "DEGREES",
     "ERRORS",
     "IN_PIXELS",
     "KINDS",
@@ -45,10 +42,8 @@ __all__ = [
     "CheckTest",
     "Comparison",
     "Entry",
-    "EqualTest",
     "InteractionTest",
     "Limits",
-    "LostTest",
     "NoTest",
     "NoWorseTest",
     "NumberTest",
@@ -74,9 +69,6 @@ Which of them decide, `bench.claims.conclusion` says. Other metrics are judged a
 
 ERRORS = ("centre_error", "size_error", "error")
 """Metrics of which less is better begin so; a margin is a share of the worse side's mean."""
-
-DEGREES = "degrees"
-"""Column that tells the degrees of freedom of intervals that a table has (see `BoundTest`)."""
 
 IN_PIXELS = ("centre_error", "error")
 """Metrics whose names begin so are in pixels; of others a ledger says the unit."""
@@ -201,7 +193,7 @@ class _Comparison(_CellTest):
 
     better: Side
     worse: Side
-    margin: float = Field(MARGIN, ge=0.0)
+    margin: float = Field(CLAIM_MARGIN, ge=0.0)
 
     @property
     def sides(self) -> list[Side]:
@@ -220,20 +212,17 @@ class OrderTest(_Comparison):
     needs: dict[Text, float] = {}
 
 
-class EqualTest(_Comparison):
-    """A is comparable to B: the same rows as of an order, within the margin."""
-
-    kind: Literal["equal"]
-
-
 class NoWorseTest(_Comparison):
-    """A is as good as B, or better: the same rows as of an order."""
+    """A is as good as B, or better."""
 
-    kind: Literal["no-worse"]
+    kind: Literal["no-worse", "equal"]
 
 
 class InteractionTest(_Comparison):
-    """A is better than B on some cells by more than on others."""
+    """A is better than B on some rows by more than on others of the same scenes.
+
+    Rows of other sequences are paired by the number of the scene.
+    """
 
     naming = ("by", "against")
     kind: Literal["interaction"]
@@ -261,75 +250,56 @@ class _OneSided(_CellTest):
 
 
 class AllTest(_OneSided):
-    """The whole sequence is tracked."""
+    """The target is kept throughout (`all`), or lost."""
 
-    kind: Literal["all"]
+    kind: Literal["all", "lost"]
     by: tuple[Literal["first_loss"]] = ("first_loss",)
-
-
-class LostTest(_OneSided):
-    """The target is surely lost in at least `share` of the runs on at least `least` sequences."""
-
-    kind: Literal["lost"]
-    by: tuple[Literal["first_loss"]] = ("first_loss",)
-    share: float = Field(ge=0.0, le=1.0)
-    least: int = Field(ge=1)
+    limit: float = Field(SHARE_LIMIT, ge=0.0, le=1.0)
 
 
 class BestTest(_OneSided):
-    """As good as the best of others in at least a share `least` of cells, surely above `lower`."""
+    """As good as the best of others."""
 
     kind: Literal["best"]
     others: Annotated[tuple[Side, ...], Field(min_length=2)]
-    margin: float = Field(MARGIN, ge=0.0)
-    least: float = Field(ge=0.0, le=1.0)
-    lower: float = Field(ge=0.0, le=1.0)
+    margin: float = Field(CLAIM_MARGIN, ge=0.0)
+    limit: float = Field(SHARE_LIMIT, ge=0.0, le=1.0)
 
     @property
     def sides(self) -> list[Side]:
-        """What is judged, and all others."""
+        """Side that is judged, and all others."""
         return [self.of, *self.others]
 
 
 class ShareTest(_OneSided):
-    """Something is so in at least a share `least` of all rows, surely above `lower`."""
+    """Something is so in more than half of the rows of a scene."""
 
     naming = ("by", "trials")
     kind: Literal["share"]
     by: Names
     trials: Text | None = None
-    least: float = Field(KEPT_SHARE, ge=0.0, le=1.0)
-    lower: float = Field(KEPT_LIMIT, ge=0.0, le=1.0)
+    limit: float = Field(SHARE_LIMIT, ge=0.0, le=1.0)
 
 
 class NumberTest(_OneSided):
     """Numbers to print beside the paper's; `most` is the greatest that a metric can be."""
 
-    counted = "run"
     kind: Literal["number"]
     most: dict[Text, float] = {}
 
 
 class BoundTest(_TableTest):
-    """No row lies beyond a limit.
+    """A metric lies within a limit in more than half of the rows of a scene.
 
-    A criterion that leaves nothing to chance, unless `interval` names the columns with the lower
-    and the upper limit of each row's interval: then no row may lie beyond it surely. The table's
-    column `DEGREES` says how many degrees of freedom the quantile of t had that made them.
+    In a table without scenes each row is a unit.
     """
 
-    naming = ("metric", "interval")
+    naming = ("metric",)
     counted = "row"
     kind: Literal["bound"]
     metric: Text
-    interval: tuple[Text, Text] | None = None
     least: float | None = None
     most: float | None = None
-
-    @property
-    def columns(self) -> set[str]:
-        """Likewise; and that which intervals need."""
-        return super().columns | ({DEGREES} if self.interval else set())
 
     @model_validator(mode="after")
     def _has_one_limit(self) -> "BoundTest":
@@ -372,10 +342,10 @@ class NoTest(Entry):
     reason: Text
 
 
-Comparison = OrderTest | EqualTest | NoWorseTest | InteractionTest
+Comparison = OrderTest | NoWorseTest | InteractionTest
 """Tests of two sides."""
 
-CellTest = Comparison | AllTest | LostTest | BestTest | ShareTest | NumberTest
+CellTest = Comparison | AllTest | BestTest | ShareTest | NumberTest
 """Tests by cells."""
 
 PartTest = CellTest | BoundTest | RatioTest

@@ -1,10 +1,9 @@
-"""A test's verdict on the rows of its sides."""
+"""Verdict of a test on the rows of its sides."""
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import isnan, nan
+from math import inf, isnan, nan
 from typing import Any, Literal
-from zlib import crc32
 
 import numpy as np
 import pandas as pd
@@ -14,21 +13,19 @@ from bench.claims import kinds
 from bench.claims.ledger import Claim
 from bench.claims.readings import in_words
 from bench.claims.sides import limited
-from bench.statistics.intervals import Interval
-from bench.statistics.outcomes import LEAST_CELLS, Verdict, check, conjunction, undecided
-from bench.statistics.verdicts import (
-    above,
-    all_kept,
-    equal,
+from bench.statistics.rules import SHARE_LIMIT
+from bench.statistics.verdict_rules import (
+    Verdict,
+    inconclusive,
     no_worse,
     number,
     order,
-    order_of_groups,
-    ratio_above,
-    share_at_least,
+    plural,
+    share,
+    time,
 )
 
-__all__ = ["CELL", "in_units", "verdict_of"]
+__all__ = ["CELL", "verdict_of"]
 
 CELL = ["sequence", "scene"]
 
@@ -41,87 +38,108 @@ Values = dict[Key, float]
 """A number by cell and what else tells runs apart, in their order."""
 
 
-def verdict_of(claim: str, test: kinds.PartTest, sides: Sides, metric: str) -> Verdict:
-    """Verdict on the cells of these rows, of each side under one reading, by one metric.
+def verdict_of(
+    claim: Claim, test: kinds.PartTest, sides: Sides, metric: str, comparisons: int = 1
+) -> Verdict:
+    """Return the verdict on these rows, of each side under one reading, by one metric.
 
-    Random numbers come from the claim's id: the same scores give the same verdict.
+    With `comparisons` = m its interval is at level 1 - 0.05 / m.
     """
-    if isinstance(test, kinds.BoundTest):
-        return _bound(test, sides[0])
-    if isinstance(test, kinds.RatioTest):
-        return ratio_above(sides[0][test.longer], sides[0][test.shorter], test.least)
-    if isinstance(test, kinds.NoWorseTest):
-        both = set.intersection(*(set(side["repetition"]) for side in sides))
-        sides = [side[side["repetition"].isin(both)] for side in sides]
-    if isinstance(test, kinds.InteractionTest):
-        generator = np.random.default_rng(crc32(claim.encode()))
-        first = [limited(side[side["sequence"].isin(test.on)], test.where) for side in sides]
-        second = [limited(side, test.against) for side in sides]
-        groups = [_differences(part, test, metric) for part in (first, second)]
-        return order_of_groups(groups[0], groups[1], generator, _margin(sides, test, metric))
-    if isinstance(test, kinds.Comparison):
-        return _compared(test, sides, metric)
-    if isinstance(test, kinds.BestTest):
-        return _best(test, [_values(side, test, metric) for side in sides])
-    if isinstance(test, kinds.NumberTest):
-        values = _scaled(sides[0], metric)
-        values = values[~np.isnan(values)]
-        if len(values) < 2:
-            return undecided("fewer than two runs.")
-        return number(values, most=1.0 if metric in kinds.COUNTS else test.most.get(metric))
-    if isinstance(test, kinds.ShareTest):
-        return _share(test, sides[0], metric)
-    return _kept(test, sides[0])
-
-
-def in_units(claim: Claim, test: kinds.PartTest, metric: str, verdict: Verdict) -> Verdict:
-    """The verdict with what was estimated, its unit, and the unit of repetition."""
+    counted = claim.cells.get(test.table, test.counted)
     of, unit = metric, "px" if metric.startswith(kinds.IN_PIXELS) else ""
-    if isinstance(test, kinds.BoundTest):
-        of = test.metric
+    if isinstance(test, kinds.Comparison):
+        verdict = _compared(test, sides, metric, comparisons, counted)
     elif isinstance(test, kinds.RatioTest):
+        longer, shorter = sides[0][test.longer], sides[0][test.shorter]
+        verdict = time(longer, shorter, test.least, comparisons, counted=counted)
         of, unit = f"{test.longer} to {test.shorter}", verdict.unit
-    elif isinstance(test, kinds.AllTest | kinds.LostTest):
-        of, unit = "lost" if isinstance(test, kinds.LostTest) else "never lost", "of the runs"
-    elif isinstance(test, kinds.ShareTest) and metric not in kinds.COUNTS:
-        unit = f"of the {test.trials}".replace("_", " ") if test.trials else verdict.unit
-    elif isinstance(test, kinds.BestTest):
-        unit = "of the scenes"
-    elif metric in kinds.COUNTS:
-        unit = "of the frames"
-    interval = verdict.interval
-    if metric in kinds.COUNTS:  # differences of shares, or of these differences
-        most = 2.0 if isinstance(test, kinds.InteractionTest) else 1.0
-        interval = Interval(max(interval.low, -most), min(interval.high, most))
-    return replace(
-        verdict,
-        interval=interval,
-        of=in_words(of),
-        unit=claim.units.get(of, unit),
-        counted=claim.cells.get(test.table, test.counted),
-    )
+    elif isinstance(test, kinds.NumberTest):
+        values = [*_reduced(_keys(sides[0], CELL), _scaled(sides[0], metric), "mean").values()]
+        most = 1.0 if metric in kinds.COUNTS else test.most.get(metric)
+        verdict = number([value for value in values if not isnan(value)], most=most)
+    else:
+        good, trials, of = _successes(test, sides, metric)
+        counted = "scene" if set(CELL) <= set(sides[0]) and counted == "row" else counted
+        limit = SHARE_LIMIT if isinstance(test, kinds.BoundTest) else test.limit
+        verdict = share(good, trials, limit, comparisons, counted=counted)
+        unit = f"of the {plural(counted)}"
+    if isinstance(test, kinds.Comparison | kinds.NumberTest):
+        unit = claim.units.get(metric, "of the frames" if metric in kinds.COUNTS else unit)
+    return replace(verdict, of=in_words(of), unit=unit, counted=counted)
 
 
 def _compared(
-    test: kinds.OrderTest | kinds.EqualTest | kinds.NoWorseTest, sides: Sides, metric: str
+    test: kinds.Comparison, sides: Sides, metric: str, comparisons: int, counted: str
 ) -> Verdict:
-    differences, margin = _differences(sides, test, metric), _margin(sides, test, metric)
-    if isinstance(test, kinds.EqualTest):
-        return equal(differences, margin)
+    limit = 1.0 if metric in kinds.COUNTS else inf  # of differences of shares
+    margin = _margin(sides, test, metric)
+    if isinstance(test, kinds.InteractionTest):
+        values = _paired_gains(test, sides, metric)
+        return order(values, margin, comparisons, limit=2 * limit, counted=counted)
     if isinstance(test, kinds.NoWorseTest):
-        return no_worse(differences, margin)
-    verdict = order(differences, margin)
+        both = set.intersection(*(set(side["repetition"]) for side in sides))
+        sides = [side[side["repetition"].isin(both)] for side in sides]
+        values = [*_differences(sides, test, metric).values()]
+        return no_worse(values, margin, comparisons, limit=limit, counted=counted)
+    values = [*_differences(sides, test, metric).values()]
+    verdict = order(values, margin, comparisons, limit=limit, counted=counted)
     for column, least in test.needs.items():
-        share = float(sides[0][column].mean())
-        words = f"{column.replace('_', ' ')} {100 * share:.1f} %"
-        if not share >= least:
-            return undecided(f"there is nothing to compare: {words}.")
-        verdict = replace(verdict, reason=f"{verdict.reason.removesuffix('.')}; {words}.")
+        needed = float(sides[0][column].mean())
+        words = f"{column.replace('_', ' ')} {100 * needed:.1f} %"
+        if not needed >= least:
+            return inconclusive(f"there is nothing to compare: {words}")
+        verdict = replace(verdict, reason=f"{verdict.reason}; {words}")
     return verdict
 
 
-def _best(test: kinds.BestTest, values: Sequence[Values]) -> Verdict:
-    """In which cells ours is nowhere behind the best of the others."""
+def _paired_gains(test: kinds.InteractionTest, sides: Sides, metric: str) -> list[float]:
+    """Return each scene's difference of differences.
+
+    Scenes of different sequences are paired by their numbers.
+    """
+    first = [limited(side[side["sequence"].isin(test.on)], test.where) for side in sides]
+    second = [limited(side, test.against) for side in sides]
+    gains, others = (_differences(part, test, metric) for part in (first, second))
+    if not {key[0] for key in gains} & {key[0] for key in others}:
+        gains, others = (
+            _reduced([key[1:] for key in one], np.array([*one.values()], np.float64), "mean")
+            for one in (gains, others)
+        )
+    return [gain - others[key] for key, gain in gains.items() if key in others]
+
+
+def _successes(
+    test: kinds.AllTest | kinds.BestTest | kinds.ShareTest | kinds.BoundTest,
+    sides: Sides,
+    metric: str,
+) -> tuple[Sequence[float], Sequence[float], str]:
+    """Return successes and trials of each scene, and what a success is."""
+    rows = sides[0]
+    if isinstance(test, kinds.BestTest):
+        near = _near_best(test, [_values(side, test, metric) for side in sides])
+        return near, [1.0] * len(near), metric
+    if isinstance(test, kinds.BoundTest):
+        values = rows[test.metric].to_numpy(np.float64)
+        within = values >= test.least if test.least is not None else values <= (test.most or 0.0)
+        if not set(CELL) <= set(rows):
+            return within.astype(float).tolist(), [1.0] * len(rows), test.metric
+        good, trials, of = within.astype(float), np.ones(len(rows)), test.metric
+    elif isinstance(test, kinds.AllTest):
+        lost = np.asarray(rows["first_loss"] < rows["frames"], np.float64)
+        good, of = (lost, "lost") if test.kind == "lost" else (1 - lost, "never lost")
+        trials = np.ones(len(rows))
+    else:
+        rows = rows[rows[metric].notna()]  # without a value a row is no trial
+        trials = rows[test.trials].to_numpy(np.float64) if test.trials else np.ones(len(rows))
+        good, of = _scaled(rows, metric) * trials, metric
+    keys = _keys(rows, CELL)
+    sums, counts = (_reduced(keys, values, "sum") for values in (good, trials))
+    kept = [key for key, count in counts.items() if count > 0]
+    return [sums[key] for key in kept], [counts[key] for key in kept], of
+
+
+def _near_best(test: kinds.BestTest, values: Sequence[Values]) -> list[float]:
+    """Return for each scene whether ours is nowhere behind the best of the others."""
     ours, *others = values
     near: dict[Key, bool] = {}
     for key, value in ours.items():
@@ -129,67 +147,7 @@ def _best(test: kinds.BestTest, values: Sequence[Values]) -> Verdict:
         behind = np.fmax.reduce(known) - value if len(known) == len(others) else np.nan
         if not np.isnan(behind):
             near[key[:2]] = near.get(key[:2], True) and -behind >= -test.margin
-    return share_at_least(list(near.values()), np.ones(len(near)), test.least, test.lower)
-
-
-def _kept(test: kinds.AllTest | kinds.LostTest, runs: pd.DataFrame) -> Verdict:
-    flags = np.asarray(runs["first_loss"] >= runs["frames"], np.float64)
-    kept, every = _sums(runs, flags), _sums(runs, np.ones(len(runs)))
-    if isinstance(test, kinds.LostTest):
-        return share_at_least(every - kept, every, test.share)
-    return all_kept(kept, every)
-
-
-def _share(test: kinds.ShareTest, runs: pd.DataFrame, metric: str) -> Verdict:
-    """Rows without a value were no trial: what is asked did not arise in them."""
-    runs = runs[runs[metric].notna()]
-    trials = runs[test.trials].to_numpy(np.float64) if test.trials else np.ones(len(runs))
-    good = _scaled(runs, metric) * trials
-    verdict = share_at_least(_sums(runs, good), _sums(runs, trials), test.least, test.lower)
-    if test.table == kinds.SCORES and set(runs[metric].tolist()) <= {0.0, 1.0}:
-        verdict = replace(verdict, unit="of the runs")  # a yes or no each; others are shares of it
-    if metric not in kinds.COUNTS or verdict.cells < LEAST_CELLS:
-        return verdict
-    words = f"{100 * verdict.statistic:.1f} % of the length on average over {verdict.cells} cells."
-    return replace(verdict, reason=words)
-
-
-def _sums(runs: pd.DataFrame, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Sum of a value a run in each cell."""
-    return np.array([*_reduced(_keys(runs, CELL), values, "sum").values()])
-
-
-def _bound(test: kinds.BoundTest, rows: pd.DataFrame) -> Verdict:
-    sign = 1.0 if test.least is not None else -1.0  # so that more is better
-    limit = sign * float(test.least if test.least is not None else test.most or 0.0)
-    low_name, high_name = test.interval or (test.metric, test.metric)
-    if sign < 0:
-        low_name, high_name = high_name, low_name
-    low, high = (sign * rows[name].to_numpy(np.float64) for name in (low_name, high_name))
-    words, against = in_words(test.metric), f"to be compared with {sign * limit:g}."
-    if test.interval is None:
-        worst = int(low.argmin())
-        value = float(rows[test.metric].iloc[worst])
-        reason = f"the {'least' if sign > 0 else 'greatest'} {words} is {value:.3g}, {against}"
-        return check(bool(low[worst] >= limit), value, reason, len(rows))
-    values = sign * rows[test.metric].to_numpy(np.float64)
-    found = [
-        above(value, Interval(*ends), limit, int(degrees) + 1, "")
-        for value, *ends, degrees in zip(
-            values.tolist(), low.tolist(), high.tolist(), rows[kinds.DEGREES].tolist(), strict=True
-        )
-    ]
-    whole = conjunction(found, [f"row {place}" for place in range(len(found))], "")
-    value, ends = sign * whole.statistic, sorted(sign * end for end in whole.interval)
-    words += f" of the row that decides, of {len(rows)}," if len(rows) > 1 else ""
-    reason = f"the {words} is {value:.3g} (95 %: {ends[0]:.3g} to {ends[1]:.3g}), {against}"
-    return replace(
-        whole,
-        statistic=value,
-        interval=Interval(*ends),
-        cells=len(rows),
-        reason=f"{reason}{whole.reason}",
-    )
+    return [float(one) for one in near.values()]
 
 
 def _margin(sides: Sides, test: kinds.Comparison, metric: str) -> float:
@@ -200,14 +158,13 @@ def _margin(sides: Sides, test: kinds.Comparison, metric: str) -> float:
     return test.margin * float(mean) if np.isfinite(mean) else test.margin
 
 
-def _differences(sides: Sides, test: kinds.Comparison, metric: str) -> NDArray[np.float64]:
-    """Better less worse by cell; lights and the like of a cell are compared one by one."""
+def _differences(sides: Sides, test: kinds.Comparison, metric: str) -> Values:
+    """Return better less worse by cell; lights and the like of a cell are compared one by one."""
     better, worse = (_values(side, test, metric) for side in sides)
-    differences = {key: value - worse[key] for key, value in better.items() if key in worse}
-    known = {key: value for key, value in differences.items() if not isnan(value)}
-    cells = _reduced([key[:2] for key in known], np.array([*known.values()], np.float64), "mean")
-    pairs = np.array([*cells.values()], np.float64)
-    return -pairs if metric.startswith(kinds.ERRORS) else pairs
+    sign = -1.0 if metric.startswith(kinds.ERRORS) else 1.0
+    pairs = {key: sign * (value - worse[key]) for key, value in better.items() if key in worse}
+    known = {key: value for key, value in pairs.items() if not isnan(value)}
+    return _reduced([key[:2] for key in known], np.array([*known.values()], np.float64), "mean")
 
 
 def _values(runs: pd.DataFrame, test: kinds.CellTest, metric: str) -> Values:

@@ -98,7 +98,7 @@ def command(
         if all_papers:
             _write_front_page(output)
         ours = [one for one in report.claims if not one["evidence"]["ours"]]
-        fails |= any(claim["verdict"] == "does-not-hold" for claim in ours)
+        fails |= any(claim["verdict"] == "does not hold" for claim in ours)
     return EXIT_ANSWER_IS_NO if strict and fails else 0
 
 

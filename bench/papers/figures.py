@@ -16,7 +16,7 @@ from bench.evaluation.record import Run
 from bench.metrics.centre_error import centre_error
 from bench.papers.context import Context
 from bench.papers.description import FigureEntry
-from bench.statistics.intervals import wilson_interval
+from bench.statistics.intervals import share_interval
 from datasets.text_form import format_text, parse_text
 from reports.curves import curve_plot
 from reports.figures import write_figure
@@ -180,7 +180,7 @@ def _is_of(text: str, sequence: str) -> bool:
 
 
 def _curve(entry: FigureEntry, context: Context) -> Figure | None:
-    """The share of the runs in which a measure is so, across a parameter; a line a tracker."""
+    """Draw the share of scenes in which a measure is so, across a parameter; a line a tracker."""
     points = []
     for panel, further in (entry.panels or {"": {}}).items():
         for label, tracker in _labelled(entry, entry.trackers).items():
@@ -198,16 +198,16 @@ def _curve(entry: FigureEntry, context: Context) -> Figure | None:
         entry.across,
         entry.quantity,
         list(entry.labels or entry.trackers),
-        heading="95 % intervals, as if a scene were one trial",
+        heading="95 % intervals; a scene counts if more than half of its runs do",
         marks=entry.marks,
     )
 
 
 def _share(runs: pd.DataFrame, measure: str) -> dict[str, float]:
-    shares = runs.groupby("scene")[measure].mean()
-    value = float(shares.mean())
-    interval = wilson_interval(value, len(shares))
-    return {"value": value, "low": interval.low, "high": interval.high}
+    by_scene = runs.groupby("scene")[measure]
+    good, trials = by_scene.sum(), by_scene.count()
+    interval = share_interval(good, trials)
+    return {"value": float((2 * good > trials).mean()), "low": interval.low, "high": interval.high}
 
 
 def write_pictures(folder: Path, plots: Mapping[str, Drawn]) -> list[Path]:

@@ -16,8 +16,6 @@ from bench.claims.kinds import (
     BoundTest,
     CheckTest,
     Comparison,
-    EqualTest,
-    LostTest,
     PartTest,
     RatioTest,
 )
@@ -224,9 +222,7 @@ def _badness(test: PartTest, ahead: float) -> float:
     """Less for a scene that speaks against a test; not known comes last."""
     if not isfinite(ahead):
         return inf
-    if isinstance(test, EqualTest):
-        return -abs(ahead)
-    return -ahead if isinstance(test, LostTest) else ahead
+    return -ahead if test.kind == "lost" else ahead
 
 
 def _words(claim: Claim, metric: str) -> str:

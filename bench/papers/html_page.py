@@ -276,7 +276,7 @@ def _scenes(name: str, ground: Ground, footage: Footage) -> Sheet:
 
 def _where_it_differs(claim: Mapping[str, Any]) -> str:
     drawn = claim["evidence"]["all_drawn_scenes"]
-    return "" if drawn == claim["verdict"] else drawn.replace("-", " ")
+    return "" if drawn == claim["verdict"] else drawn
 
 
 def _by_reading(claim: Mapping[str, Any]) -> list[Sheet]:
@@ -289,7 +289,7 @@ def _by_reading(claim: Mapping[str, Any]) -> list[Sheet]:
         (
             one["reading"] + (POST_HOC if one["post_hoc"] else "") or "as written",
             ", ".join(filter(None, [one["group"], in_words(one["metric"]) if named else ""])),
-            one["verdict"].replace("-", " "),
+            one["verdict"],
             one["effect"] or MISSING,
             one["reason"],
         )

@@ -48,9 +48,9 @@ AMOUNT = "How much was run: "
 
 JUDGED = (
     "Effects have 95 % intervals; a difference is positive where it is as the claim has it. A "
-    "claim of several parts shows the one that decides, and is said not to hold only where one "
-    "fails surely enough for their number. For the number of claims nothing is corrected: of "
-    "forty that are just true, one is expected to be said not to hold (docs/verdicts.md)."
+    "claim of k parts shows the one that decides, and does not hold if a part fails with its "
+    'interval at 1 - .05/k. No correction is applied across claims: expect one false "does not '
+    'hold" among 40 claims that are only just true (docs/verdicts.md).'
 )
 
 
@@ -271,13 +271,13 @@ def _seconds(scores: pd.DataFrame) -> float:
 
 
 def _advised(one: Conclusion, description: Description, effort: Effort) -> Conclusion:
-    """With what would run the tests of a claim, or more scenes of one that is undecided."""
+    """Return a conclusion with the option that runs its tests, or more scenes of them."""
     not_run = one.reason.startswith(NOT_RUN)
-    told = NOT_RUN if not_run else one.reason.removesuffix(".")
+    told = one.reason
     words = more_to_run(one.claim, description, effort) if not_run else ""
-    if not not_run and one.verdict == "undecided":
+    if not not_run and one.verdict == "inconclusive":
         words = more_scenes(one.claim, description, effort)
-    return replace(one, found=replace(one.found, reason=f"{told}; {words}.")) if words else one
+    return replace(one, found=replace(one.found, reason=f"{told}; {words}")) if words else one
 
 
 def _made(key: str, entry: TableEntry, context: Context, paper: str) -> list[Table]:
@@ -318,4 +318,4 @@ def _told(conclusion: Conclusion, choice: Mapping[str, str]) -> str:
     found = conclusion.under(choice)
     if found is None or found.reason.startswith(NOT_RUN):
         return MISSING
-    return ", ".join(filter(None, [found.verdict.replace("-", " "), found.effect]))
+    return ", ".join(filter(None, [found.verdict, found.effect]))

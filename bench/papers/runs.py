@@ -16,6 +16,7 @@ from bench.experiments.contestant import contestant
 from bench.papers import Asked
 from bench.papers.description import Description
 from bench.papers.measures import Course, Series, measured
+from bench.reporting.failed_runs import with_worst_scores
 from bench.store.files import ResultsError
 from bench.store.layout import Cell, run_path
 from bench.store.loading import as_revised, load_results
@@ -66,9 +67,9 @@ def tidy_runs(
 
         Of the run `trace`, `repetition`, `frames` (length with the given first frame),
         `success_frames` and `frames_inside` (both count the given frame), `first_loss` (frames
-        before the loss), `mean_overlap`, the other scores of the results, and what was measured
-        (NaN for a failed run); `path`, and `failure` (a line that names the run and says why it
-        failed; empty for others).
+        before the loss), `mean_overlap`, the other scores of the results (the worst ones of a
+        failed run), and what was measured (NaN for a failed run); `path`, and `failure` (a line
+        that names the run and says why it failed; empty for others).
 
     Raises
     ------
@@ -82,7 +83,7 @@ def tidy_runs(
     known = pd.DataFrame([labels_of(text, name, description.apart) for text, name in names])
     pieces = []
     for trace in description.traces or ("online",):
-        runs = by_trace[trace].reset_index(drop=True)
+        runs = with_worst_scores(folder, by_trace[trace].reset_index(drop=True))
         counts = _counts(folder, runs)
         further = runs[[column for column in runs if runs[column].dtype.kind == "f"]]
         further = further.drop(columns=[name for name in further if name in (*counts, *known)])

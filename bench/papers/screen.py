@@ -8,6 +8,7 @@ from typing import Any
 
 from bench.claims.judging import NOT_RUN
 from bench.papers import Effort, Report
+from bench.statistics.rules import MIN_SCENES
 from reports.renderers import to_text
 
 __all__ = ["EFFECT", "OUTCOMES", "WIDTH", "claim_count", "outcome", "screen", "tally", "was_run"]
@@ -18,6 +19,7 @@ WIDTH = 100
 EFFECT = "effect [95 % interval] unit, what it rests on"
 
 _SHORT = 50  # most characters of a claim's short form
+_REASON = 2 * WIDTH  # most characters of the reason of an inconclusive verdict
 
 
 def screen(report: Report, paper: str, effort: Effort, folder: Path) -> str:
@@ -34,8 +36,8 @@ def screen(report: Report, paper: str, effort: Effort, folder: Path) -> str:
     return "\n".join([*parts, *_further(paper, effort)])
 
 
-OUTCOMES = ("reproduced", "holds", "undecided", "does not hold", "not testable", "not run")
-"""What may come out of a claim, in words, the best for the paper first."""
+OUTCOMES = ("holds", "inconclusive", "does not hold", "not testable", "not run")
+"""Verdicts on a claim and the absence of one, the best for the paper first."""
 
 
 def tally(claims: Sequence[Mapping[str, Any]]) -> dict[str, int]:
@@ -57,8 +59,8 @@ def claim_count(claims: list[dict[str, Any]]) -> str:
 
 
 def outcome(claim: Mapping[str, Any]) -> str:
-    """A claim's verdict in words, or that nothing was run which tests it."""
-    return str(claim["verdict"]).replace("-", " ") if was_run(claim) else "not run"
+    """Return a claim's verdict, or that its experiment was not run."""
+    return str(claim["verdict"]) if was_run(claim) else "not run"
 
 
 def was_run(claim: Mapping[str, Any]) -> bool:
@@ -73,11 +75,15 @@ def _line(claim: Mapping[str, Any]) -> str:
     holds = f"{readings} readings{fragile}" if readings and was_run(claim) else ""
     ours = "ours" if claim["evidence"]["ours"] else ""
     line = _row(claim["id"], words, outcome(claim), ", ".join(filter(None, [holds, ours])))
-    if not claim["effect"]:
+    detail = claim["effect"]
+    if outcome(claim) == "inconclusive":
+        reason = textwrap.shorten(claim["evidence"]["reason"], _REASON, placeholder=" …")
+        detail = ": ".join(filter(None, [detail, reason]))
+    if not detail:
         return line
     indent = " " * len(_row("", "-", "", "").partition("-")[0])
-    effect = textwrap.fill(claim["effect"], WIDTH, initial_indent=indent, subsequent_indent=indent)
-    return f"{line}\n{effect}"
+    detail = textwrap.fill(detail, WIDTH, initial_indent=indent, subsequent_indent=indent)
+    return f"{line}\n{detail}"
 
 
 def _row(name: str, words: str, verdict: str, holds: str) -> str:
@@ -88,7 +94,7 @@ def _further(paper: str, effort: Effort) -> list[str]:
     """What to run for more."""
     if effort.quick:
         return [
-            "A quick look decides few claims: differences and shares need eight scenes or more.",
+            f"A quick look decides few claims: differences and shares need {MIN_SCENES} scenes.",
             f"Evidence, from all scenes and seeds: trackmark reproduce {paper}",
         ]
     if not effort.everything:

@@ -4,13 +4,13 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import datasets
-from bench.claims.kinds import EqualTest, NoWorseTest, PartsTest
+from bench.claims.kinds import NoWorseTest, PartsTest
 from bench.claims.ledger import Claim
 from bench.experiments.experiment import Experiment, read_experiment
 from bench.papers import Effort
 from bench.papers.description import Description
 from bench.papers.recorded import RECORDED, read_published
-from bench.statistics.verdicts import LEAST_FOR_NOTHING
+from bench.statistics.rules import MIN_UNITS_FOR_SMALL
 from datasets.text_form import parse_text
 
 __all__ = ["affordable", "experiments_of", "more_scenes", "more_to_run", "with_recorded"]
@@ -40,9 +40,9 @@ def more_to_run(claim: Claim, description: Description, effort: Effort) -> str:
     if effort.everything or not (claim.effort == "all" or further & {*claim.experiment}):
         return "leave out --quick" if effort.quick else ""
     tests = claim.test.parts.values() if isinstance(claim.test, PartsTest) else [claim.test]
-    if not any(isinstance(test, EqualTest | NoWorseTest) for test in tests):
+    if not any(isinstance(test, NoWorseTest) for test in tests):
         return "give --all"
-    return f"give --all; that no difference matters takes {LEAST_FOR_NOTHING} scenes or more"
+    return f"give --all; that no difference matters takes {MIN_UNITS_FOR_SMALL} scenes or more"
 
 
 def more_scenes(claim: Claim, description: Description, effort: Effort) -> str:

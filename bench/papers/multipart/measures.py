@@ -2,9 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 import bench
 import datasets
@@ -12,24 +14,22 @@ from bench.claims.findings import Check, Evidence, Finding
 from bench.claims.verdicts import CELL
 from bench.papers.context import Context
 from bench.papers.measures import Course
-from bench.papers.multipart.scenes import JITTERS, THRESHOLD, Appearance, states_of
+from bench.papers.multipart.scenes import THRESHOLD, Appearance, states_of
 from bench.papers.multipart.tables import published
 from bench.papers.multipart.timing import kernel_pairs
 from bench.papers.runs import as_run
 from bench.papers.timing import tracker_times
-from bench.statistics.separation import auc, auc_interval, error_share, zero_error_thresholds
-from bench.statistics.verdicts import (
-    LEAST_CELLS,
-    Outcome,
+from bench.statistics.rules import SHARE_LIMIT
+from bench.statistics.separation import auc, error_share, zero_error_thresholds
+from bench.statistics.verdict_rules import (
+    Judge,
     Verdict,
-    all_kept,
-    check,
     conjunction,
     no_worse,
     number,
-    ratio_above,
-    share_at_least,
-    too_few,
+    order,
+    share,
+    time,
 )
 
 __all__ = ["CHECKS", "of_run", "published", "scores", "tables"]
@@ -103,57 +103,56 @@ def _layout() -> pd.DataFrame:
 
 
 def identity(evidence: Evidence) -> list[Finding]:
-    """The proposed method is one of the two, to the bit."""
-    table = evidence.tables["identity"]
-    same = int(table["identical"].sum())
-    reason = f"boxes are identical in {same} of {len(table)} scenes."
-    return [Finding(evidence.claim.id, check(same == len(table), float(same), reason, len(table)))]
+    """Judge whether the proposed method is one of the two, to the bit."""
+    same = evidence.tables["identity"]["identical"]
+    verdict = share(same, np.ones(len(same)), comparisons=evidence.comparisons)
+    return [Finding(evidence.claim.id, verdict)]
 
 
 def layout(evidence: Evidence) -> list[Finding]:
-    """One histogram does not see swapped halves, two do."""
+    """Judge whether one histogram does not see swapped halves, and two do."""
     table = evidence.tables["layout"]
     blind, sighted = (evidence.setting(key) for key in ("single_below", "multi_above"))
+    as_claimed = (table["single"] < blind) & (table["multi"] > sighted)
+    trials = np.ones(len(table))
+    verdict = share(as_claimed, trials, comparisons=evidence.comparisons, counted="target")
     single, multi = float(table["single"].max()), float(table["multi"].min())
-    reason = f"distance after a swap of the halves: single {single:.3f}, multi {multi:.3f}."
-    verdict = check(single < blind and multi > sighted, multi, reason, len(table))
-    found = replace(verdict, of="distance by two histograms", counted="target")
-    return [Finding(evidence.claim.id, found)]
+    words = f"distance after a swap of the halves: single {single:.3f}, multi {multi:.3f}"
+    return [Finding(evidence.claim.id, replace(verdict, reason=f"{verdict.reason}; {words}"))]
 
 
 def right_picks(evidence: Evidence) -> list[Finding]:
-    """One threshold picks the wanted representation on every sequence."""
+    """Judge whether one threshold picks the wanted representation on every sequence."""
     found = []
     for finding, (table,) in evidence.by_reading(evidence.tables["switch"], [{}]):
         wanted = table["sequence"].isin(evidence.names("two_coloured"))
-        share = table["multi_share"].where(wanted, 1 - table["multi_share"])
-        if share.empty:
+        picks = table["multi_share"].where(wanted, 1 - table["multi_share"])
+        if picks.empty:
             continue
-        # Of the rectangles of one scene, nearly all are picked alike: the scene is the unit.
-        right = (JITTERS * share).round().groupby(table["sequence"])
-        limits = evidence.setting("least"), evidence.setting("lower")
         parts = {
-            str(name): share_at_least(cells, np.full(len(cells), JITTERS), *limits)
-            for name, cells in right
+            str(name): partial(share, right, np.ones(len(right)), evidence.setting("limit"))
+            for name, right in picks.groupby(table["sequence"])
         }
-        together = conjunction(list(parts.values()), list(parts))
-        reason = f"{100 * share.mean():.0f} % of all picks are right; {together.reason}"
-        found.append(finding(verdict=replace(together, reason=reason, counted="scene")))
+        together = conjunction(parts, evidence.comparisons)
+        reason = f"{together.reason}; {100 * picks.mean():.0f} % of all picks are right"
+        found.append(finding(verdict=replace(together, reason=reason)))
     return found
 
 
 def separation(evidence: Evidence) -> list[Finding]:
-    """The distance between the halves tells the two classes of targets apart."""
+    """Judge by each scene's area under the curve whether the distance separates the classes."""
     found = []
+    least, threshold = evidence.setting("least"), evidence.setting("threshold")
     for finding, (table,) in evidence.by_reading(evidence.tables["switch"], [{}]):
-        is_two = table["sequence"].isin(evidence.names("two_coloured")).to_numpy()
-        distances = table["distance"].to_numpy(np.float64)
-        two, plain = distances[is_two], distances[~is_two]
-        if not len(two) or not len(plain):
+        is_two = table["sequence"].isin(evidence.names("two_coloured"))
+        two, plain = table.loc[is_two, "distance"], table.loc[~is_two, "distance"]
+        if two.empty or plain.empty:
             continue
-        area, threshold = auc(two, plain), evidence.setting("threshold")
-        interval = auc_interval(area, len(two), len(plain))
-        margins = two.min() - threshold, threshold - plain.max()
+        scenes = [
+            auc(rows.loc[is_two, "distance"], rows.loc[~is_two, "distance"]) - least
+            for _, rows in table.groupby("scene")
+            if is_two[rows.index].nunique() == 2
+        ]
         free = zero_error_thresholds(two, plain)
         words = (
             f"thresholds from {free[0]:.3f} to {free[1]:.3f} make no error"
@@ -161,20 +160,14 @@ def separation(evidence: Evidence) -> list[Finding]:
             else "no threshold is without error"
         )
         reason = (
-            f"area under the curve {area:.3f} (95 %: {interval.low:.3f} to {interval.high:.3f}); "
-            f"{words}; at {threshold:g} "
+            f"area over all scenes {auc(two, plain):.3f}; {words}; at {threshold:g} "
             f"{100 * error_share(two, plain, threshold):.0f} % are wrong, margins "
-            f"{margins[0]:+.3f} and {margins[1]:+.3f}."
+            f"{two.min() - threshold:+.3f} and {threshold - plain.max():+.3f}"
         )
-        fewest = min(len(two), len(plain))
-        outcome: Outcome = "undecided"
-        if fewest < LEAST_CELLS:
-            reason = f"{too_few(fewest).removesuffix('.')} of each class; {reason}"
-        elif interval.low > evidence.setting("least"):
-            outcome = "holds"
-        elif interval.high < evidence.setting("least"):
-            outcome = "does-not-hold"
-        found.append(finding(verdict=Verdict(outcome, area, interval, len(table), reason)))
+        verdict = order(scenes, 0.0, evidence.comparisons, limit=1.0)
+        of = f"area less {least:g}"
+        reason = f"{verdict.reason}; {reason}"
+        found.append(finding(verdict=replace(verdict, of=of, reason=reason)))
     return found
 
 
@@ -184,15 +177,20 @@ def preferable(evidence: Evidence) -> list[Finding]:
         return []
     table = evidence.tables["times"]
     pairs = table[table["kernel"] == "one pass"]
-    time = replace(ratio_above(pairs["multi"], pairs["single"], AS_SLOW), counted="pair")
+    times = partial(time, pairs["multi"], pairs["single"], AS_SLOW)
     found = []
     plain = evidence.names("plain")
     for finding, sides in evidence.by_reading(evidence.scores, [SINGLE, MULTI], plain):
         for metric in ("frames_inside", "first_loss"):
             single, multi = (_shares(runs, metric) for runs in sides)
-            tracked = no_worse((single - multi).dropna().groupby(CELL).mean())
-            parts = [replace(tracked, unit="of the frames"), time]
-            verdict = conjunction(parts, ["single no worse", "single no slower"])
+            gains = (single - multi).dropna().groupby(CELL).mean()
+
+            def tracked(comparisons: int, gains: ArrayLike = gains) -> Verdict:
+                verdict = no_worse(gains, comparisons=comparisons, limit=1.0)
+                return replace(verdict, unit="of the frames")
+
+            parts: dict[str, Judge] = {"single no worse": tracked, "single no slower": times}
+            verdict = conjunction(parts, evidence.comparisons)
             found.append(finding(verdict=verdict, metric=metric))
     return found
 
@@ -210,8 +208,11 @@ def through_occlusion(evidence: Evidence) -> list[Finding]:
         keys = [runs[key] for key in CELL]
         kept = (runs["first_loss"] >= runs["frames"]).groupby(keys)
         clear = (runs["near_occlusion"] == 0.0).groupby(keys)
-        parts = [all_kept(one.sum(), one.size()) for one in (kept, clear)]
-        verdict = conjunction(parts, ["kept to the end", "not lost at an occlusion"])
+        parts = {
+            name: partial(share, one.sum(), one.size(), SHARE_LIMIT)
+            for name, one in (("kept to the end", kept), ("not lost at an occlusion", clear))
+        }
+        verdict = conjunction(parts, evidence.comparisons)
         found.append(finding(verdict=verdict, metric="first_loss"))
     return found
 
@@ -221,14 +222,12 @@ def lost_to(evidence: Evidence) -> list[Finding]:
     found = []
     sequences = evidence.names("sequences")
     for finding, (runs,) in evidence.by_reading(evidence.scores, ["multipart"], sequences):
-        if len(runs) < 2:
-            continue
         lost = runs[runs["first_loss"] < runs["frames"]]
         near = int(lost["near_occlusion"].sum())
-        shares = runs["first_loss"] / runs["frames"]
-        beside = replace(number(shares, most=1.0), counted="run")
+        shares = (runs["first_loss"] / runs["frames"]).groupby([runs[key] for key in CELL]).mean()
+        verdict = number(shares, most=1.0)
         words = f"lost in {len(lost)} of {len(runs)} runs, {near} of them near an occlusion"
-        verdict = replace(beside, reason=f"{beside.reason[:-1]}; {words}.")
+        verdict = replace(verdict, reason=f"{verdict.reason}; {words}")
         found.append(finding(verdict=verdict, metric="first_loss"))
     return found
 

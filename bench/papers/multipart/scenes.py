@@ -21,6 +21,7 @@ import datasets
 from bench.evaluation.reference import reference
 from bench.papers.scenes import examined
 from bench.store.files import write_atomically
+from datasets.text_form import parse_text
 from trackers.base.interface import Image
 from trackers.base.sharing import SharedFrame
 from trackers.histograms.bins import N_BINS, LuvBins
@@ -80,7 +81,7 @@ def measured(names: Sequence[str], folder: Path, jobs: int) -> dict[str, pd.Data
         model than the best clutter), of each of `INITIAL` `distance_<initial>` (d[p1, p2] of the
         first rectangle) and `multi_<initial>` (share of jittered ones of which the switch picks
         the multi-part histogram), `kept_scene`. `switch`, a row a scene and first rectangle:
-        `sequence`, `init`, `initial`, `kept_scene`, `distance`, `multi_share`.
+        `sequence`, `scene`, `init`, `initial`, `kept_scene`, `distance`, `multi_share`.
     """
     known = pd.concat([read_log(LOG), read_log(folder / LOG.name)])
     opened = dict(map(datasets.identity, names))
@@ -130,6 +131,7 @@ def _switch(scenes: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(
         {
             "sequence": scene["name"].partition(":")[0],
+            "scene": int(parse_text(scene["name"])[1].get("scene", 0)),
             "init": init,
             "initial": initial,
             "kept_scene": scene["kept_scene"],

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from math import log
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,23 +11,11 @@ import pandas as pd
 from bench.claims.findings import Check, Evidence, Finding
 from bench.claims.verdicts import CELL
 from bench.statistics.correlation import rank_correlation as correlation
-from bench.statistics.intervals import Interval, odds_ratio
-from bench.statistics.verdicts import (
-    LEAST_CELLS,
-    NOWHERE,
-    Verdict,
-    above,
-    conjunction,
-    order,
-    share_at_least,
-    too_few,
-    undecided,
-)
+from bench.statistics.verdict_rules import Verdict, conjunction, order
 
 __all__ = ["CHECKS"]
 
 UPDATING = "nummiaro2003:model_update=true:reinitialise=true"
-STRETCH, RESAMPLES = 20, 1000  # frames that are alike in time and area; of such stretches
 
 
 def update_condition(evidence: Evidence) -> list[Finding]:
@@ -40,20 +28,19 @@ def update_condition(evidence: Evidence) -> list[Finding]:
         if not good or not other:
             continue
         follows = cells[cells["good_frames"] > 0]
-        share = share_at_least(
-            follows["good_updates"], follows["good_frames"], evidence.setting("least")
-        )
-        parts = [_odds(cells[[*names[:4]]], evidence), replace(share, unit="of the good frames")]
+        reserve = follows["good_updates"] / follows["good_frames"] - evidence.setting("least")
+        parts = {
+            "odds": partial(_odds, cells, evidence.setting("odds")),
+            "updates in good frames": partial(order, reserve, 0.0),
+        }
+        verdict = conjunction(parts, evidence.comparisons)
         reason = (
-            f"updates in {100 * good_updates / good:.1f} % of the good frames and "
-            f"{100 * other_updates / other:.1f} % of {other:.0f} others, which "
-            f"{(cells['other_frames'] > 0).sum()} scenes have; odds to be compared with "
-            f"{evidence.setting('odds'):g} (while tracking; "
+            f"{verdict.reason}; updates in {100 * good_updates / good:.1f} % of the good frames "
+            f"and {100 * other_updates / other:.1f} % of {other:.0f} others (while tracking; "
             f"{100 * other_updates / (other + waiting):.1f} % of the others with the "
-            f"{waiting:.0f} in which it initialises)."
+            f"{waiting:.0f} in which it initialises)"
         )
-        verdict = conjunction(parts, ["ratio of odds", "updates in good frames"], reason)
-        found.append(finding(verdict=verdict))
+        found.append(finding(verdict=replace(verdict, reason=reason)))
     return found
 
 
@@ -65,34 +52,26 @@ def fast_frames(evidence: Evidence) -> list[Finding]:
         reserve = known["inside_fast"] - evidence.setting("least") * known["inside_otherwise"]
         by_cell = reserve.groupby([known[key] for key in CELL]).mean()
         of = f"fast frames less {evidence.setting('least'):g} of the others"
-        found.append(finding(verdict=replace(order(by_cell, margin=0.0), of=of)))
+        verdict = order(by_cell, 0.0, evidence.comparisons, limit=1.0)
+        found.append(finding(verdict=replace(verdict, of=of)))
     return found
 
 
 def rank_correlation(evidence: Evidence) -> list[Finding]:
-    """Two columns of a table of frames rise together; stretches of frames are drawn anew."""
+    """Judge whether two columns of a table of frames rise together on each sequence."""
     (name,), (first,), (second,) = map(evidence.names, ("table", "first", "second"))
     table = evidence.tables.get(name)
     if table is None or not {*evidence.names("on")} <= {*table["sequence"]}:
         return []
     if table[[first, second]].isna().any(axis=None):
         return []
-    value, _ = correlation(table[first], table[second])
-    places = [table["sequence"], table["frame"] // STRETCH]
-    stretches = [rows[[first, second]].to_numpy() for _, rows in table.groupby(places)]
-    if len(stretches) < LEAST_CELLS:
-        return [Finding(evidence.claim.id, undecided(too_few(len(stretches))))]
-    generator = np.random.default_rng(0)
-    drawn = generator.integers(len(stretches), size=(RESAMPLES, len(stretches)))
-    samples = [np.concatenate([stretches[one] for one in row]) for row in drawn]
-    low, high = np.quantile([correlation(*sample.T)[0] for sample in samples], [0.025, 0.975])
     least = evidence.setting("least")
-    words = (
-        f"rank correlation of {first} and {second} {value:.3f} (95 %: {low:.3f} to {high:.3f}), to "
-        f"be compared with {least:g}."
-    )
-    found = above(value, Interval(low, high), least, len(stretches), words)
-    return [Finding(evidence.claim.id, replace(found, counted="section"))]
+    reserve = [
+        correlation(rows[first], rows[second])[0] - least for _, rows in table.groupby("sequence")
+    ]
+    verdict = order(reserve, 0.0, evidence.comparisons, limit=1.0, counted="sequence")
+    of = f"rank correlation of {first} and {second} less {least:g}"
+    return [Finding(evidence.claim.id, replace(verdict, of=of))]
 
 
 CHECKS: Mapping[str, Check] = {
@@ -110,11 +89,15 @@ def _updating(evidence: Evidence) -> Iterator[tuple[Any, pd.DataFrame]]:
             yield finding, runs
 
 
-def _odds(cells: pd.DataFrame, evidence: Evidence) -> Verdict:
-    """Whether updates are so many times as likely in good frames, by counts a cell."""
-    odds, around = odds_ratio(*cells.to_numpy(np.float64).T)
-    of_both, limit = int((cells["other_frames"] > 0).sum()), evidence.setting("odds")
-    if of_both < LEAST_CELLS:
-        return Verdict("undecided", odds, NOWHERE, len(cells), too_few(of_both))
-    found = above(log(odds), Interval(*map(log, around)), log(limit), of_both, "")
-    return replace(found, statistic=odds, interval=around, cells=len(cells))
+def _odds(cells: pd.DataFrame, least: float, comparisons: int) -> Verdict:
+    """Judge each scene's log odds of an update in good frames, less those in others.
+
+    Half an update is added to each count, so that the odds are finite.
+    """
+    both = cells[(cells["good_frames"] > 0) & (cells["other_frames"] > 0)]
+    good, other = (
+        np.log(both[updates] + 0.5) - np.log(both[frames] - both[updates] + 0.5)
+        for updates, frames in (("good_updates", "good_frames"), ("other_updates", "other_frames"))
+    )
+    verdict = order(good - other - np.log(least), 0.0, comparisons)
+    return replace(verdict, unit=f"log odds ratio less log {least:g}")

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from bench.claims.failures import with_worst_scores
 from bench.claims.findings import Check, Evidence, Finding
 from bench.claims.sides import Table, light_rows
 from bench.metrics.centre_error import centre_error
@@ -17,16 +18,8 @@ from bench.papers.context import Context
 from bench.papers.measures import Course
 from bench.papers.runs import as_run
 from bench.papers.wang2010.timing import time_rows
-from bench.statistics.intervals import Interval
-from bench.statistics.verdicts import (
-    LEAST_CELLS,
-    Outcome,
-    Verdict,
-    all_kept,
-    conjunction,
-    too_few,
-    undecided,
-)
+from bench.statistics.rules import SHARE_LIMIT
+from bench.statistics.verdict_rules import conjunction, share
 
 __all__ = ["CHECKS", "of_run", "published", "scores"]
 
@@ -50,8 +43,6 @@ TEN_BY_RULE = 400
 
 LEAST_NUMBERS = 4  # of particles, that make a curve
 NEAR = 0.9  # of the greatest share: where a curve has reached its plateau
-MOST = 1e9  # particles: what is infinite divides nothing
-RESAMPLES = 2000  # of the scenes, from which intervals of needed numbers come
 NEEDED = {PROPOSED: 60, TRADITIONAL: 400}
 """Particles that the paper says are needed on the first sequence."""
 
@@ -107,21 +98,24 @@ def scores(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def least_particles(evidence: Evidence) -> list[Finding]:
-    """The traditional filter succeeds, and the least number with which it does lies in a range."""
+    """Judge whether the least number with which the traditional filter succeeds lies in a range."""
     least, most = evidence.setting("least"), evidence.setting("most")
     found = []
     for labels, (runs,) in _curves(evidence, [TRADITIONAL]):
         table = success_by_number(runs)
         needed = partial(particles_needed, table.columns, share=evidence.setting("share"))
-        reason = f"{_words(table, needed)}, to be compared with {least:g} to {most:g}."
-        verdict = _judged(table, needed, least, most, reason)
-        verdict = replace(verdict, of="needed", unit="particles")
+        numbers = needed(table.to_numpy())
+        in_range = (numbers >= least) & (numbers <= most)
+        verdict = share(in_range, np.ones(len(numbers)), comparisons=evidence.comparisons)
+        words = f"{_words(table, needed)}, to be compared with {least:g} to {most:g}"
+        of, reason = f"{least:g} to {most:g} needed", f"{verdict.reason}; {words}"
+        verdict = replace(verdict, of=of, unit="of the scenes", reason=reason)
         found.append(Finding(evidence.claim.id, verdict, **labels))
     return found
 
 
 def fewer_particles(evidence: Evidence) -> list[Finding]:
-    """The proposed filter succeeds with the paper's number, the traditional one needs far more."""
+    """Judge whether the proposed filter succeeds with few, and the traditional one needs more."""
     ratio, particles = evidence.setting("ratio"), evidence.setting("particles")
     found = []
     for labels, (ours, theirs) in _curves(evidence, [PROPOSED, TRADITIONAL]):
@@ -131,20 +125,27 @@ def fewer_particles(evidence: Evidence) -> list[Finding]:
             for table in tables
         ]
         by_scene = ours[ours["particles"] == particles].groupby("scene")["success"]
-        reached = all_kept(by_scene.sum(), by_scene.count())
-        reached = replace(reached, unit="of the runs", counted="scene")
-        both = pd.concat(tables, axis=1).dropna()
-        reason = "; ".join(
+        own, other = (
+            pd.Series(need(table.to_numpy()), table.index)
+            for need, table in zip(needs, tables, strict=True)
+        )
+        both = pd.concat([own, other], axis=1).dropna().to_numpy()
+        more = (both[:, 0] < inf) & (both[:, 1] >= ratio * both[:, 0])
+        parts = {
+            f"success with {particles:g} particles": partial(
+                share, by_scene.sum(), by_scene.count(), SHARE_LIMIT
+            ),
+            f"{ratio:g} times as many needed": partial(
+                share, more, np.ones(len(more)), SHARE_LIMIT
+            ),
+        }
+        verdict = conjunction(parts, evidence.comparisons)
+        words = "; ".join(
             f"{name}: {_words(table, need)}"
             for name, table, need in zip(("proposed", "traditional"), tables, needs, strict=True)
         )
-        compared = partial(_ratio, needs[0], needs[1], len(tables[0].columns))
-        more = replace(_judged(both, compared, ratio, inf, ""), unit="times as many")
-        if more.statistic == 0:
-            more = replace(more, unit=f"{more.unit}: no number of the proposed filter's suffices")
-        parts = f"success with {particles:g} particles", "the traditional filter's number"
-        told = f"{reached.reason} {reason}, to be compared with {ratio:g} times as many."
-        verdict = conjunction([reached, more], parts, told)
+        reason = f"{verdict.reason}; {words}"
+        verdict = replace(verdict, unit="of the scenes", reason=reason)
         found.append(Finding(evidence.claim.id, verdict, **labels))
     return found
 
@@ -178,8 +179,7 @@ def _curves(
             runs = pd.concat(
                 [lookup.runs(tracker, {**told, "particles": int(n)}, sequences) for n in numbers]
             )
-            failed = runs.loc[runs["failure"] != "", "scene"]
-            runs = runs[~runs["scene"].isin(failed)]
+            runs = with_worst_scores(runs, ["success"])
             asked.append(tuple(sorted(map(str, told.items()))))
             if len(runs["particles"].unique()) >= LEAST_NUMBERS:
                 curves.append(runs)
@@ -213,45 +213,6 @@ def particles_needed(numbers: ArrayLike, shares: ArrayLike, *, share: float) -> 
     plateau = curves.max(axis=-1, keepdims=True)
     first = np.argmax(curves >= NEAR * plateau, axis=-1)
     return np.where(plateau[..., 0] >= share, np.asarray(numbers, np.float64)[first], inf)
-
-
-def _ratio(
-    ours: Callable[[Array], Array], theirs: Callable[[Array], Array], split: int, shares: Array
-) -> Array:
-    """How many times as many the other needs, of both curves in a row.
-
-    Infinite where it never succeeds, as it needs more than was tried; 0 where ours never does.
-    """
-    own = ours(shares[..., :split])
-    return np.where(own < inf, theirs(shares[..., split:]) / np.minimum(own, MOST), 0.0)
-
-
-def _judged(
-    table: pd.DataFrame,
-    statistic: Callable[[Array], Array],
-    least: float,
-    most: float,
-    reason: str,
-) -> Verdict:
-    """Whether a number that curves tell lies in a range, by its interval over resampled scenes.
-
-    What all scenes agree on has no width. The p-value is the share of resamples in the range.
-    """
-    if len(table) < LEAST_CELLS:
-        return undecided(too_few(len(table)))
-    cells, generator = table.to_numpy(), np.random.default_rng(0)
-    drawn = generator.integers(0, len(cells), (RESAMPLES, len(cells)))
-    told = np.sort(statistic(cells[drawn].mean(axis=1)))
-    tail = round(0.025 * RESAMPLES)
-    interval = Interval(float(told[tail]), float(told[-1 - tail]))
-    outcome: Outcome = "undecided"
-    if interval.low >= least and interval.high <= most:
-        outcome = "holds"
-    elif interval.high < least or interval.low > most:
-        outcome = "does-not-hold"
-    number = float(statistic(cells.mean(axis=0)))
-    against = float(np.mean((told >= least) & (told <= most)))
-    return Verdict(outcome, number, interval, len(cells), reason, against, counted="scene")
 
 
 def _words(table: pd.DataFrame, needed: Callable[[Array], Array]) -> str:

@@ -34,7 +34,7 @@ from bench.store.results import Results
 from bench.store.truth import write_truth
 from datasets.text_form import parse_text
 
-SCENES, FRAMES = 8, 100
+SCENES, FRAMES = 12, 100
 LATER = 40  # first scene of experiments whose scenes were drawn later
 
 
@@ -127,7 +127,7 @@ def made_up_tables(paper):
             continue
         limits = [test.where, *(trackers_of(side)[1] for side in test.sides)]
         if isinstance(test, BoundTest):
-            metrics.setdefault(test.table, set()).update({test.metric, *(test.interval or ())})
+            metrics.setdefault(test.table, set()).add(test.metric)
         elif isinstance(test, RatioTest):
             metrics.setdefault(test.table, set()).update({test.longer, test.shorter})
         else:
@@ -170,7 +170,7 @@ def made_up_tables(paper):
             for metric in sorted(metrics.get(table, set()).difference(values)):
                 by_label, by_scene = uniform(table, metric, *label), uniform(metric, *row.values())
                 row[metric] = 0.1 + 0.7 * by_label + 0.1 * by_scene
-        made[table] = pd.DataFrame(rows).assign(degrees=20)
+        made[table] = pd.DataFrame(rows)
     return made
 
 

@@ -70,6 +70,7 @@ TABLES = {
         },
         "switch": {
             "sequence": [f"multipart/{number}" for number in range(1, 9)] * 3,
+            "scene": [0] * 24,
             "init": ["full"] * 8 + ["tight"] * 8 + ["boxes"] * 8,
             "kept_scene": [True] * 24,
             "distance": [0.3 + number / 80 for number in range(24)],

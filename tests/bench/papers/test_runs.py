@@ -148,13 +148,16 @@ def with_failures(folder, tmp_path):
     return results.folder
 
 
-def test_runs_that_failed_are_rows_with_a_reason_and_without_scores(with_failures, folder):
+def test_failed_runs_have_a_reason_and_the_worst_scores(with_failures, folder):
     asked = Results(folder).asked().cells
     found = tidy(with_failures, asked)
     assert len(found) == 4
     failed = found[found["failure"] != ""]
     assert set(failed["repetition"]) == {0}
-    assert failed[["first_loss", "error_11", "last_overlap"]].isna().all(axis=None)
+    assert failed[["error_11", "last_overlap"]].isna().all(axis=None)
+    assert set(failed["first_loss"]) == set(failed["success_frames"]) == {1.0}
+    assert set(failed["mean_overlap"]) == {0.0}
+    assert (failed["centre_error"] > 100).all()
     for text, failure in zip(failed["text"], failed["failure"], strict=True):
         assert failure == f"{text} on {NAME}, repetition 0: frame 3: why"
     whole = tidy(folder, asked)

@@ -17,7 +17,7 @@ from reports.tables import Cell, Table
 
 
 def claim(name, verdict, text="The target is tracked.", readings="7 of 9", **evidence):
-    tested = verdict != "not-testable" and "reason" not in evidence
+    tested = verdict != "not testable" and "reason" not in evidence
     effect = "on target: 0.85 [0.62, 0.96] of the runs, 20 scenes" if tested else ""
     return {
         "effect": effect,
@@ -44,10 +44,10 @@ def report():
     )
     claims = [
         claim("NG-1", "holds"),
-        claim("NG-2", "does-not-hold", "word " * 30, fragile=True) | {"short": "lost | at once"},
-        claim("NG-T1", "not-testable", readings=""),
+        claim("NG-2", "does not hold", "word " * 30, fragile=True) | {"short": "lost | at once"},
+        claim("NG-T1", "not testable", readings=""),
         claim("NG-4", "holds", "word " * 30),
-        claim("NG-5", "undecided", reason=f"{NOT_RUN}."),
+        claim("NG-5", "inconclusive", reason=f"{NOT_RUN}."),
     ]
     main = [table, replace(table, caption="On the page alone")]
     return Report("Template tracking", ["a remark"], [table], [], claims, main=main)
@@ -72,6 +72,16 @@ def test_the_screen_has_the_main_table_a_line_a_claim_and_where_the_rest_is(repo
     assert lines[-1].endswith("trackmark reproduce nguyen2002 --all")
     assert "a remark" not in lines
     assert "On the page alone" not in lines
+
+
+def test_screen_prints_the_reason_of_an_inconclusive_verdict(report):
+    reason = "interval contains 0; about 75 scenes needed"
+    report.claims.append(
+        claim("NG-6", "inconclusive") | {"effect": "0.03 [-0.01, 0.07], 20 scenes"}
+    )
+    report.claims[-1]["evidence"]["reason"] = reason
+    lines = screen(report, "nguyen2002", Effort(), Path("r")).splitlines()
+    assert f"        0.03 [-0.01, 0.07], 20 scenes: {reason}" in lines
 
 
 def test_a_claim_that_is_ours_is_shown_and_not_counted(report, tmp_path):
@@ -105,7 +115,7 @@ def test_all_is_advised_for_more_scenes_and_says_what_equality_takes():
     assert more_scenes(sets, paper.description, Effort()) == "give --all for more"
     assert more_scenes(sets, paper.description, Effort(everything=True)) == ""
     assert more_scenes(equal, paper.description, Effort()) == ""
-    words = "give --all; that no difference matters takes 35 scenes or more"
+    words = "give --all; that no difference matters takes 30 scenes or more"
     assert more_to_run(equal, paper.description, Effort()) == words
 
 
@@ -129,10 +139,10 @@ def test_a_page_is_begun_and_its_prose_survives_what_is_written_again(report, tm
     page.write_text(
         begun.replace("What the paper says, in a paragraph.", "Prose.") + "More prose.\n"
     )
-    report.claims[0]["verdict"] = "undecided"
+    report.claims[0]["verdict"] = "inconclusive"
     write_page(page, report, "nguyen2002", Effort())
     again = page.read_text()
-    assert f"| undecided | {told} |" in again
+    assert f"| inconclusive | {told} |" in again
     assert again.count("NG-1 ") == 1
     assert "Prose." in again
     assert again.endswith("More prose.\n")

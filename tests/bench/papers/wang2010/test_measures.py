@@ -2,12 +2,13 @@
 
 from functools import partial
 from math import inf
+from types import SimpleNamespace
 
-import numpy as np
 import pandas as pd
 import pytest
 
-from bench.papers.wang2010.measures import _judged, _ratio, particles_needed, success_by_number
+from bench.papers.wang2010 import measures
+from bench.papers.wang2010.measures import particles_needed, success_by_number
 
 NUMBERS = (50, 100, 200, 400, 800)
 NEEDED = partial(particles_needed, NUMBERS, share=0.9)
@@ -28,30 +29,59 @@ def test_the_least_number_that_reaches_the_plateau_is_needed(shares, needed):
     assert (NEEDED([shares, shares]) == needed).all()
 
 
-def scenes(*rows):
-    return pd.DataFrame(rows, columns=NUMBERS)
+LATE, EARLY, NEVER = [0, 0, 0, 1, 1], [1, 1, 1, 1, 1], [0, 0, 0, 0, 0]
 
 
-def test_a_needed_number_is_decided_where_resampled_scenes_agree():
-    late, early = [0, 0, 0, 1, 1], [1, 1, 1, 1, 1]
-    judged = partial(_judged, statistic=NEEDED, least=300, most=600, reason="")
-    assert judged(scenes(*[late] * 20)).verdict == "holds"
-    assert judged(scenes(*[early] * 20)).verdict == "does-not-hold"
-    assert judged(scenes(*[[0] * 5] * 20)).interval == (inf, inf)
-    mixed = judged(scenes(*[late] * 3, *[early] * 17))
-    assert mixed.verdict == "undecided"
-    assert mixed.statistic == 400
-    assert mixed.interval == (50, 400)
-    assert judged(scenes(*[late] * 7)).cells == 0
+def judged(monkeypatch, check, settings, *curves):
+    """Verdict of a check on made-up runs: scenes of each tracker with their successes."""
+    tables = [
+        pd.DataFrame(
+            [
+                {"scene": scene, "particles": number, "success": success}
+                for scene, curve in enumerate(scenes)
+                for number, success in zip(NUMBERS, curve, strict=True)
+            ]
+        )
+        for scenes in curves
+    ]
+    monkeypatch.setattr(measures, "_curves", lambda *_: [({}, tables)])
+    evidence = SimpleNamespace(
+        claim=SimpleNamespace(id="WA-12"), comparisons=1, setting=settings.__getitem__
+    )
+    (finding,) = check(evidence)
+    return finding.verdict
 
 
-def test_a_ratio_of_needed_numbers_is_infinite_where_the_other_never_succeeds_and_0_where_ours():
-    ratio = partial(_ratio, NEEDED, NEEDED, len(NUMBERS))
-    never, early, late = [0.0] * 5, [0, 1, 1, 1, 1], [0, 0, 0, 0, 1]
-    assert ratio(np.array([*early, *late], float)) == 8
-    assert ratio(np.array([*early, *never], float)) == inf
-    assert ratio(np.array([*never, *late], float)) == 0
-    assert ratio(np.array([*never, *never], float)) == 0
+@pytest.mark.parametrize(
+    ("scenes", "verdict"),
+    [
+        ([LATE] * 20, "holds"),
+        ([EARLY] * 20, "does not hold"),
+        ([NEVER] * 20, "does not hold"),
+        ([LATE] * 12 + [EARLY] * 8, "inconclusive"),
+        ([LATE] * 7, "inconclusive"),
+    ],
+)
+def test_needed_particles_are_judged_by_scene(monkeypatch, scenes, verdict):
+    settings = {"least": 300.0, "most": 600.0, "share": 0.9}
+    found = judged(monkeypatch, measures.least_particles, settings, scenes)
+    assert found.verdict == verdict
+    assert found.cells == len(scenes)
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "verdict"),
+    [
+        (EARLY, LATE, "holds"),
+        (EARLY, NEVER, "holds"),
+        (EARLY, EARLY, "does not hold"),
+        (NEVER, NEVER, "does not hold"),
+    ],
+)
+def test_ratio_of_needed_particles_is_judged_by_scene(monkeypatch, ours, theirs, verdict):
+    settings = {"ratio": 3.0, "particles": 50, "share": 0.9}
+    found = judged(monkeypatch, measures.fewer_particles, settings, [ours] * 20, [theirs] * 20)
+    assert found.verdict == verdict
 
 
 def test_success_is_a_share_of_repetitions_by_scene_and_number():

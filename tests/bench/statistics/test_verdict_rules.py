@@ -1,0 +1,271 @@
+"""Rules of verdicts: each kind and reason, parts of a claim, and claims that are decided."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bench.statistics.intervals import mean_interval, share_interval
+from bench.statistics.rules import CLAIM_MARGIN, MIN_SCENES
+from bench.statistics.verdict_rules import (
+    Verdict,
+    conjunction,
+    inconclusive,
+    no_worse,
+    number,
+    order,
+    share,
+    time,
+)
+
+SPREAD = np.tile([-0.03, 0.01, -0.01, 0.03], 10)
+"""Differences of 40 scenes with mean 0."""
+
+
+def shifted(n, mean, spread=1.0):
+    return mean + spread * SPREAD[:n]
+
+
+@pytest.mark.parametrize(
+    ("values", "verdict", "reason"),
+    [
+        (shifted(20, 0.10), "holds", "interval above 0"),
+        (shifted(20, -0.10), "does not hold", "interval below 0"),
+        (shifted(40, 0.004), "does not hold", "too small to matter (±0.02)"),
+        (shifted(20, 0.002), "inconclusive", "inside ±0.02, but only 20 of 30 scenes"),
+        (shifted(20, 0.03, 5), "inconclusive", "interval contains 0; about 130 scenes needed"),
+        (shifted(8, 0.10), "inconclusive", "only 8 of 12 scenes"),
+        ([], "inconclusive", "only 0 of 12 scenes"),
+    ],
+)
+def test_order_verdict_and_reason(values, verdict, reason):
+    judged = order(values)
+    assert (judged.verdict, judged.reason) == (verdict, reason)
+    assert judged.cells == len(values)
+
+
+@pytest.mark.parametrize(
+    ("values", "verdict", "reason"),
+    [
+        (shifted(40, 0.0), "holds", "not worse by more than 0.02"),
+        (shifted(20, 0.03), "holds", "not worse by more than 0.02"),
+        (shifted(20, -0.05), "does not hold", "worse by more than 0.02"),
+        (shifted(20, 0.0), "inconclusive", "inside ±0.02, but only 20 of 30 scenes"),
+        (shifted(16, 0.012), "inconclusive", "above -0.02, but only 16 of 30 scenes"),
+        (
+            shifted(20, -0.03, 3),
+            "inconclusive",
+            "interval contains the limit -0.02; about 410 scenes needed",
+        ),
+        (shifted(11, 0.1), "inconclusive", "only 11 of 12 scenes"),
+    ],
+)
+def test_no_worse_verdict_and_reason(values, verdict, reason):
+    judged = no_worse(values)
+    assert (judged.verdict, judged.reason) == (verdict, reason)
+
+
+@pytest.mark.parametrize(
+    ("good", "n", "limit", "verdict", "reason"),
+    [
+        (24, 24, 0.5, "holds", "interval above 0.5"),
+        (2, 20, 0.5, "does not hold", "interval below 0.5"),
+        (12, 20, 0.5, "inconclusive", "interval contains the limit 0.5; about 220 scenes needed"),
+        (
+            10,
+            20,
+            0.5,
+            "inconclusive",
+            "interval contains the limit 0.5; more than 500 scenes needed",
+        ),
+        (19, 20, 0.75, "holds", "interval above 0.75"),
+        (11, 11, 0.5, "inconclusive", "only 11 of 12 scenes"),
+    ],
+)
+def test_share_verdict_and_reason(good, n, limit, verdict, reason):
+    judged = share([3] * good + [1] * (n - good), [4] * n, limit)
+    assert (judged.verdict, judged.reason) == (verdict, reason)
+    assert judged.statistic == pytest.approx(good / n)
+
+
+def test_share_reference_intervals():
+    assert share([1] * 20, [1] * 20).interval == pytest.approx((0.832, 1.0), abs=6e-4)
+    assert share([1] * 19 + [0], [1] * 20).interval == pytest.approx((0.751, 0.999), abs=6e-4)
+    half_of_the_runs = share([1] * 12, [2] * 12)
+    assert half_of_the_runs.statistic == 0.0
+
+
+@pytest.mark.parametrize(
+    ("factor", "n", "verdict", "reason"),
+    [
+        (1.1, 10, "holds", "interval above 1.02"),
+        (1.0, 10, "does not hold", "interval below 1.02"),
+        (1.02, 5, "inconclusive", "only 5 of 6 pairs"),
+    ],
+)
+def test_time_verdict_and_reason(factor, n, verdict, reason):
+    shorter = np.linspace(1.0, 2.0, n)
+    judged = time(factor * shorter, shorter, 1.02)
+    assert (judged.verdict, judged.reason) == (verdict, reason)
+    assert judged.statistic == pytest.approx(factor)
+    assert judged.effect.endswith(f"times as long, {n} pairs")
+
+
+def test_time_that_contains_the_factor_is_inconclusive():
+    judged = time([1.0, 1.1, 0.9, 1.2, 1.0, 1.05], np.ones(6), 1.02)
+    assert judged.verdict == "inconclusive"
+    assert judged.reason.startswith("interval contains the limit 1.02; ")
+    logs = np.log([1.0, 1.1, 0.9, 1.2, 1.0, 1.05])
+    assert np.log(judged.interval) == pytest.approx(mean_interval(logs))
+
+
+def test_number_is_never_judged():
+    judged = number([0.8, 0.9, 0.7, 0.95, 0.85, 0.99], 0.3, most=1.0)
+    assert judged.verdict == "not testable"
+    assert judged.reason.startswith("the paper's number is 0.3; ")
+    assert judged.interval.high <= 1.0
+    assert number([0.8]).effect == "0.8, 1 scene"
+
+
+decided = st.sampled_from([-0.3, -0.1, -0.04, 0.0, 0.04, 0.1, 0.3])
+
+
+@given(decided, st.integers(0, 2**32 - 1))
+def test_true_value_off_the_limit_is_decided_by_order_and_no_worse(mean, seed):
+    values = np.random.default_rng(seed).normal(mean, 0.05, 400)
+    assert order(values).verdict == ("holds" if mean > 0 else "does not hold")
+    assert no_worse(values).verdict == ("holds" if mean > -CLAIM_MARGIN else "does not hold")
+
+
+@given(st.sampled_from([0.05, 0.3, 0.7, 0.95]), st.integers(0, 2**32 - 1))
+def test_true_share_or_factor_off_the_limit_is_decided(truth, seed):
+    generator = np.random.default_rng(seed)
+    judged = share(generator.random(400) < truth, np.ones(400))
+    assert judged.verdict == ("holds" if truth > 0.5 else "does not hold")
+    times = np.exp(generator.normal(truth - 0.5, 0.1, 400))
+    assert time(times, np.ones(400)).verdict == judged.verdict
+
+
+differences = st.lists(st.floats(-1, 1, width=32), min_size=MIN_SCENES, max_size=60)
+
+
+@given(differences, st.integers(1, 8))
+def test_verdict_never_contradicts_printed_interval(values, comparisons):
+    judged = order(values, comparisons=comparisons)
+    low, high = judged.interval
+    assert (judged.verdict == "holds") <= (low > 0)
+    assert (judged.verdict == "does not hold") <= (high < 0 or max(-low, high) <= CLAIM_MARGIN)
+    compared = no_worse(values, comparisons=comparisons)
+    assert compared.interval == judged.interval
+    assert (compared.verdict == "holds") <= (low > -CLAIM_MARGIN)
+    assert (compared.verdict == "does not hold") == (high < -CLAIM_MARGIN)
+
+
+def fixed(verdict):
+    return lambda comparisons: verdict
+
+
+HOLDS, FAILS = Verdict("holds", 1.0), Verdict("does not hold", 0.0, reason="interval below 0.5")
+OPEN = inconclusive("not run: experiment speed")
+
+
+@pytest.mark.parametrize(
+    ("parts", "verdict", "reason"),
+    [
+        ([HOLDS, HOLDS], "holds", "all 2 parts hold"),
+        ([HOLDS, OPEN], "inconclusive", "part b: not run: experiment speed"),
+        ([OPEN, FAILS], "does not hold", "part b: interval below 0.5; interval at 97.5 %"),
+        ([FAILS], "does not hold", "part a: interval below 0.5"),
+    ],
+)
+def test_conjunction_verdict_and_reason(parts, verdict, reason):
+    judged = conjunction(dict(zip("abc", map(fixed, parts), strict=False)))
+    assert (judged.verdict, judged.reason) == (verdict, reason)
+
+
+def test_part_fails_with_its_interval_corrected_for_the_parts():
+    weak = partial(share, [1] * 5 + [0] * 15, [1] * 20, 0.5)
+    assert weak().verdict == "does not hold"
+    parts = {"weak": weak, **{name: fixed(HOLDS) for name in "abcd"}}
+    judged = conjunction(parts)
+    assert judged.verdict == "inconclusive"
+    assert judged.reason.startswith("part weak: interval contains the limit 0.5")
+    assert judged.interval == share_interval([1] * 5 + [0] * 15, [1] * 20, 0.99)
+    nested = conjunction({"all": partial(conjunction, {"weak": weak, "a": fixed(HOLDS)})})
+    assert nested.verdict == conjunction({"weak": weak, "a": fixed(HOLDS)}).verdict
+
+
+def test_effect_has_two_digits_of_the_interval():
+    judged = Verdict("holds", 0.12345, share_interval([1] * 24, [1] * 24), 24, of="kept", unit="x")
+    assert judged.effect == "kept: 0.123 [0.858, 1.000] x, 24 scenes"
+    assert Verdict("holds", -1e-9, mean_interval([0.0, 1.0] * 8), 1).effect.startswith("0.00 [")
+    assert inconclusive("not run").effect == ""
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        partial(order, [np.nan] * 12),
+        partial(share, [2] * 12, [1] * 12),
+        partial(share, [0] * 12, [0] * 12),
+        partial(time, [0.0] * 6, [1.0] * 6),
+    ],
+)
+def test_values_that_cannot_be_judged_are_rejected(wrong):
+    with pytest.raises(ValueError, match=r"finite|successes|above 0"):
+        wrong()
+
+
+def outcomes(judge, draw, rounds=1000):
+    """Percentages of holds and does not hold over simulated samples."""
+    verdicts = [judge(draw()).verdict for _ in range(rounds)]
+    return [100 * verdicts.count(label) / rounds for label in ("holds", "does not hold")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("judge", "mean", "spread", "n", "expected"),
+    [
+        (order, 0.0, 0.2, 20, (2, 2)),
+        (order, 0.1, 0.2, 12, (32, 0)),
+        (order, 0.1, 0.2, 20, (55, 0)),
+        (order, 0.1, 0.2, 40, (84, 0)),
+        (no_worse, -0.04, 0.05, 20, (0, 37)),
+        (no_worse, -0.02, 0.05, 40, (2, 2)),
+        (no_worse, 0.0, 0.05, 20, (2, 0)),
+        (no_worse, 0.0, 0.05, 30, (54, 0)),
+        (no_worse, 0.03, 0.05, 30, (100, 0)),
+    ],
+)
+def test_simulated_verdicts_on_differences(judge, mean, spread, n, expected):
+    generator = np.random.default_rng(n)
+    result = outcomes(judge, lambda: generator.normal(mean, spread, n))
+    assert result == pytest.approx(expected, abs=6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("truth", "n", "expected"),
+    [(0.75, 20, (3, 2)), (0.85, 40, (28, 0)), (0.95, 20, (74, 0)), (0.95, 40, (95, 0))],
+)
+def test_simulated_verdicts_on_shares(truth, n, expected):
+    generator = np.random.default_rng(n)
+    result = outcomes(
+        lambda kept: share(kept, np.ones(n), 0.75), lambda: generator.random(n) < truth
+    )
+    assert result == pytest.approx(expected, abs=6)
+
+
+@pytest.mark.slow
+def test_simulated_false_verdicts_if_one_scene_in_five_decides():
+    generator = np.random.default_rng(0)
+    for n, most in ((12, 10), (20, 3)):
+        _, fails = outcomes(
+            order,
+            lambda n=n: (
+                np.where(generator.random(n) < 0.2, 0.4, -0.1) + generator.normal(0, 0.01, n)
+            ),
+        )
+        assert fails <= most
