@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from bench.comparing import MARGINS
 from bench.comparing.comparable_runs import AllFailedError, ComparisonError
 from bench.comparing.comparison import compare, parts_of
 from bench.comparing.figures import write_figures
@@ -13,7 +14,7 @@ from bench.comparing.summary_text import paragraph
 from bench.comparing.tables import as_data, files, screen
 from bench.reporting.tables import SUMMARY
 from bench.statistics.intervals import mean_interval
-from bench.statistics.rules import decide
+from bench.statistics.rules import MARGIN, decide
 from reports.comparison import Breaks, Point, breaking_plot, difference_plot, speed_accuracy_plot
 from reports.palette import colour
 from reports.renderers import to_csv, to_text
@@ -48,6 +49,10 @@ def test_compare_pairs_by_sequence_after_averaging_repetitions(make_runs):
     own = comparison.standings[0]
     assert own.interval == pytest.approx(mean_interval(scores["a"].mean(axis=1)))
     assert (own.milliseconds, own.timed) == (pytest.approx(2.0), False)
+
+
+def test_margins_of_shares_are_the_shared_margin():
+    assert {MARGINS[name] for name in ("mean_overlap", "success_share", "inside_share")} == {MARGIN}
 
 
 def test_compare_takes_lower_as_better_if_the_measure_does(make_runs):
