@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from bench.statistics import verdict_rules
 from bench.statistics.intervals import interval_ends, share_interval
 from bench.statistics.rules import (
     CLAIM_MARGIN,
@@ -391,7 +392,6 @@ def test_labels_of_many_experiments_agree_with_decide():
 
 @pytest.mark.parametrize("n", [MIN_SCENES, 30, 40])
 def test_verdicts_of_many_experiments_agree_with_rules(n):
-    verdict_rules = pytest.importorskip("bench.statistics.verdict_rules")
     random = np.random.default_rng(14)
     for scale, mean in ((1, 0.1), (1, -0.1), (0.1, 0), (0.1, -0.02)):
         values = scale * normal(random, (50, n)) + mean
