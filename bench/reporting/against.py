@@ -19,8 +19,6 @@ from bench.statistics.intervals import Interval
 from bench.statistics.rules import MIN_UNITS, corrected_level
 from reports.tables import MISSING, Cell, Measure, Table
 
-__all__ = ["Bin", "Curve", "against", "as_data", "attribute_table", "bins_of"]
-
 MOST_BINS = 5
 """However many sequences there are: more would be a line that nobody can read."""
 

@@ -23,16 +23,6 @@ from datasets import attributes
 from reports.notes import counted
 from reports.tables import Measure, Table, complete
 
-__all__ = [
-    "Shown",
-    "attribute_report",
-    "attributes_of",
-    "by_attribute",
-    "means_by_sequence",
-    "scored_runs",
-    "write_plot",
-]
-
 Progress = Callable[[int, int], object]
 """Is told how many frames are done, and of how many."""
 

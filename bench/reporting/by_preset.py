@@ -35,20 +35,6 @@ from reports.renderers import to_text
 from reports.tables import MISSING, Measure, Table, complete, sequence_table
 from reports.tables import Cell as TableCell
 
-__all__ = [
-    "Scored",
-    "beside_native",
-    "by_presets",
-    "fitting",
-    "protocols_in",
-    "runs_by",
-    "scores_by",
-    "summary_text",
-    "table_prefix",
-    "tables_by",
-    "write_curves",
-]
-
 TOGETHER = "all sequences"
 """What stands for the sequences in rows of what a preset makes of them together."""
 

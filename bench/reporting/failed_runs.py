@@ -28,8 +28,6 @@ from bench.store.results import Results
 from bench.store.truth import StoredTruth, read_truth
 from reports.notes import failure_notes
 
-__all__ = ["FailedRuns", "failed_runs", "judge_failed", "with_worst_scores"]
-
 
 class FailedRuns(NamedTuple):
     """Failed runs of a comparison or table."""

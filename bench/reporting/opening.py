@@ -5,8 +5,6 @@ from typing import Any
 
 import datasets
 
-__all__ = ["opened", "opened_or_why"]
-
 
 def opened(row: Mapping[Any, Any]) -> datasets.Sequence | None:
     """The sequence of a run, where it is still there and the same; `row`: as the index has it."""

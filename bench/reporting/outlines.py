@@ -11,8 +11,6 @@ from bench.evaluation.record import Run
 from datasets import Sequence
 from reports.overlay import TRUTH
 
-__all__ = ["Outlines", "is_round", "mask_outlines", "outlines_of_run", "outlines_on"]
-
 Outlines = Mapping[int, NDArray[np.float64]]
 """Polygons by frame, (points, 2) [pixels]; a row of NaN parts one from the next."""
 

@@ -30,15 +30,6 @@ from reports.plots import TRACE_WORDS
 from reports.tables import complete
 from reports.write import file_names, write_plots
 
-__all__ = [
-    "frames_and_boxes",
-    "judged_runs",
-    "said_on",
-    "scored_runs",
-    "write_pictures",
-    "write_strips",
-]
-
 STRIP_FRAMES = 10
 
 

@@ -13,8 +13,6 @@ from reports.fitting import on_terminal
 from reports.renderers import to_text
 from reports.tables import Cell, Table, summary_table
 
-__all__ = ["Replaced"]
-
 
 class Replaced:
     """Stored runs that a plan replaces.

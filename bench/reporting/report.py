@@ -12,8 +12,6 @@ from reports.write import write_tables
 if TYPE_CHECKING:
     from bench.reporting.by_attribute import Shown
 
-__all__ = ["write_report"]
-
 
 def write_report(
     experiment: Path,

@@ -17,18 +17,6 @@ from bench.store.results import Results
 from reports.tables import Measure, Table, sequence_table, summary_table
 from reports.times import timed_by
 
-__all__ = [
-    "MASKS",
-    "PRESET",
-    "SUMMARY",
-    "TIMES",
-    "mean_table",
-    "own_times",
-    "tables",
-    "timing_runs",
-    "title_of",
-]
-
 PRESET = "native"
 
 SUMMARY = tuple(

@@ -8,13 +8,6 @@ from bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
 from bench.statistics.units import Units
 from reports.tables import Measure, Uncertainty
 
-__all__ = [
-    "bounded_difference",
-    "bounded_score",
-    "meaning_of_intervals",
-    "uncertainty_of",
-]
-
 
 def meaning_of_intervals(units: Units) -> str:
     """Return the sentences of a caption that explain intervals and marks of a table of means."""
