@@ -30,7 +30,7 @@ def command(output: Path, jobs: int | None) -> int:
     What it runs is the experiment `demo`: bench/experiments/demo.toml.
     """
     from bench.pages.report import Said, write_report_page
-    from bench.reporting.report import write_report
+    from bench.reporting.pictures import write_report
     from bench.reporting.tables import tables, title_of
 
     experiment = read_experiment("demo")

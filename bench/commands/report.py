@@ -74,7 +74,7 @@ def command(
     by other definitions; nothing is run again. With --results-of others' results on the same
     sequences stand in the same tables. Exit status 1 if every run of a tracker failed.
     """
-    from bench.reporting.report import write_report
+    from bench.reporting.pictures import write_report
     from bench.reporting.tables import title_of
     from bench.store.layout import experiment_folders
 

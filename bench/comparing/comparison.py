@@ -6,7 +6,7 @@ paired by sequence, never by seed: the same seed means nothing to two methods.
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from math import inf, nan
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,6 @@ from bench.comparing.pairwise import Losses, Pair, Scores, compare_pairs, sign_o
 from bench.protocols import STORED_ONCE, TIMING
 from bench.reporting.failed_runs import failed_runs
 from bench.reporting.tables import own_times
-from bench.reporting.uncertainty import bounded_difference, bounded_score
 from bench.statistics.intervals import Interval
 from bench.statistics.rules import interval_or_none, star_marks
 from bench.statistics.units import Units, units_of
@@ -119,14 +118,15 @@ class Comparison:
         from bench.reporting.against import against  # brings scipy.stats
 
         means = {name: np.array([run.mean() for run in runs]) for name, runs in self.scores.items()}
-        return against(means, self.measured, partial(bounded_score, self.measure))
+        return against(means, self.measured, self.measure.least, self.measure.most)
 
     def curves_of(self, pairs: Sequence[Pair]) -> "list[Curve]":
         """Differences of pairs against them; p is corrected for all of these together."""
         from bench.reporting.against import against  # as above
 
         differences = {f"{pair.first} - {pair.second}": pair.differences for pair in pairs}
-        return against(differences, self.measured, partial(bounded_difference, self.measure))
+        widest = self.measure.most - self.measure.least
+        return against(differences, self.measured, -widest, widest)
 
 
 def parts_of(

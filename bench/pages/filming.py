@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import datasets
 from bench.pages.shown import mask_shapes
-from bench.reporting.opening import opened_or_why
+from bench.reporting.by_attribute import open_sequence
 from reports.page.film import film
 
 __all__ = ["Filmed", "Keep", "Watch", "film_all"]
@@ -87,7 +87,7 @@ def _filmed(
 ) -> Filmed:
     if not frames:
         return Filmed()
-    sequence = opened_or_why(row)
+    sequence = open_sequence(row)
     if isinstance(sequence, str):
         return Filmed(why=f"No frames: {sequence}")
     sizes = []

@@ -1,55 +1,48 @@
-"""Scores, or differences of them, against attributes of the sequences: numbers in, curves out.
+"""Scores, or differences of scores, by attributes of the sequences: bins, correlations, a table.
 
-A sequence is one observation: its score, and one value of the attribute. Frames are none, as a
-target that was lost once stays lost, whatever the pictures are like then.
+A sequence is one observation: its score and one value of the attribute. Frames are not
+observations, because a lost target stays lost regardless of later frames.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from math import isfinite
-from typing import Any
+from math import inf, isfinite
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from bench.statistics.correlation import rank_correlation
-from bench.statistics.intervals import Interval
+from bench.statistics.intervals import Interval, mean_interval
 from bench.statistics.rules import MIN_UNITS, corrected_level
 from reports.tables import MISSING, Cell, Measure, Table
 
 MOST_BINS = 5
-"""However many sequences there are: more would be a line that nobody can read."""
+"""Maximum number of bins. A line with more points is hard to read."""
+
+_BIN_COLUMNS = ("bin_from", "bin_to", "bin_sequences", "bin_mean", "bin_low", "bin_high")
 
 
-@dataclass(frozen=True)
-class Bin:
-    """Sequences whose values of an attribute are neighbours."""
+class Bin(NamedTuple):
+    """Sequences with neighbouring values of an attribute."""
 
-    first: float  # least value of the attribute
-    last: float
-    centre: float  # its mean
-    scores: NDArray[np.float64]  # of these sequences
-    interval: Interval | None  # 95 %, of their mean
-
-    @property
-    def mean(self) -> float:
-        """Mean score."""
-        return float(self.scores.mean())
-
-    @property
-    def words(self) -> str:
-        """Which values: `0.21 to 0.44`."""
-        return f"{self.first:.3g} to {self.last:.3g}"
+    first: float  # lowest value of the attribute
+    last: float  # highest value
+    sequences: int
+    mean: float  # of the scores
+    low: float  # of the 95 % interval of this mean
+    high: float
+    centre: float  # mean of the attribute
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A tracker's score, or a difference of two, against an attribute; (n,) sequences that have it.
+    """Scores of a tracker, or differences of two, by an attribute; (n,) sequences that have it.
 
-    `correlation` is Spearman's, NaN where scores or attribute are all the same; `interval` is at
-    level 1 - 0.05 / m, corrected for all m curves that are looked at together.
+    `correlation` is Spearman's, NaN if all scores or all attributes are equal. `interval` is at
+    level 1 - 0.05 / m, corrected for all m curves that are shown together.
     """
 
     label: str
@@ -58,24 +51,19 @@ class Curve:
     scores: NDArray[np.float64]
     correlation: float
     interval: Interval
-    bins: Sequence[Bin]  # in the order of the attribute; none where there are too few sequences
+    bins: Sequence[Bin]  # in the order of the attribute; empty if there are too few sequences
 
 
 def against(
     values: Mapping[str, ArrayLike],
     attributes: Mapping[str, ArrayLike],
-    interval: Callable[[ArrayLike], Interval | None],
+    least: float = -inf,
+    most: float = inf,
 ) -> list[Curve]:
-    """Every row of values against every attribute that two sequences have or more.
+    """Return curves of all values by every attribute that at least two sequences have.
 
-    Parameters
-    ----------
-    values : mapping of str to array of float, shape (n,)
-        Scores by sequence, or differences of them, by label.
-    attributes : mapping of str to array of float, shape (n,)
-        Values by sequence, NaN where a sequence has none, by name.
-    interval : callable
-        Gives that of the mean of some values.
+    `values`: scores or differences by sequence, (n,), by label; they lie from `least` to `most`.
+    `attributes`: values by sequence, (n,), by name; NaN if a sequence does not have it.
     """
     pairs = [
         (label, name, np.asarray(scores, np.float64), np.asarray(places, np.float64))
@@ -83,56 +71,58 @@ def against(
         for name, places in attributes.items()
         if np.isfinite(places).sum() > 1
     ]
-    confidence = corrected_level(len(pairs))
-    return [_curve(*pair, interval, confidence) for pair in pairs]
+    level = corrected_level(len(pairs))
+    curves = []
+    for label, name, scores, places in pairs:
+        finite = np.isfinite(scores) & np.isfinite(places)
+        scores, places = scores[finite], places[finite]
+        correlation, interval = rank_correlation(places, scores, level)
+        bins = []
+        for members in bins_of(places):
+            x, y = places[members], scores[members]
+            ends = mean_interval(y).within(least, most)
+            extent = float(x.min()), float(x.max()), len(x)
+            bins.append(Bin(*extent, float(y.mean()), *ends, centre=float(x.mean())))
+        curves.append(Curve(label, name, places, scores, correlation, interval, bins))
+    return curves
 
 
 def bins_of(places: ArrayLike) -> list[NDArray[np.intp]]:
-    """Numbers of sequences in bins of about as many, in the order of their values, (n,) finite.
+    """Return indices of sequences in bins of similar size, in the order of their values, (n,).
 
-    As many bins as have `MIN_UNITS` sequences each, five at most; equal values are never set apart.
-    None where there would be one alone.
+    There are as many bins as have `MIN_UNITS` sequences each, at most five, and none instead of a
+    single one. Equal values share a bin.
     """
-    given = np.asarray(places, np.float64)
-    order = np.argsort(given, kind="stable")
-    ranked, n = given[order], len(given)
+    values = np.asarray(places, np.float64)
+    order = np.argsort(values, kind="stable")
+    ranked, n = values[order], len(values)
     count = min(MOST_BINS, n // MIN_UNITS)
     cuts = [0]
     for number in range(1, count):
         cut = int(np.searchsorted(ranked, ranked[number * n // count]))
         if min(cut - cuts[-1], n - cut) >= MIN_UNITS:
             cuts.append(cut)
-    found = [order[first:last] for first, last in pairwise([*cuts, n])]
-    return found if len(found) > 1 else []
+    bins = [order[first:last] for first, last in pairwise([*cuts, n])]
+    return bins if len(bins) > 1 else []
 
 
 def attribute_table(
     curves: Sequence[Curve], measure: Measure, what: str, name: str = "attributes"
 ) -> Table:
-    """Curves as a table: whether they rise or fall, and the means at both ends.
+    """Make a table of curves: correlations, and the means of the lowest and the highest bin.
 
-    `what`: are labelled, `tracker` or `pair`; `name`: of the table's files. Its data have a row a
-    bin, one without bin where there are none.
+    `what`: kind of the labels, `tracker` or `pair`. `name`: of the table's files. Its data have
+    one row per bin, or one row without bin.
     """
+    sign, scores = ("+", "differences") if what == "pair" else ("", "scores")
     rows = []
-    data: list[dict[str, Any]] = []
     for curve in curves:
-        rows.append(
-            [
-                Cell(curve.label),
-                Cell(curve.attribute),
-                Cell(str(len(curve.places))),
-                Cell(f"{curve.correlation:+.2f}" if isfinite(curve.correlation) else MISSING),
-                Cell(
-                    "[{:+.2f}, {:+.2f}]".format(*curve.interval),
-                    best=curve.interval.low > 0 or curve.interval.high < 0,
-                ),
-                *(Cell(text) for text in _ends(curve, measure, "+" if what == "pair" else "")),
-            ]
-        )
-        data += _rows(curve, what)
-    scores = "differences" if what == "pair" else "scores"
-    few = [curve for curve in curves if not curve.bins]
+        low, high = curve.interval
+        correlation = f"{curve.correlation:+.2f}" if isfinite(curve.correlation) else MISSING
+        labels = curve.label, curve.attribute, str(len(curve.places)), correlation
+        interval = Cell(f"[{low:+.2f}, {high:+.2f}]", best=low > 0 or high < 0)
+        rows.append([*map(Cell, labels), interval, *map(Cell, _ends(curve, measure, sign))])
+    few = sum(not curve.bins for curve in curves)
     notes = ["There is nothing to show: it takes two sequences with scores."] * (not curves)
     notes += [
         f"Intervals of correlations are corrected for all {len(curves)} rows (Bonferroni) and hold "
@@ -141,7 +131,7 @@ def attribute_table(
     ]
     if few:
         notes.append(
-            f"Without curve: {len(few)} of {len(curves)} rows. It takes two bins of "
+            f"Without curve: {few} of {len(curves)} rows. It takes two bins of "
             f"{MIN_UNITS} sequences with different values."
         )
     return Table(
@@ -154,94 +144,48 @@ def attribute_table(
         n_labels=2,
         rows=rows,
         notes=notes,
-        data=pd.DataFrame(data),
+        data=pd.DataFrame([row for curve in curves for row in _rows(curve, what)]),
         ranks=[2, 0, 0, 1, 1],
     )
 
 
 def as_data(curves: Sequence[Curve], what: str) -> list[dict[str, Any]]:
-    """Curves for `--json`, scores unscaled, gaps null; `what` their labels are."""
+    """Return curves for `--json`: unscaled scores; `what` is the kind of the labels."""
     return [
         {
             what: curve.label,
             "attribute": curve.attribute,
             "places": curve.places.tolist(),
             "scores": curve.scores.tolist(),
-            "correlation": _or_none(curve.correlation),
+            "correlation": curve.correlation if isfinite(curve.correlation) else None,
             "interval": list(curve.interval),
             "bins": [
-                {
-                    "from": one.first,
-                    "to": one.last,
-                    "sequences": len(one.scores),
-                    "mean": one.mean,
-                    "interval": one.interval and list(one.interval),
-                }
-                for one in curve.bins
+                dict(zip(("from", "to", "sequences", "mean"), values, strict=False))
+                | {"interval": [values.low, values.high]}
+                for values in curve.bins
             ],
         }
         for curve in curves
     ]
 
 
-def _curve(
-    label: str,
-    name: str,
-    scores: NDArray[np.float64],
-    places: NDArray[np.float64],
-    interval: Callable[[ArrayLike], Interval | None],
-    confidence: float,
-) -> Curve:
-    known = np.isfinite(scores) & np.isfinite(places)
-    scores, places = scores[known], places[known]
-    correlation, around = rank_correlation(places, scores, confidence)
-    bins = [
-        Bin(
-            float(places[chosen].min()),
-            float(places[chosen].max()),
-            float(places[chosen].mean()),
-            scores[chosen],
-            interval(scores[chosen]),
-        )
-        for chosen in bins_of(places)
-    ]
-    return Curve(label, name, places, scores, correlation, around, bins)
-
-
 def _rows(curve: Curve, what: str) -> list[dict[str, Any]]:
-    told = {
+    """Return one row of data per bin, or one without bin."""
+    common = {
         what: curve.label,
         "attribute": curve.attribute,
         "sequences": len(curve.places),
         "correlation": curve.correlation,
-        "low": curve.interval.low,
-        "high": curve.interval.high,
+        **curve.interval._asdict(),
     }
-    bins: list[dict[str, Any]] = [
-        {
-            "bin": number,
-            "bin_from": one.first,
-            "bin_to": one.last,
-            "bin_sequences": len(one.scores),
-            "bin_mean": one.mean,
-            "bin_low": one.interval and one.interval.low,
-            "bin_high": one.interval and one.interval.high,
-        }
-        for number, one in enumerate(curve.bins, 1)
-    ]
-    return [{**told, **one} for one in bins] or [told]
+    bins = [dict(zip(_BIN_COLUMNS, values, strict=False)) for values in curve.bins]
+    return [common | {"bin": number} | row for number, row in enumerate(bins, 1)] or [common]
 
 
 def _ends(curve: Curve, measure: Measure, sign: str) -> tuple[str, str]:
-    """Means of the lowest and of the highest bin, and where these end."""
+    """Return the means of the lowest and the highest bin, and the inner limits of these bins."""
     if not curve.bins:
         return MISSING, MISSING
-    low, high = (
-        f"{one.mean * measure.scale:{sign}.{measure.decimals}f}"
-        for one in (curve.bins[0], curve.bins[-1])
-    )
-    return f"{low} (≤ {curve.bins[0].last:.2g})", f"{high} (≥ {curve.bins[-1].first:.2g})"
-
-
-def _or_none(value: float) -> float | None:
-    return value if isfinite(value) else None
+    first, last = curve.bins[0], curve.bins[-1]
+    low, high = (f"{end.mean * measure.scale:{sign}.{measure.decimals}f}" for end in (first, last))
+    return f"{low} (≤ {first.last:.2g})", f"{high} (≥ {last.first:.2g})"

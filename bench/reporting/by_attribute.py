@@ -1,22 +1,21 @@
-"""Attributes of the sequences that stored runs are of, and scores against them."""
+"""Scores of stored runs by attributes of their sequences, and the sequences themselves."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+import datasets
 from bench.metrics import preset as metrics_preset
 from bench.metrics.preset import heading
 from bench.reporting.against import Curve, against, attribute_table
 from bench.reporting.by_preset import runs_by
 from bench.reporting.failed_runs import with_worst_scores
-from bench.reporting.opening import opened
 from bench.reporting.tables import PRESET, SUMMARY
-from bench.reporting.uncertainty import bounded_score
 from bench.store.files import ResultsError
 from bench.store.loading import load_results
 from datasets import attributes
@@ -24,64 +23,91 @@ from reports.notes import counted
 from reports.tables import Measure, Table, complete
 
 Progress = Callable[[int, int], object]
-"""Is told how many frames are done, and of how many."""
+"""Receives the number of measured frames and the number of all frames."""
 
 Measured = Callable[[pd.DataFrame, Sequence[str]], Mapping[str, NDArray[np.float64]]]
-"""Gives attributes by sequence, of runs and the names of their sequences; see `attributes_of`."""
+"""Returns attributes by sequence, given runs and names of sequences; see `attributes_of`."""
 
 
-def _silent(done: int, total: int) -> None:
-    """Tell nobody."""
+class Shown(NamedTuple):
+    """Scores of a preset by attributes."""
+
+    table: Table
+    measure: Measure
+    curves: Sequence[Curve]
 
 
 def by_attribute(folder: str | Path, metrics: str = PRESET) -> pd.DataFrame:
-    """Scores of an experiment's runs against attributes of their sequences.
+    """Return scores of an experiment's runs by attributes of their sequences.
 
     Parameters
     ----------
     folder : str or Path
-        `results/<experiment>`. Sequences are opened where they were not measured before.
+        `results/<experiment>`. Sequences that were not measured before are opened.
     metrics : str
-        Preset by whose first score; the mean overlap by default.
+        Preset, of which the first score is used; the mean overlap by default.
 
     Returns
     -------
     DataFrame
-        A row for every tracker, attribute and bin, of trackers whose runs all have a score:
+        One row per tracker, attribute and bin, of trackers whose runs all have a score:
         `tracker`, `attribute`, `sequences`, rank `correlation` and its interval (`low`, `high`),
         corrected for all curves; of the bin `bin_from` and `bin_to` in the unit of the attribute,
-        `bin_sequences`, `bin_mean` of the scores and its interval. Failed runs count as worst.
+        `bin_sequences`, `bin_mean` of the scores and its interval. Failed runs have the worst
+        score.
 
     Raises
     ------
     ResultsError
-        Where there are no results, or a file is damaged.
+        If there are no results, a file is damaged or a sequence cannot be opened.
     """
-    measure, runs = scored_runs(Path(folder), metrics)
-    measured = attributes_of(runs, _names(runs), _silent, _refuse)
-    curves = against(means_by_sequence(runs, measure), measured, partial(bounded_score, measure))
-    return attribute_table(curves, measure, "tracker").data
+
+    def refuse(message: str) -> None:
+        raise ResultsError(message)
+
+    measured = partial(attributes_of, progress=lambda *_: None, tell=refuse)
+    (shown,) = attribute_report(Path(folder), [metrics], measured)
+    return shown.table.data
 
 
-def _refuse(sentence: str) -> None:
-    raise ResultsError(sentence)
+def attribute_report(experiment: Path, presets: Collection[str], measured: Measured) -> list[Shown]:
+    """Return the scores of every preset by attributes of the sequences."""
+    reports = []
+    for preset in presets:
+        measure, runs = _scored_runs(experiment, preset)
+        names = [str(name) for name in runs["sequence"].unique()]
+        means = _means_by_sequence(runs, measure)
+        curves = against(means, measured(runs, names), measure.least, measure.most)
+        name = "attributes" if preset == PRESET else f"attributes-{preset}"
+        table = attribute_table(curves, measure, "tracker", name)
+        for tracker in sorted(set(runs["tracker"].astype(str)) - set(means)):
+            table.notes.append(f"{tracker} is not shown: not all of its runs have a score.")
+        reports.append(Shown(table, measure, curves))
+    return reports
 
 
-def scored_runs(folder: Path, metrics: str) -> tuple[Measure, pd.DataFrame]:
-    """Return the first score of a preset, and an experiment's runs with it.
-
-    Failed runs have the worst score.
-    """
+def _scored_runs(folder: Path, metrics: str) -> tuple[Measure, pd.DataFrame]:
+    """Return the first score of a preset, and an experiment's one-pass runs with this score."""
     runs = load_results(folder)
     runs = runs[runs["protocol"] == "accuracy"]
     if metrics == PRESET:
         return SUMMARY[0], with_worst_scores(folder, runs)
-    name, column = next(
-        (k, one) for k, one in metrics_preset(metrics).columns.items() if one.better
-    )
+    columns = metrics_preset(metrics).columns
+    name = next(name for name, column in columns.items() if column.better)
     title = f"{heading(name)} ({metrics})"
-    measure = Measure(name, title, direction=column.better, decimals=3)
+    measure = Measure(name, title, direction=columns[name].better, decimals=3)
     return measure, with_worst_scores(folder, runs_by(folder, metrics, runs), [metrics])
+
+
+def _means_by_sequence(runs: pd.DataFrame, measure: Measure) -> dict[str, NDArray[np.float64]]:
+    """Return mean scores by sequence, (n,), of trackers all of whose runs have a score."""
+    runs = complete(runs).astype(dict.fromkeys(["tracker", "sequence", "status"], str))
+    names = runs["sequence"].unique()
+    return {
+        str(tracker): rows.groupby("sequence")[measure.name].mean().reindex(names).to_numpy()
+        for tracker, rows in runs.groupby("tracker", sort=False)
+        if counted(rows, measure.name).all()
+    }
 
 
 def attributes_of(
@@ -90,93 +116,58 @@ def attributes_of(
     progress: Progress,
     tell: Callable[[str], None],
 ) -> dict[str, NDArray[np.float64]]:
-    """Values of every attribute by sequence, (n,), NaN where a sequence has none.
+    """Return values of every attribute by sequence, (n,), NaN if a sequence does not have it.
 
-    What was measured before is looked up, so that the sequence need not be there.
-
-    Parameters
-    ----------
-    runs : DataFrame
-        As `load_results` gives them.
-    sequences : sequence of str
-        Names of the n sequences.
-    progress : callable
-        Is told the frames that are measured, over all sequences.
-    tell : callable
-        Is given a sentence on each sequence that can't be measured.
+    Sequences that were measured before are not opened. `runs`: as `load_results` returns them.
+    `sequences`: names. `progress` receives the number of measured frames over all sequences, and
+    `tell` a message on each sequence that cannot be measured.
     """
     whole = runs[(runs["status"] == "finished") & runs["fingerprint"].notna()]
-    whole = whole.drop_duplicates("sequence")
-    rows = {str(row["sequence"]): row for row in whole.to_dict("records")}
-    known = {name: attributes.kept(rows[name]["fingerprint"]) for name in sequences if name in rows}
-    there = {name: opened(rows[name]) for name, series in known.items() if series is None}
-    total = sum(len(sequence) for sequence in there.values() if sequence is not None)
-    done = 0
-    for name, sequence in there.items():
-        if sequence is None:
-            where = rows[name]["source"]
-            tell(f"{name}: its attributes are not known, as it is not at {where} as it was.")
-            continue
-        known[name] = attributes.measured(sequence, partial(_shifted, progress, done, total))
-        done += len(sequence)
-    found = {name: attributes.overall(series) for name, series in known.items() if series}
+    rows = {
+        str(row["sequence"]): row for row in whole.drop_duplicates("sequence").to_dict("records")
+    }
+    series = {
+        name: attributes.kept(rows[name]["fingerprint"]) for name in sequences if name in rows
+    }
+    opened = {name: open_sequence(rows[name]) for name, kept in series.items() if kept is None}
+    to_measure = {name: seq for name, seq in opened.items() if not isinstance(seq, str)}
+    total, done = sum(map(len, to_measure.values())), 0
+    for name in opened:
+        if name in to_measure:
+            shifted = partial(_shifted, progress, done, total)
+            series[name] = attributes.measured(to_measure[name], shifted)
+            done += len(to_measure[name])
+        else:
+            source = rows[name]["source"]
+            tell(f"{name}: its attributes are not known, as it is not at {source} as it was.")
+    means = {name: attributes.overall(measured) for name, measured in series.items() if measured}
     return {
-        one: np.array([found.get(name, {}).get(one, np.nan) for name in sequences])
-        for one in attributes.names()
+        attribute: np.array([means.get(name, {}).get(attribute, np.nan) for name in sequences])
+        for attribute in attributes.names()
     }
 
 
 def _shifted(progress: Progress, before: int, total: int, done: int, _: int) -> None:
-    """Tell of frames of one sequence among those of all."""
+    """Report progress within one sequence as progress over all sequences."""
     progress(before + done, total)
 
 
-def means_by_sequence(runs: pd.DataFrame, measure: Measure) -> dict[str, NDArray[np.float64]]:
-    """Return mean scores, (n,) in the order of the sequences, of trackers with all scores."""
-    runs = complete(runs).astype(dict.fromkeys(["tracker", "sequence", "status"], str))
-    names = _names(runs)
-    return {
-        str(tracker): of.groupby("sequence")[measure.name].mean().reindex(names).to_numpy()
-        for tracker, of in runs.groupby("tracker", sort=False)
-        if counted(of, measure.name).all()
-    }
-
-
-@dataclass(frozen=True)
-class Shown:
-    """Scores by a preset against attributes."""
-
-    table: Table
-    measure: Measure
-    curves: Sequence[Curve]
-
-    def drawn(self, path: Path, title: str) -> list[Path]:
-        """Draw them into a file; see `write_plot`."""
-        return write_plot(path, self.curves, self.measure, title)
-
-
-def attribute_report(experiment: Path, presets: Collection[str], measured: Measured) -> list[Shown]:
-    """What is shown by every preset.
-
-    `measured`: gives attributes of runs' sequences, see `attributes_of`.
-    """
-    made = []
-    for preset in presets:
-        measure, runs = scored_runs(experiment, preset)
-        means = means_by_sequence(runs, measure)
-        curves = against(means, measured(runs, _names(runs)), partial(bounded_score, measure))
-        name = "attributes" if preset == PRESET else f"attributes-{preset}"
-        table = attribute_table(curves, measure, "tracker", name)
-        for tracker in sorted(set(runs["tracker"].astype(str)) - set(means)):
-            table.notes.append(f"{tracker} is not shown: not all of its runs have a score.")
-        made.append(Shown(table, measure, curves))
-    return made
+def open_sequence(row: Mapping[Any, Any]) -> datasets.Sequence | str:
+    """Return the sequence of a run as the index has it, or a message why it cannot be used."""
+    name, source = row["sequence"], row["source"]
+    try:
+        sequence = datasets.load(source, truth=row["truth"] or None)
+    except datasets.SequenceError:
+        return f"{name} can't be opened at {source} any more."
+    if sequence.fingerprint != row["fingerprint"]:
+        return f"{name} at {source} has changed since it was run."
+    return sequence
 
 
 def write_plot(
     path: Path, curves: Sequence[Curve], measure: Measure, title: str, quantity: str = ""
 ) -> list[Path]:
-    """Draw curves into a file, a panel an attribute; give that, or none where there are none."""
+    """Draw curves into a file with a panel per attribute; return the files, none without curves."""
     from reports.attributes import Against, attribute_plot
     from reports.figures import write_for_papers
 
@@ -184,15 +175,9 @@ def write_plot(
         return []
     panels: dict[str, list[Against]] = {}
     for curve in curves:
-        points = np.array(
-            [(one.centre, one.mean, *(one.interval or (np.nan, np.nan))) for one in curve.bins]
-        )
-        centres, *scores = points.reshape(-1, 4).T
+        points = [(bin_.centre, bin_.mean, bin_.low, bin_.high) for bin_ in curve.bins]
+        centres, *scores = np.array(points).reshape(-1, 4).T
         dots, means, low, high = (part * measure.scale for part in (curve.scores, *scores))
         drawn = Against(curve.label, curve.places, dots, centres, means, low, high)
         panels.setdefault(attributes.of_name(curve.attribute).head, []).append(drawn)
     return write_for_papers(path, attribute_plot(panels, quantity or measure.head, title))
-
-
-def _names(runs: pd.DataFrame) -> list[str]:
-    return [str(name) for name in runs["sequence"].unique()]

@@ -1,6 +1,6 @@
-"""Plots and film strips of stored results; film strips alone open sequences, for their pixels."""
+"""Reports, plots and film strips of stored results. Only film strips open sequences."""
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,8 @@ from bench.evaluation.reference import reference
 from bench.metrics.centre_error import centre_error
 from bench.metrics.overlap import overlap
 from bench.protocols import STORED_ONCE, TIMING
+from bench.reporting.by_attribute import Shown, open_sequence, write_plot
 from bench.reporting.by_preset import Scored, write_curves
-from bench.reporting.opening import opened
 from bench.reporting.outlines import Outlines, outlines_of_run
 from bench.reporting.tables import timing_runs, title_of
 from bench.store.index import read_index
@@ -26,27 +26,48 @@ from bench.store.truth import StoredTruth, read_truth
 from reports.film_strip import evenly_spaced, film_strip, write_film_strip
 from reports.overlay import TRUTH
 from reports.palette import colours
-from reports.plots import TRACE_WORDS
-from reports.tables import complete
-from reports.write import file_names, write_plots
+from reports.tables import Table, complete
+from reports.write import file_names, write_plots, write_tables
 
 STRIP_FRAMES = 10
+
+
+def write_report(
+    experiment: Path,
+    folder: Path,
+    tell: Callable[[str], None],
+    tables: Sequence[Table],
+    title: str = "",
+    pictures: str | None = "png",
+    scored: Sequence[Scored] = (),
+    by_attribute: Sequence[Shown] = (),
+) -> list[Path]:
+    """Write tables and pictures of an experiment into a folder; return the files.
+
+    `title`: of plots; the experiment's own by default. `pictures`: format of plots (`png`, `svg`,
+    `pdf`), or None for no pictures; film strips are PNG. `tell` receives a message on every
+    sequence and preset that cannot be drawn. `scored` and `by_attribute`: scores of presets whose
+    curves are drawn. Raises `ResultsError` if results cannot be read, `OSError` if a file cannot be
+    written.
+    """
+    paths = write_tables(folder, tables)
+    if pictures is not None:
+        suffix, title = f".{pictures}", title or title_of(experiment)
+        paths += write_pictures(experiment, folder, tell, title, scored, suffix)
+        for table, measure, curves in by_attribute:
+            paths += write_plot(folder / f"{table.name}{suffix}", curves, measure, title)
+    return paths
 
 
 def write_pictures(
     experiment: Path,
     folder: Path,
     tell: Callable[[str], None],
-    title: str = "",
-    by_preset: Collection[Scored] = (),
-    suffix: str = ".png",
+    title: str,
+    by_preset: Collection[Scored],
+    suffix: str,
 ) -> list[Path]:
-    """Draw plots and film strips of an experiment into a folder, and give the files.
-
-    Each run is read once. `by_preset`: runs as presets score them, whose curves are drawn. `tell`
-    is given a sentence on every sequence and preset that can't be drawn. `suffix`: of plots, see
-    `reports.figures.write_figure`; film strips are PNG.
-    """
+    """Draw the plots and film strips of `write_report`. Each run is read once."""
     runs = load_results(experiment)
     scored = complete(runs[runs["protocol"] == "accuracy"])
     frames, boxes = frames_and_boxes(experiment)
@@ -55,17 +76,14 @@ def write_pictures(
         folder,
         frames,
         timing_runs(runs),
-        title or title_of(experiment),
+        title,
         trackers=trackers,
         incomplete=set(scored[scored["status"] != "finished"]["tracker"]),
         suffix=suffix,
     )
     paths += write_curves(folder, by_preset, trackers, tell, suffix)
-    rows = {str(row["sequence"]): row for row in read_index(Results(experiment))}
-    names = file_names(rows)
-    for name, row in sorted(rows.items()):
-        shown = boxes.get(name)
-        paths += _write_strip(row, shown, trackers, folder / f"strip-{names[name]}.png", tell)
+    for name, row, path in _strip_files(experiment, folder):
+        paths += _write_strip(row, boxes.get(name), trackers, path, tell)
     return paths
 
 
@@ -76,19 +94,25 @@ def write_strips(
     chosen: Mapping[str, Collection[str]],
     trackers: Collection[str],
 ) -> list[Path]:
-    """Draw film strips of some sequences with some trackers' boxes, and give the files.
+    """Draw film strips of some sequences with some trackers' boxes; return the files.
 
-    `chosen`: trackers by sequence; `trackers`: all there are, in the order of their colours.
-    `tell` is given a sentence on what can't be drawn.
+    `chosen`: trackers by sequence. `trackers`: all trackers, in the order of their colours. `tell`
+    receives a message on every sequence that cannot be drawn.
     """
-    rows = {str(row["sequence"]): row for row in read_index(Results(experiment))}
-    names = file_names(rows)
+    files = {name: (row, path) for name, row, path in _strip_files(experiment, folder)}
     paths: list[Path] = []
     for name, shown in chosen.items():
+        row, path = files[name]
         boxes = _boxes_of([experiment], name)
-        path = folder / f"strip-{names[name]}.png"
-        paths += _write_strip(rows[name], boxes, trackers, path, tell, shown)
+        paths += _write_strip(row, boxes, trackers, path, tell, shown)
     return paths
+
+
+def _strip_files(experiment: Path, folder: Path) -> list[tuple[str, dict[str, Any], Path]]:
+    """Return every sequence with a row of the index and the file of its film strip."""
+    rows = {str(row["sequence"]): row for row in read_index(Results(experiment))}
+    names = file_names(rows)
+    return [(name, row, folder / f"strip-{names[name]}.png") for name, row in sorted(rows.items())]
 
 
 def _write_strip(
@@ -101,8 +125,8 @@ def _write_strip(
 ) -> list[Path]:
     """Draw the boxes of `shown`, all by default, in their colours among the `trackers`."""
     name = str(row["sequence"])
-    sequence = opened(row)
-    if sequence is None:
+    sequence = open_sequence(row)
+    if isinstance(sequence, str):
         tell(f"{name}: no film strip: it is not at {row['source']} as it was.")
         return []
     numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, STRIP_FRAMES)
@@ -113,12 +137,12 @@ def _write_strip(
 
 
 def scored_runs(folder: Path, **only: str) -> Iterator[tuple[Mapping[str, Any], Run, StoredTruth]]:
-    """Runs in one pass, each read once, with their rows and their truth."""
+    """Return one-pass runs with their rows of the index and their ground truth; read each once."""
     return judged_runs(folder, protocol=STORED_ONCE, **only)
 
 
 def judged_runs(folder: Path, **only: str) -> Iterator[tuple[Mapping[str, Any], Run, StoredTruth]]:
-    """Runs by all protocols but timing, likewise."""
+    """Return the same of runs by all protocols except timing."""
     results = Results(folder)
     truth = cache(partial(read_truth, folder))
     for row in ordered_rows(results, **only):
@@ -128,9 +152,9 @@ def judged_runs(folder: Path, **only: str) -> Iterator[tuple[Mapping[str, Any], 
 
 
 def frames_and_boxes(folder: Path) -> tuple[pd.DataFrame, "dict[str, _Boxes]"]:
-    """What plots show, and by sequence what film strips show.
+    """Return what plots show, and what film strips show by sequence.
 
-    Plots are of a row an evaluated frame of every finished run: `tracker`, `sequence`,
+    Plots show one row per evaluated frame of every finished run: `tracker`, `sequence`,
     `repetition`, `frame`, and of online boxes `overlap` in [0, 1], `centre_error` in pixels, and
     `revised`: whether the run revised some of them later.
     """
@@ -177,6 +201,8 @@ class _Boxes:
 
     def add(self, row: Mapping[str, Any], run: Run) -> None:
         """Add a run; of a tracker whose repetition is not there (it never draws) the first."""
+        from reports.plots import TRACE_WORDS  # imports Matplotlib
+
         tracker = row["tracker"]
         if row["repetition"] == self._repetition or tracker not in self._found:
             said = "" if run.revised is None else f", {TRACE_WORDS[self._trace]}"

@@ -1,9 +1,8 @@
 """Uncertainty of a table's means: intervals over units, and marks of the trackers not worse."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from bench.statistics.intervals import Interval
 from bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
 from bench.statistics.units import Units
 from reports.tables import Measure, Uncertainty
@@ -24,17 +23,6 @@ def meaning_of_intervals(units: Units) -> str:
     )
 
 
-def bounded_score(measure: Measure, scores: ArrayLike) -> Interval | None:
-    """Return the 95 % interval of a mean score within the measure's range; None for few units."""
-    return interval_or_none(scores, 1, measure.least, measure.most)
-
-
-def bounded_difference(measure: Measure, differences: ArrayLike) -> Interval | None:
-    """Return the 95 % interval of a mean difference of scores; None for few units."""
-    widest = measure.most - measure.least
-    return interval_or_none(differences, 1, -widest, widest)
-
-
 def uncertainty_of(values: NDArray[np.float64], measure: Measure) -> Uncertainty:
     """Return the interval of every tracker's mean and which trackers are marked.
 
@@ -44,7 +32,7 @@ def uncertainty_of(values: NDArray[np.float64], measure: Measure) -> Uncertainty
         return Uncertainty([None] * len(values), [False] * len(values))
     finite = np.asarray(np.isfinite(values).all(axis=1))
     intervals = [
-        bounded_score(measure, row) if known else None
+        interval_or_none(row, 1, measure.least, measure.most) if known else None
         for row, known in zip(values, finite.tolist(), strict=True)
     ]
     marks = np.zeros(len(values), bool)

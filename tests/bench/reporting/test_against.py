@@ -47,11 +47,11 @@ def test_there_are_as_many_bins_as_have_six_sequences(n, count):
 def test_a_bin_has_the_mean_and_the_interval_of_its_sequences():
     generator = np.random.default_rng(1)
     places, scores = generator.random(24), generator.random(24)
-    (curve,) = against({"a": scores}, {"blur": places}, mean_interval)
+    (curve,) = against({"a": scores}, {"blur": places})
     order = np.argsort(places)
     for one, chosen in zip(curve.bins, order.reshape(4, 6), strict=True):
         assert one.mean == pytest.approx(scores[chosen].mean())
-        assert one.interval == pytest.approx(mean_interval(scores[chosen]))
+        assert (one.low, one.high) == pytest.approx(mean_interval(scores[chosen]))
         assert (one.first, one.last) == (places[chosen].min(), places[chosen].max())
     assert curve.correlation == pytest.approx(spearmanr(places, scores).statistic)
 
@@ -60,7 +60,7 @@ def test_what_rises_with_an_attribute_is_seen_and_the_others_are_not():
     generator = np.random.default_rng(2)
     measured = {f"a{k}": generator.random(30) for k in range(10)}
     differences = measured["a3"] ** 2 + generator.normal(0, 0.05, 30)
-    curves = against({"x - y": differences}, measured, mean_interval)
+    curves = against({"x - y": differences}, measured)
     (found,) = (curve for curve in curves if curve.interval.low > 0)
     assert found.attribute == "a3"
     assert all(curve.interval.high > 0 for curve in curves)
@@ -78,21 +78,21 @@ def test_chance_is_taken_for_more_in_five_cases_of_a_hundred_whatever_number_is_
         half_lost = np.where(generator.random(n) < 0.5, 0.0, generator.random(n))
         common = generator.random(n)  # attributes go together
         measured = {f"a{k}": common + generator.random(n) for k in range(10)}
-        curves = against({"x": half_lost}, measured, mean_interval)
+        curves = against({"x": half_lost}, measured)
         alarms += any(curve.interval.low > 0 or curve.interval.high < 0 for curve in curves)
     assert alarms / 400 <= 0.075  # three deviations above
 
 
 def test_sequences_without_the_attribute_are_left_out_and_one_that_none_has_is_not_shown():
     measured = {"visibility": [np.nan] * 5, "size": [1, 2, np.nan, 4, 5], "one": [1] + [np.nan] * 4}
-    (curve,) = against({"a": [0.1, 0.2, 0.3, 0.4, np.nan]}, measured, mean_interval)
+    (curve,) = against({"a": [0.1, 0.2, 0.3, 0.4, np.nan]}, measured)
     assert curve.attribute == "size"
     assert curve.places.tolist() == [1, 2, 4]
     assert curve.interval == (-1, 1)
 
 
 def test_scores_that_are_all_the_same_have_no_correlation_and_are_told():
-    (curve,) = against({"a": [0.5] * 12}, {"size": np.arange(12)}, mean_interval)
+    (curve,) = against({"a": [0.5] * 12}, {"size": np.arange(12)})
     assert isnan(curve.correlation)
     text = to_text(attribute_table([curve], OVERLAP, "tracker"))
     assert "—" in text
@@ -103,7 +103,7 @@ def made(n, trackers=("camshift:window=adaptive", "opencv-mil")):
     scores = {name: generator.random(n) for name in trackers}
     names = ("brightness_change", "border", "size")
     measured = {name: generator.normal(-1.1, 3, n) for name in names}
-    return against(scores, measured, mean_interval)
+    return against(scores, measured)
 
 
 def test_the_table_fits_a_terminal_with_both_ends():
@@ -135,13 +135,11 @@ def test_a_plot_has_a_panel_an_attribute_a_dot_a_sequence_and_the_bins(n, tmp_pa
     curves = made(n)
     panels = {}
     for curve in curves:
-        ends = [
-            np.array([getattr(one.interval, end) for one in curve.bins]) for end in ("low", "high")
+        columns = [
+            np.array([getattr(one, part) for one in curve.bins])
+            for part in ("centre", "mean", "low", "high")
         ]
-        centres, means = (
-            np.array([getattr(one, part) for one in curve.bins]) for part in ("centre", "mean")
-        )
-        drawn = Against(curve.label, curve.places, curve.scores, centres, means, *ends)
+        drawn = Against(curve.label, curve.places, curve.scores, *columns)
         panels.setdefault(curve.attribute, []).append(drawn)
     figure = attribute_plot(panels, "mean overlap", "title")
     shown = [axes for axes in figure.axes if axes.get_visible()]
