@@ -9,6 +9,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -114,6 +115,8 @@ def summary_table(
     preset: str,
     uncertainties: Uncertainties | None = None,
     meaning: str = "± standard deviation over repetitions.",
+    *,
+    skip_undefined: bool = False,
 ) -> Table:
     """Make a table of trackers by measures, averaged over units.
 
@@ -132,15 +135,19 @@ def summary_table(
         Intervals and marks. The ends of intervals join the data as `low` and `high`.
     meaning : str
         Sentences of the caption on intervals and marks.
+    skip_undefined : bool
+        Average over the runs and units in which a score is defined; by default it is missing if
+        one of them has none.
     """
     runs = complete(runs)
     (tracker, trackers), (sequence, sequences) = _numbers(runs)
     unit_of = runs.groupby(sequence)["unit"].first().tolist() if "unit" in runs else sequences
     unit, units = pd.factorize(np.array(unit_of))
-    by_cell, _, sizes = _statistics(runs, tracker * len(sequences) + sequence, measures)
+    means = partial(_statistics, measures=measures, skip_undefined=skip_undefined)
+    by_cell, _, sizes = means(runs, tracker * len(sequences) + sequence)
     own, of = by_cell.index // len(sequences), by_cell.index % len(sequences)
-    by_unit, _, _ = _statistics(by_cell, own * len(units) + unit[of], measures)
-    mean, _, _ = _statistics(by_unit, by_unit.index // len(units), measures)
+    by_unit, _, _ = means(by_cell, own * len(units) + unit[of])
+    mean, _, _ = means(by_unit, by_unit.index // len(units))
     # The mean over sequences varies over repetitions if all sequences have as many.
     times = sizes.groupby(own).agg(["min", "max"])
     repetition, repetitions = pd.factorize(runs["repetition"])
@@ -219,16 +226,20 @@ def _numbers(runs: pd.DataFrame) -> list[tuple[NDArray[np.int64], list[str]]]:
 
 
 def _statistics(
-    runs: pd.DataFrame, groups: NDArray[np.int64] | pd.Index, measures: Sequence[Measure]
+    runs: pd.DataFrame,
+    groups: NDArray[np.int64] | pd.Index,
+    measures: Sequence[Measure],
+    *,
+    skip_undefined: bool = False,
 ) -> tuple[pd.DataFrame, pd.DataFrame, pd.Series]:
-    """Means and standard deviations by group and column, and the groups' sizes.
+    """Return means and standard deviations by group and column, and the groups' sizes.
 
-    A missing value is not passed over: what would need it is missing.
+    They are missing if a value of the group is missing, unless `skip_undefined`.
     """
     columns = dict.fromkeys(name for m in measures for name in (m.name, m.out_of) if name in runs)
     grouped = runs[list(columns)].groupby(np.asarray(groups))
     sizes = grouped.size()
-    whole = grouped.count().eq(sizes, axis=0)
+    whole = grouped.count().eq(sizes, axis=0) | skip_undefined
     return grouped.mean().where(whole), grouped.std().where(whole), sizes
 
 
@@ -309,7 +320,9 @@ def _with_uncertainty(
             continue
         places = [row * n_units + unit for row in present for unit in range(n_units)]
         values = by_unit[measure.name].reindex(places).to_numpy(np.float64)
-        intervals, marks = uncertainties(values.reshape(len(present), n_units), measure)
+        table = values.reshape(len(present), n_units)
+        defined = ~np.isnan(table).all(axis=0)
+        intervals, marks = uncertainties(table[:, defined], measure)
         for row, interval, marked in zip(present, intervals, marks, strict=True):
             made[row][column] = replace(made[row][column], interval=interval, marked=marked)
     return made

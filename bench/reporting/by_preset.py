@@ -325,7 +325,7 @@ def _with_means(
     """
     preset = metrics_preset(preset_name)
     whole = {name: nan for name, column in preset.columns.items() if column.whole}
-    means = mean_table(shown.assign(**whole), measures, "", preset_name)
+    means = mean_table(shown.assign(**whole), measures, "", preset_name, skip_undefined=True)
     label = TOGETHER
     words, _, meaning = means.caption.removeprefix(": ").partition(
         f"; metrics preset {preset_name}"

@@ -9,8 +9,9 @@ whenever it can. Scores of masks are 0. Times have no worst value and stay missi
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
-from math import hypot, nan
+from math import hypot, isfinite, nan
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,7 +20,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.evaluation.record import Run
-from bench.evaluation.scoring import can_judge, judge
+from bench.evaluation.scoring import judge
 from bench.metrics import preset as metrics_preset
 from bench.metrics.preset import Judged, State, mean_of_sequences
 from bench.protocols import TIMING, protocol
@@ -39,15 +40,8 @@ class FailedRuns(NamedTuple):
 def failed_runs(runs: pd.DataFrame, counted: str = "the worst score") -> FailedRuns:
     """Return which trackers have failed runs, of runs by one protocol.
 
-    Parameters
-    ----------
-    runs : DataFrame
-        As `load_results` gives them.
-    counted : str
-        Score of a failed run in the notes: `0` for an overlap.
+    `counted`: score of a failed run in the notes, `0` for an overlap.
 
-    Examples
-    --------
     >>> runs = pd.DataFrame({"tracker": ["a", "a"], "sequence": ["cup", "box"]})
     >>> runs = runs.assign(status=["failed", "finished"], failure=["frame 3: ValueError: no", ""])
     >>> failed_runs(runs, "0").notes
@@ -64,36 +58,23 @@ def with_worst_scores(
     """Return runs with the worst scores of metrics presets in failed rows.
 
     Their status stays `failed`. Timing runs, runs of trackers whose every run failed, and runs that
-    a preset cannot judge are unchanged.
-
-    Parameters
-    ----------
-    folder : Path
-        Results of the experiment: runs and ground truth are read there.
-    runs : DataFrame
-        As `load_results` or `runs_by` give them; columns of the scores are added if missing.
-    presets : sequence of str
-        Metrics presets whose columns are filled in.
-
-    Raises
-    ------
-    ResultsError
-        If a file is missing or damaged.
+    a preset cannot judge are unchanged. `runs`: as `load_results` or `runs_by` return them; their
+    ground truth is read from the results `folder`. Raises `ResultsError` if a file is missing or
+    damaged.
     """
     keys = pd.MultiIndex.from_frame(runs[["tracker", "protocol"]].astype(str))
     is_failed = (runs["status"] == "failed").to_numpy()
     failed = runs[is_failed & keys.isin(keys[~is_failed]) & (runs["protocol"] != TIMING)]
     if failed.empty:
         return runs
-    filled = runs.copy()
-    results = Results(folder)
+    filled, results = runs.copy(), Results(folder)
     for number, row in zip(failed.index, failed.to_dict("records"), strict=True):
         key = row["tracker"], row["sequence"], int(row["repetition"]), row["protocol"]
         run = results.read(folder / run_path(*key))
         truth = read_truth(folder, row["sequence"], row["fingerprint"])
         scores: dict[str, float] = {}
         for name in presets:
-            if can_judge(name, run.identity.protocol):
+            with suppress(ValueError):  # the preset cannot judge such runs
                 scores |= judge_failed(run, truth, name).scores
         masks = runs.filter(regex="region|contour")[runs["tracker"] == row["tracker"]]
         scores |= dict.fromkeys(masks.columns[masks.notna().any()], 0.0)
@@ -107,24 +88,20 @@ def judge_failed(run: Run, truth: StoredTruth, preset: str) -> Judged:
 
     Raises `ValueError` if the preset cannot judge runs by the run's protocol.
     """
-    judged = judge(_lost_run(run), truth, preset)
-    definition = metrics_preset(preset)
-    scores = dict(judged.scores)
+    judged, definition = judge(_lost_run(run), truth, preset), metrics_preset(preset)
+    present = np.isfinite(truth.boxes).all(axis=1)
+    diagonal = _diagonal(truth)
+    scores, curves = dict(judged.scores), judged.curves
     for name, column in definition.columns.items():
         if column.better == "higher":
             scores[name] = 0.0
-    present = np.isfinite(truth.boxes).all(axis=1)
-    first = int(np.flatnonzero(present)[0])
-    if "first_loss" in scores:
-        scores["first_loss"] = first + 1.0
-    diagonal = _diagonal(truth)
-    for name in ("centre_error", "centre_error_median", "centre_error_p90"):
-        if name in scores:
+        elif column.better == "lower" and not isfinite(scores[name]):  # a centre error
             scores[name] = diagonal
+    if "first_loss" in scores:
+        scores["first_loss"] = np.flatnonzero(present)[0] + 1.0
     if "normalised_centre_error" in scores:
-        sizes = truth.boxes[present][1:, 2:]
-        scores["normalised_centre_error"] = float(np.mean(diagonal / np.hypot(*sizes.T)))
-    curves = judged.curves
+        sizes = np.hypot(*truth.boxes[present][1:, 2:].T)
+        scores["normalised_centre_error"] = float(np.mean(diagonal / sizes))
     if definition.combine is mean_of_sequences:  # others make their curves of the evidence
         curves = {name: np.column_stack([c[:, 0], 0 * c[:, 1]]) for name, c in curves.items()}
     return replace(judged, scores=scores, curves=curves)

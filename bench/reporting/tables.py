@@ -161,7 +161,14 @@ def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[
     return made
 
 
-def mean_table(scored: pd.DataFrame, measures: Sequence[Measure], title: str, preset: str) -> Table:
+def mean_table(
+    scored: pd.DataFrame,
+    measures: Sequence[Measure],
+    title: str,
+    preset: str,
+    *,
+    skip_undefined: bool = False,
+) -> Table:
     """Make a table of means over units with their intervals and marks; see `summary_table`."""
     sequences = [str(name) for name in scored["sequence"].unique()]
     units = units_of(sequences)
@@ -169,7 +176,8 @@ def mean_table(scored: pd.DataFrame, measures: Sequence[Measure], title: str, pr
         sequences[i]: name for name, of in zip(units.labels, units.members, strict=True) for i in of
     }
     runs = scored.assign(unit=scored["sequence"].astype(str).map(unit_of))
-    return summary_table(runs, measures, title, preset, uncertainty_of, meaning_of_intervals(units))
+    how = uncertainty_of, meaning_of_intervals(units)
+    return summary_table(runs, measures, title, preset, *how, skip_undefined=skip_undefined)
 
 
 def _with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame, Measure]:

@@ -155,3 +155,19 @@ def test_scores_with_one_value_per_unit_have_intervals(without_processes, tmp_pa
     assert "[" in means["accuracy"]
     assert whole["EAO"].endswith(" –")
     assert means["EAO"] == "—"
+
+
+@pytest.mark.parametrize(("protocol", "preset"), [("real-time", "native"), ("", "got10k")])
+def test_means_skip_sequences_with_an_undefined_score(
+    without_processes, tmp_path, otb, protocol, preset
+):
+    folders = [otb(tmp_path / f"s{n}", n) for n in (1, 4, 5, 6, 7, 8, 9)]  # frames
+    sources = tuple(SequenceSource(str(folder)) for folder in folders)
+    with without_processes():
+        asked = Experiment("trial", ("static",), sources, protocol=protocol or "one-pass")
+        folder = bench.run(asked, tmp_path, jobs=1)
+    (table,) = tables_by(folder, [preset])
+    shown = texts(table)
+    label = TOGETHER if preset == "native" else MEANS
+    assert shown["s1", "static"][0] == "—"
+    assert shown[label, "static"][0] == "1.000 [1.000, 1.000]"

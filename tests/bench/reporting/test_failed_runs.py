@@ -104,6 +104,11 @@ def test_trackers_whose_every_run_failed_keep_no_scores(stored):
     assert filled["mean_overlap"][filled["tracker"] == "broken.py:Knob"].isna().all()
 
 
+def test_failed_runs_that_a_preset_cannot_judge_are_unchanged(stored):
+    runs = load_results(stored)
+    pd.testing.assert_frame_equal(with_worst_scores(stored, runs, ["vot-supervised"]), runs)
+
+
 @pytest.mark.parametrize("name", ["native", "otb", "got10k"])
 def test_tables_count_failed_runs_as_worst(stored, name):
     tables = {table.name: table for table in tables_by(stored, [name])}
