@@ -132,12 +132,9 @@ def summary_table(
     title, preset : str
         Beginning of the caption, and the metrics preset that it names.
     uncertainties : callable, optional
-        Intervals and marks. The ends of intervals join the data as `low` and `high`.
-    meaning : str
-        Sentences of the caption on intervals and marks.
+        Intervals and marks, explained by `meaning`. Ends join the data as `low` and `high`.
     skip_undefined : bool
-        Average over the runs and units in which a score is defined; by default it is missing if
-        one of them has none.
+        Average over the runs that have a score. By default a mean needs those of all runs.
     """
     runs = complete(runs)
     (tracker, trackers), (sequence, sequences) = _numbers(runs)
@@ -151,16 +148,14 @@ def summary_table(
     # The mean over sequences varies over repetitions if all sequences have as many.
     times = sizes.groupby(own).agg(["min", "max"])
     repetition, repetitions = pd.factorize(runs["repetition"])
-    by_pass, _, _ = _statistics(runs, tracker * len(repetitions) + repetition, measures)
-    _, spread, _ = _statistics(by_pass, by_pass.index // len(repetitions), measures)
+    by_pass, _, _ = means(runs, tracker * len(repetitions) + repetition)
+    _, spread, _ = means(by_pass, by_pass.index // len(repetitions))
     spread = spread.where(times["min"] == times["max"])
     entries = _entries(_lacking(runs, tracker, measures), mean, spread, mean * np.nan, measures)
     if uncertainties is not None:
         entries = _with_uncertainty(entries, by_unit, len(units), measures, uncertainties)
-    named = [{"tracker": tracker} for tracker in trackers]
     names = ", ".join(sequences) if len(sequences) <= 4 else f"{len(sequences)} sequences"
-    if len(units) < len(sequences):
-        names += f" in {len(units)} units"
+    names += f" in {len(units)} units" if len(units) < len(sequences) else ""
     return Table(
         name="summary",
         caption=(
@@ -170,7 +165,7 @@ def summary_table(
         n_labels=1,
         rows=_rows([[tracker] for tracker in trackers], entries, measures),
         notes=notes_of(runs, measures[0].name),
-        data=_tidy(named, entries, measures, preset),
+        data=_tidy([{"tracker": name} for name in trackers], entries, measures, preset),
         ranks=[measure.rank for measure in measures],
     )
 

@@ -169,7 +169,7 @@ def _draw(
     output: Path,
     count: int,
 ) -> None:
-    from bench.reporting.outlines import outlines_on
+    from bench.reporting.pictures import outlines_on
     from reports.film_strip import evenly_spaced, film_strip, write_film_strip
 
     if output.suffix == ".png":

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bench.evaluation.record import Run
 from bench.evaluation.recorder import MAP
-from bench.reporting.outlines import mask_outlines
+from bench.reporting.pictures import mask_outlines
 from bench.store.truth import StoredTruth
 from reports.page.film import film
 

@@ -22,8 +22,7 @@ from bench.pages.filming import THUMBNAIL, Filmed, Keep, Watch, film_all
 from bench.pages.shown import Film, maps, numbers, shapes, true_shapes
 from bench.pages.thresholds import ERRORS, OVERLAPS, nearest_to
 from bench.protocols import STORED_ONCE
-from bench.reporting.outlines import is_round
-from bench.reporting.pictures import judged_runs
+from bench.reporting.pictures import is_round, judged_runs
 from bench.store.truth import StoredTruth
 from reports.page.content import Place, Scene, Take
 from reports.page.film import packed, quantised, squeezed

@@ -129,27 +129,23 @@ def attributes_of(
     series = {
         name: attributes.kept(rows[name]["fingerprint"]) for name in sequences if name in rows
     }
-    opened = {name: open_sequence(rows[name]) for name, kept in series.items() if kept is None}
-    to_measure = {name: seq for name, seq in opened.items() if not isinstance(seq, str)}
-    total, done = sum(map(len, to_measure.values())), 0
-    for name in opened:
-        if name in to_measure:
-            shifted = partial(_shifted, progress, done, total)
-            series[name] = attributes.measured(to_measure[name], shifted)
-            done += len(to_measure[name])
-        else:
+    unmeasured = [name for name, kept in series.items() if kept is None]
+    opened = {name: open_sequence(rows[name]) for name in unmeasured}
+    total = sum(len(sequence) for sequence in opened.values() if not isinstance(sequence, str))
+    done = 0
+    for name, sequence in opened.items():
+        if isinstance(sequence, str):
             source = rows[name]["source"]
             tell(f"{name}: its attributes are not known, as it is not at {source} as it was.")
+            continue
+        watch = partial(lambda before, frames, _: progress(before + frames, total), done)
+        series[name] = attributes.measured(sequence, watch)
+        done += len(sequence)
     means = {name: attributes.overall(measured) for name, measured in series.items() if measured}
     return {
         attribute: np.array([means.get(name, {}).get(attribute, np.nan) for name in sequences])
         for attribute in attributes.names()
     }
-
-
-def _shifted(progress: Progress, before: int, total: int, done: int, _: int) -> None:
-    """Report progress within one sequence as progress over all sequences."""
-    progress(before + done, total)
 
 
 def open_sequence(row: Mapping[Any, Any]) -> datasets.Sequence | str:

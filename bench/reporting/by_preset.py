@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from bench.evaluation.scoring import can_judge, judge
 from bench.metrics import preset as metrics_preset
-from bench.metrics.preset import Column, Judged, Preset, heading, mean_of_sequences
+from bench.metrics.preset import Column, Judged, heading, mean_of_sequences
 from bench.protocols import STORED_ONCE, TIMING, ProtocolError, protocol
 from bench.protocols import title as title_of_protocol
 from bench.reporting.failed_runs import failed_runs, judge_failed
@@ -61,51 +61,48 @@ class Scored:
 
 
 def protocols_in(folder: Path, cells: Collection[Cell] | None = None) -> list[str]:
-    """Protocols of an experiment's runs, as these are filed under them, one pass first.
-
-    Parameters as of `by_presets`. Timing runs are left out.
-    """
-    there = set(map(str, load_results(folder, cells)["protocol"].unique()))
-    return sorted(there - {TIMING}, key=lambda name: (name != STORED_ONCE, name))
+    """Return protocols of an experiment's runs except timing runs, one-pass first."""
+    stored = set(map(str, load_results(folder, cells)["protocol"].unique()))
+    return sorted(stored - {TIMING}, key=lambda name: (name != STORED_ONCE, name))
 
 
 def fitting(names: Sequence[str], stored: str) -> list[str]:
-    """Presets for runs by a protocol: for `native` its own stands, and `native` too, if it can.
+    """Return the presets for runs that are filed under the protocol `stored`.
 
-    `names`: of those that are asked for. `stored`: what runs by the protocol are filed under.
+    The protocol's own preset replaces `native`, which is kept if it can judge such runs.
     """
     if stored in (STORED_ONCE, TIMING):
         return list(names)
     try:
         own = [protocol(stored).preset]
-    except ProtocolError:  # of a later trackmark, which knows by what to judge it
+    except ProtocolError:  # protocol of a later version of trackmark
         return list(names)
     own += [PRESET] if can_judge(PRESET, stored) else []
-    found = [one for name in names for one in (own if name == PRESET else [name])]
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(fit for name in names for fit in (own if name == PRESET else [name])))
 
 
 def beside_native(
     folder: Path, names: Sequence[str], cells: Collection[Cell] | None = None, title: str = ""
 ) -> list[Scored]:
-    """All that `bench.reporting.tables` has no tables of: other presets, other protocols.
+    """Score all runs that `bench.reporting.tables` has no tables of: other presets and protocols.
 
-    Parameters and errors as of `by_presets`; see `fitting` for runs by other protocols.
+    Parameters and errors as for `by_presets`; see `fitting` for the presets of other protocols.
     """
-    there = protocols_in(folder, cells)
+    protocols = protocols_in(folder, cells)
     scored: list[Scored] = []
-    for stored in there:
-        found = fitting(names, stored)
+    for stored in protocols:
+        presets = fitting(names, stored)
         if stored == STORED_ONCE:
-            found = [name for name in found if name != PRESET]
-        headed = _headed(title or title_of(folder), stored, there)
-        scored += by_presets(folder, found, cells, headed, stored) if found else []
+            presets = [name for name in presets if name != PRESET]
+        caption = _headed(title or title_of(folder), stored, protocols)
+        scored += by_presets(folder, presets, cells, caption, stored) if presets else []
     return scored
 
 
-def _headed(text: str, stored: str, there: Sequence[str]) -> str:
-    """A title that says the protocol, unless all there is was run in one pass."""
-    return text if set(there) <= {STORED_ONCE} else f"{text}, protocol {title_of_protocol(stored)}"
+def _headed(text: str, stored: str, protocols: Sequence[str]) -> str:
+    """Add the protocol to a title unless all runs are one-pass."""
+    one_pass = set(protocols) <= {STORED_ONCE}
+    return text if one_pass else f"{text}, protocol {title_of_protocol(stored)}"
 
 
 def by_presets(
@@ -115,11 +112,11 @@ def by_presets(
     title: str = "",
     stored: str = STORED_ONCE,
 ) -> list[Scored]:
-    """Score the runs of an experiment that were made by one protocol, by presets.
+    """Score the runs of an experiment by one protocol with presets.
 
-    `folder`: of its results. `names`: of the presets. `cells`: the runs that are meant, all by
-    default. `title`: what captions begin with. `stored`: what runs by the protocol are filed under.
-    Raises `ResultsError` for a file that can't be read.
+    `folder`: of its results. `names`: of the presets. `cells`: selected runs, all by default.
+    `title`: start of captions. `stored`: name that runs by the protocol are filed under. Raises
+    `ResultsError` if a file cannot be read.
     """
     runs = load_results(folder, cells)
     runs = complete(runs[runs["protocol"] == stored]).reset_index(drop=True)
@@ -127,38 +124,37 @@ def by_presets(
     if runs.empty:
         return []
     judged = _judged(folder, names, runs)
-    made = [_scored(name, runs, judged[name], title or title_of(folder)) for name in names]
-    if stored == STORED_ONCE:
-        return made
-    prefix = table_prefix(stored)
-    return [
-        replace(one, table=replace(one.table, name=f"{prefix}{one.table.name}")) for one in made
-    ]
+    title, prefix = title or title_of(folder), "" if stored == STORED_ONCE else table_prefix(stored)
+    return [_scored(name, runs, judged[name], title, prefix) for name in names]
 
 
 def table_prefix(stored: str) -> str:
-    """What names of tables begin with whose runs, by another protocol, are filed under a text."""
+    """Return the start of the names of tables of runs by another protocol than one-pass."""
     return re.sub(r"[^a-z0-9.]+", "-", stored) + "-"
 
 
 def runs_by(folder: Path, name: str, runs: pd.DataFrame, stored: str = STORED_ONCE) -> pd.DataFrame:
-    """Runs with a preset's scores as columns, in the place of those that are called alike.
+    """Return runs with a preset's scores as columns, which replace those of the same name.
 
-    `runs`: as `load_results` gives them, of which those by one protocol are scored. Raises
-    `ResultsError` for a run that the preset can't judge, too.
+    `runs`: as `load_results` returns them, of which those by one protocol are scored. Also raises
+    `ResultsError` for a run that the preset cannot judge.
     """
-    scored = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
-    (judged,) = _judged(folder, [name], scored).values()
-    scores = {row: dict(one.scores) for row, one in judged.items() if isinstance(one, Judged)}
-    if len(scores) < len(judged):
-        raise ResultsError(next(one for one in judged.values() if isinstance(one, str)))
+    finished = runs[(runs["protocol"] == stored) & (runs["status"] == "finished")]
+    judged = _judged(folder, [name], finished)[name]
+    if refused := [message for message in judged.values() if isinstance(message, str)]:
+        raise ResultsError(refused[0])
     columns = list(metrics_preset(name).columns)
-    told = pd.DataFrame.from_dict(scores, "index", columns=columns)
-    return runs.drop(columns=columns, errors="ignore").join(told)
+    return runs.drop(columns=columns, errors="ignore").join(_frame(judged, columns))
+
+
+def _frame(judged: Mapping[int, Judged | str], columns: list[str]) -> pd.DataFrame:
+    """Return the scores of judged runs by row."""
+    scores = {row: dict(run.scores) for row, run in judged.items() if isinstance(run, Judged)}
+    return pd.DataFrame.from_dict(scores, "index", columns=columns)
 
 
 def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
-    """Scores of a run by presets: by name, None for a preset that can't judge it.
+    """Return scores of a run by name of preset, None for a preset that cannot judge it.
 
     `row`: of the run, as `bench.store.index` has it.
     """
@@ -166,10 +162,10 @@ def scores_by(folder: Path, row: Mapping[str, Any], names: Sequence[str]) -> dic
         return dict.fromkeys(names)
     judged = _judged(folder, names, pd.DataFrame([dict(row)]))
     return {
-        name: {key: value if isfinite(value) else None for key, value in one.scores.items()}
-        if isinstance(one := found[0], Judged)
+        name: {key: value if isfinite(value) else None for key, value in run.scores.items()}
+        if isinstance(run := runs[0], Judged)
         else None
-        for name, found in judged.items()
+        for name, runs in judged.items()
     }
 
 
@@ -266,23 +262,27 @@ def write_curves(
 
 
 def _scored(
-    name: str, runs: pd.DataFrame, judged: Mapping[int, Judged | str], title: str
+    name: str, runs: pd.DataFrame, judged: Mapping[int, Judged | str], title: str, prefix: str
 ) -> Scored:
+    """Return the table and the curves of one preset."""
     preset = metrics_preset(name)
-    scores = {row: dict(one.scores) for row, one in judged.items() if isinstance(one, Judged)}
+    refused = {row: run for row, run in judged.items() if isinstance(run, str)}
+    late = any(LATE.name in run.scores for run in judged.values() if isinstance(run, Judged))
     shown = runs[["tracker", "sequence", "repetition", "status", "failure"]].copy()
-    refused = [row for row, one in judged.items() if isinstance(one, str)]
-    shown.loc[refused, "status"] = NOT_SCORED
-    late = [LATE.name] if any(LATE.name in one for one in scores.values()) else []
-    columns = [*preset.columns, *late]
-    shown = shown.join(pd.DataFrame.from_dict(scores, "index", columns=columns))
+    shown.loc[list(refused), "status"] = NOT_SCORED
+    shown = shown.join(_frame(judged, [*preset.columns, *([LATE.name] if late else [])]))
     measures = [_measure(key, column) for key, column in preset.columns.items()]
     measures = [*(SUMMARY if name == PRESET else measures), *([LATE] if late else [])]
-    table = replace(sequence_table(shown, measures, title, name), name=f"metrics-{name}")
+    table = sequence_table(shown, measures, title, name)
     together = {
-        str(tracker): _together(preset, of, judged)
-        for tracker, of in shown.groupby("tracker", sort=False)
-        if counted(of, measures[0].name).all()
+        str(tracker): preset.overall(
+            [
+                [run for row in rows.index if isinstance(run := judged[row], Judged)]
+                for _, rows in of_tracker.groupby("sequence", sort=False)
+            ]
+        )
+        for tracker, of_tracker in shown.groupby("tracker", sort=False)
+        if counted(of_tracker, measures[0].name).all()
     }
     if len(shown["sequence"].unique()) > 1:
         table = _with_means(table, name, shown, measures, together)
@@ -290,11 +290,12 @@ def _scored(
         curve: {name: one.curves[curve] for name, one in together.items() if curve in one.curves}
         for curve in preset.curves
     }
-    why = list(dict.fromkeys(f"{NOT_SCORED}: {judged[row]}" for row in refused))[:_MOST_NOTES]
-    if why and not scores:  # rows of dashes would say no more
+    reasons = list(dict.fromkeys(f"{NOT_SCORED}: {why}" for why in refused.values()))[:_MOST_NOTES]
+    table = replace(table, name=f"{prefix}metrics-{name}", notes=[*table.notes, *reasons])
+    if reasons and len(refused) == len(judged):  # all rows would be dashes
         caption = f"{title}; metrics preset {name}: nothing scored."
-        return Scored(name, title, replace(table, rows=[], caption=caption, notes=why), curves)
-    return Scored(name, title, replace(table, notes=[*table.notes, *why]), curves)
+        table = replace(table, rows=[], caption=caption, notes=reasons)
+    return Scored(name, title, table, curves)
 
 
 def _measure(name: str, column: Column) -> Measure:
@@ -334,8 +335,8 @@ def _with_means(
     if preset.combine is not mean_of_sequences:
         label, words = MEANS, f"{words}; {TOGETHER}: as the preset weights them, without interval"
         frame = pd.DataFrame(
-            {"tracker": tracker, "sequence": TOGETHER, "repetition": 0, **one.scores}
-            for tracker, one in together.items()
+            {"tracker": tracker, "sequence": TOGETHER, "repetition": 0, **run.scores}
+            for tracker, run in together.items()
         ).assign(status="finished", failure="")
         if len(frame):
             own = sequence_table(frame, measures, "", preset_name)
@@ -344,23 +345,18 @@ def _with_means(
             data.append(own.data.assign(runs=counts))
     rows += [[TableCell(label), *row] for row in means.rows]
     data.append(means.data.assign(sequence=label))
+    columns = [measure.name for measure in measures if measure.name not in whole]
+    scored = shown.loc[counted(shown, measures[0].name), columns]
+    undefined = f"{MISSING}: undefined in a run, which the mean over all sequences leaves out"
     return replace(
         table,
         caption=f"{table.caption} {label.capitalize()}: {words}{meaning}",
         rows=rows + table.rows,
+        notes=[*table.notes, *([undefined] if scored.isna().any(axis=None) else [])],
         data=pd.concat([*data, table.data], ignore_index=True)[list(table.data)],
     )
 
 
 def _without_interval(cell: TableCell) -> TableCell:
-    """Return a figure of all sequences together, which has no interval."""
+    """Return the cell with a dash in place of an interval."""
     return cell if cell.text == MISSING else replace(cell, text=f"{cell.text} –")
-
-
-def _together(preset: Preset, of: pd.DataFrame, judged: Mapping[int, Judged | str]) -> Judged:
-    """Return what a preset makes of all runs of a tracker."""
-    runs = [
-        [one for row in rows.index if isinstance(one := judged[row], Judged)]
-        for _, rows in of.groupby("sequence", sort=False)
-    ]
-    return preset.overall(runs)

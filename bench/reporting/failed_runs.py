@@ -98,7 +98,7 @@ def judge_failed(run: Run, truth: StoredTruth, preset: str) -> Judged:
         elif column.better == "lower" and not isfinite(scores[name]):  # a centre error
             scores[name] = diagonal
     if "first_loss" in scores:
-        scores["first_loss"] = np.flatnonzero(present)[0] + 1.0
+        scores["first_loss"] = float(np.argmax(present)) + 1
     if "normalised_centre_error" in scores:
         sizes = np.hypot(*truth.boxes[present][1:, 2:].T)
         scores["normalised_centre_error"] = float(np.mean(diagonal / sizes))

@@ -1,14 +1,16 @@
 """Reports, plots and film strips of stored results. Only film strips open sequences."""
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+import datasets
 from bench.evaluation.record import Run, Trace
 from bench.evaluation.reference import reference
 from bench.metrics.centre_error import centre_error
@@ -16,8 +18,7 @@ from bench.metrics.overlap import overlap
 from bench.protocols import STORED_ONCE, TIMING
 from bench.reporting.by_attribute import Shown, open_sequence, write_plot
 from bench.reporting.by_preset import Scored, write_curves
-from bench.reporting.outlines import Outlines, outlines_of_run
-from bench.reporting.tables import timing_runs, title_of
+from bench.reporting.tables import title_of
 from bench.store.index import read_index
 from bench.store.layout import experiment_folders
 from bench.store.loading import load_results, ordered_rows
@@ -30,6 +31,12 @@ from reports.tables import Table, complete
 from reports.write import file_names, write_plots, write_tables
 
 STRIP_FRAMES = 10
+
+Outlines = Mapping[int, NDArray[np.float64]]
+"""Polygons by frame, (points, 2) [pixels]; a row of NaN parts one from the next."""
+
+_GAP = np.full((1, 2), np.nan)
+_CORNERS = 64  # of the polygon that stands for an ellipse
 
 
 def write_report(
@@ -75,7 +82,7 @@ def write_pictures(
     paths = write_plots(
         folder,
         frames,
-        timing_runs(runs),
+        runs[runs["protocol"] == TIMING],
         title,
         trackers=trackers,
         incomplete=set(scored[scored["status"] != "finished"]["tracker"]),
@@ -103,7 +110,7 @@ def write_strips(
     paths: list[Path] = []
     for name, shown in chosen.items():
         row, path = files[name]
-        boxes = _boxes_of([experiment], name)
+        boxes = frames_and_boxes(experiment, sequence=name)[1].get(name)
         paths += _write_strip(row, boxes, trackers, path, tell, shown)
     return paths
 
@@ -151,8 +158,8 @@ def judged_runs(folder: Path, **only: str) -> Iterator[tuple[Mapping[str, Any], 
             yield row, run, truth(row["sequence"], row["fingerprint"])
 
 
-def frames_and_boxes(folder: Path) -> tuple[pd.DataFrame, "dict[str, _Boxes]"]:
-    """Return what plots show, and what film strips show by sequence.
+def frames_and_boxes(folder: Path, **only: str) -> tuple[pd.DataFrame, "dict[str, _Boxes]"]:
+    """Return what plots show, and what film strips show by sequence, of one-pass runs.
 
     Plots show one row per evaluated frame of every finished run: `tracker`, `sequence`,
     `repetition`, `frame`, and of online boxes `overlap` in [0, 1], `centre_error` in pixels, and
@@ -160,7 +167,7 @@ def frames_and_boxes(folder: Path) -> tuple[pd.DataFrame, "dict[str, _Boxes]"]:
     """
     pieces = []
     boxes: dict[str, _Boxes] = {}
-    for row, run, truth in scored_runs(folder):
+    for row, run, truth in scored_runs(folder, **only):
         if row["status"] == "finished":
             pieces.append(_frames(row, run, truth))
         boxes.setdefault(row["sequence"], _Boxes(truth)).add(row, run)
@@ -184,70 +191,99 @@ def _frames(row: Mapping[str, Any], run: Run, stored: StoredTruth) -> pd.DataFra
 
 
 class _Boxes:
-    """Boxes on a sequence: its truth, and of each tracker one repetition in one trace."""
+    """Boxes on a sequence: its ground truth, and one repetition of each tracker in one trace."""
 
-    def __init__(
-        self,
-        truth: StoredTruth,
-        repetition: int = 0,
-        trace: Trace = "online",
-        *,
-        outlined: bool = False,
-    ) -> None:
+    def __init__(self, truth: StoredTruth, repetition: int = 0, trace: Trace = "online") -> None:
         self._truth, self._repetition, self._trace = truth.boxes, repetition, trace
-        self._outlined = outlined
-        self._found: dict[str, tuple[str, NDArray[Any]]] = {}
-        self.outlines: dict[str, Outlines] = {}  # by label, of what was said at once
+        self._labelled: dict[str, tuple[str, NDArray[Any]]] = {}  # by tracker
 
-    def add(self, row: Mapping[str, Any], run: Run) -> None:
-        """Add a run; of a tracker whose repetition is not there (it never draws) the first."""
+    def add(self, row: Mapping[str, Any], run: Run) -> str:
+        """Add a run and return its label; '' for another repetition of a tracker.
+
+        A tracker without the repetition (a deterministic one) shows its first.
+        """
         from reports.plots import TRACE_WORDS  # imports Matplotlib
 
         tracker = row["tracker"]
-        if row["repetition"] == self._repetition or tracker not in self._found:
-            said = "" if run.revised is None else f", {TRACE_WORDS[self._trace]}"
-            label = f"{tracker}{said}"
-            self._found[tracker] = label, run.boxes_in(self._trace)
-            if self._outlined and (self._trace == "online" or run.revised is None):
-                self.outlines[label] = outlines_of_run(run)
+        if row["repetition"] != self._repetition and tracker in self._labelled:
+            return ""
+        suffix = "" if run.revised is None else f", {TRACE_WORDS[self._trace]}"
+        self._labelled[tracker] = f"{tracker}{suffix}", run.boxes_in(self._trace)
+        return f"{tracker}{suffix}"
 
     def labelled(self, trackers: Collection[str] | None = None) -> dict[str, NDArray[Any]]:
-        """Boxes of some trackers, all by default, by label, the truth first."""
-        chosen = self._found if trackers is None else set(trackers)
-        found = [boxes for tracker, boxes in self._found.items() if tracker in chosen]
-        return {TRUTH: self._truth} | dict(found)
+        """Return boxes of some trackers, all by default, by label, the ground truth first."""
+        chosen = self._labelled if trackers is None else set(trackers)
+        boxes = [labelled for tracker, labelled in self._labelled.items() if tracker in chosen]
+        return {TRUTH: self._truth} | dict(boxes)
 
     def shades(self, trackers: Collection[str]) -> dict[str, str]:
-        """Colours by label, as plots of these trackers have them."""
-        by_tracker = colours(list(dict.fromkeys([*trackers, *self._found])))
-        return {label: by_tracker[tracker] for tracker, (label, _) in self._found.items()}
+        """Return colours by label, as in plots of these trackers."""
+        by_tracker = colours(list(dict.fromkeys([*trackers, *self._labelled])))
+        return {label: by_tracker[tracker] for tracker, (label, _) in self._labelled.items()}
 
 
 def said_on(
     folder: Path, sequence: str, repetition: int = 0, trace: Trace = "online"
 ) -> tuple[dict[str, NDArray[Any]], dict[str, Outlines]]:
-    """Boxes and outlines on a sequence by label; failed runs as far as they got.
+    """Return boxes, the ground truth first, and outlines on a sequence by label.
 
-    Boxes have the truth first. Outlines are of what was said at once, and not of revised boxes.
-
-    Labels are the trackers', and say which trace it is where a tracker revised boxes. A tracker
-    whose `repetition` is not there (one that never draws) shows its first.
+    Labels are the trackers', with the trace if a tracker revised boxes. Outlines are of online
+    estimates only. Failed runs are included as far as they got.
     """
-    boxes = _boxes_of(experiment_folders(folder), sequence, repetition, trace, outlined=True)
-    return (boxes.labelled(), boxes.outlines) if boxes else ({}, {})
-
-
-def _boxes_of(
-    experiments: Iterable[Path],
-    sequence: str,
-    repetition: int = 0,
-    trace: Trace = "online",
-    *,
-    outlined: bool = False,
-) -> _Boxes | None:
-    boxes = None
-    for experiment in experiments:
+    boxes, outlines = None, dict[str, Outlines]()
+    for experiment in experiment_folders(folder):
         for row, run, truth in scored_runs(experiment, sequence=sequence):
-            boxes = boxes or _Boxes(truth, repetition, trace, outlined=outlined)
-            boxes.add(row, run)
-    return boxes
+            boxes = boxes or _Boxes(truth, repetition, trace)
+            label = boxes.add(row, run)
+            if label and (trace == "online" or run.revised is None):
+                outlines[label] = outlines_of_run(run)
+    return (boxes.labelled(), outlines) if boxes else ({}, {})
+
+
+def is_round(run: Run) -> bool:
+    """Return whether the target is the ellipse in the box, of which the run has half axes."""
+    return {"half_width", "half_height"} <= run.details.keys()
+
+
+def mask_outlines(mask: NDArray[Any]) -> list[NDArray[np.float64]]:
+    """Return outlines of a mask's parts and holes, (points, 2); pixel centres lie at halves."""
+    whole = np.ascontiguousarray(mask, np.uint8)
+    found, _ = cv2.findContours(whole, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+    return [np.asarray(outline[:, 0] + 0.5, np.float64) for outline in found]
+
+
+def outlines_of_run(run: Run) -> Outlines:
+    """Return the stored contours or masks of a run, or else ellipses if the target is round."""
+    outlines = {}
+    for frame, arrays in run.arrays.items():
+        lines = [np.asarray(arrays["contour"], np.float64)] if "contour" in arrays else []
+        if not lines and "mask" in arrays:
+            lines = mask_outlines(arrays["mask"])
+        if lines:
+            outlines[frame] = _parted(lines)
+    if not outlines and is_round(run):
+        angles = np.linspace(0, 2 * np.pi, _CORNERS, endpoint=False)
+        unit = np.column_stack([np.cos(angles), np.sin(angles)])
+        for frame in np.flatnonzero(np.isfinite(run.boxes).all(axis=1)).tolist():
+            box = run.boxes[frame]
+            outlines[frame] = box[:2] + box[2:] / 2 * (1 + unit)
+    return outlines
+
+
+def outlines_on(
+    sequence: datasets.Sequence, said: Mapping[str, Outlines]
+) -> Callable[[int], dict[str, NDArray[np.float64]]]:
+    """Return a function of the frame that returns outlines by label, the true mask first."""
+
+    def on(frame: int) -> dict[str, NDArray[np.float64]]:
+        here = {label: outlines[frame] for label, outlines in said.items() if frame in outlines}
+        mask = sequence.mask(frame)
+        lines = [] if mask is None else mask_outlines(mask)
+        return {TRUTH: _parted(lines), **here} if lines else here
+
+    return on
+
+
+def _parted(lines: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+    return np.vstack([part for line in lines for part in (line, _GAP)])

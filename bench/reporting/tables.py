@@ -6,15 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from bench.reporting import MARGINS
 from bench.reporting.failed_runs import with_worst_scores
-from bench.reporting.uncertainty import meaning_of_intervals, uncertainty_of
-from bench.statistics.units import units_of
+from bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
+from bench.statistics.units import Units, units_of
 from bench.store.layout import Cell
 from bench.store.loading import as_revised, load_results
 from bench.store.results import Results
-from reports.tables import Measure, Table, sequence_table, summary_table
+from reports.tables import Measure, Table, Uncertainty, sequence_table, summary_table
 from reports.times import timed_by
 
 PRESET = "native"
@@ -83,17 +84,17 @@ def title_of(folder: Path, *, named: bool = False) -> str:
 
 
 def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "") -> list[Table]:
-    """Tables of one experiment: summary and sequences, masks where there are any, and times.
+    """Make the tables of one experiment: summary and sequences, masks if there are any, and times.
 
-    With `cells` they show these runs alone, with times of whatever timing runs there are; `title`
-    is the experiment's own by default. Where a tracker revised boxes there are tables of what was
-    said at once and of what was said in the end, and captions say which.
+    `cells`: selected runs, all by default; times are of any timing runs. `title`: the experiment's
+    own by default. If a tracker revised boxes, there are tables of the online boxes and of the
+    revised boxes, and captions say which.
     """
     runs = load_results(folder, cells)
     title = title or title_of(folder)
     scored = with_worst_scores(folder, runs[runs["protocol"] == "accuracy"])
-    timed = timing_runs(runs)
-    ever = timed if cells is None else timing_runs(load_results(folder))
+    every = runs if cells is None else load_results(folder)
+    timed, ever = (of[of["protocol"] == "timing"] for of in (runs, every))
     revised = as_revised(scored)
     if revised is None:
         made = score_tables(scored, ever, title)
@@ -102,26 +103,21 @@ def tables(folder: Path, cells: Collection[Cell] | None = None, title: str = "")
         again = score_tables(revised, ever, f"{title}, revised boxes (what was said in the end)")
         made += [replace(table, name=f"{table.name}-revised") for table in again]
     segmenting = scored[scored["tracker"].isin(_segmenting(scored))]
-    if len(segmenting):
-        table = sequence_table(
-            segmenting,
-            SEGMENTATION,
-            f"{title}, masks: region similarity J and contour accuracy F as DAVIS defines them",
-            PRESET,
-        )
-        made.append(replace(table, name="segmentation"))
-    if unrepeatable := not_repeatable(runs):
-        notes = list(unrepeatable.values())
-        made = [replace(table, notes=[*table.notes, *notes]) for table in made]
-    if len(timed):
-        table = sequence_table(
-            timed,
-            TIMES,
-            f"{title}, timing runs (none where load disturbed a pass: remove it and run again)",
-            PRESET,
-        )
-        made.append(replace(table, name="times"))
-    return made
+    masks = f"{title}, masks: region similarity J and contour accuracy F as DAVIS defines them"
+    made += _table_of("segmentation", segmenting, SEGMENTATION, masks)
+    notes = list(not_repeatable(runs).values())
+    made = [replace(table, notes=[*table.notes, *notes]) for table in made]
+    times = f"{title}, timing runs (none where load disturbed a pass: remove it and run again)"
+    return made + _table_of("times", timed, TIMES, times)
+
+
+def _table_of(
+    name: str, runs: pd.DataFrame, measures: Sequence[Measure], title: str
+) -> list[Table]:
+    """Make a table of every sequence under a name of its own if there are any runs."""
+    if runs.empty:
+        return []
+    return [replace(sequence_table(runs, measures, title, PRESET), name=name)]
 
 
 def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
@@ -180,6 +176,44 @@ def mean_table(
     return summary_table(runs, measures, title, preset, *how, skip_undefined=skip_undefined)
 
 
+def meaning_of_intervals(units: Units) -> str:
+    """Return the sentences of a caption that explain intervals and marks of a table of means."""
+    if len(units) < MIN_UNITS:
+        plural = units.plural if len(units) != 1 else units.kind
+        return (
+            f"{len(units)} {plural}: too few for intervals and marks ({MIN_UNITS} needed). "
+            "± standard deviation over repetitions."
+        )
+    return (
+        f"[from, to]: 95 % interval of the mean {units.scope}. * or bold: the best mean, and every "
+        "tracker that is worse than no other by the interval of their difference, corrected for "
+        "all pairs."
+    )
+
+
+def uncertainty_of(values: NDArray[np.float64], measure: Measure) -> Uncertainty:
+    """Return the interval of every tracker's mean and which trackers are marked.
+
+    `values`: shape (trackers, units). A tracker with an infinite value has neither.
+    """
+    if measure.direction is None:
+        return Uncertainty([None] * len(values), [False] * len(values))
+    finite = np.asarray(np.isfinite(values).all(axis=1))
+    intervals = [
+        interval_or_none(row, 1, measure.least, measure.most) if known else None
+        for row, known in zip(values, finite.tolist(), strict=True)
+    ]
+    marks = np.zeros(len(values), bool)
+    if finite.any():
+        marks[finite] = star_marks(
+            values[finite],
+            measure.margin,
+            higher=measure.direction == "higher",
+            limit=measure.most - measure.least,
+        )
+    return Uncertainty(intervals, marks.tolist())
+
+
 def _with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame, Measure]:
     """Add milliseconds per frame: of timing runs if all runs have them, else the runs' own.
 
@@ -211,8 +245,3 @@ def _segmenting(scored: pd.DataFrame) -> set[str]:
     """Trackers with scores of masks."""
     there = [measure.name for measure in MASKS if measure.name in scored]
     return set(scored["tracker"][scored[there].notna().any(axis=1)])
-
-
-def timing_runs(runs: pd.DataFrame) -> pd.DataFrame:
-    """Those of the runs that were timed."""
-    return runs[runs["protocol"] == "timing"]

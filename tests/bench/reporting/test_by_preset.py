@@ -171,3 +171,4 @@ def test_means_skip_sequences_with_an_undefined_score(
     label = TOGETHER if preset == "native" else MEANS
     assert shown["s1", "static"][0] == "—"
     assert shown[label, "static"][0] == "1.000 [1.000, 1.000]"
+    assert table.notes == ["—: undefined in a run, which the mean over all sequences leaves out"]

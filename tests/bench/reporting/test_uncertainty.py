@@ -7,8 +7,7 @@ import pytest
 from bench.comparing.comparison import compare
 from bench.comparing.tables import files
 from bench.reporting import tables as reporting
-from bench.reporting.tables import SUMMARY, score_tables
-from bench.reporting.uncertainty import uncertainty_of
+from bench.reporting.tables import SUMMARY, score_tables, uncertainty_of
 from bench.statistics.intervals import mean_interval
 from reports.renderers import to_html, to_latex, to_markdown, to_text
 from reports.tables import Measure
