@@ -14,11 +14,9 @@ import click
 from bench.commands import EXIT_ANSWER_IS_NO
 from bench.commands._guests import guests_of, guests_option, together
 from bench.commands._options import (
-    by_attribute_option,
     chosen_sequences,
     engine_options,
     json_option,
-    measured_attributes,
     metrics_option,
     output_option,
     patience,
@@ -73,7 +71,6 @@ _HINT = "--metric"
     type=click.Path(path_type=Path, exists=True, dir_okay=False),
     help="CSV tracker,sequence,METRIC of scores that others published.",
 )
-@by_attribute_option
 @click.option(
     "--folder",
     type=click.Path(path_type=Path),
@@ -96,7 +93,6 @@ def command(
     seeds: int | None,
     name: str | None,
     published: Path | None,
-    by_attribute: bool,
     folder: Path | None,
     output: Path,
     means: dict[str, Any],
@@ -136,9 +132,7 @@ def command(
     only = None if cells is None else {sequence for _, sequence, _, _ in cells}
     with together(experiments, guests, sequences, only) as (experiment,):
         others, scenes = [one.tracker for one in guests], unit == "scene"
-        asked = _Asked(
-            experiment, labels, cells, others, published, by_attribute, stored, against, scenes
-        )
+        asked = _Asked(experiment, labels, cells, others, published, stored, against, scenes)
         return _compare(asked, measures, folder, as_json=as_json)
 
 
@@ -151,7 +145,6 @@ class _Asked:
     cells: "Collection[Cell] | None"  # of our trackers; None for all there
     guests: list[str]  # labels of trackers whose results are others'
     published: Path | None
-    by_attribute: bool
     stored: str  # the protocol by which they were made, as runs are filed under it
     against: str | None  # label of the tracker that is compared with each other one
     by_scene: bool
@@ -282,7 +275,6 @@ def _answers(asked: _Asked, preset: str, measure: "Measure", limit: float) -> "C
         asked.against,
         by_scene=asked.by_scene,
         attributes=attributes,
-        measured=functools.partial(measured_attributes, runs) if asked.by_attribute else None,
         same_boxes=same,
         not_repeatable=unrepeatable,
     )

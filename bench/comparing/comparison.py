@@ -4,11 +4,11 @@ A tracker's repetitions on a sequence are averaged first, then the sequences of 
 paired by sequence, never by seed: the same seed means nothing to two methods.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from math import inf, nan
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,15 +19,11 @@ from bench.comparing.pairwise import Losses, Pair, Scores, compare_pairs, sign_o
 from bench.protocols import STORED_ONCE, TIMING
 from bench.reporting.failed_runs import failed_runs
 from bench.reporting.tables import own_times
-from bench.reporting.uncertainty import bounded_difference, bounded_score
 from bench.statistics.intervals import Interval
 from bench.statistics.rules import interval_or_none, star_marks
 from bench.statistics.units import Units, units_of
 from reports.tables import Measure
 from reports.times import timed_by
-
-if TYPE_CHECKING:
-    from bench.reporting.against import Curve
 
 __all__ = ["Comparison", "Standing", "compare", "means_in_part", "parts_of"]
 
@@ -65,8 +61,6 @@ class Comparison:
     left_out: Collection[str] = ()  # trackers whose every run failed
     not_repeatable: Collection[str] = ()  # trackers that gave other boxes with the same seed
     attributes: Sequence[Collection[str]] = ()  # that occur in each sequence, where it is known
-    # Of attributes that were measured, a value a sequence; NaN where it has none.
-    measured: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
     @cached_property
     def best(self) -> Standing:
@@ -112,21 +106,6 @@ class Comparison:
             key: (int(chosen.sum()), means_in_part(self.units, pair.differences, chosen))
             for key, chosen in parts_of(self.sequences, self.attributes).items()
         }
-
-    @cached_property
-    def curves(self) -> "list[Curve]":
-        """Mean scores of every tracker against the attributes that were measured."""
-        from bench.reporting.against import against  # brings scipy.stats
-
-        means = {name: np.array([run.mean() for run in runs]) for name, runs in self.scores.items()}
-        return against(means, self.measured, partial(bounded_score, self.measure))
-
-    def curves_of(self, pairs: Sequence[Pair]) -> "list[Curve]":
-        """Differences of pairs against them; p is corrected for all of these together."""
-        from bench.reporting.against import against  # as above
-
-        differences = {f"{pair.first} - {pair.second}": pair.differences for pair in pairs}
-        return against(differences, self.measured, partial(bounded_difference, self.measure))
 
 
 def parts_of(
@@ -190,7 +169,6 @@ def compare(
     *,
     by_scene: bool = False,
     attributes: Mapping[str, Collection[str]] | None = None,
-    measured: Callable[[Sequence[str]], Mapping[str, NDArray[np.float64]]] | None = None,
     same_boxes: Mapping[tuple[str, str], int] | None = None,
     not_repeatable: Collection[str] = (),
 ) -> Comparison:
@@ -199,10 +177,9 @@ def compare(
     `runs`: as `load_results` gives them, of one experiment, failed ones with the worst scores.
     `measure`: a column of theirs with a direction; `margin`: in its unit. `trackers`: labels, all
     stored ones by default. `against`: tracker that is compared with each other one. `by_scene`:
-    scenes of several families are the units. `attributes`: that occur, by sequence. `measured`:
-    returns values of attributes for names of sequences, NaN if one has none. `same_boxes`: on how
-    many sequences two trackers gave the same ones. `not_repeatable`: trackers that gave other
-    boxes with the same seed.
+    scenes of several families are the units. `attributes`: that occur, by sequence.
+    `same_boxes`: on how many sequences two trackers gave the same ones. `not_repeatable`: trackers
+    that gave other boxes with the same seed.
 
     Raises `ComparisonError` for runs that cannot be compared, `AllFailedError` if all failed.
     """
@@ -239,7 +216,6 @@ def compare(
         left_out=failures.left_out,
         not_repeatable=[name for name in chosen if name in not_repeatable],
         attributes=[attributes.get(name, ()) for name in sequences] if attributes else [],
-        measured=measured(sequences) if measured else {},
     )
 
 

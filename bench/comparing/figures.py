@@ -7,7 +7,6 @@ from scipy.stats import kstwo
 
 from bench.comparing.comparison import Comparison
 from bench.comparing.summary_text import shown_pairs
-from bench.reporting.by_attribute import write_plot
 from bench.statistics.survival import kaplan_meier
 from reports.comparison import (
     Point,
@@ -55,11 +54,7 @@ def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
     }
     if points:
         figures["speed-accuracy"] = speed_accuracy_plot(points, quantity, title)
-    paths = [write_figure(folder / f"{name}.png", figure) for name, figure in figures.items()]
-    gains = comparison.curves_of(shown_pairs(comparison)[:SHOWN_PAIRS])
-    paths += write_plot(folder / "attributes.png", comparison.curves, measure, title)
-    quantity = f"difference of {quantity}"
-    return paths + write_plot(folder / "attribute-differences.png", gains, measure, title, quantity)
+    return [write_figure(folder / f"{name}.png", figure) for name, figure in figures.items()]
 
 
 def _profile(comparison: Comparison, tracker: str) -> Steps:

@@ -24,8 +24,6 @@ from bench.comparing.summary_text import (
     unit,
     wins_text,
 )
-from bench.reporting.against import as_data as curves_as_data
-from bench.reporting.against import attribute_table
 from bench.statistics.intervals import Interval
 from bench.statistics.rules import interval_or_none
 from reports.printable import width
@@ -35,7 +33,7 @@ __all__ = ["as_data", "files", "screen"]
 
 
 def screen(comparison: Comparison) -> list[Table]:
-    """Return tables for a terminal: standings, pairs, and curves of measured attributes.
+    """Return tables for a terminal: standings and pairs.
 
     With too few units for intervals, differences by unit replace the answers on pairs.
     """
@@ -44,7 +42,7 @@ def screen(comparison: Comparison) -> list[Table]:
         made.append(_differences(comparison))
     elif comparison.pairs:
         made.append(_short_pairs(comparison))
-    return [*made, _gains(comparison)] if comparison.measured else made
+    return made
 
 
 def files(comparison: Comparison) -> list[Table]:
@@ -54,10 +52,6 @@ def files(comparison: Comparison) -> list[Table]:
     made.append(_sequences(comparison))
     if (parts := _parts(comparison)).rows:
         made.append(parts)
-    if comparison.measured:
-        name = "comparison-attributes"
-        scores = attribute_table(comparison.curves, comparison.measure, "tracker", name)
-        made += [scores, _gains(comparison)]
     return made
 
 
@@ -102,14 +96,6 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
             for pair in comparison.pairs
         ],
         "parts": json.loads(_parts(comparison).data.to_json(orient="records")),
-        "attributes": {
-            "measured": {
-                name: [_or_none(value) for value in values.tolist()]
-                for name, values in comparison.measured.items()
-            },
-            "trackers": curves_as_data(comparison.curves, "tracker"),
-            "pairs": curves_as_data(comparison.curves_of(shown_pairs(comparison)), "pair"),
-        },
         "paragraph": paragraph(comparison),
     }
 
@@ -329,13 +315,6 @@ def _parts(comparison: Comparison) -> Table:
 def _difference_head(comparison: Comparison) -> str:
     unit = comparison.measure.unit
     return f"difference [{unit}]" if unit else "difference"
-
-
-def _gains(comparison: Comparison) -> Table:
-    """Return differences of pairs against measured attributes."""
-    curves = comparison.curves_of(shown_pairs(comparison))
-    name = "comparison-attribute-differences"
-    return attribute_table(curves, comparison.measure, "pair", name)
 
 
 def _ends(interval: Interval | None) -> dict[str, float]:

@@ -371,19 +371,6 @@ def test_published_file_of_wrong_content_is_refused(make_runs, tmp_path, text, w
         with_published(make_runs({"a": around(HARDNESS)}), file, OVERLAP)
 
 
-def test_measured_attributes_have_curves_of_pairs(make_runs):
-    names = [f"street{n}" for n in range(10)]
-    runs = make_runs({"a": around(HARDNESS), "b": around(HARDNESS[::-1])}, names=names)
-    blurs = np.arange(10.0)
-    comparison = compare(
-        runs, OVERLAP, 0.01, measured=lambda sequences: {"blur": blurs[: len(sequences)]}
-    )
-    assert [table.name for table in screen(comparison)][-1] == "comparison-attribute-differences"
-    (rising,) = comparison.curves_of(comparison.pairs)
-    assert rising.correlation == pytest.approx(1.0)
-    assert rising.interval.low > 0
-
-
 @pytest.mark.parametrize(("n", "panels"), [(7, 1), (8, 8)])
 def test_breaking_plot_gives_each_of_many_trackers_a_panel(n, panels):
     levels = np.array([1.0, 10.0])
