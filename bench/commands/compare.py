@@ -27,8 +27,8 @@ from bench.commands._options import (
     telling_of_replaced,
 )
 from bench.commands.run import ad_hoc_name
-from bench.comparing import MARGINS
 from bench.experiments.experiment import Experiment
+from bench.reporting import MARGINS
 
 if TYPE_CHECKING:
     from bench.comparing.comparison import Comparison
@@ -235,9 +235,8 @@ def _compare(
 
 def _answers(asked: _Asked, preset: str, measure: "Measure", limit: float) -> "Comparison":
     """Compare by a preset's score."""
-    from bench.comparing.comparable_runs import of_protocol
+    from bench.comparing.comparable_runs import of_protocol, with_published
     from bench.comparing.comparison import compare
-    from bench.comparing.published_scores import with_published
     from bench.comparing.stored_boxes import same_boxes
     from bench.protocols import TIMING
     from bench.reporting.by_preset import runs_by

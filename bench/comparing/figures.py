@@ -18,8 +18,6 @@ from reports.comparison import (
 )
 from reports.figures import write_figure
 
-__all__ = ["write_figures"]
-
 SHOWN_PAIRS = 4
 """Number of pairs whose differences are drawn."""
 
@@ -32,11 +30,11 @@ def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
     profiles = {name: _profile(comparison, name) for name in comparison.scores}
     figures = {"profiles": profile_plot(profiles, quantity, title)}
     differences = {
-        f"{pair.first} - {pair.second}": pair.differences * measure.scale
+        pair.label: pair.differences * measure.scale
         for pair in shown_pairs(comparison)[:SHOWN_PAIRS]
     }
     if differences:
-        margin = comparison.margin * measure.scale
+        margin = measure.margin * measure.scale
         figures["differences"] = difference_plot(
             differences, comparison.sequences, quantity, margin, title
         )
@@ -68,12 +66,10 @@ def _profile(comparison: Comparison, tracker: str) -> Steps:
 
 
 def _survivals(comparison: Comparison) -> dict[str, Steps]:
-    found = {}
-    for name, runs in comparison.losses.items():
-        times = np.concatenate([ends for ends, _ in runs])
-        lost = np.concatenate([failed for _, failed in runs])
-        if len(times):
-            survival = kaplan_meier(times, lost)
-            whole = [np.concatenate([[1.0], part]) for part in survival[1:]]
-            found[name] = Steps(np.concatenate([[0.0], survival.times]), *whole)
-    return found
+    survivals = {}
+    for name, (ends, lost) in comparison.losses.items():
+        if len(ends):
+            survival = kaplan_meier(ends, lost)
+            columns = [np.concatenate([[1.0], column]) for column in survival[1:]]
+            survivals[name] = Steps(np.concatenate([[0.0], survival.times]), *columns)
+    return survivals

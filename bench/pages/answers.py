@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.comparing import MARGINS
 from bench.comparing.comparable_runs import ComparisonError
 from bench.comparing.comparison import Comparison, compare, means_in_part, parts_of
 from bench.comparing.stored_boxes import same_boxes
@@ -16,6 +15,7 @@ from bench.comparing.summary_text import paragraph
 from bench.comparing.tables import files as comparison_tables
 from bench.pages.takes import Reading
 from bench.protocols import STORED_ONCE
+from bench.reporting import MARGINS
 from bench.reporting.tables import SUMMARY, not_repeatable
 from bench.statistics.rules import MIN_UNITS, interval_or_none
 from bench.statistics.units import Units, units_of

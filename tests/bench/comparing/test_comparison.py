@@ -5,17 +5,17 @@ import json
 import numpy as np
 import pytest
 
-from bench.comparing import MARGINS
-from bench.comparing.comparable_runs import AllFailedError, ComparisonError
+from bench.comparing.comparable_runs import AllFailedError, ComparisonError, with_published
 from bench.comparing.comparison import compare, parts_of
 from bench.comparing.figures import write_figures
-from bench.comparing.published_scores import with_published
 from bench.comparing.summary_text import paragraph
 from bench.comparing.tables import as_data, files, screen
+from bench.reporting import MARGINS
 from bench.reporting.tables import SUMMARY
 from bench.statistics.intervals import mean_interval
 from bench.statistics.rules import MARGIN, decide
 from reports.comparison import Breaks, Point, breaking_plot, difference_plot, speed_accuracy_plot
+from reports.fitting import on_terminal
 from reports.palette import colour
 from reports.renderers import to_csv, to_text
 
@@ -196,12 +196,11 @@ def test_parts_are_parameters_of_scenes_averaged_by_unit(make_runs):
     names = [f"walk:scene={n}:light={light}" for light in ("dim", "full") for n in range(4)]
     scores = {"a": around([0.5] * 8), "b": around([0.5] * 4 + [0.3] * 4, seed=1)}
     comparison = compare(make_runs(scores, names=names), OVERLAP, 0.01)
-    parts = comparison.by_part(comparison.pairs[0])
-    assert list(parts) == [("light", "dim"), ("light", "full")]
-    n, differences = parts["light", "full"]
-    assert (n, len(comparison.units)) == (4, 4)
-    assert differences == pytest.approx(comparison.pairs[0].differences[4:])
-    assert [table.name for table in files(comparison)][-1] == "comparison-parts"
+    table = files(comparison)[-1]
+    dim, full = table.data.to_dict("records")
+    assert (table.name, dim["knob"], dim["value"]) == ("comparison-parts", "light", "dim")
+    assert (full["value"], full["sequences"], len(comparison.units)) == ("full", 4, 4)
+    assert full["difference"] == pytest.approx(comparison.pairs[0].differences[4:].mean())
 
 
 def test_parts_of_have_defaults_and_order_numbers_by_size():
@@ -269,14 +268,13 @@ def test_numbers_are_the_same_in_every_format(make_runs):
         assert max(map(len, to_text(table).splitlines()[1:])) <= 100
 
 
-def test_long_names_are_letters_in_pairs(make_runs):
+@pytest.mark.parametrize("n", [5, 10])
+def test_pairs_of_long_names_fit_a_terminal(make_runs, n):
     names = [f"multipart:particles={k}:features=colour,edges:model=adaptive" for k in (25, 200)]
-    standings, pairs = screen(compare(make_runs(ladder(names)), OVERLAP, 0.01))
-    assert [[cell.text for cell in row[:2]] for row in standings.rows] == [
-        ["A", names[0]],
-        ["B", names[1]],
-    ]
-    assert pairs.rows[0][0].text == "A - B"
+    tables = screen(compare(make_runs(ladder(names, n=n)), OVERLAP, 0.01))
+    text = "".join(on_terminal(table, to_text) for table in tables)
+    assert max(map(len, text.splitlines())) <= 100
+    assert f"{names[0]} -\n{names[1]}\n" in text
 
 
 def test_figures_are_drawn_if_the_numbers_allow_them(make_runs, tmp_path):
