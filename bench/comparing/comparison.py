@@ -5,7 +5,7 @@ paired by sequence, never by seed: the same seed means nothing to two methods.
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from itertools import combinations
 from math import inf, nan
 from typing import TypeAlias
@@ -88,10 +88,10 @@ class Comparison:
     standings: Sequence[Standing]
     pairs: Sequence[Pair]
     main: str  # tracker that others are compared with, or the one with the best mean
-    failures: Mapping[str, str] = field(default_factory=dict)  # how many runs failed, and why
-    left_out: Collection[str] = ()  # trackers whose every run failed
-    not_repeatable: Collection[str] = ()  # trackers that gave other boxes with the same seed
-    attributes: Sequence[Collection[str]] = ()  # that occur in each sequence, where it is known
+    failures: Mapping[str, str]  # by tracker: how many runs failed, and why
+    left_out: Collection[str]  # trackers whose every run failed
+    not_repeatable: Collection[str]  # trackers that gave other boxes with the same seed
+    attributes: Sequence[Collection[str]]  # that occur in each sequence, where it is known
 
     @property
     def main_pairs(self) -> list[Pair]:
@@ -176,7 +176,6 @@ def _in_order(value: str) -> tuple[bool, float, str]:
 def compare(
     runs: pd.DataFrame,
     measure: Measure,
-    margin: float,
     trackers: Sequence[str] | None = None,
     against: str | None = None,
     *,
@@ -188,15 +187,14 @@ def compare(
     """Compare trackers on the sequences that all of them ran on.
 
     `runs`: as `load_results` gives them, of one experiment, failed ones with the worst scores.
-    `measure`: a column of theirs with a direction; `margin`: in its unit. `trackers`: labels, all
-    stored ones by default. `against`: tracker that is compared with each other one. `by_scene`:
-    scenes of several families are the units. `attributes`: that occur, by sequence.
-    `same_boxes`: on how many sequences two trackers gave the same ones. `not_repeatable`: trackers
-    that gave other boxes with the same seed.
+    `measure`: a column of theirs, with direction and margin. `trackers`: labels, all stored ones by
+    default. `against`: tracker that is compared with each other one. `by_scene`: scenes of several
+    families are the units. `attributes`: that occur, by sequence. `same_boxes`: number of sequences
+    on which two trackers gave the same boxes. `not_repeatable`: trackers that gave other boxes with
+    the same seed.
 
     Raises `ComparisonError` for runs that cannot be compared, `AllFailedError` if all failed.
     """
-    measure = replace(measure, margin=margin)
     scored = runs[runs["protocol"] == STORED_ONCE]
     chosen = chosen_trackers(scored, trackers, against)
     scored = scored[scored["tracker"].isin(chosen)]
@@ -228,7 +226,7 @@ def compare(
         failures=failures.notes,
         left_out=failures.left_out,
         not_repeatable=[name for name in chosen if name in not_repeatable],
-        attributes=[attributes.get(name, ()) for name in sequences] if attributes else [],
+        attributes=[(attributes or {}).get(name, ()) for name in sequences],
     )
 
 

@@ -36,12 +36,11 @@ def screen(comparison: Comparison) -> list[Table]:
 
     With too few units for intervals, differences by unit replace the answers on pairs.
     """
-    tables = [_standings(comparison)]
-    if comparison.pairs and too_few(comparison):
-        tables.append(_differences(comparison))
-    elif comparison.pairs:
-        tables.append(_pair_table(comparison, on_screen=True))
-    return tables
+    if not comparison.pairs:
+        return [_standings(comparison)]
+    few = too_few(comparison)
+    pairs = _differences(comparison) if few else _pair_table(comparison, on_screen=True)
+    return [_standings(comparison), pairs]
 
 
 def files(comparison: Comparison) -> list[Table]:
@@ -135,13 +134,10 @@ def _caption(comparison: Comparison) -> str:
 
 def _pair_table(comparison: Comparison, *, on_screen: bool = False) -> Table:
     """Return answers on pairs; on a screen, reasons and long names have lines of their own."""
-    caption = f"{_caption(comparison)}. Margin {margin_text(comparison)}."
-    caption = f"Differences, first minus second: {caption}"
-    pairs, rows = comparison.pairs, []
+    caption = f": {_caption(comparison)}. Margin {margin_text(comparison)}."
     if on_screen:
-        plural = comparison.units.plural
-        caption = f"Differences, first minus second; better on so many {plural}."
-        pairs = shown_pairs(comparison)
+        caption = f"; better on so many {comparison.units.plural}."
+    pairs, rows = shown_pairs(comparison) if on_screen else comparison.pairs, []
     for pair in pairs:
         same = same_boxes_text(comparison, pair)
         numbers = [*_texts(comparison, pair.difference, pair.interval), wins_text(pair)]
@@ -154,7 +150,7 @@ def _pair_table(comparison: Comparison, *, on_screen: bool = False) -> Table:
     others = len(comparison.pairs) - len(pairs)
     return Table(
         name="comparison-pairs",
-        caption=caption,
+        caption=f"Differences, first minus second{caption}",
         heads=["pair", _difference_head(comparison), "interval", "better on", "the first is"],
         n_labels=1,
         rows=_cells(rows),

@@ -15,7 +15,6 @@ from bench.comparing.summary_text import paragraph
 from bench.comparing.tables import files as comparison_tables
 from bench.pages.takes import Reading
 from bench.protocols import STORED_ONCE
-from bench.reporting import MARGINS
 from bench.reporting.tables import SUMMARY, not_repeatable
 from bench.statistics.rules import MIN_UNITS, interval_or_none
 from bench.statistics.units import Units, units_of
@@ -50,7 +49,6 @@ def answers(
         comparison = compare(
             runs,
             measure,
-            MARGINS[measure.name],
             attributes=occurring,
             same_boxes=same_boxes(folder, runs),
             not_repeatable=not_repeatable(runs),
