@@ -1,4 +1,4 @@
-"""Scores, or differences of them, against attributes of the sequences: numbers in, curves out.
+"""Scores against attributes of the sequences: numbers in, curves out.
 
 A sequence is one observation: its score, and one value of the attribute. Frames are none, as a
 target that was lost once stays lost, whatever the pictures are like then.
@@ -19,7 +19,7 @@ from bench.statistics.intervals import Interval
 from bench.statistics.rules import MIN_UNITS, corrected_level
 from reports.tables import MISSING, Cell, Measure, Table
 
-__all__ = ["Bin", "Curve", "against", "as_data", "attribute_table", "bins_of"]
+__all__ = ["Bin", "Curve", "against", "attribute_table", "bins_of"]
 
 MOST_BINS = 5
 """However many sequences there are: more would be a line that nobody can read."""
@@ -40,15 +40,10 @@ class Bin:
         """Mean score."""
         return float(self.scores.mean())
 
-    @property
-    def words(self) -> str:
-        """Which values: `0.21 to 0.44`."""
-        return f"{self.first:.3g} to {self.last:.3g}"
-
 
 @dataclass(frozen=True)
 class Curve:
-    """A tracker's score, or a difference of two, against an attribute; (n,) sequences that have it.
+    """Scores of a tracker against an attribute, on the n sequences that have it, (n,).
 
     `correlation` is Spearman's, NaN where scores or attribute are all the same; `interval` is at
     level 1 - 0.05 / m, corrected for all m curves that are looked at together.
@@ -108,13 +103,10 @@ def bins_of(places: ArrayLike) -> list[NDArray[np.intp]]:
     return found if len(found) > 1 else []
 
 
-def attribute_table(
-    curves: Sequence[Curve], measure: Measure, what: str, name: str = "attributes"
-) -> Table:
-    """Curves as a table: whether they rise or fall, and the means at both ends.
+def attribute_table(curves: Sequence[Curve], measure: Measure, name: str = "attributes") -> Table:
+    """Return a table of the curves: rank correlation, and the means of the outermost bins.
 
-    `what`: are labelled, `tracker` or `pair`; `name`: of the table's files. Its data have a row a
-    bin, one without bin where there are none.
+    `name`: of the table's files. The data have a row per bin; a curve without bins has one row.
     """
     rows = []
     data: list[dict[str, Any]] = []
@@ -129,11 +121,10 @@ def attribute_table(
                     "[{:+.2f}, {:+.2f}]".format(*curve.interval),
                     best=curve.interval.low > 0 or curve.interval.high < 0,
                 ),
-                *(Cell(text) for text in _ends(curve, measure, "+" if what == "pair" else "")),
+                *map(Cell, _ends(curve, measure)),
             ]
         )
-        data += _rows(curve, what)
-    scores = "differences" if what == "pair" else "scores"
+        data += _rows(curve)
     few = [curve for curve in curves if not curve.bins]
     notes = ["There is nothing to show: it takes two sequences with scores."] * (not curves)
     notes += [
@@ -150,40 +141,15 @@ def attribute_table(
         name=name,
         caption=(
             f"{measure.head} against attributes of the sequences (docs/attributes.md): rank "
-            f"correlation of {scores} and attribute over n sequences, with its interval."
+            f"correlation of scores and attribute over n sequences, with its interval."
         ),
-        heads=[what, "attribute", "n", "correlation", "interval", "lowest", "highest"],
+        heads=["tracker", "attribute", "n", "correlation", "interval", "lowest", "highest"],
         n_labels=2,
         rows=rows,
         notes=notes,
         data=pd.DataFrame(data),
         ranks=[2, 0, 0, 1, 1],
     )
-
-
-def as_data(curves: Sequence[Curve], what: str) -> list[dict[str, Any]]:
-    """Curves for `--json`, scores unscaled, gaps null; `what` their labels are."""
-    return [
-        {
-            what: curve.label,
-            "attribute": curve.attribute,
-            "places": curve.places.tolist(),
-            "scores": curve.scores.tolist(),
-            "correlation": _or_none(curve.correlation),
-            "interval": list(curve.interval),
-            "bins": [
-                {
-                    "from": one.first,
-                    "to": one.last,
-                    "sequences": len(one.scores),
-                    "mean": one.mean,
-                    "interval": one.interval and list(one.interval),
-                }
-                for one in curve.bins
-            ],
-        }
-        for curve in curves
-    ]
 
 
 def _curve(
@@ -210,9 +176,9 @@ def _curve(
     return Curve(label, name, places, scores, correlation, around, bins)
 
 
-def _rows(curve: Curve, what: str) -> list[dict[str, Any]]:
+def _rows(curve: Curve) -> list[dict[str, Any]]:
     told = {
-        what: curve.label,
+        "tracker": curve.label,
         "attribute": curve.attribute,
         "sequences": len(curve.places),
         "correlation": curve.correlation,
@@ -234,16 +200,12 @@ def _rows(curve: Curve, what: str) -> list[dict[str, Any]]:
     return [{**told, **one} for one in bins] or [told]
 
 
-def _ends(curve: Curve, measure: Measure, sign: str) -> tuple[str, str]:
+def _ends(curve: Curve, measure: Measure) -> tuple[str, str]:
     """Means of the lowest and of the highest bin, and where these end."""
     if not curve.bins:
         return MISSING, MISSING
     low, high = (
-        f"{one.mean * measure.scale:{sign}.{measure.decimals}f}"
+        f"{one.mean * measure.scale:.{measure.decimals}f}"
         for one in (curve.bins[0], curve.bins[-1])
     )
     return f"{low} (≤ {curve.bins[0].last:.2g})", f"{high} (≥ {curve.bins[-1].first:.2g})"
-
-
-def _or_none(value: float) -> float | None:
-    return value if isfinite(value) else None

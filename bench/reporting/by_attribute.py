@@ -30,7 +30,6 @@ __all__ = [
     "by_attribute",
     "means_by_sequence",
     "scored_runs",
-    "write_plot",
 ]
 
 Progress = Callable[[int, int], object]
@@ -70,7 +69,7 @@ def by_attribute(folder: str | Path, metrics: str = PRESET) -> pd.DataFrame:
     measure, runs = scored_runs(Path(folder), metrics)
     measured = attributes_of(runs, _names(runs), _silent, _refuse)
     curves = against(means_by_sequence(runs, measure), measured, partial(bounded_score, measure))
-    return attribute_table(curves, measure, "tracker").data
+    return attribute_table(curves, measure).data
 
 
 def _refuse(sentence: str) -> None:
@@ -161,8 +160,22 @@ class Shown:
     curves: Sequence[Curve]
 
     def drawn(self, path: Path, title: str) -> list[Path]:
-        """Draw them into a file; see `write_plot`."""
-        return write_plot(path, self.curves, self.measure, title)
+        """Draw a panel per attribute into a file; return the files, none if there are no curves."""
+        from reports.attributes import Against, attribute_plot
+        from reports.figures import write_for_papers
+
+        if not self.curves:
+            return []
+        panels: dict[str, list[Against]] = {}
+        for curve in self.curves:
+            points = np.array(
+                [(one.centre, one.mean, *(one.interval or (np.nan, np.nan))) for one in curve.bins]
+            )
+            centres, *scores = points.reshape(-1, 4).T
+            dots, *bins = (part * self.measure.scale for part in (curve.scores, *scores))
+            drawn = Against(curve.label, curve.places, dots, centres, *bins)
+            panels.setdefault(attributes.of_name(curve.attribute).head, []).append(drawn)
+        return write_for_papers(path, attribute_plot(panels, self.measure.head, title))
 
 
 def attribute_report(experiment: Path, presets: Collection[str], measured: Measured) -> list[Shown]:
@@ -176,32 +189,11 @@ def attribute_report(experiment: Path, presets: Collection[str], measured: Measu
         means = means_by_sequence(runs, measure)
         curves = against(means, measured(runs, _names(runs)), partial(bounded_score, measure))
         name = "attributes" if preset == PRESET else f"attributes-{preset}"
-        table = attribute_table(curves, measure, "tracker", name)
+        table = attribute_table(curves, measure, name)
         for tracker in sorted(set(runs["tracker"].astype(str)) - set(means)):
             table.notes.append(f"{tracker} is not shown: not all of its runs have a score.")
         made.append(Shown(table, measure, curves))
     return made
-
-
-def write_plot(
-    path: Path, curves: Sequence[Curve], measure: Measure, title: str, quantity: str = ""
-) -> list[Path]:
-    """Draw curves into a file, a panel an attribute; give that, or none where there are none."""
-    from reports.attributes import Against, attribute_plot
-    from reports.figures import write_for_papers
-
-    if not curves:
-        return []
-    panels: dict[str, list[Against]] = {}
-    for curve in curves:
-        points = np.array(
-            [(one.centre, one.mean, *(one.interval or (np.nan, np.nan))) for one in curve.bins]
-        )
-        centres, *scores = points.reshape(-1, 4).T
-        dots, means, low, high = (part * measure.scale for part in (curve.scores, *scores))
-        drawn = Against(curve.label, curve.places, dots, centres, means, low, high)
-        panels.setdefault(attributes.of_name(curve.attribute).head, []).append(drawn)
-    return write_for_papers(path, attribute_plot(panels, quantity or measure.head, title))
 
 
 def _names(runs: pd.DataFrame) -> list[str]:
