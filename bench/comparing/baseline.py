@@ -25,22 +25,6 @@ from bench.store.loading import ordered_rows
 from bench.store.results import Results
 from reports.files import write_file
 
-__all__ = [
-    "DECIMALS",
-    "MAX_SEEDS",
-    "Baseline",
-    "BaselineCell",
-    "BaselineError",
-    "Cells",
-    "baseline_path",
-    "box_digest",
-    "fingerprint_digest",
-    "measured_cells",
-    "read_baseline",
-    "surroundings",
-    "write_baseline",
-]
-
 FORMAT = 2
 
 MAX_SEEDS = 10_000

@@ -20,8 +20,6 @@ from reports.notes import failure_notes
 from reports.tables import MISSING, Cell, Table
 from reports.write import file_names
 
-__all__ = ["Breaking", "as_data", "files", "screen", "write_curves"]
-
 Array = NDArray[np.float64]
 
 SEVERITIES = (0.9, 0.75, 0.5, 0.25, 0.1)

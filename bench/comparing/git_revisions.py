@@ -11,8 +11,6 @@ from bench.comparing.baseline import BaselineError
 from bench.evaluation.turns import Setup
 from trackers.base.catalogue import in_file, is_outside
 
-__all__ = ["older_setup"]
-
 _PACKAGE = Path(str(trackers.__file__)).resolve().parent
 
 

@@ -17,8 +17,6 @@ from bench.statistics.rules import MARGIN
 from reports.printable import in_xml
 from reports.tables import Cell, Table
 
-__all__ = ["Check", "ScoreChange", "as_data", "as_junit", "changed_facts", "check", "table"]
-
 
 @dataclass(frozen=True)
 class ScoreChange:

@@ -25,8 +25,6 @@ from bench.statistics.speed import (
     sample_of,
 )
 
-__all__ = ["SpeedCheck", "check_speeds"]
-
 CLIPS = 4
 """Number of a tracker's sequences, evenly spread, whose first frames are shown."""
 

@@ -9,8 +9,6 @@ import pandas as pd
 from bench.comparing.speed_check import SpeedCheck
 from reports.tables import MISSING, Cell, Table
 
-__all__ = ["speed_cases", "speed_data", "speed_table"]
-
 _ORDER = ("slower", "inconclusive", "faster", "as fast")
 
 

@@ -21,8 +21,6 @@ from bench.statistics.psychometric import FIRST, NEXT, Threshold, next_places, t
 from datasets.filters import FILTERS, split_filters, with_filters
 from datasets.text_form import close_match, format_text, parse_text
 
-__all__ = ["ENOUGH", "RULE", "Course", "Knob", "Series", "Trial", "factor", "knob_of"]
-
 ENOUGH = 0.05
 """Half of an interval's width, in ranges, with which a series ends early."""
 

@@ -15,18 +15,6 @@ from scipy.special import ndtri
 from bench.statistics.intervals import Interval
 from bench.statistics.rules import CONFIDENCE, MARGIN, MIN_UNITS, POWER, about, decide
 
-__all__ = [
-    "IDENTICAL",
-    "Change",
-    "ChangeLabel",
-    "advised_seeds",
-    "detectable_drops",
-    "fact",
-    "pooled_spread",
-    "seed_change",
-    "seeds_needed",
-]
-
 ChangeLabel = Literal["identical", "better", "not worse", "inconclusive", "worse"]
 
 _POWER_FACTOR = 1.4

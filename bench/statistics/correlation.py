@@ -9,8 +9,6 @@ from scipy.stats import rankdata
 
 from bench.statistics.intervals import Interval
 
-__all__ = ["rank_correlation"]
-
 FEWEST = 4
 """Pairs with which an interval says anything."""
 

@@ -11,14 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import betaincinv, stdtrit
 
-__all__ = [
-    "Interval",
-    "interval_ends",
-    "mean_interval",
-    "share_interval",
-    "t_quantile",
-]
-
 MIN_SKEWNESS = 1e-6
 """Hall's transformation divides by the skewness; below this it would only round."""
 

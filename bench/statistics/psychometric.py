@@ -16,8 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from bench.statistics.intervals import Interval
 
-__all__ = ["FIRST", "NEXT", "Threshold", "next_places", "threshold"]
-
 Array = NDArray[np.float64]
 
 FIRST, NEXT = 20, 10

@@ -13,28 +13,6 @@ from numpy.typing import ArrayLike
 
 from bench.statistics.intervals import Interval, interval_ends, mean_interval
 
-__all__ = [
-    "CLAIM_MARGIN",
-    "CONFIDENCE",
-    "DEFAULT_SEEDS",
-    "DETECT",
-    "MARGIN",
-    "MIN_SCENES",
-    "MIN_UNITS",
-    "MIN_UNITS_FOR_SMALL",
-    "POWER",
-    "SHARE_LIMIT",
-    "Answer",
-    "Label",
-    "about",
-    "corrected_level",
-    "decide",
-    "interval_or_none",
-    "p_value",
-    "star_marks",
-    "units_needed",
-]
-
 CONFIDENCE = 0.95
 """Level of all intervals together; m comparisons have intervals at 1 - 0.05 / m (Bonferroni)."""
 

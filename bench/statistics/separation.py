@@ -3,8 +3,6 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["auc", "error_share", "zero_error_thresholds"]
-
 
 def auc(positive: ArrayLike, negative: ArrayLike) -> float:
     """Area under the receiver's operating curve: P(positive > negative), ties count half.

@@ -14,19 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtr, stdtrit
 
-__all__ = [
-    "MIN_SESSIONS",
-    "SLOWDOWN",
-    "Pace",
-    "PaceLabel",
-    "Sample",
-    "judge_pace",
-    "log_ratio",
-    "missing_sessions",
-    "sample_of",
-    "sessions_needed",
-]
-
 SLOWDOWN = 0.05
 """Slowdown that must not be missed."""
 

@@ -9,8 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Survival", "kaplan_meier"]
-
 
 class Survival(NamedTuple):
     """A step function: from each of k times on, the share that is not lost, with its band.

@@ -7,8 +7,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Unit", "Units", "units_of"]
-
 Unit = Literal["sequence", "family", "scene"]
 """Kind of a unit. A family is the name of a sequence before the first `:`."""
 

@@ -34,21 +34,6 @@ from bench.statistics.rules import (
     units_needed,
 )
 
-__all__ = [
-    "NOWHERE",
-    "Judge",
-    "Outcome",
-    "Verdict",
-    "conjunction",
-    "inconclusive",
-    "no_worse",
-    "number",
-    "order",
-    "plural",
-    "share",
-    "time",
-]
-
 Outcome = Literal["holds", "does not hold", "inconclusive", "not testable"]
 
 NOWHERE = Interval(nan, nan)
