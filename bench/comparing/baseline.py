@@ -84,13 +84,11 @@ class Baseline:
 
     def moved_on(self, tracker: str, now: Cells, reason: str, date: str) -> "Baseline":
         """Return the baseline with a tracker's new cells and the reason for accepting them."""
-        overlap = [
-            round(
-                float(np.mean([np.mean(cell.overlap) for cell in cells[tracker].values()])),
-                DECIMALS,
-            )
+        by_cell = [
+            [np.mean(cell.overlap) for cell in cells[tracker].values()]
             for cells in (self.cells, now)
         ]
+        overlap = [round(float(np.mean(means)), DECIMALS) for means in by_cell]
         entry = {"tracker": tracker, "date": date, "because": reason, "overlap": overlap}
         cells = {**self.cells, tracker: now[tracker]}
         return replace(self, cells=cells, accepted=(*self.accepted, entry))
@@ -156,12 +154,10 @@ def measured_cells(
 def _cell(
     results: Results, source: SequenceSource, rows: Sequence[Mapping[str, Any]]
 ) -> BaselineCell:
-    overlap, boxes, failures = [], [], {}
+    overlap, boxes, failures = [0.0] * len(rows), [""] * len(rows), {}
     for seed, row in enumerate(rows):
         if row["status"] != "finished":
             failures[seed] = str(row["failure"]).partition("\n")[0]
-            overlap.append(0.0)
-            boxes.append("")
             continue
         score = float(row["scores"].get("mean_overlap", np.nan))
         if not np.isfinite(score):
@@ -169,8 +165,8 @@ def _cell(
                 f"{row['tracker']} on {row['sequence']}: the run has no mean overlap. Leave out "
                 "the sequence: its ground truth has no box after the first one."
             )
-        overlap.append(round(score, DECIMALS))
-        boxes.append(box_digest(results.read(results.folder / row["path"]).boxes))
+        overlap[seed] = round(score, DECIMALS)
+        boxes[seed] = box_digest(results.read(results.folder / row["path"]).boxes)
     sequence = fingerprint_digest(rows[0]["fingerprint"])
     return BaselineCell(source, sequence, tuple(overlap), tuple(boxes), failures)
 
@@ -252,6 +248,11 @@ class _FileCell(_Strict):
     path: Annotated[str, Field(min_length=1)] | None = None
     truth: Annotated[str, Field(min_length=1)] | None = None
 
+    def stored(self, name: str) -> BaselineCell:
+        """Return the cell of the sequence of this name."""
+        source = SequenceSource(self.path or name, Path(self.truth) if self.truth else None)
+        return BaselineCell(source, self.sequence, tuple(self.overlap), tuple(self.boxes))
+
 
 class _FileAccepted(_Strict):
     tracker: str
@@ -296,9 +297,15 @@ def read_baseline(path: Path) -> Baseline:
         first = error.errors(include_url=False)[0]
         value = "missing" if first["type"] == "missing" else first["input"]
         _refuse(path, _place(first["loc"]), value, f"{first['msg']}.")
-    for tracker, cells in content.trackers.items():
-        _check_lengths(path, content.seeds, tracker, cells)
-    return _baseline(content)
+    for tracker, row in content.trackers.items():
+        _check_lengths(path, content.seeds, tracker, row)
+    cells = {
+        tracker: {name: cell.stored(name) for name, cell in row.items()}
+        for tracker, row in content.trackers.items()
+    }
+    texts = {label: content.specifications.get(label, label) for label in cells}
+    accepted = tuple(entry.model_dump() for entry in content.accepted)
+    return Baseline(cells, texts, content.seeds, content.detect, content.made_with, accepted)
 
 
 def _check_lengths(path: Path, seeds: int, tracker: str, cells: Mapping[str, _FileCell]) -> None:
@@ -317,29 +324,12 @@ def _place(location: Sequence[int | str]) -> str:
     """Return a key of the file in words."""
     if location[0] != "trackers" or len(location) < 2:
         return ".".join(map(str, location))
-    names = [f"tracker {location[1]!r}", *(f"sequence {name!r}" for name in location[2:3])]
-    return ", ".join([*names, *(".".join(map(str, part)) for part in [location[3:]] if part)])
+    kinds = zip(("tracker", "sequence"), location[1:3], strict=False)
+    names = [f"{kind} {name!r}" for kind, name in kinds]
+    return ", ".join(filter(None, [*names, ".".join(map(str, location[3:]))]))
 
 
 def _refuse(path: Path, place: str, value: object, expected: str) -> NoReturn:
     text = repr(value)
     text = text if len(text) <= 80 else f"{text[:77]}..."
     raise BaselineError(f"{path}: {place}: {text}. {expected} {_REMEDY}")
-
-
-def _baseline(content: _File) -> Baseline:
-    cells = {
-        tracker: {
-            name: BaselineCell(
-                SequenceSource(cell.path or name, Path(cell.truth) if cell.truth else None),
-                cell.sequence,
-                tuple(cell.overlap),
-                tuple(cell.boxes),
-            )
-            for name, cell in row.items()
-        }
-        for tracker, row in content.trackers.items()
-    }
-    texts = {label: content.specifications.get(label, label) for label in cells}
-    accepted = tuple(entry.model_dump() for entry in content.accepted)
-    return Baseline(cells, texts, content.seeds, content.detect, content.made_with, accepted)

@@ -19,6 +19,9 @@ CONFIDENCE = 0.95
 POWER = 0.80
 """Share of cases in which the advised number of seeds finds a drop."""
 
+POWER_FACTOR = 1.4
+"""Share of the expected interval by which a difference must exceed it for this power."""
+
 MARGIN = 0.01
 """Differences of a score up to this are irrelevant in practice (`compare`, `check`)."""
 
@@ -47,7 +50,7 @@ DEFAULT_SEEDS = 20
 
 MAX_UNITS_ADVISED = 500
 
-Label = Literal["better", "worse", "equivalent", "inconclusive"]
+Label = Literal["better", "worse", "equivalent", "inconclusive", "identical", "not worse"]
 
 
 @dataclass(frozen=True)
@@ -56,12 +59,13 @@ class Answer:
 
     Attributes
     ----------
-    label : {'better', 'worse', 'equivalent', 'inconclusive'}
-        `better` if the difference is positive.
+    label : {'better', 'worse', 'equivalent', 'inconclusive', 'identical', 'not worse'}
+        `better` if the difference is positive; the last two are labels of `check` alone.
     mean : float
         Mean difference, in the unit of the values; NaN without units.
     interval : Interval or None
-        Its interval at level 1 - 0.05 / comparisons; None for fewer than `MIN_UNITS` units.
+        Its interval at level 1 - 0.05 / comparisons; None for fewer than `MIN_UNITS` units, and
+        for a difference without sampling error.
     reason : str
         Why the answer is inconclusive; empty otherwise.
     p : float
@@ -73,7 +77,7 @@ class Answer:
 
     label: Label
     mean: float
-    interval: Interval | None
+    interval: Interval | None = None
     reason: str = ""
     p: float = nan
     needed: float = nan
@@ -183,7 +187,7 @@ def units_needed(mean: float, interval: Interval, n: int, margin: float) -> floa
     if mean != 0:
         half = mean - low if mean > 0 else high - mean
     if abs(mean) > margin:
-        return n * (1.4 * half / abs(mean)) ** 2
+        return n * (POWER_FACTOR * half / abs(mean)) ** 2
     if abs(mean) == margin:
         return inf
     return max(MIN_UNITS_FOR_SMALL, n + 1, n * (half / (margin - abs(mean))) ** 2)
