@@ -118,12 +118,12 @@ def decide(
     mean = float(values.mean()) if n else nan
     interval = interval_or_none(values, comparisons, -limit, limit)
     if interval is None:
-        return Answer("inconclusive", mean, None, f"only {n} of {MIN_UNITS} {unit}")
+        return Answer("inconclusive", mean, None, only(n, MIN_UNITS, unit))
     p = p_value(values, comparisons)
     if interval.inside(margin):
         if n >= MIN_UNITS_FOR_SMALL:
             return Answer("equivalent", mean, interval, p=p)
-        reason = f"inside ±{margin:g}, but only {n} of {MIN_UNITS_FOR_SMALL} {unit}"
+        reason = f"inside ±{margin:g}, but {only(n, MIN_UNITS_FOR_SMALL, unit)}"
         return Answer("inconclusive", mean, interval, reason, p, MIN_UNITS_FOR_SMALL)
     if interval.low <= 0 <= interval.high:
         needed = units_needed(mean, interval, n, margin)
@@ -202,6 +202,11 @@ def about(needed: float) -> str:
     if isnan(needed) or needed > MAX_UNITS_ADVISED:
         return f"more than {MAX_UNITS_ADVISED}"
     return f"about {round(needed, 1 - floor(log10(needed))):.0f}"
+
+
+def only(n: int, least: int, unit: str) -> str:
+    """Return the reason of an answer for which there are too few units."""
+    return f"only {n} of {least} {unit}"
 
 
 def star_marks(
