@@ -117,15 +117,11 @@ def box_digest(boxes: NDArray[np.float64]) -> str:
     with np.errstate(over="ignore"):
         scaled = np.clip(np.rint(boxes * 1000), limits.min, limits.max)
     absent = np.isnan(boxes).any(axis=1, keepdims=True)
-    return _digest(np.where(absent, _NO_BOX, scaled).astype("<i4").tobytes())
+    return digest(np.where(absent, _NO_BOX, scaled).astype("<i4").tobytes())
 
 
-def fingerprint_digest(fingerprint: str) -> str:
-    """Return the digest of a sequence's fingerprint."""
-    return _digest(fingerprint.encode())
-
-
-def _digest(content: bytes) -> str:
+def digest(content: bytes) -> str:
+    """Return the digest of boxes or of a sequence's fingerprint."""
     return hashlib.sha256(content).hexdigest()[:_DIGITS]
 
 
@@ -167,7 +163,7 @@ def _cell(
             )
         overlap[seed] = round(score, DECIMALS)
         boxes[seed] = box_digest(results.read(results.folder / row["path"]).boxes)
-    sequence = fingerprint_digest(rows[0]["fingerprint"])
+    sequence = digest(rows[0]["fingerprint"].encode())
     return BaselineCell(source, sequence, tuple(overlap), tuple(boxes), failures)
 
 
@@ -194,42 +190,37 @@ def _lines(baseline: Baseline) -> Iterator[str]:
     yield f"seeds = {baseline.seeds}"
     yield f"detect = {baseline.detect!r}"
     yield "\n[made_with]"
-    yield from _pairs(baseline.made_with)
+    yield from _entries(baseline.made_with)
     if texts := {label: text for label, text in baseline.texts.items() if text != label}:
         yield "\n# Specifications of trackers that their names do not give."
         yield "[specifications]"
-        yield from _pairs(texts)
+        yield from _entries(texts)
     for tracker, cells in baseline.cells.items():
-        yield f"\n[trackers.{_quoted(tracker)}]"
+        yield f"\n[trackers.{_toml(tracker)}]"
         for name, cell in cells.items():
-            yield f"{_quoted(name)} = {_inline(name, cell)}"
+            yield f"{_toml(name)} = {_inline(name, cell)}"
     for entry in baseline.accepted:
         yield "\n[[accepted]]"
-        for key, value in entry.items():
-            yield f"{key} = {_quoted(value) if isinstance(value, str) else list(value)}"
+        yield from (f"{key} = {_toml(value)}" for key, value in entry.items())
 
 
-def _pairs(texts: Mapping[str, str]) -> list[str]:
-    return [f"{_quoted(key)} = {_quoted(text)}" for key, text in texts.items()]
+def _entries(texts: Mapping[str, str]) -> list[str]:
+    return [f"{_toml(key)} = {_toml(text)}" for key, text in texts.items()]
 
 
 def _inline(name: str, cell: BaselineCell) -> str:
-    digests = ", ".join(map(_quoted, cell.boxes))
-    parts = [
-        f"sequence = {_quoted(cell.sequence)}",
-        f"overlap = {list(cell.overlap)}",
-        f"boxes = [{digests}]",
-    ]
+    entry: dict[str, object]
+    entry = {"sequence": cell.sequence, "overlap": cell.overlap, "boxes": cell.boxes}
     if cell.source.text != name:
-        parts.append(f"path = {_quoted(cell.source.text)}")
+        entry["path"] = cell.source.text
     if cell.source.truth is not None:
-        parts.append(f"truth = {_quoted(str(cell.source.truth))}")
-    return "{ " + ", ".join(parts) + " }"
+        entry["truth"] = str(cell.source.truth)
+    return "{ " + ", ".join(f"{key} = {_toml(value)}" for key, value in entry.items()) + " }"
 
 
-def _quoted(text: str) -> str:
+def _toml(value: object) -> str:
     # JSON leaves DEL as it is, which TOML forbids.
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 _Score = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]

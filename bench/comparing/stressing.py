@@ -114,11 +114,8 @@ class Course:
     sequences: Sequence[str]  # text forms
 
     def __post_init__(self) -> None:
-        for text, (_, quarter) in zip(self.sequences, self._kinds, strict=True):
-            if quarter == 0:
-                raise ExperimentError(
-                    f"{text}: it is too short to begin at different frames: it needs {SHORTEST}."
-                )
+        """Raise `ExperimentError` for a sequence that is too short."""
+        _ = self._kinds
 
     def text(self, knob: Knob, level: float, number: int) -> str:
         """Return the sequence of the run of this number, from 0, at a level."""
@@ -148,7 +145,11 @@ def _kind(text: str) -> tuple[bool, int]:
     if "scene" in names and "scene" not in parse_text(bare)[1]:
         return True, 1
     frames = len(datasets.load(text))
-    return False, frames // 4 if frames >= SHORTEST else 0
+    if frames < SHORTEST:
+        raise ExperimentError(
+            f"{text}: it is too short to begin at different frames: it needs {SHORTEST}."
+        )
+    return False, frames // 4
 
 
 def _halving(number: int) -> float:

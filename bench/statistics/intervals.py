@@ -28,10 +28,6 @@ class Interval(NamedTuple):
         """Return whether the interval lies within ± margin."""
         return -margin <= self.low and self.high <= margin
 
-    def within(self, least: float, most: float) -> "Interval":
-        """Return the interval cut at the limits of the estimated mean."""
-        return Interval(min(max(self.low, least), most), max(min(self.high, most), least))
-
 
 def mean_interval(values: ArrayLike, confidence: float = 0.95) -> Interval:
     """Return the interval of a mean: the union of Student's and Hall's interval.

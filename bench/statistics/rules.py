@@ -55,32 +55,14 @@ Label = Literal["better", "worse", "equivalent", "inconclusive", "identical", "n
 
 @dataclass(frozen=True)
 class Answer:
-    """Answer about a mean difference.
+    """Answer about a mean difference, whose unit is that of the values."""
 
-    Attributes
-    ----------
-    label : {'better', 'worse', 'equivalent', 'inconclusive', 'identical', 'not worse'}
-        `better` if the difference is positive; the last two are labels of `check` alone.
-    mean : float
-        Mean difference, in the unit of the values; NaN without units.
-    interval : Interval or None
-        Its interval at level 1 - 0.05 / comparisons; None for fewer than `MIN_UNITS` units, and
-        for a difference without sampling error.
-    reason : str
-        Why the answer is inconclusive; empty otherwise.
-    p : float
-        Smallest level at which the corrected interval excludes 0; NaN without an interval.
-    needed : float
-        Rough number of units that would decide; NaN if the answer is conclusive or if more units
-        do not help, infinite if the number is unlimited.
-    """
-
-    label: Label
-    mean: float
-    interval: Interval | None = None
-    reason: str = ""
-    p: float = nan
-    needed: float = nan
+    label: Label  # `better` if the difference is positive; the last two only of `check`
+    mean: float  # NaN without units
+    interval: Interval | None = None  # at level 1 - 0.05 / comparisons; None below `MIN_UNITS`
+    reason: str = ""  # why the answer is inconclusive
+    p: float = nan  # smallest level at which the corrected interval excludes 0
+    needed: float = nan  # rough number of units that would decide; NaN if more do not help
 
 
 def decide(
@@ -145,7 +127,8 @@ def interval_or_none(
     units = np.asarray(values, np.float64)
     if len(units) < MIN_UNITS:
         return None
-    return mean_interval(units, corrected_level(comparisons)).within(least, most)
+    low, high = mean_interval(units, corrected_level(comparisons))
+    return Interval(min(max(low, least), most), max(min(high, most), least))
 
 
 def corrected_level(comparisons: int) -> float:

@@ -42,34 +42,16 @@ NOWHERE = Interval(nan, nan)
 
 @dataclass(frozen=True)
 class Verdict:
-    """Verdict on a claim.
+    """Verdict on a claim."""
 
-    Attributes
-    ----------
-    verdict : {'holds', 'does not hold', 'inconclusive', 'not testable'}
-        Label that is printed and stored.
-    statistic : float
-        Estimate, in `unit`; NaN if there is none.
-    interval : Interval
-        Its interval, from which the verdict was read; NaN if there is none.
-    cells : int
-        Number of units (`counted`) on which the estimate rests.
-    reason : str
-        Reason of the verdict, without a full stop.
-    of, unit : str
-        Name of the estimate and its unit; of a claim with parts, those of the part that decides.
-    counted : str
-        Unit of repetition, in the singular.
-    """
-
-    verdict: Outcome
-    statistic: float = nan
-    interval: Interval = NOWHERE
-    cells: int = 0
-    reason: str = ""
-    of: str = ""
+    verdict: Outcome  # label that is printed and stored
+    statistic: float = nan  # estimate, in `unit`; NaN if there is none
+    interval: Interval = NOWHERE  # of the estimate, from which the verdict was read
+    cells: int = 0  # number of units (`counted`) on which the estimate rests
+    reason: str = ""  # without a full stop
+    of: str = ""  # name of the estimate; of a claim with parts, of the part that decides
     unit: str = ""
-    counted: str = "scene"
+    counted: str = "scene"  # unit of repetition, in the singular
 
     @property
     def effect(self) -> str:
