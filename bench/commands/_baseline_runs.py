@@ -93,7 +93,7 @@ class CellRunner:
 
     def _check_plan(self, plan: "Plan", labels: Sequence[str], names: Sequence[str]) -> None:
         """Refuse trackers and sequences that are called otherwise, and sequences that changed."""
-        from bench.comparing.baseline import BaselineError, fingerprint_digest
+        from bench.comparing.baseline import BaselineError, digest
 
         new_labels = [chosen.label for chosen in plan.trackers.values()]
         new_names = [sequence.name for sequence in plan.sequences]
@@ -105,8 +105,8 @@ class CellRunner:
                     "`trackmark baseline --force`."
                 )
         for sequence in plan.sequences:
-            digest = fingerprint_digest(sequence.fingerprint)
-            if self._expected.get(sequence.name, digest) != digest:
+            current = digest(sequence.fingerprint.encode())
+            if self._expected.get(sequence.name, current) != current:
                 raise BaselineError(
                     f"{sequence.name}: the pixels or the ground truth have changed since the "
                     "baseline was made. Restore the sequence, or make the baseline again with "

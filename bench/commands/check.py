@@ -26,7 +26,7 @@ from bench.commands.baseline import refuse_hidden_randomness
 if TYPE_CHECKING:
     from bench.comparing.baseline import Baseline
     from bench.comparing.regression_check import Check
-    from bench.comparing.speed_check import SpeedCheck
+    from bench.statistics.speed import Pace
     from reports.tables import Table
 
 __all__ = ["command"]
@@ -109,7 +109,7 @@ def command(
     _check_usage(stored, accept, because, seeds, against, timed=timed)
     before = _part(stored, accept or trackers, sequences if accept is None else "*")
     before = before.with_seeds(seeds or stored.seeds)
-    speeds: dict[str, SpeedCheck] = {}
+    speeds: dict[str, Pace] = {}
     if against is not None:
         # The whole baseline: whatever part of it is checked, the same sequences are timed.
         report = partial(click.echo, err=True)
@@ -170,7 +170,7 @@ def _checked(before: "Baseline", runner: CellRunner) -> "Check":
     return check(before, now, surroundings(), differing(now, repeated))
 
 
-def _status(result: "Check", speeds: "Mapping[str, SpeedCheck]", *, strict: bool) -> int:
+def _status(result: "Check", speeds: "Mapping[str, Pace]", *, strict: bool) -> int:
     states = {result.verdict, *(check.state for check in speeds.values())}
     if states & {"regression", "slower"}:
         return EXIT_ANSWER_IS_NO
@@ -196,7 +196,7 @@ def _accept(
 
 def _show(
     result: "Check",
-    speeds: Mapping[str, "SpeedCheck"],
+    speeds: Mapping[str, "Pace"],
     *,
     as_json: bool,
     whole: bool,
@@ -205,7 +205,7 @@ def _show(
 ) -> None:
     """Print the changes of scores and speeds, and write them into files."""
     from bench.comparing.regression_check import as_data, as_junit, table
-    from bench.comparing.speed_tables import speed_cases, speed_data, speed_table
+    from bench.comparing.speed_check import speed_cases, speed_data, speed_table
     from reports.renderers import to_markdown
 
     tables = [table(result, whole=whole), *([speed_table(speeds)] if speeds else [])]

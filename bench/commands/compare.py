@@ -5,7 +5,7 @@ import json
 import math
 import textwrap
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,11 +14,9 @@ import click
 from bench.commands import EXIT_ANSWER_IS_NO
 from bench.commands._guests import guests_of, guests_option, together
 from bench.commands._options import (
-    by_attribute_option,
     chosen_sequences,
     engine_options,
     json_option,
-    measured_attributes,
     metrics_option,
     output_option,
     patience,
@@ -29,8 +27,8 @@ from bench.commands._options import (
     telling_of_replaced,
 )
 from bench.commands.run import ad_hoc_name
-from bench.comparing import MARGINS
 from bench.experiments.experiment import Experiment
+from bench.reporting import MARGINS
 
 if TYPE_CHECKING:
     from bench.comparing.comparison import Comparison
@@ -73,7 +71,6 @@ _HINT = "--metric"
     type=click.Path(path_type=Path, exists=True, dir_okay=False),
     help="CSV tracker,sequence,METRIC of scores that others published.",
 )
-@by_attribute_option
 @click.option(
     "--folder",
     type=click.Path(path_type=Path),
@@ -96,7 +93,6 @@ def command(
     seeds: int | None,
     name: str | None,
     published: Path | None,
-    by_attribute: bool,
     folder: Path | None,
     output: Path,
     means: dict[str, Any],
@@ -136,9 +132,7 @@ def command(
     only = None if cells is None else {sequence for _, sequence, _, _ in cells}
     with together(experiments, guests, sequences, only) as (experiment,):
         others, scenes = [one.tracker for one in guests], unit == "scene"
-        asked = _Asked(
-            experiment, labels, cells, others, published, by_attribute, stored, against, scenes
-        )
+        asked = _Asked(experiment, labels, cells, others, published, stored, against, scenes)
         return _compare(asked, measures, folder, as_json=as_json)
 
 
@@ -151,7 +145,6 @@ class _Asked:
     cells: "Collection[Cell] | None"  # of our trackers; None for all there
     guests: list[str]  # labels of trackers whose results are others'
     published: Path | None
-    by_attribute: bool
     stored: str  # the protocol by which they were made, as runs are filed under it
     against: str | None  # label of the tracker that is compared with each other one
     by_scene: bool
@@ -176,22 +169,30 @@ def _judging(metrics: Sequence[str], stored: str) -> list[str]:
     return list(dict.fromkeys(named))
 
 
-def _measure(preset: str, metric: str | None, margin: float | None) -> "tuple[Measure, float]":
-    """By what a preset's runs are compared, and the difference that means nothing."""
+def _measure(preset: str, metric: str | None, margin: float | None) -> "Measure":
+    """Return the score of a preset by which runs are compared, with its margin."""
+    from bench.reporting.tables import PRESET, SUMMARY
+
+    if preset != PRESET:
+        measure = _preset_measure(preset, metric, margin)
+    else:
+        measures = {measure.name: measure for measure in SUMMARY}
+        name = metric or SUMMARY[0].name
+        if name not in measures:
+            raise click.BadParameter(f"{name!r} is none of {', '.join(MARGINS)}.", param_hint=_HINT)
+        measure = measures[name]
+    return measure if margin is None else replace(measure, margin=margin)
+
+
+def _preset_measure(preset: str, metric: str | None, margin: float | None) -> "Measure":
+    """Return a column of a metrics preset as a measure with the margin of shares."""
     from bench.metrics import preset as metrics_preset
     from bench.metrics.preset import heading, mean_of_sequences
-    from bench.reporting.tables import PER_SEQUENCE, PRESET, SUMMARY
     from reports.tables import Measure
 
-    if preset == PRESET:
-        name = metric or next(iter(MARGINS))
-        if name not in MARGINS:
-            raise click.BadParameter(f"{name!r} is none of {', '.join(MARGINS)}.", param_hint=_HINT)
-        found = next(one for one in (*SUMMARY, *PER_SEQUENCE) if one.name == name)
-        return found, MARGINS[name] if margin is None else margin
     definitions = metrics_preset(preset)
-    judging = {key: one for key, one in definitions.columns.items() if one.better}
-    columns = {key: one for key, one in judging.items() if not one.whole}
+    judging = {key: column for key, column in definitions.columns.items() if column.better}
+    columns = {key: column for key, column in judging.items() if not column.whole}
     name = metric or next(iter(columns))
     if name not in columns:
         wrong = f"{preset} has no {name!r}"
@@ -200,31 +201,32 @@ def _measure(preset: str, metric: str | None, margin: float | None) -> "tuple[Me
         raise click.BadParameter(
             f"{wrong}; of {preset} they can be compared by {', '.join(columns)}.", param_hint=_HINT
         )
-    if margin is None and columns[name].better == "lower":
+    better = columns[name].better
+    if margin is None and better == "lower":
         raise click.UsageError(f"{name} is no share: give the --margin that means nothing.")
     title = f"{heading(name)} ({preset})"
     if definitions.combine is not mean_of_sequences:  # then `report` prints another number
         title = f"mean of sequences' {title}"
-    better = columns[name].better
-    most = 1.0 if better == "higher" else math.inf
-    found = Measure(name, title, direction=better, decimals=3, least=0.0, most=most)
-    return found, MARGINS["mean_overlap"] if margin is None else margin
+    return Measure(
+        name,
+        title,
+        direction=better,
+        decimals=3,
+        least=0.0,
+        most=1.0 if better == "higher" else math.inf,
+        margin=MARGINS["mean_overlap"],
+    )
 
 
 def _compare(
-    asked: _Asked,
-    measures: "dict[str, tuple[Measure, float]]",
-    folder: Path | None,
-    *,
-    as_json: bool,
+    asked: _Asked, measures: "dict[str, Measure]", folder: Path | None, *, as_json: bool
 ) -> int:
     """Compare by all presets, show and write the comparisons, and return the exit status."""
     from bench.comparing.comparable_runs import AllFailedError
 
     try:
         compared = {  # all of them before one is shown: a preset may refuse the runs
-            preset: _answers(asked, preset, measure, limit)
-            for preset, (measure, limit) in measures.items()
+            preset: _answers(asked, preset, measure) for preset, measure in measures.items()
         }
     except AllFailedError as error:
         click.echo(str(error), err=True)
@@ -240,11 +242,10 @@ def _compare(
     return EXIT_ANSWER_IS_NO if answers.left_out else 0
 
 
-def _answers(asked: _Asked, preset: str, measure: "Measure", limit: float) -> "Comparison":
+def _answers(asked: _Asked, preset: str, measure: "Measure") -> "Comparison":
     """Compare by a preset's score."""
-    from bench.comparing.comparable_runs import of_protocol
+    from bench.comparing.comparable_runs import of_protocol, with_published
     from bench.comparing.comparison import compare
-    from bench.comparing.published_scores import with_published
     from bench.comparing.stored_boxes import same_boxes
     from bench.protocols import TIMING
     from bench.reporting.by_preset import runs_by
@@ -277,12 +278,10 @@ def _answers(asked: _Asked, preset: str, measure: "Measure", limit: float) -> "C
     return compare(
         runs,
         measure,
-        limit,
         labels,
         asked.against,
         by_scene=asked.by_scene,
         attributes=attributes,
-        measured=functools.partial(measured_attributes, runs) if asked.by_attribute else None,
         same_boxes=same,
         not_repeatable=unrepeatable,
     )

@@ -85,7 +85,7 @@ def command(
     Runs are placed where the runs before leave most in doubt. What was run before is not run
     again. See docs/stress.md.
     """
-    from bench.comparing.breaking import Breaking, as_data, files, screen, write_curves
+    from bench.comparing.breaking import Breaking, as_data, tables, write_curves
     from bench.comparing.stressing import Course, Series, knob_of
     from bench.experiments.outside import settled
     from reports.fitting import on_terminal
@@ -109,9 +109,9 @@ def command(
     if as_json:
         click.echo(json.dumps(as_data(found), allow_nan=False))
     else:
-        click.echo("\n".join(on_terminal(table, to_text) for table in screen(found)), nl=False)
+        click.echo("\n".join(on_terminal(table, to_text) for table in tables(found)), nl=False)
     if folder is not None:
-        paths = [*write_tables(folder, files(found)), *write_curves(found, folder)]
+        paths = [*write_tables(folder, tables(found, whole=True)), *write_curves(found, folder)]
         click.echo("\n".join(what_was_written(paths)), err=True)
     return 0
 

@@ -25,22 +25,6 @@ from bench.store.loading import ordered_rows
 from bench.store.results import Results
 from reports.files import write_file
 
-__all__ = [
-    "DECIMALS",
-    "MAX_SEEDS",
-    "Baseline",
-    "BaselineCell",
-    "BaselineError",
-    "Cells",
-    "baseline_path",
-    "box_digest",
-    "fingerprint_digest",
-    "measured_cells",
-    "read_baseline",
-    "surroundings",
-    "write_baseline",
-]
-
 FORMAT = 2
 
 MAX_SEEDS = 10_000
@@ -100,13 +84,11 @@ class Baseline:
 
     def moved_on(self, tracker: str, now: Cells, reason: str, date: str) -> "Baseline":
         """Return the baseline with a tracker's new cells and the reason for accepting them."""
-        overlap = [
-            round(
-                float(np.mean([np.mean(cell.overlap) for cell in cells[tracker].values()])),
-                DECIMALS,
-            )
+        by_cell = [
+            [np.mean(cell.overlap) for cell in cells[tracker].values()]
             for cells in (self.cells, now)
         ]
+        overlap = [round(float(np.mean(means)), DECIMALS) for means in by_cell]
         entry = {"tracker": tracker, "date": date, "because": reason, "overlap": overlap}
         cells = {**self.cells, tracker: now[tracker]}
         return replace(self, cells=cells, accepted=(*self.accepted, entry))
@@ -135,15 +117,11 @@ def box_digest(boxes: NDArray[np.float64]) -> str:
     with np.errstate(over="ignore"):
         scaled = np.clip(np.rint(boxes * 1000), limits.min, limits.max)
     absent = np.isnan(boxes).any(axis=1, keepdims=True)
-    return _digest(np.where(absent, _NO_BOX, scaled).astype("<i4").tobytes())
+    return digest(np.where(absent, _NO_BOX, scaled).astype("<i4").tobytes())
 
 
-def fingerprint_digest(fingerprint: str) -> str:
-    """Return the digest of a sequence's fingerprint."""
-    return _digest(fingerprint.encode())
-
-
-def _digest(content: bytes) -> str:
+def digest(content: bytes) -> str:
+    """Return the digest of boxes or of a sequence's fingerprint."""
     return hashlib.sha256(content).hexdigest()[:_DIGITS]
 
 
@@ -172,12 +150,10 @@ def measured_cells(
 def _cell(
     results: Results, source: SequenceSource, rows: Sequence[Mapping[str, Any]]
 ) -> BaselineCell:
-    overlap, boxes, failures = [], [], {}
+    overlap, boxes, failures = [0.0] * len(rows), [""] * len(rows), {}
     for seed, row in enumerate(rows):
         if row["status"] != "finished":
             failures[seed] = str(row["failure"]).partition("\n")[0]
-            overlap.append(0.0)
-            boxes.append("")
             continue
         score = float(row["scores"].get("mean_overlap", np.nan))
         if not np.isfinite(score):
@@ -185,9 +161,9 @@ def _cell(
                 f"{row['tracker']} on {row['sequence']}: the run has no mean overlap. Leave out "
                 "the sequence: its ground truth has no box after the first one."
             )
-        overlap.append(round(score, DECIMALS))
-        boxes.append(box_digest(results.read(results.folder / row["path"]).boxes))
-    sequence = fingerprint_digest(rows[0]["fingerprint"])
+        overlap[seed] = round(score, DECIMALS)
+        boxes[seed] = box_digest(results.read(results.folder / row["path"]).boxes)
+    sequence = digest(rows[0]["fingerprint"].encode())
     return BaselineCell(source, sequence, tuple(overlap), tuple(boxes), failures)
 
 
@@ -214,42 +190,37 @@ def _lines(baseline: Baseline) -> Iterator[str]:
     yield f"seeds = {baseline.seeds}"
     yield f"detect = {baseline.detect!r}"
     yield "\n[made_with]"
-    yield from _pairs(baseline.made_with)
+    yield from _entries(baseline.made_with)
     if texts := {label: text for label, text in baseline.texts.items() if text != label}:
         yield "\n# Specifications of trackers that their names do not give."
         yield "[specifications]"
-        yield from _pairs(texts)
+        yield from _entries(texts)
     for tracker, cells in baseline.cells.items():
-        yield f"\n[trackers.{_quoted(tracker)}]"
+        yield f"\n[trackers.{_toml(tracker)}]"
         for name, cell in cells.items():
-            yield f"{_quoted(name)} = {_inline(name, cell)}"
+            yield f"{_toml(name)} = {_inline(name, cell)}"
     for entry in baseline.accepted:
         yield "\n[[accepted]]"
-        for key, value in entry.items():
-            yield f"{key} = {_quoted(value) if isinstance(value, str) else list(value)}"
+        yield from (f"{key} = {_toml(value)}" for key, value in entry.items())
 
 
-def _pairs(texts: Mapping[str, str]) -> list[str]:
-    return [f"{_quoted(key)} = {_quoted(text)}" for key, text in texts.items()]
+def _entries(texts: Mapping[str, str]) -> list[str]:
+    return [f"{_toml(key)} = {_toml(text)}" for key, text in texts.items()]
 
 
 def _inline(name: str, cell: BaselineCell) -> str:
-    digests = ", ".join(map(_quoted, cell.boxes))
-    parts = [
-        f"sequence = {_quoted(cell.sequence)}",
-        f"overlap = {list(cell.overlap)}",
-        f"boxes = [{digests}]",
-    ]
+    entry: dict[str, object]
+    entry = {"sequence": cell.sequence, "overlap": cell.overlap, "boxes": cell.boxes}
     if cell.source.text != name:
-        parts.append(f"path = {_quoted(cell.source.text)}")
+        entry["path"] = cell.source.text
     if cell.source.truth is not None:
-        parts.append(f"truth = {_quoted(str(cell.source.truth))}")
-    return "{ " + ", ".join(parts) + " }"
+        entry["truth"] = str(cell.source.truth)
+    return "{ " + ", ".join(f"{key} = {_toml(value)}" for key, value in entry.items()) + " }"
 
 
-def _quoted(text: str) -> str:
+def _toml(value: object) -> str:
     # JSON leaves DEL as it is, which TOML forbids.
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 _Score = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
@@ -267,6 +238,11 @@ class _FileCell(_Strict):
     boxes: list[_Digest]
     path: Annotated[str, Field(min_length=1)] | None = None
     truth: Annotated[str, Field(min_length=1)] | None = None
+
+    def stored(self, name: str) -> BaselineCell:
+        """Return the cell of the sequence of this name."""
+        source = SequenceSource(self.path or name, Path(self.truth) if self.truth else None)
+        return BaselineCell(source, self.sequence, tuple(self.overlap), tuple(self.boxes))
 
 
 class _FileAccepted(_Strict):
@@ -312,9 +288,15 @@ def read_baseline(path: Path) -> Baseline:
         first = error.errors(include_url=False)[0]
         value = "missing" if first["type"] == "missing" else first["input"]
         _refuse(path, _place(first["loc"]), value, f"{first['msg']}.")
-    for tracker, cells in content.trackers.items():
-        _check_lengths(path, content.seeds, tracker, cells)
-    return _baseline(content)
+    for tracker, row in content.trackers.items():
+        _check_lengths(path, content.seeds, tracker, row)
+    cells = {
+        tracker: {name: cell.stored(name) for name, cell in row.items()}
+        for tracker, row in content.trackers.items()
+    }
+    texts = {label: content.specifications.get(label, label) for label in cells}
+    accepted = tuple(entry.model_dump() for entry in content.accepted)
+    return Baseline(cells, texts, content.seeds, content.detect, content.made_with, accepted)
 
 
 def _check_lengths(path: Path, seeds: int, tracker: str, cells: Mapping[str, _FileCell]) -> None:
@@ -333,29 +315,12 @@ def _place(location: Sequence[int | str]) -> str:
     """Return a key of the file in words."""
     if location[0] != "trackers" or len(location) < 2:
         return ".".join(map(str, location))
-    names = [f"tracker {location[1]!r}", *(f"sequence {name!r}" for name in location[2:3])]
-    return ", ".join([*names, *(".".join(map(str, part)) for part in [location[3:]] if part)])
+    kinds = zip(("tracker", "sequence"), location[1:3], strict=False)
+    names = [f"{kind} {name!r}" for kind, name in kinds]
+    return ", ".join(filter(None, [*names, ".".join(map(str, location[3:]))]))
 
 
 def _refuse(path: Path, place: str, value: object, expected: str) -> NoReturn:
     text = repr(value)
     text = text if len(text) <= 80 else f"{text[:77]}..."
     raise BaselineError(f"{path}: {place}: {text}. {expected} {_REMEDY}")
-
-
-def _baseline(content: _File) -> Baseline:
-    cells = {
-        tracker: {
-            name: BaselineCell(
-                SequenceSource(cell.path or name, Path(cell.truth) if cell.truth else None),
-                cell.sequence,
-                tuple(cell.overlap),
-                tuple(cell.boxes),
-            )
-            for name, cell in row.items()
-        }
-        for tracker, row in content.trackers.items()
-    }
-    texts = {label: content.specifications.get(label, label) for label in cells}
-    accepted = tuple(entry.model_dump() for entry in content.accepted)
-    return Baseline(cells, texts, content.seeds, content.detect, content.made_with, accepted)

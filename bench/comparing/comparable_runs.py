@@ -1,8 +1,10 @@
-"""Runs that can be compared: of one protocol, of all trackers on all sequences, with scores."""
+"""Runs that can be compared, stored or published: of one protocol, with all scores."""
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import nan
+from itertools import product
+from math import isfinite, nan
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -10,8 +12,6 @@ import pandas as pd
 from bench.protocols import STORED_ONCE, TIMING, title
 from bench.store.files import ResultsError
 from reports.tables import Measure
-
-__all__ = ["AllFailedError", "ComparisonError", "check_runs", "chosen_trackers", "of_protocol"]
 
 
 class ComparisonError(ResultsError):
@@ -23,27 +23,53 @@ class AllFailedError(ComparisonError):
 
 
 def of_protocol(runs: pd.DataFrame, stored: str, measure: Measure) -> tuple[pd.DataFrame, Measure]:
-    """Runs by one protocol as `compare` takes them, and the measure, whose title says which.
+    """Return runs by one protocol, filed as one pass, and the measure with the protocol's title.
 
-    `runs`: as `bench.load_results` gives them. `stored`: what those by the protocol are filed
-    under. Timing runs stay beside them. When a target was lost is told of one pass alone; and its
-    title says nothing, where nothing else is there.
-
-    Raises `ComparisonError` where there are none.
+    `runs`: as `bench.load_results` gives them. `stored`: name under which runs by the protocol are
+    filed. Timing runs stay. Only one pass has a first loss. The title names one pass only if there
+    are runs by other protocols. Raises `ComparisonError` if no run is by the protocol.
     """
-    there = list(map(str, runs["protocol"].unique()))
-    others = [title(name) for name in there if name not in (stored, TIMING)]
-    if stored not in there:
-        known = f"; there are some by {', '.join(others)} (--protocol)" if others else ""
-        raise ComparisonError(f"there are no runs by the protocol {title(stored)}{known}.")
+    protocols = runs["protocol"].astype(str)
+    others = [title(name) for name in protocols.unique() if name not in (stored, TIMING)]
+    if stored not in protocols.unique():
+        remedy = f"; there are some by {', '.join(others)} (--protocol)" if others else ""
+        raise ComparisonError(f"there are no runs by the protocol {title(stored)}{remedy}.")
     if others or stored != STORED_ONCE:
         measure = replace(measure, title=f"{measure.title}, protocol {title(stored)}")
     if stored == STORED_ONCE:
         return runs, measure
-    protocols = runs["protocol"].astype(str)
-    chosen = runs[protocols.isin([stored, TIMING])]
-    known_as = protocols[chosen.index].replace(stored, STORED_ONCE)
-    return chosen.assign(protocol=known_as, first_loss=nan), measure
+    chosen = protocols.isin([stored, TIMING])
+    renamed = protocols[chosen].replace(stored, STORED_ONCE)
+    return runs[chosen].assign(protocol=renamed, first_loss=nan), measure
+
+
+def with_published(
+    runs: pd.DataFrame, file: Path, measure: Measure
+) -> tuple[pd.DataFrame, list[str]]:
+    """Return the runs with a row per published score, and the labels of these trackers.
+
+    `runs`: as `bench.load_results` gives them. `file`: CSV with the columns `tracker`, `sequence`
+    and the measure's name; other sequences than those of the runs are left out. Labels get the word
+    `published`. Raises `ComparisonError` if a column, a number or a sequence is missing, a score is
+    impossible, or a row occurs twice.
+    """
+    published = _read_published_scores(file, measure)
+    sequences = set(runs["sequence"].astype(str))
+    published = published[published["sequence"].isin(sequences)]
+    if published.empty:
+        raise ComparisonError(f"{file} has none of the sequences that were run.")
+    for tracker, own in published.groupby("tracker")["sequence"]:
+        if lacking := sorted(sequences - set(own)):
+            raise ComparisonError(f"{file} has no score of {tracker} on {lacking[0]}.")
+    published = published.assign(
+        tracker=published["tracker"] + " (published)",
+        repetition=0,
+        protocol=STORED_ONCE,
+        status="finished",
+    )
+    plain = runs.astype(dict.fromkeys(runs.columns[runs.dtypes == "category"], object))
+    whole = pd.concat([plain, published], ignore_index=True)
+    return whole, list(published["tracker"].unique())
 
 
 def chosen_trackers(
@@ -73,29 +99,27 @@ def check_runs(
     scored: pd.DataFrame, chosen: Sequence[str], sequences: Sequence[str], measure: Measure
 ) -> None:
     """Raise `ComparisonError` unless all runs can be compared."""
+    remedy = "with `trackmark run` or with --sequences, or name other trackers."
     for status in ("missing", "stale"):
-        here = scored[scored["status"] == status]
-        if len(here):
-            row = here.iloc[0]
+        rows = scored[scored["status"] == status]
+        if len(rows):
+            row = rows.iloc[0]
             raise ComparisonError(
                 f"tracker {row['tracker']}, sequence {row['sequence']}, repetition "
-                f"{row['repetition']}: the run is {status} ({len(here)} of {len(scored)} runs "
-                "are). All runs are needed. Execute them with `trackmark run` or with "
-                "--sequences, or name other trackers."
+                f"{row['repetition']}: the run is {status} ({len(rows)} of {len(scored)} runs "
+                f"are). All runs are needed. Execute them {remedy}"
             )
     present = set(zip(scored["tracker"].astype(str), scored["sequence"].astype(str), strict=True))
-    for name in chosen:
-        for sequence in sequences:
-            if (name, sequence) not in present:
-                raise ComparisonError(
-                    f"tracker {name}, sequence {sequence}: the run is missing. Execute it with "
-                    "`trackmark run` or with --sequences, or name other trackers."
-                )
-    kinds = scored.dropna(subset="fingerprint").groupby("sequence", observed=True)["fingerprint"]
-    counts = kinds.nunique()
-    if several := counts[counts > 1].index.tolist():
+    for name, sequence in product(chosen, sequences):
+        if (name, sequence) not in present:
+            raise ComparisonError(
+                f"tracker {name}, sequence {sequence}: the run is missing. Execute it {remedy}"
+            )
+    versions = scored.dropna(subset="fingerprint").groupby("sequence", observed=True)["fingerprint"]
+    counts = versions.nunique()
+    if changed := counts[counts > 1].index.tolist():
         raise ComparisonError(
-            f"sequence {several[0]}: its images or its ground truth changed between stored runs. "
+            f"sequence {changed[0]}: its images or its ground truth changed between stored runs. "
             "Run all trackers on it again."
         )
     if measure.name not in scored:
@@ -107,3 +131,44 @@ def check_runs(
             f"tracker {row['tracker']}, sequence {row['sequence']}: {measure.title} is "
             f"{row[measure.name]}. Choose another --metric, or omit the sequence."
         )
+
+
+def _read_published_scores(file: Path, measure: Measure) -> pd.DataFrame:
+    """Read tracker, sequence and score of every row; the index holds the line in the file."""
+    columns = ["tracker", "sequence", measure.name]
+    try:
+        table = pd.read_csv(
+            file, dtype=str, index_col=False, keep_default_na=False, skip_blank_lines=False
+        )
+    except (UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+        raise ComparisonError(f"{file} is no CSV: {error}.") from error
+    if missing := [name for name in columns if name not in table]:
+        raise ComparisonError(
+            f"{file} has no column {', '.join(missing)}; it needs {', '.join(columns)}."
+        )
+    table.index += 2  # the first line holds the columns' names
+    table = table.loc[(table != "").any(axis=1), columns].copy()
+    scores = [
+        _parse_score(text, f"{file}, line {line}", measure)
+        for line, text in table[measure.name].items()
+    ]
+    twice = table.duplicated(["tracker", "sequence"])
+    if twice.any():
+        raise ComparisonError(f"{file}, line {twice.idxmax()} comes twice.")
+    return table.assign(**{measure.name: np.array(scores, np.float64)})
+
+
+def _parse_score(text: str, place: str, measure: Measure) -> float:
+    """Return the number of a text; raise `ComparisonError` for others and impossible scores."""
+    try:
+        score = float(text)
+    except ValueError:
+        score = nan
+    if not isfinite(score) or "_" in text:  # Python takes 1_0 for ten
+        raise ComparisonError(f"{place}: {text!r} is no number.")
+    if score < 0 or (score > 1 and measure.unit != "px"):
+        raise ComparisonError(
+            f"{place}: {score:g} is no {measure.name}; it is given in "
+            f"{'pixels' if measure.unit == 'px' else '0 to 1'}."
+        )
+    return score

@@ -4,31 +4,31 @@ A tracker's repetitions on a sequence are averaged first, then the sequences of 
 paired by sequence, never by seed: the same seed means nothing to two methods.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
 from math import inf, nan
-from typing import TYPE_CHECKING, Any
+from typing import TypeAlias
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from bench.comparing.comparable_runs import AllFailedError, check_runs, chosen_trackers
-from bench.comparing.pairwise import Losses, Pair, Scores, compare_pairs, sign_of
 from bench.protocols import STORED_ONCE, TIMING
 from bench.reporting.failed_runs import failed_runs
-from bench.reporting.tables import own_times
+from bench.reporting.tables import own_times, uncertainty_of
 from bench.statistics.intervals import Interval
-from bench.statistics.rules import interval_or_none, star_marks
+from bench.statistics.rules import Answer, decide
 from bench.statistics.units import Units, units_of
 from reports.tables import Measure
 from reports.times import timed_by
 
-if TYPE_CHECKING:
-    from bench.reporting.against import Curve
+Means: TypeAlias = Mapping[str, NDArray[np.float64]]
+"""Means over repetitions, shape (n_sequences,), by tracker."""
 
-__all__ = ["Comparison", "Standing", "compare", "means_in_part", "parts_of"]
+Losses: TypeAlias = Mapping[str, tuple[NDArray[np.float64], NDArray[np.bool_]]]
+"""Frames at which runs were lost or ended, and whether they were lost, by tracker."""
 
 DEFAULT = "default"
 """Stands for the value of a parameter that a sequence's name does not set."""
@@ -40,7 +40,7 @@ class Standing:
 
     tracker: str
     mean: float
-    interval: Interval | None  # of the mean at 95 %; None for too few units
+    interval: tuple[float, float] | None  # of the mean at 95 %; None for too few units
     contender: bool  # whether the star marks it
     kept: float  # share of runs that never lost the target
     milliseconds: float  # per frame
@@ -48,46 +48,64 @@ class Standing:
 
 
 @dataclass(frozen=True)
+class Pair:
+    """Two trackers: the first's score minus the second's.
+
+    Mean and interval of the answer are positive if the first is better; `interval` is that of the
+    differences, whatever the direction of the measure.
+    """
+
+    first: str
+    second: str
+    differences: NDArray[np.float64]  # shape (n_sequences,), in the order of the sequences
+    by_unit: NDArray[np.float64]  # shape (n_units,): their means
+    answer: Answer  # about the first
+    interval: Interval | None  # corrected for all pairs; None for too few units
+    wins: int  # units on which the first is better
+    same_boxes: int  # sequences on which both gave the same boxes in all runs
+
+    @property
+    def label(self) -> str:
+        """Names of the trackers: `first - second`."""
+        return f"{self.first} - {self.second}"
+
+    @property
+    def difference(self) -> float:
+        """Mean over the units."""
+        return float(self.by_unit.mean())
+
+
+@dataclass(frozen=True)
 class Comparison:
-    """Trackers compared by one measure; `scores` are by tracker, sequence and repetition."""
+    """Trackers compared by one measure; differences up to its margin are irrelevant."""
 
     measure: Measure
-    margin: float
     units: Units
     sequences: Sequence[str]
-    scores: Scores
+    scores: Mapping[str, Sequence[NDArray[np.float64]]]  # of repetitions, by tracker and sequence
     losses: Losses
     standings: Sequence[Standing]
     pairs: Sequence[Pair]
-    against: str | None = None  # tracker that all pairs begin with; None for all pairs
-    failures: Mapping[str, str] = field(default_factory=dict)  # how many runs failed, and why
-    left_out: Collection[str] = ()  # trackers whose every run failed
-    not_repeatable: Collection[str] = ()  # trackers that gave other boxes with the same seed
-    attributes: Sequence[Collection[str]] = ()  # that occur in each sequence, where it is known
-    # Of attributes that were measured, a value a sequence; NaN where it has none.
-    measured: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
-
-    @cached_property
-    def best(self) -> Standing:
-        """The tracker with the best mean."""
-        sign = sign_of(self.measure)
-        return max(self.standings, key=lambda standing: sign * standing.mean)
+    main: str  # tracker that others are compared with, or the one with the best mean
+    failures: Mapping[str, str]  # by tracker: how many runs failed, and why
+    left_out: Collection[str]  # trackers whose every run failed
+    not_repeatable: Collection[str]  # trackers that gave other boxes with the same seed
+    attributes: Sequence[Collection[str]]  # that occur in each sequence, where it is known
 
     @property
     def main_pairs(self) -> list[Pair]:
-        """Pairs with the tracker that others are compared with: `against`, or the best one."""
-        main = self.against or self.best.tracker
-        return [pair for pair in self.pairs if main in (pair.first, pair.second)]
+        """Pairs with the main tracker."""
+        return [pair for pair in self.pairs if self.main in (pair.first, pair.second)]
 
-    @cached_property
+    @property
     def repetitions(self) -> tuple[int, int]:
         """Fewest and most of any tracker on any sequence."""
         counts = [len(runs) for by_sequence in self.scores.values() for runs in by_sequence]
         return min(counts), max(counts)
 
     def most_different(self, count: int) -> dict[str, tuple[str, str]]:
-        """So many sequences on which two trackers that were run differ most, and these two."""
-        ran = {name for name, runs in self.losses.items() if any(len(ends) for ends, _ in runs)}
+        """Return the sequences on which two trackers that were run differ most, and these two."""
+        ran = {name for name, (ends, _) in self.losses.items() if len(ends)}
         differences = {
             (abs(float(difference)), sequence): (pair.first, pair.second)
             for pair in self.pairs
@@ -100,60 +118,33 @@ class Comparison:
                 chosen.setdefault(sequence, trackers)
         return chosen
 
-    def by_part(self, pair: Pair) -> dict[tuple[str, str], tuple[int, NDArray[np.float64]]]:
-        """Number of sequences in parts of them, and a pair's differences by unit of each part.
-
-        Parts are values of parameters that the sequences' names set (`:light=dappled`), except for
-        their scene, if they take several values (`DEFAULT` if a name sets none); and attributes
-        that some sequences have and some have not.
-        """
-        return {
-            key: (int(chosen.sum()), means_in_part(self.units, pair.differences, chosen))
-            for key, chosen in parts_of(self.sequences, self.attributes).items()
-        }
-
-    @cached_property
-    def curves(self) -> "list[Curve]":
-        """Mean scores of every tracker against the attributes that were measured."""
-        from bench.reporting.against import against  # brings scipy.stats
-
-        means = {name: np.array([run.mean() for run in runs]) for name, runs in self.scores.items()}
-        return against(means, self.measured, self.measure.least, self.measure.most)
-
-    def curves_of(self, pairs: Sequence[Pair]) -> "list[Curve]":
-        """Differences of pairs against them; p is corrected for all of these together."""
-        from bench.reporting.against import against  # as above
-
-        differences = {f"{pair.first} - {pair.second}": pair.differences for pair in pairs}
-        widest = self.measure.most - self.measure.least
-        return against(differences, self.measured, -widest, widest)
-
 
 def parts_of(
     sequences: Sequence[str], attributes: Sequence[Collection[str]] = ()
 ) -> dict[tuple[str, str], NDArray[np.bool_]]:
-    """Which of n sequences are of a part, (n,), by knob and value, or attribute and its name.
+    """Return which of n sequences are in each part, (n,), by parameter and value.
 
-    `attributes`: that occur in each sequence, where it is known. See `Comparison.by_part`.
+    Parts are values of parameters that the sequences' names set (`:light=dappled`), except for
+    their scene, if they take several values (`DEFAULT` if a name sets none). Attributes that some
+    sequences have and some have not are values of the parameter `attribute`. `attributes`: that
+    occur in each sequence, where it is known.
     """
-    rows = [
+    families = [name.partition(":")[0] for name in sequences]
+    options = [
         dict(part.split("=", 1) for part in name.split(":")[1:] if "=" in part)
         for name in sequences
     ]
-    knobs = sorted({knob for row in rows for knob in row} - {"scene"})
-    scenes = [name.partition(":")[0] for name in sequences]
-    for knob in knobs:  # a canonical name does not say what is as it always is
-        turned = {scene for scene, row in zip(scenes, rows, strict=True) if knob in row}
-        for scene, row in zip(scenes, rows, strict=True):
-            if scene in turned:
-                row.setdefault(knob, DEFAULT)
-    found = {
-        (knob, value): np.array([row.get(knob) == value for row in rows])
-        for knob in knobs
-        for value in sorted({row[knob] for row in rows if knob in row}, key=_in_order)
-    }
-    several = {knob for knob in knobs if sum(name == knob for name, _ in found) > 1}
-    parts = {key: chosen for key, chosen in found.items() if key[0] in several}
+    parts = {}
+    for knob in sorted({knob for row in options for knob in row} - {"scene"}):
+        # A canonical name omits default values.
+        varied = {family for family, row in zip(families, options, strict=True) if knob in row}
+        values = [
+            row.get(knob, DEFAULT if family in varied else None)
+            for family, row in zip(families, options, strict=True)
+        ]
+        distinct = sorted({value for value in values if value is not None}, key=_in_order)
+        for value in distinct if len(distinct) > 1 else ():
+            parts[knob, value] = np.array([own == value for own in values])
     for name in sorted({name for names in attributes for name in names}):
         having = np.array([name in names for names in attributes])
         if not having.all():
@@ -173,7 +164,7 @@ def means_in_part(
 
 
 def _in_order(value: str) -> tuple[bool, float, str]:
-    """Values of a knob: the one that is not said first, then numbers by their size."""
+    """Return the sort key of a parameter's value: the default first, then numbers by size."""
     try:
         number = float(value)
     except ValueError:
@@ -184,25 +175,22 @@ def _in_order(value: str) -> tuple[bool, float, str]:
 def compare(
     runs: pd.DataFrame,
     measure: Measure,
-    margin: float,
     trackers: Sequence[str] | None = None,
     against: str | None = None,
     *,
     by_scene: bool = False,
     attributes: Mapping[str, Collection[str]] | None = None,
-    measured: Callable[[Sequence[str]], Mapping[str, NDArray[np.float64]]] | None = None,
     same_boxes: Mapping[tuple[str, str], int] | None = None,
     not_repeatable: Collection[str] = (),
 ) -> Comparison:
     """Compare trackers on the sequences that all of them ran on.
 
     `runs`: as `load_results` gives them, of one experiment, failed ones with the worst scores.
-    `measure`: a column of theirs with a direction; `margin`: in its unit. `trackers`: labels, all
-    stored ones by default. `against`: tracker that is compared with each other one. `by_scene`:
-    scenes of several families are the units. `attributes`: that occur, by sequence. `measured`:
-    returns values of attributes for names of sequences, NaN if one has none. `same_boxes`: on how
-    many sequences two trackers gave the same ones. `not_repeatable`: trackers that gave other
-    boxes with the same seed.
+    `measure`: a column of theirs, with direction and margin. `trackers`: labels, all stored ones by
+    default. `against`: tracker that is compared with each other one. `by_scene`: scenes of several
+    families are the units. `attributes`: that occur, by sequence. `same_boxes`: number of sequences
+    on which two trackers gave the same boxes. `not_repeatable`: trackers that gave other boxes with
+    the same seed.
 
     Raises `ComparisonError` for runs that cannot be compared, `AllFailedError` if all failed.
     """
@@ -216,84 +204,93 @@ def compare(
         raise AllFailedError("; ".join(f"{name}: {note}" for name, note in failures.notes.items()))
     sequences = [str(name) for name in scored["sequence"].unique()]
     check_runs(scored, chosen, sequences, measure)
-    by_tracker = _cells(scored, chosen, sequences)
-    values = {
-        name: [of[measure.name].to_numpy(np.float64) for of in by_sequence]
-        for name, by_sequence in by_tracker.items()
-    }
-    losses = {name: list(map(_losses, by_sequence)) for name, by_sequence in by_tracker.items()}
+    grouped = scored.groupby(["tracker", "sequence"], observed=True, sort=False)[measure.name]
+    cells = {key: values.to_numpy(np.float64) for key, values in grouped}
+    scores = {name: [cells[name, sequence] for sequence in sequences] for name in chosen}
+    means = {name: np.array([run.mean() for run in of]) for name, of in scores.items()}
+    losses = {name: _losses(scored[scored["tracker"] == name]) for name in chosen}
     units = units_of(sequences, "scene" if by_scene else None)
-    means = {name: np.array([run.mean() for run in of]) for name, of in values.items()}
     against = None if against in failures.left_out else against
+    standings = _standings(runs, means, losses, units, measure)
+    best = max(standings, key=lambda standing: _sign(measure) * standing.mean)
     return Comparison(
         measure=measure,
-        margin=margin,
         units=units,
         sequences=sequences,
-        scores=values,
+        scores=scores,
         losses=losses,
-        standings=_standings(runs, means, losses, units, measure, margin),
-        pairs=compare_pairs(means, units, measure, margin, against, same_boxes or {}),
-        against=against,
+        standings=standings,
+        pairs=_pairs(means, units, measure, against, same_boxes or {}),
+        main=against or best.tracker,
         failures=failures.notes,
         left_out=failures.left_out,
         not_repeatable=[name for name in chosen if name in not_repeatable],
-        attributes=[attributes.get(name, ()) for name in sequences] if attributes else [],
-        measured=measured(sequences) if measured else {},
+        attributes=[(attributes or {}).get(name, ()) for name in sequences],
     )
-
-
-def _cells(
-    scored: pd.DataFrame, chosen: Sequence[str], sequences: Sequence[str]
-) -> dict[str, list[pd.DataFrame]]:
-    """Return the repetitions, by tracker and sequence."""
-    grouped = scored.groupby(["tracker", "sequence"], observed=True, sort=False)
-    cells: dict[Any, pd.DataFrame] = dict(iter(grouped))
-    return {name: [cells[name, sequence] for sequence in sequences] for name in chosen}
 
 
 def _standings(
-    runs: pd.DataFrame,
-    means: Mapping[str, NDArray[np.float64]],
-    losses: Losses,
-    units: Units,
-    measure: Measure,
-    margin: float,
+    runs: pd.DataFrame, means: Means, losses: Losses, units: Units, measure: Measure
 ) -> list[Standing]:
     clock = timed_by(runs[(runs["protocol"] == TIMING) & runs["tracker"].isin(list(means))])
-    by_unit = {name: units.means(values) for name, values in means.items()}
-    marks = star_marks(
-        np.array(list(by_unit.values())),
-        margin,
-        higher=measure.direction == "higher",
-        limit=measure.most - measure.least,
-    )
+    by_unit = units.means(list(means.values()))
+    intervals, marks = uncertainty_of(by_unit, measure)
     standings = []
-    for (name, values), mark in zip(by_unit.items(), marks, strict=True):
+    for name, values, interval, mark in zip(means, by_unit, intervals, marks, strict=True):
         milliseconds, timed = _times(runs[runs["tracker"] == name], clock)
-        lost = np.concatenate([failed for _, failed in losses[name]])
+        _, lost = losses[name]
         kept = float(1 - lost.mean()) if len(lost) else nan
-        interval = interval_or_none(values, 1, measure.least, measure.most)
         mean = float(values.mean())
         standings.append(Standing(name, mean, interval, mark, kept, milliseconds, timed))
     return standings
 
 
+def _pairs(
+    means: Means,
+    units: Units,
+    measure: Measure,
+    against: str | None,
+    same_boxes: Mapping[tuple[str, str], int],
+) -> list[Pair]:
+    """Compare all pairs, or one tracker with each other one, in the order of the labels."""
+    names = list(combinations(means, 2))
+    if against is not None:
+        names = [(against, name) for name in means if name != against]
+    sign, limit = _sign(measure), measure.most - measure.least
+    pairs = []
+    for first, second in names:
+        differences = means[first] - means[second]
+        by_unit = units.means(differences)
+        answer = decide(sign * by_unit, measure.margin, len(names), limit=limit, unit=units.plural)
+        interval = answer.interval
+        if interval is not None and sign < 0:
+            interval = Interval(-interval.high, -interval.low)
+        same = same_boxes.get((first, second), same_boxes.get((second, first), 0))
+        wins = int((sign * by_unit > 0).sum())
+        pairs.append(Pair(first, second, differences, by_unit, answer, interval, wins, same))
+    return pairs
+
+
+def _sign(measure: Measure) -> float:
+    """Return 1 if higher scores are better, -1 if lower ones are."""
+    return 1.0 if measure.direction == "higher" else -1.0
+
+
 def _losses(runs: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """When runs were lost or ended [frames], and whether they were lost."""
+    """Return when runs were lost or ended [frames], and whether they were lost."""
     if "first_loss" not in runs or "frames" not in runs:
         return np.empty(0), np.empty(0, bool)
     first, frames = (runs[name].to_numpy(np.float64) for name in ("first_loss", "frames"))
-    known = np.isfinite(first) & np.isfinite(frames)
-    return np.minimum(first, frames)[known], (first < frames)[known]
+    finite = np.isfinite(first) & np.isfinite(frames)
+    return np.minimum(first, frames)[finite], (first < frames)[finite]
 
 
 def _times(runs: pd.DataFrame, clock: str) -> tuple[float, bool]:
-    """Milliseconds a frame, and whether timing runs say so, by these columns."""
+    """Return milliseconds per frame, and whether they are of timing runs, by these columns."""
     if clock:
-        timed = runs[(runs["protocol"] == "timing") & runs[f"{clock}_median"].notna()]
+        timed = runs[(runs["protocol"] == TIMING) & runs[f"{clock}_median"].notna()]
         if len(timed):
             by_sequence = timed.groupby("sequence", observed=True)[f"{clock}_median"].mean()
             return 1e3 * float(by_sequence.mean()), True
-    scored = runs[(runs["protocol"] == "accuracy") & runs["seconds"].notna()]
+    scored = runs[(runs["protocol"] == STORED_ONCE) & runs["seconds"].notna()]
     return 1e3 * float(own_times(scored).mean()) if len(scored) else nan, False

@@ -7,7 +7,6 @@ from scipy.stats import kstwo
 
 from bench.comparing.comparison import Comparison
 from bench.comparing.summary_text import shown_pairs
-from bench.reporting.by_attribute import write_plot
 from bench.statistics.survival import kaplan_meier
 from reports.comparison import (
     Point,
@@ -18,8 +17,6 @@ from reports.comparison import (
     survival_plot,
 )
 from reports.figures import write_figure
-
-__all__ = ["write_figures"]
 
 SHOWN_PAIRS = 4
 """Number of pairs whose differences are drawn."""
@@ -33,11 +30,11 @@ def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
     profiles = {name: _profile(comparison, name) for name in comparison.scores}
     figures = {"profiles": profile_plot(profiles, quantity, title)}
     differences = {
-        f"{pair.first} - {pair.second}": pair.differences * measure.scale
+        pair.label: pair.differences * measure.scale
         for pair in shown_pairs(comparison)[:SHOWN_PAIRS]
     }
     if differences:
-        margin = comparison.margin * measure.scale
+        margin = measure.margin * measure.scale
         figures["differences"] = difference_plot(
             differences, comparison.sequences, quantity, margin, title
         )
@@ -55,11 +52,7 @@ def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
     }
     if points:
         figures["speed-accuracy"] = speed_accuracy_plot(points, quantity, title)
-    paths = [write_figure(folder / f"{name}.png", figure) for name, figure in figures.items()]
-    gains = comparison.curves_of(shown_pairs(comparison)[:SHOWN_PAIRS])
-    paths += write_plot(folder / "attributes.png", comparison.curves, measure, title)
-    quantity = f"difference of {quantity}"
-    return paths + write_plot(folder / "attribute-differences.png", gains, measure, title, quantity)
+    return [write_figure(folder / f"{name}.png", figure) for name, figure in figures.items()]
 
 
 def _profile(comparison: Comparison, tracker: str) -> Steps:
@@ -73,12 +66,10 @@ def _profile(comparison: Comparison, tracker: str) -> Steps:
 
 
 def _survivals(comparison: Comparison) -> dict[str, Steps]:
-    found = {}
-    for name, runs in comparison.losses.items():
-        times = np.concatenate([ends for ends, _ in runs])
-        lost = np.concatenate([failed for _, failed in runs])
-        if len(times):
-            survival = kaplan_meier(times, lost)
-            whole = [np.concatenate([[1.0], part]) for part in survival[1:]]
-            found[name] = Steps(np.concatenate([[0.0], survival.times]), *whole)
-    return found
+    survivals = {}
+    for name, (ends, lost) in comparison.losses.items():
+        if len(ends):
+            survival = kaplan_meier(ends, lost)
+            columns = [np.concatenate([[1.0], column]) for column in survival[1:]]
+            survivals[name] = Steps(np.concatenate([[0.0], survival.times]), *columns)
+    return survivals

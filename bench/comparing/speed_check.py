@@ -1,31 +1,28 @@
-"""Timing of trackers against an older revision, in as many sessions as their spread needs."""
+"""Speed of trackers against a git revision of their files: sessions, and tables of the results."""
 
+import io
+import subprocess
+import tarfile
 import tempfile
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
 from time import monotonic
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 import datasets
+import trackers
 from bench.comparing.baseline import Baseline, BaselineError
-from bench.comparing.git_revisions import older_setup
 from bench.evaluation.reference import reference
 from bench.evaluation.turns import Clip, Setup, TurnError, in_turns
 from bench.experiments.contestant import BOXES, run_seed, split_text
 from bench.experiments.experiment import SequenceSource
-from bench.statistics.speed import (
-    Pace,
-    PaceLabel,
-    Sample,
-    judge_pace,
-    log_ratio,
-    missing_sessions,
-    sample_of,
-)
-
-__all__ = ["SpeedCheck", "check_speeds"]
+from bench.statistics.speed import Pace, Sample, judge_pace, log_ratio, missing_sessions, sample_of
+from reports.tables import MISSING, Cell, Table
+from trackers.base.catalogue import in_file, is_outside
 
 CLIPS = 4
 """Number of a tracker's sequences, evenly spread, whose first frames are shown."""
@@ -33,17 +30,8 @@ CLIPS = 4
 FRAMES = 20
 
 
-@dataclass(frozen=True)
-class SpeedCheck:
-    """Change of a tracker's speed, or the reason why it could not be timed."""
-
-    pace: Pace | None = None
-    reason: str = ""
-
-    @property
-    def state(self) -> PaceLabel:
-        """Answer."""
-        return self.pace.state if self.pace else "inconclusive"
+_PACKAGE = Path(str(trackers.__file__)).resolve().parent
+_ORDER = ("slower", "inconclusive", "faster", "as fast")
 
 
 def check_speeds(
@@ -52,8 +40,8 @@ def check_speeds(
     revision: str,
     budget: float,
     report: Callable[[str], None],
-) -> dict[str, SpeedCheck]:
-    """Time trackers of a baseline against a git revision of their files.
+) -> dict[str, Pace]:
+    """Time trackers of a baseline against a git revision of their files; slower ones come first.
 
     `labels`: which trackers; they are timed on the first frames of their sequences. `budget`:
     seconds after which no session is added; trackers share them. `report`: called with a sentence
@@ -61,12 +49,12 @@ def check_speeds(
 
     Raises `BaselineError` if a tracker has no such revision or no sequence to be timed on.
     """
-    checks = {}
+    paces = {}
     ends = monotonic() + budget
     with tempfile.TemporaryDirectory(prefix="trackmark-") as folder:
         # All first: a missing revision must not waste the time of the others.
         olds = {
-            label: older_setup(revision, _setup(baseline, label), Path(folder, str(number)))
+            label: _older_setup(revision, _setup(baseline, label), Path(folder, str(number)))
             for number, label in enumerate(labels)
         }
         for number, (label, old) in enumerate(olds.items()):
@@ -76,10 +64,11 @@ def check_speeds(
             try:
                 sides = [old, _setup(baseline, label)]
                 sample = _sample(label, sides, clips, until, len(labels), report)
-                checks[label] = SpeedCheck(judge_pace(sample, len(labels)))
+                paces[label] = judge_pace(sample, len(labels))
             except TurnError as error:
-                checks[label] = SpeedCheck(reason=f"the tracker cannot be timed: {error}")
-    return checks
+                reason = f"the tracker cannot be timed: {error}"
+                paces[label] = Pace("inconclusive", reason=reason)
+    return dict(sorted(paces.items(), key=lambda entry: _ORDER.index(entry[1].state)))
 
 
 def _setup(baseline: Baseline, label: str) -> Setup:
@@ -150,3 +139,96 @@ def _clip(source: SequenceSource, init: str, label: str, stem: Path) -> Clip | N
         mask="" if mask is None else f"{stem}-mask.npy",
         seed=run_seed(label, sequence.name, 0).spawn_key,
     )
+
+
+def _older_setup(revision: str, now: Setup, folder: Path) -> Setup:
+    """Extract a tracker as of a git revision, with the files next to it, into a folder.
+
+    The folder of a tracker's file also takes its place on the module path, and modules of other
+    packages are today's. A tracker of trackmark comes with the whole package `trackers`.
+
+    Raises `BaselineError` if the revision does not have the tracker.
+    """
+    name = now.name
+    place = in_file(name)
+    if place is None and is_outside(name):
+        raise BaselineError(
+            f"{name} comes from an installed package, and can't be had as of {revision}. Name its "
+            "file: --against takes trackers of files and of trackmark itself."
+        )
+    if place is None:
+        file, class_name = _PACKAGE / f"{name.replace('-', '_')}.py", ""
+    else:
+        file, class_name = place[0].resolve(), place[1]
+    options = ("--verify", "--end-of-options", f"{revision}^{{commit}}")
+    commit = _git(file.parent, "rev-parse", *options)
+    # git packs only the files of the folder in which it runs, with paths relative to it.
+    packed = _git(file.parent, "archive", "--format=tar", commit.decode().strip())
+    target = folder / "trackers" if place is None else folder
+    try:
+        with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
+            archive.extractall(target, filter="data")
+    except (tarfile.TarError, OSError) as error:
+        raise BaselineError(f"{revision} of {file.parent} can't be laid down: {error}") from error
+    then = target / file.name
+    if not then.is_file():
+        raise BaselineError(f"{revision} has no {file.name} in {file.parent}.")
+    if place is None:
+        return replace(now, home=str(folder), revision=revision)
+    name = f"{then}:{class_name}" if class_name else str(then)
+    # Beside our own packages it meets these as they are.
+    swapped = () if file.parent == _PACKAGE.parent else (str(file.parent), str(folder))
+    return replace(now, name=name, revision=revision, swapped=swapped)
+
+
+def _git(folder: Path, *arguments: str) -> bytes:
+    command = ["git", "-C", str(folder), *arguments]
+    try:
+        done = subprocess.run(command, capture_output=True, check=False)  # noqa: S603  # as typed
+    except OSError as error:
+        raise BaselineError(f"--against needs git, which can't be run: {error}") from error
+    if done.returncode:
+        message = "".join(done.stderr.decode(errors="replace").strip().splitlines()[-1:])
+        if "single revision" in message:
+            message = f"there is no revision {arguments[-1].removesuffix('^{commit}')!r}"
+        raise BaselineError(f"--against: of {folder}, git says: {message or 'nothing'}.")
+    return done.stdout
+
+
+def speed_table(paces: Mapping[str, Pace]) -> Table:
+    """Return a table of all trackers."""
+    return Table(
+        name="speeds",
+        caption="CPU time of updates, now relative to before, with its 95 % interval.",
+        heads=["", "tracker", "time", "95 %", "sessions"],
+        n_labels=2,
+        rows=[
+            [Cell(text) for text in (pace.state, label, *_figures(pace))]
+            for label, pace in paces.items()
+        ],
+        notes=[f"{label}: {pace.reason}." for label, pace in paces.items() if pace.reason],
+        data=pd.DataFrame(speed_data(paces)),
+    )
+
+
+def _figures(pace: Pace) -> tuple[str, str, str]:
+    if pace.reason:
+        return MISSING, MISSING, MISSING
+    return f"{pace.change:+.1%}", f"{pace.low:+.1%} to {pace.high:+.1%}", str(pace.sessions)
+
+
+def speed_cases(paces: Mapping[str, Pace]) -> list[tuple[str, str, str]]:
+    """Return tracker, state and message of each test case for JUnit's XML."""
+    return [
+        (label, pace.state, pace.reason or "time {} ({})".format(*_figures(pace)))
+        for label, pace in paces.items()
+    ]
+
+
+def speed_data(paces: Mapping[str, Pace]) -> list[dict[str, Any]]:
+    """Return the entries of `--json`; only a tracker that was timed has numbers."""
+    return [
+        {"tracker": label, "state": pace.state, "reason": pace.reason}
+        | ({} if pace.reason else asdict(pace))
+        for label, pace in paces.items()
+    ]

@@ -8,7 +8,7 @@ their runs of the same number are matched pairs.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import inf, isfinite, log
+from math import inf, isfinite, log, nan
 from zlib import crc32
 
 import numpy as np
@@ -20,8 +20,6 @@ from bench.statistics.intervals import Interval
 from bench.statistics.psychometric import FIRST, NEXT, Threshold, next_places, threshold
 from datasets.filters import FILTERS, split_filters, with_filters
 from datasets.text_form import close_match, format_text, parse_text
-
-__all__ = ["ENOUGH", "RULE", "Course", "Knob", "Series", "Trial", "factor", "knob_of"]
 
 ENOUGH = 0.05
 """Half of an interval's width, in ranges, with which a series ends early."""
@@ -72,40 +70,37 @@ class Knob:
 
 
 def knob_of(text: str, sequences: Sequence[str]) -> Knob:
-    """Knob of `NAME` or `NAME=FROM..TO`: a filter, or a knob of the scenes with such a range.
+    """Return the knob of `NAME` or `NAME=FROM..TO`: a filter, or an option of the scenes.
 
-    Raises `ExperimentError` for an unknown name, or a range that is none.
+    Raises `ExperimentError` for an unknown name or an invalid range.
     """
-    name, equals, given = text.partition("=")
-    ends: list[float] = []
-    if equals:
-        try:
-            ends = [float(end) for end in given.split("..")]
-        except ValueError:
-            ends = []
-        if len(ends) != 2 or ends[0] == ends[1] or not all(map(isfinite, ends)):
-            raise ExperimentError(f"knob {text!r}: give a range as {name}=FROM..TO, easy to hard.")
-    if name in FILTERS and name != "start":
-        one = FILTERS[name]
-        easy, hard = ends or (one.easy, one.hard)
-        if one.logarithmic and min(easy, hard) <= 0:
+    name, equals, limits = text.partition("=")
+    try:
+        ends = [float(end) for end in limits.split("..")] if equals else []
+    except ValueError:
+        ends = [nan]
+    if equals and (len(ends) != 2 or ends[0] == ends[1] or not all(map(isfinite, ends))):
+        raise ExperimentError(f"knob {text!r}: give a range as {name}=FROM..TO, easy to hard.")
+    filters = {key: kind for key, kind in FILTERS.items() if key != "start"}
+    if name in filters:
+        kind = filters[name]
+        easy, hard = ends or (kind.easy, kind.hard)
+        if kind.logarithmic and min(easy, hard) <= 0:
             raise ExperimentError(f"knob {text!r}: both ends must be above 0.")
-        return Knob(name, one.unit, easy, hard, one.whole, one.logarithmic)
-    known = [name for name in FILTERS if name != "start"]
+        return Knob(name, kind.unit, easy, hard, kind.whole, kind.logarithmic)
     for sequence in sequences:
-        own = {option["name"]: option for option in datasets.options(split_filters(sequence)[0])}
-        if name not in own or name == "scene":
+        options = {key["name"]: key for key in datasets.options(split_filters(sequence)[0])}
+        if name not in options or name == "scene":
             raise ExperimentError(
-                f"{sequence} has no knob {name!r}.{close_match(name, [*known, *own])} "
-                f"Filters go over any sequence: {', '.join(known)}."
+                f"{sequence} has no knob {name!r}.{close_match(name, [*filters, *options])} "
+                f"Filters go over any sequence: {', '.join(filters)}."
             )
-        if not ends or type(own[name]["default"]) not in (int, float):
+        if not ends or type(options[name]["default"]) not in (int, float):
             raise ExperimentError(f"knob {name!r} of scenes: give numbers, {name}=FROM..TO.")
-    unit = (
-        own[name]["meaning"].rpartition("[")[2].rstrip("]") if "[" in own[name]["meaning"] else ""
-    )
-    whole = isinstance(own[name]["default"], int)
-    return Knob(name, unit or "share", ends[0], ends[1], whole, over=False)
+    _, bracket, unit = options[name]["meaning"].rpartition("[")
+    whole = isinstance(options[name]["default"], int)
+    unit = unit.rstrip("]") if bracket else "share"
+    return Knob(name, unit, ends[0], ends[1], whole, over=False)
 
 
 @dataclass(frozen=True)
@@ -119,18 +114,14 @@ class Course:
     sequences: Sequence[str]  # text forms
 
     def __post_init__(self) -> None:
-        for text, (_, quarter) in zip(self.sequences, self._kinds, strict=True):
-            if quarter == 0:
-                raise ExperimentError(
-                    f"{text}: it is too short to begin at different frames: it needs {SHORTEST}."
-                )
+        """Raise `ExperimentError` for a sequence that is too short."""
+        _ = self._kinds
 
     def text(self, knob: Knob, level: float, number: int) -> str:
-        """Sequence of the run of this number, from 0, at a level."""
-        chosen = self.sequences[number % len(self.sequences)]
-        turn = number // len(self.sequences)
-        bare, filters = split_filters(chosen)
-        free, quarter = self._kinds[number % len(self.sequences)]
+        """Return the sequence of the run of this number, from 0, at a level."""
+        turn, index = divmod(number, len(self.sequences))
+        bare, filters = split_filters(self.sequences[index])
+        free, quarter = self._kinds[index]
         options: dict[str, float] = {"scene": turn} if free else {}
         if not free and turn:
             filters["start"] = filters.get("start", 0) + int(_halving(turn) * quarter)
@@ -144,7 +135,7 @@ class Course:
 
     @cached_property
     def _kinds(self) -> list[tuple[bool, int]]:
-        """Whether scenes are free, and else the frames from which it may begin."""
+        """True by sequence if its scenes are free; number of frames at which runs may start."""
         return [_kind(text) for text in self.sequences]
 
 
@@ -154,11 +145,15 @@ def _kind(text: str) -> tuple[bool, int]:
     if "scene" in names and "scene" not in parse_text(bare)[1]:
         return True, 1
     frames = len(datasets.load(text))
-    return False, frames // 4 if frames >= SHORTEST else 0
+    if frames < SHORTEST:
+        raise ExperimentError(
+            f"{text}: it is too short to begin at different frames: it needs {SHORTEST}."
+        )
+    return False, frames // 4
 
 
 def _halving(number: int) -> float:
-    """Number `number` of a row that fills [0, 1) evenly at any length (van der Corput's)."""
+    """Return an element of van der Corput's sequence, which fills [0, 1) evenly at any length."""
     digits = f"{number:b}"[::-1]
     return float(int(digits, 2) / 2.0 ** len(digits))
 
@@ -235,30 +230,21 @@ class Series:
 
 
 def factor(series: Series, baseline: Series) -> tuple[float, Interval]:
-    """By how much harder a level a tracker bears than the baseline, and its 95 % interval.
+    """Return how much harder a level a tracker bears than the baseline, and its 95 % interval.
 
-    Where a tracker never breaks it is a lower bound with an infinite upper end; NaN where the
-    baseline itself does not break within the range, or levels below 0 have no ratio.
+    If a tracker never breaks it is a lower bound with an infinite upper end. It is NaN if the
+    baseline does not break within the range, or for levels below 0, which have no ratio.
     """
     knob = series.knob
     if baseline.verdict != "broken" or series.verdict == "at once" or min(knob.easy, knob.hard) < 0:
-        return np.nan, Interval(np.nan, np.nan)
-    shares = (np.arange(200) + 0.5) / 200
-    own, other = (
-        np.array([found.threshold.quantile(share) for share in shares.tolist()])
-        for found in (series, baseline)
-    )
-    beyond = own > 1
+        return nan, Interval(nan, nan)
     least = 1 / LEVELS / 10  # a level of 0 has no ratio
-    sign = 1.0 if knob.hard > knob.easy else -1.0
-
-    def logs(places: NDArray[np.float64]) -> NDArray[np.float64]:
-        held = np.clip(places, 0 if knob.easy else least, 1 if knob.hard else 1 - least)
-        return sign * np.log([knob.level(place) for place in held.tolist()])
-
-    ratios = logs(own)[:, None] - logs(other)[None]
-    middle = float(np.exp(np.median(ratios)))
-    low = float(np.exp(np.quantile(ratios, 0.025)))
-    ratios[beyond] = inf
-    high = float(np.exp(np.quantile(ratios, 0.975, method="higher")))
-    return middle, Interval(low, high)
+    limits = 0 if knob.easy else least, 1 if knob.hard else 1 - least
+    shares = ((np.arange(200) + 0.5) / 200).tolist()
+    places = np.array([[side.threshold.quantile(x) for x in shares] for side in (series, baseline)])
+    levels = [knob.level(place) for place in np.clip(places, *limits).ravel().tolist()]
+    logs = np.log(levels).reshape(places.shape) * (1 if knob.hard > knob.easy else -1)
+    ratios = logs[0][:, None] - logs[1][None]
+    middle, low = (float(np.exp(end)) for end in (np.median(ratios), np.quantile(ratios, 0.025)))
+    ratios[places[0] > 1] = inf
+    return middle, Interval(low, float(np.exp(np.quantile(ratios, 0.975, method="higher"))))

@@ -1,27 +1,8 @@
 """A comparison in words: captions, answers and the paragraph for a paper."""
 
-from string import ascii_uppercase
-
-from bench.comparing.comparison import Comparison
-from bench.comparing.pairwise import Pair
-from bench.statistics.intervals import Interval
-from bench.statistics.rules import MIN_UNITS, corrected_level
+from bench.comparing.comparison import Comparison, Pair
+from bench.statistics.rules import MIN_UNITS, MIN_UNITS_FOR_SMALL, corrected_level
 from reports.tables import MISSING
-
-__all__ = [
-    "answer_text",
-    "between",
-    "called",
-    "hold_together",
-    "number",
-    "paragraph",
-    "same_boxes_text",
-    "shown_pairs",
-    "times",
-    "too_few",
-    "unit",
-    "wins_text",
-]
 
 SENTENCE_PAIRS = 3
 """Pairs that get a sentence each; if there are more, one sentence per answer."""
@@ -29,8 +10,14 @@ SENTENCE_PAIRS = 3
 SHOWN_PAIRS = 10
 """Pairs on a screen; if there are more, those with the best tracker are shown."""
 
-LONGEST_PAIR = 44
-"""Letters of a pair's names; longer ones are replaced by letters on a screen."""
+COMPARED = "compared with"
+
+VERBS = {
+    "better": "was better than",
+    "worse": "was worse than",
+    "equivalent": "was equivalent to",
+    "inconclusive": COMPARED,
+}
 
 
 def shown_pairs(comparison: Comparison) -> list[Pair]:
@@ -38,19 +25,6 @@ def shown_pairs(comparison: Comparison) -> list[Pair]:
     if len(comparison.pairs) <= SHOWN_PAIRS:
         return list(comparison.pairs)
     return comparison.main_pairs
-
-
-def called(comparison: Comparison) -> dict[str, str]:
-    """Return what a screen calls the trackers: their labels, or letters if these are long."""
-    names = list(comparison.scores)
-    longest = sorted(map(len, names))[-2:]
-    if sum(longest) + 3 <= LONGEST_PAIR:
-        return dict(zip(names, names, strict=True))
-    firsts = ["", *ascii_uppercase]
-    return {
-        name: f"{firsts[place // 26]}{ascii_uppercase[place % 26]}"
-        for place, name in enumerate(names)
-    }
 
 
 def times(comparison: Comparison) -> str:
@@ -67,26 +41,16 @@ def too_few(comparison: Comparison) -> str:
     """Return why there are no intervals; empty if there are enough units."""
     if len(comparison.units) >= MIN_UNITS:
         return ""
-    reason = f"{_count(comparison)}: too few for intervals ({MIN_UNITS} needed)"
-    if comparison.units.kind == "family":
-        reason += "; --unit scene answers for new scenes of these families"
-    return reason
-
-
-def hold_together(comparison: Comparison) -> str:
-    """Return the level of the intervals of all pairs."""
-    m = len(comparison.pairs)
-    return "the interval holds at 95 %" if m == 1 else f"the {m} intervals hold together at 95 %"
+    return (
+        f"{_count(comparison)}: too few for intervals ({MIN_UNITS} needed){_scene_hint(comparison)}"
+    )
 
 
 def answer_text(comparison: Comparison, pair: Pair) -> str:
     """Return the answer on a pair, with its reason if it is inconclusive."""
-    reason = pair.answer.reason
-    if not reason:
+    if not pair.answer.reason:
         return pair.answer.label
-    if comparison.units.kind == "family" and pair.answer.interval is None:
-        reason += "; --unit scene answers for new scenes of these families"
-    return f"{pair.answer.label}: {reason}"
+    return f"{pair.answer.label}: {pair.answer.reason}{_scene_hint(comparison)}"
 
 
 def wins_text(pair: Pair) -> str:
@@ -106,7 +70,9 @@ def number(comparison: Comparison, value: float, *, signed: bool = False) -> str
     return f"{value * measure.scale:{'+' if signed else ''}.{measure.decimals}f}"
 
 
-def between(comparison: Comparison, interval: Interval | None, *, signed: bool = False) -> str:
+def between(
+    comparison: Comparison, interval: tuple[float, float] | None, *, signed: bool = False
+) -> str:
     """Return an interval of scores or differences."""
     if interval is None:
         return MISSING
@@ -114,9 +80,9 @@ def between(comparison: Comparison, interval: Interval | None, *, signed: bool =
     return f"[{low}, {high}]"
 
 
-def unit(comparison: Comparison) -> str:
-    """Return a space and the measure's unit; nothing for pure numbers."""
-    return f" {comparison.measure.unit}" if comparison.measure.unit else ""
+def margin_text(comparison: Comparison) -> str:
+    """Return the margin with its unit: `±0.5 px`."""
+    return f"±{comparison.measure.margin * comparison.measure.scale:g}{_unit(comparison)}"
 
 
 def paragraph(comparison: Comparison) -> str:
@@ -143,66 +109,71 @@ def _count(comparison: Comparison) -> str:
     return f"{len(units)} {units.plural if len(units) != 1 else units.kind}"
 
 
+def _scene_hint(comparison: Comparison) -> str:
+    """Return the remedy for too few families."""
+    if comparison.units.kind != "family" or len(comparison.units) >= MIN_UNITS:
+        return ""
+    return "; --unit scene answers for new scenes of these families"
+
+
+def _unit(comparison: Comparison) -> str:
+    return f" {comparison.measure.unit}" if comparison.measure.unit else ""
+
+
 def _methods(comparison: Comparison) -> list[str]:
     """Return what the intervals are and what the answers mean."""
     if reason := too_few(comparison):
         return [f"{reason[:1].upper()}{reason[1:]}."]
-    m = len(comparison.pairs)
+    m, units, margin = len(comparison.pairs), comparison.units, margin_text(comparison)
     if not m:
         return []
-    margin = f"±{comparison.margin * comparison.measure.scale:g}{unit(comparison)}"
     level = f"{100 * corrected_level(m):.4g} %"
     if m > 1:
         level += f" each (Bonferroni over {m} comparisons, together 95 %)"
     return [
-        f"Intervals of mean differences over {comparison.units.plural} are the union of Student's "
-        f"t interval and Hall's skewness-corrected one, at {level}, {comparison.units.scope}.",
+        f"Intervals of mean differences over {units.plural} are the union of Student's t interval "
+        f"and Hall's skewness-corrected one, at {level}, {units.scope}.",
         f"A tracker is better if its interval excludes 0 and is not inside {margin}; equivalence "
-        f"needs an interval inside {margin} and 30 {comparison.units.plural}.",
+        f"needs an interval inside {margin} and {MIN_UNITS_FOR_SMALL} {units.plural}.",
     ]
 
 
-_COMPARED = "compared with"
-
-_VERBS = {
-    "better": "was better than",
-    "worse": "was worse than",
-    "equivalent": "was equivalent to",
-    "inconclusive": _COMPARED,
-}
-
-
 def _sentence(comparison: Comparison, pair: Pair) -> str:
-    interval = pair.interval
-    around = "" if interval is None else f" {between(comparison, interval, signed=True)}"
-    difference = f"{number(comparison, pair.difference, signed=True)}{unit(comparison)}"
-    details = [f"difference {difference}{around}", f"better on {wins_text(pair)}"]
+    difference = _difference_text(comparison, pair.difference, pair.interval)
+    details = [f"difference {difference}", f"better on {wins_text(pair)}"]
     if same := same_boxes_text(comparison, pair):
         details.append(same)
-    text = f"{pair.first} {_VERBS[pair.answer.label]} {pair.second}"
-    if pair.answer.reason and interval is not None:
+    text = f"{pair.first} {VERBS[pair.answer.label]} {pair.second}"
+    if pair.answer.reason and pair.interval is not None:
         text += f" was {answer_text(comparison, pair)}"
     return f"{text} ({', '.join(details)})."
 
 
 def _summary(comparison: Comparison) -> list[str]:
     """Return one sentence per answer on the main pairs."""
-    main = comparison.against or comparison.best.tracker
-    turned = {"better": "worse", "worse": "better"}
+    opposites = {"better": "worse", "worse": "better"}
     groups: dict[str, list[str]] = {}
     for pair in comparison.main_pairs:
         label, other = str(pair.answer.label), pair.second
-        difference, interval = pair.difference, pair.interval
-        if pair.first != main:
-            label, other = turned.get(label, label), pair.first
-            difference, interval = -difference, interval and Interval(-interval[1], -interval[0])
-        details = f"{number(comparison, difference, signed=True)}{unit(comparison)}"
-        if interval is not None:
-            details += f" {between(comparison, interval, signed=True)}"
-            details += f", {pair.answer.reason}" * bool(pair.answer.reason)
+        difference = pair.difference
+        interval: tuple[float, float] | None = pair.interval
+        if pair.first != comparison.main:
+            label, other = opposites.get(label, label), pair.first
+            difference, interval = -difference, interval and (-interval[1], -interval[0])
+        details = _difference_text(comparison, difference, interval)
+        if interval is not None and pair.answer.reason:
+            details += f", {pair.answer.reason}"
         groups.setdefault(label, []).append(f"{other} ({details})")
     return [
-        f"{main} {verb} {'; '.join(groups[label])}{' was inconclusive' * (verb == _COMPARED)}."
-        for label, verb in _VERBS.items()
+        f"{comparison.main} {verb} {'; '.join(groups[label])}"
+        f"{' was inconclusive' * (verb == COMPARED)}."
+        for label, verb in VERBS.items()
         if label in groups
     ]
+
+
+def _difference_text(
+    comparison: Comparison, difference: float, interval: tuple[float, float] | None
+) -> str:
+    text = f"{number(comparison, difference, signed=True)}{_unit(comparison)}"
+    return text if interval is None else f"{text} {between(comparison, interval, signed=True)}"

@@ -2,63 +2,53 @@
 
 import json
 import textwrap
-from math import isfinite
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from itertools import product
+from math import isfinite, nan
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
-from bench.comparing.comparison import Comparison
-from bench.comparing.pairwise import Pair
+from bench.comparing.comparison import Comparison, Pair, means_in_part, parts_of
 from bench.comparing.summary_text import (
     answer_text,
     between,
-    called,
-    hold_together,
+    margin_text,
     number,
     paragraph,
     same_boxes_text,
     shown_pairs,
     times,
     too_few,
-    unit,
     wins_text,
 )
-from bench.reporting.against import as_data as curves_as_data
-from bench.reporting.against import attribute_table
-from bench.statistics.intervals import Interval
 from bench.statistics.rules import interval_or_none
 from reports.printable import width
 from reports.tables import MISSING, Cell, Table
 
-__all__ = ["as_data", "files", "screen"]
+LONGEST_PAIR = 44
+"""Letters of a pair's names; longer ones get a line of their own on a screen."""
 
 
 def screen(comparison: Comparison) -> list[Table]:
-    """Return tables for a terminal: standings, pairs, and curves of measured attributes.
+    """Return tables for a terminal: standings and pairs.
 
     With too few units for intervals, differences by unit replace the answers on pairs.
     """
-    made = [_standings(comparison, called(comparison))]
-    if comparison.pairs and too_few(comparison):
-        made.append(_differences(comparison))
-    elif comparison.pairs:
-        made.append(_short_pairs(comparison))
-    return [*made, _gains(comparison)] if comparison.measured else made
+    if not comparison.pairs:
+        return [_standings(comparison)]
+    few = too_few(comparison)
+    pairs = _differences(comparison) if few else _pair_table(comparison, on_screen=True)
+    return [_standings(comparison), pairs]
 
 
 def files(comparison: Comparison) -> list[Table]:
     """Return all tables, for a folder: also scores by sequence, and differences by part."""
-    made = [_standings(comparison, {})]
-    made += [_pair_table(comparison)] if comparison.pairs else []
-    made.append(_sequences(comparison))
-    if (parts := _parts(comparison)).rows:
-        made.append(parts)
-    if comparison.measured:
-        name = "comparison-attributes"
-        scores = attribute_table(comparison.curves, comparison.measure, "tracker", name)
-        made += [scores, _gains(comparison)]
-    return made
+    pairs = [_pair_table(comparison)] if comparison.pairs else []
+    parts = _parts(comparison)
+    tables = [_standings(comparison), *pairs, _sequences(comparison)]
+    return [*tables, parts] if parts.rows else tables
 
 
 def as_data(comparison: Comparison) -> dict[str, Any]:
@@ -68,7 +58,7 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
         "measure": comparison.measure.name,
         "title": comparison.measure.title,
         "direction": comparison.measure.direction,
-        "margin": comparison.margin,
+        "margin": comparison.measure.margin,
         "unit": units.kind,
         "units": list(units.labels),
         "scope": units.scope,
@@ -76,14 +66,8 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
         "repetitions": list(comparison.repetitions),
         "comparisons": len(comparison.pairs),
         "trackers": [
-            {
-                "tracker": standing.tracker,
-                "mean": standing.mean,
-                "interval": _listed(standing.interval),
-                "contender": standing.contender,
-                "kept": _or_none(standing.kept),
-                "milliseconds": _or_none(standing.milliseconds),
-                "timed": standing.timed,
+            _without_gaps(vars(standing))
+            | {
                 "failures": comparison.failures.get(standing.tracker),
                 "repeatable": standing.tracker not in comparison.not_repeatable,
             }
@@ -91,40 +75,27 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
         ],
         "left_out": {name: comparison.failures[name] for name in comparison.left_out},
         "pairs": [
-            {
-                **_pair_data(pair),
-                "p": _or_none(pair.answer.p),
-                "needed": _or_none(pair.answer.needed),
-                "interval": _listed(pair.interval),
+            _without_gaps(_pair_data(pair))
+            | {
+                "interval": pair.interval,
                 "differences": pair.differences.tolist(),
                 "unit_differences": pair.by_unit.tolist(),
             }
             for pair in comparison.pairs
         ],
         "parts": json.loads(_parts(comparison).data.to_json(orient="records")),
-        "attributes": {
-            "measured": {
-                name: [_or_none(value) for value in values.tolist()]
-                for name, values in comparison.measured.items()
-            },
-            "trackers": curves_as_data(comparison.curves, "tracker"),
-            "pairs": curves_as_data(comparison.curves_of(shown_pairs(comparison)), "pair"),
-        },
         "paragraph": paragraph(comparison),
     }
 
 
-def _standings(comparison: Comparison, names: dict[str, str]) -> Table:
-    """Return means of the trackers; `names`: what pairs call them, which a column says."""
-    measure = comparison.measure
-    lettered = any(key != name for key, name in names.items())
+def _standings(comparison: Comparison) -> Table:
+    """Return means of the trackers."""
     rows, data = [], []
     for standing in comparison.standings:
         time = f"{'' if standing.timed else '~'}{standing.milliseconds:.3g}"
         remark = " (not repeatable)" * (standing.tracker in comparison.not_repeatable)
         rows.append(
             [
-                *([Cell(names[standing.tracker])] if lettered else []),
                 Cell(standing.tracker + remark),
                 Cell(number(comparison, standing.mean), standing.contender),
                 Cell(between(comparison, standing.interval)),
@@ -135,20 +106,17 @@ def _standings(comparison: Comparison, names: dict[str, str]) -> Table:
         failures = comparison.failures.get(standing.tracker, "")
         data.append({**vars(standing), **_ends(standing.interval), "failures": failures})
     few = too_few(comparison)
-    notes = (
-        [few] if few else ["* marks the best mean and all that no other tracker is better than."]
-    )
+    notes = [few or "* marks the best mean and all that no other tracker is better than."]
     notes += [f"{name}: {note}" for name, note in comparison.failures.items()]
     if not all(standing.timed for standing in comparison.standings):
         notes.append(
             "~: time of the accuracy runs, which share the machine (run --timing measures)."
         )
-    heads = ["tracker", measure.head, "95 %", "never lost [%]", "ms a frame"]
     return Table(
         name="comparison",
         caption=_caption(comparison),
-        heads=["", *heads] if lettered else heads,
-        n_labels=2 if lettered else 1,
+        heads=["tracker", comparison.measure.head, "95 %", "never lost [%]", "ms a frame"],
+        n_labels=1,
         rows=rows,
         ranks=[0, 1, 3, 2],
         notes=notes,
@@ -157,56 +125,47 @@ def _standings(comparison: Comparison, names: dict[str, str]) -> Table:
 
 
 def _caption(comparison: Comparison) -> str:
-    text = f"{comparison.measure.head}, {times(comparison)}"
-    if comparison.pairs and not too_few(comparison):
-        text += f"; {hold_together(comparison)}"
+    text, m = f"{comparison.measure.head}, {times(comparison)}", len(comparison.pairs)
+    if m and not too_few(comparison):
+        intervals = "interval holds" if m == 1 else f"{m} intervals hold together"
+        text += f"; the {intervals} at 95 %"
     return f"{text}, {comparison.units.scope}"
 
 
-def _pair_table(comparison: Comparison) -> Table:
-    """Return answers on all pairs."""
-    rows, data = [], []
-    for pair in comparison.pairs:
-        answer = answer_text(comparison, pair)
-        if same := same_boxes_text(comparison, pair):
-            answer += f"; {same}"
-        rows.append(
-            [Cell(f"{pair.first} - {pair.second}"), *_cells(comparison, pair), Cell(answer)]
-        )
-        data.append({**_pair_data(pair), **_ends(pair.interval)})
-    margin = f"±{comparison.margin * comparison.measure.scale:g}{unit(comparison)}"
-    return Table(
-        name="comparison-pairs",
-        caption=f"Differences, first minus second: {_caption(comparison)}. Margin {margin}.",
-        heads=["pair", _difference_head(comparison), "interval", "better on", "the first is"],
-        n_labels=1,
-        rows=rows,
-        ranks=[1, 1, 2, 0],
-        data=pd.DataFrame(data),
-    )
-
-
-def _short_pairs(comparison: Comparison) -> Table:
-    """Return answers for a screen: reasons stand in lines of their own."""
-    names, pairs, rows = called(comparison), shown_pairs(comparison), []
+def _pair_table(comparison: Comparison, *, on_screen: bool = False) -> Table:
+    """Return answers on pairs; on a screen, reasons and long names have lines of their own."""
+    caption = f": {_caption(comparison)}. Margin {margin_text(comparison)}."
+    if on_screen:
+        caption = f"; better on so many {comparison.units.plural}."
+    pairs, rows = shown_pairs(comparison) if on_screen else comparison.pairs, []
     for pair in pairs:
-        cells = _cells(comparison, pair)
-        label = f"{names[pair.first]} - {names[pair.second]}"
-        row = [Cell(label), *cells, Cell(pair.answer.label)]
-        rows.append(row)
-        remarks = [pair.answer.reason, same_boxes_text(comparison, pair)]
-        lines = textwrap.wrap("; ".join(filter(None, remarks)), width() - 4)
-        rows += [[Cell(f"    {line}"), *[Cell("")] * len(row[1:])] for line in lines]
+        same = same_boxes_text(comparison, pair)
+        numbers = [*_texts(comparison, pair.difference, pair.interval), wins_text(pair)]
+        if on_screen:
+            reasons = "; ".join(filter(None, [pair.answer.reason, same]))
+            rows += _pair_on_screen(pair.label, [*numbers, pair.answer.label], reasons)
+        else:
+            answer = "; ".join(filter(None, [answer_text(comparison, pair), same]))
+            rows.append([pair.label, *numbers, answer])
     others = len(comparison.pairs) - len(pairs)
     return Table(
         name="comparison-pairs",
-        caption=f"Differences, first minus second; better on so many {comparison.units.plural}.",
+        caption=f"Differences, first minus second{caption}",
         heads=["pair", _difference_head(comparison), "interval", "better on", "the first is"],
         n_labels=1,
-        rows=rows,
+        rows=_cells(rows),
         ranks=[1, 1, 2, 0],
         notes=[f"{others} other pairs are in --json and --folder."] if others else [],
+        data=pd.DataFrame(_pair_data(pair) | _ends(pair.interval) for pair in pairs),
     )
+
+
+def _pair_on_screen(label: str, texts: list[str], reasons: str) -> list[list[str]]:
+    empty = [""] * len(texts)
+    names = textwrap.wrap(label, width(), break_on_hyphens=False)
+    above = [[line, *empty] for line in names] if len(label) > LONGEST_PAIR else []
+    below = [[f"    {line}", *empty] for line in textwrap.wrap(reasons, width() - 4)]
+    return [*above, ["" if above else label, *texts], *below]
 
 
 def _pair_data(pair: Pair) -> dict[str, Any]:
@@ -224,128 +183,101 @@ def _pair_data(pair: Pair) -> dict[str, Any]:
     }
 
 
-def _cells(comparison: Comparison, pair: Pair) -> list[Cell]:
-    return [
-        Cell(number(comparison, pair.difference, signed=True)),
-        Cell(between(comparison, pair.interval, signed=True)),
-        Cell(wins_text(pair)),
-    ]
-
-
 def _differences(comparison: Comparison) -> Table:
-    """Return the differences of pairs by unit."""
-    names, pairs = called(comparison), shown_pairs(comparison)
+    """Return the differences of pairs by unit; pairs with long names are numbered."""
+    pairs, kind = shown_pairs(comparison), comparison.units.kind
+    labels, notes = [pair.label for pair in pairs], []
+    if max(map(len, labels)) > LONGEST_PAIR:
+        notes = [f"pair {n}: {label}" for n, label in enumerate(labels, 1)]
+        labels = [f"pair {n}" for n in range(1, len(pairs) + 1)]
+    remarks = [same_boxes_text(comparison, pair) for pair in pairs]
+    notes += [f"{label}: {same}" for label, same in zip(labels, remarks, strict=True) if same]
     columns = [[*pair.by_unit.tolist(), pair.difference] for pair in pairs]
     rows = [
-        [Cell(label), *(Cell(number(comparison, value, signed=True)) for value in values)]
-        for label, values in zip(
-            [*comparison.units.labels, "mean"], zip(*columns, strict=True), strict=True
-        )
+        [unit, *(number(comparison, value, signed=True) for value in values)]
+        for unit, *values in zip([*comparison.units.labels, "mean"], *columns, strict=True)
     ]
     return Table(
         name="comparison-differences",
-        caption=f"Differences of {comparison.measure.head} by {comparison.units.kind}.",
-        heads=[
-            comparison.units.kind,
-            *(f"{names[pair.first]} - {names[pair.second]}" for pair in pairs),
-        ],
+        caption=f"Differences of {comparison.measure.head} by {kind}.",
+        heads=[kind, *labels],
         n_labels=1,
-        rows=rows,
-        notes=[
-            f"{names[pair.first]} - {names[pair.second]}: {same}"
-            for pair in pairs
-            if (same := same_boxes_text(comparison, pair))
-        ],
+        rows=_cells(rows),
+        notes=notes,
     )
 
 
 def _sequences(comparison: Comparison) -> Table:
     """Return means and spread over repetitions of every tracker on every sequence."""
-    heads = ["sequence", *comparison.scores]
     rows, data = [], []
     for position, sequence in enumerate(comparison.sequences):
-        row = [Cell(sequence)]
+        row = [sequence]
         for tracker, by_sequence in comparison.scores.items():
             runs = by_sequence[position]
-            spread = float(runs.std(ddof=1)) if len(runs) > 1 else float("nan")
-            text = number(comparison, float(runs.mean()))
-            if isfinite(spread):
-                text += f" ±{number(comparison, spread)}"
-            row.append(Cell(text))
-            data.append(
-                {
-                    "sequence": sequence,
-                    "tracker": tracker,
-                    "mean": float(runs.mean()),
-                    "standard_deviation": spread,
-                    "runs": len(runs),
-                }
-            )
+            mean, spread = float(runs.mean()), float(runs.std(ddof=1)) if len(runs) > 1 else nan
+            text = f" ±{number(comparison, spread)}" if isfinite(spread) else ""
+            row.append(f"{number(comparison, mean)}{text}")
+            numbers = {"mean": mean, "standard_deviation": spread, "runs": len(runs)}
+            data.append({"sequence": sequence, "tracker": tracker, **numbers})
         rows.append(row)
     return Table(
         name="comparison-sequences",
         caption=f"{comparison.measure.head} by sequence, ± standard deviation over repetitions.",
-        heads=heads,
+        heads=["sequence", *comparison.scores],
         n_labels=1,
-        rows=rows,
+        rows=_cells(rows),
         data=pd.DataFrame(data),
     )
 
 
 def _parts(comparison: Comparison) -> Table:
-    widest = comparison.measure.most - comparison.measure.least
     rows, data = [], []
-    for pair in shown_pairs(comparison):
-        for (knob, value), (n, differences) in comparison.by_part(pair).items():
-            interval = interval_or_none(differences, 1, -widest, widest)
-            mean = float(np.mean(differences))
-            rows.append(
-                [
-                    Cell(f"{pair.first} - {pair.second}"),
-                    Cell(f"{knob}={value}"),
-                    Cell(str(n)),
-                    Cell(number(comparison, mean, signed=True)),
-                    Cell(between(comparison, interval, signed=True)),
-                ]
-            )
-            numbers = {"sequences": n, "difference": mean, **_ends(interval)}
-            part = {"first": pair.first, "second": pair.second, "knob": knob, "value": value}
-            data.append(part | numbers)
-    plural = comparison.units.plural
+    widest = comparison.measure.most - comparison.measure.least
+    parts = parts_of(comparison.sequences, comparison.attributes)
+    for pair, ((knob, value), chosen) in product(shown_pairs(comparison), parts.items()):
+        n, by_unit = int(chosen.sum()), means_in_part(comparison.units, pair.differences, chosen)
+        mean, interval = float(by_unit.mean()), interval_or_none(by_unit, 1, -widest, widest)
+        rows.append([pair.label, f"{knob}={value}", str(n), *_texts(comparison, mean, interval)])
+        numbers = {"sequences": n, "difference": mean, **_ends(interval)}
+        part = {"first": pair.first, "second": pair.second, "knob": knob, "value": value}
+        data.append(part | numbers)
     return Table(
         name="comparison-parts",
         caption=(
             f"Differences of {comparison.measure.head} by parameter and by attribute (of sequences "
             f"in which it occurs), first minus second, on n sequences; 95 % intervals over "
-            f"{plural}, each on its own."
+            f"{comparison.units.plural}, each on its own."
         ),
         heads=["pair", "part", "n", _difference_head(comparison), "95 %"],
         n_labels=2,
-        rows=rows,
+        rows=_cells(rows),
         data=pd.DataFrame(data),
     )
 
 
+def _cells(rows: Iterable[Sequence[str]]) -> list[list[Cell]]:
+    return [[Cell(text) for text in row] for row in rows]
+
+
+def _texts(
+    comparison: Comparison, difference: float, interval: tuple[float, float] | None
+) -> list[str]:
+    around = between(comparison, interval, signed=True)
+    return [number(comparison, difference, signed=True), around]
+
+
 def _difference_head(comparison: Comparison) -> str:
-    unit = comparison.measure.unit
-    return f"difference [{unit}]" if unit else "difference"
+    return replace(comparison.measure, title="difference").head
 
 
-def _gains(comparison: Comparison) -> Table:
-    """Return differences of pairs against measured attributes."""
-    curves = comparison.curves_of(shown_pairs(comparison))
-    name = "comparison-attribute-differences"
-    return attribute_table(curves, comparison.measure, "pair", name)
-
-
-def _ends(interval: Interval | None) -> dict[str, float]:
-    low, high = interval if interval is not None else (float("nan"), float("nan"))
+def _ends(interval: tuple[float, float] | None) -> dict[str, float]:
+    low, high = interval or (nan, nan)
     return {"low": low, "high": high}
 
 
-def _listed(interval: Interval | None) -> list[float] | None:
-    return None if interval is None else [*map(float, interval)]
-
-
-def _or_none(value: float) -> float | None:
-    return value if isfinite(value) else None
+def _without_gaps(row: dict[str, Any]) -> dict[str, Any]:
+    """Return the row for JSON, which has no NaN and no infinity."""
+    return {
+        key: None if isinstance(value, float) and not isfinite(value) else value
+        for key, value in row.items()
+    }

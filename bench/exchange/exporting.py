@@ -75,9 +75,7 @@ def export_results(
         run = results.read(experiment / row["path"])
         content = _content_of(run, results, start, trace)
         files = _files_of(run, content, kind, target / file_name(row["tracker"]))
-        if both := texts.keys() & files.keys():
-            raise ExchangeError(f"{min(both)} would hold two runs: export them into two folders.")
-        texts |= files
+        _add_files(texts, files)
     _write(texts, force=force)
     tell(f"{kind} keeps {form.holds}; pixels count from {start}.")
     if failed := len(rows) - len(finished):
@@ -85,6 +83,13 @@ def export_results(
     if further := len(finished) - len(exported):
         tell(f"{further} runs are left out: {kind} has room for one repetition.")
     return list(texts)
+
+
+def _add_files(texts: dict[Path, str], files: Mapping[Path, str]) -> None:
+    """Add the files of a run to the texts by path."""
+    if both := texts.keys() & files.keys():
+        raise ExchangeError(f"{min(both)} would hold two runs: export them into two folders.")
+    texts |= files
 
 
 def _write(texts: Mapping[Path, str], *, force: bool) -> None:

@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bench.comparing import MARGINS
 from bench.comparing.comparable_runs import ComparisonError
 from bench.comparing.comparison import Comparison, compare, means_in_part, parts_of
 from bench.comparing.stored_boxes import same_boxes
@@ -50,7 +49,6 @@ def answers(
         comparison = compare(
             runs,
             measure,
-            MARGINS[measure.name],
             attributes=occurring,
             same_boxes=same_boxes(folder, runs),
             not_repeatable=not_repeatable(runs),

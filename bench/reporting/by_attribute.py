@@ -1,32 +1,76 @@
-"""Scores of stored runs by attributes of their sequences, and the sequences themselves."""
+"""Scores of stored runs by attributes of their sequences: bins, correlations, tables, plots.
+
+A sequence is one observation: its score and one value of the attribute. Frames are not
+observations, because a lost target stays lost regardless of later frames.
+"""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 import datasets
 from bench.metrics import preset as metrics_preset
 from bench.metrics.preset import heading
-from bench.reporting.against import Curve, against, attribute_table
 from bench.reporting.by_preset import runs_by
 from bench.reporting.failed_runs import with_worst_scores
 from bench.reporting.tables import PRESET, SUMMARY
+from bench.statistics.correlation import rank_correlation
+from bench.statistics.intervals import Interval
+from bench.statistics.rules import MIN_UNITS, corrected_level, interval_or_none
 from bench.store.files import ResultsError
 from bench.store.loading import load_results
 from datasets import attributes
 from reports.notes import counted
-from reports.tables import Measure, Table, complete
+from reports.tables import MISSING, Cell, Measure, Table, complete
 
 Progress = Callable[[int, int], object]
 """Receives the number of measured frames and the number of all frames."""
 
 Measured = Callable[[pd.DataFrame, Sequence[str]], Mapping[str, NDArray[np.float64]]]
 """Returns attributes by sequence, given runs and names of sequences; see `attributes_of`."""
+
+
+MOST_BINS = 5
+"""Maximum number of bins. A line with more points is hard to read."""
+
+_BIN_COLUMNS = ("bin_from", "bin_to", "bin_sequences", "bin_mean", "bin_low", "bin_high")
+
+
+class Bin(NamedTuple):
+    """Sequences with neighbouring values of an attribute."""
+
+    first: float  # lowest value of the attribute
+    last: float  # highest value
+    sequences: int
+    mean: float  # of the scores
+    low: float  # of the 95 % interval of this mean
+    high: float
+    centre: float  # mean of the attribute
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Scores of a tracker by an attribute, on the n sequences that have it, (n,).
+
+    `correlation` is Spearman's, NaN if all scores or all attributes are equal. `interval` is at
+    level 1 - 0.05 / m, corrected for all m curves that are shown together.
+    """
+
+    label: str
+    attribute: str
+    places: NDArray[np.float64]  # values of the attribute
+    scores: NDArray[np.float64]
+    correlation: float
+    interval: Interval
+    bins: Sequence[Bin]  # in the order of the attribute; empty if there are too few sequences
 
 
 class Shown(NamedTuple):
@@ -79,7 +123,7 @@ def attribute_report(experiment: Path, presets: Collection[str], measured: Measu
         means = _means_by_sequence(runs, measure)
         curves = against(means, measured(runs, names), measure.least, measure.most)
         name = "attributes" if preset == PRESET else f"attributes-{preset}"
-        table = attribute_table(curves, measure, "tracker", name)
+        table = attribute_table(curves, measure, name)
         for tracker in sorted(set(runs["tracker"].astype(str)) - set(means)):
             table.notes.append(f"{tracker} is not shown: not all of its runs have a score.")
         reports.append(Shown(table, measure, curves))
@@ -160,9 +204,120 @@ def open_sequence(row: Mapping[Any, Any]) -> datasets.Sequence | str:
     return sequence
 
 
-def write_plot(
-    path: Path, curves: Sequence[Curve], measure: Measure, title: str, quantity: str = ""
-) -> list[Path]:
+def against(
+    values: Mapping[str, ArrayLike],
+    attributes: Mapping[str, ArrayLike],
+    least: float = -inf,
+    most: float = inf,
+) -> list[Curve]:
+    """Return curves of all trackers by every attribute that at least two sequences have.
+
+    `values`: scores by sequence, (n,), by tracker; they lie from `least` to `most`.
+    `attributes`: values by sequence, (n,), by name; NaN if a sequence does not have it.
+    """
+    pairs = [
+        (label, name, np.asarray(scores, np.float64), np.asarray(places, np.float64))
+        for label, scores in values.items()
+        for name, places in attributes.items()
+        if np.isfinite(places).sum() > 1
+    ]
+    level = corrected_level(len(pairs))
+    curves = []
+    for label, name, scores, places in pairs:
+        finite = np.isfinite(scores) & np.isfinite(places)
+        scores, places = scores[finite], places[finite]
+        correlation, interval = rank_correlation(places, scores, level)
+        bins = []
+        for members in bins_of(places):
+            x, y = places[members], scores[members]
+            low, high = interval_or_none(y, 1, least, most) or (np.nan, np.nan)
+            extent = float(x.min()), float(x.max()), len(x)
+            bins.append(Bin(*extent, float(y.mean()), low, high, float(x.mean())))
+        curves.append(Curve(label, name, places, scores, correlation, interval, bins))
+    return curves
+
+
+def bins_of(places: ArrayLike) -> list[NDArray[np.intp]]:
+    """Return indices of sequences in bins of similar size, in the order of their values, (n,).
+
+    There are as many bins as have `MIN_UNITS` sequences each, at most five, and none instead of a
+    single one. Equal values share a bin.
+    """
+    values = np.asarray(places, np.float64)
+    order = np.argsort(values, kind="stable")
+    ranked, n = values[order], len(values)
+    count = min(MOST_BINS, n // MIN_UNITS)
+    cuts = [0]
+    for number in range(1, count):
+        cut = int(np.searchsorted(ranked, ranked[number * n // count]))
+        if min(cut - cuts[-1], n - cut) >= MIN_UNITS:
+            cuts.append(cut)
+    bins = [order[first:last] for first, last in pairwise([*cuts, n])]
+    return bins if len(bins) > 1 else []
+
+
+def attribute_table(curves: Sequence[Curve], measure: Measure, name: str = "attributes") -> Table:
+    """Make a table of curves: correlations, and the means of the lowest and the highest bin.
+
+    `name`: of the table's files. Its data have one row per bin; a curve without bins has one row.
+    """
+    rows = []
+    for curve in curves:
+        low, high = curve.interval
+        correlation = f"{curve.correlation:+.2f}" if isfinite(curve.correlation) else MISSING
+        labels = curve.label, curve.attribute, str(len(curve.places)), correlation
+        interval = Cell(f"[{low:+.2f}, {high:+.2f}]", best=low > 0 or high < 0)
+        rows.append([*map(Cell, labels), interval, *map(Cell, _ends(curve, measure))])
+    few = sum(not curve.bins for curve in curves)
+    notes = ["There is nothing to show: it takes two sequences with scores."] * (not curves)
+    notes += [
+        f"Intervals of correlations are corrected for all {len(curves)} rows (Bonferroni) and hold "
+        "together at 95 %; * or bold: the interval excludes 0.",
+        "Lowest and highest: means over the sequences with least and most of the attribute.",
+    ]
+    if few:
+        notes.append(
+            f"Without curve: {few} of {len(curves)} rows. It takes two bins of "
+            f"{MIN_UNITS} sequences with different values."
+        )
+    return Table(
+        name=name,
+        caption=(
+            f"{measure.head} against attributes of the sequences (docs/attributes.md): rank "
+            "correlation of scores and attribute over n sequences, with its interval."
+        ),
+        heads=["tracker", "attribute", "n", "correlation", "interval", "lowest", "highest"],
+        n_labels=2,
+        rows=rows,
+        notes=notes,
+        data=pd.DataFrame([row for curve in curves for row in _rows(curve)]),
+        ranks=[2, 0, 0, 1, 1],
+    )
+
+
+def _rows(curve: Curve) -> list[dict[str, Any]]:
+    """Return one row of data per bin, or one without bin."""
+    common = {
+        "tracker": curve.label,
+        "attribute": curve.attribute,
+        "sequences": len(curve.places),
+        "correlation": curve.correlation,
+        **curve.interval._asdict(),
+    }
+    bins = [dict(zip(_BIN_COLUMNS, values, strict=False)) for values in curve.bins]
+    return [common | {"bin": number} | row for number, row in enumerate(bins, 1)] or [common]
+
+
+def _ends(curve: Curve, measure: Measure) -> tuple[str, str]:
+    """Return the means of the lowest and the highest bin, and the inner limits of these bins."""
+    if not curve.bins:
+        return MISSING, MISSING
+    first, last = curve.bins[0], curve.bins[-1]
+    low, high = (f"{end.mean * measure.scale:.{measure.decimals}f}" for end in (first, last))
+    return f"{low} (≤ {first.last:.2g})", f"{high} (≥ {last.first:.2g})"
+
+
+def write_plot(path: Path, curves: Sequence[Curve], measure: Measure, title: str) -> list[Path]:
     """Draw curves into a file with a panel per attribute; return the files, none without curves."""
     from reports.attributes import Against, attribute_plot
     from reports.figures import write_for_papers
@@ -176,4 +331,4 @@ def write_plot(
         dots, means, low, high = (part * measure.scale for part in (curve.scores, *scores))
         drawn = Against(curve.label, curve.places, dots, centres, means, low, high)
         panels.setdefault(attributes.of_name(curve.attribute).head, []).append(drawn)
-    return write_for_papers(path, attribute_plot(panels, quantity or measure.head, title))
+    return write_for_papers(path, attribute_plot(panels, measure.head, title))

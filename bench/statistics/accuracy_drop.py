@@ -4,102 +4,62 @@ Runs before and now are paired by seed; a difference is now minus before, positi
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from math import ceil, nan, sqrt
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
 from bench.statistics.intervals import Interval
-from bench.statistics.rules import CONFIDENCE, MARGIN, MIN_UNITS, POWER, about, decide
+from bench.statistics.rules import (
+    CONFIDENCE,
+    MARGIN,
+    MIN_UNITS,
+    POWER,
+    POWER_FACTOR,
+    Answer,
+    about,
+    decide,
+)
 
-__all__ = [
-    "IDENTICAL",
-    "Change",
-    "ChangeLabel",
-    "advised_seeds",
-    "detectable_drops",
-    "fact",
-    "pooled_spread",
-    "seed_change",
-    "seeds_needed",
-]
-
-ChangeLabel = Literal["identical", "better", "not worse", "inconclusive", "worse"]
-
-_POWER_FACTOR = 1.4
-"""Share of the expected interval by which a difference must exceed it for a power of 80 %."""
+IDENTICAL = Answer("identical", 0.0)
 
 
-@dataclass(frozen=True)
-class Change:
-    """Change of a score.
-
-    Attributes
-    ----------
-    label : {'identical', 'better', 'not worse', 'inconclusive', 'worse'}
-        Answer.
-    difference : float
-        Now minus before.
-    interval : Interval or None
-        Interval of the difference; None if it is a fact.
-    p : float
-        Smallest corrected level at which the interval excludes 0; NaN without an interval.
-    reason : str
-        Why the answer is inconclusive; empty otherwise.
-    needed : float
-        Rough number of seeds that would decide; NaN if the answer is conclusive.
-    """
-
-    label: ChangeLabel
-    difference: float = 0.0
-    interval: Interval | None = None
-    p: float = nan
-    reason: str = ""
-    needed: float = nan
-
-
-IDENTICAL = Change("identical")
-
-
-def fact(difference: float, margin: float) -> Change:
+def fact(difference: float, margin: float) -> Answer:
     """Judge a tracker without randomness, whose difference has no sampling error."""
     if abs(difference) > margin:
-        return Change("better" if difference > 0 else "worse", difference)
-    return Change("not worse", difference)
+        return Answer("better" if difference > 0 else "worse", difference)
+    return Answer("not worse", difference)
 
 
-def seed_change(differences: ArrayLike, comparisons: int, detect: float) -> Change:
+def seed_change(differences: ArrayLike, comparisons: int, detect: float) -> Answer:
     """Judge a tracker by its differences, shape (seeds,), in the range -1 to 1.
 
     `comparisons`: number of answers that share the false ones. `detect`: drop that must not be
     missed.
     """
     answer = decide(differences, MARGIN, comparisons, unit="seeds")
-    mean, interval = answer.mean, answer.interval
-    if answer.label in ("better", "worse"):
-        return Change(answer.label, mean, interval, answer.p)
-    if interval is None:
-        return Change("inconclusive", mean, None, reason=answer.reason, needed=MIN_UNITS)
+    interval = answer.interval
+    if interval is None or answer.label in ("better", "worse"):
+        return answer
     if interval.low > -detect:
-        return Change("not worse", mean, interval, answer.p)
+        return replace(answer, label="not worse", reason="", needed=nan)
     if interval.low == interval.high:
-        return Change("inconclusive", mean, interval, answer.p, answer.reason)
-    needed = seeds_needed(mean, interval, np.size(differences), detect)
+        return replace(answer, label="inconclusive", needed=nan)
+    needed = _seeds_needed(answer.mean, interval, np.size(differences), detect)
     reason = f"{about(needed)} seeds needed"
-    return Change("inconclusive", mean, interval, answer.p, reason, needed)
+    return replace(answer, label="inconclusive", reason=reason, needed=needed)
 
 
-def seeds_needed(mean: float, interval: Interval, seeds: int, detect: float) -> float:
+def _seeds_needed(mean: float, interval: Interval, seeds: int, detect: float) -> float:
     """Return roughly how many seeds would show a drop, or rule out one of `detect`."""
     ratios = []
     if mean < 0:
         ratios.append((interval.high - mean) / -mean)
     if mean > -detect:
         ratios.append((mean - interval.low) / (mean + detect))
-    return max(seeds + 1, ceil(seeds * (_POWER_FACTOR * min(ratios)) ** 2))
+    return max(seeds + 1, ceil(seeds * (POWER_FACTOR * min(ratios)) ** 2))
 
 
 def pooled_spread(scores: Sequence[ArrayLike]) -> float:

@@ -9,8 +9,6 @@ from scipy.stats import rankdata
 
 from bench.statistics.intervals import Interval
 
-__all__ = ["rank_correlation"]
-
 FEWEST = 4
 """Pairs with which an interval says anything."""
 
@@ -24,12 +22,7 @@ def rank_correlation(
     is no certainty: r counts for the interval as half of the smallest step away from ±1. With
     fewer than 4 pairs the interval is [-1, 1]; without any spread r is NaN.
 
-    Parameters
-    ----------
-    first, second : array of float, shape (n,)
-        Pairs; infinities are the last of an order.
-    confidence : float
-        Nominal coverage of the interval in (0, 1).
+    `first`, `second`: shape (n,); infinities are the last of an order. `confidence`: in (0, 1).
     """
     a, b = rankdata(first), rankdata(second)
     n = len(a)

@@ -11,14 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import betaincinv, stdtrit
 
-__all__ = [
-    "Interval",
-    "interval_ends",
-    "mean_interval",
-    "share_interval",
-    "t_quantile",
-]
-
 MIN_SKEWNESS = 1e-6
 """Hall's transformation divides by the skewness; below this it would only round."""
 
@@ -35,10 +27,6 @@ class Interval(NamedTuple):
     def inside(self, margin: float) -> bool:
         """Return whether the interval lies within ± margin."""
         return -margin <= self.low and self.high <= margin
-
-    def within(self, least: float, most: float) -> "Interval":
-        """Return the interval cut at the limits of the estimated mean."""
-        return Interval(min(max(self.low, least), most), max(min(self.high, most), least))
 
 
 def mean_interval(values: ArrayLike, confidence: float = 0.95) -> Interval:
@@ -87,7 +75,7 @@ def interval_ends(
     mean, deviation = values.mean(axis=-1), values.std(axis=-1, ddof=1)
     flat = deviation <= MIN_RELATIVE_SPREAD * np.abs(values).max(axis=-1)
     error = np.where(flat, 0.0, deviation / sqrt(n))
-    quantile = t_quantile(n - 1, confidence)
+    quantile = float(stdtrit(n - 1, (1 + confidence) / 2))
     centred = values - mean[..., None]
     second = np.where(flat, 1.0, (centred**2).mean(axis=-1))
     skewness = (centred**3).mean(axis=-1) / second**1.5 / sqrt(n)
@@ -124,8 +112,3 @@ def share_interval(successes: ArrayLike, trials: ArrayLike, confidence: float = 
     low = float(betaincinv(good, n - good + 1, tail)) if good else 0.0
     high = float(betaincinv(good + 1, n - good, 1 - tail)) if good < n else 1.0
     return Interval(low, high)
-
-
-def t_quantile(degrees: float, confidence: float) -> float:
-    """Return the value that Student's t stays within, on either side, with this confidence."""
-    return float(stdtrit(degrees, (1 + confidence) / 2))

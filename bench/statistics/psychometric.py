@@ -16,8 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from bench.statistics.intervals import Interval
 
-__all__ = ["FIRST", "NEXT", "Threshold", "next_places", "threshold"]
-
 Array = NDArray[np.float64]
 
 FIRST, NEXT = 20, 10
@@ -64,14 +62,9 @@ class Threshold:
 
 
 def threshold(places: ArrayLike, survived: ArrayLike) -> Threshold:
-    """Estimate a threshold.
+    """Estimate a threshold from independent runs.
 
-    Parameters
-    ----------
-    places : array of float, shape (n,)
-        Of the runs, in ranges.
-    survived : array of bool, shape (n,)
-        Which of them survived. The runs count as independent.
+    `places`: of the runs, in ranges. `survived`: which of them survived.
     """
     x, kept = np.asarray(places, np.float64), np.asarray(survived, bool)
     likelihood = _grid().prior.copy()

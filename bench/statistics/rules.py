@@ -13,33 +13,14 @@ from numpy.typing import ArrayLike
 
 from bench.statistics.intervals import Interval, interval_ends, mean_interval
 
-__all__ = [
-    "CLAIM_MARGIN",
-    "CONFIDENCE",
-    "DEFAULT_SEEDS",
-    "DETECT",
-    "MARGIN",
-    "MIN_SCENES",
-    "MIN_UNITS",
-    "MIN_UNITS_FOR_SMALL",
-    "POWER",
-    "SHARE_LIMIT",
-    "Answer",
-    "Label",
-    "about",
-    "corrected_level",
-    "decide",
-    "interval_or_none",
-    "p_value",
-    "star_marks",
-    "units_needed",
-]
-
 CONFIDENCE = 0.95
 """Level of all intervals together; m comparisons have intervals at 1 - 0.05 / m (Bonferroni)."""
 
 POWER = 0.80
 """Share of cases in which the advised number of seeds finds a drop."""
+
+POWER_FACTOR = 1.4
+"""Share of the expected interval by which a difference must exceed it for this power."""
 
 MARGIN = 0.01
 """Differences of a score up to this are irrelevant in practice (`compare`, `check`)."""
@@ -69,36 +50,19 @@ DEFAULT_SEEDS = 20
 
 MAX_UNITS_ADVISED = 500
 
-Label = Literal["better", "worse", "equivalent", "inconclusive"]
+Label = Literal["better", "worse", "equivalent", "inconclusive", "identical", "not worse"]
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Answer about a mean difference.
+    """Answer about a mean difference, whose unit is that of the values."""
 
-    Attributes
-    ----------
-    label : {'better', 'worse', 'equivalent', 'inconclusive'}
-        `better` if the difference is positive.
-    mean : float
-        Mean difference, in the unit of the values; NaN without units.
-    interval : Interval or None
-        Its interval at level 1 - 0.05 / comparisons; None for fewer than `MIN_UNITS` units.
-    reason : str
-        Why the answer is inconclusive; empty otherwise.
-    p : float
-        Smallest level at which the corrected interval excludes 0; NaN without an interval.
-    needed : float
-        Rough number of units that would decide; NaN if the answer is conclusive or if more units
-        do not help, infinite if the number is unlimited.
-    """
-
-    label: Label
-    mean: float
-    interval: Interval | None
-    reason: str = ""
-    p: float = nan
-    needed: float = nan
+    label: Label  # `better` if the difference is positive; the last two only of `check`
+    mean: float  # NaN without units
+    interval: Interval | None = None  # at level 1 - 0.05 / comparisons; None below `MIN_UNITS`
+    reason: str = ""  # why the answer is inconclusive
+    p: float = nan  # smallest level at which the corrected interval excludes 0
+    needed: float = nan  # rough number of units that would decide; NaN if more do not help
 
 
 def decide(
@@ -136,12 +100,12 @@ def decide(
     mean = float(values.mean()) if n else nan
     interval = interval_or_none(values, comparisons, -limit, limit)
     if interval is None:
-        return Answer("inconclusive", mean, None, f"only {n} of {MIN_UNITS} {unit}")
+        return Answer("inconclusive", mean, None, only(n, MIN_UNITS, unit))
     p = p_value(values, comparisons)
     if interval.inside(margin):
         if n >= MIN_UNITS_FOR_SMALL:
             return Answer("equivalent", mean, interval, p=p)
-        reason = f"inside ±{margin:g}, but only {n} of {MIN_UNITS_FOR_SMALL} {unit}"
+        reason = f"inside ±{margin:g}, but {only(n, MIN_UNITS_FOR_SMALL, unit)}"
         return Answer("inconclusive", mean, interval, reason, p, MIN_UNITS_FOR_SMALL)
     if interval.low <= 0 <= interval.high:
         needed = units_needed(mean, interval, n, margin)
@@ -163,7 +127,8 @@ def interval_or_none(
     units = np.asarray(values, np.float64)
     if len(units) < MIN_UNITS:
         return None
-    return mean_interval(units, corrected_level(comparisons)).within(least, most)
+    low, high = mean_interval(units, corrected_level(comparisons))
+    return Interval(min(max(low, least), most), max(min(high, most), least))
 
 
 def corrected_level(comparisons: int) -> float:
@@ -205,7 +170,7 @@ def units_needed(mean: float, interval: Interval, n: int, margin: float) -> floa
     if mean != 0:
         half = mean - low if mean > 0 else high - mean
     if abs(mean) > margin:
-        return n * (1.4 * half / abs(mean)) ** 2
+        return n * (POWER_FACTOR * half / abs(mean)) ** 2
     if abs(mean) == margin:
         return inf
     return max(MIN_UNITS_FOR_SMALL, n + 1, n * (half / (margin - abs(mean))) ** 2)
@@ -220,6 +185,11 @@ def about(needed: float) -> str:
     if isnan(needed) or needed > MAX_UNITS_ADVISED:
         return f"more than {MAX_UNITS_ADVISED}"
     return f"about {round(needed, 1 - floor(log10(needed))):.0f}"
+
+
+def only(n: int, least: int, unit: str) -> str:
+    """Return the reason of an answer for which there are too few units."""
+    return f"only {n} of {least} {unit}"
 
 
 def star_marks(

@@ -3,19 +3,12 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["auc", "error_share", "zero_error_thresholds"]
-
 
 def auc(positive: ArrayLike, negative: ArrayLike) -> float:
-    """Area under the receiver's operating curve: P(positive > negative), ties count half.
+    """Return the area under the ROC curve: P(positive > negative), ties count half.
 
-    Parameters
-    ----------
-    positive, negative : array of float, shapes (m,) and (n,)
-        The number in members of either class, one or more.
+    `positive`, `negative`: the number in the members of either class, one or more.
 
-    Examples
-    --------
     >>> auc([0.5, 0.6], [0.1, 0.5])
     0.875
     """
@@ -24,10 +17,8 @@ def auc(positive: ArrayLike, negative: ArrayLike) -> float:
 
 
 def error_share(positive: ArrayLike, negative: ArrayLike, threshold: float) -> float:
-    """Share of wrong answers of "above the threshold is positive".
+    """Return the share of wrong answers of "above the threshold is positive".
 
-    Examples
-    --------
     >>> error_share([0.5, 0.3], [0.1, 0.2], 0.4)
     0.25
     """
@@ -37,10 +28,8 @@ def error_share(positive: ArrayLike, negative: ArrayLike, threshold: float) -> f
 
 
 def zero_error_thresholds(positive: ArrayLike, negative: ArrayLike) -> tuple[float, float] | None:
-    """From (included) and up to (excluded) which thresholds make no error; None where all do.
+    """Return from (included) and up to (excluded) which thresholds make no error, or None.
 
-    Examples
-    --------
     >>> zero_error_thresholds([0.5, 0.3], [0.1, 0.2])
     (0.2, 0.3)
     """

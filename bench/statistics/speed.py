@@ -7,25 +7,12 @@ ratio of their times. Sessions are the unit of evidence: within one, times depen
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import expm1, inf, log, log1p, sqrt
+from math import expm1, inf, log, log1p, nan, sqrt
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtr, stdtrit
-
-__all__ = [
-    "MIN_SESSIONS",
-    "SLOWDOWN",
-    "Pace",
-    "PaceLabel",
-    "Sample",
-    "judge_pace",
-    "log_ratio",
-    "missing_sessions",
-    "sample_of",
-    "sessions_needed",
-]
+from scipy.special import stdtrit
 
 SLOWDOWN = 0.05
 """Slowdown that must not be missed."""
@@ -56,10 +43,11 @@ class Pace:
     """Change of a tracker's speed; changes are relative, 0.05 if it takes 5 % longer."""
 
     state: PaceLabel
-    change: float
-    low: float  # 95 % interval
-    high: float
-    sessions: int
+    change: float = nan
+    low: float = nan  # 95 % interval
+    high: float = nan
+    sessions: int = 0
+    reason: str = ""  # why the tracker could not be timed
 
 
 def log_ratio(times: NDArray[np.float64]) -> float:
@@ -83,15 +71,14 @@ def judge_pace(now: Sample, tests: int = 1) -> Pace:
     `now`: logs of the ratio to the old version. `tests`: trackers that share the 1 % of false
     alarms.
     """
-    error, degrees = _error(now), now.n - 1
-    half = float(stdtrit(degrees, 0.975)) * error
-    beyond = float(stdtrit(degrees, 1 - MISSED)) * error
+    levels = [0.975, 1 - MISSED, 1 - FALSE_ALARM / tests]
+    half, missed, alarm = (_error(now) * stdtrit(now.n - 1, levels)).tolist()
     state: PaceLabel = "inconclusive"
-    if _p(now.mean - log1p(MARGIN), error, degrees) < FALSE_ALARM / tests:
+    if now.mean - alarm > log1p(MARGIN):
         state = "slower"
-    elif _p(-now.mean - log1p(MARGIN), error, degrees) < FALSE_ALARM / tests:
+    elif now.mean + alarm < -log1p(MARGIN):
         state = "faster"
-    elif now.mean + beyond < log1p(SLOWDOWN):
+    elif now.mean + missed < log1p(SLOWDOWN):
         state = "as fast"
     return Pace(state, expm1(now.mean), expm1(now.mean - half), expm1(now.mean + half), now.n)
 
@@ -121,8 +108,3 @@ def _error(now: Sample) -> float:
     """Return the standard error."""
     # Two sessions that agree by chance to the last digit prove nothing.
     return max(now.spread, _MIN_SPREAD) / sqrt(now.n)
-
-
-def _p(difference: float, error: float, degrees: float) -> float:
-    """Return the p-value of no positive difference."""
-    return float(stdtr(degrees, -difference / error))

@@ -9,8 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Survival", "kaplan_meier"]
-
 
 class Survival(NamedTuple):
     """A step function: from each of k times on, the share that is not lost, with its band.
@@ -25,14 +23,9 @@ class Survival(NamedTuple):
 
 
 def kaplan_meier(times: ArrayLike, lost: ArrayLike) -> Survival:
-    """Kaplan and Meier's estimate of the share that survives, with a 95 % band (log-log).
+    """Return Kaplan and Meier's estimate of the share that survives, with a 95 % band (log-log).
 
-    Parameters
-    ----------
-    times : array of float, shape (n,)
-        When each run was lost, or ended; in any unit of time.
-    lost : array of bool, shape (n,)
-        Whether it was lost then.
+    `times`: when each run was lost, or ended, in any unit of time. `lost`: whether it was lost.
     """
     from scipy.stats import CensoredData, ecdf  # half a second, for a figure alone
 

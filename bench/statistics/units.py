@@ -7,8 +7,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Unit", "Units", "units_of"]
-
 Unit = Literal["sequence", "family", "scene"]
 """Kind of a unit. A family is the name of a sequence before the first `:`."""
 
@@ -17,24 +15,12 @@ _PLURALS = {"sequence": "sequences", "family": "families", "scene": "scenes"}
 
 @dataclass(frozen=True)
 class Units:
-    """Sequences by unit.
-
-    Attributes
-    ----------
-    kind : {'sequence', 'family', 'scene'}
-        What a unit is.
-    labels : list of str
-        Name of every unit, in the order of the first sequence of each.
-    members : list of ndarray of int
-        Indices of the sequences of every unit.
-    families : int
-        Number of families.
-    """
+    """Sequences by unit."""
 
     kind: Unit
-    labels: list[str]
-    members: list[NDArray[np.intp]]
-    families: int
+    labels: list[str]  # name of every unit, in the order of the first sequence of each
+    members: list[NDArray[np.intp]]  # indices of the sequences of every unit
+    families: int  # number of families
 
     def __len__(self) -> int:
         """Return the number of units."""
@@ -64,17 +50,10 @@ def units_of(sequences: Sequence[str], unit: str | None = None) -> Units:
     """Group sequences into units.
 
     Scenes if all sequences are of one family, otherwise families, which are called sequences if
-    each has a single one. Variants of one scene are one unit.
+    each has a single one; with unit "scene" always scenes. Variants of one scene are one unit.
 
-    Parameters
-    ----------
-    sequences : sequence of str
-        Names; options follow the family as `:key=value`.
-    unit : {'scene'}, optional
-        Scenes also if there are several families.
+    `sequences`: names; options follow the family as `:key=value`.
 
-    Examples
-    --------
     >>> units_of(["box", "cup:scene=1", "cup:scene=2"]).labels
     ['box', 'cup']
     >>> units_of(["cup:scene=1:light=even", "cup:scene=1", "cup:scene=2"]).labels

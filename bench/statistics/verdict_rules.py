@@ -15,7 +15,7 @@ limit itself (margin, share, factor) is decided if there are enough scenes.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import exp, floor, inf, isfinite, isnan, log, log10, nan
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,23 +31,9 @@ from bench.statistics.rules import (
     corrected_level,
     decide,
     interval_or_none,
+    only,
     units_needed,
 )
-
-__all__ = [
-    "NOWHERE",
-    "Judge",
-    "Outcome",
-    "Verdict",
-    "conjunction",
-    "inconclusive",
-    "no_worse",
-    "number",
-    "order",
-    "plural",
-    "share",
-    "time",
-]
 
 Outcome = Literal["holds", "does not hold", "inconclusive", "not testable"]
 
@@ -56,39 +42,16 @@ NOWHERE = Interval(nan, nan)
 
 @dataclass(frozen=True)
 class Verdict:
-    """Verdict on a claim.
+    """Verdict on a claim."""
 
-    Attributes
-    ----------
-    verdict : {'holds', 'does not hold', 'inconclusive', 'not testable'}
-        Label that is printed and stored.
-    statistic : float
-        Estimate, in `unit`; NaN if there is none.
-    interval : Interval
-        Its interval, from which the verdict was read; NaN if there is none.
-    cells : int
-        Number of units (`counted`) on which the estimate rests.
-    reason : str
-        Reason of the verdict, without a full stop.
-    of, unit : str
-        Name of the estimate and its unit; of a claim with parts, those of the part that decides.
-    counted : str
-        Unit of repetition, in the singular.
-    """
-
-    verdict: Outcome
-    statistic: float = nan
-    interval: Interval = NOWHERE
-    cells: int = 0
-    reason: str = ""
-    of: str = ""
+    verdict: Outcome  # label that is printed and stored
+    statistic: float = nan  # estimate, in `unit`; NaN if there is none
+    interval: Interval = NOWHERE  # of the estimate, from which the verdict was read
+    cells: int = 0  # number of units (`counted`) on which the estimate rests
+    reason: str = ""  # without a full stop
+    of: str = ""  # name of the estimate; of a claim with parts, of the part that decides
     unit: str = ""
-    counted: str = "scene"
-
-    @property
-    def told(self) -> str:
-        """Effect and reason."""
-        return ": ".join(filter(None, [self.effect, self.reason]))
+    counted: str = "scene"  # unit of repetition, in the singular
 
     @property
     def effect(self) -> str:
@@ -156,11 +119,12 @@ def order(
         Name of a unit in the reason, in the singular.
     """
     values = _finite(differences)
-    if len(values) < MIN_SCENES:
-        return _too_few(values, comparisons, -limit, limit, counted)
-    answer = decide(values, margin, comparisons, limit=limit, unit=plural(counted))
+    n, units = len(values), plural(counted)
+    answer = decide(values, margin, comparisons, limit=limit, unit=units)
     verdict: Outcome = "does not hold"
-    if answer.label == "better":
+    if n < MIN_SCENES:
+        verdict, reason = "inconclusive", only(n, MIN_SCENES, units)
+    elif answer.label == "better":
         verdict, reason = "holds", "interval above 0"
     elif answer.label == "worse":
         reason = "interval below 0"
@@ -168,8 +132,7 @@ def order(
         reason = f"too small to matter (±{margin:g})"
     else:
         verdict, reason = "inconclusive", answer.reason
-    interval = answer.interval or NOWHERE
-    return _verdict(verdict, answer.mean, interval, len(values), reason, counted)
+    return Verdict(verdict, answer.mean, answer.interval or NOWHERE, n, reason, counted=counted)
 
 
 def no_worse(
@@ -187,12 +150,12 @@ def no_worse(
     """
     values = _finite(differences)
     n, units = len(values), plural(counted)
-    interval = interval_or_none(values, comparisons, -limit, limit)
-    if n < MIN_SCENES or interval is None:
-        return _too_few(values, comparisons, -limit, limit, counted)
-    mean = float(values.mean())
+    mean = _mean(values)
+    interval = interval_or_none(values, comparisons, -limit, limit) or NOWHERE
     verdict: Outcome = "inconclusive"
-    if interval.high < -margin:
+    if n < MIN_SCENES:
+        reason = only(n, MIN_SCENES, units)
+    elif interval.high < -margin:
         verdict, reason = "does not hold", f"worse by more than {margin:g}"
     elif interval.low <= -margin:
         shifted = Interval(interval.low + margin, interval.high + margin)
@@ -203,8 +166,8 @@ def no_worse(
         verdict, reason = "holds", f"not worse by more than {margin:g}"
     else:
         where = f"inside ±{margin:g}" if interval.inside(margin) else f"above {-margin:g}"
-        reason = f"{where}, but only {n} of {MIN_UNITS_FOR_SMALL} {units}"
-    return _verdict(verdict, mean, interval, n, reason, counted)
+        reason = f"{where}, but {only(n, MIN_UNITS_FOR_SMALL, units)}"
+    return Verdict(verdict, mean, interval, n, reason, counted=counted)
 
 
 def share(
@@ -233,11 +196,9 @@ def share(
     if good.shape != every.shape or (every <= 0).any() or (good < 0).any() or (good > every).any():
         raise ValueError("successes must be 0 to trials in each scene, and trials above 0.")
     n = len(good)
-    value = float((2 * good > every).mean()) if n else nan
-    interval = share_interval(good, every, corrected_level(comparisons)) if n else NOWHERE
-    if n < MIN_SCENES:
-        interval = interval if n >= MIN_UNITS else NOWHERE
-        return _verdict("inconclusive", value, interval, n, _only(n, MIN_SCENES, counted), counted)
+    value, interval = _mean(2 * good > every), NOWHERE
+    if n >= MIN_UNITS:
+        interval = share_interval(good, every, corrected_level(comparisons))
     return _beyond_limit(value, interval, n, limit, counted)
 
 
@@ -267,15 +228,10 @@ def time(
     if over.shape != under.shape or (over <= 0).any() or (under <= 0).any():
         raise ValueError("a ratio needs pairs of times above 0.")
     ratios = np.log(over / under)
-    n, unit = len(ratios), "times as long"
-    logs = interval_or_none(ratios, comparisons)
-    value = exp(float(ratios.mean())) if n else nan
-    if logs is None:
-        reason = _only(n, MIN_UNITS, counted)
-        return Verdict("inconclusive", value, NOWHERE, n, reason, unit=unit, counted=counted)
-    interval = Interval(exp(logs.low), exp(logs.high))
-    verdict = _beyond_limit(value, interval, n, factor, counted, scale=log)
-    return replace(verdict, unit=unit)
+    low, high = interval_or_none(ratios, comparisons) or NOWHERE
+    value, interval = exp(_mean(ratios)), Interval(exp(low), exp(high))
+    verdict = _beyond_limit(value, interval, len(ratios), factor, counted, MIN_UNITS, log)
+    return replace(verdict, unit="times as long")
 
 
 def number(
@@ -299,10 +255,10 @@ def number(
     numbers = _finite(values)
     least, greatest = (-inf, inf) if most is None else (0.0, most)
     interval = interval_or_none(numbers, 1, least, greatest) or NOWHERE
-    mean = float(numbers.mean()) if len(numbers) else nan
     paper = "" if published is None else f"the paper's number is {published:.3g}; "
     reason = f"{paper}number of other videos, printed and not judged"
-    return _verdict("not testable", mean, interval, len(numbers), reason, counted)
+    n = len(numbers)
+    return Verdict("not testable", _mean(numbers), interval, n, reason, counted=counted)
 
 
 def conjunction(parts: Mapping[str, Judge], comparisons: int = 1) -> Verdict:
@@ -319,8 +275,8 @@ def conjunction(parts: Mapping[str, Judge], comparisons: int = 1) -> Verdict:
     for name, verdict in verdicts.items():
         if verdict.verdict == "does not hold" and tests > 1:
             verdicts[name] = parts[name](tests)
-    failing = [name for name, one in verdicts.items() if one.verdict == "does not hold"]
-    open_parts = [name for name, one in verdicts.items() if one.verdict != "holds"]
+    failing = [name for name, part in verdicts.items() if part.verdict == "does not hold"]
+    open_parts = [name for name, part in verdicts.items() if part.verdict != "holds"]
     name = (failing or open_parts or [*verdicts])[0]
     decides = replace(verdicts[name], of=name)
     if failing:
@@ -337,11 +293,17 @@ def _beyond_limit(
     n: int,
     limit: float,
     counted: str,
+    least: int = MIN_SCENES,
     scale: Callable[[float], float] = float,
 ) -> Verdict:
-    """Return whether an interval is above or below a limit; means are taken on a `scale`."""
+    """Return whether an interval of `least` or more units is above or below a limit.
+
+    `scale`: function that transforms a value into the unit of the averaged numbers.
+    """
     verdict: Outcome = "inconclusive"
-    if interval.low > limit:
+    if n < least:
+        reason = only(n, least, plural(counted))
+    elif interval.low > limit:
         verdict, reason = "holds", f"interval above {limit:g}"
     elif interval.high < limit:
         verdict, reason = "does not hold", f"interval below {limit:g}"
@@ -350,26 +312,11 @@ def _beyond_limit(
         shifted = Interval(scale(interval.low) - middle, scale(interval.high) - middle)
         needed = about(units_needed(scale(value) - middle, shifted, n, 0.0))
         reason = f"interval contains the limit {limit:g}; {needed} {plural(counted)} needed"
-    return _verdict(verdict, value, interval, n, reason, counted)
-
-
-def _too_few(
-    values: NDArray[np.float64], comparisons: int, least: float, most: float, counted: str
-) -> Verdict:
-    mean = float(values.mean()) if len(values) else nan
-    interval = interval_or_none(values, comparisons, least, most) or NOWHERE
-    reason = _only(len(values), MIN_SCENES, counted)
-    return _verdict("inconclusive", mean, interval, len(values), reason, counted)
-
-
-def _only(n: int, needed: int, counted: str) -> str:
-    return f"only {n} of {needed} {plural(counted)}"
-
-
-def _verdict(
-    verdict: Outcome, value: float, interval: Interval, n: int, reason: str, counted: str
-) -> Verdict:
     return Verdict(verdict, value, interval, n, reason, counted=counted)
+
+
+def _mean(values: NDArray[Any]) -> float:
+    return float(values.mean()) if len(values) else nan
 
 
 def _finite(values: ArrayLike) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Attributes as a user meets them: `describe`, `list`, `compare` and `report --by-attribute`."""
+"""Attributes of sequences in `describe`, `list` and `report --by-attribute`."""
 
 import json
 import shutil
@@ -49,24 +49,6 @@ def test_what_can_not_be_measured_is_a_line(trackmark, here):
     cv2.imwrite(str(folder / "0.png"), np.zeros((20, 20, 3), np.uint8))
     said = trackmark("describe", folder, "--attributes", status=2)
     assert "there is no truth" in said.stderr
-
-
-def test_a_comparison_says_where_one_gains_on_the_other_if_it_is_asked(trackmark, here, twelve):
-    asked = ("compare", "--results", "results/twelve")
-    told = json.loads(trackmark(*asked, "--json").stdout)
-    assert told["attributes"] == {"measured": {}, "trackers": [], "pairs": []}
-    assert not twelve.exists()  # nothing was opened
-    said = trackmark(*asked, "--by-attribute", "--folder", "paper").stdout
-    assert max(map(len, said.splitlines())) <= 100
-    assert "correlation" in said
-    assert "brightness_change" in said
-    for name in ("attributes.png", "attribute-differences.png", "comparison-attributes.csv"):
-        assert (here / "paper" / name).is_file(), name
-    assert (here / "paper" / "comparison-attribute-differences.md").is_file()
-    told = json.loads(trackmark(*asked, "--by-attribute", "--json").stdout)
-    (motion,) = (row for row in told["attributes"]["pairs"] if row["attribute"] == "motion")
-    assert [one["sequences"] for one in motion["bins"]] == [6, 6]
-    assert motion["places"] == told["attributes"]["measured"]["motion"]
 
 
 def test_a_report_shows_scores_against_attributes_once_measured_without_the_sequences(

@@ -63,7 +63,7 @@ def kept(trackmark, here, clocked, git, monkeypatch):
     own = here / "trackers"
     own.mkdir()
     (own / "static.py").write_text("# as it was\n")
-    monkeypatch.setattr("bench.comparing.git_revisions._PACKAGE", own)
+    monkeypatch.setattr("bench.comparing.speed_check._PACKAGE", own)
     git("init", "--quiet")
     git("add", "knob.py", "trackers")
     git("commit", "--quiet", "--message", "before")

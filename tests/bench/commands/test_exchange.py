@@ -9,7 +9,7 @@ import pytest
 
 from bench.store.results import Results
 
-SHARED = Path(__file__).parents[5] / "shared"
+SHARED = Path(__file__).parents[4] / "shared"
 PUBLISHED = SHARED / "published"
 TWO = "data/Small,data/Other"
 

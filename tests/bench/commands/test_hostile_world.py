@@ -101,7 +101,7 @@ def test_control_characters_of_a_tracker_and_of_a_name_do_not_reach_the_terminal
     shown = trackmark(*run, status=1)
     told = trackmark("results", "failures")
     log = trackmark("results", "log")
-    files = trackmark("report", "results", "--folder", "report", "--no-pictures")
+    files = trackmark("report", "results", "--folder", "report", "--no-pictures", status=1)
     texts = [text for done in (shown, told, log, files) for text in (done.stdout, done.stderr)]
     texts += [file.read_text() for file in (here / "report").iterdir()]
     for text in texts:

@@ -1,21 +1,22 @@
 """Comparisons: answers, refusals, failed runs, and the same numbers in every format."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from bench.comparing import MARGINS
-from bench.comparing.comparable_runs import AllFailedError, ComparisonError
+from bench.comparing.comparable_runs import AllFailedError, ComparisonError, with_published
 from bench.comparing.comparison import compare, parts_of
 from bench.comparing.figures import write_figures
-from bench.comparing.published_scores import with_published
 from bench.comparing.summary_text import paragraph
 from bench.comparing.tables import as_data, files, screen
+from bench.reporting import MARGINS
 from bench.reporting.tables import SUMMARY
 from bench.statistics.intervals import mean_interval
 from bench.statistics.rules import MARGIN, decide
 from reports.comparison import Breaks, Point, breaking_plot, difference_plot, speed_accuracy_plot
+from reports.fitting import on_terminal
 from reports.palette import colour
 from reports.renderers import to_csv, to_text
 
@@ -39,7 +40,7 @@ def ladder(names="abc", step=0.1, n=10):
 
 def test_compare_pairs_by_sequence_after_averaging_repetitions(make_runs):
     scores = {"a": around(HARDNESS + 0.05), "b": around(HARDNESS, seed=1, repetitions=2)}
-    comparison = compare(make_runs(scores), OVERLAP, 0.01)
+    comparison = compare(make_runs(scores), OVERLAP)
     (pair,) = comparison.pairs
     differences = scores["a"].mean(axis=1) - scores["b"].mean(axis=1)
     assert pair.differences == pytest.approx(differences)
@@ -57,7 +58,7 @@ def test_margins_of_shares_are_the_shared_margin():
 
 def test_compare_takes_lower_as_better_if_the_measure_does(make_runs):
     scores = {"a": around(HARDNESS + 0.05), "b": around(HARDNESS, seed=1)}
-    (pair,) = compare(make_runs(scores), ERROR, 0.01).pairs
+    (pair,) = compare(make_runs(scores), replace(ERROR, margin=0.01)).pairs
     assert (pair.answer.label, pair.wins) == ("better", 10)
     assert pair.difference == pytest.approx(-0.5, abs=0.1)
     assert pair.interval.low < pair.difference < pair.interval.high < 0
@@ -65,8 +66,8 @@ def test_compare_takes_lower_as_better_if_the_measure_does(make_runs):
 
 def test_compare_corrects_for_all_pairs_or_those_of_one(make_runs):
     runs = make_runs(ladder("abcd"))
-    pairs = compare(runs, OVERLAP, 0.01).pairs
-    against = compare(runs, OVERLAP, 0.01, against="b")
+    pairs = compare(runs, OVERLAP).pairs
+    against = compare(runs, OVERLAP, against="b")
     assert len(pairs) == 6
     assert [(pair.first, pair.second) for pair in against.pairs] == [
         ("b", "a"),
@@ -77,23 +78,23 @@ def test_compare_corrects_for_all_pairs_or_those_of_one(make_runs):
         for pair in corrected:
             assert pair.interval == pytest.approx(mean_interval(pair.differences, 1 - 0.05 / m))
             assert pair.answer == decide(pair.differences, 0.01, m)
-    assert against.standings == compare(runs, OVERLAP, 0.01).standings  # the star is of all pairs
+    assert against.standings == compare(runs, OVERLAP).standings  # the star is of all pairs
 
 
 def test_compare_ignores_stored_trackers_that_are_not_named(make_runs):
     scores = ladder("abc", step=0.004)
     runs = make_runs(scores)
     broken = changed(runs.copy(), runs.index[runs["tracker"] == "c"], status="missing")
-    alone = compare(make_runs({name: scores[name] for name in "ab"}), OVERLAP, 0.01)
+    alone = compare(make_runs({name: scores[name] for name in "ab"}), OVERLAP)
     for stored in (runs, broken):
-        assert as_data(compare(stored, OVERLAP, 0.01, ["a", "b"])) == as_data(alone)
+        assert as_data(compare(stored, OVERLAP, ["a", "b"])) == as_data(alone)
 
 
 def test_equivalent_needs_30_sequences_and_reason_is_printed(make_runs):
     def pair_of(n):
         easy = np.linspace(0.3, 0.8, n)
         scores = {"a": around(easy, 0.001), "b": around(easy + 0.002, 0.001, seed=1)}
-        return compare(make_runs(scores), OVERLAP, 0.01)
+        return compare(make_runs(scores), OVERLAP)
 
     few, many = pair_of(10), pair_of(30)
     assert many.pairs[0].answer.label == "equivalent"
@@ -104,7 +105,7 @@ def test_equivalent_needs_30_sequences_and_reason_is_printed(make_runs):
 
 
 def test_fewer_than_6_sequences_have_differences_only(make_runs):
-    comparison = compare(make_runs(ladder("ab", n=5)), OVERLAP, 0.01)
+    comparison = compare(make_runs(ladder("ab", n=5)), OVERLAP)
     standings, differences = screen(comparison)
     assert standings.notes[0] == "5 sequences: too few for intervals (6 needed)"
     assert not any(cell.best for row in standings.rows for cell in row)
@@ -112,13 +113,13 @@ def test_fewer_than_6_sequences_have_differences_only(make_runs):
     assert differences.rows[0][1].text == f"{comparison.pairs[0].differences[0]:+.3f}"
     assert comparison.pairs[0].answer.reason == "only 5 of 6 sequences"
     assert as_data(comparison)["pairs"][0]["interval"] is None
-    assert compare(make_runs(ladder("ab", n=1)), OVERLAP, 0.01).pairs[0].difference < 0
+    assert compare(make_runs(ladder("ab", n=1)), OVERLAP).pairs[0].difference < 0
 
 
 def test_families_are_units_unless_scenes_are_forced(make_runs):
     names = [f"{family}:scene={scene}" for family in ("walk", "run") for scene in range(5)]
     runs = make_runs(ladder("ab"), names=names)
-    by_family, by_scene = (compare(runs, OVERLAP, 0.01, by_scene=forced) for forced in (0, 1))
+    by_family, by_scene = (compare(runs, OVERLAP, by_scene=forced) for forced in (0, 1))
     differences = by_scene.pairs[0].differences
     assert by_family.pairs[0].by_unit == pytest.approx(differences.reshape(2, 5).mean(axis=1))
     assert "--unit scene answers for new scenes of these families" in screen(by_family)[0].notes[0]
@@ -128,7 +129,7 @@ def test_families_are_units_unless_scenes_are_forced(make_runs):
 
 
 def test_p_value_is_in_csv_and_json_only(make_runs):
-    comparison = compare(make_runs(ladder()), OVERLAP, 0.01)
+    comparison = compare(make_runs(ladder()), OVERLAP)
     pairs = files(comparison)[1]
     assert 0 < pairs.data["p"].max() < 0.05
     assert as_data(comparison)["pairs"][0]["p"] == pairs.data["p"][0]
@@ -137,7 +138,7 @@ def test_p_value_is_in_csv_and_json_only(make_runs):
 
 
 def test_paragraph_states_methods_and_answers(make_runs):
-    text = paragraph(compare(make_runs(ladder()), OVERLAP, 0.01))
+    text = paragraph(compare(make_runs(ladder()), OVERLAP))
     assert "on 10 sequences, 4 runs each; the unit is the sequence" in text
     assert (
         "union of Student's t interval and Hall's skewness-corrected one, at 98.33 % each" in text
@@ -147,7 +148,7 @@ def test_paragraph_states_methods_and_answers(make_runs):
 
 
 def test_many_trackers_are_summarised_for_the_best_one(make_runs):
-    comparison = compare(make_runs(ladder("abcdefg", step=0.03)), OVERLAP, 0.01)
+    comparison = compare(make_runs(ladder("abcdefg", step=0.03)), OVERLAP)
     _, pairs = screen(comparison)
     assert sum("g" in row[0].text for row in pairs.rows) == 6
     assert pairs.notes == ["15 other pairs are in --json and --folder."]
@@ -158,7 +159,7 @@ def test_failed_runs_count_and_are_named(make_runs):
     runs = make_runs(ladder("ab"))
     failure = "frame 3: ValueError: empty box\ntraceback"
     runs = changed(runs, [3], status="failed", failure=failure, mean_overlap=0.0, first_loss=1.0)
-    comparison = compare(runs, OVERLAP, 0.01)
+    comparison = compare(runs, OVERLAP)
     note = "1 of 40 runs failed (counted as 0): sequence s0, ValueError: empty box"
     assert comparison.scores["a"][0][3] == 0.0
     assert f"a: {note}" in screen(comparison)[0].notes
@@ -169,20 +170,20 @@ def test_failed_runs_count_and_are_named(make_runs):
 def test_tracker_without_finished_runs_is_left_out(make_runs):
     runs = make_runs(ladder())
     failed = changed(runs, runs.index[runs["tracker"] == "a"], status="failed", failure="no")
-    comparison = compare(failed, OVERLAP, 0.01, against="a")
+    comparison = compare(failed, OVERLAP, against="a")
     assert comparison.left_out == ["a"]
     assert [(pair.first, pair.second) for pair in comparison.pairs] == [("b", "c")]
     assert "a: 40 of 40 runs failed (left out)" in screen(comparison)[0].notes[1]
-    alone = compare(failed, OVERLAP, 0.01, ["a", "b"])
+    alone = compare(failed, OVERLAP, ["a", "b"])
     assert [table.name for table in screen(alone)] == ["comparison"]
     assert "1 tracker was compared" in paragraph(alone)
     with pytest.raises(AllFailedError, match="a: 40 of 40 runs failed"):
-        compare(runs.assign(status="failed", failure="no"), OVERLAP, 0.01)
+        compare(runs.assign(status="failed", failure="no"), OVERLAP)
 
 
 def test_same_boxes_and_trackers_not_repeatable_are_named(make_runs):
     evidence = {"same_boxes": {("b", "a"): 4}, "not_repeatable": {"b", "other"}}
-    comparison = compare(make_runs(ladder("ab")), OVERLAP, 0.01, **evidence)
+    comparison = compare(make_runs(ladder("ab")), OVERLAP, **evidence)
     standings, pairs = screen(comparison)
     assert [row[0].text for row in standings.rows] == ["a", "b (not repeatable)"]
     assert "    same boxes on 4 of 10 sequences" in to_text(pairs)
@@ -195,13 +196,12 @@ def test_same_boxes_and_trackers_not_repeatable_are_named(make_runs):
 def test_parts_are_parameters_of_scenes_averaged_by_unit(make_runs):
     names = [f"walk:scene={n}:light={light}" for light in ("dim", "full") for n in range(4)]
     scores = {"a": around([0.5] * 8), "b": around([0.5] * 4 + [0.3] * 4, seed=1)}
-    comparison = compare(make_runs(scores, names=names), OVERLAP, 0.01)
-    parts = comparison.by_part(comparison.pairs[0])
-    assert list(parts) == [("light", "dim"), ("light", "full")]
-    n, differences = parts["light", "full"]
-    assert (n, len(comparison.units)) == (4, 4)
-    assert differences == pytest.approx(comparison.pairs[0].differences[4:])
-    assert [table.name for table in files(comparison)][-1] == "comparison-parts"
+    comparison = compare(make_runs(scores, names=names), OVERLAP)
+    table = files(comparison)[-1]
+    dim, full = table.data.to_dict("records")
+    assert (table.name, dim["knob"], dim["value"]) == ("comparison-parts", "light", "dim")
+    assert (full["value"], full["sequences"], len(comparison.units)) == ("full", 4, 4)
+    assert full["difference"] == pytest.approx(comparison.pairs[0].differences[4:].mean())
 
 
 def test_parts_of_have_defaults_and_order_numbers_by_size():
@@ -216,7 +216,7 @@ def test_parts_include_attributes_of_some_sequences(make_runs):
     names = [f"clip{n}" for n in range(8)]
     scores = {"a": around([0.5] * 8), "b": around([0.5] * 4 + [0.3] * 4, seed=1)}
     having = {name: {"whole", *({"blur"} if n >= 4 else ())} for n, name in enumerate(names)}
-    comparison = compare(make_runs(scores, names=names), OVERLAP, 0.01, attributes=having)
+    comparison = compare(make_runs(scores, names=names), OVERLAP, attributes=having)
     (part,) = as_data(comparison)["parts"]  # all sequences have `whole`
     assert (part["knob"], part["value"], part["sequences"]) == ("attribute", "blur", 4)
     assert part["difference"] == pytest.approx(0.2, abs=0.02)
@@ -246,20 +246,20 @@ def changed(runs, rows, **values):
 def test_runs_that_cannot_be_compared_are_named(make_runs, change, message):
     runs = make_runs({"a": around(HARDNESS), "b": around(HARDNESS, seed=1)})
     with pytest.raises(ComparisonError, match=message):
-        compare(change(runs), OVERLAP, 0.01)
+        compare(change(runs), OVERLAP)
 
 
 def test_unknown_and_equal_labels_are_refused(make_runs):
     runs = make_runs({"a": around(HARDNESS), "b": around(HARDNESS, seed=1)})
     for options in ({"trackers": ["a", "z"]}, {"against": "z"}):
         with pytest.raises(ComparisonError, match=r"'z': no stored runs .* Stored are a, b"):
-            compare(runs, OVERLAP, 0.01, **options)
+            compare(runs, OVERLAP, **options)
     with pytest.raises(ComparisonError, match="named twice"):
-        compare(runs, OVERLAP, 0.01, ["a", "a"])
+        compare(runs, OVERLAP, ["a", "a"])
 
 
 def test_numbers_are_the_same_in_every_format(make_runs):
-    comparison = compare(make_runs(ladder()), OVERLAP, 0.01)
+    comparison = compare(make_runs(ladder()), OVERLAP)
     data = json.loads(json.dumps(as_data(comparison), allow_nan=False))
     standings, pairs = files(comparison)[:2]
     assert standings.data["mean"].tolist() == [row["mean"] for row in data["trackers"]]
@@ -269,18 +269,17 @@ def test_numbers_are_the_same_in_every_format(make_runs):
         assert max(map(len, to_text(table).splitlines()[1:])) <= 100
 
 
-def test_long_names_are_letters_in_pairs(make_runs):
+@pytest.mark.parametrize("n", [5, 10])
+def test_pairs_of_long_names_fit_a_terminal(make_runs, n):
     names = [f"multipart:particles={k}:features=colour,edges:model=adaptive" for k in (25, 200)]
-    standings, pairs = screen(compare(make_runs(ladder(names)), OVERLAP, 0.01))
-    assert [[cell.text for cell in row[:2]] for row in standings.rows] == [
-        ["A", names[0]],
-        ["B", names[1]],
-    ]
-    assert pairs.rows[0][0].text == "A - B"
+    tables = screen(compare(make_runs(ladder(names, n=n)), OVERLAP))
+    text = "".join(on_terminal(table, to_text) for table in tables)
+    assert max(map(len, text.splitlines())) <= 100
+    assert f"{names[0]} -\n{names[1]}\n" in text
 
 
 def test_figures_are_drawn_if_the_numbers_allow_them(make_runs, tmp_path):
-    comparison = compare(make_runs(ladder()), OVERLAP, 0.01)
+    comparison = compare(make_runs(ladder()), OVERLAP)
     drawn = {path.stem for path in write_figures(comparison, tmp_path)}
     assert drawn == {"differences", "profiles", "survival", "speed-accuracy"}
 
@@ -318,7 +317,7 @@ def test_equal_trackers_are_rarely_called_different(make_runs):
             name: generator.normal(means, 0.05)[:, None] + generator.normal(0, 0.05, (12, 3))
             for name in "abc"
         }
-        pairs = compare(make_runs(scores), OVERLAP, 0.0).pairs
+        pairs = compare(make_runs(scores), replace(OVERLAP, margin=0.0)).pairs
         called += any(pair.answer.label in ("better", "worse") for pair in pairs)
     assert called / 400 <= 0.07
 
@@ -344,7 +343,7 @@ def test_published_scores_are_compared_with_stored_ones(make_runs, tmp_path):
     file.write_text("\n".join(["tracker,sequence,mean_overlap", *rows, "MEEM,elsewhere,0.5"]))
     runs, others = with_published(make_runs({"a": around(HARDNESS)}), file, OVERLAP)
     assert others == ["MEEM (published)"]
-    comparison = compare(runs, OVERLAP, 0.01)
+    comparison = compare(runs, OVERLAP)
     assert comparison.pairs[0].answer.label == "worse"
     assert np.isnan(comparison.standings[1].milliseconds)
 
@@ -369,19 +368,6 @@ def test_published_file_of_wrong_content_is_refused(make_runs, tmp_path, text, w
     file.write_text(text)
     with pytest.raises(ComparisonError, match=words):
         with_published(make_runs({"a": around(HARDNESS)}), file, OVERLAP)
-
-
-def test_measured_attributes_have_curves_of_pairs(make_runs):
-    names = [f"street{n}" for n in range(10)]
-    runs = make_runs({"a": around(HARDNESS), "b": around(HARDNESS[::-1])}, names=names)
-    blurs = np.arange(10.0)
-    comparison = compare(
-        runs, OVERLAP, 0.01, measured=lambda sequences: {"blur": blurs[: len(sequences)]}
-    )
-    assert [table.name for table in screen(comparison)][-1] == "comparison-attribute-differences"
-    (rising,) = comparison.curves_of(comparison.pairs)
-    assert rising.correlation == pytest.approx(1.0)
-    assert rising.interval.low > 0
 
 
 @pytest.mark.parametrize(("n", "panels"), [(7, 1), (8, 8)])

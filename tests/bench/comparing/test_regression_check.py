@@ -98,7 +98,7 @@ def test_tracker_with_new_randomness_is_judged_over_all_seeds():
     result = check(baseline(BEFORE), now, MADE_WITH)
     row = next(row for row in result.sequences if (row.tracker, row.sequence) == ("static", "s0"))
     assert row.change.label == "not worse"
-    assert row.change.difference == pytest.approx(NOISE[0].mean())
+    assert row.change.mean == pytest.approx(NOISE[0].mean())
     assert (len(row.old), len(row.new)) == (1, SEEDS)
     assert changed_facts(BEFORE, now) == {}
 

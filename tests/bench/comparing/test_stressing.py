@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import datasets
-from bench.comparing.breaking import Breaking, as_data, files, screen, write_curves
+from bench.comparing.breaking import Breaking, as_data, tables, write_curves
 from bench.comparing.stressing import Course, Knob, Series, factor, knob_of
 from bench.experiments.experiment import ExperimentError
 from datasets import SequenceError
@@ -51,7 +51,7 @@ def test_beyond_the_range_no_level_is_claimed(half, verdict, said):
     assert series.verdict == verdict
     assert len(series.trials) < 100
     assert any(map(isinf, series.interval))
-    (table,) = screen(Breaking([series], "a", {}))
+    (table,) = tables(Breaking([series], "a", {}))
     assert said in table.rows[0][2].text
     assert as_data(Breaking([series], "a", {}))["series"][0]["level"] is None
 
@@ -129,7 +129,7 @@ def test_what_is_too_short_to_begin_elsewhere_is_refused():
 def test_tables_and_curves_say_it(tmp_path):
     series = [ended(name, NOISE, half) for name, half in (("a", 0.3), ("b", 0.5), ("c", 3.0))]
     found = Breaking(series, "a", {"a": [0.3, 0.4], "b": [0.6, 0.7], "c": [0.8, 0.9]})
-    points, agreement, severity, runs = files(found)
+    points, agreement, severity, runs = tables(found, whole=True)
     assert points.rows[0][4].text == "1"
     assert points.rows[2][4].text.startswith("more than")
     assert agreement.rows[0][1].text == "1.00"

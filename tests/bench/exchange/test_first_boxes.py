@@ -10,7 +10,7 @@ from bench.exchange.importing import Guest, On, import_results
 from bench.exchange.layout import ExchangeError
 from bench.store.results import Results
 
-SHARED = Path(__file__).parents[4].parent / "shared"
+SHARED = Path(__file__).parents[4] / "shared"
 PUBLISHED = SHARED / "published" / "boxes"
 TRUTH = np.array([[50, 46, 25, 62], [52, 45, 25, 61], [55, 44, 25, 60], [57, 44, 26, 60]], float)
 ONE_BASED = TRUTH + [1, 1, 0, 0]

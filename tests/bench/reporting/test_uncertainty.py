@@ -119,7 +119,7 @@ def test_summary_marks_as_a_comparison(spread, sequences):
     for _ in range(10):
         runs = compared(sequences, spread, generator)
         summary, _ = score_tables(runs, runs[:0], "T")
-        standings, *_ = files(compare(runs, SUMMARY[0], SUMMARY[0].margin))
+        standings, *_ = files(compare(runs, SUMMARY[0]))
         assert [row[1].best for row in summary.rows] == [row[1].best for row in standings.rows]
 
 

@@ -53,7 +53,7 @@ def test_seed_change_equals_slow_definition(values, comparisons):
     close = [abs(end - limit) for end in (low, high) for limit in (0, 0.01, -0.01, -DETECT)]
     assert change.label == slow_label(low, high) or min(close) < 1e-7
     assert (change.label == "inconclusive") == bool(change.reason)
-    assert change.difference == pytest.approx(fmean(values))
+    assert change.mean == pytest.approx(fmean(values))
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_seed_change_labels_and_reasons(values, comparisons, label, reason):
 )
 def test_fact_is_judged_by_margin_alone(difference, margin, label):
     change = fact(difference, margin)
-    assert (change.label, change.difference, change.interval) == (label, difference, None)
+    assert (change.label, change.mean, change.interval) == (label, difference, None)
 
 
 def test_sensitivity_matches_documented_example():

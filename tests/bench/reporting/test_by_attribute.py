@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import spearmanr
 
-from bench.reporting.against import against, as_data, attribute_table, bins_of
+from bench.reporting.by_attribute import against, attribute_table, bins_of
 from bench.reporting.tables import SUMMARY
 from bench.statistics.correlation import rank_correlation
 from bench.statistics.intervals import mean_interval
@@ -94,7 +94,7 @@ def test_sequences_without_the_attribute_are_left_out_and_one_that_none_has_is_n
 def test_scores_that_are_all_the_same_have_no_correlation_and_are_told():
     (curve,) = against({"a": [0.5] * 12}, {"size": np.arange(12)})
     assert isnan(curve.correlation)
-    text = to_text(attribute_table([curve], OVERLAP, "tracker"))
+    text = to_text(attribute_table([curve], OVERLAP))
     assert "—" in text
 
 
@@ -107,7 +107,7 @@ def made(n, trackers=("camshift:window=adaptive", "opencv-mil")):
 
 
 def test_the_table_fits_a_terminal_with_both_ends():
-    text = on_terminal(attribute_table(made(20), OVERLAP, "tracker"), to_text)
+    text = on_terminal(attribute_table(made(20), OVERLAP), to_text)
     assert max(map(len, text.splitlines())) <= 100
     assert "lowest" in text
     assert "highest" in text
@@ -115,19 +115,16 @@ def test_the_table_fits_a_terminal_with_both_ends():
 
 
 def test_few_sequences_are_told_of():
-    text = to_markdown(attribute_table(made(8), OVERLAP, "tracker"))
+    text = to_markdown(attribute_table(made(8), OVERLAP))
     assert "Without curve: 6 of 6 rows" in text
 
 
 def test_the_files_have_a_row_a_bin_at_full_precision():
     curves = made(20)
-    table = attribute_table(curves, OVERLAP, "tracker")
+    table = attribute_table(curves, OVERLAP)
     assert len(table.data) == 3 * len(curves)
     assert table.data["bin_mean"][2] == curves[0].bins[2].mean
     assert to_csv(table).count("\n") == 1 + 3 * len(curves)
-    (first, *_) = as_data(curves, "tracker")
-    assert first["bins"][2]["mean"] == curves[0].bins[2].mean
-    assert len(first["scores"]) == len(first["places"]) == 20
 
 
 @pytest.mark.parametrize("n", [3, 20])
