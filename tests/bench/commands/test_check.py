@@ -187,6 +187,19 @@ def test_baseline_is_not_written_after_crash_in_repetition(
     assert not (here / "baselines").exists()
 
 
+def test_failed_run_outweighs_an_inconclusive_answer(trackmark, edit):
+    edit(*DETERMINISTIC)
+    edit(*NO_DRAW)
+    trackmark(*BASELINE)
+    edit("self.box + [0,", "self.box + [self.random.random(),")
+    edit("numpy.random.default_rng(self.seed)", UNSEEDED)
+    trackmark("check", "own", "--strict", status=3)
+    edit("self.box = box", "self.box = box\n        if box[0] != 4: raise KeyError('target')")
+    printed = trackmark("check", "own", "--strict", status=1).stdout
+    assert "inconclusive: mine, Small: not repeatable." in printed
+    assert "REGRESSION: mine failed in 1 of 2 runs" in printed
+
+
 def test_tracker_that_draws_now_is_run_with_all_seeds(trackmark, edit):
     edit(*DETERMINISTIC)
     edit(*NO_DRAW)
