@@ -4,6 +4,7 @@ import os
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from bench.comparing.baseline import Cells
     from bench.execution.plan import KnownSequences, Plan
 
-__all__ = ["CellRunner", "differing", "failure_lines", "first_cells"]
+__all__ = ["CellRunner", "differing", "failure_lines", "first_cells", "with_failures"]
 
 _HASH_SEED = "PYTHONHASHSEED"
 
@@ -133,13 +134,27 @@ def first_cells(cells: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
 
 
 def differing(cells: "Cells", repeated: "Cells") -> list[tuple[str, str]]:
-    """Return trackers and sequences whose seed 0 gave other boxes when it was repeated."""
+    """Return trackers and sequences whose seed 0 gave other boxes when it was repeated.
+
+    Repeated runs that failed have no boxes and are left out.
+    """
     return [
         (tracker, name)
         for tracker, row in repeated.items()
         for name, cell in row.items()
-        if cell.boxes[0] != cells[tracker][name].boxes[0]
+        if cell.boxes[0] not in ("", cells[tracker][name].boxes[0])
     ]
+
+
+def with_failures(cells: "Cells", repeated: "Cells") -> "Cells":
+    """Return the cells with the failures of repeated runs, which count as failures of seed 0."""
+    merged = {tracker: dict(row) for tracker, row in cells.items()}
+    for tracker, row in repeated.items():
+        for name, cell in row.items():
+            again = {seed: f"{reason} (repeated run)" for seed, reason in cell.failures.items()}
+            first = merged[tracker][name]
+            merged[tracker][name] = replace(first, failures={**again, **first.failures})
+    return merged
 
 
 def failure_lines(cells: "Cells") -> list[str]:

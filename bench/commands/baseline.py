@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bench.commands import EXIT_ANSWER_IS_NO
-from bench.commands._baseline_runs import CellRunner, differing, failure_lines, first_cells
+from bench.commands._baseline_runs import (
+    CellRunner,
+    differing,
+    failure_lines,
+    first_cells,
+    with_failures,
+)
 from bench.commands._options import chosen_sequences, engine_options, output_option, split_list
 from bench.experiments.experiment import Experiment, SequenceSource
 
@@ -67,10 +73,11 @@ def command(
     runner = CellRunner(experiment, texts, sources, output, means)
     names = {label: list(sources) for label in texts}
     cells = runner.run(names, seeds)
-    if lines := failure_lines(cells):
+    repeated = runner.repeat(first_cells(names))
+    if lines := failure_lines(with_failures(cells, repeated)):
         click.echo("\n".join([*lines, f"{path} is not written: runs failed."]), err=True)
         return EXIT_ANSWER_IS_NO
-    refuse_hidden_randomness(cells, runner.repeat(first_cells(names)))
+    refuse_hidden_randomness(cells, repeated)
     baseline = Baseline(cells, texts, seeds, detect, surroundings())
     write_baseline(baseline, path)
     runs = sum(len(cell.overlap) for row in cells.values() for cell in row.values())

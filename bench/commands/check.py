@@ -13,7 +13,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bench.commands import EXIT_ANSWER_IS_NO
-from bench.commands._baseline_runs import CellRunner, differing, failure_lines, first_cells
+from bench.commands._baseline_runs import (
+    CellRunner,
+    differing,
+    failure_lines,
+    first_cells,
+    with_failures,
+)
 from bench.commands._options import (
     engine_options,
     json_option,
@@ -167,7 +173,8 @@ def _checked(before: "Baseline", runner: CellRunner) -> "Check":
 
     now = runner.run({tracker: list(row) for tracker, row in before.cells.items()}, before.seeds)
     repeated = runner.repeat(changed_facts(before.cells, now))
-    return check(before, now, surroundings(), differing(now, repeated))
+    not_repeatable = differing(now, repeated)
+    return check(before, with_failures(now, repeated), surroundings(), not_repeatable)
 
 
 def _status(result: "Check", speeds: "Mapping[str, Pace]", *, strict: bool) -> int:
@@ -183,11 +190,11 @@ def _accept(
     """Replace a tracker's scores in the baseline, unless a run failed."""
     from bench.comparing.baseline import write_baseline
 
-    if lines := failure_lines(result.now):
+    repeated = runner.repeat(first_cells({tracker: list(result.now[tracker])}))
+    if lines := failure_lines(with_failures(result.now, repeated)):
         click.echo("\n".join([*lines, f"{path} is not changed: runs failed."]), err=True)
         return EXIT_ANSWER_IS_NO
-    names = {tracker: list(result.now[tracker])}
-    refuse_hidden_randomness(result.now, runner.repeat(first_cells(names)))
+    refuse_hidden_randomness(result.now, repeated)
     today = datetime.now(UTC).date().isoformat()
     write_baseline(stored.moved_on(tracker, result.now, reason, today), path)
     click.echo(f"{path}: the scores of {tracker} are replaced.", err=True)

@@ -146,6 +146,60 @@ def test_hidden_randomness_makes_a_check_inconclusive(trackmark, here, edit):
     assert "Declare `randomness" in trackmark("check", "own", *accept, status=2).stderr
 
 
+CRASH = """if __import__('os').environ.get('PYTHONHASHSEED') == '1': raise KeyError('hash')
+        """
+
+
+def test_crash_in_repeated_run_is_a_regression(trackmark, kept, edit, monkeypatch):
+    monkeypatch.delenv("PYTHONHASHSEED", raising=False)
+    edit(*DETERMINISTIC)
+    edit("self.random.random()", "0.2")
+    trackmark(*BASELINE, "--force")
+    edit("self.box + [0.2,", "self.box + [0.21,")
+    assert "not worse" in trackmark("check", "own", "--strict").stdout
+    edit("self.box = box", f"{CRASH}self.box = box")
+    printed = trackmark("check", "own", status=1).stdout
+    assert "REGRESSION: mine failed in 2 of 2 runs; the baseline has no failures." in printed
+    assert "Small, seed 0: 0001.png: KeyError: 'hash' (repeated run)" in " ".join(printed.split())
+    assert "not repeatable" not in printed
+    data = json.loads(trackmark("check", "own", "--json", status=1).stdout)
+    assert [cell["failed"] for cell in data["cells"] if cell["tracker"] == "mine"] == [1, 1]
+    before = kept.read_bytes()
+    accept = ("--accept", "mine", "--because", "x")
+    assert "is not changed: runs failed" in trackmark("check", "own", *accept, status=1).stderr
+    assert kept.read_bytes() == before
+
+
+@pytest.mark.parametrize("declared", [(), DETERMINISTIC])
+def test_baseline_is_not_written_after_crash_in_repetition(
+    trackmark, here, edit, monkeypatch, declared
+):
+    monkeypatch.delenv("PYTHONHASHSEED", raising=False)
+    if declared:
+        edit(*declared)
+        edit(*NO_DRAW)
+    edit("self.box = box", f"{CRASH}self.box = box")
+    message = " ".join(trackmark(*BASELINE, status=1).stderr.split())
+    assert f"mine failed in 1 of {2 if declared else 12} runs. Small, seed 0: " in message
+    assert "KeyError: 'hash' (repeated run)" in message
+    assert "own.toml is not written: runs failed." in message
+    assert "different boxes" not in message
+    assert not (here / "baselines").exists()
+
+
+def test_failed_run_outweighs_an_inconclusive_answer(trackmark, edit):
+    edit(*DETERMINISTIC)
+    edit(*NO_DRAW)
+    trackmark(*BASELINE)
+    edit("self.box + [0,", "self.box + [self.random.random(),")
+    edit("numpy.random.default_rng(self.seed)", UNSEEDED)
+    trackmark("check", "own", "--strict", status=3)
+    edit("self.box = box", "self.box = box\n        if box[0] != 4: raise KeyError('target')")
+    printed = trackmark("check", "own", "--strict", status=1).stdout
+    assert "inconclusive: mine, Small: not repeatable." in printed
+    assert "REGRESSION: mine failed in 1 of 2 runs" in printed
+
+
 def test_tracker_that_draws_now_is_run_with_all_seeds(trackmark, edit):
     edit(*DETERMINISTIC)
     edit(*NO_DRAW)

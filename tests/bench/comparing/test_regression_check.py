@@ -9,6 +9,7 @@ import pytest
 from bench.comparing.baseline import Baseline, BaselineCell
 from bench.comparing.regression_check import as_data, as_junit, changed_facts, check, table
 from bench.experiments.experiment import SequenceSource
+from bench.statistics.intervals import mean_interval
 from reports.renderers import to_markdown, to_text
 
 SEEDS = 20
@@ -64,6 +65,28 @@ def test_drop_in_a_part_of_the_seeds_is_found_in_the_mean():
     assert "REGRESSION: mine is worse on s0 and in the mean." in text
     assert "identical  mine  2 sequences; static  2 sequences" in text
     assert as_data(result)["verdict"] == "regression"
+
+
+def test_intervals_are_corrected_for_changed_random_trackers():
+    """Three changed sequences of two random trackers: levels 1 - .05/3, and 1 - .05/2 for means."""
+    before = {**BEFORE, "other": BEFORE["mine"]}
+    shifts = {("mine", "s0"): NOISE[1], ("mine", "s1"): NOISE[2], ("other", "s2"): NOISE[0]}
+    now = {tracker: dict(row) for tracker, row in before.items()}
+    now["static"]["s0"] = cell([0.35], "1")
+    for (tracker, name), shift in shifts.items():
+        now[tracker][name] = cell(np.array(before[tracker][name].overlap) + shift, "1")
+    result = check(baseline(before), now, MADE_WITH)
+    rows = {(row["tracker"], row["sequence"]): row for row in as_data(result)["cells"]}
+    rows |= {(row["tracker"], "mean"): row for row in as_data(result)["means"]}
+    assert rows["other", "s0"]["state"] == "identical"
+    expected = {key: mean_interval(shift, 1 - 0.05 / 3) for key, shift in shifts.items()}
+    for tracker in ("mine", "other"):  # a sequence with equal boxes counts as 0
+        by_seed = sum(shift for key, shift in shifts.items() if key[0] == tracker) / 3
+        expected[tracker, "mean"] = mean_interval(by_seed, 1 - 0.05 / 2)
+    text = to_text(table(result))
+    for key, interval in expected.items():
+        assert (rows[key]["low"], rows[key]["high"]) == pytest.approx(interval, abs=1e-9), key
+        assert "[{:+.3f}, {:+.3f}]".format(*interval) in text
 
 
 @pytest.mark.parametrize(

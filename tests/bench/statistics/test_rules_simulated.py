@@ -9,10 +9,15 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from bench.comparing.baseline import DECIMALS, Baseline, BaselineCell
+from bench.comparing.regression_check import check
+from bench.experiments.experiment import SequenceSource
 from bench.statistics import verdict_rules
+from bench.statistics.accuracy_drop import advised_seeds, pooled_spread
 from bench.statistics.intervals import interval_ends, share_interval
 from bench.statistics.rules import (
     CLAIM_MARGIN,
+    DEFAULT_SEEDS,
     DETECT,
     MARGIN,
     MIN_SCENES,
@@ -291,7 +296,38 @@ def test_check_accuses_as_documented(kind):
             drops = np.where(sequences < n_changed, DETECT, 0.0)
             before, after = (draw(random, shape, drop, loss) for drop in (0 * drops, drops))
             shares.append(100 * np.mean(accused(before, after)))
-        assert shares == pytest.approx(expected, abs=6), seeds
+        assert shares == pytest.approx(expected, abs=5), seeds
+        assert shares[0] <= 6
+
+
+ADVISED = {  # percentage of accused trackers, median number of seeds
+    "0.08": (4.2, 68),
+    "lost in 1-20 %": (5.0, 331),
+    "lost in 3 %": (4.3, 120),
+    "skewed": (5.9, 39),
+}
+
+
+@pytest.mark.parametrize("kind", ADVISED)
+def test_check_with_advised_seeds_accuses_as_documented(kind):
+    """Each experiment takes the seeds that the spread of its first 20 advises."""
+    random, draw = np.random.default_rng(15), seed_scores(kind)
+    accusations, numbers = [], []
+    for _ in range(CHECKS):
+        loss = 0.03
+        if kind == "lost in 1-20 %":
+            loss = random.uniform(0.01, 0.2, (N_CHECKED, 1))
+        first = draw(random, (N_CHECKED, DEFAULT_SEEDS), 0, loss)
+        seeds = advised_seeds(pooled_spread(first), N_CHECKED, DETECT)
+        before, after = draw(random, (2, N_CHECKED, max(seeds, DEFAULT_SEEDS)), 0, loss)
+        before[:, :DEFAULT_SEEDS] = first
+        accusations.append(accused(before[None, :, :seeds], after[None, :, :seeds])[0])
+        numbers.append(seeds)
+    expected, typical = ADVISED[kind]
+    # Three standard errors of this simulation and of the documented one.
+    assert 100 * np.mean(accusations) == pytest.approx(expected, abs=2.5)
+    assert 100 * np.mean(accusations) <= 6
+    assert np.median(numbers) == pytest.approx(typical, rel=0.1)
 
 
 @pytest.mark.parametrize(("part", "expected"), [(0.1, 13), (0.3, 88), (1.0, 100)])
@@ -302,6 +338,35 @@ def test_check_finds_a_change_of_some_runs(part, expected):
     is_changed[:, 1:] = False
     after = before - np.where(is_changed, DETECT / part, 0.0)
     assert 100 * np.mean(accused(before, after)) == pytest.approx(expected, abs=6)
+
+
+def scored_cells(scores, version):
+    """Return the cells of one tracker with these scores, shape (sequences, R)."""
+    boxes = tuple(f"{version}{seed:07x}" for seed in range(scores.shape[1]))
+    source = SequenceSource("s")
+    return {
+        "mine": {
+            f"s{i}": BaselineCell(source, "9f31c2aa", tuple(row), boxes)
+            for i, row in enumerate(scores)
+        }
+    }
+
+
+@pytest.mark.parametrize("kind", ["0.08", "lost in 3 %", "skewed"])
+@pytest.mark.parametrize("drop", [0, DETECT])
+def test_accused_trackers_are_those_of_check(kind, drop):
+    """`accused` judges many experiments as `check` judges each of them."""
+    random, draw = np.random.default_rng(16), seed_scores(kind)
+    for seeds in (MIN_UNITS, DEFAULT_SEEDS):
+        shape = (50, N_CHECKED, seeds)
+        drops = np.where(np.arange(N_CHECKED)[:, None] < 3, drop, 0.0)
+        scores = draw(random, shape, 0 * drops, 0.03), draw(random, shape, drops, 0.03)
+        before, after = (np.round(values, DECIMALS) for values in scores)
+        verdicts = []
+        for old, new in zip(before, after, strict=True):
+            stored = Baseline(scored_cells(old, "0"), {"mine": "mine"}, seeds, DETECT, {})
+            verdicts.append(check(stored, scored_cells(new, "1"), {}).verdict == "regression")
+        assert verdicts == accused(before, after).tolist()
 
 
 SCENES = (6, 8, 12, 20, 30, 40, 100)
@@ -345,6 +410,9 @@ def share_ends(good, runs):
     return np.array(by_count)[(2 * good > runs).sum(axis=1)].T
 
 
+# The rows "3 runs a scene, correlation 0.1" and "20 runs a scene, correlation 0.5" of the
+# specification are left out. They judge all runs by a beta-binomial law, which was rejected: a
+# scene counts as one success if most of its runs succeed.
 SHARES = {
     12: ((0, 1), (0, 0), (0, 0)),
     20: ((3, 2), (17, 0), (74, 0)),
