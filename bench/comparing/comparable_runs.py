@@ -148,6 +148,13 @@ def _read_published_scores(file: Path, measure: Measure) -> pd.DataFrame:
         )
     table.index += 2  # the first line holds the columns' names
     table = table.loc[(table != "").any(axis=1), columns].copy()
+    for column in columns[:2]:
+        empty = table[column].str.strip() == ""
+        if empty.any():
+            raise ComparisonError(
+                f"{file}, line {empty.idxmax()}: the name of the {column} is empty. Add it, "
+                "or remove the row."
+            )
     scores = [
         _parse_score(text, f"{file}, line {line}", measure)
         for line, text in table[measure.name].items()

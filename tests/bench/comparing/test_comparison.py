@@ -357,6 +357,8 @@ def test_published_scores_are_compared_with_stored_ones(make_runs, tmp_path):
         ("tracker,sequence,mean_overlap\n\nM,s0,.5\nM,s1,False\n", "line 4: 'False' is no number"),
         ("tracker,sequence,mean_overlap\nMEEM,s0,inf\n", "line 2: 'inf' is no number"),
         ("tracker,sequence,mean_overlap\nMEEM,s0,.5\nMEEM,s0,.6\n", "line 3 comes twice"),
+        ("tracker,sequence,mean_overlap\n,s0,.5\n", "line 2: the name of the tracker is empty"),
+        ("tracker,sequence,mean_overlap\nM,s0,.5\nM, ,.5\n", "line 3: the name of the sequence"),
         ("tracker,sequence,mean_overlap\nMEEM,elsewhere,.5\n", "none of the sequences"),
         ("tracker,sequence,mean_overlap\nMEEM,s0,62.5\n", "line 2: 62.5 is no mean_overlap"),
         ("tracker,sequence,mean_overlap\nMEEM,s0,.5\n", "no score of MEEM on s1"),
