@@ -5,7 +5,7 @@ paired by sequence, never by seed: the same seed means nothing to two methods.
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from math import inf, nan
 from typing import TypeAlias
@@ -264,7 +264,9 @@ def _pairs(
         by_unit = units.means(differences)
         answer = decide(sign * by_unit, measure.margin, len(names), limit=limit, unit=units.plural)
         interval = answer.interval
-        if interval is not None and sign < 0:
+        if interval is None:
+            answer = replace(answer, reason=answer.reason + units.remedy)
+        elif sign < 0:
             interval = Interval(-interval.high, -interval.low)
         same = same_boxes.get((first, second), same_boxes.get((second, first), 0))
         wins = int((sign * by_unit > 0).sum())

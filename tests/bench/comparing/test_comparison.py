@@ -122,7 +122,12 @@ def test_families_are_units_unless_scenes_are_forced(make_runs):
     by_family, by_scene = (compare(runs, OVERLAP, by_scene=forced) for forced in (0, 1))
     differences = by_scene.pairs[0].differences
     assert by_family.pairs[0].by_unit == pytest.approx(differences.reshape(2, 5).mean(axis=1))
-    assert "--unit scene answers for new scenes of these families" in screen(by_family)[0].notes[0]
+    remedy = "--unit scene answers for new scenes of these families"
+    assert screen(by_family)[0].notes[0].endswith(remedy)
+    reason = f"only 2 of 6 families; {remedy}"
+    assert as_data(by_family)["pairs"][0]["reason"] == reason
+    assert files(by_family)[1].data["reason"][0] == reason
+    assert files(by_family)[1].rows[0][-1].text == f"inconclusive: {reason}"
     assert by_scene.pairs[0].interval == pytest.approx(mean_interval(differences))
     assert "for new scenes of these 2 families only" in screen(by_scene)[0].caption
     assert "for new scenes of these 2 families only" in paragraph(by_scene)
