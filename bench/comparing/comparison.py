@@ -211,7 +211,6 @@ def compare(
     means = {name: np.array([run.mean() for run in of]) for name, of in scores.items()}
     losses = {name: _losses(scored[scored["tracker"] == name]) for name in chosen}
     units = units_of(sequences, "scene" if by_scene else None)
-    against = None if against in failures.left_out else against
     standings = _standings(runs, means, losses, units, measure)
     best = max(standings, key=lambda standing: _sign(measure) * standing.mean)
     return Comparison(
@@ -253,10 +252,15 @@ def _pairs(
     against: str | None,
     same_boxes: Mapping[tuple[str, str], int],
 ) -> list[Pair]:
-    """Compare all pairs, or one tracker with each other one, in the order of the labels."""
+    """Compare all pairs, or `against` with each other tracker, in the order of the labels.
+
+    `means`: without trackers whose every run failed; if `against` is one of them, there are no
+    pairs.
+    """
     names = list(combinations(means, 2))
     if against is not None:
-        names = [(against, name) for name in means if name != against]
+        others = [name for name in means if name != against] if against in means else []
+        names = [(against, name) for name in others]
     sign, limit = _sign(measure), measure.most - measure.least
     pairs = []
     for first, second in names:

@@ -175,10 +175,14 @@ def test_failed_runs_count_and_are_named(make_runs):
 def test_tracker_without_finished_runs_is_left_out(make_runs):
     runs = make_runs(ladder())
     failed = changed(runs, runs.index[runs["tracker"] == "a"], status="failed", failure="no")
-    comparison = compare(failed, OVERLAP, against="a")
+    comparison = compare(failed, OVERLAP)
     assert comparison.left_out == ["a"]
     assert [(pair.first, pair.second) for pair in comparison.pairs] == [("b", "c")]
     assert "a: 40 of 40 runs failed (left out)" in screen(comparison)[0].notes[1]
+    against = compare(failed, OVERLAP, against="a")
+    assert (against.left_out, against.pairs) == (["a"], [])
+    assert "a: 40 of 40 runs failed (left out)" in screen(against)[0].notes[1]
+    assert "b was" not in paragraph(against)
     alone = compare(failed, OVERLAP, ["a", "b"])
     assert [table.name for table in screen(alone)] == ["comparison"]
     assert "1 tracker was compared" in paragraph(alone)
