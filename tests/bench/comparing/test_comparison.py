@@ -360,18 +360,21 @@ def test_published_scores_are_compared_with_stored_ones(make_runs, tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("tracker,score\nMEEM,1\n", "no column sequence, mean_overlap"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,good\n", "line 2: 'good' is no number"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,True\n", "line 2: 'True' is no number"),
-        ("tracker,sequence,mean_overlap\n\nM,s0,.5\nM,s1,False\n", "line 4: 'False' is no number"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,inf\n", "line 2: 'inf' is no number"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,.5\nMEEM,s0,.6\n", "line 3 comes twice"),
+        ("tracker,score\nMEEM,1\n", "missing columns sequence, mean_overlap"),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,good\n", "line 2: 'good' is not a number"),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,True\n", "line 2: 'True' is not a number"),
+        (
+            "tracker,sequence,mean_overlap\n\nM,s0,.5\nM,s1,False\n",
+            "line 4: 'False' is not a number",
+        ),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,inf\n", "line 2: 'inf' is not a number"),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,.5\nMEEM,s0,.6\n", "line 3: an earlier line"),
         ("tracker,sequence,mean_overlap\n,s0,.5\n", "line 2: the name of the tracker is empty"),
         ("tracker,sequence,mean_overlap\nM,s0,.5\nM, ,.5\n", "line 3: the name of the sequence"),
-        ("tracker,sequence,mean_overlap\nMEEM,elsewhere,.5\n", "none of the sequences"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,62.5\n", "line 2: 62.5 is no mean_overlap"),
-        ("tracker,sequence,mean_overlap\nMEEM,s0,.5\n", "no score of MEEM on s1"),
-        ("", "is no CSV"),
+        ("tracker,sequence,mean_overlap\nMEEM,elsewhere,.5\n", "no row is about a sequence"),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,62.5\n", "line 2: 62.5 is not a mean_overlap"),
+        ("tracker,sequence,mean_overlap\nMEEM,s0,.5\n", "tracker MEEM has no score on s1"),
+        ("", "not a CSV file"),
     ],
 )
 def test_published_file_of_wrong_content_is_refused(make_runs, tmp_path, text, words):
