@@ -207,8 +207,7 @@ def _agreement(result: Breaking) -> Table:
             for name, r, interval in correlations
         ],
         notes=[
-            "Intervals hold for other trackers of the same kind. With fewer than "
-            f"{MIN_UNITS} trackers they are -1 to 1."
+            f"Intervals are for other trackers of this kind; below {MIN_UNITS} they are -1 to 1."
         ],
         data=pd.DataFrame(
             {"knob": name, "rank_correlation": r, **interval._asdict()}

@@ -26,9 +26,8 @@ def of_protocol(runs: pd.DataFrame, stored: str, measure: Measure) -> tuple[pd.D
     """Return runs by one protocol, filed as one-pass, and the measure with the protocol's title.
 
     `runs`: as `bench.load_results` returns them. `stored`: name under which runs by the protocol
-    are filed. Timing runs stay. Only one-pass runs have a first loss. The title names the one-pass
-    protocol only if runs by other protocols are stored, too. Raises `ComparisonError` if no run is
-    by the protocol.
+    are filed. Timing runs stay. Only one-pass runs have a first loss. The title names one-pass only
+    if runs by other protocols exist. Raises `ComparisonError` if no run is by the protocol.
     """
     protocols = runs["protocol"].astype(str)
     others = [title(name) for name in protocols.unique() if name not in (stored, TIMING)]
@@ -152,19 +151,16 @@ def _read_published_scores(file: Path, measure: Measure) -> pd.DataFrame:
     for column in columns[:2]:
         empty = table[column].str.strip() == ""
         if empty.any():
-            raise ComparisonError(
-                f"{file}, line {empty.idxmax()}: the name of the {column} is empty. Add it, "
-                "or remove the row."
-            )
+            place = f"{file}, line {empty.idxmax()}"
+            raise ComparisonError(f"{place}: the {column} has no name. Add it, or remove the row.")
     scores = [
         _parse_score(text, f"{file}, line {line}", measure)
         for line, text in table[measure.name].items()
     ]
     twice = table.duplicated(["tracker", "sequence"])
     if twice.any():
-        raise ComparisonError(
-            f"{file}, line {twice.idxmax()}: an earlier line has the same tracker and sequence."
-        )
+        place = f"{file}, line {twice.idxmax()}"
+        raise ComparisonError(f"{place}: an earlier line has the same tracker and sequence.")
     return table.assign(**{measure.name: np.array(scores, np.float64)})
 
 

@@ -252,15 +252,10 @@ def _pairs(
     against: str | None,
     same_boxes: Mapping[tuple[str, str], int],
 ) -> list[Pair]:
-    """Compare all pairs, or `against` with each other tracker, in the order of the labels.
-
-    `means`: without trackers whose every run failed; if `against` is one of them, there are no
-    pairs.
-    """
+    """Compare all pairs, or `against` with each other one; no pairs if `against` has no mean."""
     names = list(combinations(means, 2))
     if against is not None:
-        others = [name for name in means if name != against] if against in means else []
-        names = [(against, name) for name in others]
+        names = [(against, name) for name in means if name != against and against in means]
     sign, limit = _sign(measure), measure.most - measure.least
     pairs = []
     for first, second in names:
